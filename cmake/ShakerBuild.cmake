@@ -1,0 +1,60 @@
+# Compiler settings and the two functions with which every room declares itself.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "" FORCE)
+endif()
+set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
+
+option(SHAKER_WERROR "Warnings are errors" ON)
+set(SHAKER_SANITIZE "" CACHE STRING "Sanitizers: 'address,undefined' or 'thread'")
+
+add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+                    -Wold-style-cast -Wdouble-promotion -Wformat=2 -Wcast-align)
+if(SHAKER_WERROR)
+  add_compile_options(-Werror)
+endif()
+if(SHAKER_SANITIZE)
+  add_compile_options(-fsanitize=${SHAKER_SANITIZE} -fno-omit-frame-pointer
+                      -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${SHAKER_SANITIZE})
+endif()
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+      CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+      CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
+endif()
+
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(PkgConfig REQUIRED)
+
+# shaker_library(NAME SOURCES a.cpp b.cpp [DEPENDS targets...])
+# A room's static library, target shaker_NAME, included from the project's root.
+function(shaker_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_library(shaker_${name} STATIC ${arg_SOURCES})
+  target_include_directories(shaker_${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_link_libraries(shaker_${name} PUBLIC ${arg_DEPENDS})
+endfunction()
+
+# shaker_test(NAME SOURCES a_test.cpp ... [DEPENDS targets...])
+# One GoogleTest executable; every test in it becomes a ctest test named NAME.Suite.Test.
+function(shaker_test name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(test_${name} ${arg_SOURCES})
+  target_link_libraries(test_${name} PRIVATE ${arg_DEPENDS} GTest::gmock_main)
+  target_precompile_headers(test_${name} PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+  target_compile_definitions(test_${name} PRIVATE
+    SHAKER_SOURCE_DIR="${CMAKE_SOURCE_DIR}" SHAKER_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data")
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
+                       PROPERTIES TIMEOUT 300)
+endfunction()

@@ -1,0 +1,46 @@
+// The model file: a sum of named effects, as data. Schema: config/schema/model.schema.json.
+//
+//   {"format": "shaker-model/1", "name": "oleo", "gravity": 9.80665,
+//    "effects": [{"effect": "orifice_damping",
+//                 "parameters": {"theta1": {"start": 16.0, "lower": 0}}}, ...]}
+//
+// What a file leaves out (start, bounds, unit) comes from the effect's own table in
+// estimator/effects/. A parameter may be fixed. Unknown effects and parameters are found by
+// estimator::make_model, which knows the catalogue.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+
+namespace shaker::config {
+
+struct ParameterSpec {
+  std::optional<double> start, lower, upper;
+  bool fixed = false;
+  std::optional<double> prior_mean, prior_standard_deviation;  // normal prior (3.8)
+};
+
+struct EffectSpec {
+  std::string effect;                              // name in the catalogue
+  std::map<std::string, ParameterSpec> parameters; // by symbol
+  std::map<std::string, double> constants;         // stated constants, e.g. a smoothing width
+};
+
+struct ModelSpec {
+  std::string name;
+  double gravity = 9.80665;          // in the model's own length unit per s^2
+  std::string length_unit = "m";     // a label for documents; "ft" for the paper's cases
+  std::vector<EffectSpec> effects;
+  std::string origin;                // file, for messages
+};
+
+Result<ModelSpec> load_model(const std::filesystem::path& file);
+Result<ModelSpec> parse_model(const std::string& text, const std::string& origin);
+std::string to_json_text(const ModelSpec& model);  // round-trips through parse_model
+
+}  // namespace shaker::config

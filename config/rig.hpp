@@ -1,0 +1,146 @@
+// The rig file: which devices there are, how they are reached, and the limits that keep the damper
+// and the people safe. JSON with comments; schema in config/schema/rig.schema.json; complete
+// examples in config/examples/. Units are SI. Unknown keys are errors.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "base/result.hpp"
+#include "protocol/channel.hpp"
+#include "protocol/modbus/register.hpp"
+
+namespace shaker::config {
+
+struct ModbusTcp {
+  std::string host = "127.0.0.1";
+  int port = 502;
+};
+struct ModbusRtu {
+  std::string device;  // e.g. /dev/ttyUSB0
+  int baud = 19200;
+  char parity = 'E';   // N, E or O
+  int stop_bits = 1;
+};
+struct ModbusLink {
+  std::variant<ModbusTcp, ModbusRtu> transport;
+  int unit_id = 1;
+  double response_timeout_s = 0.1;
+  double pause_after_connect_s = 0.0;  // some devices need it
+  double reconnect_s = 1.0;            // first pause before reconnecting; doubles up to 30 s
+  int timeouts_before_close = 3;
+};
+
+// What a role in the exciter's register map means:
+//   frequency (Hz), amplitude (m/s^2), enable (0/1), ramp (s), heartbeat (counter), status, fault;
+//   optional: frequency_actual, amplitude_actual, heartbeat_timeout (s: the drive's own reaction to
+//   a lost link, read back by the pre-run check).
+struct ModbusExciter {
+  ModbusLink link;
+  std::map<std::string, protocol::modbus::RegisterSpec> registers;  // by role
+  std::uint32_t status_running = 0x0001;  // mask in `status`: motion is on
+  std::uint32_t status_ready = 0x0002;    // mask: enabled without a fault
+};
+// Cyclic setpoint frames through the kernel's broadcast manager, which stop by themselves when the
+// process hangs (PRACTICE: never unlimited cyclic sending).
+struct CanExciter {
+  std::string interface = "can0";
+  std::filesystem::path dbc;
+  std::string setpoint_message;  // with signals named frequency, amplitude, enable, ramp, heartbeat
+  std::string status_message;    // with signals named status, fault (frequency, amplitude optional)
+  double period_s = 0.02;
+  std::uint32_t status_running = 0x0001;
+  std::uint32_t status_ready = 0x0002;
+};
+struct SimulatedExciter {};  // the in-process virtual rig (drivers/sim)
+struct ReplayExciter {};     // accepts every setpoint and moves nothing (drivers/replay)
+
+struct ExciterConfig {
+  std::variant<ModbusExciter, CanExciter, SimulatedExciter, ReplayExciter> device;
+  double heartbeat_period_s = 0.1;
+  double ramp_s = 2.0;  // from zero to the setpoint, and back
+};
+
+struct CanSignal {
+  protocol::Channel channel = protocol::Channel::displacement;
+  std::string message;
+  std::string signal;
+  double scale = 1.0;  // to SI: value * scale + offset (the DBC's own scaling comes before)
+  double offset = 0.0;
+};
+struct CanOpen {
+  int node_id = 1;
+  bool start_node = true;        // send NMT start, and again after a boot-up message
+  double sync_period_s = 0.0;    // 0: someone else sends SYNC
+};
+struct CanSensor {
+  std::string interface = "can0";
+  std::filesystem::path dbc;     // relative to the rig file
+  std::vector<CanSignal> signals;
+  bool fd = false;
+  std::optional<CanOpen> canopen;
+};
+struct ModbusSensor {
+  ModbusLink link;
+  std::map<protocol::Channel, protocol::modbus::RegisterSpec> registers;
+  double rate_hz = 100.0;
+};
+struct SimulatedSensor {
+  double rate_hz = 1000.0;
+  std::string plant = "oleo";     // see sim/README.md
+  std::map<std::string, double> parameters;  // of the plant, by name; the truth of the virtual rig
+  double noise_m = 2e-5;          // standard deviation of the displacement channel
+  double noise_m_s2 = 5e-3;       // of the excitation channel
+  double quantum_m = 1e-6;
+  double clock_offset_ppm = 0.0;
+  double jitter_fraction = 0.0;   // of one sample
+  double dropout_fraction = 0.0;  // samples lost
+  std::uint64_t seed = 1;
+};
+struct ReplaySensor {
+  std::filesystem::path file;     // a campaign database, or a candump -l log (with dbc and signals)
+  std::filesystem::path dbc;
+  std::vector<CanSignal> signals;
+  double speed = 0.0;             // 0: as fast as it is read; 1: as it happened
+};
+using SensorConfig = std::variant<CanSensor, ModbusSensor, SimulatedSensor, ReplaySensor>;
+
+// What a detector does when it trips (docs/operator.md).
+enum class Action { none, indicate, hold, ramp_down, stop };
+
+struct Limits {
+  double stroke_min_m = 0.0, stroke_max_m = 0.3;       // outside: stroke_action
+  Action stroke_action = Action::stop;
+  double stroke_rate_max_m_s = 3.0;
+  Action stroke_rate_action = Action::stop;
+  double excitation_max_m_s2 = 15.0;                   // setpoints above are refused; measured: action
+  Action excitation_action = Action::ramp_down;
+  double frequency_min_hz = 0.2, frequency_max_hz = 10.0;  // setpoints outside are refused
+  double stale_s = 0.05;                               // no good sample for so long
+  Action stale_action = Action::ramp_down;
+  double command_error_fraction = 0.2;                 // measured against commanded amplitude
+  Action command_error_action = Action::ramp_down;
+  double under_peak_fraction = 0.0;                    // 0: off
+  Action under_peak_action = Action::indicate;
+};
+
+struct RigConfig {
+  std::string name;
+  std::string model;                  // path of the default model file, may be empty
+  ExciterConfig exciter;
+  std::vector<SensorConfig> sensors;  // together they must give displacement; excitation if it is measured
+  Limits limits;
+  double client_lease_s = 2.0;
+  std::filesystem::path directory;    // of the rig file: relative paths in it start here
+};
+
+// An Error names file, line or JSON pointer, the value and what is allowed.
+Result<RigConfig> load_rig(const std::filesystem::path& file);
+Result<RigConfig> parse_rig(const std::string& text, const std::string& origin);
+
+}  // namespace shaker::config

@@ -1,0 +1,87 @@
+// The rig's state machine: from an operator's campaign to accepted cycles and estimates, safely.
+//
+//   IDLE -> CHECK -> RAMP -> SETTLE -> MEASURE -> (next run: RAMP ...) -> RAMP_DOWN -> IDLE
+//   any of them -> RAMP_DOWN or FAULT; FAULT is latched until `acknowledge`.
+//
+// One thread. Time comes from the Clock only, samples and exciter status come in by call, setpoints
+// go out through `ExciterCommands`; so that the same engine runs a campaign on the real rig and, in
+// simulated time, a day's campaign in seconds. Never blocks, never throws.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "config/campaign.hpp"
+#include "config/rig.hpp"
+#include "daemon/outlet.hpp"
+#include "drivers/exciter.hpp"
+#include "drivers/sensor.hpp"
+#include "estimator/estimate.hpp"
+
+namespace shaker::daemon {
+
+enum class State { idle, check, ramp, settle, measure, ramp_down, fault };
+
+// Orders to the exciter's thread; returns at once. The answers come back through
+// Engine::on_exciter_status and on_exciter_error.
+class ExciterCommands {
+ public:
+  virtual ~ExciterCommands() = default;
+  virtual void set(const drivers::Setpoint& setpoint) = 0;
+  virtual void stop() = 0;                  // at once, without a ramp; overtakes everything queued
+  virtual void keep_alive(bool wanted) = 0; // heartbeat while motion is commanded
+};
+
+// Orders to the estimator's thread; returns at once. The answer comes back through on_estimate.
+class EstimatorCommands {
+ public:
+  virtual ~EstimatorCommands() = default;
+  virtual void begin(const config::ModelSpec& model) = 0;
+  virtual void add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) = 0;
+};
+
+struct EstimateOutcome {
+  int run = 0;
+  long cycle = 0;
+  Nanoseconds last_sample{};
+  long cycles_skipped = 0;
+  Result<estimator::Estimate> estimate = Error{};
+};
+
+class Engine {
+ public:
+  Engine(const config::RigConfig& rig, Clock& clock, ExciterCommands& exciter,
+         EstimatorCommands& estimator, Outlet& outlet);
+  ~Engine();
+
+  // --- what the outside reports
+  void on_samples(std::span<const drivers::Sample> samples);
+  void on_sensor_health(const drivers::SensorHealth& health, drivers::StampSource stamps);
+  void on_sensor_error(const Error& error);
+  void on_exciter_status(const drivers::ExciterStatus& status);
+  void on_exciter_error(const Error& error);
+  void on_estimate(const EstimateOutcome& outcome);
+  // Every 1 to 10 ms: timeouts, ramps, limits, the 1 Hz health document.
+  void tick();
+
+  // --- what an operator asks. An Error is the sentence to show.
+  Result<void> start(const config::CampaignSpec& campaign);
+  Result<void> stop(const std::string& who);            // ramp down; anyone's
+  Result<void> emergency_stop(const std::string& who);  // zero at once, latches FAULT; anyone's
+  Result<void> acknowledge(const std::string& who);     // leaves FAULT when its cause is gone
+  void lease_lost();                                    // the controlling client is gone: ramp down
+  void set_controlled(bool controlled);
+  void set_client_count(int clients);
+
+  State state() const;
+  protocol::StateDocument state_document() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace shaker::daemon

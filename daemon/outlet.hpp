@@ -1,0 +1,34 @@
+// Where the engine says what happens. The recorder has written it to disk before the publisher
+// gives it to anyone: an implementation must keep that order.
+//
+// Called on the engine's thread; must not wait for clients. An Error from a record_ call (a full
+// disk) makes the engine ramp down: nothing may be measured that cannot be kept.
+#pragma once
+
+#include <span>
+
+#include "base/result.hpp"
+#include "config/campaign.hpp"
+#include "drivers/sensor.hpp"
+#include "estimator/measured_cycle.hpp"
+#include "protocol/documents.hpp"
+
+namespace shaker::daemon {
+
+class Outlet {
+ public:
+  virtual ~Outlet() = default;
+  // Opens the campaign's database; the samples, cycles and documents that follow belong to it.
+  virtual Result<void> record_campaign(const config::CampaignSpec& campaign) = 0;
+  virtual Result<void> record_run(int run_index, const config::RunSpec& run) = 0;
+  // Every raw sample while a campaign is open, as it came.
+  virtual Result<void> record_samples(std::span<const drivers::Sample> samples) = 0;
+  // The resampled cycle, accepted or not. Durable (committed) on return.
+  virtual Result<void> record_cycle(const estimator::MeasuredCycle& cycle, bool accepted) = 0;
+  virtual void close_campaign() = 0;
+
+  // Records (while a campaign is open) and publishes one document.
+  virtual Result<void> publish(const protocol::Document& document) = 0;
+};
+
+}  // namespace shaker::daemon

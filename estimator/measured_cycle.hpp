@@ -1,0 +1,19 @@
+// One whole period of the excitation, resampled on equal steps of the cyclic time tau = t f.
+#pragma once
+
+#include <vector>
+
+namespace shaker::estimator {
+
+// n = displacement.size() points at tau_i = i / n; tau = 0 is the excitation's positive peak, so that
+// a pure cosine of the commanded amplitude has the excitation amplitude * cos(2 pi tau).
+struct MeasuredCycle {
+  int run = 0;                       // index of the run in the campaign
+  long index = 0;                    // count of cycles in the run
+  double frequency_hz = 0.0;         // measured, on the clock of the samples
+  double amplitude = 0.0;            // of the excitation's fundamental, m/s^2
+  std::vector<double> displacement;  // m
+  std::vector<double> excitation;    // m/s^2; empty: a pure cosine of `amplitude`
+};
+
+}  // namespace shaker::estimator

@@ -1,0 +1,40 @@
+// The estimate after every cycle: warm-started, all runs of the campaign counting jointly.
+//
+// Maximum likelihood with unknown noise variance. Cycles of one run are averaged point by point (the
+// sufficient statistic for white noise), the scatter about that mean gives the cycle-to-cycle noise.
+#pragma once
+
+#include <memory>
+
+#include "base/result.hpp"
+#include "config/model.hpp"
+#include "estimator/estimate.hpp"
+#include "estimator/measured_cycle.hpp"
+
+namespace shaker::estimator {
+
+struct OnlineOptions {
+  int grid_points = 256;   // of the periodic solution; the data's n need not divide it
+  int max_iterations = 50;
+};
+
+// One thread at a time. `add` allocates only when a new run begins.
+class OnlineEstimator {
+ public:
+  // Throws std::invalid_argument when the model names an unknown effect or parameter, with the place.
+  explicit OnlineEstimator(const config::ModelSpec& model, OnlineOptions options = {});
+  ~OnlineEstimator();
+  OnlineEstimator(OnlineEstimator&&) noexcept;
+  OnlineEstimator& operator=(OnlineEstimator&&) noexcept;
+
+  // Exactly one estimate per accepted cycle. An Error (not_converged, invalid) keeps the state of
+  // before the cycle's fit but keeps the cycle.
+  Result<Estimate> add(const MeasuredCycle& cycle);
+  void reset();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace shaker::estimator

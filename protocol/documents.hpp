@@ -1,0 +1,135 @@
+// The documents that shakerd publishes: one JSON object a line. Schemas: protocol/schema/*.json
+// (JSON Schema 2020-12); prose: docs/protocol.md.
+//
+// The structs hold what a document says; `to_json_line` adds the envelope (type, seq, t_utc,
+// t_mono_ns). A number that is not finite is left out, and its JSON pointer and reason are listed
+// under "omitted" (nlohmann-json would print null). Pure: no sockets, clocks or files.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace shaker::protocol {
+
+struct VersionDocument {
+  std::string program = "shakerd";
+  std::string version;
+  int protocol = 1;
+  std::string rig;
+};
+
+// state: "IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "FAULT".
+struct StateDocument {
+  std::string state;
+  std::string reason;                  // why it was entered, a sentence
+  std::optional<std::string> campaign;
+  std::optional<std::string> run;
+  std::optional<int> run_index, run_count;
+  std::optional<double> frequency_hz, amplitude;  // setpoint
+  std::optional<double> progress;      // of the campaign, 0..1
+  std::optional<double> eta_s;
+  bool controlled = false;             // a client holds the lease
+};
+
+struct RunStartDocument {
+  std::string campaign, run;
+  int run_index = 0, run_count = 0;
+  double frequency_hz = 0.0, amplitude = 0.0;
+  int cycles_wanted = 0;
+};
+
+struct CycleDocument {
+  std::string campaign, run;
+  std::int64_t cycle = 0;              // count of cycles in the run, from 0
+  bool accepted = false;
+  std::string why;                     // reason when not accepted ("transient", "gap of 12 ms", ...)
+  double frequency_hz = 0.0;           // measured
+  double amplitude = 0.0;              // of the excitation's fundamental, measured
+  double stroke_min_m = 0.0, stroke_max_m = 0.0;
+  double change = 0.0;                 // from the previous cycle, as a multiple of the noise
+  int gaps = 0;
+  std::int64_t samples = 0;
+  double jitter_fraction = 0.0;        // of a sample
+  std::optional<int> subharmonic;      // the response repeats every so many periods
+};
+
+struct ParameterEntry {
+  std::string name, effect, unit;
+  double value = 0.0, standard_error = 0.0, lower = 0.0, upper = 0.0;
+  bool fixed = false, at_bound = false, determined = true;
+};
+
+struct EstimateDocument {
+  std::optional<std::string> campaign, run;
+  std::optional<std::int64_t> cycle;
+  std::string model;
+  std::vector<ParameterEntry> parameters;
+  std::vector<std::string> covariance_order;
+  std::vector<double> covariance;      // row by row
+  double noise_standard_deviation = 0.0;
+  double sum_of_squares = 0.0;
+  double condition = 0.0;
+  std::int64_t observations = 0, degrees_of_freedom = 0, cycles_used = 0;
+  int runs_used = 0, iterations = 0;
+  std::optional<std::int64_t> cycles_skipped;  // the estimator was too slow for so many
+  std::optional<std::string> clock;    // which clock stamped the samples
+  std::optional<double> latency_s;     // last sample of the cycle to this document
+  bool converged = false, usable = false;
+  std::vector<std::string> warnings;
+};
+
+struct AlarmDocument {
+  std::string severity;                // "info", "warning", "error"
+  std::string code;                    // stable, e.g. "stale_sensor"
+  std::string text;                    // a sentence with the remedy
+  std::optional<std::string> action;   // "none", "indicate", "hold", "ramp_down", "stop"
+  std::optional<std::string> channel;
+  std::optional<double> value, limit;
+};
+
+struct ChannelHealth {
+  std::string channel, quality;        // "none", "good", "suspect", "bad"
+  std::optional<double> age_s, rate_hz, value;
+};
+struct HealthDocument {
+  std::string state;
+  std::vector<ChannelHealth> channels;
+  std::string clock;
+  std::uint64_t samples = 0, lost = 0, malformed = 0, errors = 0, reconnects = 0;
+  std::uint64_t ring_overflows = 0, log_drops = 0, cycles_skipped = 0;
+  int clients = 0;
+  bool exciter_connected = false, sensor_connected = false;
+  double loop_late_max_s = 0.0;        // of the sampling loop, since the last health document
+  std::uint64_t disk_free_bytes = 0;
+};
+
+struct RunStopDocument {
+  std::string campaign, run;
+  std::string status;                  // "success", "abort", "fail"
+  std::string reason;
+  std::int64_t cycles_accepted = 0, cycles_rejected = 0;
+};
+
+using Document = std::variant<VersionDocument, StateDocument, RunStartDocument, CycleDocument,
+                              EstimateDocument, AlarmDocument, HealthDocument, RunStopDocument>;
+
+struct Envelope {
+  std::uint64_t seq = 0;
+  std::string t_utc;
+  std::int64_t t_mono_ns = 0;
+};
+
+// "version", "state", "run_start", "cycle", "estimate", "alarm", "health", "run_stop".
+std::string_view type_name(const Document& document);
+
+// One line without the newline, valid UTF-8, at most 1 MiB.
+std::string to_json_line(const Document& document, const Envelope& envelope);
+
+// The body alone (no envelope), pretty-printed: what `shakerctl estimate --json` prints.
+std::string to_json_text(const Document& document);
+
+}  // namespace shaker::protocol

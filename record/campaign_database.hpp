@@ -1,0 +1,89 @@
+// A campaign on disk: one SQLite file (WAL), whole after kill -9 at any moment.
+//
+// Tables: campaign (one row: name, started, model, spec as JSON), run, sample (blocks of raw samples
+// as they came), cycle (resampled), document (every published line). Schema version in user_version.
+// Used by the daemon (writes), shakerctl and drivers/replay (read). One thread per object.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "protocol/channel.hpp"
+
+namespace shaker::record {
+
+struct RunRow {
+  int index = 0;
+  std::string name;
+  double frequency_hz = 0.0, amplitude = 0.0;
+  int cycles_wanted = 0;
+};
+struct SampleRow {
+  std::int64_t t_ns = 0;
+  double value = 0.0;
+  protocol::Channel channel = protocol::Channel::displacement;
+  std::uint8_t quality = 0;
+};
+struct CycleRow {
+  int run = 0;
+  std::int64_t index = 0;
+  bool accepted = false;
+  double frequency_hz = 0.0, amplitude = 0.0;
+  std::vector<double> displacement, excitation;
+};
+struct CampaignRow {
+  std::string name, started_utc, rig, spec_json, model_json, finished_utc, status;
+};
+
+class CampaignWriter {
+ public:
+  // Creates `directory`/NAME_UTC.db. An Error names the file and the remedy (full disk, permissions).
+  static Result<CampaignWriter> create(const std::filesystem::path& directory,
+                                       const CampaignRow& campaign);
+  CampaignWriter(CampaignWriter&&) noexcept;
+  CampaignWriter& operator=(CampaignWriter&&) noexcept;
+  ~CampaignWriter();
+
+  const std::filesystem::path& file() const;
+  Result<void> add_run(const RunRow& run);
+  // Buffered; durable at the next commit().
+  Result<void> add_samples(int run, std::span<const SampleRow> samples);
+  Result<void> add_cycle(const CycleRow& cycle);
+  Result<void> add_document(std::uint64_t seq, const std::string& line);
+  // Everything added before is on disk when this returns.
+  Result<void> commit();
+  Result<void> finish(const std::string& status, const std::string& finished_utc);
+
+ private:
+  struct Impl;
+  explicit CampaignWriter(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+class CampaignReader {
+ public:
+  // An Error says whether the file is missing, not a campaign, of a newer version, or damaged.
+  static Result<CampaignReader> open(const std::filesystem::path& file);
+  CampaignReader(CampaignReader&&) noexcept;
+  CampaignReader& operator=(CampaignReader&&) noexcept;
+  ~CampaignReader();
+
+  Result<CampaignRow> campaign() const;
+  Result<std::vector<RunRow>> runs() const;
+  Result<std::vector<CycleRow>> cycles(int run) const;
+  Result<std::vector<SampleRow>> samples(int run) const;
+  Result<std::vector<std::string>> documents() const;
+
+ private:
+  struct Impl;
+  explicit CampaignReader(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace shaker::record
