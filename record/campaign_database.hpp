@@ -1,8 +1,9 @@
 // A campaign on disk: one SQLite file (WAL), whole after kill -9 at any moment.
 //
-// Tables: campaign (one row: name, started, model, spec as JSON), run, sample (blocks of raw samples
-// as they came), cycle (resampled), document (every published line). Schema version in user_version.
-// Used by the daemon (writes), shakerctl and drivers/replay (read). One thread per object.
+// Tables: campaign (one row: name, started, model, spec as JSON), run, sample (blocks of raw
+// samples as they came), cycle (resampled), document (every published line). Schema version in
+// user_version. Used by the daemon (writes), shakerctl and drivers/replay (read). One thread per
+// object.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +44,8 @@ struct CampaignRow {
 
 class CampaignWriter {
  public:
-  // Creates `directory`/NAME_UTC.db. An Error names the file and the remedy (full disk, permissions).
+  // Creates `directory`/NAME_UTC.db. An Error names the file and the remedy (full disk,
+  // permissions).
   static Result<CampaignWriter> create(const std::filesystem::path& directory,
                                        const CampaignRow& campaign);
   CampaignWriter(CampaignWriter&&) noexcept;

@@ -1,0 +1,120 @@
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "record/database.hpp"
+
+namespace shaker::record {
+
+struct CampaignReader::Impl {
+  std::filesystem::path file;
+  std::unique_ptr<SQLite::Database> database;
+
+  Error damaged(const char* what) const {
+    return {ErrorKind::invalid, fmt::format("{}: is damaged ({}); what can be saved comes out of "
+                                            "`sqlite3 FILE .recover`.",
+                                            file.string(), what)};
+  }
+
+  template <class Rows, class Work>
+  Result<Rows> query(Work&& work) const {
+    try {
+      return work();
+    } catch (const SQLite::Exception& trouble) {
+      return describe(trouble, file);
+    }
+  }
+};
+
+namespace {
+
+std::vector<double> doubles(const SQLite::Column& column) {
+  const auto bytes = bytes_of(column);
+  std::vector<double> values(bytes.size() / sizeof(double));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(double));
+  return values;
+}
+
+}  // namespace
+
+CampaignReader::CampaignReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+CampaignReader::CampaignReader(CampaignReader&&) noexcept = default;
+CampaignReader& CampaignReader::operator=(CampaignReader&&) noexcept = default;
+CampaignReader::~CampaignReader() = default;
+
+Result<CampaignReader> CampaignReader::open(const std::filesystem::path& file) {
+  auto database = open_campaign(file, false, true);
+  if (!database) return database.error();
+  return CampaignReader(std::make_unique<Impl>(Impl{file, std::move(*database)}));
+}
+
+Result<CampaignRow> CampaignReader::campaign() const {
+  return impl_->query<CampaignRow>([&]() -> Result<CampaignRow> {
+    SQLite::Statement row(
+        *impl_->database,
+        "SELECT name, started_utc, rig, spec_json, model_json, finished_utc, status "
+        "FROM campaign");
+    if (!row.executeStep()) return impl_->damaged("it holds no campaign");
+    const auto text = [&](int i) { return row.getColumn(i).getString(); };
+    return CampaignRow{text(0), text(1), text(2), text(3), text(4), text(5), text(6)};
+  });
+}
+
+Result<std::vector<RunRow>> CampaignReader::runs() const {
+  using Rows = std::vector<RunRow>;
+  return impl_->query<Rows>([&]() -> Result<Rows> {
+    Rows rows;
+    SQLite::Statement row(
+        *impl_->database,
+        "SELECT idx, name, frequency_hz, amplitude, cycles_wanted FROM run ORDER BY idx");
+    while (row.executeStep()) {
+      rows.push_back({row.getColumn(0).getInt(), row.getColumn(1).getString(),
+                      row.getColumn(2).getDouble(), row.getColumn(3).getDouble(),
+                      row.getColumn(4).getInt()});
+    }
+    return rows;
+  });
+}
+
+Result<std::vector<CycleRow>> CampaignReader::cycles(int run) const {
+  using Rows = std::vector<CycleRow>;
+  return impl_->query<Rows>([&]() -> Result<Rows> {
+    Rows rows;
+    SQLite::Statement row(*impl_->database,
+                          "SELECT idx, accepted, frequency_hz, amplitude, displacement, excitation "
+                          "FROM cycle WHERE run = ? ORDER BY idx");
+    row.bind(1, run);
+    while (row.executeStep()) {
+      rows.push_back({run, row.getColumn(0).getInt64(), row.getColumn(1).getInt() != 0,
+                      row.getColumn(2).getDouble(), row.getColumn(3).getDouble(),
+                      doubles(row.getColumn(4)), doubles(row.getColumn(5))});
+    }
+    return rows;
+  });
+}
+
+Result<std::vector<SampleRow>> CampaignReader::samples(int run) const {
+  using Rows = std::vector<SampleRow>;
+  return impl_->query<Rows>([&]() -> Result<Rows> {
+    Rows rows;
+    SQLite::Statement row(*impl_->database, "SELECT data FROM sample WHERE run = ? ORDER BY id");
+    row.bind(1, run);
+    while (row.executeStep()) {
+      if (!unpack(bytes_of(row.getColumn(0)), rows)) return impl_->damaged("a block of samples");
+    }
+    return rows;
+  });
+}
+
+Result<std::vector<std::string>> CampaignReader::documents() const {
+  using Rows = std::vector<std::string>;
+  return impl_->query<Rows>([&]() -> Result<Rows> {
+    Rows rows;
+    SQLite::Statement row(*impl_->database, "SELECT line FROM document ORDER BY seq");
+    while (row.executeStep())
+      rows.push_back(row.getColumn(0).getString());
+    return rows;
+  });
+}
+
+}  // namespace shaker::record

@@ -1,0 +1,160 @@
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "record/campaign_database.hpp"
+#include "tests/record/scratch.hpp"
+
+namespace shaker::record {
+namespace {
+
+using testing::example_campaign;
+using testing::example_sample;
+using testing::Scratch;
+
+std::vector<SampleRow> samples(int from, int count) {
+  std::vector<SampleRow> rows;
+  for (int i = from; i < from + count; ++i)
+    rows.push_back(example_sample(i));
+  return rows;
+}
+
+void expect_same(const std::vector<SampleRow>& read, const std::vector<SampleRow>& written) {
+  ASSERT_EQ(read.size(), written.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    EXPECT_EQ(read[i].t_ns, written[i].t_ns);
+    EXPECT_EQ(read[i].value, written[i].value);
+    EXPECT_EQ(read[i].channel, written[i].channel);
+    EXPECT_EQ(read[i].quality, written[i].quality);
+  }
+}
+
+TEST(Campaign, ComesBackAsItWasWritten) {
+  const Scratch scratch;
+  auto writer = CampaignWriter::create(scratch.path() / "made" / "for it", example_campaign());
+  ASSERT_TRUE(writer) << writer.error().what;
+  EXPECT_EQ(writer->file().filename(), "first_light_20260301T120000Z.db");
+
+  const RunRow first{0, "r01", 2.5, 3.25, 20}, second{1, "süd/2", 4.125, 1e-3, 7};
+  ASSERT_TRUE(writer->add_run(first));
+  // More than a block, added in odd pieces, the run changing in mid-block.
+  ASSERT_TRUE(writer->add_samples(-1, samples(0, 3)));
+  ASSERT_TRUE(writer->add_samples(0, samples(3, 5000)));
+  ASSERT_TRUE(writer->add_samples(0, samples(5003, 1)));
+  ASSERT_TRUE(writer->add_run(second));
+  ASSERT_TRUE(writer->add_samples(1, samples(6000, 10)));
+  const CycleRow cycle{1, 42, true, 4.1251, 0.99e-3, {0.1, -0.2, 1.0 / 3.0}, {}};
+  ASSERT_TRUE(writer->add_cycle(cycle));
+  ASSERT_TRUE(writer->add_document(7, R"({"seq":7,"text":"größer"})"));
+  ASSERT_TRUE(writer->add_document(8, R"({"seq":8})"));
+  ASSERT_TRUE(writer->commit());
+  ASSERT_TRUE(writer->finish("success", "2026-03-01T12:05:00.000Z"));
+
+  const auto reader = CampaignReader::open(writer->file());
+  ASSERT_TRUE(reader) << reader.error().what;
+  const auto row = reader->campaign();
+  ASSERT_TRUE(row);
+  EXPECT_EQ(row->name, "first light");
+  EXPECT_EQ(row->started_utc, "2026-03-01T12:00:00.123Z");
+  EXPECT_EQ(row->rig, "rig A");
+  EXPECT_EQ(row->spec_json, R"({"runs": []})");
+  EXPECT_EQ(row->model_json, R"({"name": "oleo"})");
+  EXPECT_EQ(row->status, "success");
+  EXPECT_EQ(row->finished_utc, "2026-03-01T12:05:00.000Z");
+
+  const auto runs = reader->runs();
+  ASSERT_TRUE(runs);
+  ASSERT_EQ(runs->size(), 2U);
+  EXPECT_EQ((*runs)[1].name, "süd/2");
+  EXPECT_EQ((*runs)[1].frequency_hz, 4.125);
+  EXPECT_EQ((*runs)[1].amplitude, 1e-3);
+  EXPECT_EQ((*runs)[1].cycles_wanted, 7);
+
+  expect_same(*reader->samples(-1), samples(0, 3));
+  expect_same(*reader->samples(0), samples(3, 5001));
+  expect_same(*reader->samples(1), samples(6000, 10));
+
+  const auto cycles = reader->cycles(1);
+  ASSERT_TRUE(cycles);
+  ASSERT_EQ(cycles->size(), 1U);
+  EXPECT_EQ(cycles->front().index, 42);
+  EXPECT_TRUE(cycles->front().accepted);
+  EXPECT_EQ(cycles->front().displacement, cycle.displacement);
+  EXPECT_TRUE(cycles->front().excitation.empty());
+  EXPECT_THAT(*reader->documents(),
+              ::testing::ElementsAre(R"({"seq":7,"text":"größer"})", R"({"seq":8})"));
+}
+
+TEST(Campaign, KeepsSamplesThatAreNotNumbers) {
+  const Scratch scratch;
+  auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(writer);
+  const SampleRow nan{1, std::numeric_limits<double>::quiet_NaN(), {}, 2};
+  const SampleRow infinite{2, -std::numeric_limits<double>::infinity(), {}, 2};
+  ASSERT_TRUE(writer->add_samples(0, std::vector{nan, infinite}));
+  ASSERT_TRUE(writer->commit());
+  const auto reader = CampaignReader::open(writer->file());
+  ASSERT_TRUE(reader);
+  const auto read = reader->samples(0);
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->size(), 2U);
+  EXPECT_TRUE(std::isnan((*read)[0].value));
+  EXPECT_EQ((*read)[1].value, -std::numeric_limits<double>::infinity());
+}
+
+TEST(Campaign, CanBeReadWhileItIsWrittenAndShowsOnlyWhatIsCommitted) {
+  const Scratch scratch;
+  auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(writer);
+  const auto reader = CampaignReader::open(writer->file());
+  ASSERT_TRUE(reader) << reader.error().what;
+  ASSERT_TRUE(writer->add_document(1, "{}"));
+  EXPECT_EQ(reader->documents()->size(), 0U);
+  ASSERT_TRUE(writer->commit());
+  EXPECT_EQ(reader->documents()->size(), 1U);
+  EXPECT_EQ(reader->campaign()->status, "running");
+}
+
+TEST(Campaign, TwoWritersOfOneNameAndSecondGetAFileEach) {
+  const Scratch scratch;
+  auto one = CampaignWriter::create(scratch.path(), example_campaign());
+  auto two = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(one);
+  ASSERT_TRUE(two);
+  EXPECT_NE(one->file(), two->file());
+  for (std::uint64_t i = 0; i < 50; ++i) {
+    ASSERT_TRUE(one->add_document(i, "one"));
+    ASSERT_TRUE(two->add_document(i, "two"));
+    ASSERT_TRUE(one->commit());
+    ASSERT_TRUE(two->commit());
+  }
+  EXPECT_THAT(*CampaignReader::open(one->file())->documents(),
+              ::testing::AllOf(::testing::SizeIs(50), ::testing::Each("one")));
+  EXPECT_THAT(*CampaignReader::open(two->file())->documents(),
+              ::testing::AllOf(::testing::SizeIs(50), ::testing::Each("two")));
+}
+
+TEST(Campaign, FinishedIsOneFileThatCanBeCopied) {
+  const Scratch scratch;
+  auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->add_document(1, "{}"));
+  ASSERT_TRUE(writer->finish("success", "2026-03-01T12:05:00.000Z"));
+  EXPECT_FALSE(std::filesystem::exists(writer->file().string() + "-wal"));
+  const auto copy = scratch.path() / "copy.db";
+  std::filesystem::copy_file(writer->file(), copy);
+  EXPECT_EQ(CampaignReader::open(copy)->documents()->size(), 1U);
+}
+
+TEST(Campaign, ThatCannotBeCreatedNamesFileAndRemedy) {
+  const Scratch scratch;
+  const auto blocked = scratch.path() / "not a directory";
+  std::ofstream(blocked) << "x";
+  const auto writer = CampaignWriter::create(blocked, example_campaign());
+  ASSERT_FALSE(writer);
+  EXPECT_THAT(writer.error().what, ::testing::HasSubstr(blocked.string()));
+  EXPECT_THAT(writer.error().what, ::testing::HasSubstr("check that the data directory"));
+}
+
+}  // namespace
+}  // namespace shaker::record

@@ -1,0 +1,135 @@
+// Files that are not what they should be: named in a sentence, set aside, never in the way.
+#include <fstream>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include "record/recovery.hpp"
+#include "tests/record/scratch.hpp"
+
+namespace shaker::record {
+namespace {
+
+using testing::example_campaign;
+using ::testing::HasSubstr;
+using testing::Scratch;
+
+constexpr const char* kNow = "2026-03-01T12:01:00.000Z";
+
+// A campaign of some size, not finished.
+std::filesystem::path write_campaign(const std::filesystem::path& directory) {
+  auto writer = CampaignWriter::create(directory, example_campaign());
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    EXPECT_TRUE(writer->add_document(i, std::string(500, 'd')));
+  }
+  EXPECT_TRUE(writer->commit());
+  return writer->file();
+}
+
+void overwrite(const std::filesystem::path& file, std::streamoff where, std::size_t count) {
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  stream.seekp(where);
+  stream << std::string(count, '\x5a');
+}
+
+TEST(Reader, TellsApartWhatIsWrongWithAFile) {
+  const Scratch scratch;
+  const auto missing = scratch.path() / "missing.db";
+  EXPECT_THAT(CampaignReader::open(missing).error().what, HasSubstr("there is no such file"));
+
+  const auto text = scratch.path() / "text.db";
+  std::ofstream(text) << std::string(5000, 'a');
+  EXPECT_THAT(CampaignReader::open(text).error().what, HasSubstr("not a campaign database"));
+
+  const auto other = scratch.path() / "other.db";
+  SQLite::Database(other.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
+      .exec("CREATE TABLE t(x)");
+  EXPECT_THAT(CampaignReader::open(other).error().what, HasSubstr("not a campaign database"));
+
+  const auto newer = write_campaign(scratch.path());
+  SQLite::Database(newer.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version=99");
+  const auto refused = CampaignReader::open(newer);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("newer shakerd (layout 99"));
+  EXPECT_THAT(refused.error().what, HasSubstr(newer.string()));
+
+  const auto damaged = write_campaign(scratch.path());
+  overwrite(damaged, 8192, 20000);
+  EXPECT_THAT(CampaignReader::open(damaged).error().what, HasSubstr("is damaged"));
+}
+
+TEST(Recovery, SetsADamagedFileAsideAndLeavesTheOthersAlone) {
+  const Scratch scratch;
+  const auto damaged = write_campaign(scratch.path());
+  overwrite(damaged, 8192, 20000);
+  const auto text = scratch.path() / "zz.db";
+  std::ofstream(text) << std::string(5000, 'a');
+  const auto newer = write_campaign(scratch.path());
+  SQLite::Database(newer.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version=99");
+  const auto finished = write_campaign(scratch.path());
+  SQLite::Database(finished.string(), SQLite::OPEN_READWRITE)
+      .exec("UPDATE campaign SET status = 'success'");
+  std::ofstream(scratch.path() / "began_never.db");
+
+  const auto found = recover(scratch.path(), kNow);
+  ASSERT_EQ(found.size(), 2U);
+  for (const auto& one : found) {
+    EXPECT_TRUE(one.damaged);
+    EXPECT_THAT(one.what, HasSubstr("set aside as"));
+    EXPECT_TRUE(std::filesystem::exists(one.file)) << one.file;
+  }
+  EXPECT_FALSE(std::filesystem::exists(damaged));
+  EXPECT_FALSE(std::filesystem::exists(text));
+  EXPECT_TRUE(std::filesystem::exists(newer));
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "began_never.db"));
+  EXPECT_EQ(CampaignReader::open(finished)->campaign()->status, "success");
+  EXPECT_TRUE(recover(scratch.path(), kNow).empty());  // the second start has nothing to say
+}
+
+TEST(Recovery, OfAnInterruptedCampaignCountsWhatIsThereAndMarksIt) {
+  const Scratch scratch;
+  const auto file = write_campaign(scratch.path());
+  const auto found = recover(scratch.path(), kNow);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].campaign, "first light");
+  EXPECT_EQ(found[0].documents, 200);
+  EXPECT_THAT(found[0].what, HasSubstr("200 documents"));
+  EXPECT_EQ(CampaignReader::open(file)->campaign()->finished_utc, kNow);
+}
+
+TEST(Recovery, OfADirectoryThatIsNotThereFindsNothing) {
+  EXPECT_TRUE(recover("/nonexistent/shakerd", kNow).empty());
+}
+
+struct Unmounted {
+  const Scratch& scratch;
+  ~Unmounted() { ::umount2(scratch.path().c_str(), MNT_DETACH); }
+};
+
+// A real small disk, where we may mount one.
+TEST(FullDisk, OfARealFileSystemIsASentence) {
+  const Scratch scratch;
+  if (::mount("tmpfs", scratch.path().c_str(), "tmpfs", 0, "size=300k") != 0) {
+    GTEST_SKIP() << "needs the right to mount a tmpfs";
+  }
+  const Unmounted after{scratch};
+
+  auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(writer) << writer.error().what;
+  std::uint64_t kept = 0;
+  Result<void> written;
+  for (std::uint64_t i = 0; i < 2000 && written; ++i) {
+    written = writer->add_document(i, std::string(1000, 'x'));
+    if (written) written = writer->commit();
+    if (written) kept = i + 1;
+  }
+  EXPECT_GT(kept, 0U);
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().kind, ErrorKind::exhausted) << written.error().what;
+  EXPECT_THAT(written.error().what, HasSubstr("the disk is full; free space on it"));
+  EXPECT_GE(CampaignReader::open(writer->file())->documents()->size(), kept);
+}
+
+}  // namespace
+}  // namespace shaker::record

@@ -1,0 +1,47 @@
+// A directory of a test's own, removed with it; and a campaign to write into it.
+#pragma once
+
+#include <filesystem>
+#include <stdlib.h>
+#include <string>
+
+#include "record/campaign_database.hpp"
+
+namespace shaker::record::testing {
+
+class Scratch {
+ public:
+  Scratch() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "record.XXXXXX").string();
+    path_ = ::mkdtemp(pattern.data());
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline CampaignRow example_campaign() {
+  return {"first light",
+          "2026-03-01T12:00:00.123Z",
+          "rig A",
+          R"({"runs": []})",
+          R"({"name": "oleo"})",
+          "",
+          ""};
+}
+
+// Different in every field, and not a round number.
+inline SampleRow example_sample(int i) {
+  return {1'000'000'000LL * i + 17, 0.001 * i + 1.0 / 3.0,
+          static_cast<protocol::Channel>(i % protocol::kChannelCount),
+          static_cast<std::uint8_t>(i % 3)};
+}
+
+}  // namespace shaker::record::testing
