@@ -1,0 +1,35 @@
+# What `cmake --install` puts in place, and the Debian package (cpack -G DEB) that carries the same.
+include(GNUInstallDirs)
+
+foreach(program IN ITEMS shakerd shakerctl oleosim shakerd-stop-exciter)
+  if(TARGET ${program})
+    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  endif()
+endforeach()
+
+install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md"
+        PATTERN "*.svg")
+install(DIRECTORY config/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/examples OPTIONAL)
+foreach(room IN ITEMS config protocol)
+  install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema OPTIONAL)
+endforeach()
+
+set(CPACK_PACKAGE_NAME shakerd)
+set(CPACK_PACKAGE_CONTACT "The rig's maintainers <root@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION
+    "shakerd drives a harmonic excitation of a damper under test over Modbus or CAN, acquires the
+stroke, cuts it into whole periods and fits a physical model to each by its periodic solution.
+Estimates with their intervals leave as JSON lines on a Unix socket; every raw sample is kept in an
+SQLite database. shakerctl is the operator's hand, oleosim a rig that is not there.")
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "systemd (>= 252)")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "can-utils, iproute2")
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA
+    ${CMAKE_SOURCE_DIR}/cmake/debian/conffiles ${CMAKE_SOURCE_DIR}/cmake/debian/postinst
+    ${CMAKE_SOURCE_DIR}/cmake/debian/prerm ${CMAKE_SOURCE_DIR}/cmake/debian/postrm)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+include(CPack)

@@ -1,0 +1,13 @@
+# Runs during the installation: the unit with the installation's own paths, and the first rig file.
+if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+  set(etc /etc/shakerd)
+else()
+  set(etc ${CMAKE_INSTALL_PREFIX}/etc/shakerd)
+endif()
+configure_file(${source}/shakerd.service.in ${binary}/shakerd.service @ONLY)
+file(INSTALL ${binary}/shakerd.service DESTINATION ${CMAKE_INSTALL_PREFIX}/lib/systemd/system)
+
+# A rig file that somebody has written for his rig is never replaced.
+if(NOT EXISTS $ENV{DESTDIR}${etc}/rig.json)
+  file(INSTALL ${source}/rig.json DESTINATION ${etc} OPTIONAL)
+endif()

@@ -1,0 +1,35 @@
+#!/bin/bash
+# Usage: package.sh BUILD FOLDER: makes the Debian package and looks into it. It stays in FOLDER,
+# where the virtual rig PC installs it with dpkg.
+set -euo pipefail
+build=$1 folder=$2
+rm -rf "$folder"
+mkdir -p "$folder"
+(cd "$folder" && cpack -G DEB --config "$build/CPackConfig.cmake" -B "$folder") >"$folder/cpack.log" 2>&1 || {
+  tail -n 30 "$folder/cpack.log"
+  exit 1
+}
+rm -rf "$folder/_CPack_Packages"
+package=$(echo "$folder"/shakerd_*.deb)
+dpkg-deb --info "$package"
+dpkg-deb --contents "$package" | awk '{ print $1, $2, $6 }' | tee "$folder/contents"
+
+fail() {
+  echo "$*"
+  exit 1
+}
+for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter} usr/lib/systemd/system/shakerd.service \
+  usr/lib/systemd/system/shakerd.socket usr/lib/sysusers.d/shakerd.conf \
+  usr/lib/tmpfiles.d/shakerd.conf etc/shakerd/rig.json; do
+  grep -q " \./$file$" "$folder/contents" || fail "the package lacks /$file"
+done
+! grep -v ' root/root ' "$folder/contents" || fail "these files are not root's"
+depends=$(dpkg-deb --field "$package" Depends)
+for library in libc6 libstdc++6 libmodbus5 libsqlite3-0 libsystemd0; do
+  grep -q "\b$library\b" <<<"${depends//+/+}" || fail "Depends lacks $library: $depends"
+done
+dpkg-deb --ctrl-tarfile "$package" | tar -xO ./conffiles | grep -qx /etc/shakerd/rig.json ||
+  fail "rig.json is not a conffile: an upgrade would overwrite it"
+for script in postinst prerm postrm; do
+  dpkg-deb --ctrl-tarfile "$package" | tar -xO "./$script" | sh -n || fail "$script is no shell script"
+done

@@ -1,0 +1,18 @@
+#!/bin/bash
+# Usage: stage.sh BUILD STAGE: installs the build under the folder STAGE as if that were /.
+set -euo pipefail
+rm -rf "$2"
+DESTDIR=$2 cmake --install "$1" --prefix /usr --strip >"$2.log" 2>&1 || { cat "$2.log" && exit 1; }
+for file in usr/lib/systemd/system/shakerd.{service,socket} usr/lib/sysusers.d/shakerd.conf \
+  usr/lib/tmpfiles.d/shakerd.conf usr/lib/systemd/network/80-can0.network; do
+  [ -s "$2/$file" ] || { echo "$file was not installed" && exit 1; }
+done
+if grep -rn '@[a-z]*@' "$2/usr/lib"; then
+  echo "a unit still holds a placeholder" && exit 1
+fi
+# Installing again must not replace the rig file that an operator has changed.
+if [ -e "$2/etc/shakerd/rig.json" ]; then
+  echo '// changed by hand' >>"$2/etc/shakerd/rig.json"
+  DESTDIR=$2 cmake --install "$1" --prefix /usr --strip >>"$2.log" 2>&1
+  tail -n 1 "$2/etc/shakerd/rig.json" | grep -q 'changed by hand'
+fi
