@@ -1,0 +1,28 @@
+// -g: the weight of the sprung mass. Its constant is the model file's "gravity".
+#include "estimator/effects/catalogue.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr ConstantInfo kConstants[] = {{"g", "m/s^2", 9.80665, "acceleration of gravity"}};
+
+class Gravity final : public Effect {
+ public:
+  std::string_view name() const override { return "gravity"; }
+  std::string_view formula() const override { return "-g"; }
+  std::span<const ConstantInfo> constants() const override { return kConstants; }
+  bool evaluate(const Points& at, const double*, const double* constants,
+                const Forces& out) const override {
+    for (int i = 0; i < at.n; ++i) out.f[i] -= constants[0];
+    return true;
+  }
+};
+
+}  // namespace
+
+const Effect& gravity() {
+  static const Gravity effect;
+  return effect;
+}
+
+}  // namespace shaker::estimator

@@ -1,0 +1,28 @@
+// Arrays of doubles on cache-line boundaries, for loops over points.
+#pragma once
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace shaker::estimator {
+
+template <class T>
+struct AlignedAllocator {
+  using value_type = T;
+  AlignedAllocator() = default;
+  template <class U>
+  AlignedAllocator(const AlignedAllocator<U>&) {}  // NOLINT: allocators convert
+  T* allocate(std::size_t count) {
+    return static_cast<T*>(::operator new(count * sizeof(T), std::align_val_t(64)));
+  }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t(64)); }
+  template <class U>
+  bool operator==(const AlignedAllocator<U>&) const {
+    return true;
+  }
+};
+
+using AlignedVector = std::vector<double, AlignedAllocator<double>>;
+
+}  // namespace shaker::estimator

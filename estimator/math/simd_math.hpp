@@ -1,0 +1,83 @@
+// Logarithm and exponential that the compiler can vectorise, and the machinery for building one
+// loop for several instruction sets.
+//
+// A periodic solution evaluates the gas force at every point of the period; scalar libm calls are
+// then two thirds of the time of an estimate. These are branch-free series on the reduced argument
+// (atanh series for the logarithm, Taylor for the exponential), within 2 ulp of libm on the range
+// that the models use (tests/estimator/simd_math_test). No special values: the caller keeps arguments
+// positive and finite, and checks for it.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+// The loop behind it is compiled once for each instruction set and chosen when the program starts.
+// Sanitizers and the loader's indirect functions do not mix, hence the exception.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define SHAKER_SIMD_CLONES \
+  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define SHAKER_SIMD_CLONES
+#endif
+#define SHAKER_INLINE __attribute__((always_inline)) inline
+
+namespace shaker::estimator {
+
+// Precondition: x positive, finite and normal.
+SHAKER_INLINE double fast_log(double x) {
+  // x = 2^k m with m in [sqrt(1/2), sqrt(2)).
+  constexpr std::uint64_t kSqrtHalf = 0x3fe6a09e667f3bcdULL;
+  const std::uint64_t bits = std::bit_cast<std::uint64_t>(x);
+  const std::uint64_t shifted = bits - kSqrtHalf;
+  const double m = std::bit_cast<double>(bits - (shifted & 0xfff0000000000000ULL));
+  // Integer to double without a conversion instruction: 2^52 + (k mod 4096), as bits.
+  const double wrapped = std::bit_cast<double>((shifted >> 52) | 0x4330000000000000ULL) -
+                         4503599627370496.0;
+  const double k = wrapped >= 2048.0 ? wrapped - 4096.0 : wrapped;
+  const double s = (m - 1.0) / (m + 1.0);
+  const double q = s * s;
+  double p = 1.0 / 23.0;
+  p = p * q + 1.0 / 21.0;
+  p = p * q + 1.0 / 19.0;
+  p = p * q + 1.0 / 17.0;
+  p = p * q + 1.0 / 15.0;
+  p = p * q + 1.0 / 13.0;
+  p = p * q + 1.0 / 11.0;
+  p = p * q + 1.0 / 9.0;
+  p = p * q + 1.0 / 7.0;
+  p = p * q + 1.0 / 5.0;
+  p = p * q + 1.0 / 3.0;
+  constexpr double kLn2High = 6.93147180369123816490e-01;
+  constexpr double kLn2Low = 1.90821492927058770002e-10;
+  return k * kLn2High + (2.0 * s + (2.0 * s * q * p + k * kLn2Low));
+}
+
+// Precondition: |x| < 700.
+SHAKER_INLINE double fast_exp(double x) {
+  constexpr double kLog2e = 1.44269504088896340736;
+  constexpr double kLn2High = 6.93147180369123816490e-01;
+  constexpr double kLn2Low = 1.90821492927058770002e-10;
+  constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to an integer
+  const double shifted = x * kLog2e + kRound;
+  const double k = shifted - kRound;
+  const double r = (x - k * kLn2High) - k * kLn2Low;
+  double p = 1.0 / 6227020800.0;
+  p = p * r + 1.0 / 479001600.0;
+  p = p * r + 1.0 / 39916800.0;
+  p = p * r + 1.0 / 3628800.0;
+  p = p * r + 1.0 / 362880.0;
+  p = p * r + 1.0 / 40320.0;
+  p = p * r + 1.0 / 5040.0;
+  p = p * r + 1.0 / 720.0;
+  p = p * r + 1.0 / 120.0;
+  p = p * r + 1.0 / 24.0;
+  p = p * r + 1.0 / 6.0;
+  p = p * r + 0.5;
+  p = p * r + 1.0;
+  p = p * r + 1.0;
+  const std::uint64_t scale = (std::bit_cast<std::uint64_t>(shifted) + 1023) << 52;
+  return p * std::bit_cast<double>(scale);
+}
+
+}  // namespace shaker::estimator

@@ -1,0 +1,118 @@
+// The periodic solution of a model at one excitation, discretised over the cyclic time: state,
+// residual, Newton step and sensitivities dz/dtheta from one factorisation. Equations (5.13)-(5.19),
+// (5.23), (5.24).
+//
+// Mutable workspace of one thread beside an immutable Model. Nothing allocates after construction.
+//
+// The grid has n equal steps; z_i is the state at tau = i / n. Where the model's damping has a kink
+// at v = 0 (|v| v), u'''' jumps there; the differences are corrected for that jump when `correct_kink`
+// is set, which brings a fixed grid back from third order to its declared one.
+#pragma once
+
+#include <complex>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estimator/math/aligned.hpp"
+#include "estimator/math/cyclic_banded_lu.hpp"
+#include "estimator/model.hpp"
+#include "estimator/periodic/scheme.hpp"
+
+namespace shaker::estimator {
+
+struct GridOptions {
+  Scheme scheme = Scheme::order4;
+  int points = 256;
+  bool correct_kink = true;
+};
+
+enum class SolveStatus { converged, no_equilibrium, no_convergence, inadmissible, singular };
+
+struct SolveReport {
+  SolveStatus status = SolveStatus::converged;
+  int iterations = 0;
+  double residual = 0.0;          // largest |g|, m/s^2
+  double amplitude_reached = 1.0; // share of the excitation at which a continuation stopped
+  std::string sentence() const;   // for the operator
+};
+
+class PeriodicSystem {
+ public:
+  // `model` must outlive the system. Throws std::invalid_argument for too few points.
+  PeriodicSystem(const Model& model, GridOptions options);
+  ~PeriodicSystem();
+  PeriodicSystem(PeriodicSystem&&) noexcept;
+  PeriodicSystem& operator=(PeriodicSystem&&) = delete;
+
+  const Model& model() const { return *model_; }
+  int points() const { return n_; }
+  const GridOptions& options() const { return options_; }
+  double frequency() const { return frequency_; }
+
+  // amplitude * cos(2 pi tau).
+  void set_excitation(double frequency_hz, double amplitude);
+  // Fourier series through `samples` on equal steps, cut after `harmonics`, put on the grid.
+  void set_excitation(double frequency_hz, std::span<const double> samples, int harmonics);
+
+  // --- state z: index i * coordinates + c
+  std::span<double> state() { return z_; }
+  std::span<const double> state() const { return z_; }
+  double value(int point, int coordinate) const { return z_[point * s_ + coordinate]; }
+  void interpolate_from(const PeriodicSystem& coarser);
+
+  // --- one linearisation. `linearise` evaluates residual and slopes at the state; false when some
+  // point is inadmissible. `solve_step` then solves for the rows; false when singular.
+  bool linearise(std::span<const double> theta);
+  double residual() const { return residual_; }
+  bool solve_step();
+  // Row of unknown (point, coordinate): [0] Newton step of z, [1 + k] dz/dtheta_k.
+  std::span<const double> row(int point, int coordinate) const {
+    return {&rows_[static_cast<std::size_t>(point * s_ + coordinate) * stride_],
+            static_cast<std::size_t>(1 + p_)};
+  }
+  // z += newton * (Newton step) + sensitivities * delta_theta.
+  void advance(double newton, std::span<const double> delta_theta);
+  // The step that makes the state of the last linearisation follow a change of theta and end on the
+  // solution: advance(1, delta).
+
+  // --- whole solutions
+  // From static equilibrium through amplitude continuation: needs no start.
+  SolveReport solve_from_rest(std::span<const double> theta);
+  // Newton from the present state. On success the last rows hold the sensitivities.
+  SolveReport solve(std::span<const double> theta, int max_iterations = 30,
+                    double tolerance = 1e-11);
+
+  // Velocity and acceleration of the state as last linearised, m/s and m/s^2.
+  double velocity(int point, int coordinate) const { return v_[coordinate][point]; }
+  double acceleration(int point, int coordinate) const { return a_[coordinate][point]; }
+
+ private:
+  void differentiate();
+  void differentiate_fourier();
+  void correct_kinks(double kink);
+  bool solve_scalar();
+  bool solve_banded();
+  bool solve_dense();
+  void fill_right_hand_sides();
+  bool equilibrium(std::span<const double> theta);
+  double damped_step(std::span<const double> theta);
+
+  const Model* model_;
+  GridOptions options_;
+  Stencil stencil_;
+  int n_, s_, p_, padded_, groups_, stride_;
+  double frequency_ = 1.0;
+  double residual_ = 0.0;
+  double excitation_scale_ = 1.0;
+
+  AlignedVector z_, saved_, x_full_, x_, rows_, band_, upper_;
+  AlignedVector store_;                       // all arrays of points
+  std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
+  std::unique_ptr<CyclicBandedLu> banded_;
+  struct Dense;
+  std::unique_ptr<Dense> dense_;
+};
+
+}  // namespace shaker::estimator

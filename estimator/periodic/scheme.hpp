@@ -1,0 +1,48 @@
+// How the derivatives over the cyclic time are taken on n equal steps (5.17).
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+namespace shaker::estimator {
+
+// order2 is the paper's. The declared order is reached on smooth problems (tested); |v| v caps it
+// near 3, unless the kink is corrected (PeriodicSystem). fourier is collocation with all harmonics.
+enum class Scheme { order2, order4, order6, fourier };
+
+constexpr std::string_view name(Scheme scheme) {
+  constexpr std::string_view names[] = {"order2", "order4", "order6", "fourier"};
+  return names[static_cast<int>(scheme)];
+}
+
+constexpr std::optional<Scheme> scheme_from_name(std::string_view text) {
+  for (const Scheme s : {Scheme::order2, Scheme::order4, Scheme::order6, Scheme::fourier}) {
+    if (name(s) == text) return s;
+  }
+  return std::nullopt;
+}
+
+// Central differences of half-width `reach`: z' ~ n sum first[reach + k] z_{i+k}, z'' ~ n^2 sum
+// second[reach + k] z_{i+k}.
+struct Stencil {
+  int reach = 0;
+  std::array<double, 7> first{}, second{};
+};
+
+constexpr Stencil stencil(Scheme scheme) {
+  switch (scheme) {
+    case Scheme::order2:
+      return {1, {-1. / 2, 0, 1. / 2}, {1, -2, 1}};
+    case Scheme::order4:
+      return {2,
+              {1. / 12, -2. / 3, 0, 2. / 3, -1. / 12},
+              {-1. / 12, 4. / 3, -5. / 2, 4. / 3, -1. / 12}};
+    default:
+      return {3,
+              {-1. / 60, 3. / 20, -3. / 4, 0, 3. / 4, -3. / 20, 1. / 60},
+              {1. / 90, -3. / 20, 3. / 2, -49. / 18, 3. / 2, -3. / 20, 1. / 90}};
+  }
+}
+
+}  // namespace shaker::estimator

@@ -1,0 +1,136 @@
+// Whole periodic solutions: static equilibrium, continuation in the amplitude, damped Newton.
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "estimator/periodic/periodic_system.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr double kSmallestDamping = 1.0 / 1024;
+
+}  // namespace
+
+// Halves the Newton step until the state is admissible and the residual has come down; returns the
+// share that was taken, 0 when none would do. The state is linearised there on return.
+double PeriodicSystem::damped_step(std::span<const double> theta) {
+  saved_.assign(z_.begin(), z_.end());
+  const double before = residual_;
+  const std::span<const double> no_change;
+  for (double damping = 1.0; damping >= kSmallestDamping; damping *= 0.5) {
+    for (int i = 0; i < n_ * s_; ++i)
+      z_[i] = saved_[i] + damping * rows_[static_cast<std::size_t>(i) * stride_];
+    if (linearise(theta) && residual_ < (1.0 - 0.1 * damping) * before) return damping;
+  }
+  z_.assign(saved_.begin(), saved_.end());
+  linearise(theta);
+  return 0.0;
+}
+
+SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterations,
+                                  double tolerance) {
+  SolveReport report;
+  if (!linearise(theta)) {
+    report.status = SolveStatus::inadmissible;
+    return report;
+  }
+  // The smallest residual that rounding allows: differences of z scaled by (f n)^2.
+  double size = 1e-300;
+  for (const double z : z_) size = std::max(size, std::fabs(z));
+  const double floor =
+      std::max(tolerance, 64.0 * 2.3e-16 * size * frequency_ * frequency_ * n_ * n_);
+  for (report.iterations = 0; report.iterations < max_iterations; ++report.iterations) {
+    if (!solve_step()) {
+      report.status = SolveStatus::singular;
+      report.residual = residual_;
+      return report;
+    }
+    report.residual = residual_;
+    if (residual_ <= floor) return report;
+    double step = 0.0;
+    for (int i = 0; i < n_ * s_; ++i)
+      step = std::max(step, std::fabs(rows_[static_cast<std::size_t>(i) * stride_]));
+    if (damped_step(theta) == 0.0) {
+      // No progress left to make: at the level of rounding that is convergence.
+      report.residual = residual_;
+      solve_step();
+      report.status = step < 1e-9 * std::max(size, 1e-3) ? SolveStatus::converged
+                                                         : SolveStatus::no_convergence;
+      return report;
+    }
+  }
+  report.status = SolveStatus::no_convergence;
+  report.residual = residual_;
+  return report;
+}
+
+// Newton on the constant solution: every point of the ring is the same, so one point's equations do.
+bool PeriodicSystem::equilibrium(std::span<const double> theta) {
+  std::fill(z_.begin(), z_.end(), 0.0);
+  std::fill(x_.begin(), x_.end(), 0.0);
+  Eigen::VectorXd g(s_);
+  Eigen::MatrixXd slope(s_, s_);
+  const auto read = [&] {
+    for (int d = 0; d < s_; ++d) {
+      g[d] = g_[d][0];
+      for (int e = 0; e < s_; ++e) slope(d, e) = g_u_[d * s_ + e][0];
+    }
+  };
+  if (!linearise(theta)) return false;
+  read();
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    if (residual_ < 1e-10) return true;
+    const Eigen::VectorXd step = slope.colPivHouseholderQr().solve(-g);
+    if (!step.allFinite()) return false;
+    saved_.assign(z_.begin(), z_.end());
+    const double before = residual_;
+    double damping = 1.0;
+    for (; damping > 1e-9; damping *= 0.5) {
+      for (int i = 0; i < n_; ++i)
+        for (int c = 0; c < s_; ++c) z_[i * s_ + c] = saved_[i * s_ + c] + damping * step[c];
+      if (linearise(theta) && residual_ < before) break;
+    }
+    if (damping <= 1e-9) return before < 1e-6;
+    read();
+  }
+  return residual_ < 1e-6;
+}
+
+SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta) {
+  SolveReport report;
+  if (!equilibrium(theta)) {
+    report.status = SolveStatus::no_equilibrium;
+    report.amplitude_reached = 0.0;
+    x_ = x_full_;
+    return report;
+  }
+  // The excitation grows in steps that double after an easy success and halve after a failure.
+  AlignedVector good(z_.begin(), z_.end());
+  double reached = 0.0;
+  double step = 1.0;
+  int iterations = 0;
+  while (reached < 1.0) {
+    const double target = std::min(1.0, reached + step);
+    for (int i = 0; i < n_; ++i) x_[i] = target * x_full_[i];
+    report = solve(theta, target < 1.0 ? 12 : 30);
+    iterations += report.iterations;
+    if (report.status == SolveStatus::converged) {
+      reached = target;
+      good.assign(z_.begin(), z_.end());
+      if (report.iterations < 6) step *= 2.0;
+    } else {
+      z_.assign(good.begin(), good.end());
+      step *= 0.5;
+      if (step < 1e-4) break;
+    }
+  }
+  x_ = x_full_;
+  report.iterations = iterations;
+  report.amplitude_reached = reached;
+  if (reached < 1.0) report.status = SolveStatus::no_convergence;
+  return report;
+}
+
+}  // namespace shaker::estimator
