@@ -1,8 +1,9 @@
 // What an estimation gives: parameters with what they are worth. Plain data, no library types, so
 // that everyone can include it.
 //
-// Sources: covariance (3.27) with s^2 from (3.28); intervals (3.29) with Student's t quantile of the
-// degrees of freedom instead of 1.96; condition of the Jacobian with columns scaled to unit length.
+// Sources: covariance (3.27) with s^2 from (3.28); intervals (3.29) with Student's t quantile of
+// the degrees of freedom instead of 1.96; condition of the Jacobian with columns scaled to unit
+// length.
 #pragma once
 
 #include <string>
@@ -11,33 +12,33 @@
 namespace shaker::estimator {
 
 struct ParameterEstimate {
-  std::string name;              // symbol in the model, e.g. "theta1"
-  std::string effect;            // e.g. "orifice_damping"
+  std::string name;    // symbol in the model, e.g. "theta1"
+  std::string effect;  // e.g. "orifice_damping"
   std::string unit;
   double value = 0.0;
-  double standard_error = 0.0;   // NaN when undetermined
+  double standard_error = 0.0;      // NaN when undetermined
   double lower = 0.0, upper = 0.0;  // 95 % interval
   bool fixed = false;
   bool at_bound = false;
-  bool determined = true;        // false: the data do not fix it; see Estimate::warnings
+  bool determined = true;  // false: the data do not fix it; see Estimate::warnings
 };
 
 struct Estimate {
   std::string model;
   std::vector<ParameterEstimate> parameters;
-  std::vector<double> covariance;      // free parameters only, row by row, in their order
+  std::vector<double> covariance;             // free parameters only, row by row, in their order
   std::vector<std::string> covariance_order;  // names of those
-  double noise_standard_deviation = 0.0;  // s of (3.28), m
+  double noise_standard_deviation = 0.0;      // s of (3.28), m
   double sum_of_squares = 0.0;
-  double condition = 0.0;              // scaled condition number of the Jacobian
+  double condition = 0.0;  // scaled condition number of the Jacobian
   long observations = 0;
   long degrees_of_freedom = 0;
-  long cycles = 0;                     // that count in it
+  long cycles = 0;  // that count in it
   int runs = 0;
   int iterations = 0;
   bool converged = false;
-  bool usable = false;                 // converged, determined, inside the bounds
-  std::vector<std::string> warnings;   // sentences for the operator
+  bool usable = false;                // converged, determined, inside the bounds
+  std::vector<std::string> warnings;  // sentences for the operator
 };
 
 }  // namespace shaker::estimator

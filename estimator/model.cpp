@@ -13,13 +13,14 @@ namespace shaker::estimator {
 namespace {
 
 [[noreturn]] void reject(const config::ModelSpec& model, const std::string& why) {
-  throw std::invalid_argument(
-      fmt::format("{}: {}", model.origin.empty() ? "model '" + model.name + "'" : model.origin, why));
+  throw std::invalid_argument(fmt::format(
+      "{}: {}", model.origin.empty() ? "model '" + model.name + "'" : model.origin, why));
 }
 
 std::string known_effects() {
   std::vector<std::string_view> names;
-  for (const Effect* effect : catalogue()) names.push_back(effect->name());
+  for (const Effect* effect : catalogue())
+    names.push_back(effect->name());
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
@@ -28,9 +29,9 @@ std::string relabel(std::string_view unit, const std::string& length) {
   std::string text(unit);
   if (length == "m") return text;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool alone = (i == 0 || !std::isalpha(static_cast<unsigned char>(text[i - 1]))) &&
-                       (i + 1 == text.size() ||
-                        !std::isalpha(static_cast<unsigned char>(text[i + 1])));
+    const bool alone =
+        (i == 0 || !std::isalpha(static_cast<unsigned char>(text[i - 1]))) &&
+        (i + 1 == text.size() || !std::isalpha(static_cast<unsigned char>(text[i + 1])));
     if (text[i] == 'm' && alone) {
       text.replace(i, 1, length);
       i += length.size() - 1;
@@ -53,7 +54,8 @@ Model::Model(const config::ModelSpec& spec)
   mass_ = one_or(spec.mass, s, 1.0);
   excitation_ = one_or(spec.excitation, s, 1.0);
   if (mass_.size() != s * s)
-    reject(spec, fmt::format("/mass has {} numbers; {} coordinates need {}", mass_.size(), s, s * s));
+    reject(spec,
+           fmt::format("/mass has {} numbers; {} coordinates need {}", mass_.size(), s, s * s));
   if (excitation_.size() != s)
     reject(spec, fmt::format("/excitation has {} numbers; {} coordinates need one each",
                              excitation_.size(), s));
@@ -65,7 +67,8 @@ Model::Model(const config::ModelSpec& spec)
     observed_ = static_cast<int>(found - spec.coordinates.begin());
   }
   if (spec.effects.empty()) reject(spec, "/effects is empty: a model needs at least one effect");
-  for (std::size_t i = 0; i < spec.effects.size(); ++i) add_effect(spec.effects[i], i, spec);
+  for (std::size_t i = 0; i < spec.effects.size(); ++i)
+    add_effect(spec.effects[i], i, spec);
 }
 
 void Model::add_effect(const config::EffectSpec& spec, std::size_t index,
@@ -80,8 +83,9 @@ void Model::add_effect(const config::EffectSpec& spec, std::size_t index,
   term.sees = one_or(spec.sees, s, 1.0);
   term.acts = one_or(spec.acts, s, 1.0);
   if (term.sees.size() != s || term.acts.size() != s)
-    reject(model, fmt::format("{}: 'sees' and 'acts' need one number for each of the {} coordinates",
-                              place, s));
+    reject(model,
+           fmt::format("{}: 'sees' and 'acts' need one number for each of the {} coordinates",
+                       place, s));
 
   for (const ConstantInfo& info : effect->constants()) {
     const auto given = spec.constants.find(std::string(info.symbol));
@@ -93,17 +97,20 @@ void Model::add_effect(const config::EffectSpec& spec, std::size_t index,
     const auto constants = effect->constants();
     if (std::none_of(constants.begin(), constants.end(),
                      [&](const ConstantInfo& c) { return c.symbol == symbol; }))
-      reject(model, fmt::format("{}/constants: {} has no constant '{}'", place, spec.effect, symbol));
+      reject(model,
+             fmt::format("{}/constants: {} has no constant '{}'", place, spec.effect, symbol));
   }
   for (const auto& [symbol, value] : spec.parameters) {
     const auto known = effect->parameters();
     if (std::none_of(known.begin(), known.end(),
                      [&](const ParameterInfo& p) { return p.symbol == symbol; })) {
       std::vector<std::string_view> names;
-      for (const ParameterInfo& p : known) names.push_back(p.symbol);
-      reject(model, fmt::format("{}/parameters: {} has no parameter '{}'; it has {}", place,
-                                spec.effect, symbol,
-                                names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+      for (const ParameterInfo& p : known)
+        names.push_back(p.symbol);
+      reject(
+          model,
+          fmt::format("{}/parameters: {} has no parameter '{}'; it has {}", place, spec.effect,
+                      symbol, names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
     }
   }
   for (const ParameterInfo& info : effect->parameters()) {
@@ -122,8 +129,8 @@ void Model::add_effect(const config::EffectSpec& spec, std::size_t index,
     p.start = said.start.value_or(std::clamp(info.start, p.lower, p.upper));
     p.fixed = said.fixed;
     if (!(p.lower <= p.upper))
-      reject(model, fmt::format("{}/parameters/{}: lower bound {} is above the upper bound {}", place,
-                                info.symbol, p.lower, p.upper));
+      reject(model, fmt::format("{}/parameters/{}: lower bound {} is above the upper bound {}",
+                                place, info.symbol, p.lower, p.upper));
     if (!(p.start >= p.lower && p.start <= p.upper))
       reject(model, fmt::format("{}/parameters/{}/start: {} is outside its bounds [{}, {}]", place,
                                 info.symbol, p.start, p.lower, p.upper));
@@ -134,7 +141,8 @@ void Model::add_effect(const config::EffectSpec& spec, std::size_t index,
 
 std::vector<double> Model::start() const {
   std::vector<double> theta;
-  for (const ModelParameter& p : parameters_) theta.push_back(p.start);
+  for (const ModelParameter& p : parameters_)
+    theta.push_back(p.start);
   return theta;
 }
 

@@ -1,6 +1,7 @@
 // A model: a sum of effects on the generalised coordinates, written as a residual
 //
-//     g(u, u', u''; x, theta) = M u'' + sum over effects of w f(c.u, c.u', c.u''; theta) - e x(t) = 0
+//     g(u, u', u''; x, theta) = M u'' + sum over effects of w f(c.u, c.u', c.u''; theta) - e x(t) =
+//     0
 //
 // with u the s coordinates (s = 1 for the oleo: its stroke), M the mass matrix over the reference
 // mass, c the combination of coordinates that an effect sees, w the equations in which its force
@@ -18,9 +19,9 @@
 namespace shaker::estimator {
 
 struct ModelParameter {
-  std::string name;    // unique in the model
+  std::string name;  // unique in the model
   std::string effect;
-  std::string unit;    // in the model's own length unit
+  std::string unit;  // in the model's own length unit
   double start = 0.0, lower = 0.0, upper = 0.0;
   bool fixed = false;
 };

@@ -13,7 +13,8 @@ bool Model::evaluate(const ModelPoints& at, const double* theta, const ModelForc
 bool Model::evaluate_one(const ModelPoints& at, const double* theta, const ModelForces& out) const {
   const int n = at.n;
   double* __restrict g = out.g[0];
-  for (int i = 0; i < n; ++i) g[i] = mass_[0] * at.a[0][i] - excitation_[0] * at.x[i];
+  for (int i = 0; i < n; ++i)
+    g[i] = mass_[0] * at.a[0][i] - excitation_[0] * at.x[i];
   std::fill_n(out.g_u[0], n, 0.0);
   std::fill_n(out.g_v[0], n, 0.0);
   std::fill_n(out.g_a[0], n, mass_[0]);
@@ -34,10 +35,12 @@ bool Model::evaluate_many(const ModelPoints& at, const double* theta,
   const int n = at.n;
   const int s = coordinates_;
   for (int d = 0; d < s; ++d) {
-    for (int i = 0; i < n; ++i) out.g[d][i] = -excitation_[d] * at.x[i];
+    for (int i = 0; i < n; ++i)
+      out.g[d][i] = -excitation_[d] * at.x[i];
     for (int e = 0; e < s; ++e) {
       const double m = mass_[d * s + e];
-      for (int i = 0; i < n; ++i) out.g[d][i] += m * at.a[e][i];
+      for (int i = 0; i < n; ++i)
+        out.g[d][i] += m * at.a[e][i];
       std::fill_n(out.g_u[d * s + e], n, 0.0);
       std::fill_n(out.g_v[d * s + e], n, 0.0);
       std::fill_n(out.g_a[d * s + e], n, m);
@@ -46,7 +49,8 @@ bool Model::evaluate_many(const ModelPoints& at, const double* theta,
   double* const* local = out.scratch;      // u, v, a
   double* const* force = out.scratch + 3;  // f, f_u, f_v, f_a, then f_theta
   for (const Term& term : terms_) {
-    for (int k = 0; k < 7; ++k) std::fill_n(local[k], n, 0.0);
+    for (int k = 0; k < 7; ++k)
+      std::fill_n(local[k], n, 0.0);
     for (int e = 0; e < s; ++e) {
       const double c = term.sees[e];
       if (c == 0.0) continue;
@@ -66,10 +70,12 @@ bool Model::evaluate_many(const ModelPoints& at, const double* theta,
       const double w = term.acts[d];
       for (int k = 0; k < own; ++k) {
         double* column = out.g_theta[d * p + term.first_parameter + k];
-        for (int i = 0; i < n; ++i) column[i] = w * force[4 + k][i];
+        for (int i = 0; i < n; ++i)
+          column[i] = w * force[4 + k][i];
       }
       if (w == 0.0) continue;
-      for (int i = 0; i < n; ++i) out.g[d][i] += w * force[0][i];
+      for (int i = 0; i < n; ++i)
+        out.g[d][i] += w * force[0][i];
       for (int e = 0; e < s; ++e) {
         const double c = w * term.sees[e];
         if (c == 0.0) continue;

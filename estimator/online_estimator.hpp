@@ -1,7 +1,8 @@
 // The estimate after every cycle: warm-started, all runs of the campaign counting jointly.
 //
-// Maximum likelihood with unknown noise variance. Cycles of one run are averaged point by point (the
-// sufficient statistic for white noise), the scatter about that mean gives the cycle-to-cycle noise.
+// Maximum likelihood with unknown noise variance. Cycles of one run are averaged point by point
+// (the sufficient statistic for white noise), the scatter about that mean gives the cycle-to-cycle
+// noise.
 #pragma once
 
 #include <memory>
@@ -14,14 +15,15 @@
 namespace shaker::estimator {
 
 struct OnlineOptions {
-  int grid_points = 256;   // of the periodic solution; the data's n need not divide it
+  int grid_points = 256;  // of the periodic solution; the data's n need not divide it
   int max_iterations = 50;
 };
 
 // One thread at a time. `add` allocates only when a new run begins.
 class OnlineEstimator {
  public:
-  // Throws std::invalid_argument when the model names an unknown effect or parameter, with the place.
+  // Throws std::invalid_argument when the model names an unknown effect or parameter, with the
+  // place.
   explicit OnlineEstimator(const config::ModelSpec& model, OnlineOptions options = {});
   ~OnlineEstimator();
   OnlineEstimator(OnlineEstimator&&) noexcept;

@@ -1,5 +1,5 @@
-// An effect: one physical mechanism of a model, with a name, its parameters, its force and the exact
-// partial derivatives of the force.
+// An effect: one physical mechanism of a model, with a name, its parameters, its force and the
+// exact partial derivatives of the force.
 //
 // A model is a sum of effects written as accelerations on the left of (6.3),
 //     u'' + sum of effects = x(t),
@@ -16,10 +16,10 @@
 namespace shaker::estimator {
 
 struct ParameterInfo {
-  std::string_view symbol;   // "theta1"
-  std::string_view unit;     // in SI: "1/m"; models in feet relabel the metre
-  double start;              // where to begin when nothing is said
-  double lower, upper;       // physically admissible
+  std::string_view symbol;  // "theta1"
+  std::string_view unit;    // in SI: "1/m"; models in feet relabel the metre
+  double start;             // where to begin when nothing is said
+  double lower, upper;      // physically admissible
   std::string_view meaning;
 };
 

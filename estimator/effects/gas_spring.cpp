@@ -1,6 +1,6 @@
-// P = theta2 (1 - theta3 u)^(-theta4): the polytropic gas column, theta2 = p0 A / M, theta3 = A / V0.
-// (6.3), derivative (A.2), and (A.5) as corrected: the exponents of its second and third entries are
-// -theta4 and -theta4 - 1.
+// P = theta2 (1 - theta3 u)^(-theta4): the polytropic gas column, theta2 = p0 A / M, theta3 = A /
+// V0. (6.3), derivative (A.2), and (A.5) as corrected: the exponents of its second and third
+// entries are -theta4 and -theta4 - 1.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/math/simd_math.hpp"
 

@@ -13,7 +13,8 @@ class Gravity final : public Effect {
   std::span<const ConstantInfo> constants() const override { return kConstants; }
   bool evaluate(const Points& at, const double*, const double* constants,
                 const Forces& out) const override {
-    for (int i = 0; i < at.n; ++i) out.f[i] -= constants[0];
+    for (int i = 0; i < at.n; ++i)
+      out.f[i] -= constants[0];
     return true;
   }
 };

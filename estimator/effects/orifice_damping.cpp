@@ -33,9 +33,7 @@ class OrificeDamping final : public Effect {
     add(at.n, at.v, theta[0], out.f, out.f_v, out.f_theta[0]);
     return true;
   }
-  double velocity_kink(const double* theta, const double*) const override {
-    return 4.0 * theta[0];
-  }
+  double velocity_kink(const double* theta, const double*) const override { return 4.0 * theta[0]; }
 };
 
 }  // namespace

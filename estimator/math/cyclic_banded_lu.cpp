@@ -16,7 +16,9 @@ CyclicBandedLu::CyclicBandedLu(int n, int block, int reach)
       lower_(static_cast<std::size_t>(size_) * half_),
       pivot_(size_) {}
 
-void CyclicBandedLu::clear() { std::fill(band_.begin(), band_.end(), 0.0); }
+void CyclicBandedLu::clear() {
+  std::fill(band_.begin(), band_.end(), 0.0);
+}
 
 void CyclicBandedLu::add(int i, int row, int offset, int column, double value) {
   const int j = (i + offset + n_) % n_;
@@ -35,7 +37,8 @@ bool CyclicBandedLu::factorise() {
     pivot_[k] = best;
     const int end = std::min(size_ - 1, k + 2 * half_);
     if (best != k) {
-      for (int c = k; c <= end; ++c) std::swap(band(k)[c - k + half_], band(best)[c - best + half_]);
+      for (int c = k; c <= end; ++c)
+        std::swap(band(k)[c - k + half_], band(best)[c - best + half_]);
     }
     const double pivot = band(k)[half_];
     if (!(std::fabs(pivot) > 0.0)) return false;
@@ -45,7 +48,8 @@ bool CyclicBandedLu::factorise() {
       const double multiplier = target[k] / pivot;
       lower_[static_cast<std::size_t>(k) * half_ + (r - k - 1)] = multiplier;
       if (multiplier == 0.0) continue;
-      for (int c = k + 1; c <= end; ++c) target[c] -= multiplier * upper[c];
+      for (int c = k + 1; c <= end; ++c)
+        target[c] -= multiplier * upper[c];
     }
   }
   return true;
@@ -64,16 +68,19 @@ void CyclicBandedLu::solve(double* rows, int stride, int width) {
     const int last = std::min(size_ - 1, k + half_);
     for (int r = k + 1; r <= last; ++r) {
       const double multiplier = lower_[static_cast<std::size_t>(k) * half_ + (r - k - 1)];
-      for (int w = 0; w < width; ++w) at(r)[w] -= multiplier * at(k)[w];
+      for (int w = 0; w < width; ++w)
+        at(r)[w] -= multiplier * at(k)[w];
     }
   }
   for (int k = size_ - 1; k >= 0; --k) {
     const int end = std::min(size_ - 1, k + 2 * half_);
     const double* upper = band(k) + half_ - k;
     for (int c = k + 1; c <= end; ++c) {
-      for (int w = 0; w < width; ++w) at(k)[w] -= upper[c] * at(c)[w];
+      for (int w = 0; w < width; ++w)
+        at(k)[w] -= upper[c] * at(c)[w];
     }
-    for (int w = 0; w < width; ++w) at(k)[w] /= upper[k];
+    for (int w = 0; w < width; ++w)
+      at(k)[w] /= upper[k];
   }
   for (int i = 0; i < n_; ++i) {
     for (int c = 0; c < block_; ++c)

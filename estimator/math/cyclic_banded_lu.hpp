@@ -12,7 +12,8 @@ namespace shaker::estimator {
 // Storage is made once; `clear`, `add`, `factorise` and `solve` do not allocate. One thread.
 class CyclicBandedLu {
  public:
-  // n >= 2 * reach + 1 blocks of size `block`; block row i couples to i - reach .. i + reach (mod n).
+  // n >= 2 * reach + 1 blocks of size `block`; block row i couples to i - reach .. i + reach (mod
+  // n).
   CyclicBandedLu(int n, int block, int reach);
 
   void clear();
@@ -29,8 +30,8 @@ class CyclicBandedLu {
   double* band(int row) { return &band_[static_cast<std::size_t>(row) * width_]; }
 
   int n_, block_, reach_, size_, half_, width_;
-  std::vector<double> band_;      // row r holds columns r - half_ .. r + 2 half_
-  std::vector<double> lower_;     // multipliers, half_ a pivot
+  std::vector<double> band_;   // row r holds columns r - half_ .. r + 2 half_
+  std::vector<double> lower_;  // multipliers, half_ a pivot
   std::vector<int> pivot_;
   std::vector<double> folded_rows_;
 };

@@ -4,8 +4,8 @@
 // A periodic solution evaluates the gas force at every point of the period; scalar libm calls are
 // then two thirds of the time of an estimate. These are branch-free series on the reduced argument
 // (atanh series for the logarithm, Taylor for the exponential), within 2 ulp of libm on the range
-// that the models use (tests/estimator/simd_math_test). No special values: the caller keeps arguments
-// positive and finite, and checks for it.
+// that the models use (tests/estimator/simd_math_test). No special values: the caller keeps
+// arguments positive and finite, and checks for it.
 #pragma once
 
 #include <bit>
@@ -32,8 +32,8 @@ SHAKER_INLINE double fast_log(double x) {
   const std::uint64_t shifted = bits - kSqrtHalf;
   const double m = std::bit_cast<double>(bits - (shifted & 0xfff0000000000000ULL));
   // Integer to double without a conversion instruction: 2^52 + (k mod 4096), as bits.
-  const double wrapped = std::bit_cast<double>((shifted >> 52) | 0x4330000000000000ULL) -
-                         4503599627370496.0;
+  const double wrapped =
+      std::bit_cast<double>((shifted >> 52) | 0x4330000000000000ULL) - 4503599627370496.0;
   const double k = wrapped >= 2048.0 ? wrapped - 4096.0 : wrapped;
   const double s = (m - 1.0) / (m + 1.0);
   const double q = s * s;

@@ -49,9 +49,8 @@ void fourier_matrices(int n, Eigen::MatrixXd& first, Eigen::MatrixXd& second) {
 }
 
 SHAKER_SIMD_CLONES void difference(int n, int reach, const double* __restrict padded,
-                                   const double* __restrict first,
-                                   const double* __restrict second, double* __restrict v,
-                                   double* __restrict a) {
+                                   const double* __restrict first, const double* __restrict second,
+                                   double* __restrict v, double* __restrict a) {
   for (int i = 0; i < n; ++i) {
     double dv = 0.0;
     double da = 0.0;
@@ -66,7 +65,8 @@ SHAKER_SIMD_CLONES void difference(int n, int reach, const double* __restrict pa
 
 SHAKER_SIMD_CLONES double largest(int n, const double* __restrict g) {
   double worst = 0.0;
-  for (int i = 0; i < n; ++i) worst = std::max(worst, std::fabs(g[i]));
+  for (int i = 0; i < n; ++i)
+    worst = std::max(worst, std::fabs(g[i]));
   return worst;
 }
 
@@ -75,7 +75,8 @@ SHAKER_SIMD_CLONES void fill_band(int n, int reach, const double* __restrict fir
                                   const double* __restrict g_v, const double* __restrict g_a,
                                   double* __restrict band) {
   for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < 8; ++k) band[8 * i + k] = g_a[i] * second[k] + g_v[i] * first[k];
+    for (int k = 0; k < 8; ++k)
+      band[8 * i + k] = g_a[i] * second[k] + g_v[i] * first[k];
     band[8 * i + reach] += g_u[i];
   }
 }
@@ -111,9 +112,10 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
       p_(model.parameter_count()) {
   const int least = options.scheme == Scheme::fourier ? 3 : 3 * stencil_.reach + 2;
   if (n_ < least)
-    throw std::invalid_argument(fmt::format("a grid of {} points is too coarse for scheme {}: it "
-                                            "needs at least {}",
-                                            n_, shaker::estimator::name(options.scheme), least));
+    throw std::invalid_argument(
+        fmt::format("a grid of {} points is too coarse for scheme {}: it "
+                    "needs at least {}",
+                    n_, shaker::estimator::name(options.scheme), least));
   padded_ = (n_ + 7) / 8 * 8;
   groups_ = lane_groups(1 + p_, stencil_.reach);
   stride_ = groups_ * kLanes;
@@ -127,7 +129,8 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
   store_.resize(static_cast<std::size_t>(arrays) * (padded_ + 2 * halo));
   double* next = store_.data() + halo;
   const auto take = [&](std::vector<double*>& list, int count) {
-    for (int i = 0; i < count; ++i, next += padded_ + 2 * halo) list.push_back(next);
+    for (int i = 0; i < count; ++i, next += padded_ + 2 * halo)
+      list.push_back(next);
   };
   take(u_, s_);
   take(v_, s_);
@@ -166,7 +169,8 @@ void PeriodicSystem::set_excitation(double frequency_hz, std::span<const double>
   const int count = static_cast<int>(samples.size());
   const int last = std::min(harmonics, (count - 1) / 2);
   double mean = 0.0;
-  for (const double sample : samples) mean += sample / count;
+  for (const double sample : samples)
+    mean += sample / count;
   std::fill(x_full_.begin(), x_full_.end(), mean);
   for (int h = 1; h <= last; ++h) {
     std::complex<double> c = 0.0;
@@ -189,7 +193,8 @@ void PeriodicSystem::interpolate_from(const PeriodicSystem& coarser) {
                          -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6};
     for (int c = 0; c < s_; ++c) {
       double sum = 0.0;
-      for (int k = 0; k < 4; ++k) sum += w[k] * coarser.z_[((j - 1 + k + m) % m) * s_ + c];
+      for (int k = 0; k < 4; ++k)
+        sum += w[k] * coarser.z_[((j - 1 + k + m) % m) * s_ + c];
       z_[i * s_ + c] = sum;
     }
   }
@@ -207,19 +212,22 @@ void PeriodicSystem::differentiate() {
   }
   for (int c = 0; c < s_; ++c) {
     double* u = u_[c];
-    for (int i = 0; i < n_; ++i) u[i] = z_[i * s_ + c];
+    for (int i = 0; i < n_; ++i)
+      u[i] = z_[i * s_ + c];
     for (int k = 1; k <= reach; ++k) {
       u[-k] = u[n_ - k];
       u[n_ - 1 + k] = u[k - 1];
     }
     difference(n_, reach, u - reach, first, second, v_[c], a_[c]);
-    for (int i = n_; i < padded_; ++i) u[i] = u[n_ - 1];  // no wild values in the padding
+    for (int i = n_; i < padded_; ++i)
+      u[i] = u[n_ - 1];  // no wild values in the padding
   }
 }
 
 void PeriodicSystem::differentiate_fourier() {
   for (int c = 0; c < s_; ++c) {
-    for (int i = 0; i < n_; ++i) u_[c][i] = z_[i * s_ + c];
+    for (int i = 0; i < n_; ++i)
+      u_[c][i] = z_[i * s_ + c];
     const Eigen::Map<const Eigen::VectorXd> u(u_[c], n_);
     Eigen::Map<Eigen::VectorXd>(v_[c], n_).noalias() = frequency_ * (dense_->first * u);
     Eigen::Map<Eigen::VectorXd>(a_[c], n_).noalias() =
@@ -229,8 +237,8 @@ void PeriodicSystem::differentiate_fourier() {
 
 // At a zero t* of the velocity the force's second derivative over v jumps by `kink`, so that
 //   [u'''' ] = -kink a |a|,   [u^(5)] = -3 kink |a| j      (a, j: acceleration, jerk at t*).
-// A stencil that straddles t* is taken on the smooth continuation of its own side: the neighbours on
-// the other side are shifted by the jump's Taylor terms.
+// A stencil that straddles t* is taken on the smooth continuation of its own side: the neighbours
+// on the other side are shifted by the jump's Taylor terms.
 void PeriodicSystem::correct_kinks(double kink) {
   const int reach = stencil_.reach;
   const double h = 1.0 / (frequency_ * n_);
@@ -270,8 +278,8 @@ void PeriodicSystem::correct_kinks(double kink) {
       double dv = 0.0;
       double da = 0.0;
       for (int k = -reach; k <= reach; ++k) {
-        const bool here = i <= base;         // this point is before the crossing
-        const bool there = i + k <= base;    // so is the neighbour
+        const bool here = i <= base;       // this point is before the crossing
+        const bool there = i + k <= base;  // so is the neighbour
         if (here == there) continue;
         const double distance = (i + k - crossing[c]) * h;
         const double d4 = distance * distance * distance * distance;
@@ -298,7 +306,8 @@ bool PeriodicSystem::linearise(std::span<const double> theta) {
                            g_a_.data(), g_theta_.data(), scratch_.data()};
   if (!model_->evaluate(points, theta.data(), forces)) return false;
   residual_ = 0.0;
-  for (int d = 0; d < s_; ++d) residual_ = std::max(residual_, largest(n_, g_[d]));
+  for (int d = 0; d < s_; ++d)
+    residual_ = std::max(residual_, largest(n_, g_[d]));
   return std::isfinite(residual_);
 }
 
@@ -307,7 +316,8 @@ void PeriodicSystem::fill_right_hand_sides() {
     for (int d = 0; d < s_; ++d) {
       double* row = &rows_[static_cast<std::size_t>(i * s_ + d) * stride_];
       row[0] = -g_[d][i];
-      for (int k = 0; k < p_; ++k) row[1 + k] = -g_theta_[d * p_ + k][i];
+      for (int k = 0; k < p_; ++k)
+        row[1 + k] = -g_theta_[d * p_ + k][i];
       std::fill(row + 1 + p_, row + stride_, 0.0);
     }
   }
@@ -329,8 +339,8 @@ bool PeriodicSystem::solve_scalar() {
   }
   fill_band(n_, stencil_.reach, first, second, g_u_[0], g_v_[0], g_a_[0], band_.data());
   fill_right_hand_sides();
-  return solve_scalar_step({n_, stencil_.reach, 1 + p_, groups_, band_.data(), upper_.data(),
-                            rows_.data()});
+  return solve_scalar_step(
+      {n_, stencil_.reach, 1 + p_, groups_, band_.data(), upper_.data(), rows_.data()});
 }
 
 bool PeriodicSystem::solve_banded() {
@@ -362,15 +372,15 @@ bool PeriodicSystem::solve_dense() {
       const int de = d * s_ + e;
       for (int i = 0; i < n_; ++i) {
         for (int k = 0; k < n_; ++k)
-          j(i * s_ + d, k * s_ + e) =
-              g_a_[de][i] * frequency_ * frequency_ * dense_->second(i, k) +
-              g_v_[de][i] * frequency_ * dense_->first(i, k) + (i == k ? g_u_[de][i] : 0.0);
+          j(i * s_ + d, k * s_ + e) = g_a_[de][i] * frequency_ * frequency_ * dense_->second(i, k) +
+                                      g_v_[de][i] * frequency_ * dense_->first(i, k) +
+                                      (i == k ? g_u_[de][i] : 0.0);
       }
     }
   }
   fill_right_hand_sides();
-  using Rows = Eigen::Map<
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0, Eigen::OuterStride<>>;
+  using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
+                          Eigen::OuterStride<>>;
   Rows rows(rows_.data(), n_ * s_, 1 + p_, Eigen::OuterStride<>(stride_));
   dense_->lu.compute(j);
   dense_->right = dense_->lu.solve(rows);
@@ -383,7 +393,8 @@ void PeriodicSystem::advance(double newton, std::span<const double> delta_theta)
   for (int i = 0; i < count; ++i) {
     const double* row = &rows_[static_cast<std::size_t>(i) * stride_];
     double sum = newton * row[0];
-    for (int k = 0; k < p_; ++k) sum += delta_theta[k] * row[1 + k];
+    for (int k = 0; k < p_; ++k)
+      sum += delta_theta[k] * row[1 + k];
     z_[i] += sum;
   }
 }

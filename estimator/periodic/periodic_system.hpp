@@ -1,12 +1,12 @@
 // The periodic solution of a model at one excitation, discretised over the cyclic time: state,
-// residual, Newton step and sensitivities dz/dtheta from one factorisation. Equations (5.13)-(5.19),
-// (5.23), (5.24).
+// residual, Newton step and sensitivities dz/dtheta from one factorisation. Equations
+// (5.13)-(5.19), (5.23), (5.24).
 //
 // Mutable workspace of one thread beside an immutable Model. Nothing allocates after construction.
 //
 // The grid has n equal steps; z_i is the state at tau = i / n. Where the model's damping has a kink
-// at v = 0 (|v| v), u'''' jumps there; the differences are corrected for that jump when `correct_kink`
-// is set, which brings a fixed grid back from third order to its declared one.
+// at v = 0 (|v| v), u'''' jumps there; the differences are corrected for that jump when
+// `correct_kink` is set, which brings a fixed grid back from third order to its declared one.
 #pragma once
 
 #include <complex>
@@ -33,9 +33,9 @@ enum class SolveStatus { converged, no_equilibrium, no_convergence, inadmissible
 struct SolveReport {
   SolveStatus status = SolveStatus::converged;
   int iterations = 0;
-  double residual = 0.0;          // largest |g|, m/s^2
-  double amplitude_reached = 1.0; // share of the excitation at which a continuation stopped
-  std::string sentence() const;   // for the operator
+  double residual = 0.0;           // largest |g|, m/s^2
+  double amplitude_reached = 1.0;  // share of the excitation at which a continuation stopped
+  std::string sentence() const;    // for the operator
 };
 
 class PeriodicSystem {
@@ -108,7 +108,7 @@ class PeriodicSystem {
   double excitation_scale_ = 1.0;
 
   AlignedVector z_, saved_, x_full_, x_, rows_, band_, upper_;
-  AlignedVector store_;                       // all arrays of points
+  AlignedVector store_;  // all arrays of points
   std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
   std::unique_ptr<CyclicBandedLu> banded_;
   struct Dense;

@@ -24,21 +24,27 @@ SHAKER_INLINE bool solve_border(double (&s)[Reach][Reach], Lanes (&b)[Reach][Gro
     }
     if (!(std::fabs(s[best][k]) > 0.0)) return false;
     if (best != k) {
-      for (int c = 0; c < Reach; ++c) std::swap(s[k][c], s[best][c]);
-      for (int w = 0; w < Groups; ++w) std::swap(b[k][w], b[best][w]);
+      for (int c = 0; c < Reach; ++c)
+        std::swap(s[k][c], s[best][c]);
+      for (int w = 0; w < Groups; ++w)
+        std::swap(b[k][w], b[best][w]);
     }
     for (int r = k + 1; r < Reach; ++r) {
       const double m = s[r][k] / s[k][k];
-      for (int c = k + 1; c < Reach; ++c) s[r][c] -= m * s[k][c];
-      for (int w = 0; w < Groups; ++w) b[r][w] -= m * b[k][w];
+      for (int c = k + 1; c < Reach; ++c)
+        s[r][c] -= m * s[k][c];
+      for (int w = 0; w < Groups; ++w)
+        b[r][w] -= m * b[k][w];
     }
   }
   for (int k = Reach - 1; k >= 0; --k) {
     for (int c = k + 1; c < Reach; ++c) {
-      for (int w = 0; w < Groups; ++w) b[k][w] -= s[k][c] * b[c][w];
+      for (int w = 0; w < Groups; ++w)
+        b[k][w] -= s[k][c] * b[c][w];
     }
     const double inverse = 1.0 / s[k][k];
-    for (int w = 0; w < Groups; ++w) b[k][w] *= inverse;
+    for (int w = 0; w < Groups; ++w)
+      b[k][w] *= inverse;
   }
   return true;
 }
@@ -54,40 +60,51 @@ SHAKER_INLINE bool solve(const ScalarStep& step) {
   // Couplings to the border become extra right-hand sides: lanes width .. width + Reach - 1.
   for (int i = 0; i < Reach; ++i) {
     double* lanes = step.rows + static_cast<std::size_t>(i) * Groups * kLanes;
-    for (int k = -Reach; i + k < 0; ++k) lanes[width + Reach + i + k] = band[8 * i + Reach + k];
+    for (int k = -Reach; i + k < 0; ++k)
+      lanes[width + Reach + i + k] = band[8 * i + Reach + k];
     const int j = inner - Reach + i;
     lanes = step.rows + static_cast<std::size_t>(j) * Groups * kLanes;
-    for (int k = inner - j; k <= Reach; ++k) lanes[width + j + k - inner] = band[8 * j + Reach + k];
+    for (int k = inner - j; k <= Reach; ++k)
+      lanes[width + j + k - inner] = band[8 * j + Reach + k];
   }
 
   bool sound = true;
   for (int i = 0; i < inner; ++i) {
     double c[2 * Reach + 1];
-    for (int k = 0; k <= 2 * Reach; ++k) c[k] = band[8 * i + k];
+    for (int k = 0; k <= 2 * Reach; ++k)
+      c[k] = band[8 * i + k];
     double largest = std::fabs(c[Reach]);
     Lanes row[Groups];
-    for (int w = 0; w < Groups; ++w) row[w] = rows[i * Groups + w];
+    for (int w = 0; w < Groups; ++w)
+      row[w] = rows[i * Groups + w];
     for (int k = Reach; k >= 1; --k) {
       if (i - k < 0) continue;
       const double l = c[Reach - k];
       const double* u = upper + 4 * (i - k);
-      for (int j = 1; j <= Reach; ++j) c[Reach - k + j] -= l * u[j];
-      for (int w = 0; w < Groups; ++w) row[w] -= l * rows[(i - k) * Groups + w];
+      for (int j = 1; j <= Reach; ++j)
+        c[Reach - k + j] -= l * u[j];
+      for (int w = 0; w < Groups; ++w)
+        row[w] -= l * rows[(i - k) * Groups + w];
     }
     sound &= std::fabs(c[Reach]) > kSmallestPivot * largest;
     const double inverse = 1.0 / c[Reach];
-    for (int j = 1; j <= Reach; ++j) upper[4 * i + j] = c[Reach + j] * inverse;
-    for (int w = 0; w < Groups; ++w) rows[i * Groups + w] = row[w] * inverse;
+    for (int j = 1; j <= Reach; ++j)
+      upper[4 * i + j] = c[Reach + j] * inverse;
+    for (int w = 0; w < Groups; ++w)
+      rows[i * Groups + w] = row[w] * inverse;
   }
   if (!sound) return false;
   for (int i = inner - 2; i >= 0; --i) {
     Lanes row[Groups];
-    for (int w = 0; w < Groups; ++w) row[w] = rows[i * Groups + w];
+    for (int w = 0; w < Groups; ++w)
+      row[w] = rows[i * Groups + w];
     for (int j = Reach; j >= 1; --j) {
       if (i + j >= inner) continue;
-      for (int w = 0; w < Groups; ++w) row[w] -= upper[4 * i + j] * rows[(i + j) * Groups + w];
+      for (int w = 0; w < Groups; ++w)
+        row[w] -= upper[4 * i + j] * rows[(i + j) * Groups + w];
     }
-    for (int w = 0; w < Groups; ++w) rows[i * Groups + w] = row[w];
+    for (int w = 0; w < Groups; ++w)
+      rows[i * Groups + w] = row[w];
   }
 
   // Schur complement of the border.
@@ -95,7 +112,8 @@ SHAKER_INLINE bool solve(const ScalarStep& step) {
   Lanes border[Reach][Groups];
   for (int b = 0; b < Reach; ++b) {
     const int i = inner + b;
-    for (int w = 0; w < Groups; ++w) border[b][w] = rows[i * Groups + w];
+    for (int w = 0; w < Groups; ++w)
+      border[b][w] = rows[i * Groups + w];
     for (int k = -Reach; k <= Reach; ++k) {
       const double value = band[8 * i + Reach + k];
       int j = i + k;
@@ -105,28 +123,33 @@ SHAKER_INLINE bool solve(const ScalarStep& step) {
         continue;
       }
       const double* lanes = step.rows + static_cast<std::size_t>(j) * Groups * kLanes;
-      for (int c = 0; c < Reach; ++c) schur[b][c] -= value * lanes[width + c];
-      for (int w = 0; w < Groups; ++w) border[b][w] -= value * rows[j * Groups + w];
+      for (int c = 0; c < Reach; ++c)
+        schur[b][c] -= value * lanes[width + c];
+      for (int w = 0; w < Groups; ++w)
+        border[b][w] -= value * rows[j * Groups + w];
     }
   }
   if (!solve_border<Reach, Groups>(schur, border)) return false;
   for (int i = 0; i < inner; ++i) {
     const double* lanes = step.rows + static_cast<std::size_t>(i) * Groups * kLanes;
     double y[Reach];
-    for (int b = 0; b < Reach; ++b) y[b] = lanes[width + b];
+    for (int b = 0; b < Reach; ++b)
+      y[b] = lanes[width + b];
     for (int b = 0; b < Reach; ++b) {
-      for (int w = 0; w < Groups; ++w) rows[i * Groups + w] -= y[b] * border[b][w];
+      for (int w = 0; w < Groups; ++w)
+        rows[i * Groups + w] -= y[b] * border[b][w];
     }
   }
   for (int b = 0; b < Reach; ++b) {
-    for (int w = 0; w < Groups; ++w) rows[(inner + b) * Groups + w] = border[b][w];
+    for (int w = 0; w < Groups; ++w)
+      rows[(inner + b) * Groups + w] = border[b][w];
   }
   return true;
 }
 
-#define SHAKER_SCALAR_STEP(REACH, GROUPS)                                \
+#define SHAKER_SCALAR_STEP(REACH, GROUPS)                                 \
   SHAKER_SIMD_CLONES bool solve_##REACH##_##GROUPS(const ScalarStep& s) { \
-    return solve<REACH, GROUPS>(s);                                      \
+    return solve<REACH, GROUPS>(s);                                       \
   }
 SHAKER_SCALAR_STEP(1, 1)
 SHAKER_SCALAR_STEP(1, 2)

@@ -3,8 +3,8 @@
 //
 // Cyclic band by bordering: the last `reach` unknowns are the border; the rest is an ordinary band,
 // eliminated without row exchanges while all right-hand sides (Newton step, sensitivities, border)
-// ride along as the lanes of one SIMD row. A pivot that gets small against its row makes it give up,
-// and the caller takes CyclicBandedLu (with row exchanges) instead.
+// ride along as the lanes of one SIMD row. A pivot that gets small against its row makes it give
+// up, and the caller takes CyclicBandedLu (with row exchanges) instead.
 #pragma once
 
 namespace shaker::estimator {
@@ -12,17 +12,19 @@ namespace shaker::estimator {
 inline constexpr int kLanes = 8;  // doubles in a row of one lane group
 
 // Lane groups that `width` right-hand sides and `reach` border columns need; at most 4.
-constexpr int lane_groups(int width, int reach) { return (width + reach + kLanes - 1) / kLanes; }
+constexpr int lane_groups(int width, int reach) {
+  return (width + reach + kLanes - 1) / kLanes;
+}
 
 struct ScalarStep {
-  int n = 0;              // points, >= 3 reach + 1
-  int reach = 0;          // 1, 2 or 3
-  int width = 0;          // right-hand sides: 1 + parameters
-  int groups = 0;         // lane_groups(width, reach)
+  int n = 0;                     // points, >= 3 reach + 1
+  int reach = 0;                 // 1, 2 or 3
+  int width = 0;                 // right-hand sides: 1 + parameters
+  int groups = 0;                // lane_groups(width, reach)
   const double* band = nullptr;  // n rows of 8: coefficient of z_{i+k} at [8 i + reach + k]
   double* upper = nullptr;       // scratch, n rows of 4
-  double* rows = nullptr;        // n rows of groups * 8, 64-byte aligned: in, right-hand sides in the
-                                 // first `width` lanes, zeros after; out, solutions in them
+  double* rows = nullptr;  // n rows of groups * 8, 64-byte aligned: in, right-hand sides in the
+                           // first `width` lanes, zeros after; out, solutions in them
 };
 
 // False when a pivot is too small for elimination without exchanges; `rows` is then spoilt.

@@ -38,7 +38,8 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
   }
   // The smallest residual that rounding allows: differences of z scaled by (f n)^2.
   double size = 1e-300;
-  for (const double z : z_) size = std::max(size, std::fabs(z));
+  for (const double z : z_)
+    size = std::max(size, std::fabs(z));
   const double floor =
       std::max(tolerance, 64.0 * 2.3e-16 * size * frequency_ * frequency_ * n_ * n_);
   for (report.iterations = 0; report.iterations < max_iterations; ++report.iterations) {
@@ -56,8 +57,8 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
       // No progress left to make: at the level of rounding that is convergence.
       report.residual = residual_;
       solve_step();
-      report.status = step < 1e-9 * std::max(size, 1e-3) ? SolveStatus::converged
-                                                         : SolveStatus::no_convergence;
+      report.status =
+          step < 1e-9 * std::max(size, 1e-3) ? SolveStatus::converged : SolveStatus::no_convergence;
       return report;
     }
   }
@@ -66,7 +67,8 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
   return report;
 }
 
-// Newton on the constant solution: every point of the ring is the same, so one point's equations do.
+// Newton on the constant solution: every point of the ring is the same, so one point's equations
+// do.
 bool PeriodicSystem::equilibrium(std::span<const double> theta) {
   std::fill(z_.begin(), z_.end(), 0.0);
   std::fill(x_.begin(), x_.end(), 0.0);
@@ -75,7 +77,8 @@ bool PeriodicSystem::equilibrium(std::span<const double> theta) {
   const auto read = [&] {
     for (int d = 0; d < s_; ++d) {
       g[d] = g_[d][0];
-      for (int e = 0; e < s_; ++e) slope(d, e) = g_u_[d * s_ + e][0];
+      for (int e = 0; e < s_; ++e)
+        slope(d, e) = g_u_[d * s_ + e][0];
     }
   };
   if (!linearise(theta)) return false;
@@ -89,7 +92,8 @@ bool PeriodicSystem::equilibrium(std::span<const double> theta) {
     double damping = 1.0;
     for (; damping > 1e-9; damping *= 0.5) {
       for (int i = 0; i < n_; ++i)
-        for (int c = 0; c < s_; ++c) z_[i * s_ + c] = saved_[i * s_ + c] + damping * step[c];
+        for (int c = 0; c < s_; ++c)
+          z_[i * s_ + c] = saved_[i * s_ + c] + damping * step[c];
       if (linearise(theta) && residual_ < before) break;
     }
     if (damping <= 1e-9) return before < 1e-6;
@@ -113,7 +117,8 @@ SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta) {
   int iterations = 0;
   while (reached < 1.0) {
     const double target = std::min(1.0, reached + step);
-    for (int i = 0; i < n_; ++i) x_[i] = target * x_full_[i];
+    for (int i = 0; i < n_; ++i)
+      x_[i] = target * x_full_[i];
     report = solve(theta, target < 1.0 ? 12 : 30);
     iterations += report.iterations;
     if (report.status == SolveStatus::converged) {

@@ -1,0 +1,104 @@
+// Least squares on measured periods: theta, its covariance and what it is worth.
+//
+// Objectives: unweighted (3.17) and weighted (3.15) least squares; with unknown noise variance the
+// maximum-likelihood theta is the same and the variance follows from the residuals (3.28). Methods:
+//   lifted              Gauss-Newton on theta and the periodic solutions together, one
+//   linearisation
+//                       a step: about half the work of the nested form and less dependent on the
+//                       start. Falls back to levenberg_marquardt when it does not contract.
+//   gauss_newton        the paper's (4.7): inner Newton converged for every theta, full steps.
+//   levenberg_marquardt the same with damping (4.8) that refuses steps which worsen the fit or for
+//                       which there is no admissible periodic solution.
+// All respect bounds. Ceres does this too (ceres_estimation.hpp) but evaluates residuals and
+// Jacobians separately, cannot update the periodic solution with theta, and allocates in its loop.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "estimator/estimate.hpp"
+#include "estimator/model.hpp"
+#include "estimator/periodic/periodic_system.hpp"
+
+namespace shaker::estimator {
+
+// One run: one excitation and the displacement measured in it, averaged over its cycles.
+struct RunData {
+  double frequency_hz = 0.0;
+  double amplitude = 0.0;          // of a pure cosine; not used when `excitation` is given
+  std::vector<double> excitation;  // one period on equal steps
+  std::vector<double> tau;         // cyclic times of `displacement`, in [0, 1); empty: equal steps
+  std::vector<double> displacement;
+  double cycles = 1.0;   // averaged: each mean has 1 / cycles of the variance
+  double scatter = 0.0;  // sum of squares of the single cycles about their mean
+  double weight = 1.0;   // further weight (3.15), relative inverse variance
+};
+
+enum class Method { lifted, gauss_newton, levenberg_marquardt };
+
+struct EstimationOptions {
+  GridOptions grid{Scheme::order6, 80,
+                   true};  // points: the least; raised to a multiple of the data's
+  Method method = Method::lifted;
+  int max_iterations = 60;
+  double tolerance = 1e-9;  // of theta, relative, predicted from the last steps
+  int excitation_harmonics = 8;
+  double confidence = 0.95;
+  bool keep_iterates = false;
+};
+
+enum class FitStatus { converged, not_converged, no_solution, undetermined };
+
+// The numbers of an estimate, in the model's parameter order. `covariance` is of the free
+// parameters.
+struct Fit {
+  FitStatus status = FitStatus::not_converged;
+  std::vector<double> theta;
+  std::vector<double> standard_error;  // 0 for fixed ones; NaN when undetermined
+  std::vector<char> at_bound;
+  std::vector<char> determined;
+  std::vector<double> covariance;  // free x free, row by row
+  double noise = 0.0;
+  double sum_of_squares = 0.0;  // of weighted residuals, scatter included
+  double condition = 0.0;
+  double quantile = 0.0;  // of Student's t, for the intervals
+  long observations = 0, degrees_of_freedom = 0;
+  int iterations = 0;
+  std::string trouble;  // sentence when not converged; empty otherwise
+  std::vector<std::vector<double>> iterates;
+};
+
+// Workspace for one model and one set of runs; one thread. After the first `fit` on data of one
+// shape nothing allocates.
+class Estimator {
+ public:
+  // `model` must outlive it. Throws std::invalid_argument with a sentence for data that cannot be
+  // used: no points, non-finite values, a frequency that is not positive, an excitation that is
+  // zero.
+  Estimator(const Model& model, std::vector<RunData> runs, EstimationOptions options = {});
+  ~Estimator();
+  Estimator(Estimator&&) noexcept;
+  Estimator& operator=(Estimator&&) noexcept;
+
+  // Replaces the data of a run by data of the same shape, keeping the periodic solution as a start.
+  void update_run(std::size_t run, const RunData& data);
+
+  // From `start` (all parameters), or the model's own; `warm`: from the last solution's states.
+  const Fit& fit(const std::vector<double>& start, bool warm = false);
+  const Fit& last() const;
+
+  const std::vector<PeriodicSystem>& solutions() const;
+  // Predicted displacement at the data's points of a run, at the last fit's solution.
+  std::vector<double> predicted(std::size_t run) const;
+
+  // The last fit in full, with names, units, intervals and warnings.
+  Estimate describe() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace shaker::estimator

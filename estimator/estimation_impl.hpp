@@ -1,0 +1,104 @@
+// The workspace behind Estimator. Private to the estimator's sources.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "estimator/estimation.hpp"
+#include "estimator/math/aligned.hpp"
+
+namespace shaker::estimator {
+
+// How a datum is read off the grid: weights of six neighbours, or one point exactly.
+struct Reading {
+  int base = 0;   // first point
+  int count = 1;  // 1 or 6
+  double weight[6] = {1, 0, 0, 0, 0, 0};
+};
+
+struct RunState {
+  RunData data;
+  double inverse_variance = 1.0;  // relative: cycles * weight
+  std::vector<Reading> readings;
+  std::vector<double> analysis;  // harmonics of the data -> state, for a start from the data
+  std::vector<double> synthesis;
+  std::vector<double> coefficients;
+  std::vector<double> saved;  // state before a trial step
+};
+
+struct Estimator::Impl {
+  Impl(const Model& model, std::vector<RunData> runs, EstimationOptions options);
+
+  const Model& model;
+  EstimationOptions options;
+  std::vector<RunState> runs;
+  std::vector<PeriodicSystem> systems;
+  std::vector<int> free;  // indices of the free parameters
+  Fit fit;
+
+  // Normal equations at the last linearisation: gram * delta = gradient over the free parameters.
+  std::vector<double> gram, gradient, scratch_matrix, scratch_vector, delta, delta_full, factors;
+  std::vector<double> theta_saved;
+  std::vector<char> held;  // free parameters that sit on a bound and are pushed outwards
+  double sum_of_squares = 0.0;
+
+  void load(std::size_t run);
+  void prepare_readings(RunState& run, int points);
+  void prepare_harmonics(RunState& run, int points);
+  bool start_from_data(std::size_t run);
+
+  // Adds up gram, gradient and sum of squares over all runs; residuals include the Newton step of z
+  // when `with_newton` (the lifted method).
+  void accumulate(bool with_newton);
+  // Solves (gram + lambda diag) delta = gradient inside the box. False when gram is not definite.
+  bool box_step(double lambda);
+  double relative_step() const;
+
+  bool fit_lifted(bool warm);
+  void fit_nested(bool warm, bool damped);
+  bool solve_all(bool warm);
+  void finish();
+  bool finish_definite(const std::vector<double>& scale, std::size_t count);
+  void finish_by_svd(const std::vector<double>& scale, std::size_t count);
+
+  // Calls visit(row, residual, inverse variance) for every datum; row[0] is the Newton step of the
+  // datum, row[1 + k] its derivative over theta_k.
+  template <class Visit>
+  void for_each_datum(bool with_newton, Visit visit) const;
+
+ private:
+  mutable std::vector<double> mixed_;  // a row read between grid points
+};
+
+template <class Visit>
+void Estimator::Impl::for_each_datum(bool with_newton, Visit visit) const {
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const RunState& run = runs[r];
+    const PeriodicSystem& system = systems[r];
+    const int n = system.points();
+    const int c = model.observed();
+    for (std::size_t j = 0; j < run.readings.size(); ++j) {
+      const Reading& reading = run.readings[j];
+      if (reading.count == 1) {
+        const double* row = system.row(reading.base, c).data();
+        const double predicted = system.value(reading.base, c) + (with_newton ? row[0] : 0.0);
+        visit(row, run.data.displacement[j] - predicted, run.inverse_variance);
+        continue;
+      }
+      double predicted = 0.0;
+      std::fill(mixed_.begin(), mixed_.end(), 0.0);
+      for (int k = 0; k < reading.count; ++k) {
+        int point = reading.base + k;
+        if (point >= n) point -= n;
+        const auto row = system.row(point, c);
+        const double w = reading.weight[k];
+        predicted += w * (system.value(point, c) + (with_newton ? row[0] : 0.0));
+        for (std::size_t m = 0; m < row.size(); ++m)
+          mixed_[m] += w * row[m];
+      }
+      visit(mixed_.data(), run.data.displacement[j] - predicted, run.inverse_variance);
+    }
+  }
+}
+
+}  // namespace shaker::estimator

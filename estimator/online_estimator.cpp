@@ -1,0 +1,122 @@
+#include "estimator/online_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "estimator/estimation.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+// Running mean of the cycles of one run, point by point, and their scatter about it (Welford).
+struct RunMean {
+  int run = 0;
+  RunData data;
+
+  bool same_shape(const MeasuredCycle& cycle) const {
+    return data.displacement.size() == cycle.displacement.size() &&
+           data.excitation.size() == cycle.excitation.size();
+  }
+  void add(const MeasuredCycle& cycle) {
+    data.cycles += 1.0;
+    const double share = 1.0 / data.cycles;
+    data.frequency_hz += share * (cycle.frequency_hz - data.frequency_hz);
+    data.amplitude += share * (cycle.amplitude - data.amplitude);
+    for (std::size_t i = 0; i < data.excitation.size(); ++i)
+      data.excitation[i] += share * (cycle.excitation[i] - data.excitation[i]);
+    for (std::size_t i = 0; i < data.displacement.size(); ++i) {
+      const double off = cycle.displacement[i] - data.displacement[i];
+      data.displacement[i] += share * off;
+      data.scatter += off * (cycle.displacement[i] - data.displacement[i]);
+    }
+  }
+};
+
+RunMean first_of(const MeasuredCycle& cycle) {
+  RunMean mean;
+  mean.run = cycle.run;
+  mean.data.cycles = 1.0;
+  mean.data.frequency_hz = cycle.frequency_hz;
+  mean.data.amplitude = cycle.amplitude;
+  mean.data.displacement = cycle.displacement;
+  mean.data.excitation = cycle.excitation;
+  return mean;
+}
+
+}  // namespace
+
+struct OnlineEstimator::State {
+  State(const config::ModelSpec& spec, OnlineOptions opt) : model(spec) {
+    options.grid = {Scheme::order6, opt.grid_points, true};
+    options.max_iterations = opt.max_iterations;
+    theta = model.start();
+  }
+
+  Model model;
+  EstimationOptions options;
+  std::vector<RunMean> runs;
+  std::unique_ptr<Estimator> estimator;
+  std::vector<double> theta;  // the last good one: where the next fit starts
+  bool warm = false;          // the states of all runs belong to theta
+};
+
+OnlineEstimator::OnlineEstimator(const config::ModelSpec& model, OnlineOptions options)
+    : state_(std::make_unique<State>(model, options)) {}
+OnlineEstimator::~OnlineEstimator() = default;
+OnlineEstimator::OnlineEstimator(OnlineEstimator&&) noexcept = default;
+OnlineEstimator& OnlineEstimator::operator=(OnlineEstimator&&) noexcept = default;
+
+void OnlineEstimator::reset() {
+  state_->runs.clear();
+  state_->estimator.reset();
+  state_->theta = state_->model.start();
+  state_->warm = false;
+}
+
+Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
+  State& s = *state_;
+  const auto finite = [](double v) { return std::isfinite(v); };
+  if (!std::all_of(cycle.displacement.begin(), cycle.displacement.end(), finite) ||
+      !std::all_of(cycle.excitation.begin(), cycle.excitation.end(), finite))
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("cycle {} of run {} holds a sample that is not finite; it was left out",
+                    cycle.index, cycle.run + 1)};
+  auto found = std::find_if(s.runs.begin(), s.runs.end(),
+                            [&](const RunMean& r) { return r.run == cycle.run; });
+  const bool new_run = found == s.runs.end();
+  if (!new_run && !found->same_shape(cycle))
+    return Error{ErrorKind::invalid,
+                 fmt::format("cycle {} of run {} has {} points, its run has {}; it was left out",
+                             cycle.index, cycle.run + 1, cycle.displacement.size(),
+                             found->data.displacement.size())};
+  try {
+    if (new_run) {
+      std::vector<RunData> data;
+      for (const RunMean& run : s.runs)
+        data.push_back(run.data);
+      RunMean fresh = first_of(cycle);
+      data.push_back(fresh.data);
+      s.estimator = std::make_unique<Estimator>(s.model, std::move(data), s.options);
+      s.runs.push_back(std::move(fresh));
+      s.warm = false;
+    } else {
+      found->add(cycle);
+      s.estimator->update_run(static_cast<std::size_t>(found - s.runs.begin()), found->data);
+    }
+  } catch (const std::invalid_argument& e) {
+    return Error{ErrorKind::invalid, e.what()};
+  }
+  const Fit& fit = s.estimator->fit(s.theta, s.warm);
+  if (fit.status == FitStatus::no_solution || fit.status == FitStatus::not_converged) {
+    s.warm = false;
+    return Error{ErrorKind::not_converged, fit.trouble};
+  }
+  s.theta = fit.theta;
+  s.warm = true;
+  return s.estimator->describe();
+}
+
+}  // namespace shaker::estimator
