@@ -1,0 +1,237 @@
+// Bounds: every string is clipped and every list is limited, so that a line stays below 1 MiB
+// whatever the caller hands in (an escaped control character takes six bytes). What is cut is said
+// under "omitted", as is a number that is not finite.
+#include "protocol/documents.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace shaker::protocol {
+namespace {
+
+using Json = nlohmann::ordered_json;  // a person reads the type and the sequence number first
+
+constexpr std::size_t kMaxName = 96, kMaxText = 1024;  // bytes
+constexpr std::size_t kMaxWarnings = 32, kMaxParameters = 256, kMaxCovariance = 64,
+                      kMaxChannels = 64;
+
+// At most `limit` bytes, not cutting through a UTF-8 character.
+std::string clip(std::string_view text, std::size_t limit) {
+  if (text.size() <= limit) return std::string(text);
+  std::size_t end = limit - 3;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U)
+    --end;
+  return std::string(text.substr(0, end)) + "...";
+}
+
+// One JSON object being filled; `pointer` is where it stands in the document.
+class Filler {
+ public:
+  Filler(Json& object, Json& omitted, std::string pointer)
+      : object_(object), omitted_(omitted), pointer_(std::move(pointer)) {}
+
+  Filler& number(const char* key, double value) {
+    if (std::isfinite(value)) {
+      object_[key] = value;
+    } else {
+      omit(key, std::isnan(value) ? "not a number" : value > 0 ? "infinite" : "minus infinite");
+    }
+    return *this;
+  }
+  Filler& number(const char* key, const std::optional<double>& value) {
+    return value ? number(key, *value) : *this;
+  }
+  template <class T>
+  Filler& put(const char* key, const T& value) {
+    object_[key] = value;
+    return *this;
+  }
+  template <class T>
+  Filler& put(const char* key, const std::optional<T>& value) {
+    if (value) put(key, *value);
+    return *this;
+  }
+  Filler& name(const char* key, const std::string& value) {
+    return put(key, clip(value, kMaxName));
+  }
+  Filler& name(const char* key, const std::optional<std::string>& value) {
+    return value ? name(key, *value) : *this;
+  }
+  Filler& text(const char* key, const std::string& value) {
+    return put(key, clip(value, kMaxText));
+  }
+  void omit(const std::string& key, const std::string& reason) {
+    omitted_.push_back({{"pointer", pointer_ + "/" + key}, {"reason", reason}});
+  }
+  // How many of a list's entries to give; says so when it is not all.
+  std::size_t bounded(const char* key, std::size_t count, std::size_t limit) {
+    if (count <= limit) return count;
+    omit(fmt::format("{}/{}", key, limit), fmt::format("{} more", count - limit));
+    return limit;
+  }
+  Filler inner(const char* list, std::size_t index) {
+    Json& array = object_[list];
+    array.push_back(Json::object());
+    return {array.back(), omitted_, fmt::format("{}/{}/{}", pointer_, list, index)};
+  }
+  Json& object() { return object_; }
+
+ private:
+  Json& object_;
+  Json& omitted_;
+  std::string pointer_;
+};
+
+void fill(Filler& out, const VersionDocument& d) {
+  out.name("program", d.program).name("version", d.version).put("protocol", d.protocol);
+  out.name("rig", d.rig);
+}
+
+void fill(Filler& out, const StateDocument& d) {
+  out.name("state", d.state).text("reason", d.reason).name("campaign", d.campaign);
+  out.name("run", d.run).put("run_index", d.run_index).put("run_count", d.run_count);
+  out.number("frequency_hz", d.frequency_hz).number("amplitude", d.amplitude);
+  out.number("progress", d.progress).number("eta_s", d.eta_s).put("controlled", d.controlled);
+}
+
+void fill(Filler& out, const RunStartDocument& d) {
+  out.name("campaign", d.campaign).name("run", d.run);
+  out.put("run_index", d.run_index).put("run_count", d.run_count);
+  out.number("frequency_hz", d.frequency_hz).number("amplitude", d.amplitude);
+  out.put("cycles_wanted", d.cycles_wanted);
+}
+
+void fill(Filler& out, const CycleDocument& d) {
+  out.name("campaign", d.campaign).name("run", d.run).put("cycle", d.cycle);
+  out.put("accepted", d.accepted);
+  if (!d.why.empty()) out.text("why", d.why);
+  out.number("frequency_hz", d.frequency_hz).number("amplitude", d.amplitude);
+  out.number("stroke_min_m", d.stroke_min_m).number("stroke_max_m", d.stroke_max_m);
+  out.number("change", d.change).put("gaps", d.gaps).put("samples", d.samples);
+  out.number("jitter_fraction", d.jitter_fraction).put("subharmonic", d.subharmonic);
+}
+
+void fill(Filler& out, const ParameterEntry& p) {
+  out.name("name", p.name).name("effect", p.effect).name("unit", p.unit);
+  out.number("value", p.value).number("standard_error", p.standard_error);
+  if (std::isfinite(p.lower) && std::isfinite(p.upper)) {
+    out.put("interval", Json::array({p.lower, p.upper}));
+  } else {
+    out.omit("interval", "a bound is not finite");
+  }
+  out.put("fixed", p.fixed).put("at_bound", p.at_bound).put("determined", p.determined);
+}
+
+void fill_covariance(Filler& out, const EstimateDocument& d) {
+  const std::size_t n = d.covariance_order.size();
+  if (n > kMaxCovariance) {
+    return out.omit("covariance", fmt::format("more than {} parameters", kMaxCovariance));
+  }
+  if (d.covariance.size() != n * n) {
+    return out.omit("covariance",
+                    fmt::format("{} numbers for {} parameters", d.covariance.size(), n));
+  }
+  for (double value : d.covariance) {
+    if (!std::isfinite(value)) return out.omit("covariance", "an element is not finite");
+  }
+  Json order = Json::array(), matrix = Json::array();
+  for (std::size_t i = 0; i < n; ++i) {
+    order.push_back(clip(d.covariance_order[i], kMaxName));
+    matrix.push_back(Json::array());
+    for (std::size_t k = 0; k < n; ++k)
+      matrix.back().push_back(d.covariance[i * n + k]);
+  }
+  out.put("covariance_order", order).put("covariance", matrix);
+}
+
+void fill(Filler& out, const EstimateDocument& d) {
+  out.name("campaign", d.campaign).name("run", d.run).put("cycle", d.cycle);
+  out.name("model", d.model);
+  out.object()["parameters"] = Json::array();
+  const auto count = out.bounded("parameters", d.parameters.size(), kMaxParameters);
+  for (std::size_t i = 0; i < count; ++i) {
+    Filler entry = out.inner("parameters", i);
+    fill(entry, d.parameters[i]);
+  }
+  fill_covariance(out, d);
+  out.number("noise_standard_deviation", d.noise_standard_deviation);
+  out.number("sum_of_squares", d.sum_of_squares).number("condition", d.condition);
+  out.put("observations", d.observations).put("degrees_of_freedom", d.degrees_of_freedom);
+  out.put("cycles_used", d.cycles_used).put("runs_used", d.runs_used);
+  out.put("iterations", d.iterations).put("cycles_skipped", d.cycles_skipped);
+  out.name("clock", d.clock).number("latency_s", d.latency_s);
+  out.put("converged", d.converged).put("usable", d.usable);
+  Json warnings = Json::array();
+  const auto warned = out.bounded("warnings", d.warnings.size(), kMaxWarnings);
+  for (std::size_t i = 0; i < warned; ++i)
+    warnings.push_back(clip(d.warnings[i], kMaxText));
+  out.put("warnings", warnings);
+}
+
+void fill(Filler& out, const AlarmDocument& d) {
+  out.name("severity", d.severity).name("code", d.code).text("text", d.text);
+  out.name("action", d.action).name("channel", d.channel);
+  out.number("value", d.value).number("limit", d.limit);
+}
+
+void fill(Filler& out, const HealthDocument& d) {
+  out.name("state", d.state);
+  out.object()["channels"] = Json::array();
+  const auto count = out.bounded("channels", d.channels.size(), kMaxChannels);
+  for (std::size_t i = 0; i < count; ++i) {
+    const ChannelHealth& c = d.channels[i];
+    out.inner("channels", i)
+        .name("channel", c.channel)
+        .name("quality", c.quality)
+        .number("age_s", c.age_s)
+        .number("rate_hz", c.rate_hz)
+        .number("value", c.value);
+  }
+  out.name("clock", d.clock).put("samples", d.samples).put("lost", d.lost);
+  out.put("malformed", d.malformed).put("errors", d.errors).put("reconnects", d.reconnects);
+  out.put("ring_overflows", d.ring_overflows).put("log_drops", d.log_drops);
+  out.put("cycles_skipped", d.cycles_skipped).put("clients", d.clients);
+  out.put("exciter_connected", d.exciter_connected).put("sensor_connected", d.sensor_connected);
+  out.number("loop_late_max_s", d.loop_late_max_s).put("disk_free_bytes", d.disk_free_bytes);
+}
+
+void fill(Filler& out, const RunStopDocument& d) {
+  out.name("campaign", d.campaign).name("run", d.run).name("status", d.status);
+  out.text("reason", d.reason).put("cycles_accepted", d.cycles_accepted);
+  out.put("cycles_rejected", d.cycles_rejected);
+}
+
+void fill_body(Json& json, const Document& document) {
+  Json omitted = Json::array();
+  Filler out(json, omitted, "");
+  std::visit([&](const auto& d) { fill(out, d); }, document);
+  if (!omitted.empty()) json["omitted"] = std::move(omitted);
+}
+
+}  // namespace
+
+std::string_view type_name(const Document& document) {
+  constexpr std::string_view names[] = {"version",  "state", "run_start", "cycle",
+                                        "estimate", "alarm", "health",    "run_stop"};
+  static_assert(std::size(names) == std::variant_size_v<Document>);
+  return names[document.index()];
+}
+
+std::string to_json_line(const Document& document, const Envelope& envelope) {
+  Json json = {{"type", type_name(document)},
+               {"seq", envelope.seq},
+               {"t_utc", envelope.t_utc},
+               {"t_mono_ns", envelope.t_mono_ns}};
+  fill_body(json, document);
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string to_json_text(const Document& document) {
+  Json json = {{"type", type_name(document)}};
+  fill_body(json, document);
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace shaker::protocol

@@ -1,0 +1,105 @@
+// One plain and one nasty example of each document.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "protocol/documents.hpp"
+
+namespace shaker::protocol::testing {
+
+inline EstimateDocument plain_estimate() {
+  EstimateDocument d;
+  d.campaign = "first light";
+  d.run = "r01";
+  d.cycle = 3;
+  d.model = "oleo";
+  d.parameters = {
+      {"theta1", "orifice_damping", "kg/m", 16.25, 0.5, 15.25, 17.25, false, false, true},
+      {"theta2", "gas_spring", "m/s^2", 2.0, 0.25, 1.5, 2.5, false, true, true},
+      {"g", "gravity", "m/s^2", 9.80665, 0.0, 9.80665, 9.80665, true, false, true}};
+  d.covariance_order = {"theta1", "theta2"};
+  d.covariance = {0.25, -0.125, -0.0625, 0.0625};
+  d.noise_standard_deviation = 2e-5;
+  d.sum_of_squares = 1e-7;
+  d.condition = 12.5;
+  d.observations = 256;
+  d.degrees_of_freedom = 254;
+  d.cycles_used = 4;
+  d.runs_used = 1;
+  d.iterations = 5;
+  d.cycles_skipped = 0;
+  d.clock = "simulated";
+  d.latency_s = 4.5e-4;
+  d.converged = d.usable = true;
+  d.warnings = {"theta2 stands at its lower bound."};
+  return d;
+}
+
+inline std::vector<Document> plain_documents() {
+  StateDocument state{
+      "MEASURE", "The response is steady.", "first light", "r01", 0, 2, 2.5, 3.0, 0.25, 17.5, true};
+  CycleDocument cycle{"first light", "r01", 7, false, "gap of 12 ms", 2.5001, 2.99, -0.01,
+                      0.12,          1.5,   1, 400,   0.02,           2};
+  HealthDocument health;
+  health.state = "IDLE";
+  health.channels = {{"displacement", "good", 0.001, 1000.0, 0.1},
+                     {"excitation", "none", {}, {}, {}}};
+  health.clock = "simulated";
+  health.samples = 123456;
+  health.clients = 2;
+  return {VersionDocument{"shakerd", "0.1.0", 1, "rig A"},
+          state,
+          RunStartDocument{"first light", "r01", 0, 2, 2.5, 3.0, 20},
+          cycle,
+          plain_estimate(),
+          AlarmDocument{"error", "stale_sensor", "No sample for 60 ms.", "ramp_down",
+                        "displacement", 0.06, 0.05},
+          health,
+          RunStopDocument{"first light", "r01", "success", "All cycles are measured.", 20, 3}};
+}
+
+// Numbers that are none, text that is not UTF-8, lists and strings beyond every bound.
+inline std::vector<Document> nasty_documents() {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinite = std::numeric_limits<double>::infinity();
+  const std::string rubbish =
+      std::string("\xff\xfe\xc3(\xed\xa0\x80 \"quoted\"\n\t\\") + '\0' + "end";
+  const std::string huge(5000, '\x01');
+  std::string wide;
+  while (wide.size() < 5000)
+    wide += "\xe2\x82\xac";  // the euro sign: three bytes
+
+  std::vector<Document> all = plain_documents();
+  all.push_back(VersionDocument{rubbish, huge, 1, wide});
+  all.push_back(
+      StateDocument{"IDLE", huge, rubbish, wide, 0, 1, nan, infinite, nan, -infinite, false});
+  all.push_back(RunStartDocument{rubbish, wide, 0, 1, nan, infinite, 20});
+  all.push_back(
+      CycleDocument{huge, "r", 1, false, rubbish, nan, nan, nan, nan, infinite, 0, 0, nan, {}});
+  EstimateDocument undetermined = plain_estimate();
+  undetermined.parameters[0].standard_error = undetermined.parameters[0].lower = nan;
+  undetermined.covariance[3] = infinite;
+  undetermined.condition = infinite;
+  all.push_back(undetermined);
+  EstimateDocument worst = plain_estimate();
+  worst.parameters.assign(300, {huge, huge, huge, nan, nan, nan, nan, false, false, false});
+  worst.warnings.assign(300, huge);
+  worst.covariance_order.assign(100, huge);
+  worst.covariance.assign(10'000, -1.0 / 3.0);
+  all.push_back(worst);
+  worst.covariance_order.assign(64, huge);
+  worst.covariance.assign(64 * 64, -1.2345678901234567e-300);
+  all.push_back(worst);
+  all.push_back(AlarmDocument{"info", rubbish, huge, "none", rubbish, nan, -infinite});
+  HealthDocument health;
+  health.state = "FAULT";
+  health.channels.assign(1000, {"force", "bad", nan, nan, nan});
+  health.loop_late_max_s = nan;
+  health.samples = 1ULL << 62U;
+  all.push_back(health);
+  all.push_back(RunStopDocument{rubbish, huge, "fail", huge, 0, 0});
+  return all;
+}
+
+}  // namespace shaker::protocol::testing
