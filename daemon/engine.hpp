@@ -31,8 +31,8 @@ class ExciterCommands {
  public:
   virtual ~ExciterCommands() = default;
   virtual void set(const drivers::Setpoint& setpoint) = 0;
-  virtual void stop() = 0;                  // at once, without a ramp; overtakes everything queued
-  virtual void keep_alive(bool wanted) = 0; // heartbeat while motion is commanded
+  virtual void stop() = 0;                   // at once, without a ramp; overtakes everything queued
+  virtual void keep_alive(bool wanted) = 0;  // heartbeat while motion is commanded
 };
 
 // Orders to the estimator's thread; returns at once. The answer comes back through on_estimate.

@@ -1,0 +1,63 @@
+#include "daemon/state_table.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+// Columns of the last field: idle, check, ramp, settle, measure, ramp_down, fault.
+constexpr std::array<StateRow, kStateCount> kTable{{
+    {State::idle,
+     "IDLE",
+     "the exciter is disabled; nothing moves unless an operator starts a campaign",
+     false,
+     false,
+     {false, true, false, false, false, false, true}},
+    {State::check,
+     "CHECK",
+     "the exciter is disabled; sensors and exciter are being proved at rest",
+     false,
+     false,
+     {true, false, true, false, false, false, true}},
+    {State::ramp,
+     "RAMP",
+     "motion grows from zero along the exciter's ramp; the first one of a campaign pauses at a "
+     "gentle "
+     "level until the stroke has answered with the right sign",
+     true,
+     true,
+     {false, false, false, true, false, true, true}},
+    {State::settle,
+     "SETTLE",
+     "the setpoint is reached; cycles are cut and none is accepted yet",
+     true,
+     true,
+     {false, false, true, false, true, true, true}},
+    {State::measure,
+     "MEASURE",
+     "the response is periodic; each whole, steady cycle is accepted",
+     true,
+     true,
+     {false, false, true, true, false, true, true}},
+    {State::ramp_down,
+     "RAMP_DOWN",
+     "motion goes to zero along the ramp, and at once if that is refused or not confirmed in time",
+     false,
+     true,
+     {true, false, false, false, false, false, true}},
+    {State::fault,
+     "FAULT",
+     "the exciter has been told to stop at once; latched until acknowledged with the cause gone",
+     false,
+     false,
+     {true, false, false, false, false, false, false}},
+}};
+
+}  // namespace
+
+std::span<const StateRow> state_table() {
+  return kTable;
+}
+const StateRow& row(State state) {
+  return kTable[static_cast<std::size_t>(state)];
+}
+
+}  // namespace shaker::daemon
