@@ -1,0 +1,56 @@
+// What a DBC file says about a bus: its messages and their signals.
+//
+// Read once at start-up by parse_dbc; after that it is only looked at. Thread-safe as a constant.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.hpp"
+#include "protocol/can/signal.hpp"
+
+namespace shaker::protocol::can {
+
+struct Message {
+  std::string name;
+  std::uint32_t id = 0;
+  bool extended = false;  // 29-bit identifier
+  std::size_t size = 0;   // bytes, 0..64; a real frame may be shorter (see decode)
+  std::vector<Signal> signals;
+  std::optional<double> cycle_time_s;  // GenMsgCycleTime: how often it is expected
+
+  const Signal* find(std::string_view signal) const;
+};
+
+struct Database {
+  std::string origin;  // file, for messages
+  std::vector<Message> messages;
+
+  const Message* find(std::string_view message) const;
+  const Message* find(std::uint32_t id, bool extended) const;
+};
+
+enum class Presence : std::uint8_t {
+  present,
+  not_selected,  // another multiplexed signal stands there in this frame
+  malformed      // the frame is too short for it, or for its multiplexor
+};
+struct Decoded {
+  Presence presence = Presence::malformed;
+  double value = 0.0;  // where present
+};
+
+// One signal out of a frame, its multiplexors looked at first. `signal` is one of `message`'s.
+Decoded decode(const Message& message, const Signal& signal, std::span<const std::uint8_t> data);
+
+// The text of a DBC file, UTF-8 or Latin-1, any line ends. Reads BO_, SG_, SIG_VALTYPE_,
+// SG_MUL_VAL_ and the attribute GenMsgCycleTime; every other section is skipped. An Error reads
+// "FILE:LINE: what was found, what is expected". `origin` names the file.
+Result<Database> parse_dbc(std::string_view text, const std::string& origin);
+
+}  // namespace shaker::protocol::can
