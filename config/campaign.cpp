@@ -1,0 +1,87 @@
+#include "config/campaign.hpp"
+
+#include <set>
+
+#include <fmt/format.h>
+
+#include "config/model_reader.hpp"
+
+namespace shaker::config {
+namespace {
+
+// "model": a path relative to the campaign's file, or the model itself.
+void read_model_member(ObjectReader& reader, Findings& findings, const std::string& origin,
+                       const std::filesystem::path& directory, ModelSpec& model) {
+  const Node* node = reader.member("model", true);
+  if (!node) return;
+  if (node->kind != Node::Kind::string) {
+    model = read_model(*node, "/model", findings, origin);
+    return;
+  }
+  std::string path;
+  reader.required("model", path);
+  if (path.empty()) return;
+  auto loaded = load_model(directory / path);
+  if (loaded) {
+    model = std::move(loaded).value();
+  } else {
+    reader.complain("model", fmt::format("the model file is not good:\n{}", loaded.error().what));
+  }
+}
+
+void read_runs(ObjectReader& reader, Findings& findings, std::vector<RunSpec>& runs) {
+  std::set<std::string> names;
+  reader.array("runs", true, 1, [&](const Node& node, const std::string& pointer) {
+    RunSpec run;
+    run.name = fmt::format("r{:02}", runs.size() + 1);
+    ObjectReader inner(node, pointer, findings);
+    if (inner.member("name", false)) inner.required("name", run.name);
+    inner.required("frequency_hz", run.frequency_hz, above(0).at_most(1000));
+    inner.required("amplitude", run.amplitude, above(0).at_most(1000));
+    inner.optional("cycles", run.cycles, at_least(1).at_most(100000));
+    inner.finish();
+    if (!names.insert(run.name).second) {
+      inner.complain("name",
+                     fmt::format("\"{}\" is the name of two runs; give each its own", run.name));
+    }
+    runs.push_back(std::move(run));
+  });
+}
+
+}  // namespace
+
+Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& origin,
+                                    const std::filesystem::path& directory) {
+  const auto root = parse_json(text, origin);
+  if (!root) return root.error();
+  CampaignSpec campaign;
+  campaign.origin = origin;
+  Findings findings(origin);
+  ObjectReader reader(*root, "", findings);
+  reader.format("shaker-campaign/1");
+  reader.required("name", campaign.name);
+  // It becomes part of a file's name.
+  if (campaign.name.find('/') != std::string::npos || campaign.name.starts_with('.') ||
+      campaign.name.size() > 100) {
+    reader.complain("name", fmt::format("\"{}\" is not allowed; at most 100 characters, no '/', "
+                                        "no '.' in front: it names the database file",
+                                        campaign.name));
+  }
+  read_model_member(reader, findings, origin, directory, campaign.model);
+  read_runs(reader, findings, campaign.runs);
+  reader.optional("points_per_cycle", campaign.points_per_cycle, at_least(8).at_most(4096));
+  reader.optional("settle_cycles_max", campaign.settle_cycles_max, at_least(1).at_most(100000));
+  reader.optional("settle_tolerance", campaign.settle_tolerance, above(0).at_most(1000));
+  reader.optional("ramp_s", campaign.ramp_s, at_least(0).at_most(600));
+  reader.finish();
+  if (!findings.empty()) return findings.error();
+  return campaign;
+}
+
+Result<CampaignSpec> load_campaign(const std::filesystem::path& file) {
+  const auto text = read_text(file);
+  if (!text) return text.error();
+  return parse_campaign(*text, file.string(), file.parent_path());
+}
+
+}  // namespace shaker::config

@@ -1,0 +1,240 @@
+#include "config/json_tree.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace shaker::config {
+namespace {
+
+// Tells the tree builder how far the lexer has read; nlohmann-json's events do not say.
+class CountingIterator {
+ public:
+  using iterator_category = std::input_iterator_tag;
+  using value_type = char;
+  using difference_type = std::ptrdiff_t;
+  using pointer = const char*;
+  using reference = const char&;
+
+  CountingIterator(const char* at, const char** furthest) : at_(at), furthest_(furthest) {}
+  reference operator*() const { return *at_; }
+  CountingIterator& operator++() {
+    *furthest_ = ++at_;
+    return *this;
+  }
+  CountingIterator operator++(int) {
+    CountingIterator before = *this;
+    ++*this;
+    return before;
+  }
+  bool operator==(const CountingIterator& other) const { return at_ == other.at_; }
+  bool operator!=(const CountingIterator& other) const { return at_ != other.at_; }
+
+ private:
+  const char* at_;
+  const char** furthest_;
+};
+
+class TreeBuilder final : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  TreeBuilder(const std::string& text, const std::string& origin)
+      : origin_(origin), counted_(text.data()), furthest_(text.data()) {}
+
+  const char** furthest() { return &furthest_; }
+  Node& root() { return root_; }
+  const std::string& error() const { return error_; }
+
+  bool null() override { return add(Node{}); }
+  bool boolean(bool value) override {
+    Node node;
+    node.kind = Node::Kind::boolean;
+    node.boolean = value;
+    return add(std::move(node));
+  }
+  bool number_integer(number_integer_t value) override { return add_integer(value); }
+  bool number_unsigned(number_unsigned_t value) override { return add_integer(value); }
+  bool number_float(number_float_t value, const string_t& spelling) override {
+    Node node;
+    node.kind = Node::Kind::number;
+    node.number = value;
+    node.text = spelling;
+    return add(std::move(node));
+  }
+  bool string(string_t& value) override {
+    Node node;
+    node.kind = Node::Kind::string;
+    node.text = std::move(value);
+    return add(std::move(node));
+  }
+  bool binary(binary_t&) override { return false; }  // does not occur in text
+  bool start_object(std::size_t) override { return open(Node::Kind::object); }
+  bool start_array(std::size_t) override { return open(Node::Kind::array); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+
+  bool key(string_t& value) override {
+    Node& object = *open_.back();
+    if (std::find(object.keys.begin(), object.keys.end(), value) != object.keys.end()) {
+      error_ = fmt::format("{}:{}: key \"{}\" occurs twice in one object; remove one", origin_,
+                           line(), value);
+      return false;
+    }
+    object.keys.push_back(std::move(value));
+    return true;
+  }
+
+  bool parse_error(std::size_t, const std::string& token,
+                   const nlohmann::json::exception& ex) override {
+    const int at = line();
+    // The column counts bytes since the last line break that was read.
+    const auto column = furthest_ - line_start_;
+    std::string reason = ex.what();
+    if (const auto colon = reason.find("; last read: "); colon != std::string::npos) {
+      reason.erase(0, reason.rfind(": ", colon) + 2);
+      reason.erase(std::min(reason.find("; last read: "), reason.size()));
+    } else if (const auto dash = reason.find(" - "); dash != std::string::npos) {
+      reason.erase(0, dash + 3);
+    } else if (const auto bracket = reason.find("] "); bracket != std::string::npos) {
+      reason.erase(0, bracket + 2);
+    }
+    error_ = fmt::format("{}:{}:{}: not valid JSON: {}{}", origin_, at, column, reason,
+                         token.empty() ? "" : fmt::format(" (at '{}')", printable(token)));
+    return false;
+  }
+
+ private:
+  // A number's end is known only one character later, which may be the line break: hence the
+  // character before the furthest is left out. No token ends with a line break.
+  int line() {
+    for (; counted_ + 1 < furthest_; ++counted_) {
+      if (*counted_ == '\n') {
+        ++line_;
+        line_start_ = counted_ + 1;
+      }
+    }
+    return line_;
+  }
+
+  static std::string printable(const std::string& token) {
+    std::string out;
+    for (const char c : token.substr(token.size() > 40 ? token.size() - 40 : 0)) {
+      out += static_cast<unsigned char>(c) >= 0x20 && c != 0x7f ? std::string(1, c) : " ";
+    }
+    return out;
+  }
+
+  template <class T>
+  bool add_integer(T value) {
+    Node node;
+    node.kind = Node::Kind::integer;
+    node.number = static_cast<double>(value);
+    node.text = std::to_string(value);
+    return add(std::move(node));
+  }
+
+  bool add(Node node) {
+    node.line = line();
+    if (open_.empty()) {
+      root_ = std::move(node);
+    } else {
+      open_.back()->elements.push_back(std::move(node));
+    }
+    return true;
+  }
+
+  bool open(Node::Kind kind) {
+    if (static_cast<int>(open_.size()) >= kDepthMax) {
+      error_ = fmt::format("{}:{}: nested deeper than {} levels", origin_, line(), kDepthMax);
+      return false;
+    }
+    Node node;
+    node.kind = kind;
+    add(std::move(node));
+    // A pointer stays valid while its object is open: its siblings are added only after it closed.
+    open_.push_back(open_.empty() ? &root_ : &open_.back()->elements.back());
+    return true;
+  }
+
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+
+  const std::string& origin_;
+  const char* counted_;
+  const char* furthest_;
+  const char* line_start_ = counted_;
+  int line_ = 1;
+  Node root_;
+  std::vector<Node*> open_;
+  std::string error_;
+};
+
+}  // namespace
+
+const Node* Node::find(const std::string& key) const {
+  const auto at = std::find(keys.begin(), keys.end(), key);
+  return at == keys.end() ? nullptr : &elements[static_cast<std::size_t>(at - keys.begin())];
+}
+
+std::string Node::shown() const {
+  switch (kind) {
+    case Kind::null:
+      return "null";
+    case Kind::boolean:
+      return boolean ? "true" : "false";
+    case Kind::integer:
+    case Kind::number:
+      return text;
+    case Kind::string:
+      return fmt::format("\"{}\"", text.size() > 60 ? text.substr(0, 57) + "..." : text);
+    case Kind::array:
+      return "an array";
+    case Kind::object:
+      return "an object";
+  }
+  return {};
+}
+
+Result<Node> parse_json(const std::string& text, const std::string& origin) {
+  if (text.size() > kFileBytesMax) {
+    return Error{ErrorKind::invalid, fmt::format("{}: {} bytes; at most {} are read", origin,
+                                                 text.size(), kFileBytesMax)};
+  }
+  TreeBuilder builder(text, origin);
+  const char* end = text.data() + text.size();
+  const bool good = nlohmann::json::sax_parse(
+      CountingIterator(text.data(), builder.furthest()), CountingIterator(end, builder.furthest()),
+      &builder, nlohmann::json::input_format_t::json, /*strict=*/true, /*ignore_comments=*/true);
+  if (!good) return Error{ErrorKind::invalid, builder.error()};
+  return std::move(builder.root());
+}
+
+Result<std::string> read_text(const std::filesystem::path& file) {
+  std::error_code code;
+  if (std::filesystem::is_directory(file, code)) {
+    return Error{ErrorKind::io, fmt::format("{}: is a directory, not a file", file.string())};
+  }
+  std::ifstream in(file, std::ios::binary);
+  if (!in) {
+    return Error{ErrorKind::io,
+                 fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno))};
+  }
+  std::string text(kFileBytesMax + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (in.bad()) return Error{ErrorKind::io, fmt::format("{}: reading failed", file.string())};
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  if (text.size() > kFileBytesMax) {
+    return Error{ErrorKind::invalid,
+                 fmt::format("{}: larger than {} bytes, which is too large for such a file",
+                             file.string(), kFileBytesMax)};
+  }
+  return text;
+}
+
+}  // namespace shaker::config

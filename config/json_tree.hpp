@@ -1,0 +1,40 @@
+// JSON text as a tree that remembers where everything stood.
+//
+// nlohmann-json parses; this keeps what its own tree forgets and an operator needs: the line of
+// every value, and keys that occur twice. Comments (// and /* */) are allowed. Nesting is bounded
+// to kDepthMax while parsing, so that hostile input cannot exhaust the stack.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+
+namespace shaker::config {
+
+inline constexpr int kDepthMax = 32;
+inline constexpr std::size_t kFileBytesMax = 1 << 20;
+
+struct Node {
+  enum class Kind { null, boolean, integer, number, string, array, object };
+  Kind kind = Kind::null;
+  bool boolean = false;
+  double number = 0.0;            // also of an integer
+  std::string text;               // of a string; of a number, as it was written or nearly so
+  std::vector<Node> elements;     // of an array; of an object, the values
+  std::vector<std::string> keys;  // of an object, in the file's order
+  int line = 1;
+
+  const Node* find(const std::string& key) const;  // nullptr: not an object, or no such key
+  std::string shown() const;                       // for messages: "abc" (a string), 12, an object
+};
+
+// An Error names origin, line and column.
+Result<Node> parse_json(const std::string& text, const std::string& origin);
+
+// The whole file, at most kFileBytesMax. An Error names the file and the reason.
+Result<std::string> read_text(const std::filesystem::path& file);
+
+}  // namespace shaker::config

@@ -1,0 +1,196 @@
+#include "config/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "config/model_reader.hpp"
+
+namespace shaker::config {
+namespace {
+
+ParameterSpec read_parameter(const Node& node, const std::string& pointer, Findings& findings) {
+  ParameterSpec spec;
+  ObjectReader reader(node, pointer, findings);
+  reader.optional("start", spec.start);
+  reader.optional("lower", spec.lower);
+  reader.optional("upper", spec.upper);
+  reader.optional("fixed", spec.fixed);
+  reader.optional("prior_mean", spec.prior_mean);
+  reader.optional("prior_standard_deviation", spec.prior_standard_deviation, above(0));
+  reader.finish();
+  if (spec.lower && spec.upper && *spec.upper <= *spec.lower) {
+    reader.complain(
+        "upper", fmt::format("{} is not above \"lower\", which is {}", *spec.upper, *spec.lower));
+  } else if (spec.start && ((spec.lower && *spec.start < *spec.lower) ||
+                            (spec.upper && *spec.start > *spec.upper))) {
+    reader.complain("start", fmt::format("{} is outside of its bounds; at least {} and at most {} "
+                                         "is allowed",
+                                         *spec.start, spec.lower.value_or(-INFINITY),
+                                         spec.upper.value_or(INFINITY)));
+  }
+  if (spec.prior_mean.has_value() != spec.prior_standard_deviation.has_value()) {
+    reader.complain(spec.prior_mean ? "prior_mean" : "prior_standard_deviation",
+                    "a prior wants both \"prior_mean\" and \"prior_standard_deviation\"");
+  }
+  return spec;
+}
+
+std::vector<double> read_numbers(ObjectReader& reader, Findings& findings, const std::string& key) {
+  std::vector<double> numbers;
+  reader.array(key, false, 1, [&](const Node& node, const std::string& pointer) {
+    if (node.kind != Node::Kind::integer && node.kind != Node::Kind::number) {
+      findings.add(node, pointer, fmt::format("{} is not a number", node.shown()));
+    }
+    numbers.push_back(node.number);
+  });
+  return numbers;
+}
+
+EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& findings) {
+  EffectSpec spec;
+  ObjectReader reader(node, pointer, findings);
+  reader.required("effect", spec.effect);
+  if (const Node* parameters = reader.member("parameters", false)) {
+    ObjectReader inner(*parameters, reader.at("parameters"), findings);
+    for (std::size_t i = 0; i < parameters->keys.size(); ++i) {
+      const std::string& symbol = parameters->keys[i];
+      spec.parameters.emplace(symbol,
+                              read_parameter(parameters->elements[i], inner.at(symbol), findings));
+    }
+  }
+  if (const Node* constants = reader.member("constants", false)) {
+    ObjectReader inner(*constants, reader.at("constants"), findings);
+    for (const std::string& key : constants->keys) {
+      double value = 0.0;
+      inner.required(key, value);
+      spec.constants.emplace(key, value);
+    }
+  }
+  spec.sees = read_numbers(reader, findings, "sees");
+  spec.acts = read_numbers(reader, findings, "acts");
+  reader.finish();
+  return spec;
+}
+
+// A model of several coordinates; with none given all of this must be left out.
+void read_coordinates(ObjectReader& reader, Findings& findings, ModelSpec& model) {
+  reader.array("coordinates", false, 1, [&](const Node& node, const std::string& pointer) {
+    if (node.kind != Node::Kind::string || node.text.empty()) {
+      findings.add(node, pointer, fmt::format("{} is not a name in double quotes", node.shown()));
+    } else if (std::find(model.coordinates.begin(), model.coordinates.end(), node.text) !=
+               model.coordinates.end()) {
+      findings.add(node, pointer, fmt::format("{} is given twice", node.shown()));
+    }
+    model.coordinates.push_back(node.text);
+  });
+  model.mass = read_numbers(reader, findings, "mass");
+  model.excitation = read_numbers(reader, findings, "excitation");
+  reader.optional("observed", model.observed);
+  const auto expect = [&](const char* key, std::size_t given, std::size_t wanted) {
+    if (given == wanted || (given == 0 && model.coordinates.size() <= 1)) return;
+    reader.complain(key, fmt::format("has {} numbers; {} coordinate(s) want {}", given,
+                                     std::max<std::size_t>(1, model.coordinates.size()), wanted));
+  };
+  const std::size_t s = std::max<std::size_t>(1, model.coordinates.size());
+  expect("mass", model.mass.size(), s * s);
+  expect("excitation", model.excitation.size(), s);
+  if (!model.observed.empty() && std::find(model.coordinates.begin(), model.coordinates.end(),
+                                           model.observed) == model.coordinates.end()) {
+    reader.complain("observed", fmt::format("\"{}\" is none of the coordinates; {}", model.observed,
+                                            suggestion(model.observed, model.coordinates)));
+  }
+}
+
+// With one coordinate, the same effect twice could only ever be told as one.
+void check_effect(const ModelSpec& model, const EffectSpec& effect, const Node& node,
+                  const std::string& where, Findings& findings) {
+  const std::size_t s = std::max<std::size_t>(1, model.coordinates.size());
+  for (const auto& [key, numbers] :
+       {std::pair{"sees", &effect.sees}, std::pair{"acts", &effect.acts}}) {
+    if (numbers->size() == s || (numbers->empty() && s == 1)) continue;
+    findings.add(
+        node, where,
+        fmt::format("\"{}\" has {} numbers; {} coordinate(s) want {}", key, numbers->size(), s, s));
+  }
+  const bool twice = std::any_of(model.effects.begin(), model.effects.end(),
+                                 [&](const EffectSpec& e) { return e.effect == effect.effect; });
+  if (twice && s == 1 && !effect.effect.empty()) {
+    findings.add(node, where,
+                 fmt::format("effect \"{}\" occurs twice; leave one out", effect.effect));
+  }
+}
+
+}  // namespace
+
+ModelSpec read_model(const Node& node, const std::string& pointer, Findings& findings,
+                     const std::string& origin) {
+  ModelSpec model;
+  model.origin = origin;
+  ObjectReader reader(node, pointer, findings);
+  reader.format("shaker-model/1");
+  reader.required("name", model.name);
+  reader.optional("gravity", model.gravity, at_least(0).at_most(1000));
+  reader.optional("length_unit", model.length_unit);
+  read_coordinates(reader, findings, model);
+  reader.array("effects", true, 1, [&](const Node& effect, const std::string& where) {
+    EffectSpec spec = read_effect(effect, where, findings);
+    check_effect(model, spec, effect, where, findings);
+    model.effects.push_back(std::move(spec));
+  });
+  reader.finish();
+  return model;
+}
+
+Result<ModelSpec> parse_model(const std::string& text, const std::string& origin) {
+  const auto root = parse_json(text, origin);
+  if (!root) return root.error();
+  Findings findings(origin);
+  ModelSpec model = read_model(*root, "", findings, origin);
+  if (!findings.empty()) return findings.error();
+  return model;
+}
+
+Result<ModelSpec> load_model(const std::filesystem::path& file) {
+  const auto text = read_text(file);
+  if (!text) return text.error();
+  return parse_model(*text, file.string());
+}
+
+std::string to_json_text(const ModelSpec& model) {
+  using Json = nlohmann::ordered_json;
+  Json effects = Json::array();
+  for (const EffectSpec& effect : model.effects) {
+    Json item = {{"effect", effect.effect}};
+    for (const auto& [symbol, spec] : effect.parameters) {
+      Json& parameter = item["parameters"][symbol] = Json::object();
+      if (spec.start) parameter["start"] = *spec.start;
+      if (spec.lower) parameter["lower"] = *spec.lower;
+      if (spec.upper) parameter["upper"] = *spec.upper;
+      if (spec.fixed) parameter["fixed"] = true;
+      if (spec.prior_mean) parameter["prior_mean"] = *spec.prior_mean;
+      if (spec.prior_standard_deviation) {
+        parameter["prior_standard_deviation"] = *spec.prior_standard_deviation;
+      }
+    }
+    for (const auto& [key, value] : effect.constants)
+      item["constants"][key] = value;
+    if (!effect.sees.empty()) item["sees"] = effect.sees;
+    if (!effect.acts.empty()) item["acts"] = effect.acts;
+    effects.push_back(std::move(item));
+  }
+  Json root = {{"format", "shaker-model/1"},
+               {"name", model.name},
+               {"gravity", model.gravity},
+               {"length_unit", model.length_unit}};
+  if (!model.coordinates.empty()) root["coordinates"] = model.coordinates;
+  if (!model.mass.empty()) root["mass"] = model.mass;
+  if (!model.excitation.empty()) root["excitation"] = model.excitation;
+  if (!model.observed.empty()) root["observed"] = model.observed;
+  root["effects"] = std::move(effects);
+  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace shaker::config

@@ -1,0 +1,304 @@
+#include "config/rig_devices.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace shaker::config {
+namespace {
+
+using protocol::Channel;
+using protocol::modbus::RegisterSpec;
+
+// The words of an enum, in its order.
+const std::array<std::string, 2> kTables = {"holding", "input"};
+const std::array<std::string, 5> kTypes = {"u16", "i16", "u32", "i32", "f32"};
+const std::array<std::string, 4> kOrders = {"abcd", "cdab", "badc", "dcba"};
+const std::array<std::string, 2> kTransports = {"tcp", "rtu"};
+const std::array<std::string, 3> kParities = {"N", "E", "O"};
+const std::array<std::string, 4> kExciters = {"modbus", "can", "simulated", "replay"};
+const std::array<std::string, 4> kSensors = {"can", "modbus", "simulated", "replay"};
+const std::array<std::string, 4> kChannels = {"displacement", "excitation", "acceleration",
+                                              "force"};
+static_assert(protocol::kChannelCount == 4);
+
+const std::array<std::string, 10> kRoles = {
+    "frequency",        "amplitude",        "enable", "ramp",
+    "heartbeat",        "status",           "fault",  "frequency_actual",
+    "amplitude_actual", "heartbeat_timeout"};
+constexpr std::size_t kWrittenRoles = 5;   // the first five are written: not in the input table
+constexpr std::size_t kRequiredRoles = 7;  // the first seven must be there
+
+const std::array<int, 10> kBauds = {1200,  2400,  4800,   9600,   19200,
+                                    38400, 57600, 115200, 230400, 460800};
+
+RegisterSpec read_register(const Node& node, const std::string& pointer, Findings& findings) {
+  RegisterSpec spec;
+  ObjectReader reader(node, pointer, findings);
+  if (const auto table = reader.choice("table", kTables, false)) {
+    spec.table = static_cast<protocol::modbus::RegisterTable>(*table);
+  }
+  reader.required("address", spec.address, at_least(0).at_most(65535));
+  if (const auto type = reader.choice("type", kTypes, true)) {
+    spec.type = static_cast<protocol::modbus::RegisterType>(*type);
+  }
+  if (const auto order = reader.choice("order", kOrders, false)) {
+    spec.order = static_cast<protocol::modbus::WordOrder>(*order);
+  }
+  reader.optional("scale", spec.scale);
+  if (spec.scale == 0.0) reader.complain("scale", "0 would lose every value; leave it out for 1");
+  reader.optional("offset", spec.offset);
+  reader.optional("unit", spec.unit);
+  reader.optional("cyclic", spec.cyclic);
+  reader.finish();
+  return spec;
+}
+
+int words(const RegisterSpec& spec) {
+  return spec.type == protocol::modbus::RegisterType::u16 ||
+                 spec.type == protocol::modbus::RegisterType::i16
+             ? 1
+             : 2;
+}
+
+// Two values in one register is always a slip of the pen in a map.
+template <class Map, class Name>
+void complain_of_overlaps(ObjectReader& reader, const Map& registers, Name name) {
+  for (auto a = registers.begin(); a != registers.end(); ++a) {
+    for (auto b = std::next(a); b != registers.end(); ++b) {
+      const RegisterSpec& first = a->second;
+      const RegisterSpec& second = b->second;
+      if (first.table == second.table && first.address < second.address + words(second) &&
+          second.address < first.address + words(first)) {
+        reader.complain(name(b->first),
+                        fmt::format("register {} overlaps \"{}\" at {}; give each its own address",
+                                    second.address, name(a->first), first.address));
+      }
+    }
+  }
+}
+
+void read_tcp(ObjectReader& reader, ModbusTcp& tcp) {
+  reader.required("host", tcp.host);
+  reader.optional("port", tcp.port, at_least(1).at_most(65535));
+}
+
+void read_rtu(ObjectReader& reader, ModbusRtu& rtu) {
+  reader.required("device", rtu.device);
+  reader.optional("baud", rtu.baud, above(0));
+  if (std::find(kBauds.begin(), kBauds.end(), rtu.baud) == kBauds.end()) {
+    reader.complain("baud", fmt::format("{} is no common rate; allowed are {}", rtu.baud,
+                                        fmt::join(kBauds, ", ")));
+  }
+  if (const auto parity = reader.choice("parity", kParities, false)) {
+    rtu.parity = kParities[*parity][0];
+  }
+  reader.optional("stop_bits", rtu.stop_bits, at_least(1).at_most(2));
+}
+
+void read_link(ObjectReader& parent, Findings& findings, ModbusLink& link) {
+  const Node* node = parent.member("link", true);
+  if (!node) return;
+  ObjectReader reader(*node, parent.at("link"), findings);
+  if (const Node* transport = reader.member("transport", true)) {
+    ObjectReader inner(*transport, reader.at("transport"), findings);
+    const auto kind = inner.choice("kind", kTransports, true);
+    if (kind == 0u) read_tcp(inner, link.transport.emplace<ModbusTcp>());
+    if (kind == 1u) read_rtu(inner, link.transport.emplace<ModbusRtu>());
+    if (kind) inner.finish();
+  }
+  reader.optional("unit_id", link.unit_id, at_least(0).at_most(255));
+  if (std::holds_alternative<ModbusRtu>(link.transport) &&
+      (link.unit_id < 1 || link.unit_id > 247)) {
+    reader.complain("unit_id", fmt::format("{} is out of range on a serial line; at least 1 and at "
+                                           "most 247 is allowed",
+                                           link.unit_id));
+  }
+  reader.optional("response_timeout_s", link.response_timeout_s, at_least(0.001).at_most(10));
+  reader.optional("pause_after_connect_s", link.pause_after_connect_s, at_least(0).at_most(10));
+  reader.optional("reconnect_s", link.reconnect_s, at_least(0.01).at_most(30));
+  reader.optional("timeouts_before_close", link.timeouts_before_close, at_least(1).at_most(100));
+  reader.finish();
+}
+
+void read_modbus_exciter(ObjectReader& reader, Findings& findings, ModbusExciter& exciter) {
+  read_link(reader, findings, exciter.link);
+  reader.optional("status_running", exciter.status_running);
+  reader.optional("status_ready", exciter.status_ready);
+  const Node* map = reader.member("registers", true);
+  if (!map) return;
+  ObjectReader roles(*map, reader.at("registers"), findings);
+  for (std::size_t i = 0; i < kRoles.size(); ++i) {
+    const Node* node = roles.member(kRoles[i], i < kRequiredRoles);
+    if (!node) continue;
+    const RegisterSpec spec = read_register(*node, roles.at(kRoles[i]), findings);
+    if (i < kWrittenRoles && spec.table == protocol::modbus::RegisterTable::input) {
+      roles.complain(kRoles[i], "input registers cannot be written; use the table \"holding\"");
+    }
+    exciter.registers.emplace(kRoles[i], spec);
+  }
+  complain_of_overlaps(roles, exciter.registers, [](const std::string& role) { return role; });
+  roles.finish();
+}
+
+// IFNAMSIZ leaves 15 bytes for a network interface's name.
+void read_interface(ObjectReader& reader, std::string& interface) {
+  reader.optional("interface", interface);
+  if (interface.empty() || interface.size() > 15 || interface.find('/') != std::string::npos) {
+    reader.complain("interface", fmt::format("\"{}\" is no interface name; 1 to 15 characters "
+                                             "without '/' are allowed, such as can0",
+                                             interface));
+  }
+}
+
+void read_can_exciter(ObjectReader& reader, CanExciter& exciter) {
+  read_interface(reader, exciter.interface);
+  reader.required("dbc", exciter.dbc);
+  reader.required("setpoint_message", exciter.setpoint_message);
+  reader.required("status_message", exciter.status_message);
+  reader.optional("period_s", exciter.period_s, at_least(0.001).at_most(1));
+  reader.optional("status_running", exciter.status_running);
+  reader.optional("status_ready", exciter.status_ready);
+}
+
+std::vector<CanSignal> read_signals(ObjectReader& reader, Findings& findings, bool required) {
+  std::vector<CanSignal> signals;
+  reader.array("signals", required, required ? 1 : 0,
+               [&](const Node& node, const std::string& pointer) {
+                 CanSignal signal;
+                 ObjectReader inner(node, pointer, findings);
+                 if (const auto channel = inner.choice("channel", kChannels, true)) {
+                   signal.channel = static_cast<Channel>(*channel);
+                 }
+                 inner.required("message", signal.message);
+                 inner.required("signal", signal.signal);
+                 inner.optional("scale", signal.scale);
+                 if (signal.scale == 0.0) {
+                   inner.complain("scale", "0 would lose every value; leave it out for 1");
+                 }
+                 inner.optional("offset", signal.offset);
+                 inner.finish();
+                 signals.push_back(std::move(signal));
+               });
+  return signals;
+}
+
+CanSensor read_can_sensor(ObjectReader& reader, Findings& findings) {
+  CanSensor sensor;
+  read_interface(reader, sensor.interface);
+  reader.required("dbc", sensor.dbc);
+  sensor.signals = read_signals(reader, findings, true);
+  reader.optional("fd", sensor.fd);
+  if (const Node* node = reader.member("canopen", false)) {
+    CanOpen canopen;
+    ObjectReader inner(*node, reader.at("canopen"), findings);
+    inner.optional("node_id", canopen.node_id, at_least(1).at_most(127));
+    inner.optional("start_node", canopen.start_node);
+    inner.optional("sync_period_s", canopen.sync_period_s, at_least(0).at_most(10));
+    inner.finish();
+    sensor.canopen = canopen;
+  }
+  return sensor;
+}
+
+ModbusSensor read_modbus_sensor(ObjectReader& reader, Findings& findings) {
+  ModbusSensor sensor;
+  read_link(reader, findings, sensor.link);
+  reader.optional("rate_hz", sensor.rate_hz, above(0).at_most(10000));
+  const Node* map = reader.member("registers", true);
+  if (!map) return sensor;
+  ObjectReader channels(*map, reader.at("registers"), findings);
+  for (std::size_t i = 0; i < kChannels.size(); ++i) {
+    if (const Node* node = channels.member(kChannels[i], false)) {
+      sensor.registers.emplace(static_cast<Channel>(i),
+                               read_register(*node, channels.at(kChannels[i]), findings));
+    }
+  }
+  complain_of_overlaps(channels, sensor.registers,
+                       [](Channel channel) { return std::string(protocol::name(channel)); });
+  channels.finish();
+  return sensor;
+}
+
+SimulatedSensor read_simulated_sensor(ObjectReader& reader, Findings& findings) {
+  SimulatedSensor sensor;
+  reader.optional("rate_hz", sensor.rate_hz, above(0).at_most(100000));
+  reader.optional("plant", sensor.plant);
+  if (const Node* node = reader.member("parameters", false)) {
+    ObjectReader inner(*node, reader.at("parameters"), findings);
+    for (const std::string& key : node->keys) {
+      double value = 0.0;
+      inner.required(key, value);
+      sensor.parameters.emplace(key, value);
+    }
+  }
+  reader.optional("noise_m", sensor.noise_m, at_least(0));
+  reader.optional("noise_m_s2", sensor.noise_m_s2, at_least(0));
+  reader.optional("quantum_m", sensor.quantum_m, at_least(0));
+  reader.optional("clock_offset_ppm", sensor.clock_offset_ppm, at_least(-10000).at_most(10000));
+  reader.optional("jitter_fraction", sensor.jitter_fraction, at_least(0).below(1));
+  reader.optional("dropout_fraction", sensor.dropout_fraction, at_least(0).below(1));
+  reader.optional("seed", sensor.seed);
+  return sensor;
+}
+
+ReplaySensor read_replay_sensor(ObjectReader& reader, Findings& findings) {
+  ReplaySensor sensor;
+  reader.required("file", sensor.file);
+  reader.optional("dbc", sensor.dbc);
+  sensor.signals = read_signals(reader, findings, false);
+  reader.optional("speed", sensor.speed, at_least(0).at_most(1000));
+  if (sensor.dbc.empty() != sensor.signals.empty()) {
+    reader.complain(sensor.dbc.empty() ? "signals" : "dbc",
+                    "a CAN log wants both \"dbc\" and \"signals\", a campaign database neither");
+  }
+  return sensor;
+}
+
+}  // namespace
+
+void read_exciter(const Node& node, const std::string& pointer, Findings& findings,
+                  ExciterConfig& exciter) {
+  ObjectReader reader(node, pointer, findings);
+  reader.optional("heartbeat_period_s", exciter.heartbeat_period_s, at_least(0.005).at_most(5));
+  reader.optional("ramp_s", exciter.ramp_s, at_least(0).at_most(600));
+  if (const Node* device = reader.member("device", true)) {
+    ObjectReader inner(*device, reader.at("device"), findings);
+    const auto kind = inner.choice("kind", kExciters, true);
+    if (kind == 0u) read_modbus_exciter(inner, findings, exciter.device.emplace<ModbusExciter>());
+    if (kind == 1u) read_can_exciter(inner, exciter.device.emplace<CanExciter>());
+    if (kind == 2u) exciter.device.emplace<SimulatedExciter>();
+    if (kind == 3u) exciter.device.emplace<ReplayExciter>();
+    if (kind) inner.finish();
+  }
+  reader.finish();
+}
+
+std::optional<SensorConfig> read_sensor(const Node& node, const std::string& pointer,
+                                        Findings& findings) {
+  ObjectReader reader(node, pointer, findings);
+  const auto kind = reader.choice("kind", kSensors, true);
+  if (!kind) return std::nullopt;
+  SensorConfig sensor;
+  switch (*kind) {
+    case 0:
+      sensor = read_can_sensor(reader, findings);
+      break;
+    case 1:
+      sensor = read_modbus_sensor(reader, findings);
+      break;
+    case 2:
+      sensor = read_simulated_sensor(reader, findings);
+      break;
+    default:
+      sensor = read_replay_sensor(reader, findings);
+      break;
+  }
+  reader.finish();
+  return sensor;
+}
+
+}  // namespace shaker::config

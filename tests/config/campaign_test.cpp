@@ -1,0 +1,47 @@
+#include "config/campaign.hpp"
+
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shaker::config {
+namespace {
+
+const std::filesystem::path kExamples =
+    std::filesystem::path(SHAKER_SOURCE_DIR) / "config" / "examples";
+
+TEST(Campaign, TakesItsModelFromAFileBesideIt) {
+  const auto campaign = load_campaign(kExamples / "three-runs.campaign.json");
+  ASSERT_TRUE(campaign) << campaign.error().what;
+  EXPECT_EQ(campaign->model.name, "oleo");
+  ASSERT_EQ(campaign->runs.size(), 3u);
+  EXPECT_EQ(campaign->runs[0].name, "slow");
+}
+
+TEST(Campaign, TakesItsModelInlineAndNamesItsRuns) {
+  const auto campaign = parse_campaign(
+      R"({"name": "c", "model": {"name": "m", "effects": [{"effect": "gravity"}]},
+          "runs": [{"frequency_hz": 2, "amplitude": 3},
+                   {"frequency_hz": 3, "amplitude": 2.5, "cycles": 7}]})",
+      "c.json", ".");
+  ASSERT_TRUE(campaign) << campaign.error().what;
+  EXPECT_EQ(campaign->model.name, "m");
+  EXPECT_EQ(campaign->runs[0].name, "r01");
+  EXPECT_EQ(campaign->runs[0].cycles, 20);
+  EXPECT_EQ(campaign->runs[1].name, "r02");
+  EXPECT_EQ(campaign->runs[1].cycles, 7);
+  EXPECT_DOUBLE_EQ(campaign->runs[1].amplitude, 2.5);
+}
+
+TEST(Campaign, PassesOnWhatIsWrongWithItsModelFile) {
+  const auto campaign = parse_campaign(
+      R"({"name": "c", "model": "no-such.json", "runs": [{"frequency_hz": 2, "amplitude": 3}]})",
+      "c.json", kExamples);
+  ASSERT_FALSE(campaign);
+  EXPECT_THAT(campaign.error().what, testing::HasSubstr("c.json:1: /model: the model file"));
+  EXPECT_THAT(campaign.error().what, testing::HasSubstr("no-such.json: cannot be read"));
+}
+
+}  // namespace
+}  // namespace shaker::config
