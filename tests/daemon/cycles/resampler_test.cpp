@@ -1,0 +1,106 @@
+#include "daemon/cycles/resampler.hpp"
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace shaker::daemon {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+
+std::vector<double> even(std::size_t per_period) {
+  std::vector<double> tau;
+  for (double x = -0.25; x < 1.25; x += 1.0 / static_cast<double>(per_period))
+    tau.push_back(x);
+  return tau;
+}
+
+TEST(Resample, BiasOfAHarmonicIsAsDeclared) {
+  const auto tau = even(1000);
+  for (const int m : {1, 4, 8}) {
+    std::vector<double> value(tau.size()), out(64);
+    for (std::size_t i = 0; i < tau.size(); ++i)
+      value[i] = std::cos(kTwoPi * m * tau[i]);
+    ASSERT_TRUE(resample(tau, value, out).ok);
+    double worst = 0.0;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      worst =
+          std::max(worst, std::abs(out[i] - std::cos(kTwoPi * m * static_cast<double>(i) / 64)));
+    }
+    const double declared =
+        5.57 * std::pow(m, 4) / std::pow(64.0, 4);  // 0.1 m gives 0.56 a m^4/n^4
+    EXPECT_LT(worst, 1.1 * declared) << m;
+    EXPECT_GT(worst, 0.5 * declared) << m;
+  }
+}
+
+TEST(Resample, NoiseOfThePointsIsNearlyWhiteSoThatStandardErrorsAreHonest) {
+  const auto tau = even(1000);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<double> value(tau.size()), out(64);
+  double variance = 0.0, stated = 0.0, low = 0.0;
+  constexpr int kTrials = 600;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    for (auto& v : value)
+      v = normal(random);
+    const Resampled r = resample(tau, value, out);
+    ASSERT_TRUE(r.ok);
+    stated += r.point_noise * r.point_noise / kTrials;
+    for (const double v : out)
+      variance += v * v / 64 / kTrials;
+    for (int m = 1; m <= 4; ++m) {
+      std::complex<double> c = 0.0;
+      for (std::size_t i = 0; i < 64; ++i) {
+        c += out[i] * std::polar(1.0, -kTwoPi * m * static_cast<double>(i) / 64);
+      }
+      low += std::norm(c) / 64 / 4 / kTrials;  // equals the variance when white
+    }
+  }
+  EXPECT_NEAR(variance / (64.0 / 1000.0), 1.125, 0.05);
+  EXPECT_NEAR(stated / variance, 1.0, 0.03);
+  EXPECT_NEAR(low / variance, 1.0, 0.08);
+}
+
+TEST(Resample, FrequenciesThatWouldFoldOntoTheParametersAreDamped) {
+  const auto tau = even(2000);
+  std::vector<double> value(tau.size()), out(64);
+  for (std::size_t i = 0; i < tau.size(); ++i)
+    value[i] = std::cos(kTwoPi * 65 * tau[i]);
+  ASSERT_TRUE(resample(tau, value, out).ok);
+  double power = 0.0;
+  for (const double v : out)
+    power += v * v / 64;
+  EXPECT_LT(power / 0.5, 0.05);
+}
+
+TEST(SmoothStamps, MissingSamplesDoNotBreakTheClockAndNoiseIsNotOne) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> wander(-0.1, 0.1), any(0.0, 1.0);
+  std::vector<double> t, truth;
+  for (int k = 0; k < 1000; ++k) {
+    if (any(random) < 0.05) continue;
+    truth.push_back(1e-3 * k);
+    t.push_back(1e-3 * (k + wander(random)));
+  }
+  std::vector<double> smooth(t.size()), scratch(t.size());
+  const StampFit fit = smooth_stamps(t, smooth, scratch);
+  ASSERT_TRUE(fit.ok);
+  EXPECT_NEAR(fit.interval, 1e-3, 1e-8);
+  EXPECT_NEAR(fit.jitter, 0.1 / std::sqrt(3.0), 0.005);
+  for (std::size_t i = 0; i < t.size(); ++i)
+    EXPECT_NEAR(smooth[i], truth[i], 6e-6);
+
+  for (auto& x : t)
+    x = any(random);
+  std::ranges::sort(t);
+  EXPECT_FALSE(smooth_stamps(t, smooth, scratch).ok);
+}
+
+}  // namespace
+}  // namespace shaker::daemon
