@@ -1,8 +1,8 @@
 // Where the engine says what happens. The recorder has written it to disk before the publisher
 // gives it to anyone: an implementation must keep that order.
 //
-// Called on the engine's thread; must not wait for clients. An Error from a record_ call (a full
-// disk) makes the engine ramp down: nothing may be measured that cannot be kept.
+// Called on the engine's thread; must wait neither for clients nor for the disk. An Error from a
+// record_ call (a full disk) makes the engine ramp down: nothing may be measured that cannot be kept.
 #pragma once
 
 #include <span>
@@ -23,7 +23,7 @@ class Outlet {
   virtual Result<void> record_run(int run_index, const config::RunSpec& run) = 0;
   // Every raw sample while a campaign is open, as it came.
   virtual Result<void> record_samples(std::span<const drivers::Sample> samples) = 0;
-  // The resampled cycle, accepted or not. Durable (committed) on return.
+  // The resampled cycle, accepted or not. Durable before any document that is published after it.
   virtual Result<void> record_cycle(const estimator::MeasuredCycle& cycle, bool accepted) = 0;
   virtual void close_campaign() = 0;
 

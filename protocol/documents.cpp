@@ -195,6 +195,7 @@ void fill(Filler& out, const HealthDocument& d) {
   out.put("cycles_skipped", d.cycles_skipped).put("clients", d.clients);
   out.put("exciter_connected", d.exciter_connected).put("sensor_connected", d.sensor_connected);
   out.number("loop_late_max_s", d.loop_late_max_s).put("disk_free_bytes", d.disk_free_bytes);
+  out.number("disk_flush_max_s", d.disk_flush_max_s);
 }
 
 void fill(Filler& out, const RunStopDocument& d) {

@@ -25,14 +25,14 @@ struct VersionDocument {
 // state: "IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "FAULT".
 struct StateDocument {
   std::string state;
-  std::string reason;                  // why it was entered, a sentence
+  std::string reason;  // why it was entered, a sentence
   std::optional<std::string> campaign;
   std::optional<std::string> run;
   std::optional<int> run_index, run_count;
   std::optional<double> frequency_hz, amplitude;  // setpoint
-  std::optional<double> progress;      // of the campaign, 0..1
+  std::optional<double> progress;                 // of the campaign, 0..1
   std::optional<double> eta_s;
-  bool controlled = false;             // a client holds the lease
+  bool controlled = false;  // a client holds the lease
 };
 
 struct RunStartDocument {
@@ -44,17 +44,17 @@ struct RunStartDocument {
 
 struct CycleDocument {
   std::string campaign, run;
-  std::int64_t cycle = 0;              // count of cycles in the run, from 0
+  std::int64_t cycle = 0;  // count of cycles in the run, from 0
   bool accepted = false;
-  std::string why;                     // reason when not accepted ("transient", "gap of 12 ms", ...)
-  double frequency_hz = 0.0;           // measured
-  double amplitude = 0.0;              // of the excitation's fundamental, measured
+  std::string why;            // reason when not accepted ("transient", "gap of 12 ms", ...)
+  double frequency_hz = 0.0;  // measured
+  double amplitude = 0.0;     // of the excitation's fundamental, measured
   double stroke_min_m = 0.0, stroke_max_m = 0.0;
-  double change = 0.0;                 // from the previous cycle, as a multiple of the noise
+  double change = 0.0;  // from the previous cycle, as a multiple of the noise
   int gaps = 0;
   std::int64_t samples = 0;
-  double jitter_fraction = 0.0;        // of a sample
-  std::optional<int> subharmonic;      // the response repeats every so many periods
+  double jitter_fraction = 0.0;    // of a sample
+  std::optional<int> subharmonic;  // the response repeats every so many periods
 };
 
 struct ParameterEntry {
@@ -69,30 +69,30 @@ struct EstimateDocument {
   std::string model;
   std::vector<ParameterEntry> parameters;
   std::vector<std::string> covariance_order;
-  std::vector<double> covariance;      // row by row
+  std::vector<double> covariance;  // row by row
   double noise_standard_deviation = 0.0;
   double sum_of_squares = 0.0;
   double condition = 0.0;
   std::int64_t observations = 0, degrees_of_freedom = 0, cycles_used = 0;
   int runs_used = 0, iterations = 0;
   std::optional<std::int64_t> cycles_skipped;  // the estimator was too slow for so many
-  std::optional<std::string> clock;    // which clock stamped the samples
-  std::optional<double> latency_s;     // last sample of the cycle to this document
+  std::optional<std::string> clock;            // which clock stamped the samples
+  std::optional<double> latency_s;             // last sample of the cycle to this document
   bool converged = false, usable = false;
   std::vector<std::string> warnings;
 };
 
 struct AlarmDocument {
-  std::string severity;                // "info", "warning", "error"
-  std::string code;                    // stable, e.g. "stale_sensor"
-  std::string text;                    // a sentence with the remedy
-  std::optional<std::string> action;   // "none", "indicate", "hold", "ramp_down", "stop"
+  std::string severity;               // "info", "warning", "error"
+  std::string code;                   // stable, e.g. "stale_sensor"
+  std::string text;                   // a sentence with the remedy
+  std::optional<std::string> action;  // "none", "indicate", "hold", "ramp_down", "stop"
   std::optional<std::string> channel;
   std::optional<double> value, limit;
 };
 
 struct ChannelHealth {
-  std::string channel, quality;        // "none", "good", "suspect", "bad"
+  std::string channel, quality;  // "none", "good", "suspect", "bad"
   std::optional<double> age_s, rate_hz, value;
 };
 struct HealthDocument {
@@ -103,13 +103,14 @@ struct HealthDocument {
   std::uint64_t ring_overflows = 0, log_drops = 0, cycles_skipped = 0;
   int clients = 0;
   bool exciter_connected = false, sensor_connected = false;
-  double loop_late_max_s = 0.0;        // of the sampling loop, since the last health document
+  double loop_late_max_s = 0.0;  // of the sampling loop, since the last health document
   std::uint64_t disk_free_bytes = 0;
+  std::optional<double> disk_flush_max_s;  // of a commit, since the last health document
 };
 
 struct RunStopDocument {
   std::string campaign, run;
-  std::string status;                  // "success", "abort", "fail"
+  std::string status;  // "success", "abort", "fail"
   std::string reason;
   std::int64_t cycles_accepted = 0, cycles_rejected = 0;
 };

@@ -1,0 +1,183 @@
+#include "daemon/publish/commands.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+namespace shaker::daemon {
+namespace {
+
+using Json = nlohmann::json;
+using protocol::RpcCode;
+using protocol::RpcError;
+
+constexpr std::uintmax_t kMaxCampaignFile = 1024 * 1024;  // bytes
+
+Result<std::string> read_campaign_file(const std::filesystem::path& file) {
+  std::error_code trouble;
+  if (!file.is_absolute()) {
+    return Error{ErrorKind::invalid, fmt::format("{}: the daemon's directory is not yours; give an "
+                                                 "absolute path, or send the campaign itself.",
+                                                 file.string())};
+  }
+  // A regular file: opening a pipe would wait for its other end.
+  if (!std::filesystem::is_regular_file(file, trouble)) {
+    return Error{ErrorKind::invalid,
+                 fmt::format("{}: the daemon finds no such file; check the path, and that the user "
+                             "shakerd may read it, or send the campaign itself.",
+                             file.string())};
+  }
+  if (std::filesystem::file_size(file, trouble) > kMaxCampaignFile) {
+    return Error{ErrorKind::invalid, fmt::format("{}: more than {} bytes is not a campaign file.",
+                                                 file.string(), kMaxCampaignFile)};
+  }
+  std::ifstream stream(file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream) {
+    return Error{ErrorKind::io, fmt::format("{}: cannot be read; check that the user shakerd may.",
+                                            file.string())};
+  }
+  return text.str();
+}
+
+RpcError bad_params(std::string message) {
+  return {RpcCode::invalid_params, std::move(message), nullptr};
+}
+
+RpcCode code_of(ErrorKind kind) {
+  return kind == ErrorKind::invalid ? RpcCode::invalid_params : RpcCode::refused;
+}
+
+}  // namespace
+
+// The table of methods. Only campaign.start takes parameters.
+struct Commands::Method {
+  const char* name;
+  bool changes_something;  // refused on a connection that may only listen
+  Answer (*call)(Commands&, const Json& params, const Peer&);
+};
+
+Commands::Commands(RigControl& rig, Clock& clock, Nanoseconds lease)
+    : rig_(rig), clock_(clock), lease_(lease) {}
+
+Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
+  static constexpr Method kMethods[] = {
+      {"ping", false, [](Commands&, const Json&, const Peer&) -> Answer { return Json::object(); }},
+      {"status", false, [](Commands& c, const Json&, const Peer& p) { return c.status(p); }},
+      {"control.acquire", true,
+       [](Commands& c, const Json&, const Peer& p) { return c.acquire(p); }},
+      {"control.release", true,
+       [](Commands& c, const Json&, const Peer& p) { return c.release(p); }},
+      {"lease.renew", true, [](Commands& c, const Json&, const Peer& p) { return c.renew(p); }},
+      {"campaign.start", true,
+       [](Commands& c, const Json& params, const Peer& p) { return c.start(params, p); }},
+      {"stop", true,
+       [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.stop(p.who)); }},
+      {"estop", true,
+       [](Commands& c, const Json&, const Peer& p) {
+         return c.done(c.rig_.emergency_stop(p.who));
+       }},
+      {"ack", true,
+       [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.acknowledge(p.who)); }}};
+
+  lease_.renew(peer.client, clock_.now());
+  for (const Method& method : kMethods) {
+    if (request.method != method.name) continue;
+    if (method.changes_something && peer.read_only) {
+      return RpcError{RpcCode::read_only,
+                      "TCP connections may only listen; use the Unix socket to command.", nullptr};
+    }
+    if (method.changes_something) spdlog::info("{} asks for {}.", peer.who, method.name);
+    return method.call(*this, request.params, peer);
+  }
+  std::string known;
+  for (const Method& method : kMethods)
+    known += (known.empty() ? "" : ", ") + std::string(method.name);
+  return RpcError{
+      RpcCode::method_not_found,
+      fmt::format("There is no method \"{}\"; there are {}.", request.method.substr(0, 64), known),
+      nullptr};
+}
+
+void Commands::gone(const Peer& peer) {
+  if (!lease_.release(peer.client)) return;
+  spdlog::warn("The controlling client, {}, is gone.", peer.who);
+  rig_.set_controlled(false);
+  rig_.lease_lost();
+}
+
+void Commands::tick() {
+  if (const auto lost = lease_.expire(clock_.now())) {
+    spdlog::warn("The lease of client {} ran out.", *lost);
+    rig_.set_controlled(false);
+    rig_.lease_lost();
+  }
+}
+
+Answer Commands::acquire(const Peer& peer) {
+  if (!lease_.acquire(peer.client, clock_.now())) {
+    return RpcError{RpcCode::control_taken,
+                    "Another client is in control; wait until it releases, or stop the rig.",
+                    nullptr};
+  }
+  rig_.set_controlled(true);
+  return Json{{"lease_s", seconds(lease_.duration())}};
+}
+
+// Giving control back in mid-run is losing it: nobody would then watch over the motion.
+Answer Commands::release(const Peer& peer) {
+  if (!lease_.release(peer.client)) {
+    return RpcError{RpcCode::not_in_control, "This client is not in control.", nullptr};
+  }
+  rig_.set_controlled(false);
+  rig_.lease_lost();
+  return Json::object();
+}
+
+Answer Commands::renew(const Peer& peer) {
+  if (!lease_.held_by(peer.client)) {
+    return RpcError{RpcCode::not_in_control,
+                    "This client is not in control (its lease may have run out); ask for "
+                    "control.acquire.",
+                    nullptr};
+  }
+  return Json{{"lease_s", seconds(lease_.duration())}};
+}
+
+Answer Commands::start(const Json& params, const Peer& peer) {
+  if (!lease_.held_by(peer.client)) {
+    return RpcError{RpcCode::not_in_control,
+                    "Starting needs control: ask for control.acquire first, and renew the lease.",
+                    nullptr};
+  }
+  if (!params.is_object() || params.size() != 1) {
+    return bad_params(
+        "\"params\" is {\"campaign\": {...}} or {\"file\": \"/path/of/campaign.json\"}.");
+  }
+  if (params.contains("campaign") && params["campaign"].is_object()) {
+    return done(rig_.start(params["campaign"].dump(), "campaign.start", "/"));
+  }
+  if (params.contains("file") && params["file"].is_string()) {
+    const std::filesystem::path file = params["file"].get<std::string>();
+    const auto text = read_campaign_file(file);
+    if (!text) return done(text.error());
+    return done(rig_.start(*text, file.string(), file.parent_path().string()));
+  }
+  return bad_params("\"campaign\" is a campaign as an object, \"file\" the path of one.");
+}
+
+Answer Commands::status(const Peer& peer) const {
+  Json state = Json::parse(protocol::to_json_text(rig_.state()));
+  return Json{{"state", std::move(state)}, {"in_control", lease_.held_by(peer.client)}};
+}
+
+Answer Commands::done(const Result<void>& outcome) const {
+  if (!outcome) return RpcError{code_of(outcome.error().kind), outcome.error().what, nullptr};
+  return Json{{"state", rig_.state().state}};
+}
+
+}  // namespace shaker::daemon

@@ -1,0 +1,55 @@
+// What a client may ask for: JSON-RPC methods to the rig, and who is in control.
+//
+// On the main loop's thread. docs/protocol.md lists the methods for people.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "daemon/publish/lease.hpp"
+#include "daemon/publish/stream_server.hpp"
+#include "protocol/documents.hpp"
+
+namespace shaker::daemon {
+
+// The rig as its operators see it: the engine, or a test's own.
+class RigControl {
+ public:
+  virtual ~RigControl() = default;
+  // `text` is a campaign as JSON; paths in it start at `directory`, `origin` is for messages.
+  virtual Result<void> start(const std::string& text, const std::string& origin,
+                             const std::string& directory) = 0;
+  virtual Result<void> stop(const std::string& who) = 0;
+  virtual Result<void> emergency_stop(const std::string& who) = 0;
+  virtual Result<void> acknowledge(const std::string& who) = 0;
+  virtual void lease_lost() = 0;
+  virtual void set_controlled(bool controlled) = 0;
+  virtual protocol::StateDocument state() const = 0;
+};
+
+class Commands final : public RequestHandler {
+ public:
+  Commands(RigControl& rig, Clock& clock, Nanoseconds lease);
+
+  Answer handle(const protocol::RpcRequest& request, const Peer& peer) override;
+  void gone(const Peer& peer) override;
+  // Notices a lease that has run out. Call every few milliseconds.
+  void tick();
+
+ private:
+  struct Method;
+  Answer acquire(const Peer& peer);
+  Answer release(const Peer& peer);
+  Answer renew(const Peer& peer);
+  Answer start(const nlohmann::json& params, const Peer& peer);
+  Answer status(const Peer& peer) const;
+  Answer done(const Result<void>& outcome) const;
+
+  RigControl& rig_;
+  Clock& clock_;
+  Lease lease_;
+};
+
+}  // namespace shaker::daemon

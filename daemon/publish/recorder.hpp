@@ -1,0 +1,121 @@
+// The engine's outlet: record, commit, and only then publish.
+//
+// The engine's thread hands things over and goes on: it never waits for the disk. The recorder's
+// own thread writes them in order, commits what has come together (one flush for many), and only
+// then gives the documents to the main loop (`take`). So whatever a client has seen is on disk.
+// When the disk fails, the campaign's file is closed with what was committed, cycles and estimates
+// are withheld (they could not be kept), other documents still go out, and every later call returns
+// the Error, upon which the engine ramps down.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "daemon/outlet.hpp"
+#include "daemon/publish/stream_server.hpp"
+#include "record/campaign_database.hpp"
+
+namespace shaker::daemon {
+
+struct RecorderOptions {
+  std::filesystem::path directory;  // for the databases
+  std::string rig;
+  std::size_t max_waiting = 64 * 1024 * 1024;  // bytes not yet on disk
+};
+
+class Recorder final : public Outlet {
+ public:
+  // `wake` is called on the recorder's thread whenever `take` has something. `complete`, on the
+  // engine's, fills in what only the service knows of a health document.
+  using Wake = std::function<void()>;
+  using Complete = std::function<void(protocol::HealthDocument&)>;
+  Recorder(RecorderOptions options, Clock& clock, Wake wake, Complete complete);
+  ~Recorder() override;  // writes and commits everything that was handed over
+
+  // --- Outlet, on the engine's thread
+  Result<void> record_campaign(const config::CampaignSpec& campaign) override;
+  Result<void> record_run(int run_index, const config::RunSpec& run) override;
+  Result<void> record_samples(std::span<const drivers::Sample> samples) override;
+  Result<void> record_cycle(const estimator::MeasuredCycle& cycle, bool accepted) override;
+  void close_campaign() override;
+  Result<void> publish(const protocol::Document& document) override;
+
+  // --- any thread
+  // Documents that may be published now, in order.
+  std::vector<PublishedLine> take();
+  bool idle() const;  // nothing handed over is waiting
+  Nanoseconds last_progress() const;
+  const std::filesystem::path& directory() const { return options_.directory; }
+
+ private:
+  struct Begin {
+    record::CampaignWriter writer;
+  };
+  struct Samples {
+    int run = 0;
+    std::vector<record::SampleRow> rows;
+  };
+  struct Finish {
+    std::string status, utc;
+  };
+  struct Waiting {
+    protocol::Document document;
+    std::string utc;
+    std::int64_t mono_ns = 0;
+  };
+  using Item = std::variant<Begin, record::RunRow, Samples, record::CycleRow, Finish, Waiting>;
+
+  Result<void> hand_over(Item item, std::size_t bytes);
+  Waiting stamped(const protocol::Document& document) const;
+
+  void work(const std::stop_token& stop);
+  void write(std::vector<Item> items);
+  void apply(Item& item);
+  void keep(const Result<void>& outcome);
+  void commit();
+  std::vector<PublishedLine> serialise() const;
+  void store(const std::vector<PublishedLine>& lines);
+  void fail(const Error& error);
+
+  RecorderOptions options_;
+  Clock& clock_;
+  Wake wake_;
+  Complete complete_;
+
+  // the engine's thread
+  bool open_ = false;
+  int run_ = -1;
+  std::string status_;  // of the worst run so far; empty before the first has ended
+
+  // shared
+  mutable std::mutex mutex_;
+  std::condition_variable_any ready_;
+  std::vector<Item> queue_;
+  std::size_t waiting_bytes_ = 0;
+  bool urgent_ = false, busy_ = false;
+  std::optional<Error> trouble_;
+  std::vector<PublishedLine> published_;
+  Nanoseconds progress_{}, flush_max_{};
+
+  // the recorder's thread
+  std::optional<record::CampaignWriter> writer_;
+  std::vector<Waiting> documents_;  // since the last commit
+  std::uint64_t seq_ = 0;           // of the last document let go
+  bool dirty_ = false;
+  bool failed_ = false;           // this campaign can no longer be recorded
+  std::optional<Waiting> alarm_;  // says so, once
+
+  std::jthread thread_;  // last: the rest is there before it starts
+};
+
+}  // namespace shaker::daemon

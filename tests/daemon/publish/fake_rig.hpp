@@ -1,0 +1,41 @@
+// A rig that writes down what it is asked.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "daemon/publish/commands.hpp"
+
+namespace shaker::daemon::testing {
+
+class FakeRig final : public RigControl {
+ public:
+  Result<void> start(const std::string& text, const std::string& origin,
+                     const std::string& directory) override {
+    asked.push_back("start " + text + " from " + origin + " in " + directory);
+    return outcome;
+  }
+  Result<void> stop(const std::string& who) override { return note("stop by " + who); }
+  Result<void> emergency_stop(const std::string& who) override { return note("estop by " + who); }
+  Result<void> acknowledge(const std::string& who) override { return note("ack by " + who); }
+  void lease_lost() override { asked.emplace_back("lease lost"); }
+  void set_controlled(bool now) override { controlled = now; }
+  protocol::StateDocument state() const override {
+    protocol::StateDocument document;
+    document.state = "IDLE";
+    document.controlled = controlled;
+    return document;
+  }
+
+  std::vector<std::string> asked;
+  Result<void> outcome;
+  bool controlled = false;
+
+ private:
+  Result<void> note(std::string what) {
+    asked.push_back(std::move(what));
+    return outcome;
+  }
+};
+
+}  // namespace shaker::daemon::testing
