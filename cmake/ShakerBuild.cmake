@@ -30,6 +30,8 @@ if(CCACHE)
       CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
 endif()
 
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME runtime)
+
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(nlohmann_json 3.11 REQUIRED)
@@ -42,7 +44,8 @@ find_package(PkgConfig REQUIRED)
 function(shaker_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(shaker_${name} STATIC ${arg_SOURCES})
-  target_include_directories(shaker_${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_include_directories(shaker_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
+                                                   $<INSTALL_INTERFACE:include/shaker>)
   target_link_libraries(shaker_${name} PUBLIC ${arg_DEPENDS})
 endfunction()
 

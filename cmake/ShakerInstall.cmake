@@ -15,6 +15,20 @@ foreach(room IN ITEMS config protocol)
   install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema OPTIONAL)
 endforeach()
 
+# The estimator stands alone: find_package(ShakerEstimator), tests/install/consumer shows how. For who
+# builds with it, so not in the rig PC's package.
+install(TARGETS shaker_base shaker_config shaker_estimator EXPORT ShakerEstimator
+        ARCHIVE COMPONENT development)
+foreach(room IN ITEMS base config protocol estimator)
+  install(DIRECTORY ${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/shaker COMPONENT development
+          FILES_MATCHING PATTERN "*.hpp" PATTERN examples EXCLUDE PATTERN schema EXCLUDE)
+endforeach()
+install(EXPORT ShakerEstimator NAMESPACE Shaker:: FILE ShakerEstimatorTargets.cmake
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ShakerEstimator COMPONENT development)
+install(FILES cmake/ShakerEstimatorConfig.cmake
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ShakerEstimator COMPONENT development)
+
+set(CPACK_INSTALL_CMAKE_PROJECTS ${CMAKE_BINARY_DIR} shakerd runtime /)
 set(CPACK_PACKAGE_NAME shakerd)
 set(CPACK_PACKAGE_CONTACT "The rig's maintainers <root@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION

@@ -15,6 +15,7 @@ namespace shaker::estimator {
 namespace {
 
 constexpr int kStartHarmonics = 5;
+constexpr double kNearlyUndamped = 1e-5;
 
 void check(const RunData& run, std::size_t index) {
   const auto reject = [&](const std::string& why) {
@@ -327,7 +328,23 @@ bool Estimator::Impl::solve_all(bool warm) {
   return true;
 }
 
-void Estimator::Impl::fit_nested(bool warm, bool damped) {
+// Far from the optimum the linearisation sends badly determined parameters off by orders of
+// magnitude, down valleys that take long to come back from: no step more than doubles a parameter.
+bool Estimator::Impl::cap_step(const std::vector<double>& start) {
+  double share = 1.0;
+  for (std::size_t k = 0; k < delta_full.size(); ++k) {
+    const double most = std::max(std::fabs(fit.theta[k]), std::fabs(start[k]));
+    if (std::fabs(delta_full[k]) * share > most && most > 0.0)
+      share = most / std::fabs(delta_full[k]);
+  }
+  for (double& d : delta_full)
+    d *= share;
+  for (double& d : delta)
+    d *= share;
+  return share < 1.0;
+}
+
+void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bool damped) {
   fit.trouble.clear();
   if (!solve_all(warm)) {
     fit.status = FitStatus::no_solution;
@@ -350,6 +367,8 @@ void Estimator::Impl::fit_nested(bool warm, bool damped) {
       if (lambda > 1e8) break;
       continue;
     }
+    const double used_lambda = lambda;
+    const bool capped = damped && cap_step(start);
     theta_saved = fit.theta;
     for (std::size_t r = 0; r < systems.size(); ++r) {
       const auto state = systems[r].state();
@@ -393,13 +412,16 @@ void Estimator::Impl::fit_nested(bool warm, bool damped) {
     }
     refused = 0;
     grow = 2.0;
-    lambda /= 5.0;
+    lambda /= 8.0;
     if (options.keep_iterates) fit.iterates.push_back(fit.theta);
-    if (left_after(step, previous) <= options.tolerance) {
+    // A step that is short because it was damped proves nothing.
+    if (used_lambda <= kNearlyUndamped && !capped &&
+        left_after(step, previous) <= options.tolerance) {
       fit.status = FitStatus::converged;
       return;
     }
-    previous = step;
+    previous =
+        used_lambda <= kNearlyUndamped && !capped ? step : std::numeric_limits<double>::infinity();
   }
   fit.status = FitStatus::not_converged;
   fit.trouble = fmt::format(
@@ -440,7 +462,7 @@ const Fit& Estimator::fit(const std::vector<double>& start, bool warm) {
   if (!lifted || !impl.fit_lifted(warm)) {
     fit.theta = start;
     fit.iterates.clear();
-    impl.fit_nested(warm && !lifted, impl.options.method != Method::gauss_newton);
+    impl.fit_nested(start, warm && !lifted, impl.options.method != Method::gauss_newton);
   }
   impl.finish();
   return fit;

@@ -55,7 +55,8 @@ struct Estimator::Impl {
   double relative_step() const;
 
   bool fit_lifted(bool warm);
-  void fit_nested(bool warm, bool damped);
+  void fit_nested(const std::vector<double>& start, bool warm, bool damped);
+  bool cap_step(const std::vector<double>& start);
   bool solve_all(bool warm);
   void finish();
   bool finish_definite(const std::vector<double>& scale, std::size_t count);

@@ -15,7 +15,7 @@
 namespace shaker::estimator {
 
 struct OnlineOptions {
-  int grid_points = 256;  // of the periodic solution; the data's n need not divide it
+  int grid_points = 128;  // of the periodic solution; the data's n need not divide it
   int max_iterations = 50;
 };
 

@@ -21,32 +21,32 @@ namespace shaker::sim {
 // Instrument faults on demand.
 enum class Fault {
   none,
-  sensor_frozen,      // repeats its last value
+  sensor_frozen,  // repeats its last value
   sensor_nan,
   sensor_silent,
-  sensor_inverted,    // wrong polarity
-  exciter_trip,       // fault code in `fault`, stops
-  exciter_deaf,       // accepts writes, does not move
-  exciter_silent      // does not answer
+  sensor_inverted,  // wrong polarity
+  exciter_trip,     // fault code in `fault`, stops
+  exciter_deaf,     // accepts writes, does not move
+  exciter_silent    // does not answer
 };
 
 struct RigOptions {
-  std::string plant = "oleo";                  // sim/README.md lists the plants
-  std::map<std::string, double> parameters;    // the truth, by name; missing ones take the default
+  std::string plant = "oleo";                // sim/README.md lists the plants
+  std::map<std::string, double> parameters;  // the truth, by name; missing ones take the default
   double sample_rate_hz = 1000.0;
-  double noise_m = 2e-5, noise_m_s2 = 5e-3;    // standard deviations
+  double noise_m = 2e-5, noise_m_s2 = 5e-3;  // standard deviations
   double quantum_m = 1e-6, quantum_m_s2 = 1e-4;
-  double clock_offset_ppm = 0.0;               // of the rig's clock against ours
-  double jitter_fraction = 0.0;                // of one sample, uniform
+  double clock_offset_ppm = 0.0;  // of the rig's clock against ours
+  double jitter_fraction = 0.0;   // of one sample, uniform
   double dropout_fraction = 0.0;
-  double heartbeat_timeout_s = 0.5;            // the controller's own dead-man; 0: none
+  double heartbeat_timeout_s = 0.5;  // the controller's own dead-man; 0: none
   std::uint64_t seed = 1;
 };
 
 struct RigSample {
-  Nanoseconds t{};           // when it was taken, on our clock, with the rig's clock error and jitter
-  double displacement = 0.0; // m, noisy and quantised
-  double excitation = 0.0;   // m/s^2
+  Nanoseconds t{};  // when it was taken, on our clock, with the rig's clock error and jitter
+  double displacement = 0.0;  // m, noisy and quantised
+  double excitation = 0.0;    // m/s^2
   bool dropped = false;
 };
 

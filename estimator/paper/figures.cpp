@@ -164,7 +164,7 @@ FigureRun reproduce(int figure) {
 }
 
 std::vector<DiscretisationRow> discretisation_bias() {
-  const Model model(oleo_in_feet(32.174));
+  const Model model(oleo_in_feet(kGravity));
   struct Excitation {
     const char* figure;
     double frequency;

@@ -1,0 +1,66 @@
+// Has the transient died? Lets cycles through once the response repeats, and says why when it does
+// not.
+//
+// Three questions to every whole cycle, over the last eight:
+//  - does it repeat the one before? `change` is the root mean square difference in units of what
+//  noise
+//    alone would make (sqrt 2 of a point's standard deviation): about 1 when steady. At most
+//    `tolerance`, four times in a row: one agreement may be chance.
+//  - does it creep? A slope of the mean and the first four harmonics over the eight cycles that the
+//    scatter about it does not explain (F test at 0.1 %), and that moves the cycle by more than
+//    tolerance / 10 of the noise. A slow transient passes the first question long before it is
+//    over.
+//  - does it repeat only every second, third or fourth period? Then it is a subharmonic, which is
+//  not
+//    a periodic solution of period one and must not be fitted as one.
+//
+// With white noise one cycle in a thousand is held back; a transient that decays by 10 % a cycle is
+// let through when less than 1.5 of a point's noise is left of it (tests hold both).
+//
+// One thread; never allocates after restart().
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace shaker::daemon {
+
+struct GateVerdict {
+  bool steady = false;
+  double change = 0.0;             // from the cycle before, in units of noise; 0 for the first
+  std::optional<int> subharmonic;  // repeats only every so many periods
+  std::string why;                 // when not steady
+};
+
+class SteadyGate {
+ public:
+  static constexpr std::size_t kWindow = 8;
+
+  void restart(std::size_t points, double tolerance);
+  // A whole cycle with the standard deviation of its points' noise.
+  GateVerdict add(std::span<const double> cycle, double point_noise);
+  // A cycle that was not whole: the succession is broken and begins anew.
+  void interrupt() { count_ = 0; }
+
+ private:
+  static constexpr std::size_t kCoefficients = 9;  // mean, and two for each of four harmonics
+  struct Entry {
+    std::vector<double> cycle;
+    std::array<double, kCoefficients> white{};  // scaled to a point's noise
+  };
+  const Entry& back(std::size_t age) const { return ring_[(newest_ + kWindow - age) % kWindow]; }
+  double difference(std::size_t age, std::size_t apart, double noise) const;
+  double recent_change(double noise) const;
+  std::optional<int> find_subharmonic(double noise) const;
+  bool creeps(double noise, double& shift) const;
+
+  std::array<Entry, kWindow> ring_;
+  std::size_t newest_ = 0, count_ = 0, points_ = 0;
+  double tolerance_ = 3.0;
+};
+
+}  // namespace shaker::daemon

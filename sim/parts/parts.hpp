@@ -1,0 +1,16 @@
+// The rows that the files of this folder offer to table.cpp.
+#pragma once
+
+#include "sim/plant_part.hpp"
+
+namespace shaker::sim {
+
+// The plants' bases.
+extern const PartEntry kOrificeDamping, kGasSpring, kGravity, kLinearOscillator, kBoucWenOscillator;
+
+// Effects that a base may hide; off by default.
+extern const PartEntry kCoulombFriction, kPressureFriction, kViscousDamping, kLinearStiffness,
+    kCubicStiffness, kEndStop, kReboundDamping, kLaminarOrifice, kMeteringPin, kCavitation,
+    kBoucWenHysteresis;
+
+}  // namespace shaker::sim

@@ -1,0 +1,28 @@
+// Seals pressed on by the gas: dry friction mu P. Stands after gas_spring in a plant's list.
+#include "sim/parts/parts.hpp"
+
+namespace shaker::sim {
+namespace {
+
+struct PressureFriction final : PlantPart {
+  double mu;
+
+  explicit PressureFriction(const Values& values) : mu(values.at("pressure_friction")) {}
+
+  void add(const Motion&, Balance& sum) const override { sum.friction += mu * sum.gas; }
+};
+
+constexpr Parameter kParameters[] = {
+    {"pressure_friction", "1", 0.0, 0.0, 1.0, "mu in mu P"},
+};
+
+std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+  if (values.at("pressure_friction") == 0.0) return nullptr;
+  return std::make_unique<PressureFriction>(values);
+}
+
+}  // namespace
+
+const PartEntry kPressureFriction = {"pressure_friction", kParameters, make};
+
+}  // namespace shaker::sim

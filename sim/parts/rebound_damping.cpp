@@ -1,0 +1,32 @@
+// A rebound valve: in extension the orifice damps `rebound_factor` times as much.
+#include "sim/parts/parts.hpp"
+
+namespace shaker::sim {
+namespace {
+
+struct ReboundDamping final : PlantPart {
+  double extra;
+
+  explicit ReboundDamping(const Values& values)
+      : extra(values.at("theta1") * (values.at("rebound_factor") - 1.0)) {}
+
+  void add(const Motion& m, Balance& sum) const override {
+    if (m.direction < 0.0) sum.force += extra * m.speed() * m.v;
+  }
+};
+
+constexpr Parameter kParameters[] = {
+    {"rebound_factor", "1", 1.0, 0.0, 100.0,
+     "orifice damping in extension over that in compression"},
+};
+
+std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+  if (values.at("rebound_factor") == 1.0) return nullptr;
+  return std::make_unique<ReboundDamping>(values);
+}
+
+}  // namespace
+
+const PartEntry kReboundDamping = {"rebound_damping", kParameters, make};
+
+}  // namespace shaker::sim

@@ -1,0 +1,14 @@
+#include "sim/parts/parts.hpp"
+
+namespace shaker::sim {
+
+std::span<const PartEntry> part_table() {
+  static const PartEntry rows[] = {
+      kOrificeDamping,    kGasSpring,       kGravity,          kLinearOscillator,
+      kBoucWenOscillator, kCoulombFriction, kPressureFriction, kViscousDamping,
+      kLinearStiffness,   kCubicStiffness,  kEndStop,          kReboundDamping,
+      kLaminarOrifice,    kMeteringPin,     kCavitation,       kBoucWenHysteresis};
+  return rows;
+}
+
+}  // namespace shaker::sim

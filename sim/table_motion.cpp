@@ -1,0 +1,58 @@
+#include "sim/table_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace shaker::sim {
+
+TableMotion::TableMotion(double rate, std::array<double, 4> harmonics)
+    : rate_(rate),
+      harmonics_(harmonics),
+      pure_(std::ranges::all_of(harmonics, [](double h) { return h == 0.0; })) {}
+
+void TableMotion::go_to(double t, double frequency_hz, double amplitude_now, double ramp) {
+  const double a = amplitude(t);
+  const double f = frequency(t);
+  const bool from_rest = a == 0.0;
+  // Kept within one turn, so that a day's run loses no digits of it.
+  phase0_ = from_rest ? 0.0 : std::remainder(phase(t), 2.0 * std::numbers::pi);
+  f0_ = from_rest ? frequency_hz : f;
+  a0_ = a;
+  f1_ = frequency_hz;
+  a1_ = amplitude_now;
+  ramp_ = std::max(ramp, 0.0);
+  t0_ = t;
+}
+
+double TableMotion::frequency(double t) const {
+  const double s = elapsed(t);
+  return s >= ramp_ ? f1_ : f0_ + (f1_ - f0_) * s / ramp_;
+}
+
+double TableMotion::amplitude(double t) const {
+  const double s = elapsed(t);
+  return s >= ramp_ ? a1_ : a0_ + (a1_ - a0_) * s / ramp_;
+}
+
+double TableMotion::phase(double t) const {
+  const double s = elapsed(t);
+  const double turns = s >= ramp_ ? 0.5 * (f0_ + f1_) * ramp_ + f1_ * (s - ramp_)
+                                  : s * (f0_ + 0.5 * (f1_ - f0_) * s / ramp_);
+  return phase0_ + 2.0 * std::numbers::pi * turns;
+}
+
+double TableMotion::acceleration(double t) const {
+  const double a = amplitude(t);
+  if (a == 0.0) return 0.0;
+  const double angle = phase(t);
+  double wave = std::cos(angle);
+  if (!pure_) {
+    for (std::size_t i = 0; i < harmonics_.size(); ++i) {
+      wave += harmonics_[i] * std::cos(static_cast<double>(i + 2) * angle);
+    }
+  }
+  return a * wave;
+}
+
+}  // namespace shaker::sim

@@ -1,0 +1,177 @@
+#include "daemon/cycles/steady_gate.hpp"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "daemon/cycles/cycle_noise.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+constexpr std::size_t kPoints = 64;
+constexpr double kNoise = 7e-6;
+
+class Cycles {
+ public:
+  explicit Cycles(unsigned seed) : random_(seed) {}
+  // extra(k, tau) is added to a steady stroke of 20 mm.
+  std::vector<double> next(const std::function<double(int, double)>& extra, double noise = kNoise) {
+    std::vector<double> u(kPoints);
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const double tau = static_cast<double>(i) / kPoints;
+      u[i] = 0.15 + 0.02 * std::cos(2 * std::numbers::pi * tau) + extra(k_, tau) +
+             noise * normal_(random_);
+    }
+    ++k_;
+    return u;
+  }
+  int count() const { return k_; }
+
+ private:
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  int k_ = 0;
+};
+
+double nothing(int, double) {
+  return 0.0;
+}
+
+TEST(SteadyGate, HoldsBackAtMostOneSteadyCycleInTwoHundred) {
+  int held = 0, seen = 0;
+  double change = 0.0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Cycles cycles(seed);
+    SteadyGate gate;
+    gate.restart(kPoints, 3.0);
+    for (int k = 0; k < 200; ++k) {
+      const auto verdict = gate.add(cycles.next(nothing), kNoise);
+      if (k < 7) continue;
+      ++seen;
+      change += verdict.change;
+      if (!verdict.steady) ++held;
+    }
+  }
+  EXPECT_LT(held, seen / 200);
+  EXPECT_NEAR(change / seen, 1.0, 0.03);  // "about 1 when steady"
+}
+
+TEST(SteadyGate, LetsASlowTransientThroughOnlyWhenLittleIsLeft) {
+  double worst = 0.0, mean = 0.0;
+  constexpr int kTrials = 40;
+  for (unsigned seed = 1; seed <= kTrials; ++seed) {
+    Cycles cycles(seed);
+    SteadyGate gate;
+    gate.restart(kPoints, 3.0);
+    const auto transient = [](int k, double tau) {
+      return 0.005 * std::exp(-0.105 * k) * std::cos(2 * std::numbers::pi * tau + 1.0);
+    };
+    while (!gate.add(cycles.next(transient), kNoise).steady)
+      ASSERT_LT(cycles.count(), 300);
+    const double left = 0.005 * std::exp(-0.105 * (cycles.count() - 1)) / std::sqrt(2.0) / kNoise;
+    worst = std::max(worst, left);
+    mean += left / kTrials;
+  }
+  EXPECT_LT(worst, 1.5);
+  EXPECT_LT(mean, 1.0);
+  RecordProperty("left_of_the_transient_in_noise", std::to_string(mean));
+}
+
+TEST(SteadyGate, AFastTransientCostsOnlyTheCyclesThatMustBeSeen) {
+  Cycles cycles(3);
+  SteadyGate gate;
+  gate.restart(kPoints, 3.0);
+  const auto transient = [](int k, double) { return 0.03 * std::pow(0.1, k); };
+  while (!gate.add(cycles.next(transient), kNoise).steady)
+    ASSERT_LT(cycles.count(), 20);
+  EXPECT_LE(cycles.count(), 16);
+}
+
+TEST(SteadyGate, ANoiselessSensorSettlesToo) {
+  Cycles cycles(3);
+  SteadyGate gate;
+  gate.restart(kPoints, 3.0);
+  const auto transient = [](int k, double) { return 0.03 * std::pow(0.3, k); };
+  while (!gate.add(cycles.next(transient, 0.0), 0.0).steady)
+    ASSERT_LT(cycles.count(), 40);
+}
+
+TEST(SteadyGate, NamesAResponseThatRepeatsOnlyEverySecondOrThirdPeriod) {
+  for (const int p : {2, 3, 4}) {
+    Cycles cycles(11);
+    SteadyGate gate;
+    gate.restart(kPoints, 3.0);
+    const auto sub = [p](int k, double tau) {
+      return 0.002 * std::cos(2 * std::numbers::pi * (k + tau) / p);
+    };
+    for (int k = 0; k < 30; ++k) {
+      const auto verdict = gate.add(cycles.next(sub), kNoise);
+      EXPECT_FALSE(verdict.steady) << k;
+      if (k < 7) continue;
+      ASSERT_TRUE(verdict.subharmonic.has_value()) << p << " " << k;
+      EXPECT_EQ(*verdict.subharmonic, p);
+    }
+  }
+}
+
+TEST(SteadyGate, HardlyEverCallsARandomWanderSteadyAndNeverSubharmonic) {
+  Cycles cycles(5);
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  SteadyGate gate;
+  gate.restart(kPoints, 3.0);
+  double level = 0.0;
+  int steady = 0;
+  for (int k = 0; k < 1000; ++k) {
+    level = 1e-4 * normal(random);
+    const auto verdict = gate.add(cycles.next([&](int, double) { return level; }), kNoise);
+    if (verdict.steady) ++steady;
+    EXPECT_FALSE(verdict.subharmonic.has_value()) << k;
+  }
+  EXPECT_LE(steady, 5);
+}
+
+TEST(SteadyGate, ABrokenSuccessionBeginsAnew) {
+  Cycles cycles(3);
+  SteadyGate gate;
+  gate.restart(kPoints, 3.0);
+  for (int k = 0; k < 12; ++k)
+    (void)gate.add(cycles.next(nothing), kNoise);
+  gate.interrupt();
+  for (int k = 0; k < 7; ++k) {
+    EXPECT_FALSE(gate.add(cycles.next(nothing), kNoise).steady);
+  }
+}
+
+TEST(CycleNoise, FindsTheScatterOfPointsAndTellsPhaseFromAmplitude) {
+  Cycles cycles(21);
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  CycleNoise noise;
+  noise.restart(kPoints);
+  for (int k = 0; k < 2000; ++k)
+    noise.add(cycles.next(nothing));
+  EXPECT_NEAR(noise.point_standard_deviation() / kNoise, 1.0, 0.02);
+  EXPECT_NEAR(noise.covariance(1).along / (kNoise * kNoise * 2 / kPoints), 1.0, 0.1);
+
+  noise.restart(kPoints);
+  double turn = 0.0;
+  for (int k = 0; k < 500; ++k) {
+    turn = 1e-3 * normal(random);
+    noise.add(cycles.next([&](int, double tau) {
+      return 0.02 *
+             (std::cos(2 * std::numbers::pi * tau + turn) - std::cos(2 * std::numbers::pi * tau));
+    }));
+  }
+  const auto c = noise.covariance(1);
+  EXPECT_NEAR(std::sqrt(c.across) / 2e-5, 1.0, 0.1);  // 20 mm times 1 mrad
+  EXPECT_LT(c.along, 0.01 * c.across);
+}
+
+}  // namespace
+}  // namespace shaker::daemon

@@ -1,0 +1,119 @@
+#include "estimator/math/cyclic_banded_lu.hpp"
+
+#include <random>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include "estimator/math/aligned.hpp"
+#include "estimator/periodic/scalar_step.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+struct Shape {
+  int n, block, reach;
+};
+
+class CyclicSystems : public ::testing::TestWithParam<Shape> {};
+
+TEST_P(CyclicSystems, AreSolvedAsByADenseFactorisation) {
+  const auto [n, block, reach] = GetParam();
+  const int size = n * block;
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  CyclicBandedLu lu(n, block, reach);
+  lu.clear();
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(size, size);
+  for (int i = 0; i < n; ++i)
+    for (int k = -reach; k <= reach; ++k)
+      for (int r = 0; r < block; ++r)
+        for (int c = 0; c < block; ++c) {
+          // Weak diagonals in places: without row exchanges this would fail.
+          const double value = k == 0 && i % 3 == 0 ? 1e-12 : normal(random);
+          lu.add(i, r, k, c, value);
+          dense(i * block + r, (i + k + n) % n * block + c) += value;
+        }
+  constexpr int kStride = 5;
+  constexpr int kWidth = 3;
+  std::vector<double> rows(static_cast<std::size_t>(size) * kStride);
+  Eigen::MatrixXd right(size, kWidth);
+  for (int i = 0; i < size; ++i)
+    for (int w = 0; w < kWidth; ++w)
+      rows[i * kStride + w] = right(i, w) = normal(random);
+  ASSERT_TRUE(lu.factorise());
+  lu.solve(rows.data(), kStride, kWidth);
+  const Eigen::MatrixXd want = dense.partialPivLu().solve(right);
+  const double scale = want.cwiseAbs().maxCoeff();
+  for (int i = 0; i < size; ++i)
+    for (int w = 0; w < kWidth; ++w)
+      EXPECT_NEAR(rows[i * kStride + w], want(i, w), 1e-9 * scale) << i << " " << w;
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, CyclicSystems,
+                         ::testing::Values(Shape{5, 1, 1}, Shape{8, 1, 2}, Shape{9, 1, 3},
+                                           Shape{40, 1, 2}, Shape{41, 2, 2}, Shape{30, 3, 3},
+                                           Shape{7, 2, 3}));
+
+struct StepShape {
+  int n, reach, width;
+};
+class ScalarSteps : public ::testing::TestWithParam<StepShape> {};
+
+TEST_P(ScalarSteps, AreSolvedAsByADenseFactorisation) {
+  const auto [n, reach, width] = GetParam();
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  ScalarStep step;
+  step.n = n;
+  step.reach = reach;
+  step.width = width;
+  step.groups = lane_groups(width, reach);
+  AlignedVector band(n * 8), upper(n * 4), rows(static_cast<std::size_t>(n) * step.groups * 8);
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
+  Eigen::MatrixXd right(n, width);
+  for (int i = 0; i < n; ++i) {
+    for (int k = -reach; k <= reach; ++k) {
+      const double value = normal(random) + (k == 0 ? 6.0 : 0.0);
+      band[8 * i + reach + k] = value;
+      dense(i, (i + k + n) % n) += value;
+    }
+    for (int w = 0; w < width; ++w)
+      rows[static_cast<std::size_t>(i) * step.groups * 8 + w] = right(i, w) = normal(random);
+  }
+  step.band = band.data();
+  step.upper = upper.data();
+  step.rows = rows.data();
+  ASSERT_TRUE(solve_scalar_step(step));
+  const Eigen::MatrixXd want = dense.partialPivLu().solve(right);
+  for (int i = 0; i < n; ++i)
+    for (int w = 0; w < width; ++w)
+      EXPECT_NEAR(rows[static_cast<std::size_t>(i) * step.groups * 8 + w], want(i, w), 1e-11);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, ScalarSteps,
+                         ::testing::Values(StepShape{40, 1, 5}, StepShape{40, 2, 5},
+                                           StepShape{40, 3, 5}, StepShape{11, 3, 1},
+                                           StepShape{64, 2, 12}, StepShape{64, 3, 20},
+                                           StepShape{33, 1, 29}));
+
+TEST(ScalarStepSolver, GivesUpOnAPivotThatNeedsARowExchange) {
+  constexpr int n = 20;
+  ScalarStep step;
+  step.n = n;
+  step.reach = 1;
+  step.width = 1;
+  step.groups = 1;
+  AlignedVector band(n * 8), upper(n * 4), rows(n * 8, 1.0);
+  for (int i = 0; i < n; ++i) {
+    band[8 * i] = band[8 * i + 2] = 1.0;
+    band[8 * i + 1] = i == 0 ? 0.0 : 3.0;
+  }
+  step.band = band.data();
+  step.upper = upper.data();
+  step.rows = rows.data();
+  EXPECT_FALSE(solve_scalar_step(step));
+}
+
+}  // namespace
+}  // namespace shaker::estimator

@@ -1,0 +1,285 @@
+#include "estimator/estimation.hpp"
+
+#include <cmath>
+#include <random>
+
+#include <gmock/gmock.h>
+
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::kOleoFeet;
+using testing::kOleoSi;
+
+RunData job1() {
+  RunData run;
+  run.frequency_hz = 2.0;
+  run.amplitude = 10.0;
+  for (const auto& row : testing::read_csv("oleo_j1.csv"))
+    run.displacement.push_back(row[1]);
+  return run;
+}
+
+std::vector<RunData> job2() {
+  std::vector<RunData> runs;
+  for (const auto& row : testing::read_csv("oleo_j2.csv")) {
+    if (runs.size() <= static_cast<std::size_t>(row[0])) {
+      runs.emplace_back();
+      runs.back().frequency_hz = row[1];
+      runs.back().amplitude = row[2];
+    }
+    runs.back().displacement.push_back(row[4]);
+  }
+  return runs;
+}
+
+struct Reference {
+  std::vector<double> theta, covariance;
+  double sum_of_squares;
+};
+Reference reference(const std::string& file) {
+  const auto rows = testing::read_csv(file, false);
+  return {rows[0], rows[2], rows[1][0]};
+}
+
+std::vector<double> five_per_cent_above(std::vector<double> theta) {
+  for (double& t : theta)
+    t *= 1.05;
+  return theta;
+}
+
+EstimationOptions with(Method method, int points = 160) {
+  EstimationOptions options;
+  options.method = method;
+  options.grid.points = points;
+  return options;
+}
+
+class EveryMethod : public ::testing::TestWithParam<Method> {};
+
+TEST_P(EveryMethod, FindsTheExactOptimumOfOneRun) {
+  const Model model(testing::oleo(32.2));
+  Estimator estimator(model, {job1()}, with(GetParam(), 320));
+  const Fit& fit = estimator.fit(five_per_cent_above(kOleoFeet));
+  const Reference want = reference("oleo_j1_reference.csv");
+  ASSERT_EQ(fit.status, FitStatus::converged);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(fit.theta[k] / want.theta[k], 1.0, 5e-8);
+  EXPECT_NEAR(fit.sum_of_squares / want.sum_of_squares, 1.0, 1e-6);
+  for (int i = 0; i < 16; ++i)
+    EXPECT_NEAR(fit.covariance[i], want.covariance[i], 2e-5 * std::fabs(want.covariance[i]));
+}
+
+TEST_P(EveryMethod, FindsTheExactOptimumOfTwelveRunsJointly) {
+  const Model model(testing::oleo(32.2));
+  Estimator estimator(model, job2(), with(GetParam(), 320));
+  const Fit& fit = estimator.fit(five_per_cent_above(kOleoFeet));
+  const Reference want = reference("oleo_j2_reference.csv");
+  ASSERT_EQ(fit.status, FitStatus::converged);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(fit.theta[k] / want.theta[k], 1.0, 1e-7);
+  EXPECT_NEAR(fit.sum_of_squares / want.sum_of_squares, 1.0, 1e-6);
+  for (int i = 0; i < 16; ++i)
+    EXPECT_NEAR(fit.covariance[i], want.covariance[i], 1e-4 * std::fabs(want.covariance[i]));
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod,
+                         ::testing::Values(Method::lifted, Method::gauss_newton,
+                                           Method::levenberg_marquardt));
+
+// Discretisation: the 1e-6 of theta, with the grid that the benchmark uses.
+TEST(Estimator, HasADiscretisationErrorBelowOneMillionthOnTheBenchmarksGrid) {
+  const Model model(testing::oleo(32.2));
+  Estimator estimator(model, {job1()}, with(Method::lifted, 80));
+  const Fit& fit = estimator.fit(five_per_cent_above(kOleoFeet));
+  const Reference want = reference("oleo_j1_reference.csv");
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(fit.theta[k] / want.theta[k], 1.0, 1e-6);
+}
+
+TEST(Estimator, ConvergesFromFarStartsThroughItsFallback) {
+  const Model model(testing::oleo(32.2));
+  const Reference want = reference("oleo_j1_reference.csv");
+  for (const std::vector<double>& start :
+       {std::vector<double>{1.0, 9.0, 1.2, 1.4}, {12.0, 2.0, 1.0, 0.7}, {5.0, 5.0, 3.0, 1.0}}) {
+    Estimator estimator(model, {job1()}, with(Method::lifted));
+    const Fit& fit = estimator.fit(start);
+    ASSERT_EQ(fit.status, FitStatus::converged) << start[0] << ": " << fit.trouble;
+    for (int k = 0; k < 4; ++k)
+      EXPECT_NEAR(fit.theta[k] / want.theta[k], 1.0, 1e-6) << start[0];
+  }
+}
+
+TEST(Estimator, ReadsSamplesAtArbitraryTimesAsWellAsEqualSteps) {
+  const Model model(testing::oleo(32.2));
+  RunData scattered = job1();
+  const auto order = std::vector<int>{7, 3, 0, 39, 20};
+  for (std::size_t j = 0; j < 40; ++j)
+    scattered.tau.push_back(static_cast<double>(j) / 40.0);
+  // The same record out of order and one period later.
+  std::swap(scattered.tau[3], scattered.tau[30]);
+  std::swap(scattered.displacement[3], scattered.displacement[30]);
+  for (const int j : order)
+    scattered.tau[static_cast<std::size_t>(j)] += 2.0;
+  Estimator estimator(model, {scattered}, with(Method::lifted, 240));
+  const Fit& fit = estimator.fit(five_per_cent_above(kOleoFeet));
+  const Reference want = reference("oleo_j1_reference.csv");
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(fit.theta[k] / want.theta[k], 1.0, 1e-6);
+}
+
+TEST(Estimator, WeighsARunOfNCyclesAsNRunsOfOne) {
+  const Model model(testing::oleo(32.2));
+  auto runs = job2();
+  runs.resize(2);
+  auto many = runs;
+  many.push_back(runs[1]);
+  many.push_back(runs[1]);
+  runs[1].cycles = 3.0;
+  Estimator once(model, runs, with(Method::lifted)), thrice(model, many, with(Method::lifted));
+  const Fit& a = once.fit(kOleoFeet);
+  const Fit& b = thrice.fit(kOleoFeet);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(a.theta[k], b.theta[k], 1e-9);
+  EXPECT_NEAR(a.sum_of_squares, b.sum_of_squares, 1e-12);
+  EXPECT_EQ(a.observations, b.observations);
+  for (int i = 0; i < 16; ++i)
+    EXPECT_NEAR(a.covariance[i] / b.covariance[i], 1.0, 1e-6);
+}
+
+TEST(Estimator, StopsAtBoundsAndSaysSo) {
+  auto spec = testing::oleo(32.2);
+  spec.effects[1].parameters["theta4"].lower = 1.1;
+  spec.effects[1].parameters["theta4"].start = 1.2;
+  spec.effects[1].parameters["theta4"].upper = 1.6;
+  const Model model(spec);
+  Estimator estimator(model, {job1()}, with(Method::lifted));
+  const Fit& fit = estimator.fit({5.0, 5.0, 1.5, 1.2});
+  ASSERT_EQ(fit.status, FitStatus::converged) << fit.trouble;
+  EXPECT_DOUBLE_EQ(fit.theta[3], 1.1);
+  EXPECT_TRUE(fit.at_bound[3]);
+  const Estimate estimate = estimator.describe();
+  EXPECT_FALSE(estimate.usable);
+  ASSERT_FALSE(estimate.warnings.empty());
+  EXPECT_THAT(estimate.warnings[0], HasSubstr("theta4"));
+  // The others are at the optimum of the problem with theta4 fixed there.
+  spec.effects[1].parameters["theta4"].start = 1.1;
+  spec.effects[1].parameters["theta4"].fixed = true;
+  const Model fixed(spec);
+  Estimator reduced(fixed, {job1()}, with(Method::lifted));
+  const Fit& other = reduced.fit({5.0, 5.0, 1.5, 1.1});
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(fit.theta[k] / other.theta[k], 1.0, 1e-7);
+  EXPECT_EQ(other.standard_error[3], 0.0);
+}
+
+// The paper's (6.1): two parameters of which only the sum acts.
+TEST(Estimator, SaysWhichParametersTheDataDoNotDetermine) {
+  const Model model(
+      testing::model_of({testing::effect("viscous_damping"), testing::effect("viscous_damping"),
+                         testing::effect("linear_stiffness")}));
+  const Model truth(testing::linear_oscillator());
+  PeriodicSystem system(truth, {Scheme::fourier, 64, false});
+  system.set_excitation(1.0, 2.0);
+  system.solve_from_rest(std::vector<double>{3.0, 60.0});
+  RunData run;
+  run.frequency_hz = 1.0;
+  run.amplitude = 2.0;
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> noise(0.0, 1e-4);
+  for (int i = 0; i < 64; ++i)
+    run.displacement.push_back(system.value(i, 0) + noise(random));
+  Estimator estimator(model, {run}, with(Method::lifted));
+  const Fit& fit = estimator.fit({1.0, 1.0, 50.0});
+  EXPECT_EQ(fit.status, FitStatus::undetermined);
+  EXPECT_FALSE(fit.determined[0]);
+  EXPECT_FALSE(fit.determined[1]);
+  EXPECT_TRUE(fit.determined[2]);
+  EXPECT_NEAR(fit.theta[0] + fit.theta[1], 3.0, 0.1);
+  EXPECT_TRUE(std::isnan(fit.standard_error[0]));
+  const Estimate estimate = estimator.describe();
+  EXPECT_FALSE(estimate.usable);
+  EXPECT_THAT(estimate.warnings[0], HasSubstr("do not determine"));
+}
+
+TEST(Estimator, WarnsOfAnAmplitudeThatHardlyDeterminesTheSpring) {
+  // Figure 13 at a twentieth of its amplitude, noise of 1 % of the stroke.
+  const Model model(testing::oleo(32.2));
+  PeriodicSystem system(model, {Scheme::order6, 400, true});
+  system.set_excitation(2.0, 0.5);
+  system.solve_from_rest(kOleoFeet);
+  RunData run;
+  run.frequency_hz = 2.0;
+  run.amplitude = 0.5;
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> noise(-0.0057, 0.0057);
+  for (int i = 0; i < 40; ++i)
+    run.displacement.push_back(system.value(10 * i, 0) + noise(random));
+  Estimator estimator(model, {run}, with(Method::lifted));
+  estimator.fit(kOleoFeet);
+  const Estimate estimate = estimator.describe();
+  EXPECT_FALSE(estimate.warnings.empty());
+}
+
+TEST(Estimator, RefusesDataThatCannotBeUsedWithTheRunAndTheReason) {
+  const Model model(testing::oleo(32.2));
+  const auto refusal = [&](RunData run) {
+    try {
+      Estimator estimator(model, {std::move(run)});
+    } catch (const std::invalid_argument& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  RunData run = job1();
+  run.frequency_hz = 0.0;
+  EXPECT_THAT(refusal(run), HasSubstr("run 1: the frequency"));
+  run = job1();
+  run.displacement.resize(4);
+  EXPECT_THAT(refusal(run), HasSubstr("too few"));
+  run = job1();
+  run.displacement[3] = std::nan("");
+  EXPECT_THAT(refusal(run), HasSubstr("not finite"));
+  run = job1();
+  run.amplitude = 0.0;
+  EXPECT_THAT(refusal(run), HasSubstr("no amplitude"));
+  EXPECT_THROW(Estimator(model, {}), std::invalid_argument);
+}
+
+TEST(Estimator, RecoversFromAStartBehindTheGasWall) {
+  // theta3 = 3: the wall stands at 0.33 ft, the data reach 0.57 ft.
+  const Model model(testing::oleo(32.2));
+  Estimator estimator(model, {job1()}, with(Method::lifted));
+  const Fit& fit = estimator.fit({5.0, 5.0, 3.0, 1.0});
+  EXPECT_EQ(fit.status, FitStatus::converged);
+}
+
+TEST(Estimator, CoversTheTruthAsOftenAsItsIntervalsSay) {
+  // 400 repetitions of job 1 with Gaussian noise; 95 % intervals, binomial scatter of 1.1 %.
+  const Model model(testing::oleo(32.2));
+  PeriodicSystem system(model, {Scheme::order6, 400, true});
+  system.set_excitation(2.0, 10.0);
+  system.solve_from_rest(kOleoFeet);
+  std::mt19937_64 random(8);
+  std::normal_distribution<double> noise(0.0, 3e-4);
+  RunData run = job1();
+  Estimator estimator(model, {run}, with(Method::lifted, 80));
+  int inside[4] = {};
+  constexpr int kRepetitions = 400;
+  for (int repetition = 0; repetition < kRepetitions; ++repetition) {
+    for (int i = 0; i < 40; ++i)
+      run.displacement[i] = system.value(10 * i, 0) + noise(random);
+    estimator.update_run(0, run);
+    const Fit& fit = estimator.fit(kOleoFeet);
+    for (int k = 0; k < 4; ++k)
+      inside[k] += std::fabs(fit.theta[k] - kOleoFeet[k]) < fit.quantile * fit.standard_error[k];
+  }
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(inside[k], 0.95 * kRepetitions, 4.5 * 4.36) << k;
+}
+
+}  // namespace
+}  // namespace shaker::estimator
