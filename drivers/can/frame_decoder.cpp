@@ -1,0 +1,103 @@
+#include "drivers/can/frame_decoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace shaker::drivers::can {
+namespace {
+
+template <class List>
+std::string names(const List& list) {
+  std::string text;
+  for (const auto& item : list)
+    text += (text.empty() ? "" : ", ") + item.name;
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+Result<FrameDecoder> FrameDecoder::make(protocol::can::Database database,
+                                        std::span<const config::CanSignal> signals) {
+  FrameDecoder decoder;
+  if (signals.empty()) {
+    return Error{ErrorKind::invalid,
+                 "the CAN sensor has no signals; list at least one under 'signals'"};
+  }
+  for (const config::CanSignal& asked : signals) {
+    const auto* message = database.find(asked.message);
+    if (message == nullptr) {
+      return Error{ErrorKind::invalid,
+                   fmt::format("{} has no message '{}'; it has: {}", database.origin, asked.message,
+                               names(database.messages))};
+    }
+    const auto* signal = message->find(asked.signal);
+    if (signal == nullptr) {
+      return Error{ErrorKind::invalid,
+                   fmt::format("{}: message {} has no signal '{}'; it has: {}", database.origin,
+                               message->name, asked.signal, names(message->signals))};
+    }
+    if (message->size > protocol::can::kMaxLength) {
+      return Error{
+          ErrorKind::invalid,
+          fmt::format("{}: message {} has {} bytes, a frame holds at most {}", database.origin,
+                      message->name, message->size, protocol::can::kMaxLength)};
+    }
+    const auto index = static_cast<std::size_t>(message - database.messages.data());
+    auto group = std::ranges::find(decoder.groups_, index, &Group::message);
+    if (group == decoder.groups_.end()) {
+      group = decoder.groups_.insert(group, Group{index, {}});
+    }
+    group->wanted.push_back({static_cast<std::size_t>(signal - message->signals.data()),
+                             asked.channel, asked.scale, asked.offset});
+    decoder.most_samples_ = std::max(decoder.most_samples_, group->wanted.size());
+    decoder.longest_ = std::max(decoder.longest_, message->size);
+  }
+  decoder.database_ = std::move(database);
+  return decoder;
+}
+
+FrameDecoder::Outcome FrameDecoder::decode(const protocol::can::Frame& frame, Nanoseconds t,
+                                           std::span<Sample> out) const {
+  Outcome outcome;
+  if (frame.error || frame.remote) return outcome;
+  for (const Group& group : groups_) {
+    const auto& message = database_.messages[group.message];
+    if (message.id != frame.id || message.extended != frame.extended) continue;
+    for (const Wanted& wanted : group.wanted) {
+      const auto& signal = message.signals[wanted.signal];
+      const auto decoded = protocol::can::decode(message, signal, frame.bytes());
+      if (decoded.presence == protocol::can::Presence::malformed) outcome.malformed = true;
+      if (decoded.presence != protocol::can::Presence::present) continue;
+      Sample sample{t, decoded.value * wanted.scale + wanted.offset, wanted.channel, Quality::good};
+      if (!std::isfinite(sample.value) || !protocol::can::in_range(signal, decoded.value)) {
+        sample.quality = Quality::bad;
+      }
+      out[outcome.samples++] = sample;
+    }
+    break;  // a database has each identifier once
+  }
+  return outcome;
+}
+
+std::vector<protocol::Channel> FrameDecoder::channels() const {
+  std::vector<protocol::Channel> all;
+  for (const Group& group : groups_) {
+    for (const Wanted& wanted : group.wanted) {
+      if (std::ranges::find(all, wanted.channel) == all.end()) all.push_back(wanted.channel);
+    }
+  }
+  return all;
+}
+
+std::vector<Identifier> FrameDecoder::identifiers() const {
+  std::vector<Identifier> all;
+  for (const Group& group : groups_) {
+    const auto& message = database_.messages[group.message];
+    all.push_back({message.id, message.extended});
+  }
+  return all;
+}
+
+}  // namespace shaker::drivers::can

@@ -1,0 +1,59 @@
+// What the CAN sensor does with each frame, without its socket: samples, error frames, CANopen,
+// health.
+//
+// Apart from the socket so that tests feed it frames by hand. One thread. `take` does not allocate.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "drivers/can/canopen.hpp"
+#include "drivers/can/frame_decoder.hpp"
+#include "drivers/sensor.hpp"
+
+namespace shaker::drivers::can {
+
+// The samples of one read(), filled from the front.
+struct Block {
+  std::span<Sample> out;
+  std::size_t count = 0;
+  std::size_t room() const { return out.size() - count; }
+};
+
+class Receiver {
+ public:
+  Receiver(FrameDecoder decoder, std::string interface, std::optional<config::CanOpen> canopen);
+
+  // A link has come up (again): CANopen starts over.
+  void connected(Nanoseconds now);
+  // The link is gone, for this reason.
+  void disconnected(const std::string& sentence);
+  // Precondition: block.room() >= decoder().most_samples(). Frames of a node that just booted in
+  // mid-run empty the block: those samples are counted as lost.
+  void take(const protocol::can::Frame& frame, Nanoseconds t, Block& block);
+
+  // Counts, and keeps the sentence for at least two seconds of good samples.
+  void trouble(const std::string& sentence, Nanoseconds now);
+  void count_lost(std::uint64_t frames) { health_.lost += frames; }
+  void count_error() { ++health_.errors; }
+
+  const SensorHealth& health() const { return health_; }
+  const FrameDecoder& decoder() const { return decoder_; }
+  CanopenNode* canopen() { return canopen_ ? &*canopen_ : nullptr; }
+
+ private:
+  void take_error(const protocol::can::Frame& frame, Nanoseconds t);
+  void take_canopen(const protocol::can::Frame& frame, Nanoseconds t, Block& block);
+
+  FrameDecoder decoder_;
+  std::string interface_;
+  std::optional<CanopenNode> canopen_;
+  SensorHealth health_;
+  std::string sentence_;      // scratch with room
+  Nanoseconds trouble_at_{};  // of health_.trouble
+  bool connected_before_ = false;
+};
+
+}  // namespace shaker::drivers::can

@@ -1,0 +1,146 @@
+#include <array>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/can/can_exciter.hpp"
+#include "drivers/can/can_sensor.hpp"
+#include "drivers/can/dbc_file.hpp"
+#include "drivers/can/exciter_codec.hpp"
+
+namespace shaker::drivers::can {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+config::CanExciter settings() {
+  config::CanExciter config;
+  config.interface = "shakernone0";
+  config.dbc = "rig.dbc";
+  config.setpoint_message = "exciter_setpoint";
+  config.status_message = "exciter_status";
+  return config;
+}
+
+ExciterCodec codec() {
+  auto made = ExciterCodec::make(*load_dbc(SHAKER_TEST_DATA "/can/rig.dbc"), settings());
+  EXPECT_TRUE(made.ok()) << made.error().what;
+  return std::move(*made);
+}
+
+TEST(CanExciterCodec, WritesTheSetpointFrame) {
+  const auto frame = codec().setpoint({2.5, 9.81, true, 2.0}, 0x1FF);
+  ASSERT_TRUE(frame.ok()) << frame.error().what;
+  EXPECT_EQ(frame->id, 0x200u);
+  // 2500 = 09C4, 9810 = 2652, 200 = 00C8, enable, counter 511 in 8 bits
+  EXPECT_THAT(frame->bytes(), ElementsAre(0xC4, 0x09, 0x52, 0x26, 0xC8, 0x00, 0x01, 0xFF));
+}
+
+TEST(CanExciterCodec, RefusesASetpointThatTheDeviceCannotHold) {
+  const auto refused = codec().setpoint({2.5, 70.0, true, 2.0}, 0);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().what, HasSubstr("amplitude 70 is outside 0 to 65 m/s^2"));
+  EXPECT_FALSE(codec().setpoint({-1.0, 1.0, true, 2.0}, 0).ok());
+}
+
+TEST(CanExciterCodec, ReadsTheStatusFrame) {
+  protocol::can::Frame frame;
+  frame.id = 0x201;
+  frame.length = 8;
+  frame.data = {0x03, 0x00, 0x07, 0x01, 0xC4, 0x09, 0x52, 0x26};
+  EXPECT_TRUE(codec().is_status(frame));
+  const auto status = codec().status(frame, 5s);
+  ASSERT_TRUE(status.ok());
+  EXPECT_TRUE(status->running);
+  EXPECT_TRUE(status->ready);
+  EXPECT_EQ(status->fault, 0x107u);
+  EXPECT_DOUBLE_EQ(*status->frequency_hz, 2.5);
+  EXPECT_DOUBLE_EQ(*status->amplitude, 9.81);
+  EXPECT_FALSE(status->heartbeat_timeout_s);
+  frame.length = 3;
+  EXPECT_THAT(codec().status(frame, 5s).error().what, HasSubstr("3 bytes, expected 8"));
+  frame.extended = true;
+  EXPECT_FALSE(codec().is_status(frame));
+}
+
+TEST(CanExciterCodec, WaitsForFivePeriodsOfTheStatus) {
+  EXPECT_EQ(codec().status_limit(), 100ms);
+}
+
+TEST(CanExciterCodec, NamesAMissingSignal) {
+  auto config = settings();
+  config.setpoint_message = "exciter_status";
+  const auto made = ExciterCodec::make(*load_dbc(SHAKER_TEST_DATA "/can/rig.dbc"), config);
+  ASSERT_FALSE(made.ok());
+  EXPECT_THAT(made.error().what, HasSubstr("exciter_status has no signal 'enable'"));
+}
+
+TEST(CanExciter, IsRefusedWhenItsMessageCannotSayStop) {
+  const auto database = protocol::can::parse_dbc(
+      "BO_ 1 set: 8 X\n SG_ frequency : 0|16@1+ (0.1,0) [0.5|50] \"Hz\" X\n"
+      " SG_ amplitude : 16|16@1+ (0.1,0) [0|50] \"m/s^2\" X\n SG_ enable : 32|1@1+ (1,0) [0|1] "
+      "\"\" X\n"
+      "BO_ 2 get: 8 X\n SG_ status : 0|16@1+ (1,0) [0|0] \"\" X\n SG_ fault : 16|16@1+ (1,0) [0|0] "
+      "\"\" X\n",
+      "x.dbc");
+  ASSERT_TRUE(database.ok()) << database.error().what;
+  auto config = settings();
+  config.setpoint_message = "set";
+  config.status_message = "get";
+  auto made = ExciterCodec::make(*database, config);
+  ASSERT_TRUE(made.ok());
+  EXPECT_THAT(made->setpoint({}, 0).error().what, HasSubstr("frequency 0 is outside 0.5 to 50 Hz"));
+}
+
+// On a machine with CAN the interface is missing, on one without the kernel's part is.
+TEST(CanDevices, SayWhatIsMissingAndTheRemedy) {
+  const RealClock clock;
+  auto exciter = make_can_exciter(settings(), 0.1, SHAKER_TEST_DATA "/can", clock);
+  ASSERT_TRUE(exciter.ok()) << exciter.error().what;
+  const auto connected = (*exciter)->connect();
+  ASSERT_FALSE(connected.ok());
+  EXPECT_EQ(connected.error().kind, ErrorKind::unavailable);
+  const auto remedy = testing::AnyOf(HasSubstr("this kernel has no CAN"),
+                                     HasSubstr("there is no interface shakernone0"));
+  EXPECT_THAT(connected.error().what, remedy);
+  EXPECT_THAT((*exciter)->stop().error().what, HasSubstr("end by themselves 300 ms after"));
+  EXPECT_FALSE((*exciter)->write({}).ok());
+
+  config::CanSensor config;
+  config.interface = "shakernone0";
+  config.dbc = "rig.dbc";
+  config.signals = {{protocol::Channel::displacement, "transducer_tpdo1", "position", 1.0, 0.0}};
+  auto sensor = make_can_sensor(config, SHAKER_TEST_DATA "/can", clock);
+  ASSERT_TRUE(sensor.ok()) << sensor.error().what;
+  std::array<Sample, 4> out;
+  EXPECT_FALSE((*sensor)->read(out, 1ms).ok());
+  EXPECT_THAT((*sensor)->connect().error().what, remedy);
+  EXPECT_THAT((*sensor)->health().trouble, remedy);
+  EXPECT_FALSE((*sensor)->health().link_up);
+}
+
+TEST(CanDevices, AskForFdWhereAMessageNeedsIt) {
+  config::CanSensor config;
+  config.dbc = "rig.dbc";
+  config.signals = {{protocol::Channel::displacement, "wide", "first", 1.0, 0.0}};
+  const RealClock clock;
+  const auto refused = make_can_sensor(config, SHAKER_TEST_DATA "/can", clock);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().what, HasSubstr("64 bytes"));
+  EXPECT_THAT(refused.error().what, HasSubstr("\"fd\": true"));
+  config.fd = true;
+  EXPECT_TRUE(make_can_sensor(config, SHAKER_TEST_DATA "/can", clock).ok());
+}
+
+TEST(CanDevices, RefuseAPeriodThatTheKernelCannotKeep) {
+  const RealClock clock;
+  auto config = settings();
+  config.period_s = 0.0;
+  EXPECT_THAT(make_can_exciter(config, 0.1, SHAKER_TEST_DATA "/can", clock).error().what,
+              HasSubstr("period_s is 0, allowed is 0.001 to 1"));
+}
+
+}  // namespace
+}  // namespace shaker::drivers::can
