@@ -73,7 +73,7 @@ std::string Range::text() const {
 }
 
 std::string suggestion(const std::string& wrong, std::span<const std::string> allowed) {
-  if (allowed.empty()) return "none is allowed here";
+  if (allowed.empty()) return "no other key is allowed here";
   const std::string given = lower_case(wrong.substr(0, 80));
   std::size_t best = std::max<std::size_t>(2, given.size() / 3) + 1;
   const std::string* nearest = nullptr;

@@ -166,23 +166,22 @@ void read_can_exciter(ObjectReader& reader, CanExciter& exciter) {
 
 std::vector<CanSignal> read_signals(ObjectReader& reader, Findings& findings, bool required) {
   std::vector<CanSignal> signals;
-  reader.array("signals", required, required ? 1 : 0,
-               [&](const Node& node, const std::string& pointer) {
-                 CanSignal signal;
-                 ObjectReader inner(node, pointer, findings);
-                 if (const auto channel = inner.choice("channel", kChannels, true)) {
-                   signal.channel = static_cast<Channel>(*channel);
-                 }
-                 inner.required("message", signal.message);
-                 inner.required("signal", signal.signal);
-                 inner.optional("scale", signal.scale);
-                 if (signal.scale == 0.0) {
-                   inner.complain("scale", "0 would lose every value; leave it out for 1");
-                 }
-                 inner.optional("offset", signal.offset);
-                 inner.finish();
-                 signals.push_back(std::move(signal));
-               });
+  reader.array("signals", required, 1, [&](const Node& node, const std::string& pointer) {
+    CanSignal signal;
+    ObjectReader inner(node, pointer, findings);
+    if (const auto channel = inner.choice("channel", kChannels, true)) {
+      signal.channel = static_cast<Channel>(*channel);
+    }
+    inner.required("message", signal.message);
+    inner.required("signal", signal.signal);
+    inner.optional("scale", signal.scale);
+    if (signal.scale == 0.0) {
+      inner.complain("scale", "0 would lose every value; leave it out for 1");
+    }
+    inner.optional("offset", signal.offset);
+    inner.finish();
+    signals.push_back(std::move(signal));
+  });
   return signals;
 }
 

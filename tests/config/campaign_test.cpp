@@ -12,7 +12,7 @@ const std::filesystem::path kExamples =
     std::filesystem::path(SHAKER_SOURCE_DIR) / "config" / "examples";
 
 TEST(Campaign, TakesItsModelFromAFileBesideIt) {
-  const auto campaign = load_campaign(kExamples / "three-runs.campaign.json");
+  const auto campaign = load_campaign(kExamples / "campaign-three-runs.json");
   ASSERT_TRUE(campaign) << campaign.error().what;
   EXPECT_EQ(campaign->model.name, "oleo");
   ASSERT_EQ(campaign->runs.size(), 3u);

@@ -12,7 +12,7 @@ const std::filesystem::path kExamples =
     std::filesystem::path(SHAKER_SOURCE_DIR) / "config" / "examples";
 
 TEST(Model, OfTheOleoIsReadAsItIsWritten) {
-  const auto model = load_model(kExamples / "oleo.model.json");
+  const auto model = load_model(kExamples / "model-oleo.json");
   ASSERT_TRUE(model) << model.error().what;
   EXPECT_EQ(model->name, "oleo");
   EXPECT_DOUBLE_EQ(model->gravity, 9.80665);

@@ -1,0 +1,85 @@
+#include "config/rig.hpp"
+
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shaker::config {
+namespace {
+
+const std::filesystem::path kExamples =
+    std::filesystem::path(SHAKER_SOURCE_DIR) / "config" / "examples";
+
+TEST(Rig, OfRealHardwareIsReadAsItIsWritten) {
+  const auto rig = load_rig(kExamples / "rig-modbus-can.json");
+  ASSERT_TRUE(rig) << rig.error().what;
+  EXPECT_EQ(rig->name, "drop-tower-2");
+  EXPECT_EQ(rig->model, "model-oleo.json");
+  EXPECT_EQ(rig->directory, kExamples);
+  const auto& device = std::get<ModbusExciter>(rig->exciter.device);
+  EXPECT_EQ(std::get<ModbusTcp>(device.link.transport).host, "192.168.1.20");
+  const auto& frequency = device.registers.at("frequency");
+  EXPECT_EQ(frequency.address, 100);
+  EXPECT_EQ(frequency.type, protocol::modbus::RegisterType::f32);
+  EXPECT_EQ(frequency.order, protocol::modbus::WordOrder::cdab);
+  EXPECT_FALSE(frequency.cyclic);
+  EXPECT_TRUE(device.registers.at("heartbeat").cyclic);
+  EXPECT_DOUBLE_EQ(device.registers.at("ramp").scale, 0.1);
+  EXPECT_EQ(device.registers.at("status").table, protocol::modbus::RegisterTable::input);
+  const auto& sensor = std::get<CanSensor>(rig->sensors.at(0));
+  EXPECT_EQ(sensor.signals.at(1).channel, protocol::Channel::excitation);
+  EXPECT_EQ(sensor.signals.at(0).message, "STROKE");
+  EXPECT_DOUBLE_EQ(sensor.signals.at(0).scale, 0.001);
+  EXPECT_EQ(sensor.canopen->node_id, 5);
+  EXPECT_EQ(rig->limits.stale_action, Action::ramp_down);
+  EXPECT_DOUBLE_EQ(rig->limits.stroke_min_m, 0.01);
+}
+
+TEST(Rig, OnSerialLinesHasItsLineSettings) {
+  const auto rig = load_rig(kExamples / "rig-rtu.json");
+  ASSERT_TRUE(rig) << rig.error().what;
+  const auto& rtu =
+      std::get<ModbusRtu>(std::get<ModbusExciter>(rig->exciter.device).link.transport);
+  EXPECT_EQ(rtu.device, "/dev/ttyUSB0");
+  EXPECT_EQ(rtu.baud, 115200);
+  EXPECT_EQ(rtu.parity, 'E');
+  EXPECT_EQ(std::get<ModbusSensor>(rig->sensors.at(0)).registers.size(), 1u);
+}
+
+TEST(Rig, TakesDefaultsForWhatIsLeftOut) {
+  const auto rig = parse_rig(
+      R"({"name": "r", "exciter": {"device": {"kind": "simulated"}},
+          "sensors": [{"kind": "simulated"}]})",
+      "r.json");
+  ASSERT_TRUE(rig) << rig.error().what;
+  EXPECT_TRUE(std::holds_alternative<SimulatedExciter>(rig->exciter.device));
+  EXPECT_DOUBLE_EQ(rig->exciter.ramp_s, ExciterConfig{}.ramp_s);
+  EXPECT_DOUBLE_EQ(rig->limits.stroke_max_m, Limits{}.stroke_max_m);
+  EXPECT_DOUBLE_EQ(std::get<SimulatedSensor>(rig->sensors.at(0)).rate_hz, 1000.0);
+}
+
+TEST(Rig, TellsSeveralMistakesAtOnceWithTheirLines) {
+  const auto rig = parse_rig(
+      "{\"name\": \"r\",\n \"exciter\": {\"device\": {\"kind\": \"simulated\"},\n"
+      " \"ramp_s\": -1},\n \"sensors\": [{\"kind\": \"simulated\",\n \"rate\": 5}]}",
+      "r.json");
+  ASSERT_FALSE(rig);
+  EXPECT_EQ(rig.error().what,
+            "r.json:3: /exciter/ramp_s: -1 is out of range; at least 0 and at most 600 is allowed\n"
+            "r.json:5: /sensors/0/rate: unknown key; did you mean \"rate_hz\"?");
+}
+
+TEST(Rig, CountsMistakesBeyondTwenty) {
+  std::string text =
+      "{\"name\": \"r\", \"exciter\": {\"device\": {\"kind\": \"simulated\"}}, "
+      "\"sensors\": [{\"kind\": \"simulated\"}]";
+  for (int i = 0; i < 25; ++i)
+    text += ", \"nonsense" + std::to_string(i) + "\": 1";
+  const auto rig = parse_rig(text + "}", "r.json");
+  ASSERT_FALSE(rig);
+  EXPECT_THAT(rig.error().what, testing::EndsWith("r.json: and 5 more"));
+}
+
+}  // namespace
+}  // namespace shaker::config
