@@ -168,10 +168,7 @@ void PeriodicSystem::set_excitation(double frequency_hz, std::span<const double>
   frequency_ = frequency_hz;
   const int count = static_cast<int>(samples.size());
   const int last = std::min(harmonics, (count - 1) / 2);
-  double mean = 0.0;
-  for (const double sample : samples)
-    mean += sample / count;
-  std::fill(x_full_.begin(), x_full_.end(), mean);
+  std::fill(x_full_.begin(), x_full_.end(), 0.0);
   for (int h = 1; h <= last; ++h) {
     std::complex<double> c = 0.0;
     for (int j = 0; j < count; ++j)

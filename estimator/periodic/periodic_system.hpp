@@ -53,7 +53,8 @@ class PeriodicSystem {
 
   // amplitude * cos(2 pi tau).
   void set_excitation(double frequency_hz, double amplitude);
-  // Fourier series through `samples` on equal steps, cut after `harmonics`, put on the grid.
+  // Fourier series through `samples` on equal steps, cut after `harmonics`, put on the grid. The mean
+  // is left out: a table that moves periodically has none, so it is the accelerometer's offset.
   void set_excitation(double frequency_hz, std::span<const double> samples, int harmonics);
 
   // --- state z: index i * coordinates + c
