@@ -34,11 +34,21 @@ struct RegisterSpec {
 // 1 or 2 registers.
 int word_count(RegisterType type);
 
+// An Error when the address lies outside of 0..65535 (both words of a 32-bit value), or scale or
+// offset make no sense. Everything below presumes a spec that passed.
+Result<void> validate(const RegisterSpec& spec);
+
 // Precondition: words.size() == word_count(spec.type).
 double decode(const RegisterSpec& spec, std::span<const std::uint16_t> words);
 
 // Rounds to the nearest representable raw value. An Error when the value is not finite or does not
 // fit, naming the value and the range that fits.
 Result<void> encode(const RegisterSpec& spec, double value, std::span<std::uint16_t> words);
+
+// The bits as they stand, put into the type's word order: for masks (status, fault).
+std::uint32_t bits(const RegisterSpec& spec, std::span<const std::uint16_t> words);
+
+// The step between representable values near `value`, in `unit`: what a read-back may differ by.
+double resolution(const RegisterSpec& spec, double value);
 
 }  // namespace shaker::protocol::modbus

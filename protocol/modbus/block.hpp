@@ -1,0 +1,43 @@
+// Which requests read or write a set of registers: as few as may be, and never half a value.
+//
+// Adjacent registers share a request of at most 125 words read or 123 written (Modbus Application
+// Protocol V1.1b3, 6.3 and 6.12). Registers that nobody asked for are not touched: many devices
+// answer a block with a hole in it with exception 02. Pure.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/result.hpp"
+#include "protocol/modbus/register.hpp"
+
+namespace shaker::protocol::modbus {
+
+inline constexpr int kMaxReadWords = 125;
+inline constexpr int kMaxWriteWords = 123;
+
+struct Block {
+  RegisterTable table = RegisterTable::holding;
+  int address = 0;
+  int words = 0;
+  bool operator==(const Block&) const = default;
+};
+
+// Where the value of specs[i] stands: `offset` words into blocks[block].
+struct Placement {
+  int block = 0;
+  int offset = 0;
+};
+
+struct Plan {
+  std::vector<Block> blocks;          // by table and address
+  std::vector<Placement> placements;  // one for each spec, in the specs' order
+};
+
+// Specs may overlap (one register read as two things).
+Plan plan_reads(std::span<const RegisterSpec> specs, int max_words = kMaxReadWords);
+
+// An Error when two specs share a register, or one is an input register.
+Result<Plan> plan_writes(std::span<const RegisterSpec> specs, int max_words = kMaxWriteWords);
+
+}  // namespace shaker::protocol::modbus
