@@ -1,0 +1,99 @@
+#include "sim/instruments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace shaker::sim {
+namespace {
+
+constexpr Parameter kParameters[] = {
+    {"sensor_gain", "1", 1.0, 0.1, 10.0, "G in y = G u + b"},
+    {"sensor_offset", "m", 0.0, -1.0, 1.0, "b in y = G u + b"},
+    {"sensor_delay", "s", 0.0, 0.0, 1.0, "dead time of the stroke against the excitation"},
+    {"sensor_lag", "s", 0.0, 0.0, 1.0, "time constant of the stroke's first-order low pass"},
+    {"excitation_h2", "1", 0.0, -1.0, 1.0, "2nd harmonic of the table over its fundamental"},
+    {"excitation_h3", "1", 0.0, -1.0, 1.0, "3rd harmonic"},
+    {"excitation_h4", "1", 0.0, -1.0, 1.0, "4th harmonic"},
+    {"excitation_h5", "1", 0.0, -1.0, 1.0, "5th harmonic"}};
+
+}  // namespace
+
+std::span<const Parameter> instrument_parameters() {
+  return kParameters;
+}
+
+Instruments::Instruments(const RigOptions& options, const Values& values, Nanoseconds start)
+    : options_(options),
+      gain_(values.at("sensor_gain")),
+      offset_(values.at("sensor_offset")),
+      delay_samples_(values.at("sensor_delay") * options.sample_rate_hz),
+      lag_share_(1.0),
+      period_s_(1.0 / options.sample_rate_hz),
+      rate_(1.0 + 1e-6 * options.clock_offset_ppm),
+      start_(start),
+      due_(start),
+      noise_source_(options.seed),
+      arrival_source_(options.seed ^ 0x9e3779b97f4a7c15u) {
+  const double lag = values.at("sensor_lag");
+  if (lag > 0.0) lag_share_ = 1.0 - std::exp(-period_s_ / lag);
+  past_.resize(static_cast<std::size_t>(delay_samples_) + 2, 0.0);
+  due_ = instant(++k_);
+}
+
+// Multiplied out rather than summed up, so that the rate is exact for ever.
+Nanoseconds Instruments::instant(std::int64_t k) const {
+  const double since = static_cast<double>(k) * period_s_ / rate_;
+  return start_ + Nanoseconds(std::llround(since * 1e9));
+}
+
+double Instruments::through_transducer(double stroke) {
+  if (k_ == 1) std::ranges::fill(past_, stroke);
+  newest_ = (newest_ + 1) % past_.size();
+  past_[newest_] = stroke;
+  const auto whole = static_cast<std::size_t>(delay_samples_);
+  const double part = delay_samples_ - static_cast<double>(whole);
+  const auto back = [&](std::size_t n) {
+    return past_[(newest_ + past_.size() - n) % past_.size()];
+  };
+  const double delayed = (1.0 - part) * back(whole) + part * back(whole + 1);
+  lagged_ = lagged_ ? *lagged_ + lag_share_ * (delayed - *lagged_) : delayed;
+  return gain_ * *lagged_ + offset_;
+}
+
+double Instruments::read_out(double truth, double noise, double quantum) {
+  const double noisy = truth + noise * normal_(noise_source_);
+  return quantum > 0.0 ? std::round(noisy / quantum) * quantum : noisy;
+}
+
+void Instruments::take(double stroke, double excitation, Fault fault) {
+  RigSample sample;
+  sample.displacement = read_out(through_transducer(stroke), options_.noise_m, options_.quantum_m);
+  sample.excitation = read_out(excitation, options_.noise_m_s2, options_.quantum_m_s2);
+  const double late = options_.jitter_fraction * period_s_ * uniform_(arrival_source_);
+  sample.dropped = uniform_(arrival_source_) < options_.dropout_fraction;
+  sample.t = due_ + Nanoseconds(std::llround(late * 1e9));
+  sample.counter = static_cast<std::uint32_t>(k_);
+  sample.device_us =
+      static_cast<std::uint32_t>(std::llround(static_cast<double>(k_) * period_s_ * 1e6));
+
+  if (fault != Fault::sensor_frozen) frozen_.reset();
+  if (fault == Fault::sensor_frozen) {
+    if (!frozen_) frozen_ = sample.displacement;
+    sample.displacement = *frozen_;
+  } else if (fault == Fault::sensor_nan) {
+    sample.displacement = std::numeric_limits<double>::quiet_NaN();
+  } else if (fault == Fault::sensor_inverted) {
+    sample.displacement = -sample.displacement;
+  }
+  if (fault != Fault::sensor_silent) on_its_way_ = sample;
+  due_ = instant(++k_);
+}
+
+void Instruments::deliver(Nanoseconds now, std::vector<RigSample>& out) {
+  if (!on_its_way_ || on_its_way_->t > now) return;
+  out.push_back(*on_its_way_);
+  on_its_way_.reset();
+}
+
+}  // namespace shaker::sim
