@@ -8,6 +8,7 @@
 
 #include "drivers/can/can_exciter.hpp"
 #include "drivers/can/can_sensor.hpp"
+#include "drivers/sim/simulated_devices.hpp"
 
 namespace shaker::drivers {
 namespace {
@@ -25,13 +26,19 @@ Error not_built(const char* what) {
 struct ExciterRows {
   const config::RigConfig& rig;
   Clock& clock;
+  const std::shared_ptr<sim::SimulatedRig>& virtual_rig;
 
   MadeExciter operator()(const config::ModbusExciter&) const { return not_built("Modbus exciter"); }
   MadeExciter operator()(const config::CanExciter& exciter) const {
     return can::make_can_exciter(exciter, rig.exciter.heartbeat_period_s, rig.directory, clock);
   }
   MadeExciter operator()(const config::SimulatedExciter&) const {
-    return not_built("simulated exciter");
+    if (!virtual_rig) {
+      return Error{ErrorKind::invalid,
+                   "a simulated exciter shakes what a simulated sensor measures: add one to "
+                   "\"sensors\""};
+    }
+    return std::unique_ptr<Exciter>(std::make_unique<sim::SimulatedExciter>(virtual_rig));
   }
   MadeExciter operator()(const config::ReplayExciter&) const { return not_built("replay exciter"); }
 };
@@ -39,16 +46,33 @@ struct ExciterRows {
 struct SensorRows {
   const config::RigConfig& rig;
   Clock& clock;
+  const std::shared_ptr<sim::SimulatedRig>& virtual_rig;
 
   MadeSensor operator()(const config::CanSensor& sensor) const {
     return can::make_can_sensor(sensor, rig.directory, clock);
   }
   MadeSensor operator()(const config::ModbusSensor&) const { return not_built("Modbus sensor"); }
   MadeSensor operator()(const config::SimulatedSensor&) const {
-    return not_built("simulated sensor");
+    return std::unique_ptr<Sensor>(std::make_unique<sim::SimulatedSensor>(virtual_rig));
   }
   MadeSensor operator()(const config::ReplaySensor&) const { return not_built("replay sensor"); }
 };
+
+// The one that the simulated exciter and sensor share; null when the file names none.
+Result<std::shared_ptr<sim::SimulatedRig>> make_virtual_rig(const config::RigConfig& rig,
+                                                            Clock& clock) {
+  const config::SimulatedSensor* found = nullptr;
+  for (const auto& sensor : rig.sensors) {
+    const auto* simulated = std::get_if<config::SimulatedSensor>(&sensor);
+    if (simulated && found) {
+      return Error{ErrorKind::invalid,
+                   "sensors: one simulated sensor gives both channels; remove the second"};
+    }
+    if (simulated) found = simulated;
+  }
+  if (!found) return std::shared_ptr<sim::SimulatedRig>();
+  return sim::make_simulated_rig(*found, rig.exciter.heartbeat_period_s, clock);
+}
 
 Error in_place(const std::string& place, const Error& error) {
   return Error{error.kind, place + ": " + error.what};
@@ -58,11 +82,13 @@ Error in_place(const std::string& place, const Error& error) {
 
 Result<Devices> make_devices(const config::RigConfig& rig, Clock& clock) {
   Devices devices;
-  MadeExciter exciter = std::visit(ExciterRows{rig, clock}, rig.exciter.device);
+  const auto virtual_rig = make_virtual_rig(rig, clock);
+  if (!virtual_rig) return virtual_rig.error();
+  MadeExciter exciter = std::visit(ExciterRows{rig, clock, *virtual_rig}, rig.exciter.device);
   if (!exciter) return in_place("exciter", exciter.error());
   devices.exciter = std::move(*exciter);
   for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
-    MadeSensor sensor = std::visit(SensorRows{rig, clock}, rig.sensors[i]);
+    MadeSensor sensor = std::visit(SensorRows{rig, clock, *virtual_rig}, rig.sensors[i]);
     if (!sensor) return in_place(fmt::format("sensors[{}]", i), sensor.error());
     devices.sensors.push_back(std::move(*sensor));
   }
