@@ -1,0 +1,130 @@
+#include "daemon/workers/acquisition_thread.hpp"
+
+#include <algorithm>
+
+namespace shaker::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kBatch = 1024;    // samples in one read, at most
+constexpr std::size_t kMaxErrors = 16;  // kept for a main loop that is busy
+
+}  // namespace
+
+AcquisitionThread::AcquisitionThread(std::unique_ptr<drivers::Sensor> sensor, Clock& clock,
+                                     Waker& waker, AcquisitionOptions options)
+    : sensor_(std::move(sensor)),
+      clock_(clock),
+      waker_(waker),
+      options_(options),
+      ring_(options.ring),
+      buffer_(kBatch),
+      progress_(clock.now().count()),
+      stamps_(sensor_->stamp_source()),
+      thread_([this](const std::stop_token& stop) { work(stop); }) {}
+
+AcquisitionThread::~AcquisitionThread() {
+  thread_.request_stop();
+  thread_.join();
+}
+
+std::size_t AcquisitionThread::drain(std::span<drivers::Sample> out) {
+  std::size_t count = 0;
+  while (count < out.size() && ring_.try_dequeue(out[count]))
+    ++count;
+  return count;
+}
+
+AcquisitionThread::Report AcquisitionThread::report() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(report_, {});
+}
+
+void AcquisitionThread::work(const std::stop_token& stop) {
+  bool connected = false;
+  while (!stop.stop_requested()) {
+    if (finished_) {
+      advance();
+      pause(stop, 100ms);
+    } else if (!connected) {
+      connected = connect(stop);
+    } else {
+      connected = read_once();
+    }
+  }
+}
+
+bool AcquisitionThread::connect(const std::stop_token& stop) {
+  Nanoseconds wait = options_.first_pause;
+  while (!stop.stop_requested()) {
+    advance();
+    auto outcome = sensor_->connect();
+    stamps_ = sensor_->stamp_source();
+    tell_health(true);
+    if (outcome) return true;
+    {
+      const std::lock_guard lock(mutex_);
+      if (report_.errors.size() < kMaxErrors) report_.errors.push_back(outcome.error());
+    }
+    waker_.wake();
+    pause(stop, wait);
+    wait = std::min(2 * wait, options_.longest_pause);
+  }
+  return false;
+}
+
+// False when the link is gone.
+bool AcquisitionThread::read_once() {
+  const auto count = sensor_->read(buffer_, options_.read_timeout);
+  advance();
+  if (!count) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (report_.errors.size() < kMaxErrors) report_.errors.push_back(count.error());
+    }
+    tell_health(true);
+    waker_.wake();
+    return false;
+  }
+  std::uint64_t lost = 0;
+  for (const drivers::Sample& sample : std::span(buffer_).first(*count)) {
+    if (!ring_.try_enqueue(sample)) ++lost;  // does not allocate: the ring has its size
+  }
+  if (lost > 0) overflows_ += lost;
+  if (*count > 0) waker_.wake();
+  if (sensor_->finished()) {
+    finished_ = true;
+    tell_health(true);
+  }
+  tell_health(false);
+  return true;
+}
+
+void AcquisitionThread::tell_health(bool must) {
+  const Nanoseconds now = clock_.now();
+  if (!must && now < next_health_) return;
+  next_health_ = now + options_.health_period;
+  auto health = sensor_->health();
+  if (must) {
+    const std::lock_guard lock(mutex_);
+    report_.health = std::move(health);
+  } else if (const std::unique_lock lock(mutex_, std::try_to_lock); lock) {
+    report_.health = std::move(health);
+  }
+}
+
+void AcquisitionThread::advance() {
+  progress_ = clock_.now().count();
+}
+
+// In short steps, so that the pause counts as progress.
+void AcquisitionThread::pause(const std::stop_token& stop, Nanoseconds duration) {
+  const Nanoseconds end = clock_.now() + duration;
+  while (!stop.stop_requested() && clock_.now() < end) {
+    clock_.sleep_until(std::min(end, clock_.now() + 50ms));
+    advance();
+  }
+}
+
+}  // namespace shaker::daemon

@@ -1,0 +1,75 @@
+// Reads one sensor, for ever, and waits for nobody.
+//
+// Samples go into a bounded single-producer ring; what finds it full is counted, not waited for.
+// When the link is gone, the thread reconnects with a pause that doubles. On the path of a sample
+// it neither logs nor allocates nor takes a lock that anyone holds while working.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <readerwriterqueue/readerwriterqueue.h>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "daemon/workers/waker.hpp"
+#include "drivers/sensor.hpp"
+
+namespace shaker::daemon {
+
+struct AcquisitionOptions {
+  std::size_t ring = 65'536;  // samples: 0.8 s of eight channels at 10 kHz
+  Nanoseconds read_timeout = std::chrono::milliseconds(50);
+  Nanoseconds first_pause = std::chrono::milliseconds(100);  // before reconnecting; doubles
+  Nanoseconds longest_pause = std::chrono::seconds(5);
+  Nanoseconds health_period = std::chrono::milliseconds(100);
+};
+
+class AcquisitionThread {
+ public:
+  // Starts at once. `clock` and `waker` outlive it.
+  AcquisitionThread(std::unique_ptr<drivers::Sensor> sensor, Clock& clock, Waker& waker,
+                    AcquisitionOptions options = {});
+  ~AcquisitionThread();
+
+  // --- the main loop
+  std::size_t drain(std::span<drivers::Sample> out);
+  struct Report {
+    std::optional<drivers::SensorHealth> health;  // when there is a newer one
+    std::vector<Error> errors;                    // since the last call
+  };
+  Report report();
+  drivers::StampSource stamp_source() const { return stamps_.load(); }
+  std::uint64_t overflows() const { return overflows_.load(); }
+  Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
+  bool finished() const { return finished_.load(); }  // a replay has given its last sample
+
+ private:
+  void work(const std::stop_token& stop);
+  bool connect(const std::stop_token& stop);
+  bool read_once();
+  void tell_health(bool must);
+  void pause(const std::stop_token& stop, Nanoseconds duration);
+  void advance();
+
+  std::unique_ptr<drivers::Sensor> sensor_;
+  Clock& clock_;
+  Waker& waker_;
+  AcquisitionOptions options_;
+  moodycamel::ReaderWriterQueue<drivers::Sample> ring_;
+  std::vector<drivers::Sample> buffer_;  // of the thread
+  Nanoseconds next_health_{};
+  std::atomic<std::uint64_t> overflows_{0};
+  std::atomic<std::int64_t> progress_;
+  std::atomic<drivers::StampSource> stamps_;
+  std::atomic<bool> finished_{false};
+  std::mutex mutex_;
+  Report report_;
+  std::jthread thread_;  // last
+};
+
+}  // namespace shaker::daemon

@@ -1,0 +1,99 @@
+#include "daemon/workers/estimator_thread.hpp"
+
+#include <exception>
+
+#include <fmt/format.h>
+
+namespace shaker::daemon {
+
+EstimatorThread::EstimatorThread(Clock& clock, Waker& waker)
+    : clock_(clock), waker_(waker), thread_([this](const std::stop_token& stop) { work(stop); }) {}
+
+EstimatorThread::~EstimatorThread() {
+  thread_.request_stop();
+  thread_.join();
+}
+
+void EstimatorThread::begin(const config::ModelSpec& model) {
+  {
+    const std::lock_guard lock(mutex_);
+    model_ = model;
+    waiting_.reset();
+    outcomes_.clear();
+    skipped_ = 0;
+    ++campaign_;
+  }
+  ordered_.notify_one();
+}
+
+void EstimatorThread::add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (waiting_) ++skipped_;
+    waiting_ = Job{cycle, last_sample};
+  }
+  ordered_.notify_one();
+}
+
+std::vector<EstimateOutcome> EstimatorThread::take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(outcomes_, {});
+}
+
+std::optional<Nanoseconds> EstimatorThread::busy_since() const {
+  const std::lock_guard lock(mutex_);
+  return busy_since_;
+}
+
+void EstimatorThread::work(const std::stop_token& stop) {
+  while (true) {
+    std::unique_lock lock(mutex_);
+    if (!ordered_.wait(lock, stop, [this] { return model_ || waiting_; })) return;
+    const auto model = std::exchange(model_, std::nullopt);
+    const auto job = std::exchange(waiting_, std::nullopt);
+    const auto campaign = campaign_;
+    const long skipped = skipped_;
+    busy_since_ = clock_.now();
+    lock.unlock();
+
+    if (model) start(*model);
+    std::optional<EstimateOutcome> outcome;
+    if (job) {
+      outcome = EstimateOutcome{job->cycle.run, job->cycle.index, job->last_sample, skipped,
+                                fit(job->cycle)};
+    }
+
+    lock.lock();
+    busy_since_.reset();
+    if (!outcome || campaign != campaign_) continue;
+    outcomes_.push_back(std::move(*outcome));
+    lock.unlock();
+    waker_.wake();
+  }
+}
+
+void EstimatorThread::start(const config::ModelSpec& model) {
+  estimator_.reset();
+  unusable_.reset();
+  try {
+    estimator_.emplace(model);
+  } catch (const std::exception& trouble) {
+    unusable_ = Error{ErrorKind::invalid, trouble.what()};
+  }
+}
+
+// Nothing may leave a thread by exception: what the estimator throws, out of memory for one, is the
+// outcome of this cycle.
+Result<estimator::Estimate> EstimatorThread::fit(const estimator::MeasuredCycle& cycle) {
+  if (unusable_) return *unusable_;
+  if (!estimator_) return Error{ErrorKind::invalid, "No campaign has begun: there is no model."};
+  try {
+    return estimator_->add(cycle);
+  } catch (const std::exception& trouble) {
+    return Error{ErrorKind::not_converged,
+                 fmt::format("The estimator failed on cycle {} of run {}: {}.", cycle.index,
+                             cycle.run, trouble.what())};
+  }
+}
+
+}  // namespace shaker::daemon

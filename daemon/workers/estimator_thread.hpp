@@ -1,0 +1,65 @@
+// Fits, so that nobody else waits for it.
+//
+// One cycle may wait while another is being fitted; a newer one replaces it, and the next outcome
+// says how many were skipped (they are on disk all the same). Each cycle that is fitted gives
+// exactly one outcome. A new campaign forgets what is waiting, and outcomes of the one before never
+// come out.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "daemon/engine.hpp"
+#include "daemon/workers/waker.hpp"
+#include "estimator/online_estimator.hpp"
+
+namespace shaker::daemon {
+
+class EstimatorThread final : public EstimatorCommands {
+ public:
+  // Starts at once. `clock` and `waker` outlive it.
+  EstimatorThread(Clock& clock, Waker& waker);
+  ~EstimatorThread() override;
+
+  // --- orders, from the engine's thread
+  void begin(const config::ModelSpec& model) override;
+  void add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) override;
+
+  // --- the main loop
+  std::vector<EstimateOutcome> take();
+  // Since when it is busy with one cycle; nothing when it is idle.
+  std::optional<Nanoseconds> busy_since() const;
+
+ private:
+  struct Job {
+    estimator::MeasuredCycle cycle;
+    Nanoseconds last_sample{};
+  };
+  void work(const std::stop_token& stop);
+  void start(const config::ModelSpec& model);
+  Result<estimator::Estimate> fit(const estimator::MeasuredCycle& cycle);
+
+  Clock& clock_;
+  Waker& waker_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any ordered_;
+  std::optional<config::ModelSpec> model_;  // of a campaign that has just begun
+  std::optional<Job> waiting_;
+  long skipped_ = 0;
+  std::uint64_t campaign_ = 0;
+  std::optional<Nanoseconds> busy_since_;
+  std::vector<EstimateOutcome> outcomes_;
+
+  // of the thread
+  std::optional<estimator::OnlineEstimator> estimator_;
+  std::optional<Error> unusable_;  // the model cannot be built
+  std::jthread thread_;            // last
+};
+
+}  // namespace shaker::daemon

@@ -1,0 +1,187 @@
+#include "daemon/workers/exciter_thread.hpp"
+
+#include "tests/daemon/workers/eventually.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using testing::eventually;
+
+// The device, as the test sees it; outlives the thread.
+struct Device {
+  std::mutex mutex;
+  std::vector<std::string> calls;  // without reads and heartbeats
+  int heartbeats = 0, refuse_stops = 0, refuse_connects = 0;
+  bool lose_link = false;
+  std::atomic<bool> hold_writes{false}, writing{false};
+
+  void note(std::string what) {
+    const std::lock_guard lock(mutex);
+    calls.push_back(std::move(what));
+  }
+  std::vector<std::string> seen() {
+    const std::lock_guard lock(mutex);
+    return calls;
+  }
+};
+
+class DeviceExciter final : public drivers::Exciter {
+ public:
+  explicit DeviceExciter(Device& device) : device_(device) {}
+  std::string description() const override { return "device"; }
+  Result<void> connect() override {
+    device_.note("connect");
+    const std::lock_guard lock(device_.mutex);
+    if (device_.refuse_connects > 0 && device_.refuse_connects-- > 0) {
+      return Error{ErrorKind::unavailable, "The exciter is not there."};
+    }
+    return {};
+  }
+  Result<void> write(const drivers::Setpoint& setpoint) override {
+    device_.writing = true;
+    while (device_.hold_writes)
+      std::this_thread::sleep_for(200us);
+    device_.writing = false;
+    device_.note("write " + std::to_string(static_cast<int>(setpoint.amplitude)));
+    return {};
+  }
+  Result<drivers::ExciterStatus> read() override {
+    const std::lock_guard lock(device_.mutex);
+    if (std::exchange(device_.lose_link, false)) {
+      return Error{ErrorKind::unavailable, "The link is gone."};
+    }
+    drivers::ExciterStatus status;
+    status.ready = true;
+    return status;
+  }
+  Result<void> heartbeat() override {
+    const std::lock_guard lock(device_.mutex);
+    ++device_.heartbeats;
+    return {};
+  }
+  Result<void> stop() override {
+    device_.note("stop");
+    const std::lock_guard lock(device_.mutex);
+    if (device_.refuse_stops > 0 && device_.refuse_stops-- > 0) {
+      return Error{ErrorKind::timeout, "The exciter does not answer."};
+    }
+    return {};
+  }
+
+ private:
+  Device& device_;
+};
+
+class ExciterTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<ExciterThread> make() {
+    return std::make_unique<ExciterThread>(std::make_unique<DeviceExciter>(device), clock, waker,
+                                           ExciterOptions{5ms, 5ms, 2ms, 20ms});
+  }
+  static drivers::Setpoint setpoint(double amplitude) { return {2.0, amplitude, true, 1.0}; }
+
+  RealClock clock;
+  Waker waker;
+  Device device;
+};
+
+TEST_F(ExciterTest, WritesSetpointsAndReadsStatus) {
+  auto thread = make();
+  thread->set(setpoint(1));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 2; }));
+  EXPECT_THAT(device.seen(), ElementsAre("connect", "write 1"));
+  EXPECT_TRUE(thread->connected());
+  bool ready = false;
+  EXPECT_TRUE(eventually([&] {
+    for (const auto& news : thread->take()) {
+      if (const auto* status = std::get_if<drivers::ExciterStatus>(&news)) ready = status->ready;
+    }
+    return ready;
+  }));
+}
+
+TEST_F(ExciterTest, LetsAStopOvertakeWhatIsQueued) {
+  auto thread = make();
+  device.hold_writes = true;
+  thread->set(setpoint(1));
+  EXPECT_TRUE(eventually([&] { return device.writing.load(); }));
+  thread->set(setpoint(2));
+  thread->stop();
+  device.hold_writes = false;
+  EXPECT_TRUE(eventually([&] { return device.seen().size() >= 3; }));
+  std::this_thread::sleep_for(30ms);  // time enough to write the overtaken setpoint, if it would
+  EXPECT_THAT(device.seen(), ElementsAre("connect", "write 1", "stop"));
+  thread->set(setpoint(3));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 4; }));
+  EXPECT_EQ(device.seen().back(), "write 3");
+}
+
+TEST_F(ExciterTest, RepeatsAStopUntilTheDeviceHasTakenIt) {
+  auto thread = make();
+  EXPECT_TRUE(eventually([&] { return thread->connected(); }));
+  {
+    const std::lock_guard lock(device.mutex);
+    device.refuse_stops = 3;
+  }
+  thread->stop();
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 5; }));
+  EXPECT_THAT(device.seen(), ElementsAre("connect", "stop", "stop", "stop", "stop"));
+}
+
+TEST_F(ExciterTest, StopsEvenWhenItIsNotConnected) {
+  device.refuse_connects = 1'000'000;
+  auto thread = make();
+  thread->set(setpoint(1));
+  thread->stop();
+  EXPECT_TRUE(eventually([&] {
+    const auto seen = device.seen();
+    return std::ranges::find(seen, "stop") != seen.end();
+  }));
+}
+
+TEST_F(ExciterTest, KeepsTheDeadManAliveOnlyWhileAsked) {
+  auto thread = make();
+  EXPECT_TRUE(eventually([&] { return thread->connected(); }));
+  const auto beats = [&] {
+    const std::lock_guard lock(device.mutex);
+    return device.heartbeats;
+  };
+  EXPECT_EQ(beats(), 0);
+  thread->keep_alive(true);
+  EXPECT_TRUE(eventually([&] { return beats() >= 3; }));
+  thread->keep_alive(false);
+  std::this_thread::sleep_for(30ms);  // one may be under way
+  const int last = beats();
+  std::this_thread::sleep_for(30ms);
+  EXPECT_EQ(beats(), last);
+}
+
+TEST_F(ExciterTest, ReconnectsAndTellsTheErrors) {
+  device.refuse_connects = 2;
+  auto thread = make();
+  EXPECT_TRUE(eventually([&] { return thread->connected(); }));
+  {
+    const std::lock_guard lock(device.mutex);
+    device.lose_link = true;
+  }
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 4 && thread->connected(); }));
+  std::vector<std::string> errors;
+  for (const auto& news : thread->take()) {
+    if (const auto* error = std::get_if<Error>(&news)) errors.push_back(error->what);
+  }
+  EXPECT_THAT(errors, ElementsAre("The exciter is not there.", "The exciter is not there.",
+                                  "The link is gone."));
+}
+
+TEST_F(ExciterTest, StopsTheExciterWhenItEnds) {
+  auto thread = make();
+  thread->set(setpoint(1));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 2; }));
+  thread.reset();
+  EXPECT_EQ(device.seen().back(), "stop");
+}
+
+}  // namespace
+}  // namespace shaker::daemon
