@@ -3,6 +3,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "config/model_reader.hpp"
 
@@ -82,6 +83,26 @@ Result<CampaignSpec> load_campaign(const std::filesystem::path& file) {
   const auto text = read_text(file);
   if (!text) return text.error();
   return parse_campaign(*text, file.string(), file.parent_path());
+}
+
+std::string to_json_text(const CampaignSpec& campaign) {
+  using Json = nlohmann::ordered_json;
+  Json runs = Json::array();
+  for (const RunSpec& run : campaign.runs) {
+    runs.push_back({{"name", run.name},
+                    {"frequency_hz", run.frequency_hz},
+                    {"amplitude", run.amplitude},
+                    {"cycles", run.cycles}});
+  }
+  const Json root = {{"format", "shaker-campaign/1"},
+                     {"name", campaign.name},
+                     {"model", Json::parse(to_json_text(campaign.model))},
+                     {"runs", std::move(runs)},
+                     {"points_per_cycle", campaign.points_per_cycle},
+                     {"settle_cycles_max", campaign.settle_cycles_max},
+                     {"settle_tolerance", campaign.settle_tolerance},
+                     {"ramp_s", campaign.ramp_s}};
+  return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace shaker::config

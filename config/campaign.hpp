@@ -32,5 +32,7 @@ struct CampaignSpec {
 Result<CampaignSpec> load_campaign(const std::filesystem::path& file);
 Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& origin,
                                     const std::filesystem::path& directory);
+// The whole campaign with its model inline; round-trips through parse_campaign.
+std::string to_json_text(const CampaignSpec& campaign);
 
 }  // namespace shaker::config

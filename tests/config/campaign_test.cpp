@@ -34,6 +34,27 @@ TEST(Campaign, TakesItsModelInlineAndNamesItsRuns) {
   EXPECT_DOUBLE_EQ(campaign->runs[1].amplitude, 2.5);
 }
 
+TEST(Campaign, SurvivesBeingWrittenAndReadAgain) {
+  const auto campaign = parse_campaign(
+      R"({"name": "c", "model": {"name": "m", "effects": [{"effect": "gravity"}]},
+          "runs": [{"name": "x", "frequency_hz": 2.25, "amplitude": 3, "cycles": 7}],
+          "points_per_cycle": 32, "settle_cycles_max": 9, "settle_tolerance": 2.5, "ramp_s": 1.5})",
+      "c.json", ".");
+  ASSERT_TRUE(campaign) << campaign.error().what;
+  const auto again = parse_campaign(to_json_text(*campaign), "again", ".");
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(again->name, "c");
+  EXPECT_EQ(again->model.effects.at(0).effect, "gravity");
+  EXPECT_EQ(again->runs.at(0).name, "x");
+  EXPECT_EQ(again->runs.at(0).frequency_hz, 2.25);
+  EXPECT_EQ(again->runs.at(0).amplitude, 3.0);
+  EXPECT_EQ(again->runs.at(0).cycles, 7);
+  EXPECT_EQ(again->points_per_cycle, 32);
+  EXPECT_EQ(again->settle_cycles_max, 9);
+  EXPECT_EQ(again->settle_tolerance, 2.5);
+  EXPECT_EQ(again->ramp_s, 1.5);
+}
+
 TEST(Campaign, PassesOnWhatIsWrongWithItsModelFile) {
   const auto campaign = parse_campaign(
       R"({"name": "c", "model": "no-such.json", "runs": [{"frequency_hz": 2, "amplitude": 3}]})",

@@ -1,0 +1,64 @@
+#include "report/estimate_table.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "report/text_table.hpp"
+
+namespace shaker::report {
+namespace {
+
+std::string note(const protocol::ParameterEntry& parameter) {
+  if (parameter.fixed) return "fixed";
+  if (!parameter.determined) return "undetermined";
+  return parameter.at_bound ? "at its bound" : "";
+}
+
+std::string figures(const protocol::EstimateDocument& d) {
+  std::string text = fmt::format(
+      "noise {:.3g}   condition {:.3g}   {} observations, {} degrees of freedom   {} cycle{} of {} "
+      "run{}   {} iteration{}\n",
+      d.noise_standard_deviation, d.condition, d.observations, d.degrees_of_freedom, d.cycles_used,
+      d.cycles_used == 1 ? "" : "s", d.runs_used, d.runs_used == 1 ? "" : "s", d.iterations,
+      d.iterations == 1 ? "" : "s");
+  if (d.usable) {
+    text += "usable\n";
+  } else {
+    text += d.converged ? "NOT usable\n" : "NOT usable: not converged\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string estimate_table(const protocol::EstimateDocument& d) {
+  std::vector<std::vector<std::string>> rows = {
+      {"parameter", "value ± std. error", "95 % interval", "unit", "effect", "note"}};
+  for (const protocol::ParameterEntry& p : d.parameters) {
+    const double error = p.fixed || !p.determined ? std::nan("") : p.standard_error;
+    const bool interval = std::isfinite(error) && std::isfinite(p.lower) && std::isfinite(p.upper);
+    rows.push_back(
+        {p.name, with_error(p.value, error),
+         interval ? fmt::format("{} .. {}", rounded_to(p.lower, error), rounded_to(p.upper, error))
+                  : "-",
+         p.unit, p.effect, note(p)});
+  }
+  std::string text = fmt::format("model {}\n\n", d.model) +
+                     text_table(rows, {false, true, true, false, false, false}) + "\n" + figures(d);
+  for (const std::string& warning : d.warnings)
+    text += "warning: " + warning + "\n";
+  return text;
+}
+
+std::string estimate_line(const protocol::EstimateDocument& d) {
+  std::string text;
+  for (const protocol::ParameterEntry& p : d.parameters) {
+    if (p.fixed) continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", p.name,
+                        p.determined ? with_error(p.value, p.standard_error) : "undetermined");
+  }
+  return d.usable ? text : text + " (not usable)";
+}
+
+}  // namespace shaker::report
