@@ -1,0 +1,112 @@
+#include "estimator/ceres_estimation.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <ceres/cost_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+namespace shaker::estimator {
+namespace {
+
+// One run's residuals sqrt(weight) (prediction - data) and their Jacobian.
+class RunCost final : public ceres::CostFunction {
+ public:
+  RunCost(const Model& model, const RunData& run, const EstimationOptions& options)
+      : run_(&run), scale_(std::sqrt(run.cycles * run.weight)) {
+    const int count = static_cast<int>(run.displacement.size());
+    GridOptions grid = options.grid;
+    every_ = (grid.points + count - 1) / count;
+    grid.points = every_ * count;
+    system_ = std::make_unique<PeriodicSystem>(model, grid);
+    if (run.excitation.empty())
+      system_->set_excitation(run.frequency_hz, run.amplitude);
+    else
+      system_->set_excitation(run.frequency_hz, run.excitation, options.excitation_harmonics);
+    set_num_residuals(count);
+    mutable_parameter_block_sizes()->push_back(model.parameter_count());
+  }
+
+  void forget() { warm_ = false; }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const int p = parameter_block_sizes()[0];
+    const std::span<const double> theta(parameters[0], static_cast<std::size_t>(p));
+    SolveReport report;
+    if (warm_) report = system_->solve(theta);
+    if (!warm_ || report.status != SolveStatus::converged) report = system_->solve_from_rest(theta);
+    warm_ = report.status == SolveStatus::converged;
+    if (!warm_) return false;
+    const int c = system_->model().observed();
+    for (int j = 0; j < num_residuals(); ++j) {
+      residuals[j] = scale_ * (system_->value(every_ * j, c) -
+                               run_->displacement[static_cast<std::size_t>(j)]);
+      if (jacobians == nullptr || jacobians[0] == nullptr) continue;
+      const auto row = system_->row(every_ * j, c);
+      for (int k = 0; k < p; ++k)
+        jacobians[0][j * p + k] = scale_ * row[static_cast<std::size_t>(1 + k)];
+    }
+    return true;
+  }
+
+ private:
+  const RunData* run_;
+  double scale_;
+  int every_ = 1;
+  std::unique_ptr<PeriodicSystem> system_;
+  mutable bool warm_ = false;  // Evaluate is const for Ceres; one thread
+};
+
+}  // namespace
+
+struct CeresEstimator::Impl {
+  const Model& model;
+  EstimationOptions options;
+  std::vector<RunData> runs;
+  std::vector<std::unique_ptr<RunCost>> costs;
+};
+
+CeresEstimator::CeresEstimator(const Model& model, std::vector<RunData> runs,
+                               EstimationOptions options)
+    : impl_(new Impl{model, options, std::move(runs), {}}) {
+  for (const RunData& run : impl_->runs) {
+    if (!run.tau.empty()) throw std::invalid_argument("CeresEstimator takes equal steps only");
+    impl_->costs.push_back(std::make_unique<RunCost>(model, run, options));
+  }
+}
+
+CeresEstimator::~CeresEstimator() = default;
+
+CeresFit CeresEstimator::fit(const std::vector<double>& start) {
+  CeresFit result;
+  result.theta = start;
+  ceres::Problem::Options ownership;
+  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(ownership);
+  for (const auto& cost : impl_->costs) {
+    cost->forget();
+    problem.AddResidualBlock(cost.get(), nullptr, result.theta.data());
+  }
+  for (int k = 0; k < impl_->model.parameter_count(); ++k) {
+    const ModelParameter& p = impl_->model.parameters()[static_cast<std::size_t>(k)];
+    problem.SetParameterLowerBound(result.theta.data(), k, p.lower);
+    problem.SetParameterUpperBound(result.theta.data(), k, p.upper);
+  }
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_QR;
+  solver.max_num_iterations = impl_->options.max_iterations;
+  solver.function_tolerance = 1e-16;
+  solver.gradient_tolerance = 1e-16;
+  solver.parameter_tolerance = impl_->options.tolerance;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.sum_of_squares = 2.0 * summary.final_cost;
+  result.iterations = static_cast<int>(summary.iterations.size());
+  return result;
+}
+
+}  // namespace shaker::estimator
