@@ -69,7 +69,8 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
     GridOptions grid = options.grid;
     grid.points = grid_points(data[r], grid.points);
     systems.emplace_back(model, grid);
-    runs.push_back({std::move(data[r]), 1.0, {}, {}, {}, {}, {}});
+    runs.emplace_back();
+    runs[r].data = std::move(data[r]);
     prepare_readings(runs[r], grid.points);
     prepare_harmonics(runs[r], grid.points);
     runs[r].saved.resize(systems[r].state().size());
@@ -86,6 +87,7 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
   delta_full.resize(p);
   theta_saved.resize(p);
   mixed_.resize(1 + p);
+  products.resize((1 + p) * (1 + p));
   fit.theta.resize(p);
   fit.standard_error.resize(p);
   fit.at_bound.resize(p);
@@ -109,7 +111,8 @@ void Estimator::Impl::prepare_readings(RunState& run, int points) {
   for (std::size_t j = 0; j < count; ++j) {
     Reading& reading = run.readings[j];
     if (run.data.tau.empty()) {
-      reading.base = static_cast<int>(j) * (points / static_cast<int>(count));
+      run.every = points / static_cast<int>(count);
+      reading.base = static_cast<int>(j) * run.every;
       continue;
     }
     // Lagrange interpolation of degree 5 on the six points around tau.
@@ -171,20 +174,29 @@ bool Estimator::Impl::start_from_data(std::size_t r) {
 
 void Estimator::Impl::accumulate(bool with_newton) {
   const std::size_t q = free.size();
-  std::fill(gram.begin(), gram.end(), 0.0);
-  std::fill(gradient.begin(), gradient.end(), 0.0);
-  double total = 0.0;
-  const int* index = free.data();
-  for_each_datum(with_newton, [&](const double* row, double residual, double weight) {
-    total += weight * residual * residual;
-    for (std::size_t k = 0; k < q; ++k) {
-      const double w = weight * row[1 + index[k]];
-      gradient[k] += w * residual;
-      for (std::size_t l = 0; l <= k; ++l)
-        gram[k * q + l] += w * row[1 + index[l]];
-    }
-  });
-  sum_of_squares = total;
+  const std::size_t size = 1 + fit.theta.size();
+  std::fill(products.begin(), products.end(), 0.0);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const RunState& run = runs[r];
+    if (run.every > 0 && systems[r].add_products(run.data.displacement, run.every, with_newton,
+                                                 run.inverse_variance, products.data()))
+      continue;
+    for_each_datum(r, with_newton, [&](const double* row, double residual, double weight) {
+      products[0] += weight * residual * residual;
+      for (std::size_t k = 1; k < size; ++k) {
+        products[k * size] += weight * row[k] * residual;
+        for (std::size_t l = 1; l <= k; ++l)
+          products[k * size + l] += weight * row[k] * row[l];
+      }
+    });
+  }
+  sum_of_squares = products[0];
+  for (std::size_t k = 0; k < q; ++k) {
+    const std::size_t row = static_cast<std::size_t>(1 + free[k]) * size;
+    gradient[k] = products[row];
+    for (std::size_t l = 0; l <= k; ++l)
+      gram[k * q + l] = products[row + static_cast<std::size_t>(1 + free[l])];
+  }
 }
 
 // Cholesky on the parameters that are not held; a parameter that would leave its box is put on the

@@ -19,6 +19,7 @@ struct Reading {
 struct RunState {
   RunData data;
   double inverse_variance = 1.0;  // relative: cycles * weight
+  int every = 0;                  // data on every so many-th grid point; 0: anywhere
   std::vector<Reading> readings;
   std::vector<double> analysis;  // harmonics of the data -> state, for a start from the data
   std::vector<double> synthesis;
@@ -38,7 +39,7 @@ struct Estimator::Impl {
 
   // Normal equations at the last linearisation: gram * delta = gradient over the free parameters.
   std::vector<double> gram, gradient, scratch_matrix, scratch_vector, delta, delta_full, factors;
-  std::vector<double> theta_saved;
+  std::vector<double> theta_saved, products;
   std::vector<char> held;  // free parameters that sit on a bound and are pushed outwards
   double sum_of_squares = 0.0;
 
@@ -62,43 +63,41 @@ struct Estimator::Impl {
   bool finish_definite(const std::vector<double>& scale, std::size_t count);
   void finish_by_svd(const std::vector<double>& scale, std::size_t count);
 
-  // Calls visit(row, residual, inverse variance) for every datum; row[0] is the Newton step of the
-  // datum, row[1 + k] its derivative over theta_k.
+  // Calls visit(row, residual, inverse variance) for every datum of a run; row[0] is the Newton
+  // step of the datum, row[1 + k] its derivative over theta_k.
   template <class Visit>
-  void for_each_datum(bool with_newton, Visit visit) const;
+  void for_each_datum(std::size_t run, bool with_newton, Visit visit) const;
 
  private:
   mutable std::vector<double> mixed_;  // a row read between grid points
 };
 
 template <class Visit>
-void Estimator::Impl::for_each_datum(bool with_newton, Visit visit) const {
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const RunState& run = runs[r];
-    const PeriodicSystem& system = systems[r];
-    const int n = system.points();
-    const int c = model.observed();
-    for (std::size_t j = 0; j < run.readings.size(); ++j) {
-      const Reading& reading = run.readings[j];
-      if (reading.count == 1) {
-        const double* row = system.row(reading.base, c).data();
-        const double predicted = system.value(reading.base, c) + (with_newton ? row[0] : 0.0);
-        visit(row, run.data.displacement[j] - predicted, run.inverse_variance);
-        continue;
-      }
-      double predicted = 0.0;
-      std::fill(mixed_.begin(), mixed_.end(), 0.0);
-      for (int k = 0; k < reading.count; ++k) {
-        int point = reading.base + k;
-        if (point >= n) point -= n;
-        const auto row = system.row(point, c);
-        const double w = reading.weight[k];
-        predicted += w * (system.value(point, c) + (with_newton ? row[0] : 0.0));
-        for (std::size_t m = 0; m < row.size(); ++m)
-          mixed_[m] += w * row[m];
-      }
-      visit(mixed_.data(), run.data.displacement[j] - predicted, run.inverse_variance);
+void Estimator::Impl::for_each_datum(std::size_t r, bool with_newton, Visit visit) const {
+  const RunState& run = runs[r];
+  const PeriodicSystem& system = systems[r];
+  const int n = system.points();
+  const int c = model.observed();
+  for (std::size_t j = 0; j < run.readings.size(); ++j) {
+    const Reading& reading = run.readings[j];
+    if (reading.count == 1) {
+      const double* row = system.row(reading.base, c).data();
+      const double predicted = system.value(reading.base, c) + (with_newton ? row[0] : 0.0);
+      visit(row, run.data.displacement[j] - predicted, run.inverse_variance);
+      continue;
     }
+    double predicted = 0.0;
+    std::fill(mixed_.begin(), mixed_.end(), 0.0);
+    for (int k = 0; k < reading.count; ++k) {
+      int point = reading.base + k;
+      if (point >= n) point -= n;
+      const auto row = system.row(point, c);
+      const double w = reading.weight[k];
+      predicted += w * (system.value(point, c) + (with_newton ? row[0] : 0.0));
+      for (std::size_t m = 0; m < row.size(); ++m)
+        mixed_[m] += w * row[m];
+    }
+    visit(mixed_.data(), run.data.displacement[j] - predicted, run.inverse_variance);
   }
 }
 

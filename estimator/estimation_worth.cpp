@@ -47,9 +47,18 @@ void Estimator::Impl::finish() {
   // The last linearisation stands one (tiny) step before the solution; its rows are good to second
   // order there, and so is the sum of squares of what is left.
   double left = 0.0;
-  for_each_datum(false, [&](const double*, double residual, double weight) {
-    left += weight * residual * residual;
-  });
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const RunState& run = runs[r];
+    for (std::size_t j = 0; j < run.readings.size(); ++j) {
+      const Reading& reading = run.readings[j];
+      double predicted = 0.0;
+      for (int k = 0; k < reading.count; ++k)
+        predicted += reading.weight[k] *
+                     systems[r].value((reading.base + k) % systems[r].points(), model.observed());
+      const double residual = run.data.displacement[j] - predicted;
+      left += run.inverse_variance * residual * residual;
+    }
+  }
   fit.sum_of_squares = left + extra;
   fit.noise = fit.degrees_of_freedom > 0
                   ? std::sqrt(fit.sum_of_squares / static_cast<double>(fit.degrees_of_freedom))
@@ -122,12 +131,14 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
     count += static_cast<Eigen::Index>(run.readings.size());
   Eigen::MatrixXd jacobian(count, columns);
   Eigen::Index at = 0;
-  for_each_datum(false, [&](const double* row, double, double weight) {
-    for (std::size_t k = 0; k < q; ++k)
-      jacobian(at, static_cast<Eigen::Index>(k)) =
-          scale[k] > 0.0 ? std::sqrt(weight) * row[1 + free[k]] / scale[k] : 0.0;
-    ++at;
-  });
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    for_each_datum(r, false, [&](const double* row, double, double weight) {
+      for (std::size_t k = 0; k < q; ++k)
+        jacobian(at, static_cast<Eigen::Index>(k)) =
+            scale[k] > 0.0 ? std::sqrt(weight) * row[1 + free[k]] / scale[k] : 0.0;
+      ++at;
+    });
+  }
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   const auto rank = std::min<Eigen::Index>(sigma.size(), columns);

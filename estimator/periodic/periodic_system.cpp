@@ -1,6 +1,7 @@
 #include "estimator/periodic/periodic_system.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -48,13 +49,14 @@ void fourier_matrices(int n, Eigen::MatrixXd& first, Eigen::MatrixXd& second) {
   }
 }
 
-SHAKER_SIMD_CLONES void difference(int n, int reach, const double* __restrict padded,
-                                   const double* __restrict first, const double* __restrict second,
-                                   double* __restrict v, double* __restrict a) {
+template <int Reach>
+SHAKER_INLINE void difference(int n, const double* __restrict padded,
+                              const double* __restrict first, const double* __restrict second,
+                              double* __restrict v, double* __restrict a) {
   for (int i = 0; i < n; ++i) {
     double dv = 0.0;
     double da = 0.0;
-    for (int k = 0; k <= 2 * reach; ++k) {
+    for (int k = 0; k <= 2 * Reach; ++k) {
       dv += first[k] * padded[i + k];
       da += second[k] * padded[i + k];
     }
@@ -62,6 +64,20 @@ SHAKER_SIMD_CLONES void difference(int n, int reach, const double* __restrict pa
     a[i] = da;
   }
 }
+
+SHAKER_SIMD_CLONES void difference_1(int n, const double* u, const double* first,
+                                     const double* second, double* v, double* a) {
+  difference<1>(n, u, first, second, v, a);
+}
+SHAKER_SIMD_CLONES void difference_2(int n, const double* u, const double* first,
+                                     const double* second, double* v, double* a) {
+  difference<2>(n, u, first, second, v, a);
+}
+SHAKER_SIMD_CLONES void difference_3(int n, const double* u, const double* first,
+                                     const double* second, double* v, double* a) {
+  difference<3>(n, u, first, second, v, a);
+}
+constexpr auto kDifference = std::array{difference_1, difference_2, difference_3};
 
 SHAKER_SIMD_CLONES double largest(int n, const double* __restrict g) {
   double worst = 0.0;
@@ -215,7 +231,7 @@ void PeriodicSystem::differentiate() {
       u[-k] = u[n_ - k];
       u[n_ - 1 + k] = u[k - 1];
     }
-    difference(n_, reach, u - reach, first, second, v_[c], a_[c]);
+    kDifference[static_cast<std::size_t>(reach - 1)](n_, u - reach, first, second, v_[c], a_[c]);
     for (int i = n_; i < padded_; ++i)
       u[i] = u[n_ - 1];  // no wild values in the padding
   }
@@ -383,6 +399,14 @@ bool PeriodicSystem::solve_dense() {
   dense_->right = dense_->lu.solve(rows);
   rows = dense_->right;
   return dense_->right.allFinite();
+}
+
+bool PeriodicSystem::add_products(std::span<const double> data, int every, bool with_newton,
+                                  double weight, double* products) const {
+  if (s_ != 1 || groups_ > 4) return false;
+  shaker::estimator::add_products({static_cast<int>(data.size()), every, p_, groups_, with_newton,
+                                   rows_.data(), z_.data(), data.data(), weight, products});
+  return true;
 }
 
 void PeriodicSystem::advance(double newton, std::span<const double> delta_theta) {

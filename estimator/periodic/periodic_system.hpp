@@ -53,8 +53,9 @@ class PeriodicSystem {
 
   // amplitude * cos(2 pi tau).
   void set_excitation(double frequency_hz, double amplitude);
-  // Fourier series through `samples` on equal steps, cut after `harmonics`, put on the grid. The mean
-  // is left out: a table that moves periodically has none, so it is the accelerometer's offset.
+  // Fourier series through `samples` on equal steps, cut after `harmonics`, put on the grid. The
+  // mean is left out: a table that moves periodically has none, so it is the accelerometer's
+  // offset.
   void set_excitation(double frequency_hz, std::span<const double> samples, int harmonics);
 
   // --- state z: index i * coordinates + c
@@ -73,6 +74,10 @@ class PeriodicSystem {
     return {&rows_[static_cast<std::size_t>(point * s_ + coordinate) * stride_],
             static_cast<std::size_t>(1 + p_)};
   }
+  // Adds weight * sum e e^T over data on every `every`-th point (GramSum); false when this system
+  // has no such fast form (several coordinates, Fourier, very many parameters).
+  bool add_products(std::span<const double> data, int every, bool with_newton, double weight,
+                    double* products) const;
   // z += newton * (Newton step) + sensitivities * delta_theta.
   void advance(double newton, std::span<const double> delta_theta);
   // The step that makes the state of the last linearisation follow a change of theta and end on the

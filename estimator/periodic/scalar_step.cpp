@@ -68,43 +68,61 @@ SHAKER_INLINE bool solve(const ScalarStep& step) {
       lanes[width + j + k - inner] = band[8 * j + Reach + k];
   }
 
+  // The last Reach rows stay in registers: reading them back from memory would wait for the stores.
   bool sound = true;
+  double u[Reach][Reach] = {};  // u[k - 1][j - 1]: upper entry j of row i - k
+  Lanes r[Reach][Groups] = {};  // r[k - 1]: right-hand sides of row i - k
   for (int i = 0; i < inner; ++i) {
     double c[2 * Reach + 1];
     for (int k = 0; k <= 2 * Reach; ++k)
       c[k] = band[8 * i + k];
-    double largest = std::fabs(c[Reach]);
+    if (i < Reach) {
+      for (int k = i + 1; k <= Reach; ++k)
+        c[Reach - k] = 0.0;  // went to the border's lanes
+    }
+    const double largest = std::fabs(c[Reach]);
     Lanes row[Groups];
     for (int w = 0; w < Groups; ++w)
       row[w] = rows[i * Groups + w];
     for (int k = Reach; k >= 1; --k) {
-      if (i - k < 0) continue;
       const double l = c[Reach - k];
-      const double* u = upper + 4 * (i - k);
       for (int j = 1; j <= Reach; ++j)
-        c[Reach - k + j] -= l * u[j];
+        c[Reach - k + j] -= l * u[k - 1][j - 1];
       for (int w = 0; w < Groups; ++w)
-        row[w] -= l * rows[(i - k) * Groups + w];
+        row[w] -= l * r[k - 1][w];
     }
     sound &= std::fabs(c[Reach]) > kSmallestPivot * largest;
     const double inverse = 1.0 / c[Reach];
+    for (int k = Reach - 1; k >= 1; --k) {
+      for (int j = 0; j < Reach; ++j)
+        u[k][j] = u[k - 1][j];
+      for (int w = 0; w < Groups; ++w)
+        r[k][w] = r[k - 1][w];
+    }
     for (int j = 1; j <= Reach; ++j)
-      upper[4 * i + j] = c[Reach + j] * inverse;
+      upper[4 * i + j] = u[0][j - 1] = c[Reach + j] * inverse;
     for (int w = 0; w < Groups; ++w)
-      rows[i * Groups + w] = row[w] * inverse;
+      rows[i * Groups + w] = r[0][w] = row[w] * inverse;
   }
   if (!sound) return false;
-  for (int i = inner - 2; i >= 0; --i) {
+  for (int k = 0; k < Reach; ++k) {
+    for (int w = 0; w < Groups; ++w)
+      r[k][w] = Lanes{};
+  }
+  for (int i = inner - 1; i >= 0; --i) {
     Lanes row[Groups];
     for (int w = 0; w < Groups; ++w)
       row[w] = rows[i * Groups + w];
     for (int j = Reach; j >= 1; --j) {
-      if (i + j >= inner) continue;
       for (int w = 0; w < Groups; ++w)
-        row[w] -= upper[4 * i + j] * rows[(i + j) * Groups + w];
+        row[w] -= upper[4 * i + j] * r[j - 1][w];
+    }
+    for (int k = Reach - 1; k >= 1; --k) {
+      for (int w = 0; w < Groups; ++w)
+        r[k][w] = r[k - 1][w];
     }
     for (int w = 0; w < Groups; ++w)
-      rows[i * Groups + w] = row[w];
+      rows[i * Groups + w] = r[0][w] = row[w];
   }
 
   // Schur complement of the border.
@@ -147,6 +165,36 @@ SHAKER_INLINE bool solve(const ScalarStep& step) {
   return true;
 }
 
+template <int Groups>
+SHAKER_INLINE void sum_products(const GramSum& sum) {
+  const int size = 1 + sum.parameters;
+  Lanes total[kLanes * Groups][Groups];
+  for (int k = 0; k < size; ++k) {
+    for (int w = 0; w < Groups; ++w)
+      total[k][w] = Lanes{};
+  }
+  for (int j = 0; j < sum.count; ++j) {
+    const std::size_t point = static_cast<std::size_t>(j) * sum.every;
+    const double* lanes = sum.rows + point * Groups * kLanes;
+    const Lanes* row = reinterpret_cast<const Lanes*>(lanes);
+    const double residual = sum.data[j] - sum.state[point] - (sum.with_newton ? lanes[0] : 0.0);
+    Lanes own[Groups];
+    for (int w = 0; w < Groups; ++w)
+      own[w] = row[w];
+    own[0][0] = residual;
+    for (int w = 0; w < Groups; ++w)
+      total[0][w] += residual * own[w];
+    for (int k = 1; k < size; ++k) {
+      for (int w = 0; w < Groups; ++w)
+        total[k][w] += lanes[k] * own[w];
+    }
+  }
+  for (int k = 0; k < size; ++k) {
+    for (int l = 0; l < size; ++l)
+      sum.products[k * size + l] += sum.weight * total[k][l / kLanes][l % kLanes];
+  }
+}
+
 #define SHAKER_SCALAR_STEP(REACH, GROUPS)                                 \
   SHAKER_SIMD_CLONES bool solve_##REACH##_##GROUPS(const ScalarStep& s) { \
     return solve<REACH, GROUPS>(s);                                       \
@@ -165,6 +213,16 @@ SHAKER_SCALAR_STEP(3, 3)
 SHAKER_SCALAR_STEP(3, 4)
 #undef SHAKER_SCALAR_STEP
 
+#define SHAKER_GRAM_SUM(GROUPS)                            \
+  SHAKER_SIMD_CLONES void sum_##GROUPS(const GramSum& s) { \
+    sum_products<GROUPS>(s);                               \
+  }
+SHAKER_GRAM_SUM(1)
+SHAKER_GRAM_SUM(2)
+SHAKER_GRAM_SUM(3)
+SHAKER_GRAM_SUM(4)
+#undef SHAKER_GRAM_SUM
+
 using Solve = bool (*)(const ScalarStep&);
 constexpr Solve kSolve[3][4] = {{solve_1_1, solve_1_2, solve_1_3, solve_1_4},
                                 {solve_2_1, solve_2_2, solve_2_3, solve_2_4},
@@ -174,6 +232,11 @@ constexpr Solve kSolve[3][4] = {{solve_1_1, solve_1_2, solve_1_3, solve_1_4},
 
 bool solve_scalar_step(const ScalarStep& step) {
   return kSolve[step.reach - 1][step.groups - 1](step);
+}
+
+void add_products(const GramSum& sum) {
+  constexpr void (*kSum[4])(const GramSum&) = {sum_1, sum_2, sum_3, sum_4};
+  kSum[sum.groups - 1](sum);
 }
 
 }  // namespace shaker::estimator

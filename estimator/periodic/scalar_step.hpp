@@ -30,4 +30,17 @@ struct ScalarStep {
 // False when a pivot is too small for elimination without exchanges; `rows` is then spoilt.
 bool solve_scalar_step(const ScalarStep& step);
 
+// Sums of products over the data that stand on grid points 0, every, 2 every, ...: with
+// e = (residual, dz/dtheta_1, ...) adds weight * sum e e^T to `products`, (1 + parameters) squared.
+struct GramSum {
+  int count = 0, every = 1, parameters = 0, groups = 1;
+  bool with_newton = false;       // the residual includes the Newton step of z
+  const double* rows = nullptr;   // as solved
+  const double* state = nullptr;  // z
+  const double* data = nullptr;
+  double weight = 1.0;
+  double* products = nullptr;
+};
+void add_products(const GramSum& sum);
+
 }  // namespace shaker::estimator
