@@ -106,6 +106,20 @@ void J1_ceres(benchmark::State& state) {
 }
 BENCHMARK(J1_ceres)->Arg(80)->Unit(benchmark::kMicrosecond);
 
+// Ceres around what one would build without the kink's correction: fourth order, as many points as
+// the same millionth of theta takes.
+void J1_ceres_plain_grid(benchmark::State& state) {
+  EstimationOptions plain = options(static_cast<int>(state.range(0)));
+  plain.grid.scheme = Scheme::order4;
+  plain.grid.correct_kink = false;
+  CeresEstimator estimator(model(), job1(), plain);
+  CeresFit fit;
+  for (auto _ : state)
+    fit = estimator.fit(kStart);
+  report_error(state, fit.theta, kExact1);
+}
+BENCHMARK(J1_ceres_plain_grid)->Arg(240)->Arg(320)->Unit(benchmark::kMicrosecond);
+
 // Both in turn, so that the ratio is of the same minutes of the same machine.
 void J1_ratio_to_ceres(benchmark::State& state) {
   Estimator ours(model(), job1(), options(80));

@@ -14,7 +14,9 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kStartHarmonics = 5;
+constexpr int kStartHarmonics = 3;  // more would carry the noise into the accelerations
+constexpr std::size_t kFewestCoarse = 24;
+constexpr double kCloseEnough = 1e-2;  // of theta, where the approach on few points ends
 constexpr double kNearlyUndamped = 1e-5;
 
 void check(const RunData& run, std::size_t index) {
@@ -74,8 +76,10 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
     prepare_readings(runs[r], grid.points);
     prepare_harmonics(runs[r], grid.points);
     runs[r].saved.resize(systems[r].state().size());
-    load(r);
   }
+  make_coarse_level();
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    load(r);
   const std::size_t q = free.size();
   gram.resize(q * q);
   scratch_matrix.resize(q * q);
@@ -95,14 +99,33 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
   fit.covariance.resize(q * q);
 }
 
+void Estimator::Impl::make_coarse_level() {
+  const bool possible = options.method == Method::lifted &&
+                        options.grid.scheme != Scheme::fourier &&
+                        std::all_of(runs.begin(), runs.end(), [](const RunState& run) {
+                          return run.every >= 2 && run.data.displacement.size() >= kFewestCoarse;
+                        });
+  if (!possible) return;
+  coarse.reserve(runs.size());
+  for (const RunState& run : runs) {
+    GridOptions grid = options.grid;
+    grid.points = static_cast<int>(run.data.displacement.size());
+    coarse.emplace_back(model, grid);
+  }
+}
+
 void Estimator::Impl::load(std::size_t r) {
   RunState& run = runs[r];
   run.inverse_variance = run.data.cycles * run.data.weight;
-  if (run.data.excitation.empty())
-    systems[r].set_excitation(run.data.frequency_hz, run.data.amplitude);
-  else
-    systems[r].set_excitation(run.data.frequency_hz, run.data.excitation,
-                              options.excitation_harmonics);
+  const auto put = [&](PeriodicSystem& system) {
+    if (run.data.excitation.empty())
+      system.set_excitation(run.data.frequency_hz, run.data.amplitude);
+    else
+      system.set_excitation(run.data.frequency_hz, run.data.excitation,
+                            options.excitation_harmonics);
+  };
+  put(systems[r]);
+  if (!coarse.empty()) put(coarse[r]);
 }
 
 void Estimator::Impl::prepare_readings(RunState& run, int points) {
@@ -151,7 +174,7 @@ void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
   run.coefficients.resize(terms);
 }
 
-bool Estimator::Impl::start_from_data(std::size_t r) {
+bool Estimator::Impl::start_from_data(std::size_t r, PeriodicSystem& system) {
   RunState& run = runs[r];
   if (run.analysis.empty()) return false;
   const std::size_t terms = run.coefficients.size();
@@ -161,9 +184,10 @@ bool Estimator::Impl::start_from_data(std::size_t r) {
     for (std::size_t t = 0; t < terms; ++t)
       run.coefficients[t] += table[t] * run.data.displacement[j];
   }
-  const auto state = systems[r].state();
+  const auto state = system.state();
+  const std::size_t every = run.synthesis.size() / terms / state.size();
   for (std::size_t i = 0; i < state.size(); ++i) {
-    const double* table = &run.synthesis[i * terms];
+    const double* table = &run.synthesis[i * every * terms];
     double sum = 0.0;
     for (std::size_t t = 0; t < terms; ++t)
       sum += table[t] * run.coefficients[t];
@@ -172,14 +196,15 @@ bool Estimator::Impl::start_from_data(std::size_t r) {
   return true;
 }
 
-void Estimator::Impl::accumulate(bool with_newton) {
+void Estimator::Impl::accumulate(std::vector<PeriodicSystem>& level, bool with_newton) {
   const std::size_t q = free.size();
   const std::size_t size = 1 + fit.theta.size();
   std::fill(products.begin(), products.end(), 0.0);
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const RunState& run = runs[r];
-    if (run.every > 0 && systems[r].add_products(run.data.displacement, run.every, with_newton,
-                                                 run.inverse_variance, products.data()))
+    const int every = &level == &coarse ? 1 : run.every;
+    if (every > 0 && level[r].add_products(run.data.displacement, every, with_newton,
+                                           run.inverse_variance, products.data()))
       continue;
     for_each_datum(r, with_newton, [&](const double* row, double residual, double weight) {
       products[0] += weight * residual * residual;
@@ -283,44 +308,66 @@ double Estimator::Impl::relative_step() const {
 
 // One linearisation a step moves theta and all states together. Trusted only while it contracts:
 // anything odd (an inadmissible point, a singular matrix, steps that do not shrink) gives up, and
-// the caller starts the nested method from the parameters that were given.
+// the caller starts the nested method from the parameters that were given. The first steps, which
+// only have to come near, are taken on the data's own few points.
 bool Estimator::Impl::fit_lifted(bool warm) {
-  for (std::size_t r = 0; r < runs.size() && !warm; ++r) {
-    if (!start_from_data(r)) return false;
+  last_step = std::numeric_limits<double>::infinity();
+  if (!warm) {
+    auto& first = coarse.empty() ? systems : coarse;
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      if (!start_from_data(r, first[r])) return false;
+    }
+    if (!coarse.empty()) {
+      if (!lifted_steps(coarse)) return false;
+      for (std::size_t r = 0; r < runs.size(); ++r)
+        systems[r].interpolate_from(coarse[r]);
+    }
   }
-  double previous = std::numeric_limits<double>::infinity();
+  return lifted_steps(systems);
+}
+
+// Largest relative Newton step of a state.
+double newton_step(const PeriodicSystem& system) {
+  double step = 0.0;
+  double size = 1e-300;
+  const int c = system.model().observed();
+  for (int i = 0; i < system.points(); ++i) {
+    step = std::max(step, std::fabs(system.row(i, c)[0]));
+    size = std::max(size, std::fabs(system.value(i, c)));
+  }
+  return step / size;
+}
+
+bool Estimator::Impl::lifted_steps(std::vector<PeriodicSystem>& level) {
+  const bool approach = &level == &coarse;
   int without_progress = 0;
   for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
-    for (PeriodicSystem& system : systems) {
+    for (PeriodicSystem& system : level) {
       if (!system.linearise(fit.theta) || !system.solve_step()) return false;
     }
-    accumulate(true);
+    accumulate(level, true);
     if (!box_step(0.0)) return false;
     double state_step = 0.0;
-    for (std::size_t r = 0; r < runs.size(); ++r) {
-      double step = 0.0;
-      double size = 1e-300;
-      const int c = model.observed();
-      for (int i = 0; i < systems[r].points(); ++i) {
-        step = std::max(step, std::fabs(systems[r].row(i, c)[0]));
-        size = std::max(size, std::fabs(systems[r].value(i, c)));
-      }
-      state_step = std::max(state_step, step / size);
-      systems[r].advance(1.0, delta_full);
+    for (PeriodicSystem& system : level) {
+      state_step = std::max(state_step, newton_step(system));
+      system.advance(1.0, delta_full);
     }
     const double step = std::max(relative_step(), state_step);
     for (std::size_t k = 0; k < fit.theta.size(); ++k)
       fit.theta[k] += delta_full[k];
     if (options.keep_iterates) fit.iterates.push_back(fit.theta);
-    fit.iterations = iteration;
+    ++fit.iterations;
     if (!std::isfinite(step) || step > 1e3) return false;
-    const double rate = step / previous;
-    if (left_after(step, previous) <= options.tolerance && state_step < 1e-6) {
+    if (approach && step <= kCloseEnough) {
+      last_step = step;
+      return true;
+    }
+    if (left_after(step, last_step) <= options.tolerance && state_step < 1e-6) {
       fit.status = FitStatus::converged;
       return true;
     }
-    if (rate > 0.9 && iteration > 2 && ++without_progress > 3) return false;
-    previous = step;
+    if (step > 0.9 * last_step && iteration > 2 && ++without_progress > 3) return false;
+    last_step = step;
   }
   return false;
 }
@@ -364,7 +411,7 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
   }
   double lambda = damped ? 1e-4 : 0.0;
   double grow = 2.0;
-  accumulate(false);
+  accumulate(systems, false);
   double previous = std::numeric_limits<double>::infinity();
   int refused = 0;
   for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
@@ -399,7 +446,7 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
         if (!accepted) fit.trouble = fmt::format("run {}: {}", r + 1, report.sentence());
       }
     }
-    if (accepted) accumulate(false);
+    if (accepted) accumulate(systems, false);
     // At the bottom rounding decides whether the sum goes up or down.
     if (damped) accepted = accepted && sum_of_squares <= before * (1.0 + 1e-13) + 1e-300;
     if (!accepted) {
@@ -412,7 +459,7 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
         std::copy(runs[r].saved.begin(), runs[r].saved.end(), systems[r].state().begin());
         systems[r].solve(fit.theta);
       }
-      accumulate(false);
+      accumulate(systems, false);
       if (step <= 1e3 * options.tolerance && ++refused > 8) {
         fit.status = FitStatus::converged;
         return;

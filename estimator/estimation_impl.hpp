@@ -34,7 +34,8 @@ struct Estimator::Impl {
   EstimationOptions options;
   std::vector<RunState> runs;
   std::vector<PeriodicSystem> systems;
-  std::vector<int> free;  // indices of the free parameters
+  std::vector<PeriodicSystem> coarse;  // on the data's own points, for the first steps; or empty
+  std::vector<int> free;               // indices of the free parameters
   Fit fit;
 
   // Normal equations at the last linearisation: gram * delta = gradient over the free parameters.
@@ -42,20 +43,23 @@ struct Estimator::Impl {
   std::vector<double> theta_saved, products;
   std::vector<char> held;  // free parameters that sit on a bound and are pushed outwards
   double sum_of_squares = 0.0;
+  double last_step = 0.0;          // of the lifted method, relative
 
+  void make_coarse_level();
   void load(std::size_t run);
   void prepare_readings(RunState& run, int points);
   void prepare_harmonics(RunState& run, int points);
-  bool start_from_data(std::size_t run);
+  bool start_from_data(std::size_t run, PeriodicSystem& system);
 
   // Adds up gram, gradient and sum of squares over all runs; residuals include the Newton step of z
   // when `with_newton` (the lifted method).
-  void accumulate(bool with_newton);
+  void accumulate(std::vector<PeriodicSystem>& level, bool with_newton);
   // Solves (gram + lambda diag) delta = gradient inside the box. False when gram is not definite.
   bool box_step(double lambda);
   double relative_step() const;
 
   bool fit_lifted(bool warm);
+  bool lifted_steps(std::vector<PeriodicSystem>& level);
   void fit_nested(const std::vector<double>& start, bool warm, bool damped);
   bool cap_step(const std::vector<double>& start);
   bool solve_all(bool warm);
