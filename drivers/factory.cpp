@@ -8,6 +8,8 @@
 
 #include "drivers/can/can_exciter.hpp"
 #include "drivers/can/can_sensor.hpp"
+#include "drivers/replay/replay_exciter.hpp"
+#include "drivers/replay/replay_sensor.hpp"
 #include "drivers/sim/simulated_devices.hpp"
 
 namespace shaker::drivers {
@@ -40,7 +42,9 @@ struct ExciterRows {
     }
     return std::unique_ptr<Exciter>(std::make_unique<sim::SimulatedExciter>(virtual_rig));
   }
-  MadeExciter operator()(const config::ReplayExciter&) const { return not_built("replay exciter"); }
+  MadeExciter operator()(const config::ReplayExciter&) const {
+    return replay::make_replay_exciter(clock);
+  }
 };
 
 struct SensorRows {
@@ -55,7 +59,9 @@ struct SensorRows {
   MadeSensor operator()(const config::SimulatedSensor&) const {
     return std::unique_ptr<Sensor>(std::make_unique<sim::SimulatedSensor>(virtual_rig));
   }
-  MadeSensor operator()(const config::ReplaySensor&) const { return not_built("replay sensor"); }
+  MadeSensor operator()(const config::ReplaySensor& sensor) const {
+    return replay::make_replay_sensor(sensor, rig.directory, clock);
+  }
 };
 
 // The one that the simulated exciter and sensor share; null when the file names none.

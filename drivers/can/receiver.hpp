@@ -38,6 +38,7 @@ class Receiver {
   void trouble(const std::string& sentence, Nanoseconds now);
   void count_lost(std::uint64_t frames) { health_.lost += frames; }
   void count_error() { ++health_.errors; }
+  void count_malformed() { ++health_.malformed; }
 
   const SensorHealth& health() const { return health_; }
   const FrameDecoder& decoder() const { return decoder_; }

@@ -1,0 +1,37 @@
+// Lines of a file, one after the other, through one buffer of fixed size.
+//
+// A line that does not fit (no log has such) is given as its first part, and its rest as further
+// lines: whoever parses them finds them malformed, and nothing is read past the buffer.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.hpp"
+#include "base/unique_fd.hpp"
+
+namespace shaker::drivers::replay {
+
+class LineReader {
+ public:
+  Result<void> open(const std::filesystem::path& file);
+  // Without its line end; valid until the next call. Nothing at the end of the file.
+  std::optional<std::string_view> next();
+  // Empty, or why reading ended before the end of the file.
+  const std::string& trouble() const { return trouble_; }
+
+ private:
+  bool fill();
+
+  UniqueFd fd_;
+  std::string trouble_;
+  std::array<char, 16384> buffer_;
+  std::size_t begin_ = 0, end_ = 0;
+  bool at_end_ = false;
+};
+
+}  // namespace shaker::drivers::replay
