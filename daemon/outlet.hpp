@@ -2,7 +2,8 @@
 // gives it to anyone: an implementation must keep that order.
 //
 // Called on the engine's thread; must wait neither for clients nor for the disk. An Error from a
-// record_ call (a full disk) makes the engine ramp down: nothing may be measured that cannot be kept.
+// record_ call (a full disk) makes the engine ramp down: nothing may be measured that cannot be
+// kept.
 #pragma once
 
 #include <span>

@@ -25,8 +25,8 @@ constexpr double kClearlyBetter = 0.95;
 void CycleAssembler::restart(const CycleOptions& options, Nanoseconds from) {
   options_ = options;
   const double period = 1.0 / options.nominal_hz;
-  const auto a_period =
-      static_cast<std::size_t>(std::max(32.0, 1.3 * options.sample_rate_hz * period)) + 64;
+  const double rate = std::max(options.sample_rate_hz, options.excitation_rate_hz);
+  const auto a_period = static_cast<std::size_t>(std::max(32.0, 1.3 * rate * period)) + 64;
   displacement_.reset(static_cast<std::size_t>(kPeriodsKept * static_cast<double>(a_period)));
   excitation_.reset(static_cast<std::size_t>(kPeriodsKept * static_cast<double>(a_period)));
   fitter_ = HarmonicFitter(2 * a_period);

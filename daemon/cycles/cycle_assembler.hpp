@@ -31,7 +31,8 @@ namespace shaker::daemon {
 struct CycleOptions {
   int points = 64;
   double nominal_hz = 1.0;
-  double sample_rate_hz = 1000.0;  // of the fastest channel; sizes the memory
+  double sample_rate_hz = 1000.0;      // of the displacement
+  double excitation_rate_hz = 1000.0;  // both size the memory
   bool excitation_measured = true;
 };
 

@@ -1,0 +1,256 @@
+#include "daemon/engine.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "daemon/engine_impl.hpp"
+
+namespace shaker::daemon {
+
+using protocol::Channel;
+
+Engine::Engine(const config::RigConfig& rig, Clock& clock, ExciterCommands& exciter,
+               EstimatorCommands& estimator, Outlet& outlet)
+    : impl_(std::make_unique<Impl>(rig, clock, exciter, estimator, outlet)) {
+  impl_->entered = impl_->last_health = clock.now();
+}
+Engine::~Engine() = default;
+
+void Engine::on_samples(std::span<const drivers::Sample> samples) {
+  impl_->take(samples);
+}
+
+void Engine::on_sensor_health(const drivers::SensorHealth& health, drivers::StampSource stamps) {
+  impl_->sensor_health = health;
+  impl_->stamps = stamps;
+}
+
+// What to do about it decides the age of the samples: a link that comes back in time is no fault.
+void Engine::on_sensor_error(const Error& error) {
+  impl_->alarm_once("sensor_link", error.what);
+}
+
+void Engine::on_exciter_status(const drivers::ExciterStatus& status) {
+  impl_->status = status;
+  impl_->exciter_error.reset();
+}
+
+void Engine::on_exciter_error(const Error& error) {
+  impl_->exciter_error = error;
+  impl_->device_trouble("exciter_error", error.what);
+}
+
+void Engine::on_estimate(const EstimateOutcome& outcome) {
+  impl_->estimated(outcome);
+}
+
+void Engine::tick() {
+  Impl& e = *impl_;
+  e.watch_ages();
+  e.watch_exciter();
+  e.watch_hold();
+  switch (e.state) {
+    case State::check:
+      e.tick_check();
+      break;
+    case State::ramp:
+      e.tick_ramp();
+      break;
+    case State::ramp_down:
+      e.tick_ramp_down();
+      break;
+    case State::settle:
+    case State::measure:
+      e.finish_ended_run();
+      break;
+    case State::idle:
+    case State::fault:
+      e.finish_ended_run();
+      e.watch_rest();
+      break;
+  }
+  if (e.since(e.last_health) >= 1.0) e.publish_health();
+}
+
+Result<void> Engine::Impl::admit_run(const config::RunSpec& r) const {
+  const auto refuse = [&](const char* what, double value, const char* unit,
+                          const std::string& why) {
+    return Error{ErrorKind::invalid,
+                 fmt::format("run \"{}\": {} {:g} {} {}; change the run or the rig file", r.name,
+                             what, value, unit, why)};
+  };
+  const auto& limits = rig.limits;
+  // Written so that a NaN is refused too.
+  if (!(r.frequency_hz >= limits.frequency_min_hz)) {
+    return refuse(
+        "frequency", r.frequency_hz, "Hz",
+        fmt::format("is below the rig's frequency_min_hz of {:g} Hz", limits.frequency_min_hz));
+  }
+  if (!(r.frequency_hz <= limits.frequency_max_hz)) {
+    return refuse(
+        "frequency", r.frequency_hz, "Hz",
+        fmt::format("is above the rig's frequency_max_hz of {:g} Hz", limits.frequency_max_hz));
+  }
+  if (!(r.amplitude > 0.0)) {
+    return refuse("amplitude", r.amplitude, "m/s^2", "is not above 0 m/s^2");
+  }
+  if (!(r.amplitude <= limits.excitation_max_m_s2)) {
+    return refuse("amplitude", r.amplitude, "m/s^2",
+                  fmt::format("is above the rig's excitation_max_m_s2 of {:g} m/s^2",
+                              limits.excitation_max_m_s2));
+  }
+  if (r.cycles < 1) {
+    return refuse("cycles", r.cycles, "", "is below 1");
+  }
+  return {};
+}
+
+// Levels, not crossings: what is wrong before anything moves is wrong.
+Result<void> Engine::Impl::admit_levels() const {
+  for (const Detector d : {Detector::stroke_limit, Detector::excitation_limit}) {
+    const bool acts = detectors.action(d) >= config::Action::hold;
+    if (acts && detectors.level(d).tripped) return Error{ErrorKind::refused, detectors.text(d)};
+  }
+  if (status && status->fault != 0) {
+    return Error{
+        ErrorKind::refused,
+        fmt::format("the exciter reports fault {}; clear it at the exciter", status->fault)};
+  }
+  return {};
+}
+
+Result<void> Engine::Impl::admit(const config::CampaignSpec& wanted) const {
+  if (state == State::fault) {
+    return Error{ErrorKind::refused,
+                 fmt::format("the rig is in FAULT ({}); acknowledge it first", reason)};
+  }
+  if (state != State::idle || campaign) {
+    return Error{ErrorKind::refused,
+                 fmt::format("the rig is in {}; wait until it is IDLE, or stop it", name(state))};
+  }
+  if (wanted.runs.empty()) {
+    return Error{ErrorKind::invalid,
+                 fmt::format("campaign \"{}\" has no runs; add one", wanted.name)};
+  }
+  if (wanted.points_per_cycle < 8 || wanted.points_per_cycle > 4096) {
+    return Error{ErrorKind::invalid,
+                 fmt::format("points_per_cycle {} is not in 8..4096", wanted.points_per_cycle)};
+  }
+  if (!(wanted.ramp_s >= 0.0) || !(wanted.settle_tolerance > 0.0) || wanted.settle_cycles_max < 1) {
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("campaign \"{}\": ramp_s {:g} must be at least 0, settle_tolerance {:g} "
+                    "above 0, settle_cycles_max {} at least 1",
+                    wanted.name, wanted.ramp_s, wanted.settle_tolerance, wanted.settle_cycles_max)};
+  }
+  for (const auto& r : wanted.runs) {
+    if (auto ok = admit_run(r); !ok) return ok;
+  }
+  return admit_levels();
+}
+
+Result<void> Engine::start(const config::CampaignSpec& wanted) {
+  Impl& e = *impl_;
+  if (auto ok = e.admit(wanted); !ok) return ok;
+  if (auto ok = e.outlet.record_campaign(wanted); !ok) return ok;
+  e.campaign = wanted;
+  e.recording = true;
+  e.furthest = 0.0;
+  e.run_index = 0;
+  e.proved = e.polarity_known = false;
+  e.outstanding = e.cycles_skipped = 0;
+  e.detectors.reset();
+  e.was_tripped = {};
+  for (auto& m : e.monitors)
+    m.begin_rest();
+  e.enter(State::check, fmt::format("campaign \"{}\" was started", wanted.name));
+  if (auto ok = e.begin_run(0); !ok) {
+    const Error error = ok.error();
+    e.outlet_failed(error);
+    return error;
+  }
+  e.estimator.begin(wanted.model);
+  return {};
+}
+
+Result<void> Engine::stop(const std::string& who) {
+  Impl& e = *impl_;
+  const std::string why = fmt::format("stopped by {}", who);
+  if (e.state == State::check) {
+    e.leave_check("abort", why);
+  } else if (e.state != State::ramp_down && e.moving()) {
+    e.ramp_down("abort", why, After::idle);
+  }
+  return {};  // nothing moves, or it is on its way down: a second stop is no error
+}
+
+Result<void> Engine::emergency_stop(const std::string& who) {
+  Impl& e = *impl_;
+  e.halt();  // before anything else
+  const std::string why = fmt::format("emergency stop by {}", who);
+  e.fault_detector.reset();
+  e.trip(why);
+  e.alarm("error", "emergency_stop", why, config::Action::stop);
+  return {};
+}
+
+Result<void> Engine::Impl::cause_persists() const {
+  const auto no = [](const std::string& why) {
+    return Error{ErrorKind::refused, fmt::format("not acknowledged: {}", why)};
+  };
+  if (!status || since(status->t) > kExciterSilenceS) {
+    return no("the exciter does not answer, so nobody knows whether it stands still");
+  }
+  if (status->running) return no("the exciter still reports motion; stop it at the exciter");
+  if (status->fault != 0) {
+    return no(fmt::format("the exciter reports fault {}; clear it at the exciter", status->fault));
+  }
+  if (exciter_error) return no(exciter_error->what);
+  if (fault_detector && detectors.level(*fault_detector).tripped) {
+    return no(detectors.text(*fault_detector));
+  }
+  return {};
+}
+
+Result<void> Engine::acknowledge(const std::string& who) {
+  Impl& e = *impl_;
+  if (e.state != State::fault) {
+    return Error{ErrorKind::refused,
+                 fmt::format("there is no fault to acknowledge; the rig is in {}", name(e.state))};
+  }
+  if (auto gone = e.cause_persists(); !gone) return gone;
+  if (e.ending) e.ending->deadline = e.clock.now();
+  e.finish_ended_run();
+  e.fault_detector.reset();
+  e.enter(State::idle, fmt::format("acknowledged by {}", who));
+  return {};
+}
+
+void Engine::lease_lost() {
+  Impl& e = *impl_;
+  e.controlled = false;
+  const std::string why = "the controlling client is gone (its lease ran out)";
+  if (e.state == State::idle || e.state == State::fault || e.state == State::ramp_down) return;
+  e.alarm("warning", "lease_lost", why, config::Action::ramp_down);
+  if (e.state == State::check) {
+    e.leave_check("abort", why);
+  } else {
+    e.ramp_down("abort", why, After::idle);
+  }
+}
+
+void Engine::set_controlled(bool controlled) {
+  impl_->controlled = controlled;
+}
+void Engine::set_client_count(int clients) {
+  impl_->clients = clients;
+}
+State Engine::state() const {
+  return impl_->state;
+}
+protocol::StateDocument Engine::state_document() const {
+  return impl_->state_document();
+}
+
+}  // namespace shaker::daemon

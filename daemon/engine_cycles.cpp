@@ -1,0 +1,186 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "daemon/engine_impl.hpp"
+#include "report/estimate_document.hpp"
+
+namespace shaker::daemon {
+
+using protocol::Channel;
+
+// Limits first, then the record, then cycles. Per sample: no allocation, no clock, no call outside.
+void Engine::Impl::take(std::span<const drivers::Sample> samples) {
+  for (const auto& sample : samples) {
+    if (!monitor(sample.channel).add(sample)) continue;
+    if (detectors.sample(sample.channel, sample.t, sample.value)) watch_levels();
+    if (collecting) assembler.push(sample.channel, sample.t, sample.value);
+  }
+  watch_levels();
+  if (recording) {
+    if (auto ok = outlet.record_samples(samples); !ok) outlet_failed(ok.error());
+  }
+  collect();
+}
+
+void Engine::Impl::restart_assembler() {
+  assembler.restart({.points = campaign->points_per_cycle,
+                     .nominal_hz = run().frequency_hz,
+                     .sample_rate_hz = rate_hz,
+                     .excitation_rate_hz = std::max(rate_hz, excitation_rate_hz),
+                     .excitation_measured = excitation_measured},
+                    clock.now());
+  collecting = true;
+}
+
+void Engine::Impl::collect() {
+  while (collecting) {
+    const AssembledCycle* cycle = assembler.poll();
+    if (cycle == nullptr) return;
+    on_cycle(*cycle);
+  }
+}
+
+void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
+  if (state == State::ramp && step == RampStep::prove) return prove_cycle(cycle);
+  if (!cutting() || ending) return;
+  GateVerdict verdict;
+  if (cycle.whole) {
+    verdict = gate.add(cycle.measured.displacement, cycle.point_noise);
+    sensor_noise = cycle.point_noise;
+  } else {
+    gate.interrupt();
+    verdict.why = cycle.why;
+  }
+  watch_cycle(cycle);
+  if (!cutting()) return reject(cycle, verdict, reason);
+  if (!held_by.empty()) return reject(cycle, verdict, "held: " + held_by);
+  if (!cycle.whole || !verdict.steady) return reject(cycle, verdict, verdict.why);
+  if (state == State::settle) steady_begins(cycle);
+  if (state != State::measure) return reject(cycle, verdict, reason);
+  accept(cycle, verdict);
+}
+
+// Detectors that need a whole period.
+void Engine::Impl::watch_cycle(const AssembledCycle& cycle) {
+  const double commanded = run().amplitude;
+  if (excitation_measured) {
+    const double amplitude = cycle.measured.amplitude;
+    const bool off =
+        std::abs(amplitude - commanded) > rig.limits.command_error_fraction * commanded;
+    command_errors = off ? command_errors + 1 : 0;
+    detectors.report(Detector::command_error, {.tripped = command_errors >= 3,
+                                               .value = amplitude,
+                                               .limit = commanded,
+                                               .channel = Channel::excitation});
+  }
+  double peak = cycle.measured.amplitude, wanted = commanded;
+  if (!excitation_measured) {
+    if (!cycle.whole) return;
+    peak = (cycle.stroke_max - cycle.stroke_min) / 2.0;
+    largest_stroke = std::max(largest_stroke, peak);
+    wanted = largest_stroke;
+  }
+  wanted *= rig.limits.under_peak_fraction;
+  under_peaks = peak < wanted ? under_peaks + 1 : 0;
+  detectors.report(Detector::under_peak,
+                   {.tripped = under_peaks >= 2,
+                    .value = peak,
+                    .limit = wanted,
+                    .channel = excitation_measured ? Channel::excitation : Channel::displacement});
+  watch_levels();
+}
+
+void Engine::Impl::steady_begins(const AssembledCycle& cycle) {
+  if (excitation_measured && !polarity_known) {
+    polarity_known = true;
+    if (polarity(cycle.lag_turns) != Polarity::right) {
+      const Finding finding = polarity_finding(cycle.lag_turns);
+      alarm(finding.fatal ? "error" : "warning", finding.code, finding.text);
+      if (finding.fatal) return ramp_down("fail", finding.text, After::fault);
+    }
+  }
+  enter(State::measure, fmt::format("steady after {} cycles", unsettled));
+  unsettled = restless = 0;
+}
+
+void Engine::Impl::accept(const AssembledCycle& cycle, const GateVerdict& verdict) {
+  outgoing = cycle.measured;
+  outgoing.run = static_cast<int>(run_index);
+  outgoing.index = run_cycles;
+  if (!recording) return;
+  if (auto ok = outlet.record_cycle(outgoing, true); !ok) return outlet_failed(ok.error());
+  publish_cycle(cycle, true, "", verdict);
+  ++run_cycles;
+  ++run_accepted;
+  unsettled = restless = 0;
+  noise.add(outgoing.displacement);
+  ++outstanding;
+  if (measured()) {
+    end_run("success",
+            fmt::format("{} cycles; a point differs from cycle to cycle by {:.2e} m, of which the "
+                        "sensor's own noise is {:.2e} m",
+                        run_accepted, noise.point_standard_deviation(), sensor_noise));
+  }
+  estimator.add(outgoing, cycle.last_sample);  // last: its answer may come at once
+}
+
+void Engine::Impl::reject(const AssembledCycle& cycle, const GateVerdict& verdict,
+                          const std::string& why) {
+  if (cycle.whole && recording) {
+    outgoing = cycle.measured;
+    outgoing.run = static_cast<int>(run_index);
+    outgoing.index = run_cycles;
+    if (auto ok = outlet.record_cycle(outgoing, false); !ok) outlet_failed(ok.error());
+  }
+  publish_cycle(cycle, false, why, verdict);
+  ++run_cycles;
+  ++run_rejected;
+  if (!cutting()) return;
+  last_why = why;
+  if (state == State::measure && ++restless >= kRestlessCycles) {
+    enter(State::settle, fmt::format("no longer steady: {}", why));
+    restless = 0;
+  }
+  if (++unsettled >= campaign->settle_cycles_max) {
+    const std::string text = fmt::format("no steady state after {} cycles: {}", unsettled, why);
+    alarm("warning", "no_steady_state", text);
+    end_run("fail", text);
+  }
+}
+
+void Engine::Impl::estimated(const EstimateOutcome& outcome) {
+  if (!campaign) return;
+  const long answered = 1 + outcome.cycles_skipped;
+  outstanding = std::max(0L, outstanding - answered);
+  cycles_skipped += outcome.cycles_skipped;
+  protocol::EstimateDocument document;
+  if (outcome.estimate) {
+    document = report::to_document(*outcome.estimate);
+  } else {
+    document.model = campaign->model.name;
+    document.usable = document.converged = false;
+    document.warnings.push_back(fmt::format("no estimate: {}", outcome.estimate.error().what));
+  }
+  const auto index = static_cast<std::size_t>(std::max(0, outcome.run));
+  if (index < campaign->runs.size()) document.run = campaign->runs[index].name;
+  document.campaign = campaign->name;
+  document.cycle = outcome.cycle;
+  document.cycles_skipped = outcome.cycles_skipped;
+  document.clock = std::string(drivers::name(stamps));
+  document.latency_s = since(outcome.last_sample);
+  if (outcome.cycles_skipped > 0) {
+    document.warnings.push_back(
+        fmt::format("the estimator was too slow and skipped {} cycles; they are on disk",
+                    outcome.cycles_skipped));
+  }
+  if (!excitation_measured) {
+    document.warnings.push_back(
+        "the excitation was not measured: tau = 0 follows the command, and damping is biased by "
+        "the drive's delay");
+  }
+  publish(document);
+}
+
+}  // namespace shaker::daemon

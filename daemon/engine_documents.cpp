@@ -1,0 +1,164 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "daemon/engine_impl.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+using protocol::Channel;
+
+std::string quality_name(const ChannelMonitor& monitor) {
+  if (!monitor.seen()) return "none";
+  switch (monitor.quality()) {
+    case drivers::Quality::good:
+      return "good";
+    case drivers::Quality::suspect:
+      return "suspect";
+    case drivers::Quality::bad:
+      return "bad";
+  }
+  return "bad";
+}
+
+// A guess for the progress bar: the window of the gate and a little more.
+constexpr double kSettleGuess = 12.0;
+
+}  // namespace
+
+void Engine::Impl::publish(const protocol::Document& document) {
+  if (auto ok = outlet.publish(document); !ok) outlet_failed(ok.error());
+}
+
+void Engine::Impl::alarm(const std::string& severity, const std::string& code,
+                         const std::string& text, std::optional<config::Action> action) {
+  protocol::AlarmDocument document;
+  document.severity = severity;
+  document.code = code;
+  document.text = text;
+  if (action) document.action = std::string(name(*action));
+  publish(document);
+}
+
+void Engine::Impl::detector_alarm(Detector detector, config::Action action) {
+  const Level& level = detectors.level(detector);
+  publish(
+      protocol::AlarmDocument{.severity = action == config::Action::indicate ? "warning" : "error",
+                              .code = std::string(row(detector).code),
+                              .text = detectors.text(detector),
+                              .action = std::string(name(action)),
+                              .channel = std::string(protocol::name(level.channel)),
+                              .value = level.value,
+                              .limit = level.limit});
+}
+
+// A device that is away says so at every attempt; the operator wants to hear it now and then.
+void Engine::Impl::alarm_once(const std::string& code, const std::string& text) {
+  const std::string key = code + text;
+  if (key == last_alarm && since(last_alarm_t) < kSameAlarmS) return;
+  last_alarm = key;
+  last_alarm_t = clock.now();
+  alarm("warning", code, text, config::Action::indicate);
+}
+
+void Engine::Impl::publish_cycle(const AssembledCycle& cycle, bool accepted, const std::string& why,
+                                 const GateVerdict& verdict) {
+  publish(protocol::CycleDocument{.campaign = campaign->name,
+                                  .run = run().name,
+                                  .cycle = run_cycles,
+                                  .accepted = accepted,
+                                  .why = why,
+                                  .frequency_hz = cycle.measured.frequency_hz,
+                                  .amplitude = cycle.measured.amplitude,
+                                  .stroke_min_m = cycle.stroke_min,
+                                  .stroke_max_m = cycle.stroke_max,
+                                  .change = verdict.change,
+                                  .gaps = cycle.gaps,
+                                  .samples = cycle.samples,
+                                  .jitter_fraction = cycle.jitter_fraction,
+                                  .subharmonic = verdict.subharmonic});
+}
+
+protocol::ChannelHealth Engine::Impl::channel_health(Channel channel) {
+  const auto& m = monitor(channel);
+  auto& counted_before = counted[static_cast<std::size_t>(channel)];
+  protocol::ChannelHealth health;
+  health.channel = std::string(protocol::name(channel));
+  health.quality = quality_name(m);
+  if (m.ever_good()) {
+    health.age_s = since(m.last_good());
+    health.value = m.value();
+    health.rate_hz = static_cast<double>(m.all() - counted_before) / since(last_health);
+  }
+  counted_before = m.all();
+  return health;
+}
+
+void Engine::Impl::publish_health() {
+  protocol::HealthDocument health;
+  health.state = std::string(name(state));
+  for (int i = 0; i < protocol::kChannelCount; ++i) {
+    const auto channel = static_cast<Channel>(i);
+    const bool needed = channel == Channel::displacement || expects(rig, channel);
+    if (needed || monitor(channel).seen()) health.channels.push_back(channel_health(channel));
+  }
+  health.clock = std::string(drivers::name(stamps));
+  health.samples = sensor_health.samples;
+  health.lost = sensor_health.lost;
+  health.malformed = sensor_health.malformed;
+  health.errors = sensor_health.errors;
+  health.reconnects = sensor_health.reconnects;
+  health.cycles_skipped = static_cast<std::uint64_t>(cycles_skipped);
+  health.clients = clients;
+  health.exciter_connected = status && since(status->t) < kExciterSilenceS && !exciter_error;
+  health.sensor_connected = sensor_health.link_up;
+  last_health = clock.now();
+  publish(health);
+  if (!campaign) return;
+  furthest = std::max(furthest, done_s());
+  publish(state_document());
+}
+
+double Engine::Impl::planned_s(const config::RunSpec& r) const {
+  return 2.0 * ramp_s() + (kSettleGuess + r.cycles) / r.frequency_hz;
+}
+
+double Engine::Impl::done_s() const {
+  double done = 0.0;
+  for (std::size_t i = 0; i < run_index; ++i)
+    done += planned_s(campaign->runs[i]);
+  const double f = run().frequency_hz;
+  if (ending || !run_open) return done + planned_s(run());
+  if (state == State::settle || state == State::measure) {
+    done += 2.0 * ramp_s() + static_cast<double>(run_accepted) / f;
+    done += state == State::measure ? kSettleGuess / f
+                                    : std::min(kSettleGuess, static_cast<double>(unsettled)) / f;
+  } else if (state == State::ramp) {
+    done += std::min(2.0 * ramp_s(), since(entered));
+  }
+  return done;
+}
+
+protocol::StateDocument Engine::Impl::state_document() const {
+  protocol::StateDocument document;
+  document.state = std::string(name(state));
+  document.reason = reason;
+  document.controlled = controlled;
+  if (!campaign) return document;
+  document.campaign = campaign->name;
+  document.run = run().name;
+  document.run_index = static_cast<int>(run_index);
+  document.run_count = static_cast<int>(campaign->runs.size());
+  document.frequency_hz = setpoint.frequency_hz;
+  document.amplitude = setpoint.amplitude;
+  double planned = 0.0;
+  for (const auto& r : campaign->runs)
+    planned += planned_s(r);
+  const double done = std::min(planned, std::max(furthest, done_s()));
+  document.progress = done / planned;
+  document.eta_s = planned - done + ramp_s();
+  return document;
+}
+
+}  // namespace shaker::daemon

@@ -1,0 +1,203 @@
+// The engine's inside; included by the engine_*.cpp only.
+//
+//   engine.cpp            what the outside calls
+//   engine_states.cpp     transitions, faults, the end of runs and campaigns
+//   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: what is ordered from the exciter, and its
+//   answers engine_cycles.cpp     samples, cycles, the gate, estimates engine_documents.cpp  what
+//   is published
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "daemon/cycles/cycle_assembler.hpp"
+#include "daemon/cycles/cycle_noise.hpp"
+#include "daemon/cycles/steady_gate.hpp"
+#include "daemon/engine.hpp"
+#include "daemon/safety/channel_monitor.hpp"
+#include "daemon/safety/detectors.hpp"
+#include "daemon/safety/self_check.hpp"
+#include "daemon/state_table.hpp"
+
+namespace shaker::daemon {
+
+// Times that are not the rig's to choose, s.
+inline constexpr double kCheckS = 1.0;           // at rest, for noise and rate
+inline constexpr double kCheckGiveUpS = 4.0;     // sensors and exciter may take so long to appear
+inline constexpr double kConfirmS = 2.0;         // after a ramp's end, for the exciter to say so
+inline constexpr double kExciterSilenceS = 1.0;  // without a status while it moves
+inline constexpr double kReadyGraceS = 1.0;      // from enabling to "ready"
+inline constexpr double kEstimateGiveUpS = 5.0;  // for the estimates of a run that has ended
+inline constexpr double kStopAgainS = 0.5;       // a stop that is not confirmed is repeated
+inline constexpr double kSameAlarmS = 10.0;      // the same trouble of a device is said once
+inline constexpr double kGentlePart = 0.25;  // of the first amplitude: proves signs before the rest
+inline constexpr int kGentleCycles = 4;      // seen before the proof
+inline constexpr int kGentleCyclesMax = 12;  // and before it fails: transients may mislead
+inline constexpr double kReachedPart = 0.02;  // a ramp has arrived within so much of its end
+inline constexpr int kRestlessCycles = 3;     // lost in MEASURE before it is SETTLE again
+
+enum class RampStep { lower, gentle, prove, rise };
+// Why a campaign ends: FAULT is latched after its ramp-down, or nothing is.
+enum class After { idle, fault };
+
+struct RunEnd {
+  std::string status, reason;
+  Nanoseconds deadline{};
+};
+
+struct Engine::Impl {
+  Impl(const config::RigConfig& rig_config, Clock& clock_, ExciterCommands& exciter_,
+       EstimatorCommands& estimator_, Outlet& outlet_)
+      : rig(rig_config),
+        clock(clock_),
+        exciter(exciter_),
+        estimator(estimator_),
+        outlet(outlet_),
+        detectors(rig.limits) {}
+
+  // --- engine.cpp
+  Result<void> admit(const config::CampaignSpec& wanted) const;
+  Result<void> admit_run(const config::RunSpec& run) const;
+  Result<void> admit_levels() const;
+  Result<void> cause_persists() const;
+
+  // --- engine_states.cpp
+  void enter(State to, const std::string& why);
+  void ramp_down(const std::string& status, const std::string& why, After then);
+  void trip(const std::string& why);  // zero at once, FAULT
+  void end_run(const std::string& status, const std::string& why);
+  void finish_ended_run();
+  void close_campaign();
+  void next_run_or_end();
+  Result<void> begin_run(std::size_t index);
+  void outlet_failed(const Error& error);
+  void leave_check(const std::string& outcome, const std::string& why);
+  void act(Detector detector);
+  void watch_levels();
+  void watch_ages();
+  void watch_hold();
+
+  // --- engine_motion.cpp
+  void command(double frequency_hz, double amplitude);
+  void halt();
+  void tick_check();
+  void tick_ramp();
+  void tick_ramp_down();
+  void watch_rest();
+  void watch_exciter();
+  void begin_ramp();
+  void begin_gentle_or_rise();
+  void tick_prove();
+  void pass_proof(const std::optional<Finding>& finding);
+  bool arrived() const;
+  double ramp_s() const;
+  void device_trouble(const std::string& code, const std::string& why);
+
+  // --- engine_cycles.cpp
+  void take(std::span<const drivers::Sample> samples);
+  void collect();
+  void on_cycle(const AssembledCycle& cycle);
+  void watch_cycle(const AssembledCycle& cycle);
+  void prove_cycle(const AssembledCycle& cycle);
+  void steady_begins(const AssembledCycle& cycle);
+  void accept(const AssembledCycle& cycle, const GateVerdict& verdict);
+  void reject(const AssembledCycle& cycle, const GateVerdict& verdict, const std::string& why);
+  void restart_assembler();
+  void estimated(const EstimateOutcome& outcome);
+  bool measured() const { return run_accepted >= run().cycles; }
+
+  // --- engine_documents.cpp
+  void publish(const protocol::Document& document);
+  void alarm(const std::string& severity, const std::string& code, const std::string& text,
+             std::optional<config::Action> action = std::nullopt);
+  void detector_alarm(Detector detector, config::Action action);
+  void alarm_once(const std::string& code, const std::string& text);
+  void publish_cycle(const AssembledCycle& cycle, bool accepted, const std::string& why,
+                     const GateVerdict& verdict);
+  void publish_health();
+  protocol::ChannelHealth channel_health(protocol::Channel channel);
+  protocol::StateDocument state_document() const;
+  double planned_s(const config::RunSpec& run) const;
+  double done_s() const;
+
+  // --- small helpers
+  const config::RunSpec& run() const { return campaign->runs[run_index]; }
+  double since(Nanoseconds t) const { return seconds(clock.now() - t); }
+  bool moving() const { return row(state).keeps_alive; }
+  bool cutting() const { return state == State::settle || state == State::measure; }
+  ChannelMonitor& monitor(protocol::Channel c) { return monitors[static_cast<std::size_t>(c)]; }
+  const ChannelMonitor& monitor(protocol::Channel c) const {
+    return monitors[static_cast<std::size_t>(c)];
+  }
+
+  const config::RigConfig rig;
+  Clock& clock;
+  ExciterCommands& exciter;
+  EstimatorCommands& estimator;
+  Outlet& outlet;
+
+  State state = State::idle;
+  std::string reason = "started";
+  Nanoseconds entered{};
+
+  // the campaign
+  std::optional<config::CampaignSpec> campaign;
+  std::size_t run_index = 0;
+  bool recording = false;        // the outlet has a campaign open and has not failed
+  std::optional<RunEnd> ending;  // of the present run, once it has an outcome
+  bool run_open = false;         // run_start was published, run_stop was not
+  long run_cycles = 0, run_accepted = 0, run_rejected = 0;
+  long outstanding = 0;  // estimates asked for and not answered
+  long cycles_skipped = 0;
+  bool excitation_measured = false;
+
+  // motion
+  drivers::Setpoint setpoint;  // last ordered
+  Nanoseconds ordered{};       // when
+  Nanoseconds enabled{};       // when motion began
+  RampStep step = RampStep::gentle;
+  bool proved = false;  // of this campaign: signs and response
+  bool polarity_known = false;
+  Nanoseconds step_began{};
+  int gentle_cycles = 0;
+  After after_ramp_down = After::idle;
+  std::optional<drivers::ExciterStatus> status;
+  std::optional<Error> exciter_error;  // since the last good status
+  Nanoseconds stop_ordered{};
+  double rate_hz = 0.0, excitation_rate_hz = 0.0;
+
+  // watching
+  std::array<ChannelMonitor, protocol::kChannelCount> monitors{};
+  std::array<std::uint64_t, protocol::kChannelCount> counted{};  // for the rate in health
+  Detectors detectors;
+  std::array<bool, kDetectorCount> was_tripped{};
+  std::string held_by;  // text of the detector that holds; empty: not held
+  Nanoseconds held_since{};
+  std::optional<Detector> fault_detector;  // whose level an acknowledgement asks again
+  int command_errors = 0, under_peaks = 0;
+  double largest_stroke = 0.0;
+
+  // cycles
+  CycleAssembler assembler;
+  bool collecting = false;
+  SteadyGate gate;
+  CycleNoise noise;
+  double sensor_noise = 0.0;  // of a point, last cycle
+  long unsettled = 0;         // cycles since the last accepted one, or since SETTLE began
+  int restless = 0;
+  std::string last_why;
+  estimator::MeasuredCycle outgoing;  // copy handed out, its memory reused
+
+  // documents
+  Nanoseconds last_health{};
+  drivers::SensorHealth sensor_health;
+  drivers::StampSource stamps = drivers::StampSource::host_receive;
+  std::string last_alarm;
+  Nanoseconds last_alarm_t{};
+  bool controlled = false;
+  int clients = 0;
+  double furthest = 0.0;  // of the plan, s: progress never goes back
+};
+
+}  // namespace shaker::daemon

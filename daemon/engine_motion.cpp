@@ -1,0 +1,238 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "daemon/engine_impl.hpp"
+
+namespace shaker::daemon {
+
+using protocol::Channel;
+
+double Engine::Impl::ramp_s() const {
+  return campaign && campaign->ramp_s > 0.0 ? campaign->ramp_s : rig.exciter.ramp_s;
+}
+
+void Engine::Impl::command(double frequency_hz, double amplitude) {
+  const bool down = state == State::ramp_down && amplitude == 0.0;
+  if (!row(state).setpoint_may_leave && !down) {
+    return trip(
+        fmt::format("internal error: a setpoint of {:g} m/s^2 in {}", amplitude, name(state)));
+  }
+  if (!setpoint.enable) enabled = clock.now();
+  setpoint = {.frequency_hz = frequency_hz,
+              .amplitude = std::min(amplitude, rig.limits.excitation_max_m_s2),
+              .enable = true,
+              .ramp_s = ramp_s()};
+  ordered = clock.now();
+  exciter.keep_alive(true);
+  exciter.set(setpoint);
+}
+
+void Engine::Impl::halt() {
+  exciter.stop();
+  exciter.keep_alive(false);
+  setpoint = {};
+  stop_ordered = clock.now();
+}
+
+// --- CHECK
+
+void Engine::Impl::tick_check() {
+  if (since(entered) < kCheckS) return;
+  RestFacts facts{.now = clock.now(),
+                  .displacement = monitor(Channel::displacement),
+                  .excitation = monitor(Channel::excitation),
+                  .status = std::nullopt};
+  if (status && status->t >= entered && !exciter_error) facts.status = status;
+  const auto findings = check_at_rest(rig, *campaign, facts);
+  const auto fatal = std::ranges::find_if(findings, [](const Finding& f) { return f.fatal; });
+  if (fatal != findings.end()) {
+    if (since(entered) < kCheckGiveUpS) return;  // it may still appear
+    const std::string why = fmt::format("self check: {}", fatal->text);
+    for (const auto& f : findings)
+      alarm(f.fatal ? "error" : "warning", f.code, f.text);
+    return leave_check("fail", why);
+  }
+  for (const auto& f : findings)
+    alarm("warning", f.code, f.text);
+  rate_hz = monitor(Channel::displacement).rest_rate_hz();
+  excitation_measured = monitor(Channel::excitation).rest_count() > 0;
+  excitation_rate_hz = excitation_measured ? monitor(Channel::excitation).rest_rate_hz() : 0.0;
+  enter(State::ramp, "the self check has passed");
+  begin_ramp();
+}
+
+// --- RAMP
+
+// Another frequency is begun from rest: what a drive does between two is its own affair.
+void Engine::Impl::begin_ramp() {
+  step_began = clock.now();
+  if (setpoint.amplitude > 0.0 && setpoint.frequency_hz != run().frequency_hz) {
+    step = RampStep::lower;
+    command(setpoint.frequency_hz, 0.0);
+  } else {
+    begin_gentle_or_rise();
+  }
+}
+
+void Engine::Impl::begin_gentle_or_rise() {
+  step = proved ? RampStep::rise : RampStep::gentle;
+  command(run().frequency_hz, proved ? run().amplitude : kGentlePart * run().amplitude);
+}
+
+bool Engine::Impl::arrived() const {
+  const Nanoseconds end = ordered + from_seconds(setpoint.ramp_s);
+  if (clock.now() < end || !status || status->t < end) return false;
+  if (status->amplitude) {
+    const double near = kReachedPart * (run_open || campaign ? run().amplitude : 1.0);
+    if (std::abs(*status->amplitude - setpoint.amplitude) > near) return false;
+  }
+  return setpoint.amplitude == 0.0 || status->running;
+}
+
+void Engine::Impl::tick_ramp() {
+  if (step == RampStep::prove) return tick_prove();
+  if (!arrived()) {
+    if (since(ordered) > setpoint.ramp_s + kConfirmS) {
+      device_trouble(
+          "exciter_not_reached",
+          fmt::format("the exciter does not confirm {:.3g} m/s^2 within {:g} s of the ramp's "
+                      "end; check the drive",
+                      setpoint.amplitude, kConfirmS));
+    }
+    return;
+  }
+  switch (step) {
+    case RampStep::lower:
+      begin_gentle_or_rise();
+      break;
+    case RampStep::gentle:
+      step = RampStep::prove;
+      step_began = clock.now();
+      gentle_cycles = 0;
+      restart_assembler();
+      break;
+    case RampStep::rise:
+      enter(State::settle,
+            fmt::format("{:g} Hz, {:g} m/s^2 reached", run().frequency_hz, run().amplitude));
+      gate.restart(static_cast<std::size_t>(campaign->points_per_cycle),
+                   campaign->settle_tolerance);
+      unsettled = restless = 0;
+      last_why.clear();
+      restart_assembler();
+      break;
+    case RampStep::prove:
+      break;
+  }
+}
+
+void Engine::Impl::tick_prove() {
+  if (since(step_began) < (kGentleCyclesMax + 4) / run().frequency_hz + 1.0) return;
+  if (assembler.tracker().started() && !last_why.empty()) {
+    return pass_proof(Finding{true, "sensor_no_response",
+                              fmt::format("no whole cycle at the gentle level: {}", last_why)});
+  }
+  pass_proof(check_in_motion(nullptr, setpoint.amplitude, excitation_measured));
+}
+
+void Engine::Impl::prove_cycle(const AssembledCycle& cycle) {
+  last_why = cycle.why;
+  if (!cycle.whole || ++gentle_cycles < kGentleCycles) return;
+  const auto finding = check_in_motion(&cycle, setpoint.amplitude, excitation_measured);
+  if (finding && finding->fatal && gentle_cycles < kGentleCyclesMax) return;
+  pass_proof(finding);
+}
+
+void Engine::Impl::pass_proof(const std::optional<Finding>& finding) {
+  collecting = false;
+  if (finding && finding->fatal) {
+    alarm("error", finding->code, finding->text, config::Action::ramp_down);
+    return ramp_down("fail", finding->text, After::fault);
+  }
+  proved = true;
+  // Undetermined at the gentle level: asked again once the full level is steady.
+  polarity_known = !finding && excitation_measured;
+  begin_gentle_or_rise();
+}
+
+// --- RAMP_DOWN and rest
+
+void Engine::Impl::tick_ramp_down() {
+  if (arrived()) {
+    halt();
+    finish_ended_run();
+    const std::string why = reason;
+    enter(after_ramp_down == After::fault ? State::fault : State::idle, why);
+    finish_ended_run();
+    return;
+  }
+  if (since(ordered) > setpoint.ramp_s + kConfirmS) {
+    const std::string why = fmt::format(
+        "{}; the exciter did not confirm zero within {:g} s of the ramp's end and was stopped at "
+        "once",
+        reason, kConfirmS);
+    trip(why);
+    alarm("error", "ramp_down_unconfirmed", why, config::Action::stop);
+  }
+}
+
+// Nothing may move in IDLE and FAULT; whoever moves the table, it is told to stop.
+void Engine::Impl::watch_rest() {
+  if (!status || !status->running || status->t <= stop_ordered || since(entered) < kStopAgainS ||
+      since(stop_ordered) < kStopAgainS) {
+    return;
+  }
+  const std::string why = "the exciter runs although nothing is commanded; it was told to stop";
+  alarm_once("exciter_runs_unasked", why);
+  if (state == State::idle) {
+    trip(why);
+  } else {
+    halt();
+  }
+}
+
+// --- what the exciter says
+
+void Engine::Impl::device_trouble(const std::string& code, const std::string& why) {
+  if (!moving()) return alarm_once(code, why);
+  if (state == State::ramp_down) {
+    const std::string both = fmt::format("{}; while ramping down: {}", reason, why);
+    trip(both);
+    alarm("error", code, both, config::Action::stop);
+    return;
+  }
+  alarm("error", code, why, config::Action::ramp_down);
+  ramp_down("fail", why, After::fault);
+}
+
+void Engine::Impl::watch_exciter() {
+  if (!moving()) return;
+  if (status && status->fault != 0 && status->t >= enabled) {
+    const std::string why =
+        fmt::format("the exciter tripped with fault {}; find its cause and clear it at the exciter",
+                    status->fault);
+    trip(why);
+    alarm("error", "exciter_trip", why, config::Action::stop);
+    return;
+  }
+  if (state == State::ramp_down) return;  // its own deadline is running
+  const Nanoseconds heard = status ? std::max(status->t, enabled) : enabled;
+  if (since(heard) > kExciterSilenceS) {
+    return device_trouble(
+        "exciter_silent",
+        fmt::format("the exciter has not answered for {:.1f} s; check its power and "
+                    "its link",
+                    since(heard)));
+  }
+  if (!status || status->t < enabled + from_seconds(kReadyGraceS)) return;
+  if (!status->ready) {
+    return device_trouble("exciter_not_ready",
+                          "the exciter is enabled and does not report ready; check its interlocks");
+  }
+  if (cutting() && !status->running && status->t >= entered) {
+    device_trouble("exciter_stopped", "the exciter has stopped by itself; check its interlocks");
+  }
+}
+
+}  // namespace shaker::daemon

@@ -1,0 +1,216 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "daemon/engine_impl.hpp"
+
+namespace shaker::daemon {
+
+void Engine::Impl::enter(State to, const std::string& why) {
+  if (!allowed(state, to)) {
+    // A programming error; the rig must not pay for it.
+    halt();
+    reason = fmt::format("internal error: {} may not lead to {} ({})", name(state), name(to), why);
+    state = State::fault;
+  } else {
+    state = to;
+    reason = why;
+  }
+  entered = clock.now();
+  if (!cutting()) collecting = false;
+  if (campaign) furthest = std::max(furthest, done_s());
+  publish(state_document());
+}
+
+void Engine::Impl::ramp_down(const std::string& outcome, const std::string& why, After then) {
+  if (state == State::ramp_down) {
+    if (then == After::fault) after_ramp_down = then;
+    return;
+  }
+  if (!allowed(state, State::ramp_down)) return;
+  after_ramp_down = then;
+  enter(State::ramp_down, why);
+  end_run(outcome, why);
+  command(setpoint.frequency_hz, 0.0);
+}
+
+void Engine::Impl::trip(const std::string& why) {
+  halt();
+  if (state == State::fault) return;
+  enter(State::fault, why);
+  end_run("fail", why);
+  finish_ended_run();
+}
+
+// The outcome is settled here; it is published when the run's estimates have come, or are given up.
+void Engine::Impl::end_run(const std::string& outcome, const std::string& why) {
+  if (!run_open || ending) return;
+  held_by.clear();
+  ending = RunEnd{outcome, why, clock.now() + from_seconds(kEstimateGiveUpS)};
+}
+
+void Engine::Impl::finish_ended_run() {
+  if (ending) {
+    if (outstanding > 0 && clock.now() < ending->deadline) return;
+    if (outstanding > 0) {
+      alarm("warning", "estimator_slow",
+            fmt::format("{} estimates of run \"{}\" did not come in {:g} s; its cycles are on disk",
+                        outstanding, run().name, kEstimateGiveUpS));
+      outstanding = 0;
+    }
+    publish(protocol::RunStopDocument{.campaign = campaign->name,
+                                      .run = run().name,
+                                      .status = ending->status,
+                                      .reason = ending->reason,
+                                      .cycles_accepted = run_accepted,
+                                      .cycles_rejected = run_rejected});
+    ending.reset();
+    run_open = false;
+  }
+  if (!campaign || run_open) return;
+  if (cutting()) {
+    next_run_or_end();
+  } else if (state == State::idle || state == State::fault) {
+    close_campaign();
+  }
+}
+
+void Engine::Impl::close_campaign() {
+  if (!campaign) return;
+  outlet.close_campaign();
+  recording = false;
+  campaign.reset();
+}
+
+void Engine::Impl::next_run_or_end() {
+  if (run_index + 1 == campaign->runs.size()) {
+    after_ramp_down = After::idle;
+    enter(State::ramp_down, fmt::format("campaign \"{}\" is complete", campaign->name));
+    command(setpoint.frequency_hz, 0.0);
+    return;
+  }
+  const std::string why = fmt::format("run \"{}\" is over", run().name);
+  if (auto ok = begin_run(run_index + 1); !ok) return outlet_failed(ok.error());
+  enter(State::ramp, why);
+  begin_ramp();
+}
+
+Result<void> Engine::Impl::begin_run(std::size_t index) {
+  run_index = index;
+  run_cycles = run_accepted = run_rejected = unsettled = 0;
+  restless = command_errors = under_peaks = 0;
+  largest_stroke = 0.0;
+  ending.reset();
+  noise.restart(static_cast<std::size_t>(campaign->points_per_cycle));
+  const auto recorded = outlet.record_run(static_cast<int>(index), run());
+  run_open = true;
+  publish(protocol::RunStartDocument{.campaign = campaign->name,
+                                     .run = run().name,
+                                     .run_index = static_cast<int>(index),
+                                     .run_count = static_cast<int>(campaign->runs.size()),
+                                     .frequency_hz = run().frequency_hz,
+                                     .amplitude = run().amplitude,
+                                     .cycles_wanted = run().cycles});
+  return recorded;
+}
+
+// Nothing may be measured that cannot be kept.
+void Engine::Impl::outlet_failed(const Error& error) {
+  if (!recording) return;
+  recording = false;
+  const std::string why = fmt::format("nothing can be recorded: {}", error.what);
+  alarm("error", "record_failed", why, config::Action::ramp_down);
+  if (state == State::check) {
+    leave_check("fail", why);
+  } else if (moving()) {
+    ramp_down("fail", why, After::idle);
+  }
+}
+
+// Nothing has moved, so nothing is latched.
+void Engine::Impl::leave_check(const std::string& outcome, const std::string& why) {
+  end_run(outcome, why);
+  finish_ended_run();
+  enter(State::idle, why);
+  finish_ended_run();
+}
+
+void Engine::Impl::act(Detector detector) {
+  const config::Action action = detectors.action(detector);
+  if (action == config::Action::none) return;
+  detector_alarm(detector, action);
+  if (action == config::Action::indicate) return;
+  const std::string why = detectors.text(detector);
+  if (state == State::check) {
+    leave_check("fail", why);
+    return;
+  }
+  if (action == config::Action::stop) {
+    fault_detector = detector;
+    trip(why);
+  } else if (action == config::Action::hold && cutting()) {
+    if (held_by.empty()) held_since = clock.now();
+    held_by = why;
+  } else if (state != State::ramp_down) {
+    // A ramp cannot be held half way: that is no level that anyone asked for.
+    fault_detector = detector;
+    ramp_down("fail", why, After::fault);
+  }
+}
+
+void Engine::Impl::watch_levels() {
+  if (state == State::idle || state == State::fault) return;
+  for (const auto& r : detector_table()) {
+    const auto i = static_cast<std::size_t>(r.detector);
+    const bool tripped = detectors.level(r.detector).tripped;
+    const bool rose = tripped && !was_tripped[i];
+    was_tripped[i] = tripped;
+    if (rose) act(r.detector);
+    if (state == State::idle || state == State::fault) return;
+  }
+}
+
+void Engine::Impl::watch_ages() {
+  using protocol::Channel;
+  Level stale{.limit = rig.limits.stale_s};
+  Level frozen{.limit = rig.limits.stale_s};
+  for (const Channel c : {Channel::displacement, Channel::excitation}) {
+    if (c == Channel::excitation && !excitation_measured) continue;
+    const double age = since(monitor(c).last_good());
+    if (age > stale.limit && age > stale.value) {
+      stale.value = age;
+      stale.channel = c;
+      stale.tripped = true;
+    }
+  }
+  if (cutting()) {
+    frozen.value = since(monitor(Channel::displacement).last_change());
+    frozen.limit = std::max(frozen.limit, 0.25 / run().frequency_hz);
+    frozen.tripped = frozen.value > frozen.limit;
+  }
+  // CHECK has its own, kinder words for a sensor that is not there yet.
+  if (state == State::check) return;
+  detectors.report(Detector::stale_sensor, stale);
+  detectors.report(Detector::frozen_sensor, frozen);
+  watch_levels();
+}
+
+void Engine::Impl::watch_hold() {
+  if (held_by.empty()) return;
+  bool still = false;
+  for (const auto& r : detector_table()) {
+    still = still || (detectors.action(r.detector) == config::Action::hold &&
+                      detectors.level(r.detector).tripped);
+  }
+  if (!still || !cutting()) {
+    held_by.clear();
+    gate.interrupt();
+    return;
+  }
+  const double longest = campaign->settle_cycles_max / run().frequency_hz;
+  if (since(held_since) > longest) {
+    ramp_down("fail", fmt::format("held for {:.0f} s: {}", longest, held_by), After::fault);
+  }
+}
+
+}  // namespace shaker::daemon
