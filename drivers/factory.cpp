@@ -1,6 +1,5 @@
 #include "drivers/factory.hpp"
 
-#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -8,6 +7,8 @@
 
 #include "drivers/can/can_exciter.hpp"
 #include "drivers/can/can_sensor.hpp"
+#include "drivers/modbus/exciter.hpp"
+#include "drivers/modbus/sensor.hpp"
 #include "drivers/replay/replay_exciter.hpp"
 #include "drivers/replay/replay_sensor.hpp"
 #include "drivers/sim/simulated_devices.hpp"
@@ -18,19 +19,15 @@ namespace {
 using MadeExciter = Result<std::unique_ptr<Exciter>>;
 using MadeSensor = Result<std::unique_ptr<Sensor>>;
 
-Error not_built(const char* what) {
-  return Error{
-      ErrorKind::invalid,
-      fmt::format("this build has no {} driver: name another device in the rig file", what)};
-}
-
 // One row per driver: how its part of the rig file becomes a device.
 struct ExciterRows {
   const config::RigConfig& rig;
   Clock& clock;
   const std::shared_ptr<sim::SimulatedRig>& virtual_rig;
 
-  MadeExciter operator()(const config::ModbusExciter&) const { return not_built("Modbus exciter"); }
+  MadeExciter operator()(const config::ModbusExciter& exciter) const {
+    return modbus::make_exciter(exciter, clock);
+  }
   MadeExciter operator()(const config::CanExciter& exciter) const {
     return can::make_can_exciter(exciter, rig.exciter.heartbeat_period_s, rig.directory, clock);
   }
@@ -55,7 +52,9 @@ struct SensorRows {
   MadeSensor operator()(const config::CanSensor& sensor) const {
     return can::make_can_sensor(sensor, rig.directory, clock);
   }
-  MadeSensor operator()(const config::ModbusSensor&) const { return not_built("Modbus sensor"); }
+  MadeSensor operator()(const config::ModbusSensor& sensor) const {
+    return modbus::make_sensor(sensor, clock);
+  }
   MadeSensor operator()(const config::SimulatedSensor&) const {
     return std::unique_ptr<Sensor>(std::make_unique<sim::SimulatedSensor>(virtual_rig));
   }
@@ -84,14 +83,27 @@ Error in_place(const std::string& place, const Error& error) {
   return Error{error.kind, place + ": " + error.what};
 }
 
+MadeExciter make_exciter_on(const config::RigConfig& rig, Clock& clock,
+                            const std::shared_ptr<sim::SimulatedRig>& virtual_rig) {
+  MadeExciter exciter = std::visit(ExciterRows{rig, clock, virtual_rig}, rig.exciter.device);
+  if (!exciter) return in_place("exciter", exciter.error());
+  return exciter;
+}
+
 }  // namespace
+
+Result<std::unique_ptr<Exciter>> make_exciter(const config::RigConfig& rig, Clock& clock) {
+  const auto virtual_rig = make_virtual_rig(rig, clock);
+  if (!virtual_rig) return virtual_rig.error();
+  return make_exciter_on(rig, clock, *virtual_rig);
+}
 
 Result<Devices> make_devices(const config::RigConfig& rig, Clock& clock) {
   Devices devices;
   const auto virtual_rig = make_virtual_rig(rig, clock);
   if (!virtual_rig) return virtual_rig.error();
-  MadeExciter exciter = std::visit(ExciterRows{rig, clock, *virtual_rig}, rig.exciter.device);
-  if (!exciter) return in_place("exciter", exciter.error());
+  MadeExciter exciter = make_exciter_on(rig, clock, *virtual_rig);
+  if (!exciter) return exciter.error();
   devices.exciter = std::move(*exciter);
   for (std::size_t i = 0; i < rig.sensors.size(); ++i) {
     MadeSensor sensor = std::visit(SensorRows{rig, clock, *virtual_rig}, rig.sensors[i]);

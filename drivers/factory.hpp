@@ -20,4 +20,7 @@ struct Devices {
 // virtual rig that lives on `clock`.
 Result<Devices> make_devices(const config::RigConfig& rig, Clock& clock);
 
+// The exciter alone: what a stop needs, whatever is wrong with the sensors.
+Result<std::unique_ptr<Exciter>> make_exciter(const config::RigConfig& rig, Clock& clock);
+
 }  // namespace shaker::drivers

@@ -1,0 +1,37 @@
+// Some registers of one device that are read, written and compared together.
+//
+// Holds the plan and the buffers, so that reading them allocates nothing. One thread.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/result.hpp"
+#include "drivers/modbus/connection.hpp"
+#include "protocol/modbus/block.hpp"
+
+namespace shaker::drivers::modbus {
+
+class RegisterSet {
+ public:
+  // Precondition: every spec passed protocol::modbus::validate.
+  explicit RegisterSet(std::vector<protocol::modbus::RegisterSpec> specs);
+
+  std::size_t size() const { return specs_.size(); }
+  const protocol::modbus::RegisterSpec& spec(std::size_t i) const { return specs_[i]; }
+
+  // As few requests as may be; ends at the first that fails.
+  Result<void> read(ModbusConnection& connection);
+
+  // As last read.
+  std::span<const std::uint16_t> words(std::size_t i) const;
+  double value(std::size_t i) const;
+  std::uint32_t bits(std::size_t i) const;
+
+ private:
+  std::vector<protocol::modbus::RegisterSpec> specs_;
+  protocol::modbus::Plan plan_;
+  std::vector<std::vector<std::uint16_t>> buffers_;  // one for each block
+};
+
+}  // namespace shaker::drivers::modbus

@@ -1,0 +1,21 @@
+// Displacement (and excitation) polled from Modbus registers.
+//
+// Polled at rate_hz on absolute deadlines, neighbours in one block read, stamped with the middle
+// between request and answer on our own clock (StampSource::host_receive). A value that is not
+// finite comes as a sample of bad quality. A missed answer is counted and gives no samples; an
+// Error comes only when the connection is gone.
+#pragma once
+
+#include <memory>
+
+#include "base/clock.hpp"
+#include "base/result.hpp"
+#include "config/rig.hpp"
+#include "drivers/sensor.hpp"
+
+namespace shaker::drivers::modbus {
+
+// Opens nothing yet. An Error names the channel or setting that is wrong. `clock` must outlive it.
+Result<std::unique_ptr<Sensor>> make_sensor(const config::ModbusSensor& config, Clock& clock);
+
+}  // namespace shaker::drivers::modbus
