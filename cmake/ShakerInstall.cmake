@@ -10,9 +10,9 @@ endforeach()
 install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md"
         PATTERN "*.svg")
-install(DIRECTORY config/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/examples OPTIONAL)
+install(DIRECTORY config/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/examples)
 foreach(room IN ITEMS config protocol)
-  install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema OPTIONAL)
+  install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema)
 endforeach()
 
 # The estimator stands alone: find_package(ShakerEstimator), tests/install/consumer shows how. For who

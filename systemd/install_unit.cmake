@@ -7,7 +7,9 @@ endif()
 configure_file(${source}/shakerd.service.in ${binary}/shakerd.service @ONLY)
 file(INSTALL ${binary}/shakerd.service DESTINATION ${CMAKE_INSTALL_PREFIX}/lib/systemd/system)
 
-# A rig file that somebody has written for his rig is never replaced.
+# The first rig is a simulated one, so that a first start moves nothing real. A rig file that somebody
+# has written for his rig is never replaced.
 if(NOT EXISTS $ENV{DESTDIR}${etc}/rig.json)
-  file(INSTALL ${source}/rig.json DESTINATION ${etc} OPTIONAL)
+  file(INSTALL ${examples}/rig-simulated.json DESTINATION ${etc} RENAME rig.json)
+  file(INSTALL ${examples}/model-oleo.json DESTINATION ${etc})
 endif()
