@@ -47,6 +47,7 @@ void Engine::on_estimate(const EstimateOutcome& outcome) {
 
 void Engine::tick() {
   Impl& e = *impl_;
+  e.watch_outlet();
   e.watch_ages();
   e.watch_exciter();
   e.watch_hold();
@@ -156,6 +157,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   if (auto ok = e.outlet.record_campaign(wanted); !ok) return ok;
   e.campaign = wanted;
   e.recording = true;
+  e.outlet_trouble.reset();
   e.furthest = 0.0;
   e.run_index = 0;
   e.proved = e.polarity_known = false;
@@ -166,9 +168,8 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
     m.begin_rest();
   e.enter(State::check, fmt::format("campaign \"{}\" was started", wanted.name));
   if (auto ok = e.begin_run(0); !ok) {
-    const Error error = ok.error();
-    e.outlet_failed(error);
-    return error;
+    e.leave_check("fail", ok.error().what);
+    return ok;
   }
   e.estimator.begin(wanted.model);
   return {};
@@ -187,10 +188,9 @@ Result<void> Engine::stop(const std::string& who) {
 
 Result<void> Engine::emergency_stop(const std::string& who) {
   Impl& e = *impl_;
-  e.halt();  // before anything else
   const std::string why = fmt::format("emergency stop by {}", who);
   e.fault_detector.reset();
-  e.trip(why);
+  e.trip(why);  // tells the exciter before anything else
   e.alarm("error", "emergency_stop", why, config::Action::stop);
   return {};
 }

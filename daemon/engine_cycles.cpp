@@ -18,10 +18,10 @@ void Engine::Impl::take(std::span<const drivers::Sample> samples) {
     if (collecting) assembler.push(sample.channel, sample.t, sample.value);
   }
   watch_levels();
-  if (recording) {
-    if (auto ok = outlet.record_samples(samples); !ok) outlet_failed(ok.error());
-  }
+  if (recording) keep(outlet.record_samples(samples));
+  watch_outlet();
   collect();
+  watch_outlet();
 }
 
 void Engine::Impl::restart_assembler() {
@@ -110,7 +110,7 @@ void Engine::Impl::accept(const AssembledCycle& cycle, const GateVerdict& verdic
   outgoing.run = static_cast<int>(run_index);
   outgoing.index = run_cycles;
   if (!recording) return;
-  if (auto ok = outlet.record_cycle(outgoing, true); !ok) return outlet_failed(ok.error());
+  if (!keep(outlet.record_cycle(outgoing, true))) return;
   publish_cycle(cycle, true, "", verdict);
   ++run_cycles;
   ++run_accepted;
@@ -132,7 +132,7 @@ void Engine::Impl::reject(const AssembledCycle& cycle, const GateVerdict& verdic
     outgoing = cycle.measured;
     outgoing.run = static_cast<int>(run_index);
     outgoing.index = run_cycles;
-    if (auto ok = outlet.record_cycle(outgoing, false); !ok) outlet_failed(ok.error());
+    keep(outlet.record_cycle(outgoing, false));
   }
   publish_cycle(cycle, false, why, verdict);
   ++run_cycles;

@@ -28,7 +28,7 @@ constexpr double kSettleGuess = 12.0;
 }  // namespace
 
 void Engine::Impl::publish(const protocol::Document& document) {
-  if (auto ok = outlet.publish(document); !ok) outlet_failed(ok.error());
+  keep(outlet.publish(document));
 }
 
 void Engine::Impl::alarm(const std::string& severity, const std::string& code,

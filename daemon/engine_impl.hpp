@@ -71,7 +71,8 @@ struct Engine::Impl {
   void close_campaign();
   void next_run_or_end();
   Result<void> begin_run(std::size_t index);
-  void outlet_failed(const Error& error);
+  bool keep(const Result<void>& recorded);
+  void watch_outlet();
   void leave_check(const std::string& outcome, const std::string& why);
   void act(Detector detector);
   void watch_levels();
@@ -144,7 +145,8 @@ struct Engine::Impl {
   // the campaign
   std::optional<config::CampaignSpec> campaign;
   std::size_t run_index = 0;
-  bool recording = false;        // the outlet has a campaign open and has not failed
+  bool recording = false;  // the outlet has a campaign open and has not failed
+  std::optional<Error> outlet_trouble;
   std::optional<RunEnd> ending;  // of the present run, once it has an outcome
   bool run_open = false;         // run_start was published, run_stop was not
   long run_cycles = 0, run_accepted = 0, run_rejected = 0;

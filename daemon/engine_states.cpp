@@ -17,7 +17,15 @@ void Engine::Impl::enter(State to, const std::string& why) {
     reason = why;
   }
   entered = clock.now();
-  if (!cutting()) collecting = false;
+  if (!cutting()) {
+    collecting = false;
+    // What only whole cycles and motion show is over with them.
+    for (const Detector d :
+         {Detector::frozen_sensor, Detector::command_error, Detector::under_peak}) {
+      detectors.report(d, {});
+    }
+    command_errors = under_peaks = 0;
+  }
   if (campaign) furthest = std::max(furthest, done_s());
   publish(state_document());
 }
@@ -38,8 +46,7 @@ void Engine::Impl::trip(const std::string& why) {
   halt();
   if (state == State::fault) return;
   enter(State::fault, why);
-  end_run("fail", why);
-  finish_ended_run();
+  end_run("fail", why);  // published at the next tick: the cycle that tripped it comes before
 }
 
 // The outcome is settled here; it is published when the run's estimates have come, or are given up.
@@ -90,7 +97,7 @@ void Engine::Impl::next_run_or_end() {
     return;
   }
   const std::string why = fmt::format("run \"{}\" is over", run().name);
-  if (auto ok = begin_run(run_index + 1); !ok) return outlet_failed(ok.error());
+  keep(begin_run(run_index + 1));
   enter(State::ramp, why);
   begin_ramp();
 }
@@ -114,11 +121,18 @@ Result<void> Engine::Impl::begin_run(std::size_t index) {
   return recorded;
 }
 
+// Remembered here and acted upon in watch_outlet, so that no call in the middle of a transition
+// starts another one.
+bool Engine::Impl::keep(const Result<void>& recorded) {
+  if (!recorded && recording && !outlet_trouble) outlet_trouble = recorded.error();
+  return recorded.ok();
+}
+
 // Nothing may be measured that cannot be kept.
-void Engine::Impl::outlet_failed(const Error& error) {
-  if (!recording) return;
+void Engine::Impl::watch_outlet() {
+  if (!outlet_trouble || !recording) return;
   recording = false;
-  const std::string why = fmt::format("nothing can be recorded: {}", error.what);
+  const std::string why = fmt::format("nothing can be recorded: {}", outlet_trouble->what);
   alarm("error", "record_failed", why, config::Action::ramp_down);
   if (state == State::check) {
     leave_check("fail", why);

@@ -19,6 +19,7 @@ constexpr double kAliveS = 0.2;            // a slow sensor is allowed so much a
 constexpr double kUndetermined = 0.03;     // |sin| of the lag: what two sensors' delays may feign
 constexpr double kMovesPart = 0.5;         // of the commanded amplitude
 constexpr double kAnswers = 5.0;           // times the noise of a point
+constexpr double kLeastStroke = 1e-7;      // m; for a sensor without noise
 
 double fastest(const config::CampaignSpec& campaign) {
   double f = 0.0;
@@ -194,7 +195,7 @@ std::optional<Finding> check_in_motion(const AssembledCycle* cycle, double comma
                     commanded, cycle == nullptr ? 0.0 : cycle->measured.amplitude)};
   }
   if (cycle == nullptr || !cycle->whole ||
-      cycle->stroke_amplitude <= kAnswers * cycle->point_noise) {
+      cycle->stroke_amplitude <= std::max(kAnswers * cycle->point_noise, kLeastStroke)) {
     return Finding{true, "sensor_no_response",
                    excitation_measured
                        ? "the table moves and the stroke does not; check the displacement sensor"
