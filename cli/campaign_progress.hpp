@@ -1,0 +1,47 @@
+// How far a campaign is, from the documents of the stream. Pure: time comes in by call, in seconds
+// since any origin.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "config/campaign.hpp"
+
+namespace shaker::cli {
+
+class CampaignProgress {
+ public:
+  explicit CampaignProgress(const config::CampaignSpec& campaign) : campaign_(campaign) {}
+
+  void take(const nlohmann::json& document, double now);
+
+  // It had begun (a state other than IDLE) and is in IDLE or FAULT again.
+  bool over() const { return begun_ && (state_ == "IDLE" || state_ == "FAULT"); }
+  // Every run ended with success, and the rig is not in FAULT.
+  bool success() const;
+  // The estimate of the last accepted cycle has come.
+  bool estimate_is_in() const { return estimates_ >= accepted_total_; }
+
+  double fraction() const;          // of the cycles wanted
+  double eta_s(double now) const;   // what remains, ramps and settling included
+  std::string status_line() const;  // "slow 1.5 Hz  MEASURE  7/20 cycles"
+  const std::string& state() const { return state_; }
+  const std::string& reason() const { return reason_; }
+  const nlohmann::json& last_estimate() const { return estimate_; }
+
+ private:
+  const config::CampaignSpec& campaign_;
+  std::string state_, reason_;
+  bool begun_ = false;
+  int run_ = -1;      // index of the current one
+  int accepted_ = 0;  // of the current run
+  int accepted_total_ = 0, estimates_ = 0;
+  int successes_ = 0;
+  double run_began_ = 0.0;
+  double overhead_ = -1.0;  // seconds from a run's start to its first accepted cycle
+  nlohmann::json estimate_;
+};
+
+}  // namespace shaker::cli

@@ -1,0 +1,57 @@
+// shakerctl's commands: one function each, one file each in cli/commands/. They write results to
+// stdout and what went wrong, a sentence, to stderr; with `json` an object {"error": ...} to stdout
+// too. They return an ExitCode and throw nothing.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "cli/exit_code.hpp"
+
+namespace shaker::cli {
+
+struct Common {
+  bool json = false;
+  std::filesystem::path socket = "/run/shakerd/shakerd.sock";
+};
+
+struct WatchOptions {
+  double seconds = 0.0;  // 0: until Ctrl-C
+};
+struct RunOptions {
+  std::filesystem::path campaign;
+};
+struct EstimateOptions {
+  std::filesystem::path file;
+  std::filesystem::path model;  // empty: the database's own
+  std::optional<double> frequency_hz, amplitude;
+};
+struct ReproduceOptions {
+  int figure = 0;     // 0: all of them
+  bool bias = false;  // what the paper's test hides, instead of a figure
+};
+struct ExportOptions {
+  std::filesystem::path database;
+  std::filesystem::path directory = ".";
+  bool samples = false;  // raw samples instead of cycles
+  bool all = false;      // cycles that were left out, too
+};
+struct CheckOptions {
+  std::filesystem::path file;
+  std::filesystem::path rig;  // a campaign is held against its limits; may be empty
+};
+
+int status(const Common& common);
+int watch(const Common& common, const WatchOptions& options);
+int run(const Common& common, const RunOptions& options);
+int order(const Common& common, const std::string& method);  // stop, estop, ack
+int estimate(const Common& common, const EstimateOptions& options);
+int reproduce(const Common& common, const ReproduceOptions& options);
+int export_runs(const Common& common, const ExportOptions& options);
+int check(const Common& common, const CheckOptions& options);
+
+// Says what went wrong and gives `code` back.
+int fail(const Common& common, ExitCode code, const std::string& sentence);
+
+}  // namespace shaker::cli

@@ -1,0 +1,208 @@
+// Runs a campaign: takes control, keeps the lease, shows how far it is, and stays until the rig is
+// at rest again. Leaving early is safe: the lease runs out and the daemon ramps down.
+#include <chrono>
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "cli/campaign_progress.hpp"
+#include "cli/commands/daemon_error.hpp"
+#include "cli/terminal.hpp"
+#include "config/campaign.hpp"
+#include "estimator/model.hpp"
+#include "report/estimate_table.hpp"
+#include "report/text_table.hpp"
+
+namespace shaker::cli {
+namespace {
+
+using Json = nlohmann::json;
+using Clock = std::chrono::steady_clock;
+constexpr double kLastEstimateS = 2.0;  // to wait for the last estimate once the rig is at rest
+
+class Campaign {
+ public:
+  Campaign(const Common& common, StreamClient& client, const config::CampaignSpec& spec)
+      : common_(common), client_(client), progress_(spec), terminal_(stdout_is_terminal()) {}
+
+  int run(const Json& spec);
+
+ private:
+  std::optional<int> begin(const Json& spec);
+  Result<void> follow();
+  Result<void> keep_lease();
+  Result<void> heed_interrupts();
+  void take(const std::string& line);
+  void show(const Json& document);
+  void draw_bar();
+  void clear_bar();
+  int finish();
+  double now() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  const Common& common_;
+  StreamClient& client_;
+  CampaignProgress progress_;
+  bool terminal_, bar_drawn_ = false, lease_lost_ = false;
+  int interrupts_heeded_ = 0;
+  double lease_s_ = 2.0, renewed_ = 0.0, drawn_ = -1.0;
+  Clock::time_point start_ = Clock::now();
+};
+
+std::optional<int> Campaign::begin(const Json& spec) {
+  // What comes before the start belongs to the rig's past: shown, but no part of this campaign.
+  const auto before = [&](const std::string& line) {
+    if (common_.json) fmt::print("{}\n", line);
+  };
+  if (common_.json) fmt::print("{}\n", client_.version_line());
+  const auto control = client_.ask("control.acquire", nullptr, before);
+  if (!control) return unreachable(common_, control.error());
+  if (control->refused) return refused(common_, *control);
+  if (control->result.is_object()) {
+    lease_s_ = number_of(control->result, "lease_s").value_or(lease_s_);
+  }
+  renewed_ = now();
+  const auto started = client_.ask("campaign.start", {{"campaign", spec}},
+                                   [&](const std::string& line) { take(line); });
+  if (!started) return unreachable(common_, started.error());
+  if (started->refused) return refused(common_, *started);
+  return std::nullopt;
+}
+
+Result<void> Campaign::keep_lease() {
+  if (lease_lost_ || now() - renewed_ < lease_s_ / 4.0) return {};
+  renewed_ = now();
+  const auto sent = client_.send("lease.renew");
+  return sent ? Result<void>() : sent.error();
+}
+
+Result<void> Campaign::heed_interrupts() {
+  if (interrupts_heeded_ >= std::min(interrupts(), 2)) return {};
+  ++interrupts_heeded_;
+  clear_bar();
+  if (interrupts_heeded_ == 2) return Error{ErrorKind::refused, "interrupted twice"};
+  fmt::print(stderr, "Stopping: the rig ramps down. Ctrl-C again leaves without waiting for it.\n");
+  const auto sent = client_.send("stop");
+  return sent ? Result<void>() : sent.error();
+}
+
+void Campaign::take(const std::string& line) {
+  const Json document = Json::parse(line, nullptr, false);
+  Answer answer;
+  if (StreamClient::is_answer(document, answer)) {
+    if (!answer.refused || lease_lost_) return;
+    lease_lost_ = true;
+    clear_bar();
+    fmt::print(stderr, "shakerctl: {}\n", printable(answer.message));
+    return;
+  }
+  if (!document.is_object()) return;
+  progress_.take(document, now());
+  if (common_.json) {
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+  } else {
+    show(document);
+  }
+}
+
+// On a terminal the bar tells cycles and estimates; elsewhere each has its line.
+void Campaign::show(const Json& document) {
+  const std::string type = text_of(document, "type");
+  if (terminal_ && (type == "cycle" || type == "estimate" || type == "state")) return;
+  const std::string text = narrate(document);
+  if (text.empty()) return;
+  clear_bar();
+  fmt::print("{}\n", text);
+  std::fflush(stdout);
+}
+
+void Campaign::clear_bar() {
+  if (bar_drawn_) fmt::print("\r\x1b[K");
+  bar_drawn_ = false;
+  drawn_ = -1.0;
+}
+
+void Campaign::draw_bar() {
+  if (!terminal_ || common_.json || now() - drawn_ < 0.2) return;
+  const std::string estimate =
+      progress_.last_estimate().is_null()
+          ? ""
+          : report::estimate_line(estimate_from(progress_.last_estimate()));
+  const std::string text =
+      fmt::format("{}  ETA {}  {}  {}", progress_bar(progress_.fraction(), 20),
+                  report::duration(progress_.eta_s(now())), progress_.status_line(), estimate);
+  fmt::print("\r{}\x1b[K", clipped(printable(text), terminal_width() - 1));
+  std::fflush(stdout);
+  drawn_ = now();
+  bar_drawn_ = true;
+}
+
+Result<void> Campaign::follow() {
+  double over_since = -1.0;
+  for (;;) {
+    if (auto heeded = heed_interrupts(); !heeded) return heeded;
+    if (auto kept = keep_lease(); !kept) return kept;
+    if (progress_.over()) {
+      if (over_since < 0.0) over_since = now();
+      if (progress_.estimate_is_in() || now() - over_since > kLastEstimateS) return {};
+    }
+    std::string line;
+    const auto wait = client_.next(100, line);
+    if (!wait) return wait.error();
+    if (*wait == StreamClient::Wait::line) take(line);
+    draw_bar();
+  }
+}
+
+int Campaign::finish() {
+  clear_bar();
+  const Json& last = progress_.last_estimate();
+  const auto estimate = last.is_null() ? protocol::EstimateDocument{} : estimate_from(last);
+  if (!common_.json && !last.is_null()) fmt::print("\n{}", report::estimate_table(estimate));
+  if (!progress_.success()) {
+    return fail(common_, kNegative,
+                fmt::format("the campaign did not succeed: {}",
+                            progress_.reason().empty() ? "the rig is in " + progress_.state()
+                                                       : printable(progress_.reason())));
+  }
+  if (last.is_null() || !estimate.usable) {
+    return fail(common_, kNotUsable, "the campaign is measured, but its estimate is not usable");
+  }
+  if (!common_.json) fmt::print("The campaign is done.\n");
+  return kOk;
+}
+
+int Campaign::run(const Json& spec) {
+  if (const auto trouble = begin(spec)) return *trouble;
+  const auto followed = follow();
+  clear_bar();
+  if (!followed) {
+    if (interrupts_heeded_ >= 2) {
+      return fail(common_, kNegative, "left before the rig was at rest; the daemon ramps it down");
+    }
+    return fail(common_, kUnreachable, printable(followed.error().what));
+  }
+  // The connection ends with this process: a release that does not arrive changes nothing.
+  if (const auto released = client_.send("control.release"); !released) clear_bar();
+  return finish();
+}
+
+}  // namespace
+
+int run(const Common& common, const RunOptions& options) {
+  const auto campaign = config::load_campaign(options.campaign);
+  if (!campaign) return fail(common, kBadInput, campaign.error().what);
+  try {
+    const estimator::Model model(campaign->model);
+  } catch (const std::invalid_argument& error) {
+    return fail(common, kBadInput, error.what());
+  }
+  auto client = StreamClient::connect(common.socket);
+  if (!client) return unreachable(common, client.error());
+  count_interrupts();
+  return Campaign(common, *client, *campaign).run(Json::parse(config::to_json_text(*campaign)));
+}
+
+}  // namespace shaker::cli

@@ -1,0 +1,242 @@
+#include "cli/config_check.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "config/campaign.hpp"
+#include "config/json_tree.hpp"
+#include "config/rig.hpp"
+#include "estimator/model.hpp"
+#include "protocol/can/database.hpp"
+
+namespace shaker::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add_lines(std::vector<std::string>& lines, const std::string& text) {
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);)
+    lines.push_back(line);
+}
+
+// "format" decides; without it, the keys that only one kind has.
+std::string kind_of(const config::Node& root) {
+  if (const auto* format = root.find("format");
+      format && format->kind == config::Node::Kind::string) {
+    for (const char* kind : {"rig", "model", "campaign"}) {
+      if (format->text.starts_with(fmt::format("shaker-{}/", kind))) return kind;
+    }
+  }
+  if (root.find("exciter") || root.find("sensors")) return "rig";
+  if (root.find("runs")) return "campaign";
+  if (root.find("effects")) return "model";
+  return {};
+}
+
+void check_model(const config::ModelSpec& spec, CheckReport& report) {
+  try {
+    const estimator::Model model(spec);
+    std::vector<std::string> names;
+    for (const config::EffectSpec& effect : spec.effects)
+      names.push_back(effect.effect);
+    report.facts.push_back(fmt::format("model {}: {}", spec.name, fmt::join(names, " + ")));
+    for (const estimator::ModelParameter& p : model.parameters()) {
+      report.facts.push_back(fmt::format("  {} [{}]: start {:.6g}, {:.6g} .. {:.6g}{}", p.name,
+                                         p.unit, p.start, p.lower, p.upper,
+                                         p.fixed ? ", fixed" : ""));
+    }
+  } catch (const std::invalid_argument& error) {
+    report.errors.emplace_back(error.what());
+  }
+}
+
+class RigChecker {
+ public:
+  RigChecker(const config::RigConfig& rig, CheckReport& report) : rig_(rig), report_(report) {}
+
+  void check() {
+    std::visit([this](const auto& device) { exciter(device); }, rig_.exciter.device);
+    for (const config::SensorConfig& each : rig_.sensors) {
+      std::visit([this](const auto& device) { sensor(device); }, each);
+    }
+    const config::Limits& l = rig_.limits;
+    fact("limits: stroke {} .. {} m, rate {} m/s, excitation {} m/s^2, {} .. {} Hz", l.stroke_min_m,
+         l.stroke_max_m, l.stroke_rate_max_m_s, l.excitation_max_m_s2, l.frequency_min_hz,
+         l.frequency_max_hz);
+    if (!rig_.model.empty()) default_model();
+  }
+
+ private:
+  template <class... Args>
+  void fact(fmt::format_string<Args...> format, Args&&... args) {
+    report_.facts.push_back(fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  static std::string link(const config::ModbusLink& link) {
+    if (const auto* tcp = std::get_if<config::ModbusTcp>(&link.transport)) {
+      return fmt::format("Modbus TCP {}:{} unit {}", tcp->host, tcp->port, link.unit_id);
+    }
+    const auto& rtu = std::get<config::ModbusRtu>(link.transport);
+    return fmt::format("Modbus RTU {} {} baud 8{}{} unit {}", rtu.device, rtu.baud, rtu.parity,
+                       rtu.stop_bits, link.unit_id);
+  }
+
+  void exciter(const config::ModbusExciter& e) {
+    fact("exciter: {}, {} registers", link(e.link), e.registers.size());
+    if (!e.registers.contains("heartbeat_timeout")) {
+      report_.warnings.emplace_back(
+          "the exciter has no register \"heartbeat_timeout\": that it stops "
+          "by itself when the link is lost cannot be read back");
+    }
+  }
+  void exciter(const config::CanExciter& e) {
+    fact("exciter: CAN {}, {} every {} s", e.interface, e.setpoint_message, e.period_s);
+    const auto database = dbc(e.dbc);
+    for (const char* name : {"frequency", "amplitude", "enable", "ramp", "heartbeat"}) {
+      expect_signal(database, e.dbc, e.setpoint_message, name);
+    }
+    for (const char* name : {"status", "fault"}) {
+      expect_signal(database, e.dbc, e.status_message, name);
+    }
+  }
+  void exciter(const config::SimulatedExciter&) { fact("exciter: simulated"); }
+  void exciter(const config::ReplayExciter&) { fact("exciter: none (replay)"); }
+
+  void sensor(const config::CanSensor& s) {
+    fact("sensor: CAN {}, {} signals of {}", s.interface, s.signals.size(), s.dbc.string());
+    const auto database = dbc(s.dbc);
+    for (const auto& each : s.signals)
+      expect_signal(database, s.dbc, each.message, each.signal);
+  }
+  void sensor(const config::ModbusSensor& s) {
+    fact("sensor: {}, {} channels at {} Hz", link(s.link), s.registers.size(), s.rate_hz);
+  }
+  void sensor(const config::SimulatedSensor& s) {
+    fact("sensor: simulated {} at {} Hz", s.plant, s.rate_hz);
+  }
+  void sensor(const config::ReplaySensor& s) {
+    fact("sensor: replay of {}", s.file.string());
+    if (!fs::exists(rig_.directory / s.file)) {
+      report_.warnings.push_back(
+          fmt::format("{}: there is no such file yet", (rig_.directory / s.file).string()));
+    }
+    if (s.dbc.empty()) return;
+    const auto database = dbc(s.dbc);
+    for (const auto& each : s.signals)
+      expect_signal(database, s.dbc, each.message, each.signal);
+  }
+
+  std::optional<protocol::can::Database> dbc(const fs::path& file) {
+    const auto path = rig_.directory / file;
+    const auto text = config::read_text(path);
+    auto database = text ? protocol::can::parse_dbc(*text, path.string())
+                         : Result<protocol::can::Database>(text.error());
+    if (database) return std::move(*database);
+    report_.errors.push_back(database.error().what);
+    return std::nullopt;
+  }
+
+  void expect_signal(const std::optional<protocol::can::Database>& database, const fs::path& dbc,
+                     const std::string& message, const std::string& signal) {
+    if (!database) return;
+    const protocol::can::Message* found = database->find(message);
+    if (!found) {
+      std::vector<std::string> names;
+      for (const auto& each : database->messages)
+        names.push_back(each.name);
+      report_.errors.push_back(fmt::format("{}: there is no message \"{}\"; there are {}",
+                                           dbc.string(), message, fmt::join(names, ", ")));
+    } else if (!found->find(signal)) {
+      std::vector<std::string> names;
+      for (const auto& each : found->signals)
+        names.push_back(each.name);
+      report_.errors.push_back(fmt::format("{}: message {} has no signal \"{}\"; it has {}",
+                                           dbc.string(), message, signal, fmt::join(names, ", ")));
+    }
+  }
+
+  void default_model() {
+    const auto model = config::load_model(rig_.directory / rig_.model);
+    if (!model) {
+      add_lines(report_.errors, model.error().what);
+    } else {
+      check_model(*model, report_);
+    }
+  }
+
+  const config::RigConfig& rig_;
+  CheckReport& report_;
+};
+
+void check_against(const config::CampaignSpec& campaign, const fs::path& file,
+                   CheckReport& report) {
+  const auto rig = config::load_rig(file);
+  if (!rig) return add_lines(report.errors, rig.error().what);
+  const config::Limits& l = rig->limits;
+  for (const config::RunSpec& run : campaign.runs) {
+    if (run.frequency_hz < l.frequency_min_hz || run.frequency_hz > l.frequency_max_hz) {
+      report.errors.push_back(fmt::format("run {}: {} Hz is outside of the rig's {} .. {} Hz",
+                                          run.name, run.frequency_hz, l.frequency_min_hz,
+                                          l.frequency_max_hz));
+    }
+    if (run.amplitude > l.excitation_max_m_s2) {
+      report.errors.push_back(fmt::format("run {}: {} m/s^2 is above the rig's {} m/s^2", run.name,
+                                          run.amplitude, l.excitation_max_m_s2));
+    }
+  }
+}
+
+void check_campaign(const fs::path& file, const fs::path& rig, CheckReport& report) {
+  const auto campaign = config::load_campaign(file);
+  if (!campaign) return add_lines(report.errors, campaign.error().what);
+  report.facts.push_back(
+      fmt::format("campaign {}: {} runs", campaign->name, campaign->runs.size()));
+  for (const config::RunSpec& run : campaign->runs) {
+    report.facts.push_back(fmt::format("  {}: {} Hz, {} m/s^2, {} cycles ({:.0f} s)", run.name,
+                                       run.frequency_hz, run.amplitude, run.cycles,
+                                       run.cycles / run.frequency_hz));
+  }
+  check_model(campaign->model, report);
+  if (!rig.empty()) check_against(*campaign, rig, report);
+}
+
+}  // namespace
+
+CheckReport check_file(const fs::path& file, const fs::path& rig_file) {
+  CheckReport report;
+  const auto text = config::read_text(file);
+  if (!text) return report.errors.push_back(text.error().what), report;
+  const auto root = config::parse_json(*text, file.string());
+  if (!root) return report.errors.push_back(root.error().what), report;
+  report.kind = kind_of(*root);
+  if (report.kind == "campaign") {
+    check_campaign(file, rig_file, report);
+  } else if (report.kind == "model") {
+    const auto model = config::load_model(file);
+    if (model) {
+      check_model(*model, report);
+    } else {
+      add_lines(report.errors, model.error().what);
+    }
+  } else if (report.kind == "rig") {
+    const auto rig = config::load_rig(file);
+    if (rig) {
+      RigChecker(*rig, report).check();
+    } else {
+      add_lines(report.errors, rig.error().what);
+    }
+  } else {
+    report.errors.push_back(fmt::format(
+        "{}: neither a rig (\"exciter\", \"sensors\"), a model (\"effects\") nor a campaign "
+        "(\"runs\")",
+        file.string()));
+  }
+  return report;
+}
+
+}  // namespace shaker::cli

@@ -1,0 +1,128 @@
+// shakerctl: the operator's hand. The command line; what it does is in cli/commands/.
+#include <cstdio>
+#include <exception>
+#include <functional>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "cli/commands.hpp"
+
+namespace {
+
+using namespace shaker::cli;
+
+constexpr const char* kFooter = R"(
+Examples:
+  shakerctl check rig.json                     is the file good, and what does it say?
+  shakerctl run campaign-demo.json             run it, with a progress bar; Ctrl-C ramps down
+  shakerctl watch                              look on while somebody else runs one
+  shakerctl stop                               ramp down, whoever is in control
+  shakerctl estimate /var/lib/shakerd/demo_20260301T120000Z.db
+  shakerctl estimate run.csv --model model-oleo.json --frequency 2 --amplitude 3 --json
+
+Exit status: 0 done; 1 done, but the outcome is bad; 2 usage or a bad file; 3 no daemon;
+4 the daemon refused; 5 the estimate is not usable.)";
+
+struct Options {
+  Common common;
+  WatchOptions watch;
+  RunOptions run;
+  EstimateOptions estimate;
+  ReproduceOptions reproduce;
+  ExportOptions export_runs;
+  CheckOptions check;
+  std::function<int()> action;
+};
+
+CLI::App* add(CLI::App& app, Options& o, const char* name, const char* help,
+              std::function<int()> action) {
+  CLI::App* command = app.add_subcommand(name, help);
+  command->add_flag("--json", o.common.json, "Print JSON instead of text");
+  command->callback([&o, action = std::move(action)] { o.action = action; });
+  return command;
+}
+
+void add_socket(CLI::App* command, Options& o) {
+  command->add_option("--socket", o.common.socket, "Where the daemon listens")
+      ->envname("SHAKERD_SOCKET")
+      ->capture_default_str();
+}
+
+void add_online(CLI::App& app, Options& o) {
+  const auto order_of = [&o](const char* method) {
+    return [&o, method] { return order(o.common, method); };
+  };
+  add_socket(add(app, o, "status", "What the rig does now, and the last estimate",
+                 [&o] { return status(o.common); }),
+             o);
+  auto* watching =
+      add(app, o, "watch", "Show what happens: a live table on a terminal, lines elsewhere",
+          [&o] { return watch(o.common, o.watch); });
+  add_socket(watching, o);
+  watching->add_option("--seconds", o.watch.seconds, "End after so long (default: at Ctrl-C)")
+      ->check(CLI::PositiveNumber);
+  auto* running = add(app, o, "run", "Run a campaign and stay until the rig is at rest",
+                      [&o] { return run(o.common, o.run); });
+  add_socket(running, o);
+  running->add_option("campaign", o.run.campaign, "Campaign file")->required();
+  running->footer(
+      "Takes control, starts, and keeps the lease: when this program ends or hangs, the\n"
+      "daemon ramps down. Ctrl-C stops and waits for the ramp; a second one leaves.");
+  add_socket(add(app, o, "stop", "Ramp down; anyone may", order_of("stop")), o);
+  add_socket(
+      add(app, o, "estop", "Zero at once, without a ramp; latches a fault", order_of("estop")), o);
+  add_socket(add(app, o, "ack", "Acknowledge a fault whose cause is gone", order_of("ack")), o);
+}
+
+void add_offline(CLI::App& app, Options& o) {
+  auto* estimating = add(app, o, "estimate", "Estimate from a campaign database or a CSV file",
+                         [&o] { return estimate(o.common, o.estimate); });
+  estimating->add_option("file", o.estimate.file, "FILE.db, or FILE.csv with a header row")
+      ->required();
+  estimating->add_option("--model", o.estimate.model, "Model file (default: the database's own)");
+  estimating->add_option("--frequency", o.estimate.frequency_hz, "Of the excitation, Hz (CSV)");
+  estimating->add_option("--amplitude", o.estimate.amplitude,
+                         "Of the table's acceleration, m/s^2 (CSV without an excitation column)");
+  estimating->footer(
+      "CSV columns: t,y (the excitation is then amplitude cos(2 pi frequency t)), or\n"
+      "t,excitation,displacement. t in seconds; any number of periods.");
+  auto* reproducing =
+      add(app, o, "reproduce", "The paper's figures 11 to 14 again, beside the print",
+          [&o] { return reproduce(o.common, o.reproduce); });
+  auto* figure =
+      reproducing->add_option("--figure", o.reproduce.figure, "11, 12, 13 or 14 (default: all)");
+  reproducing->add_flag("--bias", o.reproduce.bias, "Show what the paper's test hides")
+      ->excludes(figure);
+  auto* exporting = add(app, o, "export", "Write a campaign database as CSV, one file a run",
+                        [&o] { return export_runs(o.common, o.export_runs); });
+  exporting->add_option("database", o.export_runs.database, "Campaign database")->required();
+  exporting->add_option("--directory", o.export_runs.directory, "Where to")->capture_default_str();
+  exporting->add_flag("--samples", o.export_runs.samples, "Raw samples instead of cycles");
+  exporting->add_flag("--all", o.export_runs.all, "Also cycles that were not accepted");
+  auto* checking = add(app, o, "check", "Is a rig, model or campaign file good?",
+                       [&o] { return check(o.common, o.check); });
+  checking->add_option("file", o.check.file, "The file")->required();
+  checking->add_option("--rig", o.check.rig, "Rig file whose limits a campaign is held against");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("The operator's hand: talks to shakerd, and estimates from files.", "shakerctl");
+  Options options;
+  app.set_version_flag("--version", "shakerctl " SHAKER_VERSION);
+  app.footer(kFooter);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  add_online(app, options);
+  add_offline(app, options);
+  try {
+    app.parse(argc, argv);
+    return options.action();
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kOk : kBadInput;
+  } catch (const std::exception& error) {
+    return fail(options.common, kNegative, fmt::format("unexpected: {}", error.what()));
+  }
+}

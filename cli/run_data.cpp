@@ -1,0 +1,217 @@
+#include "cli/run_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+#include "record/campaign_database.hpp"
+
+namespace shaker::cli {
+namespace {
+
+using estimator::RunData;
+
+constexpr std::size_t kMinPoints = 8;
+constexpr int kHarmonics = 8;
+constexpr int kExcitationPoints = 64;
+constexpr double kSameTau = 1e-6;  // of a period: far below what any sensor resolves
+
+double cyclic(double t, double frequency) {
+  const double tau = t * frequency;
+  const double part = tau - std::floor(tau);
+  return part < 1.0 ? part : 0.0;
+}
+
+// Points in a period when the samples stand at i / n of whole periods, each once; else 0.
+std::size_t points_of_even_grid(const std::vector<double>& t, double frequency) {
+  const double span = (t.back() - t.front()) / static_cast<double>(t.size() - 1) * frequency;
+  const auto n = static_cast<std::size_t>(std::llround(1.0 / span));
+  if (n < kMinPoints || t.size() % n != 0) return 0;
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double expected = static_cast<double>(i) / static_cast<double>(n);
+    if (std::abs(t[i] * frequency - expected - std::round(t.front() * frequency)) > kSameTau) {
+      return 0;
+    }
+  }
+  return n;
+}
+
+// The excitation on equal steps: harmonics 1 to 8 by least squares.
+std::vector<double> periodic_excitation(const std::vector<double>& tau,
+                                        const std::vector<double>& x) {
+  const auto rows = static_cast<Eigen::Index>(tau.size());
+  const int harmonics = std::min(kHarmonics, static_cast<int>((tau.size() - 1) / 4));
+  const Eigen::Index columns = 1 + 2 * harmonics;
+  // Normal equations row by row: memory does not grow with the file.
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(columns, columns);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(columns), row(columns);
+  const auto fill = [&](double at) {
+    row[0] = 1.0;
+    for (int h = 1; h <= harmonics; ++h) {
+      row[2 * h - 1] = std::cos(2.0 * std::numbers::pi * h * at);
+      row[2 * h] = std::sin(2.0 * std::numbers::pi * h * at);
+    }
+  };
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    fill(tau[static_cast<std::size_t>(i)]);
+    normal.selfadjointView<Eigen::Lower>().rankUpdate(row);
+    right += x[static_cast<std::size_t>(i)] * row;
+  }
+  const Eigen::MatrixXd full = normal.selfadjointView<Eigen::Lower>();
+  Eigen::VectorXd c = full.completeOrthogonalDecomposition().solve(right);
+  c[0] = 0.0;
+  std::vector<double> out;
+  for (int i = 0; i < kExcitationPoints; ++i) {
+    fill(static_cast<double>(i) / kExcitationPoints);
+    out.push_back(row.dot(c));
+  }
+  return out;
+}
+
+// Whole periods on one grid: their mean and their scatter about it say the same in fewer numbers.
+void fold(const std::vector<double>& y, std::size_t n, RunData& run) {
+  const std::size_t cycles = y.size() / n;
+  run.displacement.assign(n, 0.0);
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    run.displacement[i % n] += y[i] / static_cast<double>(cycles);
+  }
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const double off = y[i] - run.displacement[i % n];
+    run.scatter += off * off;
+  }
+  run.cycles = static_cast<double>(cycles);
+}
+
+Result<void> check(const std::vector<double>& t, const std::string& origin, const Dwell& dwell,
+                   bool excitation_measured) {
+  const auto bad = [&](const std::string& why) {
+    return Error{ErrorKind::invalid, fmt::format("{}: {}", origin, why)};
+  };
+  if (!(dwell.frequency_hz > 0.0) || !std::isfinite(dwell.frequency_hz)) {
+    return bad(fmt::format("the frequency is {} Hz; give one above 0 with --frequency",
+                           dwell.frequency_hz));
+  }
+  if (!excitation_measured && (!dwell.amplitude || !(*dwell.amplitude > 0.0))) {
+    return bad(
+        "there is no excitation column, so the amplitude of the table's acceleration is "
+        "wanted: give one above 0 with --amplitude");
+  }
+  if (t.size() < kMinPoints) {
+    return bad(fmt::format("{} points; at least {} are needed", t.size(), kMinPoints));
+  }
+  for (std::size_t i = 1; i < t.size(); ++i) {
+    if (t[i] > t[i - 1]) continue;
+    return bad(fmt::format("time does not increase: t = {:.9g} is followed by {:.9g} (point {})",
+                           t[i - 1], t[i], i + 1));
+  }
+  const double periods = (t.back() - t.front()) * static_cast<double>(t.size()) /
+                         static_cast<double>(t.size() - 1) * dwell.frequency_hz;
+  if (periods < 0.9) {
+    return bad(fmt::format("{:.2f} of a period at {} Hz; at least a whole one is needed", periods,
+                           dwell.frequency_hz));
+  }
+  if (static_cast<double>(t.size()) / periods < 4.0) {
+    return bad(
+        fmt::format("{:.1f} points a period at {} Hz; at least 4 are needed: check "
+                    "--frequency, and that t is in seconds",
+                    static_cast<double>(t.size()) / periods, dwell.frequency_hz));
+  }
+  return {};
+}
+
+RunData mean_of(const std::vector<record::CycleRow>& cycles) {
+  RunData run;
+  const auto count = static_cast<double>(cycles.size());
+  run.displacement.assign(cycles.front().displacement.size(), 0.0);
+  run.excitation.assign(cycles.front().excitation.size(), 0.0);
+  run.cycles = count;
+  for (const record::CycleRow& cycle : cycles) {
+    run.frequency_hz += cycle.frequency_hz / count;
+    run.amplitude += cycle.amplitude / count;
+    for (std::size_t i = 0; i < run.displacement.size(); ++i) {
+      run.displacement[i] += cycle.displacement[i] / count;
+    }
+    for (std::size_t i = 0; i < run.excitation.size(); ++i) {
+      run.excitation[i] += cycle.excitation[i] / count;
+    }
+  }
+  for (const record::CycleRow& cycle : cycles) {
+    for (std::size_t i = 0; i < run.displacement.size(); ++i) {
+      const double off = cycle.displacement[i] - run.displacement[i];
+      run.scatter += off * off;
+    }
+  }
+  return run;
+}
+
+}  // namespace
+
+Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
+                               const Dwell& dwell) {
+  const auto& t = table.columns.at("t");
+  const bool measured = table.columns.contains("excitation");
+  if (auto good = check(t, origin, dwell, measured); !good) return good.error();
+  const auto& y = table.columns.at(measured ? "displacement" : "y");
+  RunData run;
+  run.frequency_hz = dwell.frequency_hz;
+  run.amplitude = dwell.amplitude.value_or(0.0);
+  std::vector<double> tau;
+  for (const double at : t)
+    tau.push_back(cyclic(at, dwell.frequency_hz));
+  if (measured) run.excitation = periodic_excitation(tau, table.columns.at("excitation"));
+  if (const std::size_t n = points_of_even_grid(t, dwell.frequency_hz)) {
+    fold(y, n, run);
+  } else {
+    run.tau = std::move(tau);
+    run.displacement = y;
+  }
+  return run;
+}
+
+Result<RunData> run_from_csv(const std::filesystem::path& file, const Dwell& dwell) {
+  const auto table = read_csv(file, {{"t", "excitation", "displacement"}, {"t", "y"}});
+  if (!table) return table.error();
+  return run_from_table(*table, file.string(), dwell);
+}
+
+Result<CampaignData> runs_from_database(const std::filesystem::path& file) {
+  const auto reader = record::CampaignReader::open(file);
+  if (!reader) return reader.error();
+  const auto campaign = reader->campaign();
+  if (!campaign) return campaign.error();
+  const auto runs = reader->runs();
+  if (!runs) return runs.error();
+  CampaignData data;
+  data.name = campaign->name;
+  data.model_json = campaign->model_json;
+  for (const record::RunRow& row : *runs) {
+    auto cycles = reader->cycles(row.index);
+    if (!cycles) return cycles.error();
+    std::erase_if(*cycles, [](const record::CycleRow& cycle) { return !cycle.accepted; });
+    if (cycles->empty()) continue;
+    const record::CycleRow& first = cycles->front();
+    for (const record::CycleRow& cycle : *cycles) {
+      if (cycle.displacement.size() != first.displacement.size() ||
+          cycle.excitation.size() != first.excitation.size()) {
+        return Error{ErrorKind::invalid,
+                     fmt::format("{}: run {}: cycle {} has {} points, cycle {} has {}",
+                                 file.string(), row.name, cycle.index, cycle.displacement.size(),
+                                 first.index, first.displacement.size())};
+      }
+    }
+    data.cycles += static_cast<int>(cycles->size());
+    data.runs.push_back(mean_of(*cycles));
+  }
+  if (data.runs.empty()) {
+    return Error{ErrorKind::invalid,
+                 fmt::format("{}: holds no accepted cycle, so there is nothing to estimate from",
+                             file.string())};
+  }
+  return data;
+}
+
+}  // namespace shaker::cli

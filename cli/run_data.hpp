@@ -1,0 +1,36 @@
+// From a file to what the estimator takes: one RunData a run. Pure but for reading the files.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "base/result.hpp"
+#include "cli/csv.hpp"
+#include "config/model.hpp"
+#include "estimator/estimation.hpp"
+
+namespace shaker::cli {
+
+struct Dwell {
+  double frequency_hz = 0.0;
+  std::optional<double> amplitude;  // of a pure cosine; needed when there is no excitation column
+};
+
+// Columns t,y (the excitation is amplitude * cos(2 pi f t)) or t,excitation,displacement (as it was
+// measured: its mean, which no table can have, and what is above the 8th harmonic are left out).
+// Any number of periods, whole or not, evenly sampled or not; t must increase. At least 8 points.
+Result<estimator::RunData> run_from_csv(const std::filesystem::path& file, const Dwell& dwell);
+Result<estimator::RunData> run_from_table(const CsvTable& table, const std::string& origin,
+                                          const Dwell& dwell);
+
+struct CampaignData {
+  std::string name;
+  std::string model_json;
+  std::vector<estimator::RunData> runs;  // the mean of the accepted cycles of each
+  int cycles = 0;
+};
+// An Error when the file is no campaign, or holds no accepted cycle.
+Result<CampaignData> runs_from_database(const std::filesystem::path& file);
+
+}  // namespace shaker::cli

@@ -1,0 +1,29 @@
+# Completion of shakerctl for bash.
+_shakerctl() {
+  local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} options
+  local commands="status watch run stop estop ack estimate reproduce export check"
+  case $previous in
+    --figure) mapfile -t COMPREPLY < <(compgen -W "11 12 13 14" -- "$word"); return ;;
+    --frequency | --amplitude | --seconds) return ;;
+    --directory) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
+    --socket | --model | --rig) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
+  esac
+  if ((COMP_CWORD == 1)); then
+    mapfile -t COMPREPLY < <(compgen -W "$commands --help --version" -- "$word")
+    return
+  fi
+  case ${COMP_WORDS[1]} in
+    status | stop | estop | ack | run) options="--json --socket --help" ;;
+    watch) options="--json --socket --seconds --help" ;;
+    estimate) options="--json --model --frequency --amplitude --help" ;;
+    reproduce) options="--json --figure --bias --help" ;;
+    export) options="--json --directory --samples --all --help" ;;
+    check) options="--json --rig --help" ;;
+  esac
+  if [[ $word == -* ]]; then
+    mapfile -t COMPREPLY < <(compgen -W "$options" -- "$word")
+  else
+    mapfile -t COMPREPLY < <(compgen -f -- "$word")
+  fi
+}
+complete -o filenames -F _shakerctl shakerctl

@@ -1,0 +1,62 @@
+#include "cli/terminal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace shaker::cli {
+namespace {
+
+// The one global: a signal handler can reach nothing else.
+volatile std::sig_atomic_t g_interrupts = 0;
+
+void on_interrupt(int) {
+  g_interrupts = g_interrupts + 1;
+}
+
+}  // namespace
+
+bool stdout_is_terminal() {
+  return ::isatty(STDOUT_FILENO) == 1;
+}
+
+int terminal_width() {
+  winsize size{};
+  if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col >= 20) return size.ws_col;
+  return 80;
+}
+
+std::string clipped(const std::string& text, int width) {
+  int seen = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool starts = (static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U;
+    if (starts && seen++ == width) return text.substr(0, i);
+  }
+  return text;
+}
+
+std::string progress_bar(double fraction, int width) {
+  const double share = std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0;
+  const int inner = std::max(4, width);
+  const auto full = static_cast<std::size_t>(std::lround(share * inner));
+  return fmt::format("[{}{}] {:3.0f} %", std::string(full, '#'),
+                     std::string(static_cast<std::size_t>(inner) - full, '.'),
+                     std::floor(100.0 * share));
+}
+
+void count_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;  // without SA_RESTART: poll returns with EINTR
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+int interrupts() {
+  return g_interrupts;
+}
+
+}  // namespace shaker::cli
