@@ -1,4 +1,5 @@
 """oleosim's frames on a real vcan, seen and driven by python-can. Exit status 77: no such interface."""
+import atexit
 import json
 import pathlib
 import struct
@@ -26,6 +27,7 @@ def main(program):
         bus = can.interface.Bus(INTERFACE, bustype="socketcan")
         oleosim = subprocess.Popen([program, "--can", INTERFACE, "--port", "0", "--status-file",
                                     str(status)], stdout=subprocess.PIPE, text=True)
+        atexit.register(oleosim.kill)
         assert oleosim.stdout.readline().startswith("ready")
         assert json.loads(status.read_text())["can"] == INTERFACE
         frames, beat, end = [], 0, time.monotonic() + 2.0
