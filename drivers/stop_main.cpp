@@ -1,0 +1,60 @@
+// shakerd-stop-exciter: leaves the exciter of a rig stopped, whatever became of the daemon.
+//
+// systemd runs it when the daemon has ended in any way (ExecStopPost=), so it needs nothing of the
+// daemon, and of the rig file only the exciter. Amplitude zero and disabled, read back; tried again
+// for a few seconds. Exit status 0: it stands still. 1: it could not be made sure, with a sentence.
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "config/rig.hpp"
+#include "drivers/factory.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+
+int say(const std::string& sentence) {
+  fmt::print(stderr, "shakerd-stop-exciter: {}\n", sentence);
+  return 1;
+}
+
+int stop(const std::filesystem::path& file, double patience_s) {
+  const auto rig = shaker::config::load_rig(file);
+  if (!rig) return say(rig.error().what);
+  shaker::RealClock clock;
+  const auto exciter = shaker::drivers::make_exciter(*rig, clock);
+  if (!exciter) return say(fmt::format("{}: {}", file.string(), exciter.error().what));
+  const shaker::Nanoseconds latest = clock.now() + shaker::from_seconds(patience_s);
+  for (;;) {
+    const shaker::Result<void> stopped = (*exciter)->stop();
+    if (stopped) return 0;
+    if (clock.now() >= latest) {
+      return say(fmt::format("the exciter may still be running: {}. Use the rig's own stop",
+                             stopped.error().what));
+    }
+    clock.sleep_until(clock.now() + 100ms);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Stops the exciter of a rig at once: amplitude zero and disabled."};
+  std::string file;
+  double patience_s = 5.0;
+  app.add_option("rig", file, "the rig file, e.g. /etc/shakerd/rig.json")->required();
+  app.add_option("--for", patience_s, "keep trying for so many seconds")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 60.0));
+  app.footer("Exit status: 0 the exciter is stopped; 1 it is not known to be, with the reason.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& wrong) {
+    return app.exit(wrong) == 0 ? 0 : 1;
+  }
+  return stop(file, patience_s);
+}
