@@ -3,6 +3,7 @@
 // under "omitted", as is a number that is not finite.
 #include "protocol/documents.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -124,6 +125,22 @@ void fill(Filler& out, const ParameterEntry& p) {
   out.put("fixed", p.fixed).put("at_bound", p.at_bound).put("determined", p.determined);
 }
 
+void fill_correlation(Filler& out, const std::vector<double>& covariance, std::size_t n) {
+  Json matrix = Json::array();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(covariance[i * n + i] > 0.0))
+      return out.omit("correlation", "a variance is not positive");
+    matrix.push_back(Json::array());
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      const double scale = std::sqrt(covariance[i * n + i]) * std::sqrt(covariance[k * n + k]);
+      matrix[i].push_back(std::clamp(covariance[i * n + k] / scale, -1.0, 1.0));
+    }
+  }
+  out.put("correlation", matrix);
+}
+
 void fill_covariance(Filler& out, const EstimateDocument& d) {
   const std::size_t n = d.covariance_order.size();
   if (n > kMaxCovariance) {
@@ -144,6 +161,7 @@ void fill_covariance(Filler& out, const EstimateDocument& d) {
       matrix.back().push_back(d.covariance[i * n + k]);
   }
   out.put("covariance_order", order).put("covariance", matrix);
+  fill_correlation(out, d.covariance, n);
 }
 
 void fill(Filler& out, const EstimateDocument& d) {

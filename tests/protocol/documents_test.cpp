@@ -29,7 +29,16 @@ TEST(DocumentLine, OfAnEstimateHasIntervalsAndTheCovarianceAsAMatrix) {
   EXPECT_EQ(d["parameters"][0]["interval"], json::parse("[15.25, 17.25]"));
   EXPECT_EQ(d["covariance_order"], json::parse(R"(["theta1", "theta2"])"));
   EXPECT_EQ(d["covariance"], json::parse("[[0.25, -0.125], [-0.0625, 0.0625]]"));
+  EXPECT_EQ(d["correlation"], json::parse("[[1.0, -1.0], [-0.5, 1.0]]"));
   EXPECT_FALSE(d.contains("omitted"));
+}
+
+TEST(DocumentLine, LeavesOutTheCorrelationWhereAVarianceVanishes) {
+  auto estimate = testing::plain_estimate();
+  estimate.covariance[3] = 0.0;
+  const json d = parsed(estimate);
+  EXPECT_FALSE(d.contains("correlation"));
+  EXPECT_EQ(d["omitted"][0]["pointer"], "/correlation");
 }
 
 TEST(DocumentLine, KeepsEveryBitOfANumber) {
