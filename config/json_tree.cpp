@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/unique_fd.hpp"
 
 namespace shaker::config {
 namespace {
@@ -215,26 +219,32 @@ Result<Node> parse_json(const std::string& text, const std::string& origin) {
   return std::move(builder.root());
 }
 
+// Only regular files: a client of the daemon may name a model file, and opening a pipe would wait
+// for its other end.
 Result<std::string> read_text(const std::filesystem::path& file) {
-  std::error_code code;
-  if (std::filesystem::is_directory(file, code)) {
-    return Error{ErrorKind::io, fmt::format("{}: is a directory, not a file", file.string())};
-  }
-  std::ifstream in(file, std::ios::binary);
-  if (!in) {
-    return Error{ErrorKind::io,
-                 fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno))};
-  }
+  const auto trouble = [&](const std::string& why) {
+    return Error{ErrorKind::io, fmt::format("{}: {}", file.string(), why)};
+  };
+  const UniqueFd fd(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  if (!fd.valid()) return trouble(fmt::format("cannot be read: {}", std::strerror(errno)));
+  struct stat about {};
+  if (::fstat(fd.get(), &about) != 0) return trouble(std::strerror(errno));
+  if (S_ISDIR(about.st_mode)) return trouble("is a directory, not a file");
+  if (!S_ISREG(about.st_mode)) return trouble("is not a regular file");
   std::string text(kFileBytesMax + 1, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (in.bad()) return Error{ErrorKind::io, fmt::format("{}: reading failed", file.string())};
-  text.resize(static_cast<std::size_t>(in.gcount()));
-  if (text.size() > kFileBytesMax) {
-    return Error{ErrorKind::invalid,
-                 fmt::format("{}: larger than {} bytes, which is too large for such a file",
-                             file.string(), kFileBytesMax)};
+  std::size_t size = 0;
+  while (size < text.size()) {
+    const ssize_t got = ::read(fd.get(), text.data() + size, text.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return trouble(fmt::format("cannot be read: {}", std::strerror(errno)));
+    if (got == 0) break;
+    size += static_cast<std::size_t>(got);
   }
-  return text;
+  text.resize(size);
+  if (size <= kFileBytesMax) return text;
+  return Error{ErrorKind::invalid,
+               fmt::format("{}: larger than {} bytes, which is too large for such a file",
+                           file.string(), kFileBytesMax)};
 }
 
 }  // namespace shaker::config

@@ -34,7 +34,8 @@ struct Node {
 // An Error names origin, line and column.
 Result<Node> parse_json(const std::string& text, const std::string& origin);
 
-// The whole file, at most kFileBytesMax. An Error names the file and the reason.
+// The whole of a regular file, at most kFileBytesMax; never waits. An Error names the file and the
+// reason.
 Result<std::string> read_text(const std::filesystem::path& file);
 
 }  // namespace shaker::config

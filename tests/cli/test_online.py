@@ -49,7 +49,10 @@ class Daemon:
             self.client.sendall(line.encode() + b"\n")
 
     def serve(self):
-        self.client, _ = self.listener.accept()
+        try:
+            self.client, _ = self.listener.accept()
+        except OSError:  # closed before anyone came
+            return
         with self.client:
             try:
                 self.say(*self.greeting)
@@ -69,8 +72,11 @@ class Daemon:
             self.say(reply)
 
     def close(self):
-        self.listener.close()
+        if self.listener.fileno() < 0:
+            return
+        self.listener.shutdown(socket.SHUT_RDWR)
         self.thread.join(10)
+        self.listener.close()
 
 
 class Refusal(Exception):
@@ -195,6 +201,29 @@ class Watch(Online):
         self.assertEqual(lines, ["shakerd 9.9.9 on rig bench", "state IDLE: ready", "state RAMP",
                                  "estimate from 1 cycle: theta1 16.667 ± 0.021"])
 
+    def test_draws_a_table_on_a_terminal_and_gives_the_screen_back(self):
+        health = {"type": "health", "state": "MEASURE", "channels": [
+            {"channel": "displacement", "quality": "good", "value": 0.125, "rate_hz": 1000.2, "age_s": 0.004}]}
+        self.serve([VERSION, state("MEASURE", progress=0.5, eta_s=65), health, estimate()])
+        master, terminal = os.openpty()
+        program = subprocess.Popen([SHAKERCTL, "watch", "--seconds", "1", "--socket", self.socket],
+                                   stdout=terminal, stderr=subprocess.PIPE)
+        os.close(terminal)
+        screen = b""
+        try:
+            while chunk := os.read(master, 65536):
+                screen += chunk
+        except OSError:  # the terminal's other end is closed
+            pass
+        os.close(master)
+        self.assertEqual(program.wait(30), 0, program.stderr.read())
+        program.stderr.close()
+        screen = screen.decode()
+        self.assertIn("\x1b[?1049h", screen)
+        self.assertRegex(screen, r"displacement +good +0\.125 +1000 +4")
+        self.assertIn("[###############...............]  50 %   ETA 1 min 05 s", screen)
+        self.assertIn("16.667 ± 0.021", screen[screen.rindex("\x1b[?1049l"):])
+
     def test_json_is_the_stream_itself(self):
         self.serve([VERSION, IDLE])
         result = self.shakerctl("watch", "--seconds", 1, "--json")
@@ -302,7 +331,6 @@ class Run(Online):
         self.assertEqual(result.returncode, 2)
         self.assertIn("magic", result.stderr)
         self.assertEqual(daemon.requests, [])
-        self.shakerctl("watch", "--seconds", "0.1")  # lets the daemon's thread end
 
 
 if __name__ == "__main__":

@@ -70,6 +70,9 @@ TEST(JsonTree, BoundsTheSizeAndNamesAFileThatIsNotThere) {
   const auto directory = read_text("/");
   ASSERT_FALSE(directory);
   EXPECT_THAT(directory.error().what, testing::HasSubstr("is a directory"));
+  const auto device = read_text("/dev/zero");
+  ASSERT_FALSE(device);
+  EXPECT_THAT(device.error().what, testing::HasSubstr("is not a regular file"));
 }
 
 }  // namespace
