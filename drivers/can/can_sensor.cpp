@@ -37,6 +37,7 @@ class CanSensor final : public Sensor {
 
  private:
   Result<void> take_batch(Block& block, Nanoseconds wait);
+  void note_losses(Nanoseconds now);
   void send_due(Nanoseconds now);
   Error lost_link(const Error& error);
 
@@ -46,7 +47,7 @@ class CanSensor final : public Sensor {
   StampConverter stamps_;
   std::optional<CanSocket> socket_;
   std::array<Received, CanSocket::kBatch> batch_;
-  std::uint64_t dropped_before_ = 0;
+  std::uint64_t dropped_before_ = 0, replaced_before_ = 0;
   Nanoseconds heard_{};  // of the last frame, or of the last look into its silence
   bool hardware_stamps_ = false;
 };
@@ -112,9 +113,25 @@ Result<void> CanSensor::take_batch(Block& block, Nanoseconds wait) {
     hardware_stamps_ |= batch_[i].hardware;
     receiver_.take(batch_[i].frame, stamps_.convert(batch_[i].utc), block);
   }
-  receiver_.count_lost(socket_->dropped() - dropped_before_);
-  dropped_before_ = socket_->dropped();
+  note_losses(pair.monotonic);
   return {};
+}
+
+void CanSensor::note_losses(Nanoseconds now) {
+  if (socket_->dropped() != dropped_before_) {
+    receiver_.count_lost(socket_->dropped() - dropped_before_);
+    receiver_.trouble(
+        "frames were lost because the receive queue was full: this process was paused for too long",
+        now);
+    dropped_before_ = socket_->dropped();
+  }
+  if (stamps_.replaced() != replaced_before_) {
+    receiver_.trouble(
+        "frames came with no or an implausible kernel stamp and carry the time of reading: was the "
+        "wall clock set?",
+        now);
+    replaced_before_ = stamps_.replaced();
+  }
 }
 
 Result<std::size_t> CanSensor::read(std::span<Sample> out, Nanoseconds timeout) {
@@ -142,6 +159,7 @@ Result<std::size_t> CanSensor::read(std::span<Sample> out, Nanoseconds timeout) 
       if (!socket_->still_there()) return lost_link(link_error(ENODEV, config_.interface));
     }
   } while (block.count == 0 && now < deadline);
+  receiver_.look_at_silence(now);
   send_due(now);  // a node that just booted is started at once
   return block.count;
 }

@@ -100,4 +100,13 @@ std::vector<Identifier> FrameDecoder::identifiers() const {
   return all;
 }
 
+std::optional<Nanoseconds> FrameDecoder::expected_period() const {
+  std::optional<Nanoseconds> shortest;
+  for (const Group& group : groups_) {
+    const auto& cycle = database_.messages[group.message].cycle_time_s;
+    if (cycle && (!shortest || from_seconds(*cycle) < *shortest)) shortest = from_seconds(*cycle);
+  }
+  return shortest;
+}
+
 }  // namespace shaker::drivers::can

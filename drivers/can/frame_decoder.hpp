@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,6 +44,8 @@ class FrameDecoder {
   std::size_t longest_message() const { return longest_; }    // bytes
   std::vector<protocol::Channel> channels() const;
   std::vector<Identifier> identifiers() const;
+  // The shortest stated cycle time of a wanted message; nothing when the database states none.
+  std::optional<Nanoseconds> expected_period() const;
 
  private:
   struct Wanted {

@@ -1,11 +1,17 @@
 #include "drivers/can/receiver.hpp"
 
+#include <algorithm>
+
+#include <fmt/format.h>
+
 #include "protocol/can/error_frame.hpp"
 
 namespace shaker::drivers::can {
 namespace {
 
 constexpr std::size_t kSentenceRoom = 512;
+constexpr Nanoseconds kShortestSilence = std::chrono::milliseconds(100);
+constexpr Nanoseconds kUnstatedSilence = std::chrono::seconds(1);
 constexpr Nanoseconds kTroubleShown = std::chrono::seconds(2);
 
 }  // namespace
@@ -16,6 +22,13 @@ Receiver::Receiver(FrameDecoder decoder, std::string interface,
   if (canopen) canopen_.emplace(*canopen);
   sentence_.reserve(kSentenceRoom);
   health_.trouble.reserve(kSentenceRoom);
+  const auto period = decoder_.expected_period();
+  silence_limit_ = period ? std::max(kShortestSilence, 5 * *period) : kUnstatedSilence;
+  silence_sentence_ = fmt::format(
+      "{}: the sensor has been silent for {:.1f} s{}: check that it is powered, started and at the "
+      "bus's bit rate",
+      interface_, seconds(silence_limit_),
+      period ? fmt::format(", its messages are due every {:g} ms", seconds(*period) * 1e3) : "");
 }
 
 void Receiver::connected(Nanoseconds now) {
@@ -23,7 +36,16 @@ void Receiver::connected(Nanoseconds now) {
   connected_before_ = true;
   health_.link_up = true;
   health_.trouble.clear();
+  sampled_ = now;
+  silent_ = false;
   if (canopen_) canopen_->restart(now);
+}
+
+void Receiver::look_at_silence(Nanoseconds now) {
+  if (silent_ || now - sampled_ <= silence_limit_) return;
+  silent_ = true;
+  ++health_.errors;
+  trouble(silence_sentence_, now);
 }
 
 void Receiver::disconnected(const std::string& sentence) {
@@ -32,7 +54,7 @@ void Receiver::disconnected(const std::string& sentence) {
   health_.trouble = sentence;
 }
 
-void Receiver::trouble(const std::string& sentence, Nanoseconds now) {
+void Receiver::trouble(std::string_view sentence, Nanoseconds now) {
   health_.trouble.assign(sentence);
   trouble_at_ = now;
 }
@@ -84,6 +106,8 @@ void Receiver::take(const protocol::can::Frame& frame, Nanoseconds t, Block& blo
   }
   block.count += outcome.samples;
   health_.samples += outcome.samples;
+  sampled_ = t;
+  silent_ = false;
   if (t - trouble_at_ > kTroubleShown) health_.trouble.clear();
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "drivers/can/canopen.hpp"
 #include "drivers/can/frame_decoder.hpp"
@@ -34,8 +35,12 @@ class Receiver {
   // mid-run empty the block: those samples are counted as lost.
   void take(const protocol::can::Frame& frame, Nanoseconds t, Block& block);
 
-  // Counts, and keeps the sentence for at least two seconds of good samples.
-  void trouble(const std::string& sentence, Nanoseconds now);
+  // To be called when nothing came: says so once when the sensor is silent for five of its stated
+  // periods (0.1 s at least; 1 s when the DBC file states none).
+  void look_at_silence(Nanoseconds now);
+
+  // Shows the sentence until two seconds later a good sample comes.
+  void trouble(std::string_view sentence, Nanoseconds now);
   void count_lost(std::uint64_t frames) { health_.lost += frames; }
   void count_error() { ++health_.errors; }
   void count_malformed() { ++health_.malformed; }
@@ -54,7 +59,11 @@ class Receiver {
   SensorHealth health_;
   std::string sentence_;      // scratch with room
   Nanoseconds trouble_at_{};  // of health_.trouble
+  Nanoseconds sampled_{};     // last sample, or the connection
+  Nanoseconds silence_limit_{};
+  std::string silence_sentence_;
   bool connected_before_ = false;
+  bool silent_ = false;
 };
 
 }  // namespace shaker::drivers::can

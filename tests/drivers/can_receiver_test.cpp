@@ -150,6 +150,25 @@ TEST(CanReceiver, CountsWhatTheControllerItselfDropped) {
   EXPECT_EQ(bench.receiver.health().lost, 1u);
 }
 
+TEST(CanReceiver, SaysOnceThatTheSensorIsSilentAndRecoversTwice) {
+  Bench bench;
+  Nanoseconds t{};
+  for (unsigned round = 1; round <= 2; ++round) {
+    bench.receiver.look_at_silence(t + 100ms);
+    EXPECT_EQ(bench.receiver.health().trouble, "");
+    for (int look = 0; look < 3; ++look)
+      bench.receiver.look_at_silence(t + 101ms);
+    EXPECT_THAT(
+        bench.receiver.health().trouble,
+        HasSubstr("can0: the sensor has been silent for 0.1 s, its messages are due every 1 ms"));
+    EXPECT_EQ(bench.receiver.health().errors, round);
+    t += 5s;
+    bench.take("181#40E20100FFFF", t);
+    EXPECT_EQ(bench.receiver.health().trouble, "");
+    bench.block.count = 0;
+  }
+}
+
 // ---- CANopen ------------------------------------------------------------------------------------
 
 config::CanOpen node_one(double sync_period_s = 0.0) {
