@@ -167,6 +167,34 @@ TEST_P(ModbusWire, SaysThatASpoiltAnswerMakesNoSense) {
   EXPECT_THAT(*read(*connection, 0, 1), ElementsAre(0x42));
 }
 
+TEST_P(ModbusWire, BelievesNoNoise) {
+  server_.order("set 0 0042");
+  config::ModbusLink link = server_.link();
+  link.response_timeout_s = 0.02;
+  link.timeouts_before_close = 1000;  // and so no back-off
+  auto connection = make(link, clock_);
+  server_.order("noise 60");
+  Nanoseconds longest{0};
+  for (int i = 0; i < 60; ++i) {
+    connect_in_time(*connection, clock_);
+    connection->wait_for_silence();
+    const Nanoseconds before = clock_.now();
+    EXPECT_FALSE(read(*connection, 0, 1 + i % 4));
+    longest = std::max(longest, clock_.now() - before);
+  }
+  EXPECT_LT(longest, 2s) << "20 ms on a free machine";
+  server_.order("noise 0");
+  const Nanoseconds latest = clock_.now() + 20s;
+  Result<Words> got = Error{};
+  while (!got && clock_.now() < latest) {
+    (void)connection->connect();
+    connection->wait_for_silence();
+    got = read(*connection, 0, 1);
+  }
+  ASSERT_TRUE(got) << got.error().what;
+  EXPECT_THAT(*got, ElementsAre(0x42));
+}
+
 TEST_P(ModbusWire, ClosesAfterSomeTimeoutsInARowAndNotBefore) {
   config::ModbusLink link = server_.link();
   link.response_timeout_s = 0.1;

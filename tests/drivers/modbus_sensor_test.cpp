@@ -7,6 +7,7 @@
 
 #include "drivers/modbus/sensor.hpp"
 #include "modbus_server.hpp"
+#include "tests/estimator/counting_allocator.hpp"
 
 namespace shaker::drivers::modbus {
 namespace {
@@ -63,6 +64,19 @@ TEST_P(ModbusSensorWire, ReadsItsChannelsInOneBlockAndStampsThemAlike) {
   EXPECT_EQ(out_[0].t, out_[1].t);
   EXPECT_GT(out_[0].t, before);
   EXPECT_LT(out_[0].t, after);
+}
+
+TEST_P(ModbusSensorWire, DoesNotAllocateWhileItReads) {
+  auto sensor = make_sensor(transducer(server_.link()), clock_);
+  ASSERT_TRUE(sensor);
+  ASSERT_TRUE((*sensor)->connect());
+  ASSERT_EQ(*(*sensor)->read(out_, 5s), 2U);
+  const long before = estimator::testing::allocation_count();
+  std::size_t got = 0;
+  for (int i = 0; i < 20; ++i)
+    got += *(*sensor)->read(out_, 5s);
+  EXPECT_EQ(estimator::testing::allocation_count() - before, 0);
+  EXPECT_EQ(got, 40U);
 }
 
 TEST_P(ModbusSensorWire, MarksWhatIsNotANumberAsBad) {

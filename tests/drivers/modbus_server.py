@@ -15,11 +15,13 @@ answered with one line:
   delay MILLISECONDS COUNT   answers the next COUNT requests so late
   mute COUNT                 does not answer the next COUNT requests
   garble COUNT               spoils the next COUNT answers (checksum or transaction id)
+  noise COUNT                answers the next COUNT requests with random bytes (fixed seed)
   log                        the writes since the last "log": FUNCTION:ADDRESS=WORD,WORD ...
   quit
 """
 import os
 import pty
+import random
 import select
 import socket
 import sys
@@ -48,6 +50,8 @@ class Device:
         self.delay = [0.0, 0]
         self.mute = 0
         self.garble = 0
+        self.noise = 0
+        self.random = random.Random(20260301)
         self.clamps = {}
         self.writes = []
 
@@ -98,6 +102,8 @@ class Device:
             self.mute = int(rest[0])
         elif verb == "garble":
             self.garble = int(rest[0])
+        elif verb == "noise":
+            self.noise = int(rest[0])
         elif verb == "log":
             text, self.writes = " ".join(self.writes), []
             return text
@@ -119,6 +125,10 @@ class Line:
         return self.fd
 
     def feed(self, data):
+        if self.device.noise > 0:
+            self.device.noise -= 1
+            self.send(self.device.random.randbytes(self.device.random.randrange(300)))
+            return
         self.framer.processIncomingPacket(data, self.execute, [UNIT])
 
     def execute(self, request):

@@ -1,0 +1,171 @@
+// The Modbus drivers against the virtual rig's controller, whose register codec is its own.
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "drivers/modbus/exciter.hpp"
+#include "drivers/modbus/sensor.hpp"
+
+namespace shaker::drivers::modbus {
+namespace {
+
+using namespace std::chrono_literals;
+using protocol::Channel;
+using protocol::modbus::RegisterSpec;
+using protocol::modbus::RegisterTable;
+using protocol::modbus::RegisterType;
+
+class Oleosim {
+ public:
+  Oleosim() {
+    int up[2];
+    EXPECT_EQ(::pipe(up), 0);
+    child_ = ::fork();
+    if (child_ == 0) {
+      ::dup2(up[1], STDOUT_FILENO);
+      ::close(up[0]);
+      ::close(up[1]);
+      ::execl(OLEOSIM, OLEOSIM, "--port", "0", nullptr);
+      ::_exit(127);
+    }
+    ::close(up[1]);
+    char letter = 0;
+    while (::read(up[0], &letter, 1) == 1 && letter != '\n')
+      greeting_ += letter;
+    output_ = up[0];
+  }
+  Oleosim(const Oleosim&) = delete;
+  Oleosim& operator=(const Oleosim&) = delete;
+  ~Oleosim() {
+    ::kill(child_, SIGKILL);
+    ::waitpid(child_, nullptr, 0);
+    ::close(output_);
+  }
+  config::ModbusLink link() const {
+    const std::string ready = "ready port=";
+    EXPECT_EQ(greeting_.rfind(ready, 0), 0U) << greeting_;
+    config::ModbusLink link;
+    link.transport = config::ModbusTcp{"127.0.0.1", std::stoi(greeting_.substr(ready.size()))};
+    link.response_timeout_s = 1.0;
+    return link;
+  }
+
+ private:
+  pid_t child_ = -1;
+  int output_ = -1;
+  std::string greeting_;
+};
+
+RegisterSpec spec(RegisterTable table, int address, RegisterType type) {
+  RegisterSpec made;
+  made.table = table;
+  made.address = address;
+  made.type = type;
+  return made;
+}
+
+// sim/README.md
+config::ModbusExciter controller(const config::ModbusLink& link) {
+  config::ModbusExciter config;
+  config.link = link;
+  constexpr auto holding = RegisterTable::holding, input = RegisterTable::input;
+  config.registers = {{"frequency", spec(holding, 0, RegisterType::f32)},
+                      {"amplitude", spec(holding, 2, RegisterType::f32)},
+                      {"enable", spec(holding, 4, RegisterType::u16)},
+                      {"ramp", spec(holding, 5, RegisterType::f32)},
+                      {"heartbeat", spec(holding, 7, RegisterType::u16)},
+                      {"heartbeat_timeout", spec(holding, 8, RegisterType::f32)},
+                      {"status", spec(input, 0, RegisterType::u16)},
+                      {"fault", spec(input, 1, RegisterType::u16)},
+                      {"frequency_actual", spec(input, 2, RegisterType::f32)},
+                      {"amplitude_actual", spec(input, 4, RegisterType::f32)}};
+  config.registers.at("heartbeat").cyclic = true;
+  return config;
+}
+
+TEST(ModbusAgainstTheVirtualRig, ShakesWhileTheHeartbeatBeatsAndStopsWithoutIt) {
+  Oleosim rig;
+  RealClock clock;
+  auto made = make_exciter(controller(rig.link()), clock);
+  ASSERT_TRUE(made) << made.error().what;
+  Exciter& exciter = **made;
+  ASSERT_TRUE(exciter.connect());
+  EXPECT_EQ(exciter.read()->heartbeat_timeout_s, 0.5);
+  const Result<void> written = exciter.write({5.0, 3.0, true, 0.1});
+  ASSERT_TRUE(written) << written.error().what;
+
+  config::ModbusSensor transducer;
+  transducer.link = rig.link();
+  transducer.rate_hz = 200.0;
+  transducer.registers[Channel::displacement] = spec(RegisterTable::input, 6, RegisterType::f32);
+  transducer.registers[Channel::excitation] = spec(RegisterTable::input, 8, RegisterType::f32);
+  auto sensor = make_sensor(transducer, clock);
+  ASSERT_TRUE(sensor) << sensor.error().what;
+  ASSERT_TRUE((*sensor)->connect());
+
+  std::vector<Sample> out(2);
+  double low = 0.0, high = 0.0;
+  for (int poll = 0; poll < 160; ++poll) {
+    if (poll % 10 == 0) {
+      ASSERT_TRUE(exciter.heartbeat());
+    }
+    ASSERT_TRUE((*sensor)->read(out, 1s));
+    low = std::min(low, out[1].value);
+    high = std::max(high, out[1].value);
+  }
+  EXPECT_NEAR(high, 3.0, 0.2);
+  EXPECT_NEAR(low, -3.0, 0.2);
+  Result<ExciterStatus> status = exciter.read();
+  ASSERT_TRUE(status);
+  EXPECT_TRUE(status->running);
+  EXPECT_TRUE(status->ready);
+  EXPECT_EQ(status->frequency_hz, 5.0);
+
+  const Nanoseconds latest = clock.now() + 20s;  // without a heartbeat
+  while (status->running && clock.now() < latest) {
+    clock.sleep_until(clock.now() + 20ms);
+    status = exciter.read();
+    ASSERT_TRUE(status);
+  }
+  EXPECT_FALSE(status->running);
+  EXPECT_TRUE(exciter.stop());
+}
+
+TEST(ModbusAgainstTheVirtualRig, StopsItAtOnce) {
+  Oleosim rig;
+  RealClock clock;
+  auto made = make_exciter(controller(rig.link()), clock);
+  ASSERT_TRUE(made) << made.error().what;
+  Exciter& exciter = **made;
+  ASSERT_TRUE(exciter.connect());
+  ASSERT_TRUE(exciter.write({5.0, 3.0, true, 60.0}));
+  ASSERT_TRUE(exciter.heartbeat());
+  EXPECT_TRUE(exciter.read()->running);
+  const Result<void> stopped = exciter.stop();
+  ASSERT_TRUE(stopped) << stopped.error().what;
+  const Result<ExciterStatus> status = exciter.read();
+  ASSERT_TRUE(status);
+  EXPECT_FALSE(status->running) << "not even a ramp of a minute holds it up";
+  EXPECT_EQ(status->amplitude, 0.0);
+}
+
+TEST(ModbusAgainstTheVirtualRig, HearsItsRefusalOfAFrequencyBeyondItsLimit) {
+  Oleosim rig;
+  RealClock clock;
+  auto made = make_exciter(controller(rig.link()), clock);
+  ASSERT_TRUE(made) << made.error().what;
+  ASSERT_TRUE((*made)->connect());
+  const Result<void> written = (*made)->write({1e6, 3.0, true, 0.1});
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().what, testing::HasSubstr("Modbus exception 03"));
+  EXPECT_FALSE((*made)->read()->running);
+}
+
+}  // namespace
+}  // namespace shaker::drivers::modbus
