@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
 namespace shaker::daemon {
@@ -12,25 +11,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kSamplesWait = 500ms;  // raw samples alone are committed at least so often
-
-// As a campaign file that can be started again.
-std::string to_json_text(const config::CampaignSpec& campaign, const nlohmann::json& model) {
-  nlohmann::ordered_json json = {{"format", "shaker-campaign/1"},
-                                 {"name", campaign.name},
-                                 {"model", model},
-                                 {"runs", nlohmann::json::array()},
-                                 {"points_per_cycle", campaign.points_per_cycle},
-                                 {"settle_cycles_max", campaign.settle_cycles_max},
-                                 {"settle_tolerance", campaign.settle_tolerance},
-                                 {"ramp_s", campaign.ramp_s}};
-  for (const auto& run : campaign.runs) {
-    json["runs"].push_back({{"name", run.name},
-                            {"frequency_hz", run.frequency_hz},
-                            {"amplitude", run.amplitude},
-                            {"cycles", run.cycles}});
-  }
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
-}
 
 bool must_be_kept(const protocol::Document& document) {
   return std::holds_alternative<protocol::CycleDocument>(document) ||
@@ -60,7 +40,7 @@ Result<void> Recorder::record_campaign(const config::CampaignSpec& campaign) {
   row.started_utc = format_utc(clock_.utc());
   row.rig = options_.rig;
   row.model_json = config::to_json_text(campaign.model);
-  row.spec_json = to_json_text(campaign, nlohmann::json::parse(row.model_json, nullptr, false));
+  row.spec_json = config::to_json_text(campaign);
   auto writer = record::CampaignWriter::create(options_.directory, row);
   if (!writer) return writer.error();
   spdlog::info("Campaign {} is recorded in {}.", campaign.name, writer->file().string());

@@ -13,6 +13,8 @@
 namespace shaker::daemon {
 namespace {
 
+constexpr std::size_t kMaxKept = 16;
+
 struct Unref {
   void operator()(sd_event_source* source) const { ::sd_event_source_disable_unref(source); }
 };
@@ -131,7 +133,13 @@ void StreamServer::send_snapshot(Connection& connection) {
   connection.client.send(as_line(protocol::to_json_line(version_, envelope)), now);
   if (last_state_) connection.client.send(last_state_, now);
   if (last_estimate_) connection.client.send(last_estimate_, now);
+  for (const Line& line : kept_)
+    connection.client.send(line, now);
   push(connection);
+}
+
+void StreamServer::keep_for_late_joiners(const PublishedLine& line) {
+  if (kept_.size() < kMaxKept) kept_.push_back(as_line(line.text));
 }
 
 void StreamServer::on_readable(Connection& connection) {

@@ -55,6 +55,8 @@ class StreamServer {
 
   void add_listener(UniqueFd listener, bool read_only);
   void publish(const PublishedLine& line);
+  // Given again to every client that comes, after the snapshot: what was found at the start.
+  void keep_for_late_joiners(const PublishedLine& line);
   int client_count() const { return static_cast<int>(clients_.size()); }
   // Closes clients that were told and did not read. Call a few times a second.
   void tick();
@@ -80,6 +82,7 @@ class StreamServer {
   int next_client_ = 1;
   std::uint64_t last_seq_ = 0;
   Line last_state_, last_estimate_;
+  std::vector<Line> kept_;
 };
 
 }  // namespace shaker::daemon

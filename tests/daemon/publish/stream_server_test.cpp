@@ -144,6 +144,18 @@ TEST_F(StreamServerTest, GivesALateJoinerVersionThenSnapshotThenEverything) {
   EXPECT_EQ(lines[3]["seq"], 6);
 }
 
+TEST_F(StreamServerTest, TellsEveryLateJoinerWhatWasFoundAtTheStart) {
+  const PublishedLine found{1, "alarm", R"({"type":"alarm","seq":1})"};
+  server->keep_for_late_joiners(found);
+  server->publish(found);
+  publish(2, "state");
+  for (int i = 0; i < 2; ++i) {
+    TestClient client(socket);
+    turn();
+    EXPECT_THAT(types(client.lines()), ElementsAre("version", "state", "alarm"));
+  }
+}
+
 TEST_F(StreamServerTest, MakesTheSocketForUserAndGroupOnly) {
   struct stat status {};
   ASSERT_EQ(::stat(socket.c_str(), &status), 0);

@@ -1,0 +1,358 @@
+#include "daemon/service/service.hpp"
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <system_error>
+#include <systemd/sd-daemon.h>
+#include <systemd/sd-event.h>
+
+#include "daemon/engine.hpp"
+#include "daemon/publish/commands.hpp"
+#include "daemon/publish/listener.hpp"
+#include "daemon/publish/recorder.hpp"
+#include "daemon/publish/stream_server.hpp"
+#include "daemon/service/engine_control.hpp"
+#include "daemon/service/logging.hpp"
+#include "daemon/service/supervision.hpp"
+#include "daemon/workers/acquisition_thread.hpp"
+#include "daemon/workers/estimator_thread.hpp"
+#include "daemon/workers/exciter_thread.hpp"
+#include "record/recovery.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanoseconds kTick = 5ms;
+constexpr Nanoseconds kRampDownMargin = 5s;  // beyond the rig's ramp, at the end
+
+struct Unref {
+  void operator()(sd_event* loop) const { ::sd_event_unref(loop); }
+};
+
+void must(int code, const char* what) {
+  if (code < 0) throw std::system_error(-code, std::generic_category(), what);
+}
+
+std::uint64_t microseconds(Nanoseconds t) {
+  return static_cast<std::uint64_t>(t.count() / 1000);
+}
+
+ExciterOptions exciter_options(const config::RigConfig& rig) {
+  ExciterOptions options;
+  options.heartbeat_period = from_seconds(rig.exciter.heartbeat_period_s);
+  return options;
+}
+
+}  // namespace
+
+// Owners in the order of their lives: the stream goes first, the recorder's last words come after
+// the exciter has been stopped.
+struct Service::Parts {
+  Parts(const Options& options, const config::RigConfig& config, drivers::Devices devices,
+        Clock& the_clock);
+
+  Result<void> listen(const Options& options);
+  std::uint64_t tell_what_was_found();
+  void attach();
+  void drain();
+  void drain_sensors();
+  void drain_workers();
+  void publish();
+  void tick(std::uint64_t due_us);
+  void ping_watchdog(Nanoseconds now);
+  void end(int signal);
+  void end_when_quiet(Nanoseconds now);
+  void complete(protocol::HealthDocument& health);
+
+  config::RigConfig rig;
+  Clock& clock;
+  std::unique_ptr<sd_event, Unref> loop;
+  Waker waker;
+  Recorder recorder;
+  const std::uint64_t found_alarms;  // documents 1 to this say what an earlier daemon left
+  ExciterThread exciter;
+  EstimatorThread estimator;
+  std::vector<std::unique_ptr<AcquisitionThread>> sensors;
+  std::vector<drivers::SensorHealth> healths;
+  Engine engine;
+  EngineControl control;
+  Commands commands;
+  StreamServer server;
+
+  std::array<drivers::Sample, 4096> samples;
+  Nanoseconds late_max{}, next_ping{}, ping_period{};
+  bool was_stuck = false;
+  std::optional<Nanoseconds> give_up_at;  // ending
+};
+
+Service::Parts::Parts(const Options& options, const config::RigConfig& config,
+                      drivers::Devices devices, Clock& the_clock)
+    : rig(config),
+      clock(the_clock),
+      loop([] {
+        sd_event* made = nullptr;
+        must(::sd_event_new(&made), "sd_event_new");
+        return made;
+      }()),
+      recorder(
+          {options.data, rig.name}, clock, [this] { waker.wake(); },
+          [this](protocol::HealthDocument& health) { complete(health); }),
+      found_alarms(tell_what_was_found()),
+      exciter(std::move(devices.exciter), clock, waker, exciter_options(rig)),
+      estimator(clock, waker),
+      healths(devices.sensors.size()),
+      engine(rig, clock, exciter, estimator, recorder),
+      control(engine),
+      commands(control, clock, from_seconds(rig.client_lease_s)),
+      server(loop.get(), clock, commands,
+             protocol::VersionDocument{"shakerd", program_version(), 1, rig.name}) {
+  for (auto& sensor : devices.sensors) {
+    sensors.push_back(std::make_unique<AcquisitionThread>(std::move(sensor), clock, waker));
+  }
+  std::uint64_t watchdog_us = 0;
+  if (::sd_watchdog_enabled(0, &watchdog_us) > 0) {
+    ping_period = std::chrono::microseconds(watchdog_us / 2);
+  }
+}
+
+Result<void> Service::Parts::listen(const Options& options) {
+  auto inherited = inherited_sockets();
+  if (inherited.empty()) {
+    auto made = listen_unix(options.socket);
+    if (!made) return made.error();
+    server.add_listener(std::move(*made), false);
+    spdlog::info("Clients connect to {}.", options.socket.string());
+  }
+  for (UniqueFd& socket : inherited) {
+    const bool local = ::sd_is_socket(socket.get(), AF_UNIX, SOCK_STREAM, 1) > 0;
+    server.add_listener(std::move(socket), !local);
+  }
+  if (options.tcp) {
+    auto made = listen_tcp(*options.tcp);
+    if (!made) return made.error();
+    spdlog::info("Clients listen on 127.0.0.1:{}.", bound_port(*made));
+    server.add_listener(std::move(*made), true);
+  }
+  return {};
+}
+
+// To the log, and as the first documents of all, which every later client is given again.
+std::uint64_t Service::Parts::tell_what_was_found() {
+  std::uint64_t told = 0;
+  for (const auto& found : record::recover(recorder.directory(), format_utc(clock.utc()))) {
+    spdlog::warn("{}", found.what);
+    const char* code = found.damaged            ? "campaign_damaged"
+                       : found.campaign.empty() ? "campaign_unreadable"
+                                                : "campaign_interrupted";
+    const protocol::AlarmDocument alarm{
+        found.damaged ? "error" : "warning", code, found.what, "none", {}, {}, {}};
+    if (recorder.publish(alarm)) ++told;
+  }
+  return told;
+}
+
+void Service::Parts::attach() {
+  must(::sd_event_add_io(
+           loop.get(), nullptr, waker.fd(), EPOLLIN,
+           [](sd_event_source*, int, std::uint32_t, void* self) {
+             auto& parts = *static_cast<Parts*>(self);
+             parts.waker.clear();
+             parts.drain();
+             return 0;
+           },
+           this),
+       "sd_event_add_io");
+  // Accuracy 1 us: the default lets the kernel be late by 250 ms.
+  must(::sd_event_add_time(
+           loop.get(), nullptr, CLOCK_MONOTONIC, microseconds(clock.now() + kTick), 1,
+           [](sd_event_source* source, std::uint64_t due_us, void* self) {
+             auto& parts = *static_cast<Parts*>(self);
+             parts.tick(due_us);
+             const std::uint64_t next =
+                 std::max(due_us + microseconds(kTick), microseconds(parts.clock.now()));
+             ::sd_event_source_set_time(source, next);
+             ::sd_event_source_set_enabled(source, SD_EVENT_ONESHOT);
+             return 0;
+           },
+           this),
+       "sd_event_add_time");
+  for (const int signal : {SIGTERM, SIGINT}) {
+    must(::sd_event_add_signal(
+             loop.get(), nullptr, signal,
+             [](sd_event_source*, const signalfd_siginfo* info, void* self) {
+               static_cast<Parts*>(self)->end(static_cast<int>(info->ssi_signo));
+               return 0;
+             },
+             this),
+         "sd_event_add_signal");
+  }
+}
+
+void Service::Parts::drain() {
+  drain_sensors();
+  drain_workers();
+  publish();
+}
+
+void Service::Parts::drain_sensors() {
+  bool news = false;
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    AcquisitionThread& sensor = *sensors[i];
+    while (const std::size_t count = sensor.drain(samples)) {
+      engine.on_samples(std::span(samples).first(count));
+    }
+    auto report = sensor.report();
+    for (const Error& error : report.errors)
+      engine.on_sensor_error(error);
+    if (!report.health) continue;
+    healths[i] = std::move(*report.health);
+    news = true;
+  }
+  if (!news) return;
+  drivers::SensorHealth all;  // the rig's sensors as one
+  all.link_up = true;
+  for (const auto& health : healths) {
+    all.samples += health.samples;
+    all.lost += health.lost;
+    all.malformed += health.malformed;
+    all.errors += health.errors;
+    all.reconnects += health.reconnects;
+    all.link_up = all.link_up && health.link_up;
+    if (all.trouble.empty()) all.trouble = health.trouble;
+  }
+  engine.on_sensor_health(all, sensors.front()->stamp_source());
+}
+
+void Service::Parts::drain_workers() {
+  for (const auto& news : exciter.take()) {
+    if (const auto* status = std::get_if<drivers::ExciterStatus>(&news)) {
+      engine.on_exciter_status(*status);
+    } else {
+      engine.on_exciter_error(std::get<Error>(news));
+    }
+  }
+  for (const auto& outcome : estimator.take())
+    engine.on_estimate(outcome);
+}
+
+void Service::Parts::publish() {
+  for (const auto& line : recorder.take()) {
+    if (line.seq <= found_alarms) server.keep_for_late_joiners(line);
+    server.publish(line);
+  }
+}
+
+void Service::Parts::tick(std::uint64_t due_us) {
+  const Nanoseconds now = clock.now();
+  late_max = std::max(late_max, now - std::chrono::microseconds(due_us));
+  drain();
+  commands.tick();
+  engine.set_client_count(server.client_count());
+  engine.tick();
+  server.tick();
+  ping_watchdog(now);
+  end_when_quiet(now);
+}
+
+void Service::Parts::ping_watchdog(Nanoseconds now) {
+  if (ping_period == 0ns || now < next_ping) return;
+  Progress progress;
+  progress.acquisition = now;
+  for (const auto& sensor : sensors) {
+    progress.acquisition = std::min(progress.acquisition, sensor->last_progress());
+  }
+  progress.exciter = exciter.last_progress();
+  progress.estimator_busy = estimator.busy_since();
+  progress.recorder = recorder.last_progress();
+  progress.recorder_idle = recorder.idle();
+  const std::string trouble = stuck(progress, now);
+  if (!trouble.empty()) {
+    if (!was_stuck) spdlog::critical("{} The watchdog is not pinged.", trouble);
+    was_stuck = true;
+    return;
+  }
+  was_stuck = false;
+  next_ping = now + ping_period;
+  ::sd_notify(0, "WATCHDOG=1");
+}
+
+void Service::Parts::end(int signal) {
+  if (give_up_at) {
+    spdlog::warn("Asked to end a second time: the exciter is stopped at once.");
+    exciter.stop();
+    ::sd_event_exit(loop.get(), kGood);
+    return;
+  }
+  ::sd_notify(0, "STOPPING=1\nSTATUS=Ramping down");
+  spdlog::info("Asked to end (signal {}): ramping down.", signal);
+  give_up_at = clock.now() + from_seconds(rig.exciter.ramp_s) + kRampDownMargin;
+  control.close();
+  if (const auto stopped = engine.stop("the daemon's end"); !stopped) {
+    spdlog::info("{}", stopped.error().what);
+  }
+}
+
+void Service::Parts::end_when_quiet(Nanoseconds now) {
+  if (!give_up_at) return;
+  const State state = engine.state();
+  const bool quiet = state == State::idle || state == State::fault;
+  if (!quiet && now < *give_up_at) return;
+  if (!quiet) spdlog::error("The rig did not ramp down in time; the exciter is stopped at once.");
+  if (quiet && !recorder.idle() && now < *give_up_at) return;
+  publish();
+  ::sd_event_exit(loop.get(), kGood);
+}
+
+// What only the service knows.
+void Service::Parts::complete(protocol::HealthDocument& health) {
+  for (const auto& sensor : sensors)
+    health.ring_overflows += sensor->overflows();
+  health.log_drops = dropped_log_lines();
+  health.exciter_connected = exciter.connected();
+  health.loop_late_max_s = seconds(std::exchange(late_max, 0ns));
+  health.clients = server.client_count();
+  std::error_code trouble;
+  const auto space = std::filesystem::space(recorder.directory(), trouble);
+  if (!trouble) health.disk_free_bytes = space.available;
+}
+
+void Service::block_signals() {
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGTERM);
+  sigaddset(&ends, SIGINT);
+  ::pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+}
+
+Service::Service(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Service::~Service() = default;
+
+Result<std::unique_ptr<Service>> Service::make(const Options& options, const config::RigConfig& rig,
+                                               drivers::Devices devices, Clock& clock) {
+  auto parts = std::make_unique<Parts>(options, rig, std::move(devices), clock);
+  if (auto listening = parts->listen(options); !listening) return listening.error();
+  parts->attach();
+  // Every client's snapshot has a state, also before the first change of one.
+  if (auto told = parts->recorder.publish(parts->engine.state_document()); !told)
+    return told.error();
+  return std::unique_ptr<Service>(new Service(std::move(parts)));
+}
+
+int Service::run() {
+  ::sd_notifyf(0, "READY=1\nSTATUS=Rig %s is idle", parts_->rig.name.c_str());
+  spdlog::info("shakerd {} is ready; rig {}.", program_version(), parts_->rig.name);
+  const int status = ::sd_event_loop(parts_->loop.get());
+  parts_->recorder.close_campaign();  // nothing, when the engine has
+  spdlog::info("Ended.");
+  return status < 0 ? kTrouble : status;
+}
+
+}  // namespace shaker::daemon

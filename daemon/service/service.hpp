@@ -1,0 +1,38 @@
+// The process: engine, workers, recorder and stream on one sd-event loop.
+//
+// The loop drains the rings, turns the engine every 5 ms on absolute deadlines and whenever a
+// worker has something, and publishes what the recorder has committed. It waits for nothing else.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "config/rig.hpp"
+#include "daemon/service/options.hpp"
+#include "drivers/factory.hpp"
+
+namespace shaker::daemon {
+
+class Service {
+ public:
+  // Opens sockets, starts the threads and says what an earlier daemon left behind. An Error is
+  // about the sockets. The caller holds the rig's lock; `clock` outlives the service.
+  static Result<std::unique_ptr<Service>> make(const Options& options, const config::RigConfig& rig,
+                                               drivers::Devices devices, Clock& clock);
+  ~Service();
+
+  // SIGTERM and SIGINT come to the loop. To be called before any thread is started (the log's too):
+  // a thread that does not inherit the mask would die of them, and the process with it, unramped.
+  static void block_signals();
+
+  // Until SIGTERM or SIGINT; then ramps down. Returns the exit status.
+  int run();
+
+ private:
+  struct Parts;
+  explicit Service(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace shaker::daemon

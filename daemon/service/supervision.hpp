@@ -1,0 +1,25 @@
+// May systemd's watchdog be told that all is well? Only when everything that must advance has.
+//
+// A sensor or exciter that does not answer is not a hang: its thread goes on trying, and the
+// engine's own limits act on it. A thread that is stuck is one, and only a restart helps.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "base/clock.hpp"
+
+namespace shaker::daemon {
+
+struct Progress {
+  Nanoseconds acquisition{};  // when the slowest of the sensors' threads advanced
+  Nanoseconds exciter{};
+  std::optional<Nanoseconds> estimator_busy;  // since when; nothing when idle
+  Nanoseconds recorder{};
+  bool recorder_idle = true;
+};
+
+// Which of them is stuck, a sentence; empty when none is. The main loop is not among them: it asks.
+std::string stuck(const Progress& progress, Nanoseconds now);
+
+}  // namespace shaker::daemon

@@ -1,0 +1,73 @@
+"""kill -9 in mid-run: nothing that was seen is missing, and the next daemon says what it found."""
+import sqlite3
+import subprocess
+import unittest
+
+from daemon import Client, Daemon, Schemas, endless_campaign
+
+
+class Crash(unittest.TestCase):
+    def setUp(self):
+        self.daemon = Daemon().start()
+        self.addCleanup(self.daemon.end)
+
+    def run_and_kill(self, estimates):
+        client = Client(self.daemon.socket)
+        client.start(endless_campaign())
+        client.until(lambda line: len(client.of_type("estimate")) >= estimates, 45)
+        self.daemon.kill()
+        while not client.closed:
+            client.read(1)
+        return client
+
+    def test_everything_acknowledged_is_there_after_kill(self):
+        for life in (1, 2):  # recovery is tested twice in a row
+            client = self.run_and_kill(5)
+            self.daemon.start()
+            file = self.daemon.databases()[-1]
+            with sqlite3.connect(file) as database:
+                kept = {line for (line,) in database.execute("SELECT line FROM document")}
+                cycles = set(database.execute("SELECT idx FROM cycle WHERE accepted"))
+                samples, = database.execute("SELECT sum(count) FROM sample").fetchone()
+                status, = database.execute("SELECT status FROM campaign").fetchone()
+            for raw, line in zip(client.raw, client.lines):
+                if line.get("type") in ("run_start", "cycle", "estimate"):
+                    self.assertIn(raw, kept)
+                if line.get("type") == "cycle" and line["accepted"]:
+                    self.assertIn((line["cycle"],), cycles)
+            self.assertEqual(status, "interrupted")
+
+            after = Client(self.daemon.socket)
+            alarm = after.until(lambda line: line.get("code") == "campaign_interrupted", 5)
+            self.assertEqual(Schemas().faults(alarm), [])
+            self.assertIn(f"{samples} samples", alarm["text"])
+            self.assertIn("endless", alarm["text"])
+            self.assertIn(alarm["text"], self.daemon.log_text())
+            self.assertEqual(after.ask("status")["result"]["state"]["state"], "IDLE")
+            after.close()
+            self.assertEqual(len(self.daemon.databases()), life)
+
+    def test_a_damaged_database_does_not_keep_the_daemon_from_starting(self):
+        self.run_and_kill(1)
+        [file] = self.daemon.databases()
+        for log in self.daemon.data.glob("*-wal"):
+            log.unlink()
+        file.write_bytes(b"\x5a" * 20_000)
+        (self.daemon.data / "rubbish.db").write_bytes(b"not a database")
+        self.daemon.start()
+        after = Client(self.daemon.socket)
+        after.until(lambda line: line.get("code") == "campaign_damaged", 5)
+        self.assertFalse(file.exists())
+        self.assertEqual(len(list(self.daemon.data.glob("*.damaged-*Z"))), 2)
+        after.start(endless_campaign())
+        after.until_state("CHECK", "RAMP", "SETTLE")
+
+    def test_a_second_daemon_is_refused(self):
+        second = subprocess.run(self.daemon.command(), capture_output=True, text=True, timeout=20)
+        self.assertEqual(second.returncode, 1)
+        self.assertIn("another shakerd drives this rig", second.stderr)
+        self.assertIn("result", Client(self.daemon.socket).ask("ping"))
+
+
+if __name__ == "__main__":
+    unittest.main()

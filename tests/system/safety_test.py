@@ -1,0 +1,83 @@
+"""Motion ends: when anyone says so, and when nobody is in control."""
+import contextlib
+import sqlite3
+import time
+import unittest
+
+from daemon import Client, Daemon, endless_campaign
+
+
+class Safety(unittest.TestCase):
+    def setUp(self):
+        self.daemon = Daemon().start()
+        self.addCleanup(self.daemon.end)
+        self.operator = Client(self.daemon.socket)
+        self.other = Client(self.daemon.socket)
+        self.operator.start(endless_campaign())
+        self.operator.until_state("SETTLE", "MEASURE")
+        self.mark = 0
+
+    def until_still(self, client, *states):
+        return client.until_state(*states, start=self.mark, timeout=30)
+
+    def status_in_database(self):
+        """The recorder closes the file a moment after the last document."""
+        [file] = self.daemon.databases()
+        end = time.monotonic() + 5
+        while True:
+            with contextlib.closing(sqlite3.connect(file)) as database:
+                status, = database.execute("SELECT status FROM campaign").fetchone()
+            if status != "running" or time.monotonic() > end:
+                return status
+            time.sleep(0.05)
+
+    def assert_aborted(self, client):
+        stop = client.until(lambda line: line.get("type") == "run_stop", 10)
+        self.assertEqual(stop["status"], "abort")
+        return stop
+
+    def test_anyone_may_stop(self):
+        self.other.read()
+        self.mark = len(self.other.lines)
+        self.assertIn("result", self.other.ask("stop"))
+        self.until_still(self.other, "RAMP_DOWN")
+        self.until_still(self.other, "IDLE")
+        self.assert_aborted(self.other)
+        self.assertEqual(self.status_in_database(), "abort")
+
+    def test_an_emergency_stop_latches_until_it_is_acknowledged(self):
+        self.other.read()
+        self.mark = len(self.other.lines)
+        self.assertIn("result", self.other.ask("estop"))
+        self.until_still(self.other, "FAULT")
+        self.assertIn("error", self.operator.ask("campaign.start", {"campaign": endless_campaign()}))
+        end = time.monotonic() + 5  # refused until the exciter itself says that it is still
+        while "error" in (answer := self.other.ask("ack")) and time.monotonic() < end:
+            self.assertIn("still reports motion", answer["error"]["message"])
+        self.assertIn("result", answer)
+        self.until_still(self.other, "IDLE")
+
+    def test_a_lease_that_is_not_renewed_ramps_down(self):
+        self.operator.renewing = False  # the operator goes on listening, and says nothing
+        state = self.until_still(self.operator, "RAMP_DOWN")
+        self.assertFalse(state["controlled"])
+        self.until_still(self.operator, "IDLE")
+
+    def test_an_operator_who_goes_away_ramps_down(self):
+        self.other.read()
+        self.mark = len(self.other.lines)
+        self.operator.close()
+        self.until_still(self.other, "RAMP_DOWN")
+        self.until_still(self.other, "IDLE")
+
+    def test_sigterm_ramps_down_and_ends_with_success(self):
+        self.other.read()
+        self.mark = len(self.other.lines)
+        self.daemon.process.terminate()
+        self.until_still(self.other, "RAMP_DOWN")
+        self.assertEqual(self.daemon.process.wait(20), 0)
+        self.assertEqual(self.status_in_database(), "abort")
+
+
+if __name__ == "__main__":
+    unittest.main()

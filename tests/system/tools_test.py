@@ -1,0 +1,43 @@
+"""The shell examples of docs/protocol.md, run as they stand there (with this test's socket)."""
+import re
+import subprocess
+import time
+import unittest
+
+from daemon import Client, Daemon, SOURCE, endless_campaign
+
+DOCUMENT = (SOURCE / "docs" / "protocol.md").read_text()
+# A fenced block ```sh whose first line says, as a comment, what its output must contain.
+EXAMPLES = re.findall(r"```sh\n# prints: (.*)\n((?:.*\n)*?)```", DOCUMENT)
+
+
+class Tools(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon().start()
+        cls.addClassCleanup(cls.daemon.end)
+
+    def test_the_document_has_examples(self):
+        self.assertGreaterEqual(len(EXAMPLES), 5)
+
+    def test_each_example_prints_what_it_says(self):
+        operator = Client(self.daemon.socket)
+        operator.start(endless_campaign())
+        operator.until(lambda line: line.get("type") == "estimate", 45)
+        for expected, script in EXAMPLES:
+            with self.subTest(script):
+                process = subprocess.Popen(
+                    ["bash", "-c", script.replace("/run/shakerd/shakerd.sock", str(self.daemon.socket))],
+                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True)
+                end = time.monotonic() + 20
+                while process.poll() is None and time.monotonic() < end:
+                    if operator.renewing:
+                        operator.send({"jsonrpc": "2.0", "method": "lease.renew"})
+                    operator.read(0.2)
+                self.assertIsNotNone(process.poll(), "the example does not end")
+                out, err = process.communicate()
+                self.assertRegex(out, expected, err)
+
+
+if __name__ == "__main__":
+    unittest.main()
