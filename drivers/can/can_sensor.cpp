@@ -109,17 +109,17 @@ Result<void> CanSensor::take_batch(Block& block, Nanoseconds wait) {
   const ClockPair pair = read_pair(clock_);
   stamps_.update(pair);
   heard_ = pair.monotonic;
+  note_losses(pair.monotonic);
   for (std::size_t i = 0; i < *got; ++i) {
     hardware_stamps_ |= batch_[i].hardware;
     receiver_.take(batch_[i].frame, stamps_.convert(batch_[i].utc), block);
   }
-  note_losses(pair.monotonic);
   return {};
 }
 
 void CanSensor::note_losses(Nanoseconds now) {
   if (socket_->dropped() != dropped_before_) {
-    receiver_.count_lost(socket_->dropped() - dropped_before_);
+    receiver_.count_dropped(socket_->dropped() - dropped_before_);
     receiver_.trouble(
         "frames were lost because the receive queue was full: this process was paused for too long",
         now);

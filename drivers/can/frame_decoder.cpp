@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -14,6 +15,12 @@ std::string names(const List& list) {
   for (const auto& item : list)
     text += (text.empty() ? "" : ", ") + item.name;
   return text.empty() ? "none" : text;
+}
+
+std::optional<std::size_t> index_of(const protocol::can::Message& message, std::string_view name) {
+  const auto* signal = message.find(name);
+  if (signal == nullptr || signal->multiplexed) return std::nullopt;
+  return static_cast<std::size_t>(signal - message.signals.data());
 }
 
 }  // namespace
@@ -47,7 +54,8 @@ Result<FrameDecoder> FrameDecoder::make(protocol::can::Database database,
     const auto index = static_cast<std::size_t>(message - database.messages.data());
     auto group = std::ranges::find(decoder.groups_, index, &Group::message);
     if (group == decoder.groups_.end()) {
-      group = decoder.groups_.insert(group, Group{index, {}});
+      group = decoder.groups_.insert(
+          group, Group{index, {}, index_of(*message, "counter"), index_of(*message, "error")});
     }
     group->wanted.push_back({static_cast<std::size_t>(signal - message->signals.data()),
                              asked.channel, asked.scale, asked.offset});
@@ -76,9 +84,28 @@ FrameDecoder::Outcome FrameDecoder::decode(const protocol::can::Frame& frame, Na
       }
       out[outcome.samples++] = sample;
     }
+    outcome.message = static_cast<int>(&group - groups_.data());
+    if (group.counter) {
+      outcome.counter = protocol::can::raw_bits(message.signals[*group.counter], frame.bytes());
+    }
+    if (group.error &&
+        protocol::can::raw_bits(message.signals[*group.error], frame.bytes()).value_or(0) != 0) {
+      for (Sample& sample : out.first(outcome.samples))
+        sample.quality = Quality::bad;
+    }
     break;  // a database has each identifier once
   }
   return outcome;
+}
+
+std::uint64_t FrameDecoder::frames_between(int message, std::uint64_t before,
+                                           std::uint64_t after) const {
+  const Group& group = groups_[static_cast<std::size_t>(message)];
+  if (!group.counter) return 0;
+  const int bits = database_.messages[group.message].signals[*group.counter].length;
+  const std::uint64_t step = (after - before) << (64 - bits) >> (64 - bits);
+  const bool forwards = step != 0 && step >> (bits - 1) == 0;
+  return forwards ? step - 1 : 0;
 }
 
 std::vector<protocol::Channel> FrameDecoder::channels() const {

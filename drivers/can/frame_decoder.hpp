@@ -34,11 +34,19 @@ class FrameDecoder {
 
   struct Outcome {
     std::size_t samples = 0;
-    bool malformed = false;  // a wanted signal is not wholly in the frame
+    bool malformed = false;                // a wanted signal is not wholly in the frame
+    int message = -1;                      // which of the wanted messages, from 0
+    std::optional<std::uint64_t> counter;  // its signal named `counter`
   };
   // Precondition: out.size() >= most_samples(). Frames of other messages give nothing. A value that
-  // is not finite, or outside the range that the database states, has Quality::bad.
+  // is not finite, or outside the range that the database states, has Quality::bad; so has all that
+  // comes with a signal named `error` that is not zero.
   Outcome decode(const protocol::can::Frame& frame, Nanoseconds t, std::span<Sample> out) const;
+
+  std::size_t messages() const { return groups_.size(); }
+  // Frames missing between two counts of one message; 0 after a restart of the sensor (a step
+  // backwards).
+  std::uint64_t frames_between(int message, std::uint64_t before, std::uint64_t after) const;
 
   std::size_t most_samples() const { return most_samples_; }  // of one frame
   std::size_t longest_message() const { return longest_; }    // bytes
@@ -56,6 +64,7 @@ class FrameDecoder {
   struct Group {
     std::size_t message;  // in the database
     std::vector<Wanted> wanted;
+    std::optional<std::size_t> counter, error;  // signals of these names
   };
   protocol::can::Database database_;
   std::vector<Group> groups_;

@@ -20,6 +20,7 @@ Receiver::Receiver(FrameDecoder decoder, std::string interface,
                    std::optional<config::CanOpen> canopen)
     : decoder_(std::move(decoder)), interface_(std::move(interface)) {
   if (canopen) canopen_.emplace(*canopen);
+  counters_.resize(decoder_.messages());
   sentence_.reserve(kSentenceRoom);
   health_.trouble.reserve(kSentenceRoom);
   const auto period = decoder_.expected_period();
@@ -38,7 +39,14 @@ void Receiver::connected(Nanoseconds now) {
   health_.trouble.clear();
   sampled_ = now;
   silent_ = false;
+  unexplained_ = 0;
+  counters_.assign(decoder_.messages(), std::nullopt);
   if (canopen_) canopen_->restart(now);
+}
+
+void Receiver::count_dropped(std::uint64_t frames) {
+  health_.lost += frames;
+  unexplained_ += frames;
 }
 
 void Receiver::look_at_silence(Nanoseconds now) {
@@ -96,6 +104,14 @@ void Receiver::take(const protocol::can::Frame& frame, Nanoseconds t, Block& blo
   const auto fresh = block.out.subspan(block.count);
   const auto outcome = decoder_.decode(frame, t, fresh);
   if (outcome.malformed) ++health_.malformed;
+  if (outcome.counter) {
+    auto& last = counters_[static_cast<std::size_t>(outcome.message)];
+    const auto gap = last ? decoder_.frames_between(outcome.message, *last, *outcome.counter) : 0;
+    const auto known = std::min(gap, unexplained_);
+    unexplained_ -= known;
+    health_.lost += gap - known;
+    last = outcome.counter;
+  }
   if (outcome.samples == 0) return;
   if (canopen_) {
     canopen_->measured();

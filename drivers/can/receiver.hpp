@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/can/canopen.hpp"
 #include "drivers/can/frame_decoder.hpp"
@@ -41,7 +42,9 @@ class Receiver {
 
   // Shows the sentence until two seconds later a good sample comes.
   void trouble(std::string_view sentence, Nanoseconds now);
-  void count_lost(std::uint64_t frames) { health_.lost += frames; }
+  // The kernel dropped so many, to be called before the frames behind them are taken: the gap that
+  // they leave in a counter is not counted again.
+  void count_dropped(std::uint64_t frames);
   void count_error() { ++health_.errors; }
   void count_malformed() { ++health_.malformed; }
 
@@ -57,9 +60,11 @@ class Receiver {
   std::string interface_;
   std::optional<CanopenNode> canopen_;
   SensorHealth health_;
-  std::string sentence_;      // scratch with room
-  Nanoseconds trouble_at_{};  // of health_.trouble
-  Nanoseconds sampled_{};     // last sample, or the connection
+  std::vector<std::optional<std::uint64_t>> counters_;  // the last of each wanted message
+  std::string sentence_;                                // scratch with room
+  Nanoseconds trouble_at_{};                            // of health_.trouble
+  std::uint64_t unexplained_ = 0;  // dropped frames that no counter has shown yet
+  Nanoseconds sampled_{};          // last sample, or the connection
   Nanoseconds silence_limit_{};
   std::string silence_sentence_;
   bool connected_before_ = false;

@@ -169,6 +169,38 @@ TEST(CanReceiver, SaysOnceThatTheSensorIsSilentAndRecoversTwice) {
   }
 }
 
+// The virtual rig's database has a 16-bit counter and an error flag in its stroke message.
+TEST(CanReceiver, CountsGapsInACounterAndBelievesTheSensorsErrorFlag) {
+  auto database = load_dbc(SHAKER_SOURCE_DIR "/config/examples/oleosim.dbc");
+  ASSERT_TRUE(database.ok()) << database.error().what;
+  auto made = FrameDecoder::make(
+      std::move(*database),
+      std::vector<config::CanSignal>{{Channel::displacement, "STROKE", "position", 1.0, 0.0}});
+  ASSERT_TRUE(made.ok()) << made.error().what;
+  Receiver receiver(std::move(*made), "can0", std::nullopt);
+  receiver.connected(0ns);
+  std::array<Sample, 16> samples;
+  Block block{samples, 0};
+  const auto take = [&](const std::string& text) { receiver.take(frame(text), 1ms, block); };
+  take("181#00000000FDFF00");  // FFFD
+  take("181#00000000FEFF00");
+  EXPECT_EQ(receiver.health().lost, 0u);
+  take("181#00000000010000");  // over the top: FFFF and 0000 are missing
+  EXPECT_EQ(receiver.health().lost, 2u);
+  take("181#00000000010000");  // said twice
+  take("181#00000000F0FF01");  // backwards: it began anew; and it says that it is ill
+  EXPECT_EQ(receiver.health().lost, 2u);
+  ASSERT_EQ(block.count, 5u);
+  EXPECT_EQ(samples[3].quality, Quality::good);
+  EXPECT_EQ(samples[4].quality, Quality::bad);
+  receiver.count_dropped(3);
+  take("181#00000000F5FF00");  // F1 to F4 are missing: the three, and one more on the bus
+  EXPECT_EQ(receiver.health().lost, 2u + 4u);
+  receiver.connected(2ms);
+  take("181#00000000500000");
+  EXPECT_EQ(receiver.health().lost, 6u) << "what passed while there was no link is not counted";
+}
+
 // ---- CANopen ------------------------------------------------------------------------------------
 
 config::CanOpen node_one(double sync_period_s = 0.0) {
