@@ -3,6 +3,7 @@ include(GNUInstallDirs)
 
 foreach(program IN ITEMS shakerd shakerctl oleosim shakerd-stop-exciter)
   if(TARGET ${program})
+    set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   endif()
 endforeach()

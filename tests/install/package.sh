@@ -10,7 +10,8 @@ mkdir -p "$folder"
   exit 1
 }
 rm -rf "$folder/_CPack_Packages"
-package=$(echo "$folder"/shakerd_*.deb)
+package=$folder/shakerd.deb
+mv "$folder"/shakerd_*.deb "$package"
 dpkg-deb --info "$package"
 dpkg-deb --contents "$package" | awk '{ print $1, $2, $6 }' | tee "$folder/contents"
 

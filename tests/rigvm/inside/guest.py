@@ -89,8 +89,14 @@ class Registers:
         self._unit = unit
 
     def read(self, address, count=1):
+        return self._ask(self._client.read_holding_registers, address, count)
+
+    def read_input(self, address, count=1):
+        return self._ask(self._client.read_input_registers, address, count)
+
+    def _ask(self, question, address, count):
         for _ in range(3):
-            answer = self._client.read_holding_registers(address, count, slave=self._unit)
+            answer = question(address, count, slave=self._unit)
             if not answer.isError():
                 return answer.registers
             self._client.close()
