@@ -14,6 +14,10 @@ struct MeasuredCycle {
   double amplitude = 0.0;            // of the excitation's fundamental, m/s^2
   std::vector<double> displacement;  // m
   std::vector<double> excitation;    // m/s^2; empty: a pure cosine of `amplitude`
+
+  // Standard error of `amplitude`, and of amplitude times phase in rad, from the accelerometer's
+  // noise; independent from cycle to cycle. 0: the excitation is known exactly.
+  double excitation_error = 0.0;
 };
 
 }  // namespace shaker::estimator

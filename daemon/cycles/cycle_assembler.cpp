@@ -128,6 +128,10 @@ void CycleAssembler::assemble(Nanoseconds begin_at, Nanoseconds end_at, const Ha
   cycle_.why.clear();
   cycle_.measured.frequency_hz = tracker_.frequency_hz();
   cycle_.measured.amplitude = options_.excitation_measured ? fit.amplitude() : 0.0;
+  cycle_.measured.excitation_error =
+      options_.excitation_measured && fit.used > 0
+          ? fit.noise * std::sqrt(2.0 / static_cast<double>(fit.used))
+          : 0.0;
   cycle_.excitation_noise = options_.excitation_measured ? fit.noise : 0.0;
   const double margin = std::max(period / options_.points, 8.0 / options_.sample_rate_hz);
   const bool fits = extract(displacement_, begin_at - from_seconds(margin),

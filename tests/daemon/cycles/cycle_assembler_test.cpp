@@ -110,6 +110,13 @@ TEST_F(CycleAssemblerTest, WanderingStampsLossesAndNoiseLeaveErrorsFarBelowTheNo
   auto noisy = assemble(oleo(), o, 34);
   EXPECT_LT(std::abs(noisy.frequency_ppm), 5.0);
   EXPECT_LT(noisy.excitation, 3e-3);
+  double amplitude = 0.0;  // its scatter is what excitation_error says: 5e-3 sqrt(2 / 495)
+  for (const auto& c : noisy.cycles) {
+    amplitude +=
+        std::pow(c.measured.amplitude - 3.048, 2) / static_cast<double>(noisy.cycles.size());
+  }
+  EXPECT_NEAR(noisy.cycles.back().measured.excitation_error, 5e-3 * std::sqrt(2.0 / 495.0), 3e-5);
+  EXPECT_NEAR(std::sqrt(amplitude) / noisy.cycles.back().measured.excitation_error, 1.0, 0.35);
   const double point = noisy.cycles.back().point_noise;
   EXPECT_NEAR(noisy.cycles.back().sample_noise, 2e-5, 2e-6);
   EXPECT_NEAR(noisy.scatter / point, 1.0, 0.1);
