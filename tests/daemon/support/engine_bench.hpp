@@ -23,7 +23,7 @@ class FakeExciter final : public daemon::ExciterCommands {
     sets.push_back(s);
     if (refuse_next > 0) {
       --refuse_next;
-      errors.push_back({ErrorKind::refused, "exciter: exception 03, value refused"});
+      errors.push_back(refusal_);
       return;
     }
     if (deaf_to_orders) return;
@@ -75,6 +75,7 @@ class FakeExciter final : public daemon::ExciterCommands {
 
  private:
   const SimulatedClock& clock_;
+  const Error refusal_{ErrorKind::refused, "exciter: exception 03, value refused"};
   drivers::Setpoint target_;
   double from_ = 0.0, phase_ = 0.0;
   Nanoseconds t0_{};
