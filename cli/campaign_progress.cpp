@@ -9,9 +9,9 @@
 namespace shaker::cli {
 namespace {
 
-// Before any run has shown how long it takes: two ramps of 2 s and five cycles to settle.
+// Before any run has shown how long it takes: two ramps of 2 s and ten cycles to settle.
 double guessed_overhead(const config::CampaignSpec& campaign, const config::RunSpec& run) {
-  return 2.0 * (campaign.ramp_s > 0.0 ? campaign.ramp_s : 2.0) + 5.0 / run.frequency_hz;
+  return 2.0 * (campaign.ramp_s > 0.0 ? campaign.ramp_s : 2.0) + 10.0 / run.frequency_hz;
 }
 
 }  // namespace

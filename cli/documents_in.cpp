@@ -116,6 +116,7 @@ std::string printable(std::string text) {
 }
 
 std::string text_of(const Json& document, const char* key) {
+  if (!document.is_object()) return {};
   const auto at = document.find(key);
   return at != document.end() && at->is_string() ? at->get<std::string>() : std::string();
 }

@@ -62,14 +62,13 @@ std::string file_name(const std::string& campaign, const record::RunRow& run, co
 }
 
 // t runs on through the run at its mean frequency, so that the file can be estimated from.
-Result<void> write_cycles(const std::vector<record::CycleRow>& cycles, bool all, OutFile& out) {
+Result<void> write_cycles(const std::vector<record::CycleRow>& cycles, OutFile& out) {
   out.write("t,excitation,displacement,cycle,accepted,frequency_hz,amplitude\n");
   double frequency = 0.0;
   for (const auto& cycle : cycles) {
     frequency += cycle.frequency_hz / static_cast<double>(cycles.size());
   }
   for (const record::CycleRow& cycle : cycles) {
-    if (!all && !cycle.accepted) continue;
     const std::size_t n = cycle.displacement.size();
     for (std::size_t i = 0; i < n; ++i) {
       const double tau = static_cast<double>(i) / static_cast<double>(n);
@@ -104,9 +103,10 @@ Result<std::size_t> write_run(const record::CampaignReader& reader, const record
     const auto written = write_samples(*samples, out);
     return written ? Result<std::size_t>(samples->size()) : written.error();
   }
-  const auto cycles = reader.cycles(run.index);
+  auto cycles = reader.cycles(run.index);
   if (!cycles) return cycles.error();
-  const auto written = write_cycles(*cycles, options.all, out);
+  if (!options.all) std::erase_if(*cycles, [](const record::CycleRow& c) { return !c.accepted; });
+  const auto written = write_cycles(*cycles, out);
   return written ? Result<std::size_t>(cycles->size()) : written.error();
 }
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -46,6 +47,7 @@ class Campaign {
   CampaignProgress progress_;
   bool terminal_, bar_drawn_ = false, lease_lost_ = false;
   int interrupts_heeded_ = 0;
+  std::string state_told_;
   double lease_s_ = 2.0, renewed_ = 0.0, drawn_ = -1.0;
   Clock::time_point start_ = Clock::now();
 };
@@ -113,6 +115,8 @@ void Campaign::show(const Json& document) {
   if (terminal_ && (type == "cycle" || type == "estimate" || type == "state")) return;
   const std::string text = narrate(document);
   if (text.empty()) return;
+  // The state comes every second, with its progress; its line only when it is another.
+  if (type == "state" && std::exchange(state_told_, text) == text) return;
   clear_bar();
   fmt::print("{}\n", text);
   std::fflush(stdout);

@@ -1,6 +1,7 @@
 // Shows what happens: a table that is redrawn on a terminal, a line for each document elsewhere.
 #include <chrono>
 #include <cstdio>
+#include <utility>
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
@@ -73,12 +74,14 @@ Result<void> draw(StreamClient& client, double seconds, LiveView& view) {
 Result<void> narrate_all(StreamClient& client, double seconds) {
   fmt::print("{}\n", narrate(client.version()));
   std::fflush(stdout);
+  std::string state;  // comes every second; told when it is another
   return follow(
       client, seconds,
       [&](const std::string& line) {
         const auto document = nlohmann::json::parse(line, nullptr, false);
         const std::string text = narrate(document);
         if (text.empty()) return;
+        if (text_of(document, "type") == "state" && std::exchange(state, text) == text) return;
         fmt::print("{}  {}\n", document.is_object() ? printable(text_of(document, "t_utc")) : "",
                    text);
         std::fflush(stdout);

@@ -260,6 +260,7 @@ class Database(Scratch):
         self.assertEqual(result.returncode, 0, result.stderr)
         files = json.loads(result.stdout)["files"]
         self.assertEqual(len(files), len(self.rows))
+        self.assertEqual(files[0]["cycles"], 3)
         with open(files[0]["file"]) as file:
             rows = list(csv.DictReader(file))
         points = len(self.rows[0])

@@ -194,7 +194,7 @@ class Orders(Online):
 
 class Watch(Online):
     def test_tells_a_line_for_each_document(self):
-        self.serve([VERSION, IDLE, state("RAMP"), estimate(), {"type": "health", "state": "RAMP"}])
+        self.serve([VERSION, IDLE, state("RAMP"), state("RAMP", progress=0.1), estimate(), {"type": "health", "state": "RAMP"}])
         result = self.shakerctl("watch", "--seconds", 1)
         self.assertEqual(result.returncode, 0, result.stderr)
         lines = [line.strip() for line in result.stdout.splitlines()]
