@@ -52,7 +52,9 @@ int run_and_kill(const std::filesystem::path& directory, int after_us, bool from
   }
   ::close(ends[1]);
   pollfd first{ends[0], POLLIN, 0};
-  if (from_first) EXPECT_EQ(::poll(&first, 1, 20'000), 1);
+  if (from_first) {
+    EXPECT_EQ(::poll(&first, 1, 20'000), 1);
+  }
   ::usleep(static_cast<useconds_t>(after_us));
   ::kill(child, SIGKILL);
   int status = 0;
