@@ -12,20 +12,20 @@
 namespace shaker::config {
 
 struct RunSpec {
-  std::string name;           // unique in the campaign; default r01, r02, ...
+  std::string name;  // unique in the campaign; default r01, r02, ...
   double frequency_hz = 0.0;
-  double amplitude = 0.0;     // of the table's acceleration, m/s^2
-  int cycles = 20;            // accepted cycles to measure
+  double amplitude = 0.0;  // of the table's acceleration, m/s^2
+  int cycles = 20;         // accepted cycles to measure
 };
 
 struct CampaignSpec {
   std::string name;
-  ModelSpec model;               // from "model": a path relative to the file, or inline
+  ModelSpec model;  // from "model": a path relative to the file, or inline
   std::vector<RunSpec> runs;
-  int points_per_cycle = 64;     // a cycle is resampled on so many equal steps of cyclic time
-  int settle_cycles_max = 200;   // give up ("no steady state") after so many
-  double settle_tolerance = 3.0; // cycle-to-cycle change below so many times the noise
-  double ramp_s = 0.0;           // 0: the rig's own
+  int points_per_cycle = 64;      // a cycle is resampled on so many equal steps of cyclic time
+  int settle_cycles_max = 200;    // give up ("no steady state") after so many
+  double settle_tolerance = 3.0;  // cycle-to-cycle change below so many times the noise
+  double ramp_s = 0.0;            // 0: the rig's own
   std::string origin;
 };
 

@@ -26,9 +26,9 @@ struct ParameterSpec {
 };
 
 struct EffectSpec {
-  std::string effect;                              // name in the catalogue
-  std::map<std::string, ParameterSpec> parameters; // by symbol
-  std::map<std::string, double> constants;         // stated constants, e.g. a smoothing width
+  std::string effect;                               // name in the catalogue
+  std::map<std::string, ParameterSpec> parameters;  // by symbol
+  std::map<std::string, double> constants;          // stated constants, e.g. a smoothing width
   // For models of several coordinates (both empty for one): the combination of coordinates that the
   // effect sees, and the equations in which its force stands; one number a coordinate.
   std::vector<double> sees, acts;
@@ -36,8 +36,8 @@ struct EffectSpec {
 
 struct ModelSpec {
   std::string name;
-  double gravity = 9.80665;          // in the model's own length unit per s^2
-  std::string length_unit = "m";     // a label for documents; "ft" for the paper's cases
+  double gravity = 9.80665;       // in the model's own length unit per s^2
+  std::string length_unit = "m";  // a label for documents; "ft" for the paper's cases
   std::vector<EffectSpec> effects;
   // Several coordinates: their names, mass matrix over the reference mass (row by row), the way the
   // excitation enters each equation, and which coordinate the displacement sensor sees. Empty: one
@@ -45,7 +45,7 @@ struct ModelSpec {
   std::vector<std::string> coordinates;
   std::vector<double> mass, excitation;
   std::string observed;
-  std::string origin;                // file, for messages
+  std::string origin;  // file, for messages
 };
 
 Result<ModelSpec> load_model(const std::filesystem::path& file);

@@ -24,7 +24,7 @@ struct ModbusTcp {
 struct ModbusRtu {
   std::string device;  // e.g. /dev/ttyUSB0
   int baud = 19200;
-  char parity = 'E';   // N, E or O
+  char parity = 'E';  // N, E or O
   int stop_bits = 1;
 };
 struct ModbusLink {
@@ -75,12 +75,12 @@ struct CanSignal {
 };
 struct CanOpen {
   int node_id = 1;
-  bool start_node = true;        // send NMT start, and again after a boot-up message
-  double sync_period_s = 0.0;    // 0: someone else sends SYNC
+  bool start_node = true;      // send NMT start, and again after a boot-up message
+  double sync_period_s = 0.0;  // 0: someone else sends SYNC
 };
 struct CanSensor {
   std::string interface = "can0";
-  std::filesystem::path dbc;     // relative to the rig file
+  std::filesystem::path dbc;  // relative to the rig file
   std::vector<CanSignal> signals;
   bool fd = false;
   std::optional<CanOpen> canopen;
@@ -92,10 +92,10 @@ struct ModbusSensor {
 };
 struct SimulatedSensor {
   double rate_hz = 1000.0;
-  std::string plant = "oleo";     // see sim/README.md
+  std::string plant = "oleo";                // see sim/README.md
   std::map<std::string, double> parameters;  // of the plant, by name; the truth of the virtual rig
-  double noise_m = 2e-5;          // standard deviation of the displacement channel
-  double noise_m_s2 = 5e-3;       // of the excitation channel
+  double noise_m = 2e-5;                     // standard deviation of the displacement channel
+  double noise_m_s2 = 5e-3;                  // of the excitation channel
   double quantum_m = 1e-6;
   double clock_offset_ppm = 0.0;
   double jitter_fraction = 0.0;   // of one sample
@@ -103,10 +103,10 @@ struct SimulatedSensor {
   std::uint64_t seed = 1;
 };
 struct ReplaySensor {
-  std::filesystem::path file;     // a campaign database, or a candump -l log (with dbc and signals)
+  std::filesystem::path file;  // a campaign database, or a candump -l log (with dbc and signals)
   std::filesystem::path dbc;
   std::vector<CanSignal> signals;
-  double speed = 0.0;             // 0: as fast as it is read; 1: as it happened
+  double speed = 0.0;  // 0: as fast as it is read; 1: as it happened
 };
 using SensorConfig = std::variant<CanSensor, ModbusSensor, SimulatedSensor, ReplaySensor>;
 
@@ -114,29 +114,30 @@ using SensorConfig = std::variant<CanSensor, ModbusSensor, SimulatedSensor, Repl
 enum class Action { none, indicate, hold, ramp_down, stop };
 
 struct Limits {
-  double stroke_min_m = 0.0, stroke_max_m = 0.3;       // outside: stroke_action
+  double stroke_min_m = 0.0, stroke_max_m = 0.3;  // outside: stroke_action
   Action stroke_action = Action::stop;
   double stroke_rate_max_m_s = 3.0;
   Action stroke_rate_action = Action::stop;
-  double excitation_max_m_s2 = 15.0;                   // setpoints above are refused; measured: action
+  double excitation_max_m_s2 = 15.0;  // setpoints above are refused; measured: action
   Action excitation_action = Action::ramp_down;
   double frequency_min_hz = 0.2, frequency_max_hz = 10.0;  // setpoints outside are refused
-  double stale_s = 0.05;                               // no good sample for so long
+  double stale_s = 0.05;                                   // no good sample for so long
   Action stale_action = Action::ramp_down;
-  double command_error_fraction = 0.2;                 // measured against commanded amplitude
+  double command_error_fraction = 0.2;  // measured against commanded amplitude
   Action command_error_action = Action::ramp_down;
-  double under_peak_fraction = 0.0;                    // 0: off
+  double under_peak_fraction = 0.0;  // 0: off
   Action under_peak_action = Action::indicate;
 };
 
 struct RigConfig {
   std::string name;
-  std::string model;                  // path of the default model file, may be empty
+  std::string model;  // path of the default model file, may be empty
   ExciterConfig exciter;
-  std::vector<SensorConfig> sensors;  // together they must give displacement; excitation if it is measured
+  std::vector<SensorConfig>
+      sensors;  // together they must give displacement; excitation if it is measured
   Limits limits;
   double client_lease_s = 2.0;
-  std::filesystem::path directory;    // of the rig file: relative paths in it start here
+  std::filesystem::path directory;  // of the rig file: relative paths in it start here
 };
 
 // An Error names file, line or JSON pointer, the value and what is allowed.
