@@ -16,8 +16,12 @@ Nanoseconds read(clockid_t id) {
 
 }  // namespace
 
-Nanoseconds RealClock::now() const { return read(CLOCK_MONOTONIC); }
-Nanoseconds RealClock::utc() const { return read(CLOCK_REALTIME); }
+Nanoseconds RealClock::now() const {
+  return read(CLOCK_MONOTONIC);
+}
+Nanoseconds RealClock::utc() const {
+  return read(CLOCK_REALTIME);
+}
 
 void RealClock::sleep_until(Nanoseconds monotonic) {
   timespec t{};

@@ -12,7 +12,9 @@ namespace shaker {
 
 using Nanoseconds = std::chrono::nanoseconds;
 
-inline double seconds(Nanoseconds t) { return std::chrono::duration<double>(t).count(); }
+inline double seconds(Nanoseconds t) {
+  return std::chrono::duration<double>(t).count();
+}
 inline Nanoseconds from_seconds(double s) {
   return std::chrono::duration_cast<Nanoseconds>(std::chrono::duration<double>(s));
 }

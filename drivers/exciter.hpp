@@ -24,12 +24,12 @@ struct Setpoint {
 };
 
 struct ExciterStatus {
-  Nanoseconds t{};                 // when it was read
+  Nanoseconds t{};  // when it was read
   bool ready = false;
   bool running = false;
-  std::uint32_t fault = 0;         // 0: none
-  std::optional<double> frequency_hz, amplitude;   // what the device says it does
-  std::optional<double> heartbeat_timeout_s;       // its own reaction to a lost link; 0: none
+  std::uint32_t fault = 0;                        // 0: none
+  std::optional<double> frequency_hz, amplitude;  // what the device says it does
+  std::optional<double> heartbeat_timeout_s;      // its own reaction to a lost link; 0: none
 };
 
 class Exciter {

@@ -43,7 +43,7 @@ struct Estimator::Impl {
   std::vector<double> theta_saved, products;
   std::vector<char> held;  // free parameters that sit on a bound and are pushed outwards
   double sum_of_squares = 0.0;
-  double last_step = 0.0;          // of the lifted method, relative
+  double last_step = 0.0;  // of the lifted method, relative
 
   void make_coarse_level();
   void load(std::size_t run);

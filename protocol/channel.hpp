@@ -6,8 +6,8 @@
 
 namespace shaker::protocol {
 
-// The quantities of the rig. Signs: stroke > 0 in compression; excitation is the upward acceleration
-// of the table. Units are SI throughout: m, m/s^2, N.
+// The quantities of the rig. Signs: stroke > 0 in compression; excitation is the upward
+// acceleration of the table. Units are SI throughout: m, m/s^2, N.
 enum class Channel : unsigned char {
   displacement,  // stroke u of the damper, m
   excitation,    // acceleration x of the table, m/s^2

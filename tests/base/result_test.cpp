@@ -1,11 +1,10 @@
 #include "base/result.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "base/unique_fd.hpp"
-
-#include <fcntl.h>
-#include <unistd.h>
 
 namespace shaker {
 namespace {

@@ -80,7 +80,8 @@ TEST_F(ReplayDevices, StartAgainWhenConnectedAgain) {
 }
 
 TEST_F(ReplayDevices, AreFinishedAtOnceWithAnEmptyOrForeignLog) {
-  for (const std::string& text : {std::string(), std::string(100'000, 'x'), std::string("\n\n\n")}) {
+  for (const std::string& text :
+       {std::string(), std::string(100'000, 'x'), std::string("\n\n\n")}) {
     auto sensor = make_replay_sensor(log(text), "/", clock_);
     ASSERT_TRUE(sensor.ok());
     ASSERT_TRUE((*sensor)->connect().ok());
