@@ -34,6 +34,9 @@ struct RunData {
   double cycles = 1.0;   // averaged: each mean has 1 / cycles of the variance
   double scatter = 0.0;  // sum of squares of the single cycles about their mean
   double weight = 1.0;   // further weight (3.15), relative inverse variance
+  // Standard error of the cosine and sine parts of the mean excitation's harmonics, from the
+  // accelerometer's noise; it widens the covariance, see estimation_worth.cpp. 0: known exactly.
+  double excitation_error = 0.0;
 };
 
 enum class Method { lifted, gauss_newton, levenberg_marquardt };

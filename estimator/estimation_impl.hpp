@@ -65,6 +65,7 @@ struct Estimator::Impl {
   bool solve_all(bool warm);
   void finish();
   bool finish_definite(const std::vector<double>& scale, std::size_t count);
+  void add_excitation_error(const std::vector<double>& inverse);
   void finish_by_svd(const std::vector<double>& scale, std::size_t count);
 
   // Calls visit(row, residual, inverse variance) for every datum of a run; row[0] is the Newton

@@ -56,6 +56,8 @@ class Model {
   const std::string& length_unit() const { return length_unit_; }
   int coordinates() const { return coordinates_; }
   int observed() const { return observed_; }  // the coordinate that the displacement sensor sees
+  // The way in which the table's acceleration enters an equation.
+  double excitation(int equation) const { return excitation_[static_cast<std::size_t>(equation)]; }
   int parameter_count() const { return static_cast<int>(parameters_.size()); }
   const std::vector<ModelParameter>& parameters() const { return parameters_; }
   std::vector<double> start() const;

@@ -14,6 +14,7 @@ namespace {
 struct RunMean {
   int run = 0;
   RunData data;
+  double excitation_variance = 0.0;  // sum over the cycles
 
   bool same_shape(const MeasuredCycle& cycle) const {
     return data.displacement.size() == cycle.displacement.size() &&
@@ -24,6 +25,9 @@ struct RunMean {
     const double share = 1.0 / data.cycles;
     data.frequency_hz += share * (cycle.frequency_hz - data.frequency_hz);
     data.amplitude += share * (cycle.amplitude - data.amplitude);
+    // Of the mean: independent errors of the single cycles.
+    excitation_variance += cycle.excitation_error * cycle.excitation_error;
+    data.excitation_error = std::sqrt(excitation_variance) / data.cycles;
     for (std::size_t i = 0; i < data.excitation.size(); ++i)
       data.excitation[i] += share * (cycle.excitation[i] - data.excitation[i]);
     for (std::size_t i = 0; i < data.displacement.size(); ++i) {
@@ -42,6 +46,8 @@ RunMean first_of(const MeasuredCycle& cycle) {
   mean.data.amplitude = cycle.amplitude;
   mean.data.displacement = cycle.displacement;
   mean.data.excitation = cycle.excitation;
+  mean.data.excitation_error = cycle.excitation_error;
+  mean.excitation_variance = cycle.excitation_error * cycle.excitation_error;
   return mean;
 }
 

@@ -357,6 +357,13 @@ bool PeriodicSystem::solve_scalar() {
 }
 
 bool PeriodicSystem::solve_banded() {
+  if (!factorise_banded()) return false;
+  fill_right_hand_sides();
+  banded_->solve(rows_.data(), stride_, 1 + p_);
+  return std::isfinite(rows_[0]);
+}
+
+bool PeriodicSystem::factorise_banded() {
   const double f1 = frequency_ * n_;
   const int reach = stencil_.reach;
   banded_->clear();
@@ -372,13 +379,10 @@ bool PeriodicSystem::solve_banded() {
       }
     }
   }
-  if (!banded_->factorise()) return false;
-  fill_right_hand_sides();
-  banded_->solve(rows_.data(), stride_, 1 + p_);
-  return std::isfinite(rows_[0]);
+  return banded_->factorise();
 }
 
-bool PeriodicSystem::solve_dense() {
+void PeriodicSystem::fill_dense() {
   Eigen::MatrixXd& j = dense_->jacobian;
   for (int d = 0; d < s_; ++d) {
     for (int e = 0; e < s_; ++e) {
@@ -391,14 +395,44 @@ bool PeriodicSystem::solve_dense() {
       }
     }
   }
+}
+
+bool PeriodicSystem::solve_dense() {
+  fill_dense();
   fill_right_hand_sides();
   using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
                           Eigen::OuterStride<>>;
   Rows rows(rows_.data(), n_ * s_, 1 + p_, Eigen::OuterStride<>(stride_));
-  dense_->lu.compute(j);
+  dense_->lu.compute(dense_->jacobian);
   dense_->right = dense_->lu.solve(rows);
   rows = dense_->right;
   return dense_->right.allFinite();
+}
+
+bool PeriodicSystem::excitation_response(int harmonics, std::vector<double>& out) {
+  const int width = 2 * harmonics;
+  out.assign(static_cast<std::size_t>(n_ * s_) * width, 0.0);
+  for (int i = 0; i < n_; ++i) {
+    for (int d = 0; d < s_; ++d) {
+      double* row = &out[static_cast<std::size_t>(i * s_ + d) * width];
+      for (int h = 1; h <= harmonics; ++h) {
+        const double angle = 2.0 * std::numbers::pi * (h * i % n_) / n_;
+        row[2 * h - 2] = model_->excitation(d) * std::cos(angle);
+        row[2 * h - 1] = model_->excitation(d) * std::sin(angle);
+      }
+    }
+  }
+  if (!dense_) {
+    if (!factorise_banded()) return false;
+    banded_->solve(out.data(), width, width);
+    return std::isfinite(out[0]);
+  }
+  fill_dense();
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> rows(
+      out.data(), n_ * s_, width);
+  dense_->lu.compute(dense_->jacobian);
+  rows = dense_->lu.solve(rows).eval();
+  return rows.allFinite();
 }
 
 bool PeriodicSystem::add_products(std::span<const double> data, int every, bool with_newton,

@@ -83,6 +83,12 @@ class PeriodicSystem {
   // The step that makes the state of the last linearisation follow a change of theta and end on the
   // solution: advance(1, delta).
 
+  // Response of the last linearised state to the excitation's harmonics 1 to `harmonics`, per unit
+  // of their cosine and sine parts: `out` gets 2 * harmonics columns for each unknown, row by row
+  // (cos 1, sin 1, cos 2, ...). Factorises anew, for the few times when it is wanted; false when
+  // singular. Allocates.
+  bool excitation_response(int harmonics, std::vector<double>& out);
+
   // --- whole solutions
   // From static equilibrium through amplitude continuation: needs no start.
   SolveReport solve_from_rest(std::span<const double> theta);
@@ -100,6 +106,8 @@ class PeriodicSystem {
   void correct_kinks(double kink);
   bool solve_scalar();
   bool solve_banded();
+  bool factorise_banded();
+  void fill_dense();
   bool solve_dense();
   void fill_right_hand_sides();
   bool equilibrium(std::span<const double> theta);
