@@ -92,7 +92,7 @@ Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
                       "TCP connections may only listen; use the Unix socket to command.", nullptr};
     }
     // A controlling client renews its lease several times a second: no news.
-    if (method.changes_something && method.name != "lease.renew")
+    if (method.changes_something && request.method != "lease.renew")
       spdlog::info("{} asks for {}.", peer.who, method.name);
     return method.call(*this, request.params, peer);
   }
