@@ -135,7 +135,7 @@ void fill_correlation(Filler& out, const std::vector<double>& covariance, std::s
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < n; ++k) {
       const double scale = std::sqrt(covariance[i * n + i]) * std::sqrt(covariance[k * n + k]);
-      matrix[i].push_back(std::clamp(covariance[i * n + k] / scale, -1.0, 1.0));
+      matrix[i].push_back(i == k ? 1.0 : std::clamp(covariance[i * n + k] / scale, -1.0, 1.0));
     }
   }
   out.put("correlation", matrix);

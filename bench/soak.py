@@ -1,0 +1,135 @@
+#!/usr/bin/python3
+"""A long campaign at a high rate through the real daemon: is anything lost, does memory stay flat?
+
+    bench/soak.py BIN_FOLDER [--minutes 10] [--rate 10000]
+
+Starts `shakerd` on the simulated rig (displacement and excitation), runs one long dwell over its
+socket, and reports every sample, overflow and missing document, the resident memory over time, the
+share of a core and the latency. Status 0 when nothing was lost and memory grew by less than 10 %
+after the first minute. Needs nothing but Python's own library.
+"""
+import argparse
+import json
+import os
+import pathlib
+import socket
+import sqlite3
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+
+def resident_kib(pid: int) -> int:
+    for line in pathlib.Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1])
+    return 0
+
+
+def cpu_seconds(pid: int) -> float:
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def main() -> int:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("bin", type=pathlib.Path)
+    options.add_argument("--minutes", type=float, default=10.0)
+    options.add_argument("--rate", type=float, default=10000.0)
+    given = options.parse_args()
+
+    with tempfile.TemporaryDirectory(prefix="shakerd-soak.") as folder:
+        folder = pathlib.Path(folder)
+        (folder / "rig.json").write_text(json.dumps({
+            "name": "soak",
+            "exciter": {"device": {"kind": "simulated"}, "ramp_s": 1.0},
+            "sensors": [{"kind": "simulated", "rate_hz": given.rate}],
+            "limits": {"stale_s": 1.0},
+        }))
+        model = {"name": "oleo", "effects": [{"effect": "orifice_damping"},
+                                             {"effect": "gas_spring"}, {"effect": "gravity"}]}
+        cycles = int(2.0 * 60.0 * given.minutes)
+        campaign = {"name": "soak", "model": model,
+                    "runs": [{"name": "long", "frequency_hz": 2.0, "amplitude": 3.0,
+                              "cycles": cycles}]}
+        daemon = subprocess.Popen([given.bin / "shakerd", "--rig", folder / "rig.json", "--socket",
+                                   folder / "s", "--data", folder],
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            return watch(daemon, folder, campaign, given)
+        finally:
+            daemon.terminate()
+            daemon.wait(20)
+
+
+def watch(daemon, folder, campaign, given) -> int:
+    stream = socket.socket(socket.AF_UNIX)
+    for _ in range(100):
+        try:
+            stream.connect(str(folder / "s"))
+            break
+        except OSError:
+            time.sleep(0.1)
+    lines = stream.makefile("r")
+
+    def ask(number, method, params=None):
+        request = {"jsonrpc": "2.0", "id": number, "method": method, "params": params or {}}
+        stream.sendall((json.dumps(request) + "\n").encode())
+
+    ask(1, "control.acquire")
+    ask(2, "campaign.start", {"campaign": campaign})
+    began = renewed = time.monotonic()
+    memory, latencies, newest, gaps, accepted, estimates = [], [], None, 0, 0, 0
+    health, stop = {}, None
+    for text in lines:
+        document = json.loads(text)
+        if "error" in document:
+            print(document["error"]["message"])
+            return 1
+        if time.monotonic() - renewed > 0.5:
+            ask(3, "lease.renew")
+            renewed = time.monotonic()
+        kind = document.get("type")
+        if kind in (None, "version"):
+            continue
+        if newest is not None and document["seq"] > newest + 1:
+            gaps += document["seq"] - newest - 1
+        newest = max(newest or 0, document["seq"])
+        if kind == "health":
+            health = document
+            memory.append((time.monotonic() - began, resident_kib(daemon.pid)))
+        elif kind == "cycle":
+            accepted += document["accepted"]
+        elif kind == "estimate":
+            estimates += 1
+            latencies.append(document["latency_s"])
+        elif kind == "run_stop":
+            stop = document
+            break
+    length = time.monotonic() - began
+    share = cpu_seconds(daemon.pid) / length
+    daemon.terminate()
+    daemon.wait(20)
+    database = next(folder.glob("soak_*.db"))
+    whole = sqlite3.connect(database).execute("PRAGMA integrity_check").fetchone()[0]
+
+    settled = [kib for second, kib in memory if second > min(60.0, length / 2)]
+    growth = settled[-1] / settled[0] - 1.0
+    print(f"{given.rate:g} Hz x 2 channels for {length / 60.0:.1f} min: run {stop['status']}")
+    print(f"samples {health['samples']}, lost {health['lost']}, ring overflows "
+          f"{health['ring_overflows']}, cycles skipped {health['cycles_skipped']}")
+    print(f"cycles accepted {accepted}, estimates {estimates}, documents missing {gaps}")
+    print(f"memory {settled[0]} KiB -> {settled[-1]} KiB ({100.0 * growth:+.1f} %), "
+          f"{100.0 * share:.0f} % of a core")
+    print(f"latency median {1e3 * statistics.median(latencies):.2f} ms, "
+          f"worst {1e3 * max(latencies):.2f} ms; database {database.stat().st_size >> 20} MiB, "
+          f"integrity {whole}")
+    good = (stop["status"] == "success" and not gaps and accepted == estimates and
+            health["lost"] == health["ring_overflows"] == 0 and growth < 0.1 and whole == "ok")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
