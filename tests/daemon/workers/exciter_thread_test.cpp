@@ -152,7 +152,8 @@ TEST_F(ExciterTest, KeepsTheDeadManAliveOnlyWhileAsked) {
   thread->keep_alive(true);
   EXPECT_TRUE(eventually([&] { return beats() >= 3; }));
   thread->keep_alive(false);
-  std::this_thread::sleep_for(30ms);  // one may be under way
+  const Nanoseconds then = clock.now();  // one may be under way until the thread's turn is over
+  EXPECT_TRUE(eventually([&] { return thread->last_progress() > then; }));
   const int last = beats();
   std::this_thread::sleep_for(30ms);
   EXPECT_EQ(beats(), last);
