@@ -9,6 +9,12 @@
 
 namespace shaker::estimator {
 
+// Throws std::invalid_argument, naming the run (counted from 1), for data that cannot be used.
+void check_run(const RunData& run, std::size_t index);
+
+// What is left to go after a step, from the rate at which steps shrink.
+double left_after(double step, double previous);
+
 // How a datum is read off the grid: weights of six neighbours, or one point exactly.
 struct Reading {
   int base = 0;   // first point

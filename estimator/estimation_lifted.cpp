@@ -1,0 +1,87 @@
+// Lifted Gauss-Newton: theta and the periodic solutions in one go.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "estimator/estimation_impl.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr double kCloseEnough = 1e-2;  // of theta, where the approach on few points ends
+
+// Largest relative Newton step of a state.
+double newton_step(const PeriodicSystem& system) {
+  double step = 0.0;
+  double size = 1e-300;
+  const int c = system.model().observed();
+  for (int i = 0; i < system.points(); ++i) {
+    step = std::max(step, std::fabs(system.row(i, c)[0]));
+    size = std::max(size, std::fabs(system.value(i, c)));
+  }
+  return step / size;
+}
+
+}  // namespace
+
+// What is left to go after this step, from the rate at which steps shrink.
+double left_after(double step, double previous) {
+  const double rate = step / previous;
+  return std::isfinite(previous) && rate < 0.5 ? step * rate / (1.0 - rate) : step;
+}
+
+// One linearisation a step moves theta and all states together. Trusted only while it contracts:
+// anything odd (an inadmissible point, a singular matrix, steps that do not shrink) gives up, and
+// the caller starts the nested method from the parameters that were given. The first steps, which
+// only have to come near, are taken on the data's own few points.
+bool Estimator::Impl::fit_lifted(bool warm) {
+  last_step = std::numeric_limits<double>::infinity();
+  if (!warm) {
+    auto& first = coarse.empty() ? systems : coarse;
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      if (!start_from_data(r, first[r])) return false;
+    }
+    if (!coarse.empty()) {
+      if (!lifted_steps(coarse)) return false;
+      for (std::size_t r = 0; r < runs.size(); ++r)
+        systems[r].interpolate_from(coarse[r]);
+    }
+  }
+  return lifted_steps(systems);
+}
+
+bool Estimator::Impl::lifted_steps(std::vector<PeriodicSystem>& level) {
+  const bool approach = &level == &coarse;
+  int without_progress = 0;
+  for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
+    for (PeriodicSystem& system : level) {
+      if (!system.linearise(fit.theta) || !system.solve_step()) return false;
+    }
+    accumulate(level, true);
+    if (!box_step(0.0)) return false;
+    double state_step = 0.0;
+    for (PeriodicSystem& system : level) {
+      state_step = std::max(state_step, newton_step(system));
+      system.advance(1.0, delta_full);
+    }
+    const double step = std::max(relative_step(), state_step);
+    for (std::size_t k = 0; k < fit.theta.size(); ++k)
+      fit.theta[k] += delta_full[k];
+    if (options.keep_iterates) fit.iterates.push_back(fit.theta);
+    ++fit.iterations;
+    if (!std::isfinite(step) || step > 1e3) return false;
+    if (approach && step <= kCloseEnough) {
+      last_step = step;
+      return true;
+    }
+    if (left_after(step, last_step) <= options.tolerance && state_step < 1e-6) {
+      fit.status = FitStatus::converged;
+      return true;
+    }
+    if (step > 0.9 * last_step && iteration > 2 && ++without_progress > 3) return false;
+    last_step = step;
+  }
+  return false;
+}
+
+}  // namespace shaker::estimator

@@ -1,0 +1,118 @@
+// The nested methods: the periodic solutions are converged for every theta.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "estimator/estimation_impl.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr double kNearlyUndamped = 1e-5;
+
+}  // namespace
+
+bool Estimator::Impl::solve_all(bool warm) {
+  for (std::size_t r = 0; r < systems.size(); ++r) {
+    SolveReport report;
+    if (warm) report = systems[r].solve(fit.theta);
+    if (!warm || report.status != SolveStatus::converged)
+      report = systems[r].solve_from_rest(fit.theta);
+    if (report.status != SolveStatus::converged) {
+      fit.trouble =
+          fmt::format("run {} ({:g} Hz): {}", r + 1, runs[r].data.frequency_hz, report.sentence());
+      return false;
+    }
+  }
+  return true;
+}
+
+void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bool damped) {
+  fit.trouble.clear();
+  if (!solve_all(warm)) {
+    fit.status = FitStatus::no_solution;
+    return;
+  }
+  double lambda = damped ? 1e-4 : 0.0;
+  double grow = 2.0;
+  accumulate(systems, false);
+  double previous = std::numeric_limits<double>::infinity();
+  int refused = 0;
+  for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
+    fit.iterations = iteration;
+    const double before = sum_of_squares;
+    if (!box_step(lambda)) {
+      if (!damped) {
+        fit.status = FitStatus::undetermined;
+        return;
+      }
+      lambda = std::max(4.0 * lambda, 1e-10);
+      if (lambda > 1e8) break;
+      continue;
+    }
+    const double used_lambda = lambda;
+    const bool capped = damped && cap_step(start);
+    theta_saved = fit.theta;
+    for (std::size_t r = 0; r < systems.size(); ++r) {
+      const auto state = systems[r].state();
+      std::copy(state.begin(), state.end(), runs[r].saved.begin());
+      systems[r].advance(0.0, delta_full);
+    }
+    const double step = relative_step();
+    for (std::size_t k = 0; k < fit.theta.size(); ++k)
+      fit.theta[k] += delta_full[k];
+    bool accepted = true;
+    for (std::size_t r = 0; r < systems.size() && accepted; ++r) {
+      accepted = systems[r].solve(fit.theta).status == SolveStatus::converged;
+      if (!accepted && !damped) {
+        const auto report = systems[r].solve_from_rest(fit.theta);
+        accepted = report.status == SolveStatus::converged;
+        if (!accepted) fit.trouble = fmt::format("run {}: {}", r + 1, report.sentence());
+      }
+    }
+    if (accepted) accumulate(systems, false);
+    // At the bottom rounding decides whether the sum goes up or down.
+    if (damped) accepted = accepted && sum_of_squares <= before * (1.0 + 1e-13) + 1e-300;
+    if (!accepted) {
+      if (!damped) {
+        fit.status = FitStatus::no_solution;
+        return;
+      }
+      fit.theta = theta_saved;
+      for (std::size_t r = 0; r < systems.size(); ++r) {
+        std::copy(runs[r].saved.begin(), runs[r].saved.end(), systems[r].state().begin());
+        systems[r].solve(fit.theta);
+      }
+      accumulate(systems, false);
+      if (step <= 1e3 * options.tolerance && ++refused > 8) {
+        fit.status = FitStatus::converged;
+        return;
+      }
+      lambda = std::max(lambda, 1e-12) * grow;
+      grow *= 2.0;
+      if (lambda > 1e12) break;
+      continue;
+    }
+    refused = 0;
+    grow = 2.0;
+    lambda /= 8.0;
+    if (options.keep_iterates) fit.iterates.push_back(fit.theta);
+    // A step that is short because it was damped proves nothing.
+    if (used_lambda <= kNearlyUndamped && !capped &&
+        left_after(step, previous) <= options.tolerance) {
+      fit.status = FitStatus::converged;
+      return;
+    }
+    previous =
+        used_lambda <= kNearlyUndamped && !capped ? step : std::numeric_limits<double>::infinity();
+  }
+  fit.status = FitStatus::not_converged;
+  fit.trouble = fmt::format(
+      "no convergence in {} iterations; the last step still changed a "
+      "parameter by {:.1e} of its value",
+      fit.iterations, relative_step());
+}
+
+}  // namespace shaker::estimator

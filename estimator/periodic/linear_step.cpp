@@ -1,0 +1,158 @@
+// Newton step and sensitivities of a linearised system, by whichever solver fits it.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Dense>
+
+#include "estimator/math/simd_math.hpp"
+#include "estimator/periodic/dense.hpp"
+#include "estimator/periodic/scalar_step.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+SHAKER_SIMD_CLONES void fill_band(int n, int reach, const double* __restrict first,
+                                  const double* __restrict second, const double* __restrict g_u,
+                                  const double* __restrict g_v, const double* __restrict g_a,
+                                  double* __restrict band) {
+  for (int i = 0; i < n; ++i) {
+    for (int k = 0; k < 8; ++k)
+      band[8 * i + k] = g_a[i] * second[k] + g_v[i] * first[k];
+    band[8 * i + reach] += g_u[i];
+  }
+}
+
+}  // namespace
+
+void PeriodicSystem::fill_right_hand_sides() {
+  for (int i = 0; i < n_; ++i) {
+    for (int d = 0; d < s_; ++d) {
+      double* row = &rows_[static_cast<std::size_t>(i * s_ + d) * stride_];
+      row[0] = -g_[d][i];
+      for (int k = 0; k < p_; ++k)
+        row[1 + k] = -g_theta_[d * p_ + k][i];
+      std::fill(row + 1 + p_, row + stride_, 0.0);
+    }
+  }
+}
+
+bool PeriodicSystem::solve_step() {
+  if (dense_) return solve_dense();
+  if (s_ == 1 && groups_ <= 4 && solve_scalar()) return true;
+  return solve_banded();
+}
+
+bool PeriodicSystem::solve_scalar() {
+  double first[8] = {};
+  double second[8] = {};
+  const double f1 = frequency_ * n_;
+  for (int k = 0; k <= 2 * stencil_.reach; ++k) {
+    first[k] = stencil_.first[k] * f1;
+    second[k] = stencil_.second[k] * f1 * f1;
+  }
+  fill_band(n_, stencil_.reach, first, second, g_u_[0], g_v_[0], g_a_[0], band_.data());
+  fill_right_hand_sides();
+  return solve_scalar_step(
+      {n_, stencil_.reach, 1 + p_, groups_, band_.data(), upper_.data(), rows_.data()});
+}
+
+bool PeriodicSystem::solve_banded() {
+  if (!factorise_banded()) return false;
+  fill_right_hand_sides();
+  banded_->solve(rows_.data(), stride_, 1 + p_);
+  return std::isfinite(rows_[0]);
+}
+
+bool PeriodicSystem::factorise_banded() {
+  const double f1 = frequency_ * n_;
+  const int reach = stencil_.reach;
+  banded_->clear();
+  for (int i = 0; i < n_; ++i) {
+    for (int d = 0; d < s_; ++d) {
+      for (int e = 0; e < s_; ++e) {
+        const int de = d * s_ + e;
+        for (int k = -reach; k <= reach; ++k)
+          banded_->add(i, d, k, e,
+                       g_a_[de][i] * stencil_.second[k + reach] * f1 * f1 +
+                           g_v_[de][i] * stencil_.first[k + reach] * f1);
+        banded_->add(i, d, 0, e, g_u_[de][i]);
+      }
+    }
+  }
+  return banded_->factorise();
+}
+
+void PeriodicSystem::fill_dense() {
+  Eigen::MatrixXd& j = dense_->jacobian;
+  for (int d = 0; d < s_; ++d) {
+    for (int e = 0; e < s_; ++e) {
+      const int de = d * s_ + e;
+      for (int i = 0; i < n_; ++i) {
+        for (int k = 0; k < n_; ++k)
+          j(i * s_ + d, k * s_ + e) = g_a_[de][i] * frequency_ * frequency_ * dense_->second(i, k) +
+                                      g_v_[de][i] * frequency_ * dense_->first(i, k) +
+                                      (i == k ? g_u_[de][i] : 0.0);
+      }
+    }
+  }
+}
+
+bool PeriodicSystem::solve_dense() {
+  fill_dense();
+  fill_right_hand_sides();
+  using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
+                          Eigen::OuterStride<>>;
+  Rows rows(rows_.data(), n_ * s_, 1 + p_, Eigen::OuterStride<>(stride_));
+  dense_->lu.compute(dense_->jacobian);
+  dense_->right = dense_->lu.solve(rows);
+  rows = dense_->right;
+  return dense_->right.allFinite();
+}
+
+bool PeriodicSystem::excitation_response(int harmonics, std::vector<double>& out) {
+  const int width = 2 * harmonics;
+  out.assign(static_cast<std::size_t>(n_ * s_) * width, 0.0);
+  for (int i = 0; i < n_; ++i) {
+    for (int d = 0; d < s_; ++d) {
+      double* row = &out[static_cast<std::size_t>(i * s_ + d) * width];
+      for (int h = 1; h <= harmonics; ++h) {
+        const double angle = 2.0 * std::numbers::pi * (h * i % n_) / n_;
+        row[2 * h - 2] = model_->excitation(d) * std::cos(angle);
+        row[2 * h - 1] = model_->excitation(d) * std::sin(angle);
+      }
+    }
+  }
+  if (!dense_) {
+    if (!factorise_banded()) return false;
+    banded_->solve(out.data(), width, width);
+    return std::isfinite(out[0]);
+  }
+  fill_dense();
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> rows(
+      out.data(), n_ * s_, width);
+  dense_->lu.compute(dense_->jacobian);
+  rows = dense_->lu.solve(rows).eval();
+  return rows.allFinite();
+}
+
+bool PeriodicSystem::add_products(std::span<const double> data, int every, bool with_newton,
+                                  double weight, double* products) const {
+  if (s_ != 1 || groups_ > 4) return false;
+  shaker::estimator::add_products({static_cast<int>(data.size()), every, p_, groups_, with_newton,
+                                   rows_.data(), z_.data(), data.data(), weight, products});
+  return true;
+}
+
+void PeriodicSystem::advance(double newton, std::span<const double> delta_theta) {
+  const int count = n_ * s_;
+  for (int i = 0; i < count; ++i) {
+    const double* row = &rows_[static_cast<std::size_t>(i) * stride_];
+    double sum = newton * row[0];
+    for (int k = 0; k < p_; ++k)
+      sum += delta_theta[k] * row[1 + k];
+    z_[i] += sum;
+  }
+}
+
+}  // namespace shaker::estimator
