@@ -160,6 +160,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   e.outlet_trouble.reset();
   e.furthest = 0.0;
   e.run_index = 0;
+  e.run_done = false;
   e.proved = e.polarity_known = false;
   e.outstanding = e.cycles_skipped = 0;
   e.detectors.reset();

@@ -129,7 +129,7 @@ double Engine::Impl::done_s() const {
   for (std::size_t i = 0; i < run_index; ++i)
     done += planned_s(campaign->runs[i]);
   const double f = run().frequency_hz;
-  if (ending || !run_open) return done + planned_s(run());
+  if (run_done) return done + planned_s(run());
   if (state == State::settle || state == State::measure) {
     done += 2.0 * ramp_s() + static_cast<double>(run_accepted) / f;
     done += state == State::measure ? kSettleGuess / f
@@ -157,7 +157,13 @@ protocol::StateDocument Engine::Impl::state_document() const {
     planned += planned_s(r);
   const double done = std::min(planned, std::max(furthest, done_s()));
   document.progress = done / planned;
-  document.eta_s = planned - done + ramp_s();
+  if (state == State::idle || state == State::fault) {
+    document.eta_s = 0.0;
+  } else if (state == State::ramp_down) {
+    document.eta_s = std::max(0.0, ramp_s() - since(entered));
+  } else {
+    document.eta_s = planned - done + ramp_s();
+  }
   return document;
 }
 

@@ -149,6 +149,7 @@ struct Engine::Impl {
   std::optional<Error> outlet_trouble;
   std::optional<RunEnd> ending;  // of the present run, once it has an outcome
   bool run_open = false;         // run_start was published, run_stop was not
+  bool run_done = false;         // the present run ended by itself, nobody cut it short
   long run_cycles = 0, run_accepted = 0, run_rejected = 0;
   long outstanding = 0;  // estimates asked for and not answered
   long cycles_skipped = 0;

@@ -53,6 +53,7 @@ void Engine::Impl::trip(const std::string& why) {
 void Engine::Impl::end_run(const std::string& outcome, const std::string& why) {
   if (!run_open || ending) return;
   held_by.clear();
+  run_done = cutting();  // a stop, a trip or a failed CHECK has left these states before
   ending = RunEnd{outcome, why, clock.now() + from_seconds(kEstimateGiveUpS)};
 }
 
@@ -111,6 +112,7 @@ Result<void> Engine::Impl::begin_run(std::size_t index) {
   noise.restart(static_cast<std::size_t>(campaign->points_per_cycle));
   const auto recorded = outlet.record_run(static_cast<int>(index), run());
   run_open = true;
+  run_done = false;
   publish(protocol::RunStartDocument{.campaign = campaign->name,
                                      .run = run().name,
                                      .run_index = static_cast<int>(index),

@@ -1,6 +1,8 @@
 // The engine's ordinary life: transitions, documents, runs and their ends.
 #include "daemon/engine.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "support/engine_bench.hpp"
@@ -109,6 +111,44 @@ TEST(Engine, ProgressGrowsToOneAndTheEtaShrinks) {
   }
   EXPECT_GT(seen, 10);
   EXPECT_GT(last, 0.99);
+}
+
+std::vector<double> progress_of(const EngineBench& bench) {
+  std::vector<double> out;
+  for (const auto& s : bench.outlet.all<protocol::StateDocument>()) {
+    if (s.progress) out.push_back(*s.progress);
+  }
+  return out;
+}
+
+TEST(Engine, ProgressOfEveryCampaignStartsAtZeroAndEndsAtOne) {
+  EngineBench bench;
+  bench.run(0.3);
+  for (const int runs : {2, 1}) {
+    const std::size_t before = progress_of(bench).size();
+    ASSERT_TRUE(bench.engine.start(bench_campaign(runs, 20)).ok());
+    ASSERT_TRUE(bench.run_until(State::idle, 120.0));
+    auto progress = progress_of(bench);
+    progress.erase(progress.begin(), progress.begin() + static_cast<std::ptrdiff_t>(before));
+    ASSERT_GT(progress.size(), 5u);
+    EXPECT_EQ(progress.front(), 0.0);
+    EXPECT_TRUE(std::ranges::is_sorted(progress));
+    EXPECT_EQ(progress.back(), 1.0);
+    EXPECT_EQ(bench.outlet.all<protocol::StateDocument>().back().eta_s, 0.0);
+  }
+}
+
+TEST(Engine, ProgressOfAStoppedCampaignStaysWhereItGot) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring(bench_campaign(1, 10000)));
+  bench.run(10.0);
+  ASSERT_TRUE(bench.engine.stop("the test").ok());
+  ASSERT_TRUE(bench.run_until(State::idle, 120.0));
+  const auto progress = progress_of(bench);
+  EXPECT_EQ(progress.front(), 0.0);
+  EXPECT_TRUE(std::ranges::is_sorted(progress));
+  EXPECT_GT(progress.back(), 0.002);
+  EXPECT_LT(progress.back(), 0.02);
 }
 
 TEST(Engine, HealthComesOnceASecondWithQualityAndAge) {
