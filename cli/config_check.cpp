@@ -114,7 +114,8 @@ class RigChecker {
       expect_signal(database, s.dbc, each.message, each.signal);
   }
   void sensor(const config::ModbusSensor& s) {
-    fact("sensor: {}, {} channels at {} Hz", link(s.link), s.registers.size(), s.rate_hz);
+    fact("sensor: {}, {} channels at {} Hz{}", link(s.link), s.registers.size(), s.rate_hz,
+         s.timestamp ? ", stamped by the device" : "");
   }
   void sensor(const config::SimulatedSensor& s) {
     fact("sensor: simulated {} at {} Hz", s.plant, s.rate_hz);

@@ -88,6 +88,9 @@ struct CanSensor {
 struct ModbusSensor {
   ModbusLink link;
   std::map<protocol::Channel, protocol::modbus::RegisterSpec> registers;
+  // The device's own clock at the moment of the sample, which wraps: u16 or u32, unit us, ms or s.
+  // In the same block of registers as the channels.
+  std::optional<protocol::modbus::RegisterSpec> timestamp;
   double rate_hz = 100.0;
 };
 struct SimulatedSensor {

@@ -57,6 +57,22 @@ RegisterSpec read_register(const Node& node, const std::string& pointer, Finding
   return spec;
 }
 
+// A counter that wraps: its difference from one sample to the next is all that counts.
+RegisterSpec read_timestamp(const Node& node, const std::string& pointer, Findings& findings) {
+  const RegisterSpec spec = read_register(node, pointer, findings);
+  ObjectReader reader(node, pointer, findings);
+  using protocol::modbus::RegisterType;
+  if (spec.type != RegisterType::u16 && spec.type != RegisterType::u32) {
+    reader.complain("type", "a time stamp is a counter that wraps; allowed are u16, u32");
+  }
+  if (spec.unit != "us" && spec.unit != "ms" && spec.unit != "s") {
+    reader.complain(
+        "unit", fmt::format("\"{}\" is no unit of a time stamp; allowed are us, ms, s", spec.unit));
+  }
+  if (spec.scale < 0.0) reader.complain("scale", "a clock does not run backwards; above 0");
+  return spec;
+}
+
 int words(const RegisterSpec& spec) {
   return spec.type == protocol::modbus::RegisterType::u16 ||
                  spec.type == protocol::modbus::RegisterType::i16
@@ -216,8 +232,14 @@ ModbusSensor read_modbus_sensor(ObjectReader& reader, Findings& findings) {
                                read_register(*node, channels.at(kChannels[i]), findings));
     }
   }
-  complain_of_overlaps(channels, sensor.registers,
-                       [](Channel channel) { return std::string(protocol::name(channel)); });
+  std::map<std::string, RegisterSpec> all;
+  for (const auto& [channel, spec] : sensor.registers)
+    all.emplace(protocol::name(channel), spec);
+  if (const Node* node = channels.member("timestamp", false)) {
+    sensor.timestamp = read_timestamp(*node, channels.at("timestamp"), findings);
+    all.emplace("timestamp", *sensor.timestamp);
+  }
+  complain_of_overlaps(channels, all, [](const std::string& name) { return name; });
   channels.finish();
   return sensor;
 }

@@ -1,4 +1,6 @@
 // The Modbus drivers against the virtual rig's controller, whose register codec is its own.
+#include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <string>
@@ -135,6 +137,39 @@ TEST(ModbusAgainstTheVirtualRig, ShakesWhileTheHeartbeatBeatsAndStopsWithoutIt) 
   }
   EXPECT_FALSE(status->running);
   EXPECT_TRUE(exciter.stop());
+}
+
+// The rig samples on its own millisecond grid; what the daemon sees must lie on one too, however
+// the polls come. (On the host's stamps the polls' own lateness would remain.)
+TEST(ModbusAgainstTheVirtualRig, StampsOnTheRigsOwnGrid) {
+  Oleosim rig;
+  RealClock clock;
+  config::ModbusSensor transducer;
+  transducer.link = rig.link();
+  transducer.rate_hz = 250.0;
+  transducer.registers[Channel::displacement] = spec(RegisterTable::input, 6, RegisterType::f32);
+  transducer.registers[Channel::excitation] = spec(RegisterTable::input, 8, RegisterType::f32);
+  transducer.timestamp = spec(RegisterTable::input, 10, RegisterType::u32);
+  transducer.timestamp->unit = "us";
+  auto sensor = make_sensor(transducer, clock);
+  ASSERT_TRUE(sensor) << sensor.error().what;
+  ASSERT_TRUE((*sensor)->connect());
+  std::vector<Sample> out(2);
+  std::vector<double> steps_ms;
+  Nanoseconds before{};
+  while (steps_ms.size() < 500) {
+    const auto got = (*sensor)->read(out, 1s);
+    ASSERT_TRUE(got) << got.error().what;
+    if (*got == 0) continue;
+    EXPECT_EQ(out[0].t, out[1].t);
+    EXPECT_GT(out[0].t, before);
+    EXPECT_LE(out[0].t, clock.now());
+    steps_ms.push_back(1e3 * seconds(out[0].t - before));
+    before = out[0].t;
+  }
+  const auto on_grid = std::ranges::count_if(
+      steps_ms, [](double ms) { return std::abs(ms - std::round(ms)) < 0.05; });
+  EXPECT_GT(on_grid, 400);
 }
 
 TEST(ModbusAgainstTheVirtualRig, StopsItAtOnce) {

@@ -114,6 +114,31 @@ TEST_P(ModbusSensorWire, CountsAMissedAnswerAndAnExceptionAndGoesOn) {
   EXPECT_EQ(sensor.health().trouble, "");
 }
 
+// 40 ms by the device's clock, however late the second sample is asked for.
+TEST_P(ModbusSensorWire, StampsWithTheDevicesClockAndGivesASampleOnce) {
+  config::ModbusSensor config = transducer(server_.link());
+  config.timestamp = {
+      .table = RegisterTable::input, .address = 4, .type = RegisterType::u16, .unit = "ms"};
+  config.rate_hz = 200.0;
+  auto made = make_sensor(config, clock_);
+  ASSERT_TRUE(made) << made.error().what;
+  Sensor& sensor = **made;
+  EXPECT_EQ(sensor.stamp_source(), StampSource::device);
+  ASSERT_TRUE(sensor.connect());
+  server_.order("input 4 FFF0");
+  ASSERT_EQ(*sensor.read(out_, 5s), 2U);
+  const Nanoseconds first = out_[0].t;
+  EXPECT_EQ(out_[1].t, first);
+  EXPECT_LE(first, clock_.now());
+  EXPECT_EQ(*sensor.read(out_, 5s), 0U) << "the device has no new sample";
+  EXPECT_EQ(sensor.health().samples, 2U);
+  EXPECT_EQ(sensor.health().trouble, "");
+  clock_.sleep_until(first + 60ms);
+  server_.order("input 4 0018");  // over the wrap
+  ASSERT_EQ(*sensor.read(out_, 5s), 2U);
+  EXPECT_NEAR(seconds(out_[0].t - first), 0.040, 1e-6);
+}
+
 TEST(ModbusSensor, ReturnsWithinTheTimeoutBetweenPolls) {
   ModbusServer server(Wire::tcp);
   RealClock clock;
@@ -183,6 +208,23 @@ TEST(ModbusSensor, RefusesSettingsThatMakeNoSense) {
   config.rate_hz = 10.0;
   config.registers[Channel::excitation].scale = 0.0;
   EXPECT_THAT(make_sensor(config, clock).error().what, HasSubstr("registers.excitation: "));
+}
+
+TEST(ModbusSensor, RefusesATimeStampThatCannotBeTrusted) {
+  RealClock clock;
+  config::ModbusSensor config = transducer({});
+  const auto refusal = [&](int address, RegisterType type, const char* unit) {
+    config.timestamp = {
+        .table = RegisterTable::input, .address = address, .type = type, .unit = unit};
+    const auto made = make_sensor(config, clock);
+    return made ? std::string("none") : made.error().what;
+  };
+  EXPECT_EQ(refusal(4, RegisterType::u32, "us"), "none");
+  EXPECT_THAT(refusal(5, RegisterType::u32, "us"), HasSubstr("not read in one request"));
+  EXPECT_THAT(refusal(4, RegisterType::u16, "us"), HasSubstr("wraps every 0.0655 s"));
+  EXPECT_THAT(refusal(4, RegisterType::f32, "us"), HasSubstr("must be u16 or u32"));
+  EXPECT_THAT(refusal(4, RegisterType::u32, "min"), HasSubstr("must be us, ms or s"));
+  EXPECT_THAT(refusal(65535, RegisterType::u32, "us"), HasSubstr("registers.timestamp: "));
 }
 
 }  // namespace

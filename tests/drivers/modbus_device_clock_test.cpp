@@ -1,0 +1,162 @@
+// The device's stamps against polls whose latency is known, because it was made here.
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "drivers/modbus/device_clock.hpp"
+
+namespace shaker::drivers::modbus {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Polled every 4 ms. An answer is of a sample that is 30 us old at least, mostly 0.1 ms more, and
+// one in twenty comes 5 ms later still.
+class Poller {
+ public:
+  Poller(DeviceClock::Counter counter, double ppm, double device_start_s = 1000.0)
+      : clock(counter), counter_(counter), rate_(1.0 + ppm * 1e-6), start_(device_start_s) {}
+
+  DeviceClock clock;
+  std::vector<double> error;    // stamp - true time, s
+  std::vector<double> latency;  // receipt - true time, s
+
+  void run(double duration_s) {
+    for (const double end = true_ + duration_s; true_ < end; true_ += 0.004)
+      poll();
+  }
+  void pause(double duration_s) { true_ += duration_s; }
+  void set_device_clock(double s) { start_ = s - rate_ * true_; }
+  void forget() {
+    error.clear();
+    latency.clear();
+  }
+
+ private:
+  std::uint32_t raw() const {
+    const double ticks = std::floor((start_ + rate_ * true_) * 1e9 / counter_.tick_ns);
+    return static_cast<std::uint32_t>(std::fmod(ticks, std::ldexp(1.0, counter_.bits)));
+  }
+  void poll() {
+    double late = 30e-6 + quick_(random_);
+    if (slow_(random_)) late += 5e-3 * share_(random_);
+    const double took = true_ + late;
+    const auto received = std::max(received_ + 1us, from_seconds(5000.0 + took));
+    const auto stamp = clock.stamp(raw(), received - from_seconds(late), received);
+    ASSERT_TRUE(stamp);
+    EXPECT_GT(*stamp, newest_);
+    EXPECT_LE(*stamp, received);
+    newest_ = *stamp;
+    received_ = received;
+    error.push_back(seconds(*stamp) - 5000.0 - true_);
+    latency.push_back(seconds(received) - 5000.0 - true_);
+  }
+
+  const DeviceClock::Counter counter_;
+  const double rate_;
+  double start_, true_ = 0.0;
+  Nanoseconds newest_{}, received_{};
+  std::mt19937 random_{20260301};
+  std::exponential_distribution<double> quick_{1e4};
+  std::bernoulli_distribution slow_{0.05};
+  std::uniform_real_distribution<double> share_{0.0, 1.0};
+};
+
+double scatter(const std::vector<double>& values) {
+  double mean = 0.0, squares = 0.0;
+  for (const double v : values)
+    mean += v / static_cast<double>(values.size());
+  for (const double v : values)
+    squares += (v - mean) * (v - mean);
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+constexpr DeviceClock::Counter kMicroseconds{32, 1e3};
+constexpr DeviceClock::Counter kMilliseconds{16, 1e6};
+
+TEST(DeviceClock, TakesThePollingJitterOutOfTheStamps) {
+  Poller poller(kMicroseconds, 0.0);
+  poller.run(5.0);
+  poller.forget();
+  poller.run(30.0);
+  EXPECT_GT(scatter(poller.latency), 5e-4);
+  EXPECT_LT(scatter(poller.error), 3e-6);
+  EXPECT_NEAR(poller.error.back(), 30e-6, 10e-6);
+}
+
+TEST(DeviceClock, IsBetterThanThePollsFromTheFirstSecond) {
+  Poller poller(kMicroseconds, 50.0);
+  poller.run(0.1);
+  poller.forget();
+  poller.run(3.0);
+  EXPECT_LT(scatter(poller.error), 0.1 * scatter(poller.latency));
+}
+
+TEST(DeviceClock, FollowsAClockOfAnotherRate) {
+  for (const double ppm : {-1000.0, -20.0, 20.0, 1000.0}) {
+    Poller poller(kMicroseconds, ppm);
+    poller.run(15.0);
+    poller.forget();
+    poller.run(60.0);
+    EXPECT_LT(scatter(poller.error), 5e-6) << ppm;
+    EXPECT_NEAR(poller.error.back(), 30e-6, 20e-6) << ppm;
+    EXPECT_EQ(poller.clock.beginnings(), 1u) << ppm;
+  }
+}
+
+TEST(DeviceClock, GoesOnOverAWrap) {
+  Poller poller(kMicroseconds, 20.0, 4294.967296 - 20.0);
+  poller.run(15.0);
+  poller.forget();
+  poller.run(30.0);
+  EXPECT_LT(scatter(poller.error), 5e-6);
+  EXPECT_EQ(poller.clock.beginnings(), 1u);
+}
+
+TEST(DeviceClock, CountsTheWrapsOfAPause) {
+  Poller poller(kMilliseconds, 0.0);
+  poller.run(20.0);
+  poller.pause(200.0);  // three wraps of 65.5 s
+  poller.forget();
+  poller.run(5.0);
+  EXPECT_EQ(poller.clock.beginnings(), 1u);
+  EXPECT_LT(scatter(poller.error), 0.3e-3) << "a millisecond's own steps are 0.29";
+}
+
+TEST(DeviceClock, BeginsAnewWhenTheDevicesClockJumps) {
+  for (const double to : {0.0, 999.0, 1015.1, 1016.0, 3000.0}) {  // it would be 1015
+    Poller poller(kMicroseconds, 0.0);
+    poller.run(15.0);
+    poller.set_device_clock(to);
+    poller.run(1.0);
+    EXPECT_GT(poller.clock.beginnings(), 1u) << to;
+    poller.forget();
+    poller.run(10.0);
+    EXPECT_LT(scatter(poller.error), 20e-6) << to;
+    EXPECT_NEAR(poller.error.back(), 30e-6, 20e-6) << to;
+  }
+}
+
+TEST(DeviceClock, BeginsAnewAfterAReconnect) {
+  DeviceClock clock(kMicroseconds);
+  EXPECT_EQ(clock.stamp(1000, 10ms, 11ms), 11ms);
+  EXPECT_EQ(clock.stamp(5000, 14ms, 15ms), 15ms);
+  clock.restart();
+  EXPECT_EQ(clock.stamp(8000, 18ms, 20ms), 20ms) << "not 18 ms: nothing of before counts";
+  EXPECT_EQ(clock.beginnings(), 2u);
+}
+
+TEST(DeviceClock, GivesASampleOnce) {
+  DeviceClock clock(kMicroseconds);
+  EXPECT_TRUE(clock.stamp(1000, 10ms, 11ms));
+  EXPECT_FALSE(clock.stamp(1000, 14ms, 15ms));
+  EXPECT_EQ(clock.stamp(9000, 18ms, 19ms), 19ms);
+  EXPECT_FALSE(clock.stamp(9000, 22ms, 23ms));
+  clock.restart();
+  EXPECT_FALSE(clock.stamp(9000, 26ms, 27ms)) << "nor by way of a new connection";
+}
+
+}  // namespace
+}  // namespace shaker::drivers::modbus
