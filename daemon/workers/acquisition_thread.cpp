@@ -30,10 +30,7 @@ AcquisitionThread::~AcquisitionThread() {
 }
 
 std::size_t AcquisitionThread::drain(std::span<drivers::Sample> out) {
-  std::size_t count = 0;
-  while (count < out.size() && ring_.try_dequeue(out[count]))
-    ++count;
-  return count;
+  return ring_.pop(out.data(), out.size());
 }
 
 AcquisitionThread::Report AcquisitionThread::report() {
@@ -87,11 +84,8 @@ bool AcquisitionThread::read_once() {
     waker_.wake();
     return false;
   }
-  std::uint64_t lost = 0;
-  for (const drivers::Sample& sample : std::span(buffer_).first(*count)) {
-    if (!ring_.try_enqueue(sample)) ++lost;  // does not allocate: the ring has its size
-  }
-  if (lost > 0) overflows_ += lost;
+  const std::size_t kept = ring_.push(buffer_.data(), *count);
+  if (kept < *count) overflows_ += *count - kept;
   if (*count > 0) waker_.wake();
   if (sensor_->finished()) {
     finished_ = true;

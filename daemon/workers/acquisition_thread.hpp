@@ -10,10 +10,11 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <readerwriterqueue/readerwriterqueue.h>
 #include <span>
 #include <thread>
 #include <vector>
+
+#include <boost/lockfree/spsc_queue.hpp>
 
 #include "base/clock.hpp"
 #include "daemon/workers/waker.hpp"
@@ -60,7 +61,7 @@ class AcquisitionThread {
   Clock& clock_;
   Waker& waker_;
   AcquisitionOptions options_;
-  moodycamel::ReaderWriterQueue<drivers::Sample> ring_;
+  boost::lockfree::spsc_queue<drivers::Sample> ring_;
   std::vector<drivers::Sample> buffer_;  // of the thread
   Nanoseconds next_health_{};
   std::atomic<std::uint64_t> overflows_{0};
