@@ -18,6 +18,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 
@@ -80,7 +81,14 @@ def watch(daemon, folder, campaign, given) -> int:
 
     ask(1, "control.acquire")
     ask(2, "campaign.start", {"campaign": campaign})
-    began = renewed = time.monotonic()
+    began = time.monotonic()
+    done = threading.Event()
+
+    def renew():  # apart from the reading, so that a slow line costs no lease
+        while not done.wait(0.3):
+            ask(3, "lease.renew")
+
+    threading.Thread(target=renew, daemon=True).start()
     memory, latencies, newest, gaps, accepted, estimates = [], [], None, 0, 0, 0
     health, stop = {}, None
     for text in lines:
@@ -88,9 +96,6 @@ def watch(daemon, folder, campaign, given) -> int:
         if "error" in document:
             print(document["error"]["message"])
             return 1
-        if time.monotonic() - renewed > 0.5:
-            ask(3, "lease.renew")
-            renewed = time.monotonic()
         kind = document.get("type")
         if kind in (None, "version"):
             continue
@@ -108,6 +113,7 @@ def watch(daemon, folder, campaign, given) -> int:
         elif kind == "run_stop":
             stop = document
             break
+    done.set()
     length = time.monotonic() - began
     share = cpu_seconds(daemon.pid) / length
     daemon.terminate()
