@@ -100,8 +100,12 @@ class Shakerctl(unittest.TestCase):
         self.assertEqual(program.returncode, 1)
         self.assertEqual(self.run_it("status").returncode, 1)
         self.assertEqual(self.run_it("run", self.file_of(CAMPAIGN)).returncode, 4)
-        acknowledged = self.run_it("ack")
-        self.assertEqual(acknowledged.returncode, 0, acknowledged.stderr)
+        # Refused, with the reason, for as long as the exciter has not yet said that it stands still.
+        end = time.monotonic() + 10
+        while (ack := self.run_it("ack")).returncode == 4 and time.monotonic() < end:
+            self.assertIn("the exciter still reports motion", ack.stderr)
+            time.sleep(0.1)
+        self.assertEqual(ack.returncode, 0, ack.stderr)
         end = time.monotonic() + 10
         while (status := self.run_it("status")).returncode != 0 and time.monotonic() < end:
             time.sleep(0.1)
