@@ -42,7 +42,7 @@ struct RunData {
 enum class Method { lifted, gauss_newton, levenberg_marquardt };
 
 struct EstimationOptions {
-  GridOptions grid{Scheme::order6, 80,
+  GridOptions grid{Scheme::order6, 160,
                    true};  // points: the least; raised to a multiple of the data's
   Method method = Method::lifted;
   int max_iterations = 60;

@@ -43,7 +43,7 @@ void print(const paper::FigureRun& run) {
   std::vector<std::vector<std::string>> rows = {
       {"iterate", "printed (theta1 .. theta4)", "here (theta1 .. theta4)"}};
   for (std::size_t i = 0; i < std::max(run.printed.size(), run.iterates.size()); ++i) {
-    rows.push_back({fmt::format("{}", i), i < run.printed.size() ? numbers(run.printed[i]) : "",
+    rows.push_back({fmt::format("{}", i + 1), i < run.printed.size() ? numbers(run.printed[i]) : "",
                     i < run.iterates.size() ? numbers(run.iterates[i]) : ""});
   }
   fmt::print("\n{}\n", report::text_table(rows, {true, true, true}));
