@@ -18,14 +18,18 @@ double guessed_overhead(const config::CampaignSpec& campaign, const config::RunS
 
 void CampaignProgress::take(const nlohmann::json& document, double now) {
   const std::string type = text_of(document, "type");
+  last_ = now;
   if (type == "state") {
+    const bool moved = !at_rest();
     state_ = text_of(document, "state");
+    if (moved && at_rest()) rest_since_ = now;
     reason_ = text_of(document, "reason");
     begun_ = begun_ || (state_ != "IDLE" && state_ != "FAULT");
   } else if (type == "run_start") {
     run_ = static_cast<int>(number_of(document, "run_index").value_or(run_ + 1));
     accepted_ = 0;
     run_began_ = now;
+    run_open_ = true;
   } else if (type == "cycle" && flag_of(document, "accepted")) {
     if (accepted_ == 0) overhead_ = now - run_began_;
     ++accepted_;
@@ -34,6 +38,7 @@ void CampaignProgress::take(const nlohmann::json& document, double now) {
     ++estimates_;
     estimate_ = document;
   } else if (type == "run_stop") {
+    run_open_ = false;
     successes_ += text_of(document, "status") == "success" ? 1 : 0;
   }
 }

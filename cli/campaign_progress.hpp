@@ -17,8 +17,12 @@ class CampaignProgress {
 
   void take(const nlohmann::json& document, double now);
 
-  // It had begun (a state other than IDLE) and is in IDLE or FAULT again.
-  bool over() const { return begun_ && (state_ == "IDLE" || state_ == "FAULT"); }
+  // It had begun (a state other than IDLE), is in IDLE or FAULT again, and its run has been closed:
+  // on a trip the alarm and the run's end follow the FAULT. Not waited for longer than a few
+  // seconds.
+  bool over() const {
+    return begun_ && at_rest() && (!run_open_ || last_ - rest_since_ > kLongestFarewell);
+  }
   // Every run ended with success, and the rig is not in FAULT.
   bool success() const;
   // The estimate of the last accepted cycle has come.
@@ -32,9 +36,13 @@ class CampaignProgress {
   const nlohmann::json& last_estimate() const { return estimate_; }
 
  private:
+  static constexpr double kLongestFarewell = 6.0;  // s
+  bool at_rest() const { return state_ == "IDLE" || state_ == "FAULT"; }
+
   const config::CampaignSpec& campaign_;
   std::string state_, reason_;
-  bool begun_ = false;
+  bool begun_ = false, run_open_ = false;
+  double last_ = 0.0, rest_since_ = 0.0;
   int run_ = -1;      // index of the current one
   int accepted_ = 0;  // of the current run
   int accepted_total_ = 0, estimates_ = 0;

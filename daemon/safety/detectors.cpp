@@ -111,8 +111,9 @@ std::string Detectors::text(Detector detector) const {
   switch (detector) {
     case Detector::stroke_limit:
       return fmt::format(
-          "stroke {:.4f} m is outside {:g}..{:g} m; check the damper and the amplitude", l.value,
-          limits_.stroke_min_m, limits_.stroke_max_m);
+          "stroke {:.4f} m is outside {:g}..{:g} m; check the damper, the amplitude and the "
+          "sensor's sign",
+          l.value, limits_.stroke_min_m, limits_.stroke_max_m);
     case Detector::stroke_rate:
       return fmt::format(
           "the stroke moves at {:.3g} m/s, more than {:g} m/s; check the damper and the sensor",

@@ -145,12 +145,14 @@ std::vector<Finding> check_at_rest(const config::RigConfig& rig,
   check_levels(found, rig.limits, facts.displacement);
   if (expects(rig, Channel::excitation)) {
     check_channel(found, Channel::excitation, facts.excitation, facts, stale_s, fewest);
-    if (facts.excitation.rest_noise() > kRestlessPart * campaign.runs.front().amplitude) {
+    const double restless = kRestlessPart * campaign.runs.front().amplitude;
+    if (facts.excitation.rest_noise() > restless) {
       found.push_back(
           {true, "check_noise",
-           fmt::format("the table's acceleration wanders by {:.2g} m/s^2 although nothing "
-                       "was commanded; check the exciter and the accelerometer",
-                       facts.excitation.rest_noise())});
+           fmt::format("the table's acceleration wanders by {:.2g} m/s^2 at rest, more than {:.2g} "
+                       "({:.0f} % of the first run's amplitude); raise the amplitude, or check the "
+                       "exciter and the accelerometer",
+                       facts.excitation.rest_noise(), restless, 100.0 * kRestlessPart)});
     }
   } else if (facts.excitation.rest_count() == 0) {
     found.push_back(

@@ -88,6 +88,13 @@ void ExciterThread::connect_when_due() {
   if (connected_ || clock_.now() < next_connect_) return;
   const auto outcome = exciter_->connect();
   if (outcome) {
+    // Whoever shook the table before (a daemon that was killed) has left it in some state: at rest
+    // and disabled is the one to begin with, and clears a dead-man that has tripped.
+    if (!made_safe_) {
+      const auto stopped = exciter_->stop();
+      made_safe_ = stopped.ok();
+      if (!stopped) tell(stopped.error());
+    }
     connected_ = true;
     pause_ = options_.first_pause;
     return;

@@ -77,6 +77,7 @@ class ExciterThread final : public ExciterCommands {
   Orders pending_;  // taken out of the mailbox, not yet done
   Nanoseconds next_connect_{}, pause_, next_heartbeat_{}, next_poll_{};
   std::atomic<bool> connected_{false};
+  bool made_safe_ = false;  // stopped once since the start of the process; the worker only
   std::atomic<std::int64_t> progress_;
   std::jthread thread_;  // last
 };

@@ -176,7 +176,8 @@ TEST(Detectors, TwoSamplesInARowTripAndOneInsideClears) {
   EXPECT_FALSE(at(3, -0.001));
   EXPECT_TRUE(at(4, -0.001));
   EXPECT_EQ(detectors.text(Detector::stroke_limit),
-            "stroke -0.0010 m is outside 0..0.3 m; check the damper and the amplitude");
+            "stroke -0.0010 m is outside 0..0.3 m; check the damper, the amplitude and the "
+            "sensor's sign");
 }
 
 TEST(Detectors, HaveOneRowEachWithAStableCode) {

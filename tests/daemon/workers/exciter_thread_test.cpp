@@ -87,11 +87,11 @@ class ExciterTest : public ::testing::Test {
   Device device;
 };
 
-TEST_F(ExciterTest, WritesSetpointsAndReadsStatus) {
+TEST_F(ExciterTest, BeginsWithAStopThenWritesSetpointsAndReadsStatus) {
   auto thread = make();
   thread->set(setpoint(1));
-  EXPECT_TRUE(eventually([&] { return device.seen().size() == 2; }));
-  EXPECT_THAT(device.seen(), ElementsAre("connect", "write 1"));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 3; }));
+  EXPECT_THAT(device.seen(), ElementsAre("connect", "stop", "write 1"));
   EXPECT_TRUE(thread->connected());
   bool ready = false;
   EXPECT_TRUE(eventually([&] {
@@ -110,11 +110,11 @@ TEST_F(ExciterTest, LetsAStopOvertakeWhatIsQueued) {
   thread->set(setpoint(2));
   thread->stop();
   device.hold_writes = false;
-  EXPECT_TRUE(eventually([&] { return device.seen().size() >= 3; }));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() >= 4; }));
   std::this_thread::sleep_for(30ms);  // time enough to write the overtaken setpoint, if it would
-  EXPECT_THAT(device.seen(), ElementsAre("connect", "write 1", "stop"));
+  EXPECT_THAT(device.seen(), ElementsAre("connect", "stop", "write 1", "stop"));
   thread->set(setpoint(3));
-  EXPECT_TRUE(eventually([&] { return device.seen().size() == 4; }));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 5; }));
   EXPECT_EQ(device.seen().back(), "write 3");
 }
 
@@ -126,8 +126,8 @@ TEST_F(ExciterTest, RepeatsAStopUntilTheDeviceHasTakenIt) {
     device.refuse_stops = 3;
   }
   thread->stop();
-  EXPECT_TRUE(eventually([&] { return device.seen().size() == 5; }));
-  EXPECT_THAT(device.seen(), ElementsAre("connect", "stop", "stop", "stop", "stop"));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 6; }));
+  EXPECT_THAT(device.seen(), ElementsAre("connect", "stop", "stop", "stop", "stop", "stop"));
 }
 
 TEST_F(ExciterTest, StopsEvenWhenItIsNotConnected) {
@@ -167,7 +167,7 @@ TEST_F(ExciterTest, ReconnectsAndTellsTheErrors) {
     const std::lock_guard lock(device.mutex);
     device.lose_link = true;
   }
-  EXPECT_TRUE(eventually([&] { return device.seen().size() == 4 && thread->connected(); }));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 5 && thread->connected(); }));
   std::vector<std::string> errors;
   for (const auto& news : thread->take()) {
     if (const auto* error = std::get_if<Error>(&news)) errors.push_back(error->what);
@@ -179,7 +179,7 @@ TEST_F(ExciterTest, ReconnectsAndTellsTheErrors) {
 TEST_F(ExciterTest, StopsTheExciterWhenItEnds) {
   auto thread = make();
   thread->set(setpoint(1));
-  EXPECT_TRUE(eventually([&] { return device.seen().size() == 2; }));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 3; }));
   thread.reset();
   EXPECT_EQ(device.seen().back(), "stop");
 }
