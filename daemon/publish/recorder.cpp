@@ -17,15 +17,18 @@ bool must_be_kept(const protocol::Document& document) {
          std::holds_alternative<protocol::EstimateDocument>(document);
 }
 
-// What an operator looks for in the journal afterwards.
-void log(const protocol::Document& document) {
+// What an operator looks for in the journal afterwards. A state is told again as it progresses;
+// `last` holds the last one that was logged.
+void log(const protocol::Document& document, std::string& last) {
   if (const auto* alarm = std::get_if<protocol::AlarmDocument>(&document)) {
     const auto level = alarm->severity == "error"     ? spdlog::level::err
                        : alarm->severity == "warning" ? spdlog::level::warn
                                                       : spdlog::level::info;
     spdlog::log(level, "{}: {}", alarm->code, alarm->text);
   } else if (const auto* state = std::get_if<protocol::StateDocument>(&document)) {
-    spdlog::info("{}: {}", state->state, state->reason);
+    const std::string line = state->state + ": " + state->reason;
+    if (line != last) spdlog::info("{}", line);
+    last = line;
   } else if (const auto* stop = std::get_if<protocol::RunStopDocument>(&document)) {
     spdlog::info("Run {} of {} ended: {}, {}", stop->run, stop->campaign, stop->status,
                  stop->reason);
@@ -119,7 +122,7 @@ void Recorder::close_campaign() {
 }
 
 Result<void> Recorder::publish(const protocol::Document& document) {
-  log(document);
+  log(document, logged_state_);
   Waiting waiting = stamped(document);
   if (auto* health = std::get_if<protocol::HealthDocument>(&waiting.document)) {
     if (complete_) complete_(*health);

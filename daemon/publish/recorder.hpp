@@ -95,7 +95,8 @@ class Recorder final : public Outlet {
   // the engine's thread
   bool open_ = false;
   int run_ = -1;
-  std::string status_;  // of the worst run so far; empty before the first has ended
+  std::string status_;        // of the worst run so far; empty before the first has ended
+  std::string logged_state_;  // what the log said last of the state
 
   // shared
   mutable std::mutex mutex_;
