@@ -93,14 +93,16 @@ void Model::add_effect(const config::EffectSpec& spec, std::size_t index,
     if (effect->name() == "gravity" && given == spec.constants.end()) value = model.gravity;
     term.constants.push_back(value);
   }
-  for (const auto& [symbol, value] : spec.constants) {
+  for (const auto& given : spec.constants) {
+    const std::string& symbol = given.first;
     const auto constants = effect->constants();
     if (std::none_of(constants.begin(), constants.end(),
                      [&](const ConstantInfo& c) { return c.symbol == symbol; }))
       reject(model,
              fmt::format("{}/constants: {} has no constant '{}'", place, spec.effect, symbol));
   }
-  for (const auto& [symbol, value] : spec.parameters) {
+  for (const auto& given : spec.parameters) {
+    const std::string& symbol = given.first;
     const auto known = effect->parameters();
     if (std::none_of(known.begin(), known.end(),
                      [&](const ParameterInfo& p) { return p.symbol == symbol; })) {

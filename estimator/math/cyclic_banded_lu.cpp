@@ -8,7 +8,6 @@ namespace shaker::estimator {
 CyclicBandedLu::CyclicBandedLu(int n, int block, int reach)
     : n_(n),
       block_(block),
-      reach_(reach),
       size_(n * block),
       half_(std::min(2 * reach * block + block - 1, size_ - 1)),
       width_(3 * half_ + 1),

@@ -29,7 +29,7 @@ class CyclicBandedLu {
   int folded(int i) const { return 2 * i < n_ ? 2 * i : 2 * (n_ - 1 - i) + 1; }
   double* band(int row) { return &band_[static_cast<std::size_t>(row) * width_]; }
 
-  int n_, block_, reach_, size_, half_, width_;
+  int n_, block_, size_, half_, width_;
   std::vector<double> band_;   // row r holds columns r - half_ .. r + 2 half_
   std::vector<double> lower_;  // multipliers, half_ a pivot
   std::vector<int> pivot_;

@@ -18,7 +18,6 @@ constexpr double kSmallestDamping = 1.0 / 1024;
 double PeriodicSystem::damped_step(std::span<const double> theta) {
   saved_.assign(z_.begin(), z_.end());
   const double before = residual_;
-  const std::span<const double> no_change;
   for (double damping = 1.0; damping >= kSmallestDamping; damping *= 0.5) {
     for (int i = 0; i < n_ * s_; ++i)
       z_[i] = saved_[i] + damping * rows_[static_cast<std::size_t>(i) * stride_];
