@@ -81,7 +81,8 @@ Result<DeadMan> DeadMan::open(const std::string& interface) {
 }
 
 Result<void> DeadMan::arm(const Frame& frame, Nanoseconds period, unsigned count) {
-  bcm_msg_head head{};
+  bcm_msg_head head;  // as above
+  std::memset(&head, 0, sizeof head);
   head.opcode = TX_SETUP;
   head.flags = SETTIMER | STARTTIMER | TX_COUNTEVT | TX_CP_CAN_ID;
   head.count = count;  // of ival1; ival2 stays zero, which is what makes it end
@@ -95,7 +96,8 @@ Result<void> DeadMan::arm(const Frame& frame, Nanoseconds period, unsigned count
 }
 
 Result<void> DeadMan::verify(const Frame& frame) {
-  bcm_msg_head ask{};
+  bcm_msg_head ask;  // its empty array of frames cannot be initialised in ISO C++
+  std::memset(&ask, 0, sizeof ask);
   ask.opcode = TX_READ;
   ask.can_id = to_wire(frame).can_id;
   if (!write_message(fd_.get(), ask, nullptr)) return link_error(errno, interface_);
