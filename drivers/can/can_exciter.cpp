@@ -87,7 +87,7 @@ Result<void> CanExciter::connect() {
   options.receive_buffer = 64 << 10;
   auto status = CanSocket::open(options);
   if (!status) return status.error();
-  link_.emplace(std::move(*dead_man), std::move(*status));
+  link_.emplace(Link{std::move(*dead_man), std::move(*status)});
   stamps_.restart(read_pair(clock_));
   return {};
 }
