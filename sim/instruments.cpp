@@ -12,6 +12,15 @@ constexpr Parameter kParameters[] = {
     {"sensor_offset", "m", 0.0, -1.0, 1.0, "b in y = G u + b"},
     {"sensor_delay", "s", 0.0, 0.0, 1.0, "dead time of the stroke against the excitation"},
     {"sensor_lag", "s", 0.0, 0.0, 1.0, "time constant of the stroke's first-order low pass"},
+    {"sensor_quadratic", "1/m", 0.0, -10.0, 10.0, "q in y = G (u + q u^2) + b"},
+    {"sensor_drift", "m/s", 0.0, -1e-2, 1e-2, "rate at which b grows"},
+    {"series_stiffness", "1/s^2", 0.0, 0.0, 1e9,
+     "k_n of the fixture that gives under the damper's force, inside the transducer's span; 0: "
+     "rigid"},
+    {"excitation_sensor_gain", "1", 1.0, 0.1, 10.0, "gain of the recorded excitation"},
+    {"excitation_sensor_delay", "s", 0.0, 0.0, 1.0, "dead time of the recorded excitation"},
+    {"excitation_unrecorded", "1", 0.0, 0.0, 1.0,
+     "1: the record of the excitation lacks the table's harmonics"},
     {"excitation_h2", "1", 0.0, -1.0, 1.0, "2nd harmonic of the table over its fundamental"},
     {"excitation_h3", "1", 0.0, -1.0, 1.0, "3rd harmonic"},
     {"excitation_h4", "1", 0.0, -1.0, 1.0, "4th harmonic"},
@@ -27,17 +36,20 @@ Instruments::Instruments(const RigOptions& options, const Values& values, Nanose
     : options_(options),
       gain_(values.at("sensor_gain")),
       offset_(values.at("sensor_offset")),
-      delay_samples_(values.at("sensor_delay") * options.sample_rate_hz),
+      quadratic_(values.at("sensor_quadratic")),
+      drift_(values.at("sensor_drift")),
+      excitation_gain_(values.at("excitation_sensor_gain")),
       lag_share_(1.0),
       period_s_(1.0 / options.sample_rate_hz),
       rate_(1.0 + 1e-6 * options.clock_offset_ppm),
       start_(start),
       due_(start),
+      stroke_delay_(values.at("sensor_delay") * options.sample_rate_hz),
+      excitation_delay_(values.at("excitation_sensor_delay") * options.sample_rate_hz),
       noise_source_(options.seed),
       arrival_source_(options.seed ^ 0x9e3779b97f4a7c15u) {
   const double lag = values.at("sensor_lag");
   if (lag > 0.0) lag_share_ = 1.0 - std::exp(-period_s_ / lag);
-  past_.resize(static_cast<std::size_t>(delay_samples_) + 2, 0.0);
   due_ = instant(++k_);
 }
 
@@ -47,18 +59,27 @@ Nanoseconds Instruments::instant(std::int64_t k) const {
   return start_ + Nanoseconds(std::llround(since * 1e9));
 }
 
-double Instruments::through_transducer(double stroke) {
-  if (k_ == 1) std::ranges::fill(past_, stroke);
+DeadTime::DeadTime(double samples)
+    : whole_(static_cast<std::size_t>(samples)),
+      part_(samples - static_cast<double>(whole_)),
+      past_(whole_ + 2) {}
+
+double DeadTime::pass(double value) {
+  if (first_) std::ranges::fill(past_, value);
+  first_ = false;
   newest_ = (newest_ + 1) % past_.size();
-  past_[newest_] = stroke;
-  const auto whole = static_cast<std::size_t>(delay_samples_);
-  const double part = delay_samples_ - static_cast<double>(whole);
+  past_[newest_] = value;
   const auto back = [&](std::size_t n) {
     return past_[(newest_ + past_.size() - n) % past_.size()];
   };
-  const double delayed = (1.0 - part) * back(whole) + part * back(whole + 1);
+  return (1.0 - part_) * back(whole_) + part_ * back(whole_ + 1);
+}
+
+double Instruments::through_transducer(double stroke) {
+  const double delayed = stroke_delay_.pass(stroke);
   lagged_ = lagged_ ? *lagged_ + lag_share_ * (delayed - *lagged_) : delayed;
-  return gain_ * *lagged_ + offset_;
+  const double bent = *lagged_ * (1.0 + quadratic_ * *lagged_);
+  return gain_ * bent + offset_ + drift_ * static_cast<double>(k_) * period_s_;
 }
 
 double Instruments::read_out(double truth, double noise, double quantum) {
@@ -69,7 +90,8 @@ double Instruments::read_out(double truth, double noise, double quantum) {
 void Instruments::take(double stroke, double excitation, Fault fault) {
   RigSample sample;
   sample.displacement = read_out(through_transducer(stroke), options_.noise_m, options_.quantum_m);
-  sample.excitation = read_out(excitation, options_.noise_m_s2, options_.quantum_m_s2);
+  sample.excitation = read_out(excitation_gain_ * excitation_delay_.pass(excitation),
+                               options_.noise_m_s2, options_.quantum_m_s2);
   const double late = options_.jitter_fraction * period_s_ * uniform_(arrival_source_);
   sample.dropped = uniform_(arrival_source_) < options_.dropout_fraction;
   sample.t = due_ + Nanoseconds(std::llround(late * 1e9));

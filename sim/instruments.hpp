@@ -1,5 +1,5 @@
-// What the sensors make of the truth: sampling on the rig's own clock, gain, offset, delay, lag,
-// noise, quantisation, late delivery, loss, and the faults of a sensor.
+// What the sensors make of the truth: sampling on the rig's own clock, gain, offset, drift, delay,
+// lag, noise, quantisation, late delivery, loss, and the faults of a sensor.
 //
 // Two channels are sampled together. The rig's clock runs (1 + ppm 1e-6) times as fast as ours, so
 // the instants of sampling are on it; a sample is delivered, and stamped on our clock, when it
@@ -18,6 +18,20 @@ namespace shaker::sim {
 
 // Parameters of the instruments, which share RigOptions::parameters with the plant's.
 std::span<const Parameter> instrument_parameters();
+
+// A signal some samples ago, between two of them on the straight line.
+class DeadTime {
+ public:
+  explicit DeadTime(double samples);
+  double pass(double value);
+
+ private:
+  std::size_t whole_;
+  double part_;
+  std::vector<double> past_;  // a ring
+  std::size_t newest_ = 0;
+  bool first_ = true;
+};
 
 class Instruments {
  public:
@@ -40,12 +54,11 @@ class Instruments {
   Nanoseconds instant(std::int64_t k) const;
 
   RigOptions options_;
-  double gain_, offset_, delay_samples_, lag_share_;
+  double gain_, offset_, quadratic_, drift_, excitation_gain_, lag_share_;
   double period_s_, rate_;
   Nanoseconds start_, due_;
   std::int64_t k_ = 0;
-  std::vector<double> past_;  // strokes of the last samplings, a ring
-  std::size_t newest_ = 0;
+  DeadTime stroke_delay_, excitation_delay_;
   std::optional<double> lagged_, frozen_;
   std::optional<RigSample> on_its_way_;
   // Apart, so that turning one imperfection on leaves the others as they were.

@@ -198,6 +198,10 @@ const State& Integrator::state() const {
 double Integrator::time() const {
   return impl_->t;
 }
+double Integrator::acceleration(const TableMotion& table) const {
+  const auto& it = *impl_;
+  return it.plant.rate(it.state, it.direction, table.acceleration(it.t))[1];
+}
 bool Integrator::stuck() const {
   return impl_->direction == 0.0;
 }

@@ -27,6 +27,7 @@ class Integrator {
 
   const State& state() const;
   double time() const;
+  double acceleration(const TableMotion& table) const;  // u''
   bool stuck() const;
   // Whether the wall was met, or the state ceased to be finite, since the last call.
   bool take_bottomed();

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/signalfd.h>
 
+#include "sim/campaign_recorder.hpp"
 #include "sim/instruments.hpp"
 #include "sim/plant.hpp"
 #include "sim/rig_server.hpp"
@@ -23,6 +24,9 @@ struct Options {
   std::vector<std::string> parameters, faults;
   std::string address = "127.0.0.1", pty, can, status_file, truth_file;
   int port = -1;
+  std::string record;
+  std::vector<std::string> runs, held_out;
+  double cycles = 14.0;
 };
 
 std::string parameter_help() {
@@ -77,6 +81,12 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--seed", o.rig.seed, "of the noise")->capture_default_str();
   app.add_option("--fault", o.faults, "NAME@SECONDS after the start, repeatable");
   app.add_option("--status-file", o.status_file, "written as JSON once the rig serves");
+  app.add_option(
+      "--record", o.record,
+      "no wires: record --run after --run into this folder, as fast as it goes, and leave");
+  app.add_option("--run", o.runs, "FREQUENCY:AMPLITUDE of a run, Hz and m/s^2, repeatable");
+  app.add_option("--held-out", o.held_out, "a run that is recorded but not to be fitted");
+  app.add_option("--cycles", o.cycles, "of each run, after its transient")->capture_default_str();
   app.add_option("--truth-file", o.truth_file, "written with the true parameters as JSON");
 }
 
@@ -162,6 +172,42 @@ void announce(const Options& o, const RigServer& server) {
   std::fflush(stdout);
 }
 
+void write_truth(const Options& o, const std::map<std::string, double>& parameters) {
+  write_json(o.truth_file, {{"plant", o.rig.plant},
+                            {"parameters", parameters},
+                            {"sample_rate_hz", o.rig.sample_rate_hz},
+                            {"noise_m", o.rig.noise_m},
+                            {"noise_m_s2", o.rig.noise_m_s2},
+                            {"clock_offset_ppm", o.rig.clock_offset_ppm}});
+}
+
+void add_runs(const std::vector<std::string>& given, bool held_out,
+              std::vector<sim::RecordedRun>& runs) {
+  for (const auto& text : given) {
+    const auto colon = text.find(':');
+    if (colon == std::string::npos) {
+      throw std::invalid_argument(
+          fmt::format("'{}': write a run as FREQUENCY:AMPLITUDE, for example 2:3", text));
+    }
+    runs.push_back({fmt::format("r{:02}", runs.size() + 1), number(text.substr(0, colon), text),
+                    number(text.substr(colon + 1), text), held_out});
+  }
+}
+
+int record(Options& o) {
+  o.rig.parameters = read_parameters(o.parameters);
+  sim::CampaignRecording campaign;
+  campaign.rig = o.rig;
+  campaign.cycles = o.cycles;
+  add_runs(o.runs, false, campaign.runs);
+  add_runs(o.held_out, true, campaign.runs);
+  if (campaign.runs.empty()) throw std::invalid_argument("--record needs a --run, as in --run 2:3");
+  write_campaign(campaign, o.record);
+  write_truth(o, sim::VirtualRig(o.rig, Nanoseconds{0}).true_parameters());
+  fmt::print("{} runs of {} cycles are in {}\n", campaign.runs.size(), o.cycles, o.record);
+  return 0;
+}
+
 int serve(Options& o) {
   sigset_t stops;
   sigemptyset(&stops);
@@ -174,12 +220,7 @@ int serve(Options& o) {
   o.rig.parameters = read_parameters(o.parameters);
   RigServer server(o.rig, read_script(o.faults));
   open_wires(o, server);
-  write_json(o.truth_file, {{"plant", o.rig.plant},
-                            {"parameters", server.rig().true_parameters()},
-                            {"sample_rate_hz", o.rig.sample_rate_hz},
-                            {"noise_m", o.rig.noise_m},
-                            {"noise_m_s2", o.rig.noise_m_s2},
-                            {"clock_offset_ppm", o.rig.clock_offset_ppm}});
+  write_truth(o, server.rig().true_parameters());
   announce(o, server);
   server.run(stop.get());
   return 0;
@@ -195,7 +236,7 @@ int main(int argc, char** argv) {
   declare(app, options);
   CLI11_PARSE(app, argc, argv);
   try {
-    return serve(options);
+    return options.record.empty() ? serve(options) : record(options);
   } catch (const std::exception& error) {
     fmt::print(stderr, "oleosim: {}\n", error.what());
     return 1;

@@ -14,13 +14,17 @@ namespace {
 
 using std::string_view;
 
-#define SHAKER_HIDDEN_PARTS                                                                 \
-  "coulomb_friction", "viscous_damping", "linear_stiffness", "cubic_stiffness", "end_stop", \
-      "bouc_wen_hysteresis"
-constexpr string_view kOleo[] = {"orifice_damping", "gas_spring",        "gravity",
-                                 "rebound_damping", "laminar_orifice",   "metering_pin",
-                                 "cavitation",      "pressure_friction", SHAKER_HIDDEN_PARTS};
-constexpr string_view kLinear[] = {"linear_oscillator", SHAKER_HIDDEN_PARTS};
+#define SHAKER_HIDDEN_PARTS                                                         \
+  "coulomb_friction", "presliding_friction", "viscous_damping", "linear_stiffness", \
+      "cubic_stiffness", "end_stop", "bouc_wen_hysteresis", "added_mass"
+constexpr string_view kOleo[] = {"orifice_damping",   "gas_spring",
+                                 "second_chamber",    "real_gas",
+                                 "gravity",           "rebound_damping",
+                                 "laminar_orifice",   "metering_pin",
+                                 "relief_valve",      "oil_compressibility",
+                                 "cavitation",        "pressure_friction",
+                                 SHAKER_HIDDEN_PARTS, "tyre"};
+constexpr string_view kLinear[] = {"linear_oscillator", "free_play", SHAKER_HIDDEN_PARTS};
 constexpr string_view kBoucWen[] = {"bouc_wen_oscillator", SHAKER_HIDDEN_PARTS};
 #undef SHAKER_HIDDEN_PARTS
 
@@ -103,6 +107,13 @@ Plant::Plant(string_view name, const std::map<std::string, double>& given) {
   if (const auto compactness = values_.find("theta3"); compactness != values_.end()) {
     wall_ = (1.0 - kLeastGasColumn) / compactness->second;
   }
+  if (values_.contains("tyre_stiffness") && values_.at("tyre_stiffness") > 0.0 &&
+      (values_.at("coulomb_friction") > 0.0 || values_.at("pressure_friction") > 0.0)) {
+    // The integrator decides whether the damper sticks from the table's motion alone.
+    throw std::invalid_argument(
+        "tyre_stiffness cannot be had together with coulomb_friction or pressure_friction; use "
+        "presliding_friction instead");
+  }
   at_rest_ = memory.initial();
   at_rest_[0] = find_rest(wall_.value_or(1.0));
 }
@@ -147,9 +158,14 @@ State Plant::rate(const State& state, double direction, double x) const {
     part->add(motion, sum);
     part->remember(motion, rate);
   }
+  const double force = sum.force + direction * sum.friction;
+  double sinking = 0.0;
+  for (const auto& part : parts_) {
+    sinking += part->support(motion, force, x, rate);
+  }
   if (direction != 0.0) {
     rate[0] = state[1];
-    rate[1] = x - sum.force - direction * sum.friction;
+    rate[1] = (x - force - sinking) / sum.mass;
   }
   return rate;
 }

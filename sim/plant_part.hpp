@@ -20,7 +20,7 @@
 namespace shaker::sim {
 
 // u, v, then the memory of parts that have some (gas temperature, hysteretic displacement).
-inline constexpr int kStates = 5;
+inline constexpr int kStates = 8;
 using State = std::array<double, kStates>;
 
 struct Motion {
@@ -36,6 +36,7 @@ struct Balance {
   double force = 0.0;     // all that is smooth in the direction of motion
   double gas = 0.0;       // of which the gas spring's (pressure friction wants it)
   double friction = 0.0;  // magnitude of dry friction; break-away level when stuck
+  double mass = 1.0;      // that u'' moves
 };
 
 struct Parameter {
@@ -65,6 +66,12 @@ class PlantPart {
   virtual void add(const Motion& motion, Balance& balance) const = 0;
   // Time derivatives of the part's own memory.
   virtual void remember(const Motion&, State&) const {}
+  // What the damper stands on, if it gives: sets the derivatives of its own motion under the forces
+  // of the damper (without the weight: `force` holds -g) and of the table, and returns the
+  // acceleration by which it sinks.
+  virtual double support(const Motion&, double /*force*/, double /*x*/, State&) const {
+    return 0.0;
+  }
 };
 
 struct PartEntry {

@@ -55,4 +55,8 @@ double TableMotion::acceleration(double t) const {
   return a * wave;
 }
 
+double TableMotion::fundamental(double t) const {
+  return amplitude(t) * std::cos(phase(t));
+}
+
 }  // namespace shaker::sim

@@ -20,7 +20,8 @@ class TableMotion {
 
   // Upward acceleration, m/s^2; defined from the last go_to on.
   double acceleration(double t) const;
-  double phase(double t) const;  // rad
+  double fundamental(double t) const;  // of which the part without harmonics
+  double phase(double t) const;        // rad
   double frequency(double t) const;
   double amplitude(double t) const;
   double target_frequency() const { return f1_; }

@@ -89,6 +89,8 @@ struct VirtualRig::Impl {
     return fault == Fault::exciter_deaf ? still : controller.table();
   }
   void move(double until);
+  double between_the_ends() const;
+  double recorded_excitation() const;
 
   Nanoseconds start;
   Values instrument_values;
@@ -113,6 +115,20 @@ void VirtualRig::Impl::move(double until) {
     controller.trip(FaultCode::bottomed, now());
     integrator.table_changed();
   }
+}
+
+// What the transducer spans: the stroke, and what the fixture gives under the damper's force.
+double VirtualRig::Impl::between_the_ends() const {
+  const double stroke = integrator.state()[0];
+  const double stiffness = instrument_values.at("series_stiffness");
+  if (stiffness == 0.0) return stroke;
+  const double force = moving_table().acceleration(now()) - integrator.acceleration(moving_table());
+  return stroke + force / stiffness;
+}
+
+double VirtualRig::Impl::recorded_excitation() const {
+  return instrument_values.at("excitation_unrecorded") > 0.5 ? moving_table().fundamental(now())
+                                                             : moving_table().acceleration(now());
 }
 
 VirtualRig::VirtualRig(const RigOptions& options, Nanoseconds start)
@@ -171,7 +187,7 @@ void VirtualRig::advance(Nanoseconds now, std::vector<RigSample>& samples) {
     const Nanoseconds due = it.instruments.due();
     it.instruments.deliver(due, samples);
     it.move(it.since(due));
-    it.instruments.take(true_stroke(), true_excitation(), it.fault);
+    it.instruments.take(it.between_the_ends(), it.recorded_excitation(), it.fault);
   }
   it.move(it.since(now));
   it.instruments.deliver(now, samples);

@@ -11,6 +11,7 @@ extern const PartEntry kOrificeDamping, kGasSpring, kGravity, kLinearOscillator,
 // Effects that a base may hide; off by default.
 extern const PartEntry kCoulombFriction, kPressureFriction, kViscousDamping, kLinearStiffness,
     kCubicStiffness, kEndStop, kReboundDamping, kLaminarOrifice, kMeteringPin, kCavitation,
-    kBoucWenHysteresis;
+    kBoucWenHysteresis, kPreslidingFriction, kReliefValve, kOilCompressibility, kSecondChamber,
+    kRealGas, kAddedMass, kFreePlay, kTyre;
 
 }  // namespace shaker::sim

@@ -3,11 +3,30 @@
 namespace shaker::sim {
 
 std::span<const PartEntry> part_table() {
-  static const PartEntry rows[] = {
-      kOrificeDamping,    kGasSpring,       kGravity,          kLinearOscillator,
-      kBoucWenOscillator, kCoulombFriction, kPressureFriction, kViscousDamping,
-      kLinearStiffness,   kCubicStiffness,  kEndStop,          kReboundDamping,
-      kLaminarOrifice,    kMeteringPin,     kCavitation,       kBoucWenHysteresis};
+  static const PartEntry rows[] = {kOrificeDamping,
+                                   kGasSpring,
+                                   kGravity,
+                                   kLinearOscillator,
+                                   kBoucWenOscillator,
+                                   kCoulombFriction,
+                                   kPressureFriction,
+                                   kViscousDamping,
+                                   kLinearStiffness,
+                                   kCubicStiffness,
+                                   kEndStop,
+                                   kReboundDamping,
+                                   kLaminarOrifice,
+                                   kMeteringPin,
+                                   kCavitation,
+                                   kBoucWenHysteresis,
+                                   kPreslidingFriction,
+                                   kReliefValve,
+                                   kOilCompressibility,
+                                   kSecondChamber,
+                                   kRealGas,
+                                   kAddedMass,
+                                   kFreePlay,
+                                   kTyre};
   return rows;
 }
 

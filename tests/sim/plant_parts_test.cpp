@@ -57,6 +57,28 @@ TEST(Parts, AddTheForcesOfTheirFormulas) {
   const double xi = u / 0.19;
   EXPECT_NEAR(extra({{"metering_k1", 0.3}}, u, v),
               kTheta1 * v * v * (std::pow(1 - 0.3 * xi, -2) - 1), 1e-12);
+  EXPECT_NEAR(extra({{"relief_force", 0.2}, {"relief_share", 0.25}}, u, v),
+              -0.75 * (kTheta1 * v * v - 0.2), 1e-12);
+  EXPECT_EQ(extra({{"relief_force", 0.2}}, u, -v), 0.0);
+  EXPECT_EQ(extra({{"relief_force", 1.0}}, u, v), 0.0);
+  EXPECT_NEAR(extra({{"second_chamber_knee", 0.14}, {"second_chamber_share", 0.5}}, u, v),
+              kTheta2 / (1 - kTheta3 * 0.145) - gas, 1e-12);
+  EXPECT_EQ(extra({{"second_chamber_knee", 0.16}}, u, v), 0.0);
+  EXPECT_NEAR(extra({{"gas_virial", 0.01}}, u, v), gas * 0.01 * kTheta3 * u / (1 - kTheta3 * u),
+              1e-12);
+  EXPECT_NEAR(force({{"added_mass", 0.25}}, u, v), force({}, u, v) / 1.25, 1e-12);
+}
+
+TEST(FreePlay, LeavesTheSpringSlackInItsGap) {
+  const Plant plant("linear", {{"theta1", 0.0}, {"theta2", 100.0}, {"free_play", 0.01}});
+  const auto pull = [&](double u) {
+    State s{};
+    s[0] = u;
+    return -plant.rate(s, 1.0, 0.0)[1];
+  };
+  EXPECT_EQ(pull(0.005), 0.0);
+  EXPECT_NEAR(pull(0.03), 2.0, 1e-12);
+  EXPECT_NEAR(pull(-0.03), -2.0, 1e-12);
 }
 
 TEST(Parts, OffByDefault) {
@@ -197,6 +219,70 @@ TEST(BoucWen, YieldsAndDissipates) {
   EXPECT_GT(loop, 0.0);                  // the hysteresis takes energy
   EXPECT_LT(z_max, 1.0 / 150.0 + 1e-9);  // ultimate strength (a / (b + c))^(1/n)
   EXPECT_GT(z_max, 0.5 / 150.0);
+}
+
+// Pushed far one way, the Dahl friction is f_c; on the way there f_c (1 - exp(-u / z0)).
+TEST(PreslidingFriction, BuildsUpOverItsDistance) {
+  const double z0 = 1e-3, level = 0.4;
+  const Given given = {{"presliding_friction", level}, {"presliding_distance", z0}};
+  const Plant plant("linear", given);
+  State s{};
+  s[1] = 1e-6;
+  double u = 0.0;
+  for (int i = 0; i < 3000; ++i) {  // a creeping velocity, its memory alone integrated
+    s[2] += plant.rate(s, 1.0, 0.0)[2];
+    u += s[1];
+  }
+  const State still = [&] {
+    State at = s;
+    at[2] = 0.0;
+    return at;
+  }();
+  const double friction = plant.rate(still, 1.0, 0.0)[1] - plant.rate(s, 1.0, 0.0)[1];
+  EXPECT_NEAR(friction, level * (1 - std::exp(-u / z0)), 1e-3 * level);
+}
+
+// Stiff oil is no oil spring at all; soft oil lags behind, and the orifice passes v in the mean.
+TEST(OilCompressibility, TendsToTheRigidOrifice) {
+  const auto stroke = [](const Given& given) {
+    const Plant plant("oleo", given);
+    TableMotion table;
+    table.go_to(0.0, 2.0, 3.0, 0.0);
+    Integrator it(plant, plant.at_rest(), 0.0);
+    it.advance(5.1, table);
+    return it.state()[0];
+  };
+  const double rigid = stroke({});
+  const double stiff = stroke({{"oil_stiffness", 1e5}, {"oil_laminar_speed", 1e-3}});
+  const double soft = stroke({{"oil_stiffness", 1e3}, {"oil_laminar_speed", 1e-3}});
+  EXPECT_LT(std::abs(stiff - rigid), 2e-5);
+  EXPECT_GT(std::abs(soft - rigid), 1e-4);
+}
+
+// A linear oscillator on wheels would be the textbook's quarter car; here the oleo's small motion.
+TEST(Tyre, IsTheDampersBaseOfSecondOrder) {
+  const double k = 2000.0, c = 8.0, m = 0.1;
+  const Plant plant("oleo", {{"tyre_stiffness", k}, {"tyre_damping", c}, {"unsprung_mass", m}});
+  State s = plant.at_rest();
+  const State rest = plant.rate(s, 1.0, 0.0);
+  for (const double value : rest) {
+    EXPECT_NEAR(value, 0.0, 1e-9);
+  }
+  s[0] += 0.01;
+  s[1] = 0.2;
+  s[2] += 0.003;
+  s[3] = -0.1;
+  const State rate = plant.rate(s, 1.0, 1.5);
+  const double damper = kTheta1 * 0.04 + kTheta2 / (1 - kTheta3 * s[0]);
+  const double sinking = 1.5 + kG + (damper - k * s[2] - c * s[3]) / m;
+  EXPECT_NEAR(rate[2], -0.1, 1e-15);
+  EXPECT_NEAR(rate[3], sinking, 1e-9);
+  EXPECT_NEAR(rate[1], 1.5 - damper + kG - sinking, 1e-9);
+  // The centre of both masses moves as the table and the tyre alone tell it to.
+  EXPECT_NEAR((rate[1] + rate[3]) + m * rate[3], 1.5 * (1 + m) + kG * (1 + m) - k * s[2] - c * s[3],
+              1e-9);
+  EXPECT_THROW(Plant("oleo", {{"tyre_stiffness", k}, {"coulomb_friction", 0.2}}),
+               std::invalid_argument);
 }
 
 TEST(GasWall, IsSaidRatherThanOverflown) {

@@ -264,6 +264,36 @@ TEST(Sensors, GainOffsetDelayAndLagActOnTheStroke) {
   EXPECT_NEAR(fundamental(lagged) / fundamental(plain), 1 / std::hypot(1.0, 4 * pi * 0.02), 2e-3);
 }
 
+TEST(Sensors, BendDriftAndGiveAsTold) {
+  const auto record = [](const std::map<std::string, double>& parameters) {
+    RigOptions options = quiet();
+    options.parameters = parameters;
+    VirtualRig rig(options, kStart);
+    start(rig, 2.0, 1.0);
+    return run(rig, 10.0);
+  };
+  const Samples plain = record({});
+  const Samples bent = record({{"sensor_quadratic", 0.1}, {"sensor_drift", 1e-4}});
+  const Samples late = record({{"excitation_sensor_gain", 1.1}, {"excitation_sensor_delay", 2e-3}});
+  const std::size_t k = 9000;
+  const double u = plain[k].displacement;
+  EXPECT_NEAR(bent[k].displacement, u + 0.1 * u * u + 1e-4 * 9.001, 1e-12);
+  EXPECT_NEAR(late[k].excitation, 1.1 * plain[k - 2].excitation, 1e-12);
+  EXPECT_EQ(late[k].displacement, u);
+
+  // The fixture gives by force / k_n, the force being what the table's motion leaves over.
+  const Samples soft = record({{"series_stiffness", 1e4}});
+  const double acceleration =
+      (plain[k + 1].displacement - 2 * u + plain[k - 1].displacement) / 1e-6;
+  EXPECT_NEAR(soft[k].displacement - u, (plain[k].excitation - acceleration) / 1e4, 1e-8);
+
+  const Samples whole = record({{"excitation_h2", 0.2}});
+  const Samples pure = record({{"excitation_h2", 0.2}, {"excitation_unrecorded", 1.0}});
+  EXPECT_EQ(whole[k].displacement, pure[k].displacement);
+  EXPECT_NEAR(pure[k].excitation, plain[k].excitation, 1e-12);
+  EXPECT_GT(std::abs(whole[k].excitation - plain[k].excitation), 0.05);
+}
+
 TEST(Faults, OfTheSensor) {
   VirtualRig rig(quiet(), kStart);
   start(rig);

@@ -1,0 +1,26 @@
+// Oil that must be accelerated along with the stroke: m_a u''.
+#include "sim/parts/parts.hpp"
+
+namespace shaker::sim {
+namespace {
+
+struct AddedMass final : PlantPart {
+  double share;
+
+  explicit AddedMass(const Values& values) : share(values.at("added_mass")) {}
+  void add(const Motion&, Balance& sum) const override { sum.mass += share; }
+};
+
+constexpr Parameter kParameters[] = {
+    {"added_mass", "1", 0.0, 0.0, 10.0, "m_a over the mass on the damper"}};
+
+std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+  if (values.at("added_mass") == 0.0) return nullptr;
+  return std::make_unique<AddedMass>(values);
+}
+
+}  // namespace
+
+const PartEntry kAddedMass = {"added_mass", kParameters, make};
+
+}  // namespace shaker::sim

@@ -1,0 +1,36 @@
+// Gas that is not ideal: its pressure is multiplied by 1 + B (rho - 1), rho = 1 / (1 - theta3 u)
+// being its density over that at full extension (a second virial coefficient; B < 0 also for gas
+// that dissolves in the oil under pressure).
+#include "sim/parts/gas_column.hpp"
+#include "sim/parts/parts.hpp"
+
+namespace shaker::sim {
+namespace {
+
+struct RealGas final : PlantPart {
+  double theta3, virial;
+
+  explicit RealGas(const Values& values)
+      : theta3(values.at("theta3")), virial(values.at("gas_virial")) {}
+
+  // Behind the gas spring, whose force it multiplies.
+  void add(const Motion& m, Balance& sum) const override {
+    const double deviation = sum.gas * virial * (1.0 / gas_column(theta3, m.u) - 1.0);
+    sum.gas += deviation;
+    sum.force += deviation;
+  }
+};
+
+constexpr Parameter kParameters[] = {
+    {"gas_virial", "1", 0.0, -0.1, 0.1, "B of the gas's deviation from an ideal one"}};
+
+std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+  if (values.at("gas_virial") == 0.0) return nullptr;
+  return std::make_unique<RealGas>(values);
+}
+
+}  // namespace
+
+const PartEntry kRealGas = {"real_gas", kParameters, make};
+
+}  // namespace shaker::sim

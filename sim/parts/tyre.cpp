@@ -1,0 +1,47 @@
+// The damper stands on a tyre: an unsprung mass m (over the mass on the damper) on k_t and c_t
+// between damper and table. w is the tyre's compression, F the whole force of the damper per unit
+// mass, g the weight:
+//
+//     u'' + w'' + F - g = x,     m (w'' - g - x) + c_t w' + k_t w - F = 0
+#include "sim/parts/parts.hpp"
+
+namespace shaker::sim {
+namespace {
+
+struct Tyre final : PlantPart {
+  double stiffness, damping, mass, gravity;
+  std::size_t w, speed;
+
+  Tyre(const Values& values, Memory& memory)
+      : stiffness(values.at("tyre_stiffness")),
+        damping(values.at("tyre_damping")),
+        mass(values.at("unsprung_mass")),
+        gravity(values.at("gravity")),
+        w(static_cast<std::size_t>(memory.claim((1.0 + mass) * gravity / stiffness))),
+        speed(static_cast<std::size_t>(memory.claim(0.0))) {}
+
+  void add(const Motion&, Balance&) const override {}
+  double support(const Motion& m, double force, double x, State& rate) const override {
+    const double damper = force + gravity;
+    const double up = damper - stiffness * m.state[w] - damping * m.state[speed];
+    rate[w] = m.state[speed];
+    rate[speed] = x + gravity + up / mass;
+    return rate[speed];
+  }
+};
+
+constexpr Parameter kParameters[] = {
+    {"tyre_stiffness", "1/s^2", 0.0, 0.0, 1e7, "k_t of the tyre under the damper; 0: no tyre"},
+    {"tyre_damping", "1/s", 5.0, 0.0, 1e4, "c_t of the tyre"},
+    {"unsprung_mass", "1", 0.05, 1e-3, 10.0, "m between damper and tyre"}};
+
+std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
+  if (values.at("tyre_stiffness") == 0.0) return nullptr;
+  return std::make_unique<Tyre>(values, memory);
+}
+
+}  // namespace
+
+const PartEntry kTyre = {"tyre", kParameters, make};
+
+}  // namespace shaker::sim
