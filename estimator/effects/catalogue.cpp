@@ -5,8 +5,9 @@
 namespace shaker::estimator {
 
 std::span<const Effect* const> catalogue() {
-  static const std::array<const Effect*, 5> effects = {
-      &orifice_damping(), &gas_spring(), &gravity(), &linear_stiffness(), &viscous_damping(),
+  static const std::array<const Effect*, 6> effects = {
+      &orifice_damping(),  &gas_spring(),      &gravity(),
+      &linear_stiffness(), &cubic_stiffness(), &viscous_damping(),
   };
   return effects;
 }

@@ -15,6 +15,7 @@ const Effect* find_effect(std::string_view name);
 
 // One function a file; each returns the effect's only instance, which lives as long as the program.
 const Effect& orifice_damping();
+const Effect& cubic_stiffness();
 const Effect& gas_spring();
 const Effect& gravity();
 const Effect& linear_stiffness();

@@ -37,6 +37,10 @@ const std::map<std::string, Formula>& formulas() {
       {"gravity", {[](C, C, C, const auto&, const auto& c) { return C(-c[0]); }, {}, {9.8}}},
       {"linear_stiffness",
        {[](C u, C, C, const auto& t, const auto& c) { return t[0] * (u - c[0]); }, {7.5}, {0.03}}},
+      {"cubic_stiffness",
+       {[](C u, C, C, const auto& t, const auto& c) { return t[0] * std::pow(u - c[0], 3); },
+        {40.0},
+        {0.02}}},
       {"viscous_damping",
        {[](C, C v, C, const auto& t, const auto&) { return t[0] * v; }, {0.25}, {}}},
   };
