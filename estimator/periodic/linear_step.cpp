@@ -123,17 +123,23 @@ bool PeriodicSystem::excitation_response(int harmonics, std::vector<double>& out
       }
     }
   }
-  if (!dense_) {
-    if (!factorise_banded()) return false;
-    banded_->solve(out.data(), width, width);
-    return std::isfinite(out[0]);
-  }
+  if (!factorise()) return false;
+  solve_factorised(out, width);
+  return std::isfinite(out[0]);
+}
+
+bool PeriodicSystem::factorise() {
+  if (!dense_) return factorise_banded();
   fill_dense();
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> rows(
-      out.data(), n_ * s_, width);
   dense_->lu.compute(dense_->jacobian);
-  rows = dense_->lu.solve(rows).eval();
-  return rows.allFinite();
+  return true;
+}
+
+void PeriodicSystem::solve_factorised(std::span<double> rows, int width) {
+  if (!dense_) return banded_->solve(rows.data(), width, width);
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> map(
+      rows.data(), n_ * s_, width);
+  map = dense_->lu.solve(map).eval();
 }
 
 bool PeriodicSystem::add_products(std::span<const double> data, int every, bool with_newton,

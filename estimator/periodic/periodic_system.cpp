@@ -147,6 +147,12 @@ void PeriodicSystem::set_excitation(double frequency_hz, std::span<const double>
   x_ = x_full_;
 }
 
+void PeriodicSystem::set_excitation_points(double frequency_hz, std::span<const double> points) {
+  frequency_ = frequency_hz;
+  std::copy_n(points.begin(), n_, x_full_.begin());
+  x_ = x_full_;
+}
+
 // Trigonometric interpolation would ring at the kinks; four-point Lagrange is enough for a start.
 void PeriodicSystem::interpolate_from(const PeriodicSystem& coarser) {
   const int m = coarser.n_;

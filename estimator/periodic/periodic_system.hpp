@@ -58,6 +58,10 @@ class PeriodicSystem {
   // offset.
   void set_excitation(double frequency_hz, std::span<const double> samples, int harmonics);
 
+  // As it stands on the grid, one value a point: for excitations that are made elsewhere.
+  void set_excitation_points(double frequency_hz, std::span<const double> points);
+  std::span<const double> excitation() const { return {x_.data(), static_cast<std::size_t>(n_)}; }
+
   // --- state z: index i * coordinates + c
   std::span<double> state() { return z_; }
   std::span<const double> state() const { return z_; }
@@ -82,6 +86,17 @@ class PeriodicSystem {
   void advance(double newton, std::span<const double> delta_theta);
   // The step that makes the state of the last linearisation follow a change of theta and end on the
   // solution: advance(1, delta).
+
+  // The last linearisation itself, for whoever solves another system with it (stability,
+  // continuation): the residual and its partial derivatives at a point.
+  double g(int point, int equation) const { return g_[equation][point]; }
+  double g_u(int point, int equation, int c) const { return g_u_[equation * s_ + c][point]; }
+  double g_v(int point, int equation, int c) const { return g_v_[equation * s_ + c][point]; }
+  double g_a(int point, int equation, int c) const { return g_a_[equation * s_ + c][point]; }
+  // Factorises dg/dz; false when singular. Then solves for `width` right-hand sides in place, row
+  // point * coordinates + equation, rows right after each other.
+  bool factorise();
+  void solve_factorised(std::span<double> rows, int width);
 
   // Response of the last linearised state to the excitation's harmonics 1 to `harmonics`, per unit
   // of their cosine and sine parts: `out` gets 2 * harmonics columns for each unknown, row by row
