@@ -1,0 +1,56 @@
+// Groups of bars.
+#include <algorithm>
+#include <cmath>
+
+#include "report/plot/frame.hpp"
+
+namespace shaker::report {
+namespace {
+
+constexpr double kGap = 0.25;  // of a group's width
+
+}  // namespace
+
+std::string to_svg(const Bars& bars) {
+  std::vector<LegendRow> legend;
+  std::vector<double> values;
+  for (std::size_t s = 0; s < bars.series.size(); ++s) {
+    legend.push_back(
+        {bars.series[s], fmt::format("<rect class=\"fill {}\" y=\"1\" width=\"22\" height=\"10\"/>",
+                                     name(static_cast<Ink>(s % 4)))});
+    values.insert(values.end(), bars.values[s].begin(), bars.values[s].end());
+  }
+  for (const Mark& mark : bars.marks)
+    values.push_back(mark.at);
+  Axis y = bars.y;
+  if (!y.logarithmic) values.push_back(0.0);
+  Range range = range_of(y, values);
+  if (!y.logarithmic && !y.from && range.from > -0.06 * (range.to - range.from)) range.from = 0.0;
+
+  Frame frame(bars.title, bars.width, bars.height, legend);
+  frame.y_axis(y, range);
+  const double group = (frame.right() - frame.left()) / static_cast<double>(bars.labels.size());
+  const double width = group * (1.0 - kGap) / static_cast<double>(bars.series.size());
+  const double floor = y.logarithmic ? frame.bottom() : frame.y(0.0);
+  for (std::size_t i = 0; i < bars.labels.size(); ++i) {
+    const double begin = frame.left() + group * (static_cast<double>(i) + 0.5 * kGap);
+    for (std::size_t s = 0; s < bars.series.size(); ++s) {
+      const double top = frame.y(bars.values[s][i]);
+      if (!std::isfinite(top)) continue;
+      frame.add(fmt::format(
+          "<rect class=\"fill {}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\">"
+          "<title>{}, {}: {:.4g}</title></rect>\n",
+          name(static_cast<Ink>(s % 4)), begin + width * static_cast<double>(s),
+          std::min(top, floor), width, std::abs(floor - top), escaped(bars.labels[i]),
+          escaped(bars.series[s]), bars.values[s][i]));
+    }
+    frame.add(fmt::format(
+        "<text class=\"tick\" text-anchor=\"middle\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
+        frame.left() + group * (static_cast<double>(i) + 0.5), frame.bottom() + 17.0,
+        escaped(bars.labels[i])));
+  }
+  frame.marks(bars.marks);
+  return frame.close();
+}
+
+}  // namespace shaker::report
