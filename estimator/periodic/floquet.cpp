@@ -1,0 +1,296 @@
+#include "estimator/periodic/floquet.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Dense>
+
+#include "estimator/math/aligned.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+constexpr int kStages = 3;
+constexpr int kDeepest = 24;  // halvings of an interval
+constexpr double kRoot6 = 2.449489742783178;
+constexpr double kC[kStages] = {(4 - kRoot6) / 10, (4 + kRoot6) / 10, 1.0};
+constexpr double kA[kStages][kStages] = {
+    {(88 - 7 * kRoot6) / 360, (296 - 169 * kRoot6) / 1800, (-2 + 3 * kRoot6) / 225},
+    {(296 + 169 * kRoot6) / 1800, (88 + 7 * kRoot6) / 360, (-2 - 3 * kRoot6) / 225},
+    {(16 - kRoot6) / 36, (16 + kRoot6) / 36, 1.0 / 9}};
+
+constexpr double squared(int j, int l) {
+  double sum = 0.0;
+  for (int k = 0; k < kStages; ++k)
+    sum += kA[j][k] * kA[k][l];
+  return sum;
+}
+
+constexpr int kPoints = 3 * kStages + 1;
+
+// Of the step's stages, then of its two halves', then of its start, where no stage stands: the
+// share of the step.
+double stage_time(int k) {
+  if (k == kPoints - 1) return 0.0;
+  const int part = k / kStages;
+  const double c = kC[k % kStages];
+  return part == 0 ? c : 0.5 * (part - 1 + c);
+}
+
+// What the equations hold of a coordinate: its acceleration, only its velocity, or neither.
+enum class Kind { massive, first_order, algebraic };
+
+// Weights, absolute sum 1, of the divided difference over the points from `first` on, the stage at
+// the end left out (it stands there twice): next to nothing for a smooth slope, and not for one
+// with a corner. Comparing a step with its halves is blind to a corner at certain places; this is
+// blind at others.
+struct Corner {
+  double weight[kPoints] = {};
+
+  explicit Corner(int first) {
+    double sum = 0.0;
+    for (int k = first; k < kPoints; ++k) {
+      if (k == kStages - 1) continue;
+      double product = 1.0;
+      for (int m = first; m < kPoints; ++m) {
+        if (m != k && m != kStages - 1) product *= stage_time(k) - stage_time(m);
+      }
+      weight[k] = 1.0 / product;
+      sum += std::fabs(weight[k]);
+    }
+    for (double& w : weight)
+      w /= sum;
+  }
+  double at(const double* slope) const {
+    double sum = 0.0;
+    for (int k = 0; k < kPoints; ++k)
+      sum += weight[k] * slope[k];
+    return std::fabs(sum);
+  }
+};
+
+class Variation {
+ public:
+  Variation(const PeriodicSystem& system, std::span<const double> theta);
+  int size() const { return size_; }
+  // The monodromy matrix of u and v / (2 pi f); false when the equations are singular.
+  bool monodromy(double tolerance, MatrixXd& out, double& error);
+
+ private:
+  bool interval(int i, double from, double length, int depth, double tolerance, MatrixXd& out);
+  bool evaluate(int i, double from, double length);
+  bool step(int first_point, double h, MatrixXd& out);
+  double corner_error(double h) const;
+  bool grazes(int depth) const;
+
+  const PeriodicSystem& system_;
+  std::span<const double> theta_;
+  int s_, size_ = 0;
+  double omega_, spacing_, error_ = 0.0;
+  std::vector<Kind> kind_;
+  std::vector<Index> place_;  // of a coordinate's u in the state; its v follows
+  AlignedVector store_, x_;
+  std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
+};
+
+Variation::Variation(const PeriodicSystem& system, std::span<const double> theta)
+    : system_(system),
+      theta_(theta),
+      s_(system.model().coordinates()),
+      omega_(2.0 * std::numbers::pi * system.frequency()),
+      spacing_(1.0 / (system.frequency() * system.points())) {
+  for (int c = 0; c < s_; ++c) {
+    bool mass = false, damping = false;
+    for (int i = 0; i < system.points(); ++i) {
+      for (int d = 0; d < s_; ++d) {
+        mass = mass || system.g_a(i, d, c) != 0.0;
+        damping = damping || system.g_v(i, d, c) != 0.0;
+      }
+    }
+    kind_.push_back(mass ? Kind::massive : damping ? Kind::first_order : Kind::algebraic);
+    place_.push_back(size_);
+    size_ += mass ? 2 : damping ? 1 : 0;
+  }
+  constexpr int kPadded = 16;
+  const int p = system.model().parameter_count();
+  const int arrays = 4 * s_ + 3 * s_ * s_ + s_ * p + 7 + p;
+  store_.resize(static_cast<std::size_t>(arrays) * kPadded);
+  x_.resize(kPadded);
+  double* next = store_.data();
+  const auto take = [&](std::vector<double*>& list, int count) {
+    for (int k = 0; k < count; ++k, next += kPadded)
+      list.push_back(next);
+  };
+  take(u_, s_);
+  take(v_, s_);
+  take(a_, s_);
+  take(g_, s_);
+  take(g_u_, s_ * s_);
+  take(g_v_, s_ * s_);
+  take(g_a_, s_ * s_);
+  take(g_theta_, s_ * p);
+  take(scratch_, 7 + p);
+}
+
+// The partial derivatives at all stages of the step and of its two halves. Between grid points the
+// solution is the quintic through u, v and a at both ends.
+bool Variation::evaluate(int i, double from, double length) {
+  const int next = (i + 1) % system_.points();
+  const double h = spacing_;
+  for (int k = 0; k < kPoints; ++k) {
+    const double t = from + length * stage_time(k);
+    for (int e = 0; e < s_; ++e) {
+      const double u0 = system_.value(i, e);
+      const double v0 = h * system_.velocity(i, e);
+      const double a0 = 0.5 * h * h * system_.acceleration(i, e);
+      const double u1 = system_.value(next, e) - u0 - v0 - a0;
+      const double v1 = h * system_.velocity(next, e) - v0 - 2.0 * a0;
+      const double a1 = 0.5 * h * h * system_.acceleration(next, e) - a0;
+      const double c3 = 10 * u1 - 4 * v1 + a1;
+      const double c4 = -15 * u1 + 7 * v1 - 2 * a1;
+      const double c5 = 6 * u1 - 3 * v1 + a1;
+      u_[e][k] = u0 + t * (v0 + t * (a0 + t * (c3 + t * (c4 + t * c5))));
+      v_[e][k] = (v0 + t * (2 * a0 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5)))) / h;
+      a_[e][k] = (2 * a0 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5))) / (h * h);
+    }
+    x_[k] = (1.0 - t) * system_.excitation()[i] + t * system_.excitation()[next];
+  }
+  const ModelPoints points{kPoints, u_.data(), v_.data(), a_.data(), x_.data()};
+  return system_.model().evaluate(
+      points, theta_.data(),
+      {g_.data(), g_u_.data(), g_v_.data(), g_a_.data(), g_theta_.data(), scratch_.data()});
+}
+
+// One Radau step of length h as a matrix on the state. Unknown in each stage is the highest
+// derivative of every coordinate that the equations hold; the lower ones follow from it.
+bool Variation::step(int first_point, double h, MatrixXd& out) {
+  const Index unknowns = kStages * s_;
+  MatrixXd left = MatrixXd::Zero(unknowns, unknowns);
+  MatrixXd right = MatrixXd::Zero(unknowns, size_);
+  for (int j = 0; j < kStages; ++j) {
+    const int k = first_point + j;
+    for (int d = 0; d < s_; ++d) {
+      const Index row = j * s_ + d;
+      for (int c = 0; c < s_; ++c) {
+        const double u = g_u_[d * s_ + c][k], v = g_v_[d * s_ + c][k], a = g_a_[d * s_ + c][k];
+        switch (kind_[c]) {
+          case Kind::massive:
+            for (int l = 0; l < kStages; ++l)
+              left(row, l * s_ + c) =
+                  (j == l ? a : 0.0) + h * kA[j][l] * v + h * h * squared(j, l) * u;
+            right(row, place_[c]) = -u;
+            right(row, place_[c] + 1) = -omega_ * (v + h * kC[j] * u);
+            break;
+          case Kind::first_order:
+            for (int l = 0; l < kStages; ++l)
+              left(row, l * s_ + c) = (j == l ? v : 0.0) + h * kA[j][l] * u;
+            right(row, place_[c]) = -u;
+            break;
+          case Kind::algebraic:
+            left(row, j * s_ + c) = u;
+            break;
+        }
+      }
+    }
+  }
+  const MatrixXd stages = left.partialPivLu().solve(right);
+  if (!stages.allFinite()) return false;
+  out.setIdentity(size_, size_);
+  for (int c = 0; c < s_; ++c) {
+    const Index u = place_[c];
+    if (kind_[c] == Kind::algebraic) continue;
+    if (kind_[c] == Kind::massive) out(u, u + 1) = omega_ * h;
+    for (int l = 0; l < kStages; ++l) {
+      if (kind_[c] == Kind::massive) {
+        out.row(u) += h * h * squared(kStages - 1, l) * stages.row(l * s_ + c);
+        out.row(u + 1) += h * kA[kStages - 1][l] / omega_ * stages.row(l * s_ + c);
+      } else {
+        out.row(u) += h * kA[kStages - 1][l] * stages.row(l * s_ + c);
+      }
+    }
+  }
+  return true;
+}
+
+double Variation::corner_error(double h) const {
+  static const Corner corners[] = {Corner(0), Corner(1)};
+  double error = 0.0, mass = 0.0;
+  for (int de = 0; de < s_ * s_; ++de) {
+    mass = std::max(mass, std::fabs(g_a_[de][0]));
+    for (const Corner& corner : corners)
+      error = std::max(error, h * (corner.at(g_v_[de]) + h * corner.at(g_u_[de])));
+  }
+  return mass > 0.0 ? error / mass : 0.0;
+}
+
+// A velocity that turns close to zero may cross it twice between two stages, two corners that
+// neither estimate sees: come closer until it is clear.
+bool Variation::grazes(int depth) const {
+  if (depth >= kDeepest / 2) return false;
+  for (int c = 0; c < s_; ++c) {
+    const auto [least, most] = std::minmax_element(v_[c], v_[c] + kPoints);
+    const auto [slowest, fastest] = std::minmax_element(a_[c], a_[c] + kPoints);
+    const double nearest = *least > 0.0 ? *least : *most < 0.0 ? -*most : 0.0;
+    if (nearest > 0.0 && (*slowest < 0.0) != (*fastest < 0.0) && nearest < 4.0 * (*most - *least))
+      return true;
+  }
+  return false;
+}
+
+bool Variation::interval(int i, double from, double length, int depth, double tolerance,
+                         MatrixXd& out) {
+  if (!evaluate(i, from, length)) return false;
+  const double h = length * spacing_;
+  MatrixXd whole, first, second;
+  if (!step(0, h, whole) || !step(kStages, 0.5 * h, first) || !step(2 * kStages, 0.5 * h, second))
+    return false;
+  MatrixXd product = second * first;
+  const double error = std::max((product - whole).cwiseAbs().maxCoeff() / 31.0, corner_error(h));
+  if ((error <= tolerance && !grazes(depth)) || depth == kDeepest) {
+    error_ += error;
+    out = std::move(product);
+    return true;
+  }
+  if (!interval(i, from, 0.5 * length, depth + 1, tolerance, first) ||
+      !interval(i, from + 0.5 * length, 0.5 * length, depth + 1, tolerance, second))
+    return false;
+  out = second * first;
+  return true;
+}
+
+bool Variation::monodromy(double tolerance, MatrixXd& out, double& error) {
+  out.setIdentity(size_, size_);
+  MatrixXd one;
+  for (int i = 0; i < system_.points(); ++i) {
+    if (!interval(i, 0.0, 1.0, 0, tolerance / system_.points(), one)) return false;
+    out = one * out;
+  }
+  error = error_;
+  return true;
+}
+
+}  // namespace
+
+Result<Floquet> floquet(const PeriodicSystem& system, std::span<const double> theta,
+                        double tolerance) {
+  Variation variation(system, theta);
+  MatrixXd monodromy;
+  Floquet result;
+  if (!variation.monodromy(tolerance, monodromy, result.error))
+    return Error{ErrorKind::not_converged,
+                 "the stability of the periodic solution cannot be told: the equations do not "
+                 "determine the highest derivatives along it"};
+  const Eigen::EigenSolver<MatrixXd> eigen(monodromy, false);
+  for (Index k = 0; k < monodromy.rows(); ++k)
+    result.multipliers.push_back(eigen.eigenvalues()[k]);
+  std::sort(result.multipliers.begin(), result.multipliers.end(), [](const auto& a, const auto& b) {
+    return std::abs(a) != std::abs(b) ? std::abs(a) > std::abs(b) : a.imag() > b.imag();
+  });
+  return result;
+}
+
+}  // namespace shaker::estimator
