@@ -1,10 +1,12 @@
 #include "estimator/estimation.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "estimator/estimation_impl.hpp"
+#include "estimator/objectives/harmonic_data.hpp"
 
 namespace shaker::estimator {
 
@@ -18,7 +20,9 @@ void Estimator::update_run(std::size_t run, const RunData& data) {
   RunState& state = impl_->runs.at(run);
   if (data.displacement.size() != state.data.displacement.size() ||
       data.excitation.size() != state.data.excitation.size() ||
-      data.tau.size() != state.data.tau.size())
+      data.tau.size() != state.data.tau.size() ||
+      data.sample_weight.size() != state.data.sample_weight.size() ||
+      data.harmonics.size() != state.data.harmonics.size())
     throw std::invalid_argument("update_run: the data have another shape than the run");
   check_run(data, run);
   state.data = data;
@@ -57,6 +61,11 @@ std::vector<double> Estimator::predicted(std::size_t run) const {
   const RunState& state = impl_->runs.at(run);
   const PeriodicSystem& system = impl_->systems[run];
   std::vector<double> y;
+  if (state.harmonic()) {
+    for (int i = 0; i < system.points(); ++i)
+      y.push_back(system.value(i, impl_->model.observed()));
+    return fourier_coefficients(y, state.whitened.size());
+  }
   for (const Reading& reading : state.readings) {
     double sum = 0.0;
     for (int k = 0; k < reading.count; ++k)
@@ -65,6 +74,21 @@ std::vector<double> Estimator::predicted(std::size_t run) const {
     y.push_back(sum);
   }
   return y;
+}
+
+Linearised Estimator::linearised() const {
+  const Impl& impl = *impl_;
+  Linearised out;
+  for (std::size_t r = 0; r < impl.runs.size(); ++r) {
+    impl.for_each_datum(r, false, [&](const double* row, double residual, double weight) {
+      const double root = std::sqrt(weight);
+      out.residual.push_back(root * residual);
+      for (std::size_t k = 1; k <= impl.fit.theta.size(); ++k)
+        out.jacobian.push_back(root * row[k]);
+      out.run.push_back(static_cast<int>(r));
+    });
+  }
+  return out;
 }
 
 }  // namespace shaker::estimator

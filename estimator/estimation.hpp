@@ -1,7 +1,10 @@
 // Least squares on measured periods: theta, its covariance and what it is worth.
 //
 // Objectives: unweighted (3.17) and weighted (3.15) least squares; with unknown noise variance the
-// maximum-likelihood theta is the same and the variance follows from the residuals (3.28). Methods:
+// maximum-likelihood theta is the same and the variance follows from the residuals (3.28).
+// Generalised least squares on Fourier coefficients with their covariance. Normal priors of the
+// model's parameters count in all of them (3.8): the estimate is then the maximum a posteriori.
+// Further objectives are loops around this: see objectives/. Methods:
 //   lifted              Gauss-Newton on theta and the periodic solutions together, one
 //   linearisation
 //                       a step: about half the work of the nested form and less dependent on the
@@ -31,9 +34,17 @@ struct RunData {
   std::vector<double> excitation;  // one period on equal steps
   std::vector<double> tau;         // cyclic times of `displacement`, in [0, 1); empty: equal steps
   std::vector<double> displacement;
-  double cycles = 1.0;   // averaged: each mean has 1 / cycles of the variance
-  double scatter = 0.0;  // sum of squares of the single cycles about their mean
-  double weight = 1.0;   // further weight (3.15), relative inverse variance
+  // Relative inverse variance of each sample (3.15); empty: all the same.
+  std::vector<double> sample_weight;
+  // Instead of `displacement`: Fourier coefficients of the mean cycle (mean, cos 1, sin 1, cos 2,
+  // ...; an odd count m >= 3) with the m x m covariance of these means, row by row. They are
+  // fitted by generalised least squares, so the noise may be of any colour. All runs of an
+  // estimation have covariances, or none. See objectives/harmonic_data.hpp.
+  std::vector<double> harmonics, harmonic_covariance;
+  double covariance_degrees = 0.0;  // of freedom, cycles less one; 0: the covariance is known
+  double cycles = 1.0;              // averaged: each mean has 1 / cycles of the variance
+  double scatter = 0.0;             // sum of squares of the single cycles about their mean
+  double weight = 1.0;              // further weight (3.15), relative inverse variance
   // Standard error of the cosine and sine parts of the mean excitation's harmonics, from the
   // accelerometer's noise; it widens the covariance, see estimation_worth.cpp. 0: known exactly.
   double excitation_error = 0.0;
@@ -49,6 +60,7 @@ struct EstimationOptions {
   double tolerance = 1e-9;  // of theta, relative, predicted from the last steps
   int excitation_harmonics = 8;
   double confidence = 0.95;
+  double noise = 0.0;  // known standard deviation of one observation; 0: from the residuals (3.28)
   bool keep_iterates = false;
 };
 
@@ -66,11 +78,23 @@ struct Fit {
   double noise = 0.0;
   double sum_of_squares = 0.0;  // of weighted residuals, scatter included
   double condition = 0.0;
-  double quantile = 0.0;  // of Student's t, for the intervals
+  double quantile = 0.0;          // of Student's t, for the intervals
+  double interval_degrees = 0.0;  // of that t; infinite when the noise is known
+  // Probability of residuals as large as these if the model were right; NaN where only the
+  // residuals tell the noise. Small: something is missing in the model.
+  double lack_of_fit = 0.0;
   long observations = 0, degrees_of_freedom = 0;
   int iterations = 0;
   std::string trouble;  // sentence when not converged; empty otherwise
   std::vector<std::vector<double>> iterates;
+};
+
+// The least-squares problem at a solution: every datum with its weight worked in, so that the
+// residuals are white and, for data with a covariance or a known noise, of unit variance.
+struct Linearised {
+  std::vector<double> residual;  // measured less predicted
+  std::vector<double> jacobian;  // of the prediction over all parameters, row by row
+  std::vector<int> run;          // that a datum belongs to
 };
 
 // Workspace for one model and one set of runs; one thread. After the first `fit` on data of one
@@ -93,8 +117,12 @@ class Estimator {
   const Fit& last() const;
 
   const std::vector<PeriodicSystem>& solutions() const;
-  // Predicted displacement at the data's points of a run, at the last fit's solution.
+  // Predicted displacement at the data's points of a run, or predicted Fourier coefficients, at the
+  // last fit's solution.
   std::vector<double> predicted(std::size_t run) const;
+
+  // Whitened residuals and rows of all data at the last fit; priors are not among them.
+  Linearised linearised() const;
 
   // The last fit in full, with names, units, intervals and warnings.
   Estimate describe() const;

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 
 #include "estimator/estimation_impl.hpp"
@@ -16,9 +17,56 @@ constexpr std::size_t kFewestCoarse = 24;
 
 // Least multiple of the data's points that is at least `least`, when the data are on equal steps.
 int grid_points(const RunData& run, int least) {
+  if (!run.harmonics.empty()) return std::max(least, 4 * static_cast<int>(run.harmonics.size()));
   if (!run.tau.empty()) return least;
   const int count = static_cast<int>(run.displacement.size());
   return count * ((least + count - 1) / count);
+}
+
+Eigen::MatrixXd covariance_of(const RunData& run) {
+  const auto m = static_cast<Eigen::Index>(run.harmonics.size());
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const Rows>(run.harmonic_covariance.data(), m, m);
+}
+
+template <class Reject>
+void check_harmonics(const RunData& run, const Reject& reject) {
+  const std::size_t m = run.harmonics.size();
+  if (!run.displacement.empty() || !run.tau.empty())
+    reject("it has both samples and Fourier coefficients; give one of them");
+  if (m < 3 || m % 2 == 0)
+    reject(
+        fmt::format("{} Fourier coefficients; there must be the mean and a cosine and a sine "
+                    "for each harmonic: 3, 5, 7, ...",
+                    m));
+  if (run.harmonic_covariance.size() != m * m)
+    reject(fmt::format("the covariance of {} Fourier coefficients has {} numbers; it needs {}", m,
+                       run.harmonic_covariance.size(), m * m));
+  const auto finite = [](double v) { return std::isfinite(v); };
+  if (!std::all_of(run.harmonics.begin(), run.harmonics.end(), finite) ||
+      !std::all_of(run.harmonic_covariance.begin(), run.harmonic_covariance.end(), finite))
+    reject("a Fourier coefficient or its covariance is missing or not finite");
+  const Eigen::MatrixXd covariance = covariance_of(run);
+  const Eigen::VectorXd size = covariance.diagonal().cwiseAbs().cwiseSqrt();
+  const Eigen::MatrixXd unit =
+      size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+  if (!((unit - unit.transpose()).cwiseAbs().maxCoeff() < 1e-9))
+    reject(
+        "the covariance of its Fourier coefficients is not symmetric, or has a zero on its "
+        "diagonal");
+  const double smallest =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  if (!(smallest > 1e-13))
+    reject(
+        fmt::format("the covariance of its {} Fourier coefficients is singular; the scatter of N "
+                    "cycles can weigh at most N - 1 coefficients: add cycles, or leave out the "
+                    "higher harmonics",
+                    m));
+  if (run.covariance_degrees > 0.0 && run.covariance_degrees < static_cast<double>(m))
+    reject(
+        fmt::format("a covariance with {:g} degrees of freedom cannot weigh {} Fourier "
+                    "coefficients: add cycles, or leave out the higher harmonics",
+                    run.covariance_degrees, m));
 }
 
 }  // namespace
@@ -28,17 +76,30 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
   if (data.empty()) throw std::invalid_argument("there is no run to estimate from");
   const auto p = static_cast<std::size_t>(model.parameter_count());
   for (std::size_t k = 0; k < p; ++k) {
-    if (!model.parameters()[k].fixed) free.push_back(static_cast<int>(k));
+    const ModelParameter& parameter = model.parameters()[k];
+    if (parameter.fixed) continue;
+    free.push_back(static_cast<int>(k));
+    priors = priors || parameter.prior_mean.has_value();
   }
+  covariances = !data.front().harmonics.empty();
   systems.reserve(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     check_run(data[r], r);
+    if (data[r].harmonics.empty() == covariances)
+      throw std::invalid_argument(
+          fmt::format("run {} has {}, run 1 has {}; the noise of the two cannot be compared: give "
+                      "the same for all runs",
+                      r + 1, covariances ? "samples" : "Fourier coefficients with their covariance",
+                      covariances ? "Fourier coefficients with their covariance" : "samples"));
     GridOptions grid = options.grid;
     grid.points = grid_points(data[r], grid.points);
     systems.emplace_back(model, grid);
     runs.emplace_back();
     runs[r].data = std::move(data[r]);
-    prepare_readings(runs[r], grid.points);
+    if (runs[r].harmonic())
+      runs[r].whitened.resize(runs[r].data.harmonics.size());
+    else
+      prepare_readings(runs[r], grid.points);
     prepare_harmonics(runs[r], grid.points);
     runs[r].saved.resize(systems[r].state().size());
   }
@@ -68,7 +129,8 @@ void Estimator::Impl::make_coarse_level() {
   const bool possible = options.method == Method::lifted &&
                         options.grid.scheme != Scheme::fourier &&
                         std::all_of(runs.begin(), runs.end(), [](const RunState& run) {
-                          return run.every >= 2 && run.data.displacement.size() >= kFewestCoarse;
+                          return run.every >= 2 && run.data.sample_weight.empty() &&
+                                 run.data.displacement.size() >= kFewestCoarse;
                         });
   if (!possible) return;
   coarse.reserve(runs.size());
@@ -82,6 +144,15 @@ void Estimator::Impl::make_coarse_level() {
 void Estimator::Impl::load(std::size_t r) {
   RunState& run = runs[r];
   run.inverse_variance = run.data.cycles * run.data.weight;
+  if (run.harmonic()) prepare_projector(run, systems[r].points());
+  total_scatter = 0.0;
+  observations = 0;
+  for (const RunState& each : runs) {
+    total_scatter += each.data.weight * each.data.scatter;
+    const double n = static_cast<double>(each.data.displacement.size());
+    observations += each.harmonic() ? static_cast<long>(each.data.harmonics.size())
+                                    : static_cast<long>(n * each.data.cycles + 0.5);
+  }
   const auto put = [&](PeriodicSystem& system) {
     if (run.data.excitation.empty())
       system.set_excitation(run.data.frequency_hz, run.data.amplitude);
@@ -122,7 +193,8 @@ void Estimator::Impl::prepare_readings(RunState& run, int points) {
 // Tables that turn the data into their first harmonics and those into a state on the grid.
 void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
   if (model.coordinates() != 1 || !run.data.tau.empty()) return;
-  const int count = static_cast<int>(run.data.displacement.size());
+  const int count =
+      static_cast<int>(run.harmonic() ? run.data.harmonics.size() : run.data.displacement.size());
   const int terms = 1 + 2 * std::min(kStartHarmonics, (count - 1) / 2);
   const auto fill = [&](std::vector<double>& table, int n, double mean, double rest) {
     table.resize(static_cast<std::size_t>(n) * terms);
@@ -134,16 +206,37 @@ void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
       }
     }
   };
-  fill(run.analysis, count, 1.0 / count, 2.0 / count);
+  if (!run.harmonic()) fill(run.analysis, count, 1.0 / count, 2.0 / count);
   fill(run.synthesis, points, 1.0, 1.0);
   run.coefficients.resize(terms);
 }
 
+// L^-1 times the analysis of a state on the grid, and of the data.
+void Estimator::Impl::prepare_projector(RunState& run, int points) {
+  const auto m = static_cast<Eigen::Index>(run.data.harmonics.size());
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance_of(run.data));
+  Eigen::MatrixXd analysis(m, points);
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const auto h = static_cast<int>((j + 1) / 2);
+    for (int i = 0; i < points; ++i) {
+      const double angle = 2.0 * std::numbers::pi * (h * i % points) / points;
+      analysis(j, i) =
+          j == 0 ? 1.0 / points : 2.0 / points * (j % 2 == 1 ? std::cos(angle) : std::sin(angle));
+    }
+  }
+  factor.matrixL().solveInPlace(analysis);
+  Eigen::VectorXd data = Eigen::Map<const Eigen::VectorXd>(run.data.harmonics.data(), m);
+  factor.matrixL().solveInPlace(data);
+  run.whitened.assign(data.begin(), data.end());
+  run.projector.assign(analysis.data(), analysis.data() + analysis.size());
+}
+
 bool Estimator::Impl::start_from_data(std::size_t r, PeriodicSystem& system) {
   RunState& run = runs[r];
-  if (run.analysis.empty()) return false;
+  if (run.synthesis.empty()) return false;
   const std::size_t terms = run.coefficients.size();
   std::fill(run.coefficients.begin(), run.coefficients.end(), 0.0);
+  if (run.harmonic()) std::copy_n(run.data.harmonics.begin(), terms, run.coefficients.begin());
   for (std::size_t j = 0; j < run.data.displacement.size(); ++j) {
     const double* table = &run.analysis[j * terms];
     for (std::size_t t = 0; t < terms; ++t)
@@ -167,7 +260,9 @@ void check_run(const RunData& run, std::size_t index) {
   };
   if (!(run.frequency_hz > 0.0) || !std::isfinite(run.frequency_hz))
     reject(fmt::format("the frequency is {} Hz; it must be positive", run.frequency_hz));
-  if (run.displacement.size() < 8)
+  if (!run.harmonics.empty())
+    check_harmonics(run, reject);
+  else if (run.displacement.size() < 8)
     reject(fmt::format("{} points of displacement are too few; a period needs at least 8",
                        run.displacement.size()));
   if (!run.tau.empty() && run.tau.size() != run.displacement.size())
@@ -182,6 +277,13 @@ void check_run(const RunData& run, std::size_t index) {
     largest = std::max(largest, std::fabs(x));
   if (run.excitation.empty() ? largest == 0.0 : run.excitation.size() < 3)
     reject("the excitation has no amplitude; without motion there is nothing to estimate from");
+  if (!run.sample_weight.empty() && run.sample_weight.size() != run.displacement.size())
+    reject(fmt::format("{} weights for {} displacements", run.sample_weight.size(),
+                       run.displacement.size()));
+  for (const double w : run.sample_weight) {
+    if (!(w >= 0.0) || !std::isfinite(w))
+      reject(fmt::format("a sample has the weight {}; weights are finite and not negative", w));
+  }
   if (!(run.cycles > 0.0) || !(run.weight > 0.0)) reject("cycles and weight must be positive");
 }
 

@@ -31,6 +31,11 @@ struct RunState {
   std::vector<double> synthesis;
   std::vector<double> coefficients;
   std::vector<double> saved;  // state before a trial step
+  // Fourier coefficients with a covariance S = L L^T: whitened data L^-1 c, and the operator that
+  // takes a state on the grid to its own whitened coefficients, n x m.
+  std::vector<double> whitened, projector;
+  bool harmonic() const { return !data.harmonics.empty(); }
+  std::size_t count() const { return harmonic() ? whitened.size() : readings.size(); }
 };
 
 struct Estimator::Impl {
@@ -49,12 +54,17 @@ struct Estimator::Impl {
   std::vector<double> theta_saved, products;
   std::vector<char> held;  // free parameters that sit on a bound and are pushed outwards
   double sum_of_squares = 0.0;
-  double last_step = 0.0;  // of the lifted method, relative
+  double total_scatter = 0.0;  // weighted, of the single cycles about their means
+  long observations = 0;
+  bool priors = false;       // some free parameter has one
+  bool covariances = false;  // the data are Fourier coefficients
+  double last_step = 0.0;    // of the lifted method, relative
 
   void make_coarse_level();
   void load(std::size_t run);
   void prepare_readings(RunState& run, int points);
   void prepare_harmonics(RunState& run, int points);
+  void prepare_projector(RunState& run, int points);
   bool start_from_data(std::size_t run, PeriodicSystem& system);
 
   // Adds up gram, gradient and sum of squares over all runs; residuals include the Newton step of z
@@ -69,7 +79,18 @@ struct Estimator::Impl {
   void fit_nested(const std::vector<double>& start, bool warm, bool damped);
   bool cap_step(const std::vector<double>& start);
   bool solve_all(bool warm);
+  // Normal priors (3.8): adds them to the normal equations; noise variance `variance` as of now.
+  void add_priors();
+  double prior_sum() const;  // sum of squares of (theta - mean) / standard deviation
+  // What a step is judged by: falls with every good one.
+  double objective() const;
+  // Variance of an observation of weight 1, from the sum of squares of the last linearisation.
+  double noise_variance() const;
+
   void finish();
+  double residual_sum() const;
+  void finish_noise();
+  void adjust_for_estimated_covariance();
   bool finish_definite(const std::vector<double>& scale, std::size_t count);
   void add_excitation_error(const std::vector<double>& inverse);
   void finish_by_svd(const std::vector<double>& scale, std::size_t count);
@@ -80,21 +101,52 @@ struct Estimator::Impl {
   void for_each_datum(std::size_t run, bool with_newton, Visit visit) const;
 
  private:
-  mutable std::vector<double> mixed_;  // a row read between grid points
+  template <class Visit>
+  void for_each_coefficient(std::size_t run, bool with_newton, Visit visit) const;
+  mutable std::vector<double> mixed_;      // a row read between grid points
+  mutable std::vector<double> projected_;  // rows of all coefficients, (2 + p) x m
 };
+
+template <class Visit>
+void Estimator::Impl::for_each_coefficient(std::size_t r, bool with_newton, Visit visit) const {
+  const RunState& run = runs[r];
+  const PeriodicSystem& system = systems[r];
+  const std::size_t m = run.whitened.size();
+  const std::size_t width = mixed_.size();  // 1 + parameters
+  projected_.assign((1 + width) * m, 0.0);
+  for (int i = 0; i < system.points(); ++i) {
+    const double* operation = &run.projector[static_cast<std::size_t>(i) * m];
+    const auto row = system.row(i, model.observed());
+    const double value = system.value(i, model.observed()) + (with_newton ? row[0] : 0.0);
+    for (std::size_t k = 0; k <= width; ++k) {
+      const double factor = k < width ? row[k] : value;
+      double* out = &projected_[k * m];
+      for (std::size_t j = 0; j < m; ++j)
+        out[j] += factor * operation[j];
+    }
+  }
+  for (std::size_t j = 0; j < m; ++j) {
+    for (std::size_t k = 0; k < width; ++k)
+      mixed_[k] = projected_[k * m + j];
+    visit(mixed_.data(), run.whitened[j] - projected_[width * m + j], 1.0);
+  }
+}
 
 template <class Visit>
 void Estimator::Impl::for_each_datum(std::size_t r, bool with_newton, Visit visit) const {
   const RunState& run = runs[r];
+  if (run.harmonic()) return for_each_coefficient(r, with_newton, visit);
   const PeriodicSystem& system = systems[r];
+  const double* sample = run.data.sample_weight.empty() ? nullptr : run.data.sample_weight.data();
   const int n = system.points();
   const int c = model.observed();
   for (std::size_t j = 0; j < run.readings.size(); ++j) {
     const Reading& reading = run.readings[j];
+    const double weight = run.inverse_variance * (sample != nullptr ? sample[j] : 1.0);
     if (reading.count == 1) {
       const double* row = system.row(reading.base, c).data();
       const double predicted = system.value(reading.base, c) + (with_newton ? row[0] : 0.0);
-      visit(row, run.data.displacement[j] - predicted, run.inverse_variance);
+      visit(row, run.data.displacement[j] - predicted, weight);
       continue;
     }
     double predicted = 0.0;
@@ -108,7 +160,7 @@ void Estimator::Impl::for_each_datum(std::size_t r, bool with_newton, Visit visi
       for (std::size_t m = 0; m < row.size(); ++m)
         mixed_[m] += w * row[m];
     }
-    visit(mixed_.data(), run.data.displacement[j] - predicted, run.inverse_variance);
+    visit(mixed_.data(), run.data.displacement[j] - predicted, weight);
   }
 }
 

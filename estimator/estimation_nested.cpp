@@ -42,7 +42,7 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
   int refused = 0;
   for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
     fit.iterations = iteration;
-    const double before = sum_of_squares;
+    const double before = objective();
     if (!box_step(lambda)) {
       if (!damped) {
         fit.status = FitStatus::undetermined;
@@ -74,7 +74,10 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
     }
     if (accepted) accumulate(systems, false);
     // At the bottom rounding decides whether the sum goes up or down.
-    if (damped) accepted = accepted && sum_of_squares <= before * (1.0 + 1e-13) + 1e-300;
+    if (damped) {
+      const double after = objective();
+      accepted = accepted && after <= before + 1e-13 * std::fabs(before) + 1e-300;
+    }
     if (!accepted) {
       if (!damped) {
         fit.status = FitStatus::no_solution;

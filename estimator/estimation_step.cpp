@@ -13,8 +13,9 @@ void Estimator::Impl::accumulate(std::vector<PeriodicSystem>& level, bool with_n
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const RunState& run = runs[r];
     const int every = &level == &coarse ? 1 : run.every;
-    if (every > 0 && level[r].add_products(run.data.displacement, every, with_newton,
-                                           run.inverse_variance, products.data()))
+    const bool plain = every > 0 && !run.harmonic() && run.data.sample_weight.empty();
+    if (plain && level[r].add_products(run.data.displacement, every, with_newton,
+                                       run.inverse_variance, products.data()))
       continue;
     for_each_datum(r, with_newton, [&](const double* row, double residual, double weight) {
       products[0] += weight * residual * residual;
@@ -32,6 +33,7 @@ void Estimator::Impl::accumulate(std::vector<PeriodicSystem>& level, bool with_n
     for (std::size_t l = 0; l <= k; ++l)
       gram[k * q + l] = products[row + static_cast<std::size_t>(1 + free[l])];
   }
+  if (priors) add_priors();
 }
 
 // Cholesky on the parameters that are not held; a parameter that would leave its box is put on the

@@ -21,19 +21,36 @@ constexpr double kSmallestSingular = 1e-8;
 constexpr double kGramCondition = 1e4;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+double cached_quantile(double confidence, double degrees) {
+  if (!(degrees > 0.0)) return kNaN;
+  static thread_local double cached_confidence = -1.0, cached_degrees = -1.0, cached = 0.0;
+  if (confidence != cached_confidence || degrees != cached_degrees) {
+    cached = student_t_quantile(0.5 + 0.5 * confidence, degrees);
+    cached_confidence = confidence;
+    cached_degrees = degrees;
+  }
+  return cached;
+}
+
+void multiply(const std::vector<double>& a, const std::vector<double>& b, std::vector<double>& out,
+              std::size_t q) {
+  for (std::size_t i = 0; i < q; ++i) {
+    for (std::size_t j = 0; j < q; ++j) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k < q; ++k)
+        sum += a[i * q + k] * b[k * q + j];
+      out[i * q + j] = sum;
+    }
+  }
+}
+
 }  // namespace
 
 void Estimator::Impl::finish() {
   const std::size_t q = free.size();
-  long count = 0;
-  double extra = 0.0;
-  for (const RunState& run : runs) {
-    const double n = static_cast<double>(run.data.displacement.size());
-    count += static_cast<long>(n * run.data.cycles + 0.5);
-    extra += run.data.weight * run.data.scatter;
-  }
-  fit.observations = count;
-  fit.degrees_of_freedom = count - static_cast<long>(q);
+  fit.observations = observations;
+  fit.degrees_of_freedom = observations - static_cast<long>(q);
+  fit.lack_of_fit = kNaN;
   std::fill(fit.standard_error.begin(), fit.standard_error.end(), 0.0);
   std::fill(fit.determined.begin(), fit.determined.end(), 1);
   for (std::size_t k = 0; k < fit.theta.size(); ++k) {
@@ -41,59 +58,67 @@ void Estimator::Impl::finish() {
     fit.at_bound[k] = !p.fixed && (fit.theta[k] <= p.lower || fit.theta[k] >= p.upper);
   }
   if (fit.status == FitStatus::no_solution) return;
-
-  // The last linearisation stands one (tiny) step before the solution; its rows are good to second
-  // order there, and so is the sum of squares of what is left.
-  double left = 0.0;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const RunState& run = runs[r];
-    for (std::size_t j = 0; j < run.readings.size(); ++j) {
-      const Reading& reading = run.readings[j];
-      double predicted = 0.0;
-      for (int k = 0; k < reading.count; ++k)
-        predicted += reading.weight[k] *
-                     systems[r].value((reading.base + k) % systems[r].points(), model.observed());
-      const double residual = run.data.displacement[j] - predicted;
-      left += run.inverse_variance * residual * residual;
-    }
-  }
-  fit.sum_of_squares = left + extra;
-  fit.noise = fit.degrees_of_freedom > 0
-                  ? std::sqrt(fit.sum_of_squares / static_cast<double>(fit.degrees_of_freedom))
-                  : kNaN;
+  fit.sum_of_squares = residual_sum() + total_scatter;
+  finish_noise();
   if (q == 0) return;
 
   scratch_vector.resize(q);
   for (std::size_t k = 0; k < q; ++k)
     scratch_vector[k] = std::sqrt(std::max(gram[k * q + k], 0.0));
   if (!finish_definite(scratch_vector, q)) finish_by_svd(scratch_vector, q);
-
-  if (fit.degrees_of_freedom > 0) {
-    static thread_local double cached_for = -1.0;
-    static thread_local double cached = 0.0;
-    const double key = static_cast<double>(fit.degrees_of_freedom) + options.confidence;
-    if (key != cached_for) {
-      cached = student_t_quantile(0.5 + 0.5 * options.confidence,
-                                  static_cast<double>(fit.degrees_of_freedom));
-      cached_for = key;
-    }
-    fit.quantile = cached;
-  } else {
-    fit.quantile = kNaN;
-  }
   const bool excitation_noise = std::any_of(runs.begin(), runs.end(), [](const RunState& run) {
     return run.data.excitation_error > 0.0;
   });
   std::vector<double> inverse;
   if (excitation_noise) inverse = fit.covariance;
-  const double variance = fit.noise * fit.noise;
-  for (double& value : fit.covariance)
-    value *= variance;
+  if (covariances) {
+    adjust_for_estimated_covariance();
+  } else {
+    const double variance =
+        options.noise > 0.0 ? options.noise * options.noise : fit.noise * fit.noise;
+    for (double& value : fit.covariance)
+      value *= variance;
+  }
   if (excitation_noise) add_excitation_error(inverse);
+  fit.quantile = cached_quantile(options.confidence, fit.interval_degrees);
   for (std::size_t k = 0; k < q; ++k) {
     fit.standard_error[free[k]] =
         fit.determined[free[k]] ? std::sqrt(fit.covariance[k * q + k]) : kNaN;
   }
+}
+
+// The last linearisation stands one (tiny) step before the solution; its rows are good to second
+// order there, and so is the sum of squares of what is left.
+double Estimator::Impl::residual_sum() const {
+  double left = 0.0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    for_each_datum(r, false, [&](const double*, double residual, double weight) {
+      left += weight * residual * residual;
+    });
+  }
+  return left;
+}
+
+// s of (3.28), or what is known of it.
+void Estimator::Impl::finish_noise() {
+  const auto degrees = static_cast<double>(fit.degrees_of_freedom);
+  const bool known = covariances || options.noise > 0.0;
+  fit.interval_degrees = known ? std::numeric_limits<double>::infinity() : degrees;
+  fit.noise = degrees > 0.0 ? std::sqrt(fit.sum_of_squares / degrees) : kNaN;
+  if (known && degrees > 0.0 && !priors) {
+    const double scale = covariances ? 1.0 : options.noise * options.noise;
+    fit.lack_of_fit = chi_squared_above(fit.sum_of_squares / scale, degrees);
+  }
+  if (!covariances) return;
+  // Of one cycle's displacement at one time, in the band of the coefficients.
+  double variance = 0.0;
+  for (const RunState& run : runs) {
+    const std::size_t m = run.count();
+    for (std::size_t j = 0; j < m; ++j)
+      variance += (j == 0 ? 1.0 : 0.5) * run.data.harmonic_covariance[j * m + j] * run.data.cycles /
+                  static_cast<double>(runs.size());
+  }
+  fit.noise = std::sqrt(variance);
 }
 
 // The excitation was measured too, with a sensor that has noise: whoever fits the response to a
@@ -114,17 +139,25 @@ void Estimator::Impl::add_excitation_error(const std::vector<double>& inverse) {
     std::size_t j = 0;
     const int s = model.coordinates();
     for_each_datum(r, false, [&](const double* row, double, double weight) {
-      const Reading& reading = run.readings[j++];
-      for (int k = 0; k < reading.count; ++k) {
-        const int point = (reading.base + k) % systems[r].points();
+      const auto add = [&](int point, double share) {
         const double* parts =
             &response[static_cast<std::size_t>(point * s + model.observed()) * kParts];
         for (std::size_t a = 0; a < q; ++a) {
-          const double w = weight * row[1 + free[a]] * reading.weight[k];
+          const double w = weight * row[1 + free[a]] * share;
           for (std::size_t m = 0; m < kParts; ++m)
             moved[a * kParts + m] += w * parts[m];
         }
+      };
+      const int n = systems[r].points();
+      if (run.harmonic()) {
+        for (int i = 0; i < n; ++i)
+          add(i, run.projector[static_cast<std::size_t>(i) * run.count() + j]);
+      } else {
+        const Reading& reading = run.readings[j];
+        for (int k = 0; k < reading.count; ++k)
+          add((reading.base + k) % n, reading.weight[k]);
       }
+      ++j;
     });
     for (std::size_t m = 0; m < kParts; ++m) {
       std::vector<double> shift(q, 0.0);
@@ -138,6 +171,71 @@ void Estimator::Impl::add_excitation_error(const std::vector<double>& inverse) {
       }
     }
   }
+}
+
+// A covariance S from the scatter of few cycles (nu degrees of freedom) is itself uncertain, and
+// plugging it in makes intervals too narrow. For one run and a linear model Rao (1965) gives the
+// exact answer: with m data, q parameters and T^2 the weighted sum of squares of what is left,
+//   (theta - truth) / sqrt(f c),  f = nu / (nu - m + q) (1 + T^2 / nu),  c of (J^T S^-1 J)^-1,
+// is Student's t with nu - m + q degrees of freedom. With several runs each has its own f_r, its
+// share q_r of the parameters being the trace of its information over all of it, and the degrees of
+// freedom follow Satterthwaite.
+void Estimator::Impl::adjust_for_estimated_covariance() {
+  const std::size_t q = free.size();
+  const std::vector<double> inverse = fit.covariance;
+  std::vector<double> middle(q * q, 0.0), own(q * q), half(q * q);
+  double shares = 0.0, shares_over_degrees = 0.0;
+  double lack = 0.0, lack_degrees = 0.0;
+  bool estimated = false;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    std::fill(own.begin(), own.end(), 0.0);
+    double left = 0.0;
+    for_each_datum(r, false, [&](const double* row, double residual, double weight) {
+      left += weight * residual * residual;
+      for (std::size_t k = 0; k < q; ++k) {
+        for (std::size_t l = 0; l < q; ++l)
+          own[k * q + l] += weight * row[1 + free[k]] * row[1 + free[l]];
+      }
+    });
+    double share = 0.0;
+    for (std::size_t i = 0; i < q * q; ++i)
+      share += std::isfinite(inverse[i]) ? inverse[i] * own[i] : 0.0;
+    const double surplus = static_cast<double>(runs[r].count()) - share;
+    double factor = 1.0;
+    const double nu = runs[r].data.covariance_degrees;
+    if (nu > 0.0) {
+      estimated = true;
+      const double degrees = nu - surplus;
+      factor = nu / degrees * (1.0 + left / nu);
+      shares_over_degrees += share * factor * share * factor / degrees;
+      // Expectation of T^2 with an estimated S, (nu / (nu - surplus - 1)) surplus: scaled back.
+      lack += left * std::max(degrees - 1.0, 0.5) / nu;
+    } else {
+      lack += left;
+    }
+    lack_degrees += surplus;
+    shares += share * factor;
+    for (std::size_t i = 0; i < q * q; ++i)
+      middle[i] += factor * own[i];
+  }
+  if (!estimated) return;
+  if (shares_over_degrees > 0.0) fit.interval_degrees = shares * shares / shares_over_degrees;
+  if (runs.size() == 1 && !priors) {  // Hotelling: exact
+    const double nu = runs[0].data.covariance_degrees;
+    const double degrees = nu - lack_degrees + 1.0;
+    const double f = fit.sum_of_squares * degrees / (nu * lack_degrees);
+    fit.lack_of_fit = fisher_f_above(f, lack_degrees, degrees);
+  } else if (!priors) {
+    fit.lack_of_fit = chi_squared_above(lack, lack_degrees);
+  }
+  // What a prior says is known exactly.
+  for (std::size_t k = 0; k < q; ++k) {
+    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(free[k])];
+    if (p.prior_mean)
+      middle[k * q + k] += 1.0 / (*p.prior_standard_deviation * *p.prior_standard_deviation);
+  }
+  multiply(inverse, middle, half, q);
+  multiply(half, inverse, fit.covariance, q);
 }
 
 // Well conditioned: eigenvalues of the Gram matrix with unit diagonal.
@@ -176,8 +274,9 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
   const auto columns = static_cast<Eigen::Index>(q);
   Eigen::Index count = 0;
   for (const RunState& run : runs)
-    count += static_cast<Eigen::Index>(run.readings.size());
-  Eigen::MatrixXd jacobian(count, columns);
+    count += static_cast<Eigen::Index>(run.count());
+  const Eigen::Index rows = count + (priors ? columns : 0);
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(rows, columns);
   Eigen::Index at = 0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     for_each_datum(r, false, [&](const double* row, double, double weight) {
@@ -186,6 +285,13 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
             scale[k] > 0.0 ? std::sqrt(weight) * row[1 + free[k]] / scale[k] : 0.0;
       ++at;
     });
+  }
+  for (Eigen::Index k = 0; priors && k < columns; ++k) {
+    const auto at_k = static_cast<std::size_t>(k);
+    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(free[at_k])];
+    if (p.prior_mean && scale[at_k] > 0.0)
+      jacobian(count + k, k) =
+          std::sqrt(noise_variance()) / (*p.prior_standard_deviation * scale[at_k]);
   }
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();

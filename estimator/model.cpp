@@ -130,6 +130,10 @@ void Model::add_effect(const config::EffectSpec& spec, std::size_t index,
     p.upper = said.upper.value_or(info.upper);
     p.start = said.start.value_or(std::clamp(info.start, p.lower, p.upper));
     p.fixed = said.fixed;
+    if (said.prior_mean && said.prior_standard_deviation) {
+      p.prior_mean = said.prior_mean;
+      p.prior_standard_deviation = said.prior_standard_deviation;
+    }
     if (!(p.lower <= p.upper))
       reject(model, fmt::format("{}/parameters/{}: lower bound {} is above the upper bound {}",
                                 place, info.symbol, p.lower, p.upper));

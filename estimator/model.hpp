@@ -10,6 +10,7 @@
 // Immutable after construction: one model serves all threads, each with its own PeriodicSystem.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct ModelParameter {
   std::string unit;  // in the model's own length unit
   double start = 0.0, lower = 0.0, upper = 0.0;
   bool fixed = false;
+  std::optional<double> prior_mean, prior_standard_deviation;  // both or none: normal prior (3.8)
 };
 
 // Values at n points, an array per coordinate; see Points for alignment.

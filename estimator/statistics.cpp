@@ -1,11 +1,28 @@
 #include "estimator/statistics.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
 namespace shaker::estimator {
 
 double student_t_quantile(double probability, double degrees) {
+  if (std::isinf(degrees)) return boost::math::quantile(boost::math::normal(), probability);
   return boost::math::quantile(boost::math::students_t(degrees), probability);
+}
+
+double chi_squared_above(double value, double degrees) {
+  return boost::math::cdf(
+      boost::math::complement(boost::math::chi_squared(degrees), std::max(value, 0.0)));
+}
+
+double fisher_f_above(double value, double degrees1, double degrees2) {
+  return boost::math::cdf(
+      boost::math::complement(boost::math::fisher_f(degrees1, degrees2), std::max(value, 0.0)));
 }
 
 }  // namespace shaker::estimator

@@ -3,7 +3,12 @@
 
 namespace shaker::estimator {
 
-// Quantile of Student's t: student_t_quantile(0.975, 36) = 2.028. `degrees` may be fractional, > 0.
+// Quantile of Student's t: student_t_quantile(0.975, 36) = 2.028. `degrees` may be fractional, > 0;
+// infinite: of the normal distribution.
 double student_t_quantile(double probability, double degrees);
+
+// Probability of more than `value` under chi squared, and under Fisher's F.
+double chi_squared_above(double value, double degrees);
+double fisher_f_above(double value, double degrees1, double degrees2);
 
 }  // namespace shaker::estimator
