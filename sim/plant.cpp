@@ -17,13 +17,23 @@ using std::string_view;
 #define SHAKER_HIDDEN_PARTS                                                         \
   "coulomb_friction", "presliding_friction", "viscous_damping", "linear_stiffness", \
       "cubic_stiffness", "end_stop", "bouc_wen_hysteresis", "added_mass"
-constexpr string_view kOleo[] = {"orifice_damping",   "gas_spring",
-                                 "second_chamber",    "real_gas",
-                                 "gravity",           "rebound_damping",
-                                 "laminar_orifice",   "metering_pin",
-                                 "relief_valve",      "oil_compressibility",
-                                 "cavitation",        "pressure_friction",
-                                 SHAKER_HIDDEN_PARTS, "tyre"};
+constexpr string_view kOleo[] = {"orifice_damping",
+                                 "gas_spring",
+                                 "second_chamber",
+                                 "real_gas",
+                                 "gravity",
+                                 "rebound_damping",
+                                 "laminar_orifice",
+                                 "metering_pin",
+                                 "relief_valve",
+                                 "oil_compressibility",
+                                 "cavitation",
+                                 "pressure_friction",
+                                 SHAKER_HIDDEN_PARTS,
+                                 "detent",
+                                 "notch_damping",
+                                 "leaning_bearing",
+                                 "tyre"};
 constexpr string_view kLinear[] = {"linear_oscillator", "free_play", SHAKER_HIDDEN_PARTS};
 constexpr string_view kBoucWen[] = {"bouc_wen_oscillator", SHAKER_HIDDEN_PARTS};
 #undef SHAKER_HIDDEN_PARTS

@@ -14,4 +14,7 @@ extern const PartEntry kCoulombFriction, kPressureFriction, kViscousDamping, kLi
     kBoucWenHysteresis, kPreslidingFriction, kReliefValve, kOilCompressibility, kSecondChamber,
     kRealGas, kAddedMass, kFreePlay, kTyre;
 
+// Effects that no catalogue of the estimator has: what cannot be named must be said so.
+extern const PartEntry kDetent, kNotchDamping, kLeaningBearing;
+
 }  // namespace shaker::sim

@@ -26,7 +26,10 @@ std::span<const PartEntry> part_table() {
                                    kRealGas,
                                    kAddedMass,
                                    kFreePlay,
-                                   kTyre};
+                                   kTyre,
+                                   kDetent,
+                                   kNotchDamping,
+                                   kLeaningBearing};
   return rows;
 }
 

@@ -66,6 +66,12 @@ TEST(Parts, AddTheForcesOfTheirFormulas) {
   EXPECT_EQ(extra({{"second_chamber_knee", 0.16}}, u, v), 0.0);
   EXPECT_NEAR(extra({{"gas_virial", 0.01}}, u, v), gas * 0.01 * kTheta3 * u / (1 - kTheta3 * u),
               1e-12);
+  EXPECT_NEAR(extra({{"detent_force", 0.3}, {"detent_pitch", 0.04}}, u, v),
+              0.3 * std::sin(2 * pi * u / 0.04), 1e-12);
+  EXPECT_NEAR(extra({{"notch_factor", 1.5}, {"notch_centre", u}}, u, v),
+              0.5 * std::tanh(2.5) * kTheta1 * v * v, 1e-12);
+  EXPECT_NEAR(extra({{"notch_factor", 1.5}, {"notch_centre", 0.16}}, u, v), 0.0, 1e-3);
+  EXPECT_NEAR(extra({{"leaning_friction", 20}, {"leaning_middle", 0.16}}, u, -v), -0.2, 1e-12);
   EXPECT_NEAR(force({{"added_mass", 0.25}}, u, v), force({}, u, v) / 1.25, 1e-12);
 }
 

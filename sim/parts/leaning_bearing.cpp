@@ -1,0 +1,33 @@
+// A bearing that is pressed on harder the further the damper is from a middle: dry friction
+// s |u - u0|. In no catalogue of the estimator, on purpose.
+#include <cmath>
+
+#include "sim/parts/parts.hpp"
+
+namespace shaker::sim {
+namespace {
+
+struct LeaningBearing final : PlantPart {
+  double slope, middle;
+
+  explicit LeaningBearing(const Values& values)
+      : slope(values.at("leaning_friction")), middle(values.at("leaning_middle")) {}
+  void add(const Motion& m, Balance& sum) const override {
+    sum.friction += slope * std::abs(m.u - middle);
+  }
+};
+
+constexpr Parameter kParameters[] = {
+    {"leaning_friction", "1/s^2", 0.0, 0.0, 1e4, "s in the dry friction s |u - u0|"},
+    {"leaning_middle", "m", 0.16, -1.0, 1.0, "u0"}};
+
+std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+  if (values.at("leaning_friction") == 0.0) return nullptr;
+  return std::make_unique<LeaningBearing>(values);
+}
+
+}  // namespace
+
+const PartEntry kLeaningBearing = {"leaning_bearing", kParameters, make};
+
+}  // namespace shaker::sim
