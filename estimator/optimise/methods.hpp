@@ -1,0 +1,49 @@
+// The methods of chapter 4, one file each, and the table of them.
+//
+// Each takes a problem and a start and says what it found and what it needed (summary.hpp). A new
+// method is one file, one declaration here and one row in methods.cpp: tests and `shakerctl
+// compare` walk the table. All respect the box and refuse inadmissible steps; none throws but for
+// contradictory bounds (std::invalid_argument) or a start of the wrong length.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "estimator/optimise/problem.hpp"
+#include "estimator/optimise/summary.hpp"
+
+namespace shaker::estimator::optimise {
+
+using Minimise = Summary (*)(LeastSquaresProblem& problem, const Eigen::VectorXd& start,
+                             const Options& options);
+
+struct Method {
+  std::string_view name;
+  std::string_view equation;  // in the paper
+  std::string_view source;    // whose code does the work
+  std::string_view needs;     // derivatives
+  Minimise minimise;
+};
+
+std::span<const Method> methods();
+const Method* find_method(std::string_view name);  // nullptr when there is none
+
+// Own code.
+Summary newton(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary newton_differences(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary gauss_newton(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary gauss_newton_search(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary gauss_newton_relaxed(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary levenberg_marquardt(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary modified_gauss_newton(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary trust_region(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary variable_projection(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+// Ceres.
+Summary bfgs(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+Summary conjugate_gradients(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+// NLopt.
+Summary polytope(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+// Levenberg-Marquardt, and what helps where it fails; see automatic.cpp.
+Summary automatic(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
+
+}  // namespace shaker::estimator::optimise

@@ -1,0 +1,31 @@
+// NIST's Statistical Reference Datasets for nonlinear regression
+// (https://www.itl.nist.gov/div898/strd, public domain): observations, two starts, certified
+// values.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/optimise/formula_problem.hpp"
+
+namespace shaker::estimator::optimise::testing {
+
+struct NistSet {
+  std::string name;
+  std::vector<double> start[2];
+  std::vector<double> certified, deviation;
+  double residual_sum = 0.0;
+  int degrees_of_freedom = 0;
+  FormulaData data;  // y first in the file
+};
+
+// Reads NAME.dat as NIST publishes it. Throws std::runtime_error when it cannot be understood.
+NistSet read_nist(const std::filesystem::path& file);
+// The folder with all 27 sets: $SHAKER_REAL_DATA/nist; nothing when that is not set.
+std::optional<std::filesystem::path> nist_folder();
+// Four sets that are always there.
+std::vector<NistSet> embedded_nist();
+
+}  // namespace shaker::estimator::optimise::testing
