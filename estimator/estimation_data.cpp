@@ -234,6 +234,7 @@ void Estimator::Impl::prepare_projector(RunState& run, int points) {
 bool Estimator::Impl::start_from_data(std::size_t r, PeriodicSystem& system) {
   RunState& run = runs[r];
   if (run.synthesis.empty()) return false;
+  system.begin();
   const std::size_t terms = run.coefficients.size();
   std::fill(run.coefficients.begin(), run.coefficients.end(), 0.0);
   if (run.harmonic()) std::copy_n(run.data.harmonics.begin(), terms, run.coefficients.begin());

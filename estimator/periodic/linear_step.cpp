@@ -25,7 +25,22 @@ SHAKER_SIMD_CLONES void fill_band(int n, int reach, const double* __restrict fir
 
 }  // namespace
 
+// dkappa/dtheta by a forward difference: kappa is linear in its coefficient.
+void PeriodicSystem::learn_jumps() {
+  const double kappa = model_->velocity_kink(theta_.data());
+  for (int k = 0; k < p_; ++k) {
+    const double theta = theta_[k];
+    const double step = 1e-4 * std::max(std::fabs(theta), 1e-8);
+    theta_[k] = theta + step;
+    kappa_theta_[1 + k] = (model_->velocity_kink(theta_.data()) - kappa) / step;
+    theta_[k] = theta;
+  }
+  kinks_->learn_sensitivities(rows_.data(), kappa_theta_.data());
+}
+
 void PeriodicSystem::fill_right_hand_sides() {
+  const bool corrected = kinks_ && kinks_->any();
+  if (corrected && rows_hold_sensitivities_) learn_jumps();
   for (int i = 0; i < n_; ++i) {
     for (int d = 0; d < s_; ++d) {
       double* row = &rows_[static_cast<std::size_t>(i * s_ + d) * stride_];
@@ -35,12 +50,17 @@ void PeriodicSystem::fill_right_hand_sides() {
       std::fill(row + 1 + p_, row + stride_, 0.0);
     }
   }
+  if (corrected) kinks_->correct_right_hand_sides(g_v_[0], g_a_[0], rows_.data());
+  rows_hold_sensitivities_ = false;
 }
 
 bool PeriodicSystem::solve_step() {
   if (dense_) return solve_dense();
-  if (s_ == 1 && groups_ <= 4 && solve_scalar()) return true;
-  return solve_banded();
+  if (s_ != 1 || groups_ > 4 || !solve_scalar()) {
+    if (!solve_banded()) return false;
+  }
+  rows_hold_sensitivities_ = true;
+  return true;
 }
 
 bool PeriodicSystem::solve_scalar() {

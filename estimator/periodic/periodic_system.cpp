@@ -116,6 +116,11 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
     dense_->right.resize(n_ * s_, 1 + p_);
   } else {
     banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
+    if (options.correct_kink && s_ == 1) {
+      kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, stride_);
+      kappa_theta_.resize(stride_);
+      theta_.resize(p_);
+    }
     band_.resize(static_cast<std::size_t>(n_) * 8);
     upper_.resize(static_cast<std::size_t>(n_) * 4);
   }
@@ -153,8 +158,15 @@ void PeriodicSystem::set_excitation_points(double frequency_hz, std::span<const 
   x_ = x_full_;
 }
 
+void PeriodicSystem::begin() {
+  rows_hold_sensitivities_ = false;
+  if (kinks_) kinks_->forget();
+}
+
 // Trigonometric interpolation would ring at the kinks; four-point Lagrange is enough for a start.
 void PeriodicSystem::interpolate_from(const PeriodicSystem& coarser) {
+  begin();
+  if (kinks_ && coarser.kinks_) kinks_->inherit(*coarser.kinks_);
   const int m = coarser.n_;
   for (int i = 0; i < n_; ++i) {
     const double at = static_cast<double>(i) * m / n_;
@@ -173,14 +185,15 @@ void PeriodicSystem::interpolate_from(const PeriodicSystem& coarser) {
 
 bool PeriodicSystem::linearise(std::span<const double> theta) {
   differentiate();
-  if (options_.correct_kink && !dense_ && s_ == 1) {
-    const double kink = model_->velocity_kink(theta.data());
-    if (kink != 0.0) correct_kinks(kink);
+  if (kinks_) {
+    std::copy(theta.begin(), theta.end(), theta_.begin());
+    kinks_->correct_state(model_->velocity_kink(theta.data()), frequency_ * n_, v_[0], a_[0]);
   }
   const ModelPoints points{n_, u_.data(), v_.data(), a_.data(), x_.data()};
   const ModelForces forces{g_.data(),   g_u_.data(),     g_v_.data(),
                            g_a_.data(), g_theta_.data(), scratch_.data()};
   if (!model_->evaluate(points, theta.data(), forces)) return false;
+  if (kinks_) kinks_->learn_slopes(g_u_[0], g_v_[0], g_a_[0], v_[0]);
   residual_ = 0.0;
   for (int d = 0; d < s_; ++d)
     residual_ = std::max(residual_, largest(n_, g_[d]));

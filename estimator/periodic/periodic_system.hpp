@@ -5,8 +5,9 @@
 // Mutable workspace of one thread beside an immutable Model. Nothing allocates after construction.
 //
 // The grid has n equal steps; z_i is the state at tau = i / n. Where the model's damping has a kink
-// at v = 0 (|v| v), u'''' jumps there; the differences are corrected for that jump when
-// `correct_kink` is set, which brings a fixed grid back from third order to its declared one.
+// at v = 0 (|v| v), u'''' jumps there, and the third derivative of the sensitivities; the
+// differences are corrected for these jumps when `correct_kink` is set (kinks.hpp), which brings a
+// fixed grid back from third order, second for sensitivities, to about its declared one.
 #pragma once
 
 #include <complex>
@@ -18,6 +19,7 @@
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/cyclic_banded_lu.hpp"
 #include "estimator/model.hpp"
+#include "estimator/periodic/kinks.hpp"
 #include "estimator/periodic/scheme.hpp"
 
 namespace shaker::estimator {
@@ -64,6 +66,8 @@ class PeriodicSystem {
 
   // --- state z: index i * coordinates + c
   std::span<double> state() { return z_; }
+  // Forgets what earlier solutions left behind: call it when the state is given anew.
+  void begin();
   std::span<const double> state() const { return z_; }
   double value(int point, int coordinate) const { return z_[point * s_ + coordinate]; }
   void interpolate_from(const PeriodicSystem& coarser);
@@ -118,13 +122,13 @@ class PeriodicSystem {
  private:
   void differentiate();
   void differentiate_fourier();
-  void correct_kinks(double kink);
   bool solve_scalar();
   bool solve_banded();
   bool factorise_banded();
   void fill_dense();
   bool solve_dense();
   void fill_right_hand_sides();
+  void learn_jumps();
   bool equilibrium(std::span<const double> theta);
   double damped_step(std::span<const double> theta);
 
@@ -139,6 +143,10 @@ class PeriodicSystem {
   AlignedVector z_, saved_, x_full_, x_, rows_, band_, upper_;
   AlignedVector store_;  // all arrays of points
   std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
+  std::unique_ptr<KinkCorrection> kinks_;  // null when there is none to correct
+  AlignedVector kappa_theta_;              // dkappa/dtheta_k in the lane of theta_k
+  std::vector<double> theta_;              // of the last linearisation
+  bool rows_hold_sensitivities_ = false;   // of this state, nearly
   std::unique_ptr<CyclicBandedLu> banded_;
   struct Dense;
   std::unique_ptr<Dense> dense_;

@@ -4,15 +4,13 @@
 #include <cstddef>
 #include <utility>
 
-#include "estimator/math/simd_math.hpp"
+#include "estimator/math/lanes.hpp"
 
 namespace shaker::estimator {
 namespace {
 
 // A pivot smaller than this against the largest entry of its row loses too many digits.
 constexpr double kSmallestPivot = 1e-5;
-
-typedef double Lanes __attribute__((vector_size(64), aligned(64)));
 
 // Gaussian elimination with row exchanges for the border's few unknowns: S x = b for whole rows b.
 template <int Reach, int Groups>

@@ -7,9 +7,9 @@
 // up, and the caller takes CyclicBandedLu (with row exchanges) instead.
 #pragma once
 
-namespace shaker::estimator {
+#include "estimator/math/lanes.hpp"
 
-inline constexpr int kLanes = 8;  // doubles in a row of one lane group
+namespace shaker::estimator {
 
 // Lane groups that `width` right-hand sides and `reach` border columns need; at most 4.
 constexpr int lane_groups(int width, int reach) {

@@ -69,6 +69,7 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
 // Newton on the constant solution: every point of the ring is the same, so one point's equations
 // do.
 bool PeriodicSystem::equilibrium(std::span<const double> theta) {
+  begin();
   std::fill(z_.begin(), z_.end(), 0.0);
   std::fill(x_.begin(), x_.end(), 0.0);
   Eigen::VectorXd g(s_);
