@@ -3,8 +3,8 @@
 
     bench/soak.py BIN_FOLDER [--minutes 10] [--rate 10000]
 
-Starts `shakerd` on the simulated rig (displacement and excitation), runs one long dwell over its
-socket, and reports every sample, overflow and missing document, the resident memory over time, the
+Starts `shakerd` on the simulated rig (displacement, excitation and auxiliary channels, eight
+together), runs one long dwell over its socket, and reports every sample, overflow and missing document, the resident memory over time, the
 share of a core and the latency. Status 0 when nothing was lost and memory grew by less than 10 %
 after the first minute. Needs nothing but Python's own library.
 """
@@ -20,6 +20,11 @@ import sys
 import tempfile
 import threading
 import time
+
+
+QUANTITIES = [("gas_pressure", "Pa"), ("oil_temperature", "degC"), ("damper_force", "N"),
+              ("mass_acceleration", "m/s^2"), ("table_acceleration_2", "m/s^2"),
+              ("table_velocity", "m/s"), ("table_position", "m"), ("stroke_velocity", "m/s")]
 
 
 def resident_kib(pid: int) -> int:
@@ -39,14 +44,20 @@ def main() -> int:
     options.add_argument("bin", type=pathlib.Path)
     options.add_argument("--minutes", type=float, default=10.0)
     options.add_argument("--rate", type=float, default=10000.0)
+    options.add_argument("--channels", type=int, default=8, help="2 to 10")
     given = options.parse_args()
 
+    auxiliary = {f"aux{i + 1}": quantity
+                 for i, quantity in enumerate(QUANTITIES[:given.channels - 2])}
     with tempfile.TemporaryDirectory(prefix="shakerd-soak.") as folder:
         folder = pathlib.Path(folder)
         (folder / "rig.json").write_text(json.dumps({
             "name": "soak",
             "exciter": {"device": {"kind": "simulated"}, "ramp_s": 1.0},
-            "sensors": [{"kind": "simulated", "rate_hz": given.rate}],
+            "sensors": [{"kind": "simulated", "rate_hz": given.rate, "auxiliary":
+                         {channel: name for channel, (name, _) in auxiliary.items()}}],
+            "auxiliary": {channel: {"name": name, "unit": unit}
+                          for channel, (name, unit) in auxiliary.items()},
             "limits": {"stale_s": 1.0},
         }))
         model = {"name": "oleo", "effects": [{"effect": "orifice_damping"},
@@ -123,7 +134,7 @@ def watch(daemon, folder, campaign, given) -> int:
 
     settled = [kib for second, kib in memory if second > min(60.0, length / 2)]
     growth = settled[-1] / settled[0] - 1.0
-    print(f"{given.rate:g} Hz x 2 channels for {length / 60.0:.1f} min: run {stop['status']}")
+    print(f"{given.rate:g} Hz x {given.channels} channels for {length / 60.0:.1f} min: run {stop['status']}")
     print(f"samples {health['samples']}, lost {health['lost']}, ring overflows "
           f"{health['ring_overflows']}, cycles skipped {health['cycles_skipped']}")
     print(f"cycles accepted {accepted}, estimates {estimates}, documents missing {gaps}")

@@ -30,15 +30,17 @@ void add_channels(std::vector<std::string>& lines, const Json& health) {
   const auto channels = health.find("channels");
   if (channels == health.end() || !channels->is_array() || channels->empty()) return;
   std::vector<std::vector<std::string>> rows = {
-      {"channel", "quality", "value", "rate/Hz", "age/ms"}};
+      {"channel", "quality", "value", "unit", "rate/Hz", "age/ms"}};
   for (const Json& channel : *channels) {
     if (!channel.is_object()) continue;
     const auto age = number_of(channel, "age_s");
-    rows.push_back({printable(text_of(channel, "channel")), printable(text_of(channel, "quality")),
-                    cell(channel, "value", "{:.5g}"), cell(channel, "rate_hz", "{:.0f}"),
+    const std::string name = text_of(channel, "name");
+    rows.push_back({printable(name.empty() ? text_of(channel, "channel") : name),
+                    printable(text_of(channel, "quality")), cell(channel, "value", "{:.5g}"),
+                    printable(text_of(channel, "unit")), cell(channel, "rate_hz", "{:.0f}"),
                     age ? fmt::format("{:.0f}", 1e3 * *age) : "-"});
   }
-  add_text(lines, report::text_table(rows, {false, false, true, true, true}));
+  add_text(lines, report::text_table(rows, {false, false, true, false, true, true}));
   lines.emplace_back();
 }
 

@@ -1,6 +1,8 @@
 #include "config/rig.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <set>
 
 #include <fmt/format.h>
@@ -49,29 +51,11 @@ void read_limits(const Node& node, const std::string& pointer, Findings& finding
   reader.finish();
 }
 
-std::vector<Channel> channels(const SensorConfig& sensor) {
-  std::vector<Channel> out;
-  if (const auto* can = std::get_if<CanSensor>(&sensor)) {
-    for (const CanSignal& signal : can->signals)
-      out.push_back(signal.channel);
-  } else if (const auto* modbus = std::get_if<ModbusSensor>(&sensor)) {
-    for (const auto& [channel, spec] : modbus->registers)
-      out.push_back(channel);
-  } else if (const auto* replay = std::get_if<ReplaySensor>(&sensor);
-             replay && !replay->signals.empty()) {
-    for (const CanSignal& signal : replay->signals)
-      out.push_back(signal.channel);
-  } else {
-    out = {Channel::displacement, Channel::excitation};
-  }
-  return out;
-}
-
 // Together the sensors must give displacement, and each channel once.
 void check_channels(ObjectReader& reader, const RigConfig& rig) {
   std::set<Channel> given;
   for (const SensorConfig& sensor : rig.sensors) {
-    for (const Channel channel : channels(sensor)) {
+    for (const Channel channel : channels_of(sensor)) {
       if (!given.insert(channel).second) {
         reader.complain("sensors", fmt::format("channel \"{}\" is given twice; leave one out",
                                                protocol::name(channel)));
@@ -82,6 +66,38 @@ void check_channels(ObjectReader& reader, const RigConfig& rig) {
     reader.complain("sensors",
                     "none gives the channel \"displacement\"; the stroke must be "
                     "measured");
+  }
+}
+
+bool is_campaign_replay(const SensorConfig& sensor) {
+  const auto* replay = std::get_if<ReplaySensor>(&sensor);
+  return replay && replay->signals.empty();
+}
+
+// An auxiliary channel without a name would be a column that nobody can read in a year.
+void check_auxiliary(ObjectReader& reader, const RigConfig& rig) {
+  std::set<Channel> given;
+  bool unknown = false;  // a recorded campaign may hold any
+  for (const SensorConfig& sensor : rig.sensors) {
+    unknown = unknown || is_campaign_replay(sensor);
+    for (const Channel channel : channels_of(sensor))
+      given.insert(channel);
+  }
+  for (const Channel channel : given) {
+    if (protocol::is_auxiliary(channel) && !rig.auxiliary.contains(channel)) {
+      reader.complain("auxiliary",
+                      fmt::format("a sensor gives {0}, which has no name and unit here; add "
+                                  "\"{0}\": {{\"name\": ..., \"unit\": ...}}",
+                                  protocol::name(channel)));
+    }
+  }
+  for (const auto& [channel, label] : rig.auxiliary) {
+    if (!unknown && !given.contains(channel)) {
+      reader.complain("auxiliary",
+                      fmt::format("{} (\"{}\") is given by no sensor; name it in a sensor, or "
+                                  "leave it out",
+                                  protocol::name(channel), label.name));
+    }
   }
 }
 
@@ -105,7 +121,65 @@ void check_together(ObjectReader& reader, const RigConfig& rig) {
   }
 }
 
+// A name becomes a column of exported files: letters, digits and '_' only, and no other channel's.
+void read_auxiliary(const Node& node, Findings& findings, protocol::ChannelLabels& labels) {
+  ObjectReader reader(node, "/auxiliary", findings);
+  std::set<std::string> names;
+  for (int i = 0; i < protocol::kAuxiliaryCount; ++i) {
+    const Channel channel = protocol::auxiliary(i);
+    const std::string key(protocol::name(channel));
+    const Node* entry = reader.member(key, false);
+    if (!entry) continue;
+    protocol::ChannelLabel label;
+    ObjectReader inner(*entry, reader.at(key), findings);
+    inner.required("name", label.name);
+    inner.required("unit", label.unit);
+    inner.finish();
+    const bool plain = label.name.size() <= 40 && std::ranges::all_of(label.name, [](char c) {
+                         return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+                       });
+    if (!plain) {
+      inner.complain("name", fmt::format("\"{}\" is no name of a channel; up to 40 letters, digits "
+                                         "and '_' are allowed, such as gas_pressure",
+                                         label.name));
+    } else if (protocol::channel_from_name(label.name).value_or(channel) != channel ||
+               !names.insert(label.name).second) {
+      inner.complain(
+          "name", fmt::format("\"{}\" is another channel's name; choose an own one", label.name));
+    }
+    if (label.unit.size() > 20 || label.unit.find_first_of(",\"\n\r") != std::string::npos) {
+      inner.complain("unit", fmt::format("\"{}\" is no unit; up to 20 characters without comma and "
+                                         "quotation mark are allowed, such as kPa",
+                                         label.unit));
+    }
+    labels.emplace(channel, std::move(label));
+  }
+  reader.finish();
+}
+
 }  // namespace
+
+std::vector<Channel> channels_of(const SensorConfig& sensor) {
+  std::vector<Channel> out;
+  const auto* replay = std::get_if<ReplaySensor>(&sensor);
+  if (const auto* can = std::get_if<CanSensor>(&sensor)) {
+    for (const CanSignal& signal : can->signals)
+      out.push_back(signal.channel);
+  } else if (const auto* modbus = std::get_if<ModbusSensor>(&sensor)) {
+    for (const auto& [channel, spec] : modbus->registers)
+      out.push_back(channel);
+  } else if (replay && !replay->signals.empty()) {
+    for (const CanSignal& signal : replay->signals)
+      out.push_back(signal.channel);
+  } else {
+    out = {Channel::displacement, Channel::excitation};
+    if (const auto* simulated = std::get_if<SimulatedSensor>(&sensor)) {
+      for (const auto& [channel, quantity] : simulated->auxiliary)
+        out.push_back(channel);
+    }
+  }
+  return out;
+}
 
 Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) {
   const auto root = parse_json(text, origin);
@@ -126,6 +200,9 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
     sensors_good = sensors_good && sensor.has_value();
     if (sensor) rig.sensors.push_back(std::move(*sensor));
   });
+  if (const Node* node = reader.member("auxiliary", false)) {
+    read_auxiliary(*node, findings, rig.auxiliary);
+  }
   if (const Node* node = reader.member("limits", false)) {
     read_limits(*node, "/limits", findings, rig.limits);
   }
@@ -134,6 +211,7 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   // What concerns several parts is judged only when each part is good.
   if (findings.empty() && sensors_good) {
     check_channels(reader, rig);
+    check_auxiliary(reader, rig);
     check_together(reader, rig);
   }
   if (!findings.empty()) return findings.error();

@@ -104,6 +104,7 @@ struct SimulatedSensor {
   double jitter_fraction = 0.0;   // of one sample
   double dropout_fraction = 0.0;  // samples lost
   std::uint64_t seed = 1;
+  std::map<protocol::Channel, std::string> auxiliary;  // quantity of the rig, see sim/README.md
 };
 struct ReplaySensor {
   std::filesystem::path file;  // a campaign database, or a candump -l log (with dbc and signals)
@@ -138,10 +139,16 @@ struct RigConfig {
   ExciterConfig exciter;
   std::vector<SensorConfig>
       sensors;  // together they must give displacement; excitation if it is measured
+  // Names and units of the auxiliary channels that the sensors give; each has one.
+  protocol::ChannelLabels auxiliary;
   Limits limits;
   double client_lease_s = 2.0;
   std::filesystem::path directory;  // of the rig file: relative paths in it start here
 };
+
+// The channels that a sensor is to give. Of a recorded campaign, what is in it is known to itself
+// only: displacement and excitation are expected.
+std::vector<protocol::Channel> channels_of(const SensorConfig& sensor);
 
 // An Error names file, line or JSON pointer, the value and what is allowed.
 Result<RigConfig> load_rig(const std::filesystem::path& file);

@@ -21,9 +21,13 @@ const std::array<std::string, 2> kTransports = {"tcp", "rtu"};
 const std::array<std::string, 3> kParities = {"N", "E", "O"};
 const std::array<std::string, 4> kExciters = {"modbus", "can", "simulated", "replay"};
 const std::array<std::string, 4> kSensors = {"can", "modbus", "simulated", "replay"};
-const std::array<std::string, 4> kChannels = {"displacement", "excitation", "acceleration",
-                                              "force"};
-static_assert(protocol::kChannelCount == 4);
+// Every channel's name, in the order of the enum.
+const std::vector<std::string> kChannels = [] {
+  std::vector<std::string> names;
+  for (int i = 0; i < protocol::kChannelCount; ++i)
+    names.emplace_back(protocol::name(static_cast<Channel>(i)));
+  return names;
+}();
 
 const std::array<std::string, 10> kRoles = {
     "frequency",        "amplitude",        "enable", "ramp",
@@ -263,6 +267,18 @@ SimulatedSensor read_simulated_sensor(ObjectReader& reader, Findings& findings) 
   reader.optional("jitter_fraction", sensor.jitter_fraction, at_least(0).below(1));
   reader.optional("dropout_fraction", sensor.dropout_fraction, at_least(0).below(1));
   reader.optional("seed", sensor.seed);
+  if (const Node* node = reader.member("auxiliary", false)) {
+    ObjectReader inner(*node, reader.at("auxiliary"), findings);
+    for (int i = 0; i < protocol::kAuxiliaryCount; ++i) {
+      const std::string key(protocol::name(protocol::auxiliary(i)));
+      std::string quantity;
+      if (inner.member(key, false)) {
+        inner.required(key, quantity);
+        sensor.auxiliary.emplace(protocol::auxiliary(i), quantity);
+      }
+    }
+    inner.finish();
+  }
   return sensor;
 }
 

@@ -85,6 +85,9 @@ protocol::ChannelHealth Engine::Impl::channel_health(Channel channel) {
   auto& counted_before = counted[static_cast<std::size_t>(channel)];
   protocol::ChannelHealth health;
   health.channel = std::string(protocol::name(channel));
+  const protocol::ChannelLabel label = protocol::label(channel, rig.auxiliary);
+  if (protocol::is_auxiliary(channel)) health.name = label.name;
+  health.unit = label.unit;
   health.quality = quality_name(m);
   if (m.ever_good()) {
     health.age_s = since(m.last_good());

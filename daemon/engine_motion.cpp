@@ -56,6 +56,12 @@ void Engine::Impl::tick_check() {
   }
   for (const auto& f : findings)
     alarm("warning", f.code, f.text);
+  for (const auto& [channel, label] : rig.auxiliary) {
+    if (monitor(channel).rest_count() > 0) continue;
+    alarm("warning", "auxiliary_silent",
+          fmt::format("channel {} ({}) gives no good value; the campaign goes on without it",
+                      protocol::name(channel), label.name));
+  }
   rate_hz = monitor(Channel::displacement).rest_rate_hz();
   excitation_measured = monitor(Channel::excitation).rest_count() > 0;
   excitation_rate_hz = excitation_measured ? monitor(Channel::excitation).rest_rate_hz() : 0.0;

@@ -55,8 +55,11 @@ struct SensorRows {
   MadeSensor operator()(const config::ModbusSensor& sensor) const {
     return modbus::make_sensor(sensor, clock);
   }
-  MadeSensor operator()(const config::SimulatedSensor&) const {
-    return std::unique_ptr<Sensor>(std::make_unique<sim::SimulatedSensor>(virtual_rig));
+  MadeSensor operator()(const config::SimulatedSensor& sensor) const {
+    std::vector<protocol::Channel> auxiliary;
+    for (const auto& [channel, quantity] : sensor.auxiliary)
+      auxiliary.push_back(channel);
+    return std::unique_ptr<Sensor>(std::make_unique<sim::SimulatedSensor>(virtual_rig, auxiliary));
   }
   MadeSensor operator()(const config::ReplaySensor& sensor) const {
     return replay::make_replay_sensor(sensor, rig.directory, clock);

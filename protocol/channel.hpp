@@ -1,7 +1,10 @@
 // What a measured number is about.
 #pragma once
 
+#include <iterator>
+#include <map>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace shaker::protocol {
@@ -12,16 +15,38 @@ enum class Channel : unsigned char {
   displacement,  // stroke u of the damper, m
   excitation,    // acceleration x of the table, m/s^2
   acceleration,  // acceleration of the sprung mass, m/s^2 (optional)
-  force          // load cell, N (optional)
+  force,         // load cell, N (optional)
+  // Whatever else the rig measures: recorded, exported and shown, never estimated from. The rig
+  // file gives each a name and a unit (ChannelLabel).
+  aux1,
+  aux2,
+  aux3,
+  aux4,
+  aux5,
+  aux6,
+  aux7,
+  aux8
 };
-inline constexpr int kChannelCount = 4;
+inline constexpr int kAuxiliaryCount = 8;
+inline constexpr int kChannelCount = 4 + kAuxiliaryCount;
+
+constexpr Channel auxiliary(int index) {  // from 0
+  return static_cast<Channel>(static_cast<int>(Channel::aux1) + index);
+}
+constexpr bool is_auxiliary(Channel channel) {
+  return channel >= Channel::aux1;
+}
 
 constexpr std::string_view name(Channel channel) {
-  constexpr std::string_view names[] = {"displacement", "excitation", "acceleration", "force"};
+  constexpr std::string_view names[] = {"displacement", "excitation", "acceleration", "force",
+                                        "aux1",         "aux2",       "aux3",         "aux4",
+                                        "aux5",         "aux6",       "aux7",         "aux8"};
+  static_assert(std::size(names) == kChannelCount);
   return names[static_cast<int>(channel)];
 }
+// Of an auxiliary channel only the rig file knows it.
 constexpr std::string_view unit(Channel channel) {
-  constexpr std::string_view units[] = {"m", "m/s^2", "m/s^2", "N"};
+  constexpr std::string_view units[kChannelCount] = {"m", "m/s^2", "m/s^2", "N"};
   return units[static_cast<int>(channel)];
 }
 constexpr std::optional<Channel> channel_from_name(std::string_view text) {
@@ -29,6 +54,19 @@ constexpr std::optional<Channel> channel_from_name(std::string_view text) {
     if (name(static_cast<Channel>(i)) == text) return static_cast<Channel>(i);
   }
   return std::nullopt;
+}
+
+// What an auxiliary channel is called in this laboratory.
+struct ChannelLabel {
+  std::string name, unit;
+};
+using ChannelLabels = std::map<Channel, ChannelLabel>;
+
+// The name and unit to show: the label's where there is one.
+inline ChannelLabel label(Channel channel, const ChannelLabels& labels) {
+  const auto found = labels.find(channel);
+  if (found != labels.end()) return found->second;
+  return {std::string(name(channel)), std::string(unit(channel))};
 }
 
 }  // namespace shaker::protocol

@@ -202,6 +202,8 @@ void fill(Filler& out, const HealthDocument& d) {
     const ChannelHealth& c = d.channels[i];
     out.inner("channels", i)
         .name("channel", c.channel)
+        .name("name", c.name)
+        .name("unit", c.unit)
         .name("quality", c.quality)
         .number("age_s", c.age_s)
         .number("rate_hz", c.rate_hz)

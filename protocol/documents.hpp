@@ -94,6 +94,8 @@ struct AlarmDocument {
 struct ChannelHealth {
   std::string channel, quality;  // "none", "good", "suspect", "bad"
   std::optional<double> age_s, rate_hz, value;
+  std::optional<std::string> name = {};  // what an auxiliary channel is called
+  std::optional<std::string> unit = {};
 };
 struct HealthDocument {
   std::string state;

@@ -1,9 +1,9 @@
 // A campaign on disk: one SQLite file (WAL), whole after kill -9 at any moment.
 //
 // Tables: campaign (one row: name, started, model, spec as JSON), run, sample (blocks of raw
-// samples as they came), cycle (resampled), document (every published line). Schema version in
-// user_version. Used by the daemon (writes), shakerctl and drivers/replay (read). One thread per
-// object.
+// samples as they came), channel (what the auxiliary ones are), cycle (resampled), document (every
+// published line). Schema version in user_version; 1 had no table of channels. Used by the daemon
+// (writes), shakerctl and drivers/replay (read). One thread per object.
 #pragma once
 
 #include <cstdint>
@@ -40,6 +40,7 @@ struct CycleRow {
 };
 struct CampaignRow {
   std::string name, started_utc, rig, spec_json, model_json, finished_utc, status;
+  protocol::ChannelLabels auxiliary = {};
 };
 
 class CampaignWriter {

@@ -35,6 +35,19 @@ std::vector<double> doubles(const SQLite::Column& column) {
   return values;
 }
 
+protocol::ChannelLabels labels(SQLite::Database& database) {
+  protocol::ChannelLabels found;
+  if (!database.tableExists("channel")) return found;
+  SQLite::Statement row(database, "SELECT id, name, unit FROM channel ORDER BY id");
+  while (row.executeStep()) {
+    const int id = row.getColumn(0).getInt();
+    if (id < 0 || id >= protocol::kChannelCount) continue;
+    found[static_cast<protocol::Channel>(id)] = {row.getColumn(1).getString(),
+                                                 row.getColumn(2).getString()};
+  }
+  return found;
+}
+
 }  // namespace
 
 CampaignReader::CampaignReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -56,7 +69,8 @@ Result<CampaignRow> CampaignReader::campaign() const {
         "FROM campaign");
     if (!row.executeStep()) return impl_->damaged("it holds no campaign");
     const auto text = [&](int i) { return row.getColumn(i).getString(); };
-    return CampaignRow{text(0), text(1), text(2), text(3), text(4), text(5), text(6)};
+    return CampaignRow{text(0), text(1), text(2), text(3),
+                       text(4), text(5), text(6), labels(*impl_->database)};
   });
 }
 

@@ -91,6 +91,14 @@ struct CampaignWriter::Impl {
       row.bind(i + 1, *texts[static_cast<std::size_t>(i)]);
     }
     row.exec();
+    SQLite::Statement channel(database, "INSERT INTO channel VALUES(?, ?, ?)");
+    for (const auto& [id, label] : campaign.auxiliary) {
+      channel.reset();
+      channel.bind(1, static_cast<int>(id));
+      channel.bind(2, label.name);
+      channel.bind(3, label.unit);
+      channel.exec();
+    }
     database.exec("COMMIT");
     insert_run.emplace(database, "INSERT INTO run VALUES(?, ?, ?, ?, ?)");
     insert_samples.emplace(database, "INSERT INTO sample(run, count, data) VALUES(?, ?, ?)");

@@ -24,6 +24,8 @@ const char* const kSchema = R"sql(
   CREATE TABLE sample(
     id INTEGER PRIMARY KEY, run INTEGER NOT NULL, count INTEGER NOT NULL,
     data BLOB NOT NULL) STRICT;
+  CREATE TABLE channel(
+    id INTEGER PRIMARY KEY, name TEXT NOT NULL, unit TEXT NOT NULL) STRICT;
   CREATE INDEX sample_by_run ON sample(run);
   CREATE TABLE cycle(
     run INTEGER NOT NULL, idx INTEGER NOT NULL, accepted INTEGER NOT NULL,

@@ -17,7 +17,7 @@
 namespace shaker::record {
 
 inline constexpr int kApplicationId = 0x5348414b;  // "SHAK", in the file's header
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
 extern const char* const kSchema;
 
 // What SQLite said, as a sentence that names the file and the remedy.

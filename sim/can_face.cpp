@@ -83,6 +83,15 @@ can_frame table_frame(const RigSample& sample) {
   return f;
 }
 
+can_frame auxiliary_frame(const RigSample& sample, std::size_t pair) {
+  can_frame f = frame(kAuxiliaryId + static_cast<std::uint32_t>(pair), 8);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto value = static_cast<float>(sample.auxiliary[2 * pair + i]);
+    put_intel(f, 4 * static_cast<int>(i), std::bit_cast<std::uint32_t>(value), 4);
+  }
+  return f;
+}
+
 can_frame status_frame(const RigStatus& status) {
   can_frame f = frame(kStatusId, 8);
   put_intel(f, 0, (status.running ? 1u : 0u) | (status.ready ? 2u : 0u), 2);

@@ -2,6 +2,7 @@
 // lines of our own.
 //
 //   STROKE, TABLE   every sample: displacement and table acceleration, with a counter
+//   AUX_A .. AUX_D  every 10th sample, when asked for: the auxiliary quantities, two in a frame
 //   STATUS          every 20 ms: the controller's status and fault
 //   SETPOINT        received: frequency, amplitude, enable, ramp, heartbeat
 //
@@ -20,10 +21,12 @@
 
 namespace shaker::sim {
 
-inline constexpr std::uint32_t kSetpointId = 256, kStatusId = 257, kStrokeId = 385, kTableId = 386;
+inline constexpr std::uint32_t kSetpointId = 256, kStatusId = 257, kStrokeId = 385, kTableId = 386,
+                               kAuxiliaryId = 387;  // and the three after it
 
 can_frame stroke_frame(const RigSample& sample);
 can_frame table_frame(const RigSample& sample);
+can_frame auxiliary_frame(const RigSample& sample, std::size_t pair);  // 0..3
 can_frame status_frame(const RigStatus& status);
 
 // Gives the setpoint of a frame to the controller; a refusal shows in STATUS. Other frames are

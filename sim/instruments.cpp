@@ -87,8 +87,10 @@ double Instruments::read_out(double truth, double noise, double quantum) {
   return quantum > 0.0 ? std::round(noisy / quantum) * quantum : noisy;
 }
 
-void Instruments::take(double stroke, double excitation, Fault fault) {
+void Instruments::take(double stroke, double excitation, const AuxiliaryValues& auxiliary,
+                       Fault fault) {
   RigSample sample;
+  sample.auxiliary = auxiliary;
   sample.displacement = read_out(through_transducer(stroke), options_.noise_m, options_.quantum_m);
   sample.excitation = read_out(excitation_gain_ * excitation_delay_.pass(excitation),
                                options_.noise_m_s2, options_.quantum_m_s2);

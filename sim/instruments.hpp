@@ -1,7 +1,7 @@
 // What the sensors make of the truth: sampling on the rig's own clock, gain, offset, drift, delay,
 // lag, noise, quantisation, late delivery, loss, and the faults of a sensor.
 //
-// Two channels are sampled together. The rig's clock runs (1 + ppm 1e-6) times as fast as ours, so
+// All channels are sampled together. The rig's clock runs (1 + ppm 1e-6) times as fast as ours, so
 // the instants of sampling are on it; a sample is delivered, and stamped on our clock, when it
 // arrives: up to jitter_fraction of a sample late.
 #pragma once
@@ -44,7 +44,7 @@ class Instruments {
   Nanoseconds next_delivery() const { return on_its_way_ ? on_its_way_->t : due_; }
 
   // Samples the truth at due() and computes the next one.
-  void take(double stroke, double excitation, Fault fault);
+  void take(double stroke, double excitation, const AuxiliaryValues& auxiliary, Fault fault);
   // Appends the sample on its way if it has arrived.
   void deliver(Nanoseconds now, std::vector<RigSample>& out);
 

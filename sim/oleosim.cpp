@@ -27,6 +27,7 @@ struct Options {
   std::string record;
   std::vector<std::string> runs, held_out;
   double cycles = 14.0;
+  bool can_auxiliary = false;
 };
 
 std::string parameter_help() {
@@ -46,6 +47,10 @@ std::string parameter_help() {
   for (int i = 0; i < sim::kFaultCount; ++i) {
     text += fmt::format("{} {} {}", i ? "," : "", i, sim::name(static_cast<sim::Fault>(i)));
   }
+  text +=
+      "\n\nAuxiliary quantities, in the registers from 14 on and with --can-auxiliary, in order:\n";
+  for (const auto& row : sim::auxiliary_table())
+    text += fmt::format("  {:24} {:12} {}\n", row.name, row.unit, row.meaning);
   return text + "\nRegister map, CAN frames: sim/README.md, sim/oleosim.dbc";
 }
 
@@ -59,6 +64,8 @@ void declare(CLI::App& app, Options& o) {
       ->capture_default_str();
   app.add_option("--pty", o.pty, "Modbus RTU on a pseudo-terminal, LINK being made to point to it");
   app.add_option("--can", o.can, "CAN interface for the sensors' frames, e.g. vcan0");
+  app.add_flag("--can-auxiliary", o.can_auxiliary,
+               "and the auxiliary quantities' frames, every 10th sample");
   app.add_option("--plant", o.rig.plant, "what is on the table")->capture_default_str();
   app.add_option("--param", o.parameters, "NAME=VALUE, repeatable");
   app.add_option("--rate", o.rig.sample_rate_hz, "samples a second")->capture_default_str();
@@ -147,7 +154,7 @@ void open_wires(const Options& o, RigServer& server) {
   const int port = o.port >= 0 ? o.port : 1502;
   if (o.port >= 0 || o.pty.empty()) must(server.open_tcp(o.address, port));
   if (!o.pty.empty()) must(server.open_pty(o.pty));
-  if (!o.can.empty()) must(server.open_can(o.can));
+  if (!o.can.empty()) must(server.open_can(o.can, o.can_auxiliary));
 }
 
 // So that a script can wait: one line on stdout, and the status file.
@@ -218,6 +225,8 @@ int serve(Options& o) {
   const UniqueFd stop(signalfd(-1, &stops, SFD_CLOEXEC));
 
   o.rig.parameters = read_parameters(o.parameters);
+  for (const auto& row : sim::auxiliary_table())
+    o.rig.auxiliary.emplace_back(row.name);
   RigServer server(o.rig, read_script(o.faults));
   open_wires(o, server);
   write_truth(o, server.rig().true_parameters());

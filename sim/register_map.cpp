@@ -114,6 +114,8 @@ std::array<std::uint16_t, Input::count> RegisterMap::input() const {
   put_f32(r, Input::excitation, newest_.excitation);
   put_u32(r, Input::stamp_us, newest_.device_us);
   put_u32(r, Input::counter, newest_.counter);
+  for (std::size_t i = 0; i < kAuxiliaryMost; ++i)
+    put_f32(r, Input::auxiliary + 2 * static_cast<int>(i), newest_.auxiliary[i]);
   return r;
 }
 

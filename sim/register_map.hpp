@@ -19,7 +19,8 @@ struct Holding {
 };
 struct Input {
   static constexpr int status = 0, fault = 1, frequency_actual = 2, amplitude_actual = 4,
-                       displacement = 6, excitation = 8, stamp_us = 10, counter = 12, count = 14;
+                       displacement = 6, excitation = 8, stamp_us = 10, counter = 12,
+                       auxiliary = 14, count = auxiliary + 2 * static_cast<int>(kAuxiliaryMost);
 };
 
 // Exception codes of the Modbus Application Protocol V1.1b3, chapter 7; 0: done.

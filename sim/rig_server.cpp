@@ -6,6 +6,7 @@
 namespace shaker::sim {
 namespace {
 
+constexpr std::uint32_t kAuxiliaryEvery = 10;  // samples: a bus of 1 Mbit/s has no room for all
 constexpr Nanoseconds kStatusPeriod = std::chrono::milliseconds(20);
 
 timespec until(Nanoseconds event, Nanoseconds now) {
@@ -34,7 +35,8 @@ Result<void> RigServer::open_pty(const std::string& link) {
   return {};
 }
 
-Result<void> RigServer::open_can(const std::string& interface) {
+Result<void> RigServer::open_can(const std::string& interface, bool auxiliary) {
+  send_auxiliary_ = auxiliary;
   auto face = CanFace::open(interface);
   if (!face) return face.error();
   can_.emplace(std::move(*face));
@@ -59,6 +61,10 @@ void RigServer::catch_up() {
     if (can_) {
       can_->send(stroke_frame(sample), now);
       can_->send(table_frame(sample), now);
+      if (send_auxiliary_ && sample.counter % kAuxiliaryEvery == 0) {
+        for (std::size_t pair = 0; pair < kAuxiliaryMost / 2; ++pair)
+          can_->send(auxiliary_frame(sample, pair), now);
+      }
     }
   }
   if (can_ && now >= next_status_) {

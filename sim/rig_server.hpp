@@ -22,7 +22,8 @@ class RigServer {
 
   Result<void> open_tcp(const std::string& address, int port);
   Result<void> open_pty(const std::string& link);
-  Result<void> open_can(const std::string& interface);
+  // With `auxiliary`, the auxiliary quantities too.
+  Result<void> open_can(const std::string& interface, bool auxiliary = false);
 
   const std::vector<std::unique_ptr<ModbusFace>>& modbus() const { return modbus_; }
   const VirtualRig& rig() const { return rig_; }
@@ -41,6 +42,7 @@ class RigServer {
   RegisterMap map_;
   std::vector<std::unique_ptr<ModbusFace>> modbus_;
   std::optional<CanFace> can_;
+  bool send_auxiliary_ = false;
   std::vector<ScriptedFault> script_;  // in time order
   std::size_t played_ = 0;
   Nanoseconds next_status_{};

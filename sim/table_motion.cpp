@@ -59,4 +59,28 @@ double TableMotion::fundamental(double t) const {
   return amplitude(t) * std::cos(phase(t));
 }
 
+double TableMotion::velocity(double t) const {
+  const double omega = 2.0 * std::numbers::pi * frequency(t) * rate_;
+  if (amplitude(t) == 0.0 || omega <= 0.0) return 0.0;
+  const double angle = phase(t);
+  double wave = std::sin(angle);
+  for (std::size_t i = 0; i < harmonics_.size(); ++i) {
+    const double k = static_cast<double>(i + 2);
+    wave += harmonics_[i] * std::sin(k * angle) / k;
+  }
+  return amplitude(t) / omega * wave;
+}
+
+double TableMotion::position(double t) const {
+  const double omega = 2.0 * std::numbers::pi * frequency(t) * rate_;
+  if (amplitude(t) == 0.0 || omega <= 0.0) return 0.0;
+  const double angle = phase(t);
+  double wave = std::cos(angle);
+  for (std::size_t i = 0; i < harmonics_.size(); ++i) {
+    const double k = static_cast<double>(i + 2);
+    wave += harmonics_[i] * std::cos(k * angle) / (k * k);
+  }
+  return -amplitude(t) / (omega * omega) * wave;
+}
+
 }  // namespace shaker::sim

@@ -21,7 +21,11 @@ class TableMotion {
   // Upward acceleration, m/s^2; defined from the last go_to on.
   double acceleration(double t) const;
   double fundamental(double t) const;  // of which the part without harmonics
-  double phase(double t) const;        // rad
+  // Its integrals without a constant, m/s and m: exact while frequency and amplitude stand, and on
+  // the ramps what a transducer that cannot measure a standing offset would say. 0 at rest.
+  double velocity(double t) const;
+  double position(double t) const;
+  double phase(double t) const;  // rad
   double frequency(double t) const;
   double amplitude(double t) const;
   double target_frequency() const { return f1_; }

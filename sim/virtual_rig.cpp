@@ -77,6 +77,7 @@ struct VirtualRig::Impl {
         plant(options.plant, parameters),
         controller(make_table(options, instrument_values), options.heartbeat_timeout_s),
         instruments(options, instrument_values, begin),
+        auxiliary(options.auxiliary, options.seed),
         integrator(plant, plant.at_rest(), 0.0),
         truth(plant.values()) {
     truth.insert(instrument_values.begin(), instrument_values.end());
@@ -91,6 +92,7 @@ struct VirtualRig::Impl {
   void move(double until);
   double between_the_ends() const;
   double recorded_excitation() const;
+  AuxiliaryValues take_auxiliary();
 
   Nanoseconds start;
   Values instrument_values;
@@ -98,6 +100,7 @@ struct VirtualRig::Impl {
   Controller controller;
   TableMotion still;
   Instruments instruments;
+  Auxiliary auxiliary;
   Integrator integrator;
   Values truth;
   Fault fault = Fault::none;
@@ -129,6 +132,22 @@ double VirtualRig::Impl::between_the_ends() const {
 double VirtualRig::Impl::recorded_excitation() const {
   return instrument_values.at("excitation_unrecorded") > 0.5 ? moving_table().fundamental(now())
                                                              : moving_table().acceleration(now());
+}
+
+AuxiliaryValues VirtualRig::Impl::take_auxiliary() {
+  if (auxiliary.empty()) return {};
+  const State& state = integrator.state();
+  const double direction = state[1] > 0.0 ? 1.0 : state[1] < 0.0 ? -1.0 : 0.0;
+  const Balance sum = plant.balance(state, direction);
+  const auto gravity = plant.values().find("gravity");
+  return auxiliary.take(
+      {.t = now(),
+       .u = state[0],
+       .v = state[1],
+       .sprung = moving_table().acceleration(now()) - integrator.acceleration(moving_table()),
+       .weight = gravity == plant.values().end() ? 0.0 : gravity->second,
+       .gas = sum.gas,
+       .table = moving_table()});
 }
 
 VirtualRig::VirtualRig(const RigOptions& options, Nanoseconds start)
@@ -187,7 +206,8 @@ void VirtualRig::advance(Nanoseconds now, std::vector<RigSample>& samples) {
     const Nanoseconds due = it.instruments.due();
     it.instruments.deliver(due, samples);
     it.move(it.since(due));
-    it.instruments.take(it.between_the_ends(), it.recorded_excitation(), it.fault);
+    it.instruments.take(it.between_the_ends(), it.recorded_excitation(), it.take_auxiliary(),
+                        it.fault);
   }
   it.move(it.since(now));
   it.instruments.deliver(now, samples);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/clock.hpp"
+#include "sim/auxiliary.hpp"
 
 namespace shaker::sim {
 
@@ -58,12 +59,14 @@ struct RigOptions {
   double dropout_fraction = 0.0;
   double heartbeat_timeout_s = 0.5;  // the controller's own dead-man; 0: none
   std::uint64_t seed = 1;
+  std::vector<std::string> auxiliary;  // quantities measured besides (sim/auxiliary.hpp)
 };
 
 struct RigSample {
   Nanoseconds t{};  // when it was taken, on our clock, with the rig's clock error and jitter
   double displacement = 0.0;    // m, noisy and quantised
   double excitation = 0.0;      // m/s^2
+  AuxiliaryValues auxiliary{};  // in the order of RigOptions::auxiliary
   bool dropped = false;         // taken, and lost on the way
   std::uint32_t counter = 0;    // of samples taken
   std::uint32_t device_us = 0;  // the rig's own clock when it was taken, microseconds

@@ -83,24 +83,30 @@ Result<void> write_cycles(const std::vector<record::CycleRow>& cycles, OutFile& 
   return out.finish();
 }
 
-Result<void> write_samples(const std::vector<record::SampleRow>& samples, OutFile& out) {
-  out.write("t,channel,value,quality\n");
+Result<void> write_samples(const std::vector<record::SampleRow>& samples,
+                           const protocol::ChannelLabels& auxiliary, OutFile& out) {
+  out.write("t,channel,value,quality,unit\n");
+  std::vector<protocol::ChannelLabel> labels;
+  for (int i = 0; i < protocol::kChannelCount; ++i)
+    labels.push_back(protocol::label(static_cast<protocol::Channel>(i), auxiliary));
   constexpr const char* kQuality[] = {"good", "suspect", "bad"};
   for (const record::SampleRow& sample : samples) {
-    out.write("{:.9f},{},{},{}\n", 1e-9 * static_cast<double>(sample.t_ns - samples.front().t_ns),
-              protocol::name(sample.channel), sample.value,
-              sample.quality < 3 ? kQuality[sample.quality] : "unknown");
+    const auto& label = labels[static_cast<std::size_t>(sample.channel)];
+    out.write("{:.9f},{},{},{},{}\n",
+              1e-9 * static_cast<double>(sample.t_ns - samples.front().t_ns), label.name,
+              sample.value, sample.quality < 3 ? kQuality[sample.quality] : "unknown", label.unit);
   }
   return out.finish();
 }
 
-Result<std::size_t> write_run(const record::CampaignReader& reader, const record::RunRow& run,
+Result<std::size_t> write_run(const record::CampaignReader& reader,
+                              const protocol::ChannelLabels& auxiliary, const record::RunRow& run,
                               const ExportOptions& options, const std::filesystem::path& file) {
   OutFile out(file);
   if (options.samples) {
     const auto samples = reader.samples(run.index);
     if (!samples) return samples.error();
-    const auto written = write_samples(*samples, out);
+    const auto written = write_samples(*samples, auxiliary, out);
     return written ? Result<std::size_t>(samples->size()) : written.error();
   }
   auto cycles = reader.cycles(run.index);
@@ -125,7 +131,7 @@ int export_runs(const Common& common, const ExportOptions& options) {
   nlohmann::ordered_json files = nlohmann::ordered_json::array();
   for (const record::RunRow& run : *runs) {
     const auto file = options.directory / file_name(campaign->name, run, what);
-    const auto count = write_run(*reader, run, options, file);
+    const auto count = write_run(*reader, campaign->auxiliary, run, options, file);
     if (!count) return fail(common, kBadInput, count.error().what);
     files.push_back({{"run", run.name}, {"file", file.string()}, {what, *count}});
     if (!common.json) fmt::print("{}: {} {}\n", file.string(), *count, what);

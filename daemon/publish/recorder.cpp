@@ -57,6 +57,7 @@ Result<void> Recorder::record_campaign(const config::CampaignSpec& campaign) {
   row.name = campaign.name;
   row.started_utc = format_utc(clock_.utc());
   row.rig = options_.rig;
+  row.auxiliary = options_.auxiliary;
   row.model_json = config::to_json_text(campaign.model);
   row.spec_json = config::to_json_text(campaign);
   auto writer = record::CampaignWriter::create(options_.directory, row);

@@ -30,6 +30,7 @@ namespace shaker::daemon {
 struct RecorderOptions {
   std::filesystem::path directory;  // for the databases
   std::string rig;
+  protocol::ChannelLabels auxiliary = {};      // of the rig file, written into every campaign
   std::size_t max_waiting = 64 * 1024 * 1024;  // bytes not yet on disk
 };
 

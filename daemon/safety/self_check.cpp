@@ -122,17 +122,8 @@ void check_exciter(std::vector<Finding>& found, const config::RigConfig& rig,
 }  // namespace
 
 bool expects(const config::RigConfig& rig, Channel channel) {
-  const auto has = [&](const auto& signals) {
-    return std::ranges::any_of(signals, [&](const auto& s) { return s.channel == channel; });
-  };
   return std::ranges::any_of(rig.sensors, [&](const config::SensorConfig& sensor) {
-    if (const auto* can = std::get_if<config::CanSensor>(&sensor)) return has(can->signals);
-    if (const auto* modbus = std::get_if<config::ModbusSensor>(&sensor)) {
-      return modbus->registers.contains(channel);
-    }
-    if (const auto* replay = std::get_if<config::ReplaySensor>(&sensor))
-      return has(replay->signals);
-    return channel == Channel::displacement || channel == Channel::excitation;
+    return std::ranges::count(config::channels_of(sensor), channel) > 0;
   });
 }
 

@@ -103,7 +103,7 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
         return made;
       }()),
       recorder(
-          {options.data, rig.name}, clock, [this] { waker.wake(); },
+          {options.data, rig.name, rig.auxiliary}, clock, [this] { waker.wake(); },
           [this](protocol::HealthDocument& health) { complete(health); }),
       found_alarms(tell_what_was_found()),
       exciter(std::move(devices.exciter), clock, waker, exciter_options(rig)),

@@ -93,7 +93,12 @@ Result<void> SimulatedExciter::stop() {
   });
 }
 
-SimulatedSensor::SimulatedSensor(std::shared_ptr<SimulatedRig> rig) : rig_(std::move(rig)) {
+SimulatedSensor::SimulatedSensor(std::shared_ptr<SimulatedRig> rig,
+                                 std::span<const protocol::Channel> auxiliary)
+    : rig_(std::move(rig)),
+      channels_{protocol::Channel::displacement, protocol::Channel::excitation} {
+  for (const auto channel : auxiliary)
+    channels_.push_back(channel);
   taken_.reserve(SimulatedRig::kQueue);
 }
 
@@ -103,7 +108,7 @@ std::string SimulatedSensor::description() const {
 }
 
 std::vector<protocol::Channel> SimulatedSensor::channels() const {
-  return {protocol::Channel::displacement, protocol::Channel::excitation};
+  return channels_;
 }
 
 Result<void> SimulatedSensor::connect() {
@@ -114,7 +119,7 @@ Result<void> SimulatedSensor::connect() {
 }
 
 std::size_t SimulatedSensor::drain(std::span<Sample> out) {
-  rig_->take(taken_, std::min(out.size() / 2, SimulatedRig::kQueue));
+  rig_->take(taken_, std::min(out.size() / channels_.size(), SimulatedRig::kQueue));
   std::size_t n = 0;
   for (const auto& sample : taken_) {
     if (sample.dropped) {
@@ -126,6 +131,8 @@ std::size_t SimulatedSensor::drain(std::span<Sample> out) {
     };
     put(sample.displacement, protocol::Channel::displacement);
     put(sample.excitation, protocol::Channel::excitation);
+    for (std::size_t i = 2; i < channels_.size(); ++i)
+      put(sample.auxiliary[i - 2], channels_[i]);
   }
   health_.samples += n;
   return n;
@@ -160,6 +167,8 @@ Result<std::shared_ptr<SimulatedRig>> make_simulated_rig(const config::Simulated
   options.jitter_fraction = sensor.jitter_fraction;
   options.dropout_fraction = sensor.dropout_fraction;
   options.seed = sensor.seed;
+  for (const auto& [channel, quantity] : sensor.auxiliary)
+    options.auxiliary.push_back(quantity);
   options.heartbeat_timeout_s = std::max(0.5, 5.0 * heartbeat_period_s);
   try {
     return std::make_shared<SimulatedRig>(options, clock);

@@ -37,7 +37,9 @@ class SimulatedExciter final : public Exciter {
 // time on.
 class SimulatedSensor final : public Sensor {
  public:
-  explicit SimulatedSensor(std::shared_ptr<SimulatedRig> rig);
+  // `auxiliary`: the channels of the rig's auxiliary quantities, in their order.
+  explicit SimulatedSensor(std::shared_ptr<SimulatedRig> rig,
+                           std::span<const protocol::Channel> auxiliary = {});
   std::string description() const override;
   std::vector<protocol::Channel> channels() const override;
   StampSource stamp_source() const override { return StampSource::simulated; }
@@ -49,6 +51,7 @@ class SimulatedSensor final : public Sensor {
   std::size_t drain(std::span<Sample> out);
 
   std::shared_ptr<SimulatedRig> rig_;
+  std::vector<protocol::Channel> channels_;
   SensorHealth health_;
   std::vector<shaker::sim::RigSample> taken_;
 };

@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
   campaign.rig = "none";
   campaign.spec_json = "{}";
   campaign.model_json = config::to_json_text(*model);
+  campaign.auxiliary = {{protocol::Channel::aux1, {"gas_pressure", "Pa"}}};
   auto writer = record::CampaignWriter::create(argv[1], campaign);
   if (!writer) return trouble(writer.error());
   std::ifstream table(argv[2]);
@@ -60,7 +61,8 @@ int main(int argc, char** argv) {
       done = writer->add_cycle(cycle_of(row, run, index));
     }
     const record::SampleRow samples[] = {{1'000'000'000, 0.125, protocol::Channel::displacement, 0},
-                                         {1'001'000'000, -2.5, protocol::Channel::excitation, 1}};
+                                         {1'001'000'000, -2.5, protocol::Channel::excitation, 1},
+                                         {1'002'000'000, 1e6, protocol::Channel::aux1, 0}};
     if (done) done = writer->add_samples(run, samples);
     if (!done) return trouble(done.error());
   }

@@ -280,8 +280,9 @@ class Database(Scratch):
         result = run("export", self.database, "--directory", self.path, "--samples")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual((self.path / "known_r01_samples.csv").read_text(),
-                         "t,channel,value,quality\n0.000000000,displacement,0.125,good\n"
-                         "0.001000000,excitation,-2.5,suspect\n")
+                         "t,channel,value,quality,unit\n0.000000000,displacement,0.125,good,m\n"
+                         "0.001000000,excitation,-2.5,suspect,m/s^2\n"
+                         "0.002000000,gas_pressure,1000000,good,Pa\n")
 
     def test_what_is_not_a_campaign_is_2(self):
         for file in (self.path / "missing.db", self.write("text.db", "hello")):

@@ -203,7 +203,8 @@ class Watch(Online):
 
     def test_draws_a_table_on_a_terminal_and_gives_the_screen_back(self):
         health = {"type": "health", "state": "MEASURE", "channels": [
-            {"channel": "displacement", "quality": "good", "value": 0.125, "rate_hz": 1000.2, "age_s": 0.004}]}
+            {"channel": "displacement", "quality": "good", "value": 0.125, "unit": "m", "rate_hz": 1000.2, "age_s": 0.004},
+            {"channel": "aux1", "name": "gas_pressure", "quality": "good", "value": 981234.0, "unit": "Pa", "rate_hz": 100, "age_s": 0.01}]}
         self.serve([VERSION, state("MEASURE", progress=0.5, eta_s=65), health, estimate()])
         master, terminal = os.openpty()
         program = subprocess.Popen([SHAKERCTL, "watch", "--seconds", "1", "--socket", self.socket],
@@ -220,7 +221,8 @@ class Watch(Online):
         program.stderr.close()
         screen = screen.decode()
         self.assertIn("\x1b[?1049h", screen)
-        self.assertRegex(screen, r"displacement +good +0\.125 +1000 +4")
+        self.assertRegex(screen, r"displacement +good +0\.125 +m +1000 +4")
+        self.assertRegex(screen, r"gas_pressure +good +9\.8123e\+05 +Pa +100 +10")
         self.assertIn("[###############...............]  50 %   ETA 1 min 05 s", screen)
         self.assertIn("16.667 ± 0.021", screen[screen.rindex("\x1b[?1049l"):])
 

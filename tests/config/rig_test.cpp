@@ -59,6 +59,40 @@ TEST(Rig, TakesDefaultsForWhatIsLeftOut) {
   EXPECT_DOUBLE_EQ(std::get<SimulatedSensor>(rig->sensors.at(0)).rate_hz, 1000.0);
 }
 
+constexpr auto kAuxiliaryRig = R"({"name": "r", "exciter": {"device": {"kind": "simulated"}},
+  "sensors": [{"kind": "simulated", "auxiliary": {"aux1": "gas_pressure"}}]%s})";
+
+std::string with_auxiliary(const std::string& member) {
+  std::string text = kAuxiliaryRig;
+  return text.replace(text.find("%s"), 2, member);
+}
+
+TEST(Rig, GivesAuxiliaryChannelsNamesAndUnits) {
+  const auto rig = parse_rig(
+      with_auxiliary(R"(, "auxiliary": {"aux1": {"name": "gas_pressure", "unit": "Pa"}})"), "r");
+  ASSERT_TRUE(rig) << rig.error().what;
+  EXPECT_EQ(rig->auxiliary.at(protocol::Channel::aux1).name, "gas_pressure");
+  EXPECT_EQ(protocol::label(protocol::Channel::aux1, rig->auxiliary).unit, "Pa");
+  EXPECT_EQ(protocol::label(protocol::Channel::force, rig->auxiliary).unit, "N");
+}
+
+TEST(Rig, RefusesAuxiliaryChannelsThatNobodyCouldRead) {
+  const auto trouble = [](const std::string& member) {
+    const auto rig = parse_rig(with_auxiliary(member), "r");
+    return rig ? std::string("accepted") : rig.error().what;
+  };
+  EXPECT_THAT(trouble(""), testing::HasSubstr("a sensor gives aux1, which has no name and unit"));
+  EXPECT_THAT(trouble(R"(, "auxiliary": {"aux1": {"name": "p", "unit": "Pa"},
+                                         "aux2": {"name": "t", "unit": "K"}})"),
+              testing::HasSubstr("aux2 (\"t\") is given by no sensor"));
+  EXPECT_THAT(trouble(R"(, "auxiliary": {"aux1": {"name": "gas, hot", "unit": "Pa"}})"),
+              testing::HasSubstr("/auxiliary/aux1/name: \"gas, hot\" is no name of a channel"));
+  EXPECT_THAT(trouble(R"(, "auxiliary": {"aux1": {"name": "force", "unit": "N"}})"),
+              testing::HasSubstr("\"force\" is another channel's name"));
+  EXPECT_THAT(trouble(R"(, "auxiliary": {"aux9": {"name": "p", "unit": "Pa"}})"),
+              testing::HasSubstr("/auxiliary/aux9: unknown key"));
+}
+
 TEST(Rig, TellsSeveralMistakesAtOnceWithTheirLines) {
   const auto rig = parse_rig(
       "{\"name\": \"r\",\n \"exciter\": {\"device\": {\"kind\": \"simulated\"},\n"

@@ -83,6 +83,26 @@ TEST(SimulatedSensor, GivesBothChannelsStampedOnTheDaemonsClock) {
   EXPECT_EQ(*bench.sensor.read(bench.samples, 0ns), 0u);
 }
 
+TEST(SimulatedSensor, GivesTheAuxiliaryQuantitiesOnTheChannelsThatTheRigFileNames) {
+  auto rig = simulated_rig();
+  auto& simulated = std::get<config::SimulatedSensor>(rig.sensors[0]);
+  simulated.auxiliary = {{Channel::aux3, "oil_temperature"}, {Channel::aux5, "table_velocity"}};
+  SimulatedClock clock;
+  const auto devices = make_devices(rig, clock);
+  ASSERT_TRUE(devices) << devices.error().what;
+  auto& sensor = *devices->sensors[0];
+  EXPECT_THAT(sensor.channels(), testing::ElementsAre(Channel::displacement, Channel::excitation,
+                                                      Channel::aux3, Channel::aux5));
+  ASSERT_TRUE(sensor.connect());
+  clock.advance(10ms);
+  std::array<Sample, 7> samples{};  // room for one moment only: it is not torn
+  ASSERT_EQ(*sensor.read(samples, 0ns), 4u);
+  EXPECT_EQ(samples[2].channel, Channel::aux3);
+  EXPECT_NEAR(samples[2].value, 20.0, 0.2);
+  EXPECT_EQ(samples[3].channel, Channel::aux5);
+  EXPECT_NEAR(samples[3].value, 0.0, 1e-3);
+}
+
 TEST(SimulatedSensor, WaitsOnTheClockForTheNextSampleOrTheTimeout) {
   Bench bench;
   ASSERT_TRUE(bench.sensor.connect());

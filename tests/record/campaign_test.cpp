@@ -57,6 +57,9 @@ TEST(Campaign, ComesBackAsItWasWritten) {
   EXPECT_EQ(row->name, "first light");
   EXPECT_EQ(row->started_utc, "2026-03-01T12:00:00.123Z");
   EXPECT_EQ(row->rig, "rig A");
+  ASSERT_EQ(row->auxiliary.size(), 1u);
+  EXPECT_EQ(row->auxiliary.at(protocol::Channel::aux2).name, "oil_temperature");
+  EXPECT_EQ(row->auxiliary.at(protocol::Channel::aux2).unit, "degC");
   EXPECT_EQ(row->spec_json, R"({"runs": []})");
   EXPECT_EQ(row->model_json, R"({"name": "oleo"})");
   EXPECT_EQ(row->status, "success");

@@ -33,6 +33,24 @@ void overwrite(const std::filesystem::path& file, std::streamoff where, std::siz
   stream << std::string(count, '\x5a');
 }
 
+TEST(OlderCampaign, OfBeforeTheAuxiliaryChannelsIsReadAsBefore) {
+  const Scratch scratch;
+  auto writer = CampaignWriter::create(scratch.path(), testing::example_campaign());
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->finish("success", "2026-03-01T12:05:00.000Z"));
+  const auto file = writer->file();
+  {
+    SQLite::Database old(file.string(), SQLite::OPEN_READWRITE);
+    old.exec("DROP TABLE channel; PRAGMA user_version=1");
+  }
+  const auto reader = CampaignReader::open(file);
+  ASSERT_TRUE(reader) << reader.error().what;
+  const auto row = reader->campaign();
+  ASSERT_TRUE(row) << row.error().what;
+  EXPECT_EQ(row->name, "first light");
+  EXPECT_TRUE(row->auxiliary.empty());
+}
+
 TEST(Reader, TellsApartWhatIsWrongWithAFile) {
   const Scratch scratch;
   const auto missing = scratch.path() / "missing.db";

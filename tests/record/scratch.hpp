@@ -34,7 +34,8 @@ inline CampaignRow example_campaign() {
           R"({"runs": []})",
           R"({"name": "oleo"})",
           "",
-          ""};
+          "",
+          {{protocol::Channel::aux2, {"oil_temperature", "degC"}}}};
 }
 
 // Different in every field, and not a round number.

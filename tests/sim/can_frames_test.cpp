@@ -57,6 +57,17 @@ TEST(CanFrames, CarryTheSamplesAsTheDbcSays) {
   }
 }
 
+TEST(CanFrames, CarryTheAuxiliaryQuantitiesUnderTheirNames) {
+  const char* const messages[] = {"AUX_A", "AUX_B", "AUX_C", "AUX_D"};
+  RigSample sample;
+  for (std::size_t i = 0; i < kAuxiliaryMost; ++i)
+    sample.auxiliary[i] = 0.5 + static_cast<double>(i);
+  for (std::size_t i = 0; i < kAuxiliaryMost; ++i) {
+    EXPECT_EQ(value(auxiliary_frame(sample, i / 2), messages[i / 2], auxiliary_table()[i].name),
+              0.5 + static_cast<double>(i));
+  }
+}
+
 TEST(CanFrames, SayWhenTheStrokeIsNotANumber) {
   RigSample sample;
   sample.displacement = std::numeric_limits<double>::quiet_NaN();

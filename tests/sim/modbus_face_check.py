@@ -114,7 +114,7 @@ def check_refusals(rig):
     assert rig.client.read_coils(0, 1, slave=1).exception_code == 1
     assert rig.client.write_register(ENABLE, 1, slave=2).exception_code == 1, "sensors are read only"
     assert rig.client.read_input_registers(0, 2, slave=7).exception_code == 11
-    assert rig.client.read_input_registers(10, 10, slave=1).exception_code == 2
+    assert rig.client.read_input_registers(10, 21, slave=1).exception_code == 2
     assert rig.holding() == before, "a refused write changed something"
 
 

@@ -51,10 +51,14 @@ TEST(RegisterMap, ShowsOneSampleInOneBlock) {
   sample.excitation = -3.0;
   sample.device_us = 0x00010002;
   sample.counter = 0x00030004;
+  sample.auxiliary[0] = 2.0;
+  sample.auxiliary[7] = 3.0;
   desk.map.show(sample);
   const auto input = desk.map.input();
-  EXPECT_THAT(std::vector(input.begin() + Input::displacement, input.end()),
-              ElementsAre(0x3F00, 0, 0xC040, 0, 1, 2, 3, 4));
+  EXPECT_THAT(
+      std::vector(input.begin() + Input::displacement, input.begin() + Input::auxiliary + 2),
+      ElementsAre(0x3F00, 0, 0xC040, 0, 1, 2, 3, 4, 0x4000, 0));
+  EXPECT_THAT(std::vector(input.end() - 2, input.end()), ElementsAre(0x4040, 0));
 }
 
 TEST(RegisterMap, InjectsAndResetsFaults) {
