@@ -67,8 +67,8 @@ std::string SolveReport::sentence() const {
   }
   return fmt::format(
       "no periodic solution was found at this excitation; the continuation in amplitude got to "
-      "{:.0f} % of it",
-      100.0 * amplitude_reached);
+      "{:.3g} % of it{}",
+      100.0 * amplitude_reached, turned_back ? ", where the solutions turn back (a fold)" : "");
 }
 
 PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)

@@ -37,6 +37,7 @@ struct SolveReport {
   int iterations = 0;
   double residual = 0.0;           // largest |g|, m/s^2
   double amplitude_reached = 1.0;  // share of the excitation at which a continuation stopped
+  bool turned_back = false;        // there: the solutions meet unstable ones and go no further
   std::string sentence() const;    // for the operator
 };
 

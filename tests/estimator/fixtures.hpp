@@ -35,6 +35,12 @@ inline config::ModelSpec linear_oscillator() {
   return model_of({effect("viscous_damping"), effect("linear_stiffness")});
 }
 
+// c, k, k3.
+inline config::ModelSpec duffing() {
+  return model_of(
+      {effect("viscous_damping"), effect("linear_stiffness"), effect("cubic_stiffness")});
+}
+
 // Sprung mass on the oleo on the tyre, coordinates oleo stroke and tyre deflection (both relative):
 // the unsprung mass is `ratio` of the sprung one.
 inline config::ModelSpec oleo_on_tyre(double ratio) {

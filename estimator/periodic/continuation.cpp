@@ -1,0 +1,231 @@
+#include "estimator/periodic/continuation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace shaker::estimator {
+namespace {
+
+double clamp_between(double value, double a, double b) {
+  return std::clamp(value, std::min(a, b), std::max(a, b));
+}
+
+std::string at(Along along, double value) {
+  return along == Along::frequency ? fmt::format("{:.6g} Hz", value)
+                                   : fmt::format("an amplitude of {:.6g}", value);
+}
+
+// Extreme of the parabola through three points on equal steps, at the middle one's side.
+double extreme(double before, double here, double after) {
+  const double bend = before - 2.0 * here + after;
+  return bend == 0.0 ? here : here - (after - before) * (after - before) / (8.0 * bend);
+}
+
+// The part of a solution that changes sign after half the ring, against that of another: negative
+// when it passed through nothing in between.
+double half_ring(const ArcPoint& a, const ArcPoint& b) {
+  const std::size_t half = a.z.size() / 2;
+  double sum = 0.0;
+  for (std::size_t k = 0; k < half; ++k)
+    sum += (a.z[k] - a.z[k + half]) * (b.z[k] - b.z[k + half]);
+  return sum;
+}
+
+}  // namespace
+
+Continuation::Continuation(const Model& model, std::vector<double> theta,
+                           ContinuationOptions options)
+    : model_(&model), theta_(std::move(theta)), options_(options) {}
+
+GridOptions Continuation::ring() const {
+  GridOptions grid = options_.grid;
+  grid.points *= options_.periods;
+  return grid;
+}
+
+Arc Continuation::make_arc(const Branch& branch) const {
+  const GridOptions grid = ring();
+  return Arc(*model_, theta_, grid, cosine_shape(grid.points, options_.periods), options_.periods,
+             branch.along, branch.held, std::fabs(branch.to - branch.from));
+}
+
+Branch Continuation::over_frequency(double amplitude, double from, double to) {
+  return from_rest(Along::frequency, amplitude, from, to);
+}
+
+Branch Continuation::over_amplitude(double frequency_hz, double from, double to) {
+  return from_rest(Along::amplitude, frequency_hz, from, to);
+}
+
+Branch Continuation::from_rest(Along along, double held, double from, double to) {
+  PeriodicSystem system(*model_, ring());
+  const double frequency = along == Along::frequency ? from : held;
+  std::vector<double> points = cosine_shape(system.points(), options_.periods);
+  for (double& x : points)
+    x *= along == Along::frequency ? held : from;
+  system.set_excitation_points(frequency / options_.periods, points);
+  SolveReport report = system.solve_from_rest(theta_);
+  if (report.status == SolveStatus::no_convergence) report = solve_through_folds(system, theta_);
+  if (report.status == SolveStatus::converged)
+    return from_state(along, held, from, from, to, system.state());
+  Branch branch{along, held, from, to, options_.periods, {}, {}, false, {}};
+  branch.ended = fmt::format("there is no start at {}: {}", at(along, from), report.sentence());
+  return branch;
+}
+
+Branch Continuation::from_state(Along along, double held, double value, double from, double to,
+                                std::span<const double> start) {
+  Branch branch{along, held, from, to, options_.periods, {}, {}, false, {}};
+  Arc arc = make_arc(branch);
+  ArcPoint first;
+  if (!arc.solve_at(value, start, first)) {
+    branch.ended = fmt::format(
+        "there is no start at {}: Newton's method found no solution near "
+        "the given state",
+        at(along, value));
+    return branch;
+  }
+  ArcPoint direction{std::vector<double>(first.z.size(), 0.0), to > from ? 1.0 : -1.0};
+  walk(arc, std::move(first), std::move(direction), branch);
+  return branch;
+}
+
+BranchPoint Continuation::describe(Arc& arc, const ArcPoint& at, double turning) {
+  BranchPoint point;
+  point.frequency_hz = arc.frequency(at.value);
+  point.amplitude = arc.amplitude(at.value);
+  point.turning = turning;
+  point.at = at;
+  if (!arc.linearise(at)) return point;
+  const PeriodicSystem& system = arc.system();
+  const int n = system.points();
+  const int c = model_->observed();
+  point.least = point.most = system.value(0, c);
+  for (int i = 0; i < n; ++i) {
+    const double before = system.value((i + n - 1) % n, c), here = system.value(i, c),
+                 after = system.value((i + 1) % n, c);
+    if (here >= before && here >= after)
+      point.most = std::max(point.most, extreme(before, here, after));
+    if (here <= before && here <= after)
+      point.least = std::min(point.least, extreme(before, here, after));
+  }
+  for (int k = 0; k <= options_.harmonics * options_.periods; ++k) {
+    std::complex<double> sum = 0.0;
+    for (int i = 0; i < n; ++i)
+      sum += system.value(i, c) * std::polar(1.0, -2.0 * std::numbers::pi * (k * i % n) / n);
+    point.harmonics.push_back(sum * (k == 0 ? 1.0 : 2.0) / static_cast<double>(n));
+  }
+  if (auto stability = floquet(system, theta_)) {
+    point.floquet = *stability;
+    point.stable = point.floquet.stable();
+  }
+  return point;
+}
+
+void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& branch) {
+  const double low = std::min(branch.from, branch.to), high = std::max(branch.from, branch.to);
+  const double sign = branch.to > branch.from ? 1.0 : -1.0;
+  const StepLimits limits{options_.least_step, options_.greatest_step};
+  double step = options_.first_step;
+  ArcPoint point = first;
+  arc.set_scale(point, direction);
+  if (!arc.tangent(point, ArcPoint(direction), direction)) {
+    branch.ended = "the equations are singular at the start";
+    return;
+  }
+  branch.points.push_back(describe(arc, point, sign * direction.value));
+  const ArcPoint first_direction = direction;
+  while (static_cast<int>(branch.points.size()) < options_.most_points) {
+    const ArcPoint before = point, tangent = direction;
+    if (!arc.advance(point, direction, step, limits)) {
+      branch.ended = fmt::format(
+          "at {} the curve cannot be followed any further: no solution of the equations was found "
+          "next to it (an inadmissible stroke, or a force too rough for the grid)",
+          at(branch.along, point.value));
+      return;
+    }
+    const bool out = point.value < low || point.value > high;
+    if (out) {
+      const double value = clamp_between(point.value, low, high);
+      const double share = (value - before.value) / (point.value - before.value);
+      ArcPoint guess = point;
+      for (std::size_t k = 0; k < guess.z.size(); ++k)
+        guess.z[k] = before.z[k] + share * (point.z[k] - before.z[k]);
+      if (arc.solve_at(value, guess.z, guess)) point = guess;
+      arc.tangent(point, tangent, direction);
+    }
+    BranchPoint next = describe(arc, point, sign * direction.value);
+    const ArcPoint chord = difference(point, before);
+    const double length = std::sqrt(arc.dot(chord, chord));
+    next.arclength = branch.points.back().arclength + length;
+    look_between(arc, branch.points.back(), next, tangent, branch);
+    branch.points.push_back(std::move(next));
+    if (out) {
+      branch.complete = std::fabs(point.value - branch.to) < std::fabs(point.value - branch.from);
+      branch.ended = fmt::format("{} at {}", branch.complete ? "got" : "came back",
+                                 at(branch.along, point.value));
+      if (!branch.complete) branch.ended += "; beyond the last fold nothing hangs on this curve";
+      return;
+    }
+    if (options_.periods % 2 == 0 && half_ring(before, point) < 0.0) {
+      branch.ended = fmt::format("joins the solutions of half the period again at {}",
+                                 at(branch.along, point.value));
+      return;
+    }
+    const ArcPoint home = difference(first, point);
+    if (branch.points.size() > 10 && arc.dot(home, home) < length * length &&
+        arc.dot(direction, first_direction) > 0.0) {
+      branch.ended = "the curve closes on itself";
+      return;
+    }
+    // Lengths follow the motion's size from point to point.
+    arc.set_scale(point, direction);
+  }
+  branch.ended = fmt::format("ended after {} points at {}", options_.most_points,
+                             at(branch.along, point.value));
+}
+
+SolveReport solve_through_folds(PeriodicSystem& system, std::span<const double> theta) {
+  constexpr double kLittle = 1e-3;
+  const std::vector<double> shape(system.excitation().begin(), system.excitation().end());
+  const double frequency = system.frequency();
+  std::vector<double> little = shape;
+  for (double& x : little)
+    x *= kLittle;
+  system.set_excitation_points(frequency, little);
+  SolveReport report = system.solve_from_rest(theta);
+  const std::vector<double> rest(system.state().begin(), system.state().end());
+  system.set_excitation_points(frequency, shape);
+  if (report.status != SolveStatus::converged) {
+    report.amplitude_reached *= kLittle;
+    return report;
+  }
+  Arc arc(system.model(), {theta.begin(), theta.end()}, system.options(), shape, 1,
+          Along::amplitude, frequency, 1.0);
+  ArcPoint point{rest, kLittle}, direction{std::vector<double>(rest.size(), 0.0), 1.0};
+  arc.set_scale(point, direction);
+  if (!arc.tangent(point, ArcPoint(direction), direction)) return report;
+  double step = 0.01;
+  report.amplitude_reached = kLittle;
+  report.status = SolveStatus::no_convergence;
+  for (int count = 0; count < 1000 && point.value >= 0.5 * kLittle; ++count) {
+    const double before = direction.value;
+    if (!arc.advance(point, direction, step, {1e-6, 0.2})) break;
+    report.amplitude_reached = std::max(report.amplitude_reached, std::min(point.value, 1.0));
+    report.turned_back = report.turned_back || (before > 0.0 && direction.value < 0.0);
+    if (point.value >= 1.0) {
+      std::copy(point.z.begin(), point.z.end(), system.state().begin());
+      const double reached = report.amplitude_reached;
+      report = system.solve(theta);
+      report.amplitude_reached = report.status == SolveStatus::converged ? 1.0 : reached;
+      return report;
+    }
+    arc.set_scale(point, direction);
+  }
+  return report;
+}
+
+}  // namespace shaker::estimator
