@@ -1,0 +1,21 @@
+// The ways to integrate. Private to the sources of this room.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "estimator/time/integration.hpp"
+
+namespace shaker::estimator {
+
+std::unique_ptr<TimeIntegration> make_runge_kutta(const StateEquations& equations,
+                                                  const TimeOptions& options,
+                                                  std::vector<int> free);
+std::unique_ptr<TimeIntegration> make_cvodes(const StateEquations& equations,
+                                             const TimeOptions& options, std::vector<int> free);
+// Central differences around `inner`, which integrates without sensitivities.
+std::unique_ptr<TimeIntegration> make_differences(const StateEquations& equations,
+                                                  std::unique_ptr<TimeIntegration> inner,
+                                                  std::vector<int> free);
+
+}  // namespace shaker::estimator

@@ -1,0 +1,288 @@
+#include "estimator/time/state_equations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace shaker::estimator {
+namespace {
+
+constexpr int kAlign = 8;
+constexpr int kScratch = 64;         // arrays that Model::evaluate may want
+constexpr int kNewtonSteps = 12;     // for effects that are not linear in acceleration
+constexpr double kSolved = 1e-13;    // change of q, relative, at which Newton has converged
+constexpr double kSingular = 1e-14;  // pivot against the largest of its matrix
+constexpr int kProbes = 3;           // states at which the kinds of coordinates are found
+
+std::size_t index(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+}  // namespace
+
+StateEquations::StateEquations(const Model& model, std::vector<double> force)
+    : model_(model), force_(std::move(force)), coordinates_(model.coordinates()) {
+  if (force_.empty()) force_.assign(index(coordinates_), 0.0);
+  if (force_.size() != index(coordinates_))
+    throw std::invalid_argument(fmt::format("{} constant forces for {} equations of model '{}'",
+                                            force_.size(), coordinates_, model.name()));
+  find_kinds();
+}
+
+void StateEquations::reserve(int n, Workspace& work) const {
+  if (n <= work.lanes) return;
+  const int c = coordinates_, p = parameters();
+  const auto stride = index((n + kAlign - 1) / kAlign * kAlign);
+  work.lanes = n;
+  work.numbers.assign(stride * index(4 * c + 3 * c * c + c * p + kScratch), 0.0);
+  double* next = work.numbers.data();
+  const auto take = [&](std::vector<double*>& arrays, int count) {
+    arrays.resize(index(count));
+    for (double*& array : arrays) {
+      array = next;
+      next += stride;
+    }
+  };
+  take(work.u, c);
+  take(work.v, c);
+  take(work.a, c);
+  take(work.g, c);
+  take(work.g_u, c * c);
+  take(work.g_v, c * c);
+  take(work.g_a, c * c);
+  take(work.g_theta, c * p);
+  take(work.scratch, kScratch);
+  work.matrix.resize(index(c * c));
+  work.column.resize(index(c));
+  work.pivot.resize(index(c));
+}
+
+// Which coordinates have a mass, and whether the derivatives depend on the accelerations, is asked
+// of the model itself: at its start, in some states near rest.
+void StateEquations::find_kinds() {
+  const int c = coordinates_;
+  velocity_.assign(index(c), -1);
+  Workspace work;
+  reserve(1, work);
+  const auto theta = model_.start();
+  const double x = 0.0;
+  const ModelPoints at{1, work.u.data(), work.v.data(), work.a.data(), &x};
+  const ModelForces out{work.g.data(),   work.g_u.data(),     work.g_v.data(),
+                        work.g_a.data(), work.g_theta.data(), work.scratch.data()};
+  std::vector<char> massive(index(c), 0);
+  bool same = true;
+  for (int probe = 0; probe < kProbes; ++probe) {
+    std::vector<double> first;
+    for (int side = 0; side < 2; ++side) {
+      for (int e = 0; e < c; ++e) {
+        *work.u[index(e)] = 1e-3 * (probe + e);
+        *work.v[index(e)] = 0.1 * (probe - 1) + 0.02 * e;
+        *work.a[index(e)] = side == 0 ? 0.0 : 0.7 + 0.3 * e;
+      }
+      if (!model_.evaluate(at, theta.data(), out)) {
+        same = false;
+        continue;
+      }
+      std::vector<double> now;
+      for (const auto* arrays : {&work.g_u, &work.g_v, &work.g_a, &work.g_theta}) {
+        for (const double* array : *arrays)
+          now.push_back(*array);
+      }
+      for (int d = 0; d < c; ++d) {
+        for (int e = 0; e < c; ++e)
+          massive[index(e)] |= *work.g_a[index(d * c + e)] != 0.0 ? 1 : 0;
+      }
+      if (side == 1) same = same && now == first;
+      first = std::move(now);
+    }
+  }
+  states_ = c;
+  for (int e = 0; e < c; ++e) {
+    if (massive[index(e)]) velocity_[index(e)] = states_++;
+  }
+  // The rates of internal states are unknowns too: only their absence makes one evaluation enough.
+  once_ = same && states_ == 2 * c;
+  for (int e = 0; e < c; ++e)
+    names_.push_back(c == 1 ? "u" : fmt::format("u{}", e + 1));
+  for (int e = 0; e < c; ++e) {
+    if (velocity_of(e) >= 0) names_.push_back(names_[index(e)] + "'");
+  }
+}
+
+bool StateEquations::evaluate(int n, const double* const* s, const double* x, const double* theta,
+                              Workspace& work) const {
+  const int c = coordinates_;
+  for (int e = 0; e < c; ++e) {
+    std::copy_n(s[e], n, work.u[index(e)]);
+    if (velocity_of(e) >= 0) std::copy_n(s[velocity_of(e)], n, work.v[index(e)]);
+  }
+  const ModelPoints at{n, work.u.data(), work.v.data(), work.a.data(), x};
+  const ModelForces out{work.g.data(),   work.g_u.data(),     work.g_v.data(),
+                        work.g_a.data(), work.g_theta.data(), work.scratch.data()};
+  if (!model_.evaluate(at, theta, out)) return false;
+  for (int d = 0; d < c; ++d) {
+    if (force_[index(d)] == 0.0) continue;
+    for (int i = 0; i < n; ++i)
+      work.g[index(d)][i] -= force_[index(d)];
+  }
+  return true;
+}
+
+// LU with partial pivoting of g_q in one lane.
+bool StateEquations::factor(int lane, Workspace& work) const {
+  const int c = coordinates_;
+  auto& m = work.matrix;
+  double largest = 0.0;
+  for (int d = 0; d < c; ++d) {
+    for (int e = 0; e < c; ++e) {
+      const auto& part = velocity_of(e) >= 0 ? work.g_a : work.g_v;
+      m[index(d * c + e)] = part[index(d * c + e)][lane];
+      largest = std::max(largest, std::fabs(m[index(d * c + e)]));
+    }
+  }
+  for (int k = 0; k < c; ++k) {
+    int best = k;
+    for (int d = k + 1; d < c; ++d) {
+      if (std::fabs(m[index(d * c + k)]) > std::fabs(m[index(best * c + k)])) best = d;
+    }
+    work.pivot[index(k)] = best;
+    if (!(std::fabs(m[index(best * c + k)]) > kSingular * largest)) return false;
+    if (best != k) std::swap_ranges(&m[index(k * c)], &m[index(k * c)] + c, &m[index(best * c)]);
+    for (int d = k + 1; d < c; ++d) {
+      const double factor = m[index(d * c + k)] /= m[index(k * c + k)];
+      for (int e = k + 1; e < c; ++e)
+        m[index(d * c + e)] -= factor * m[index(k * c + e)];
+    }
+  }
+  return true;
+}
+
+void StateEquations::substitute(Workspace& work) const {
+  const int c = coordinates_;
+  const auto& m = work.matrix;
+  auto& b = work.column;
+  for (int k = 0; k < c; ++k) {
+    std::swap(b[index(k)], b[index(work.pivot[index(k)])]);
+    for (int d = k + 1; d < c; ++d)
+      b[index(d)] -= m[index(d * c + k)] * b[index(k)];
+  }
+  for (int k = c; k-- > 0;) {
+    for (int e = k + 1; e < c; ++e)
+      b[index(k)] -= m[index(k * c + e)] * b[index(e)];
+    b[index(k)] /= m[index(k * c + k)];
+  }
+}
+
+// One Newton step on q in every lane, with the largest change and the largest q.
+bool StateEquations::solve_lanes(int n, Workspace& work, double* largest, double* scale) const {
+  const int c = coordinates_;
+  *largest = *scale = 0.0;
+  for (int i = 0; i < n; ++i) {
+    if (!factor(i, work)) return false;
+    for (int d = 0; d < c; ++d)
+      work.column[index(d)] = -work.g[index(d)][i];
+    substitute(work);
+    for (int e = 0; e < c; ++e) {
+      double& q = velocity_of(e) >= 0 ? work.a[index(e)][i] : work.v[index(e)][i];
+      q += work.column[index(e)];
+      *largest = std::max(*largest, std::fabs(work.column[index(e)]));
+      *scale = std::max(*scale, std::fabs(q));
+    }
+  }
+  return std::isfinite(*scale);
+}
+
+void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
+                                 double* const* h_theta) const {
+  const int c = coordinates_, m = states_, p = parameters();
+  const auto write = [&](int column, int columns, double* const* into, int lane) {
+    for (int e = 0; e < c; ++e) {
+      const int row = velocity_of(e) >= 0 ? velocity_of(e) : e;
+      into[row * columns + column][lane] = work.column[index(e)];
+    }
+  };
+  for (int e = 0; e < c; ++e) {
+    if (velocity_of(e) < 0) continue;
+    for (int k = 0; k < m; ++k)
+      std::fill_n(h_s[e * m + k], n, k == velocity_of(e) ? 1.0 : 0.0);
+    for (int k = 0; k < p; ++k)
+      std::fill_n(h_theta[e * p + k], n, 0.0);
+  }
+  for (int i = 0; i < n; ++i) {
+    factor(i, work);
+    for (int k = 0; k < c; ++k) {
+      for (int d = 0; d < c; ++d)
+        work.column[index(d)] = -work.g_u[index(d * c + k)][i];
+      substitute(work);
+      write(k, m, h_s, i);
+      if (velocity_of(k) < 0) continue;
+      for (int d = 0; d < c; ++d)
+        work.column[index(d)] = -work.g_v[index(d * c + k)][i];
+      substitute(work);
+      write(velocity_of(k), m, h_s, i);
+    }
+    for (int k = 0; k < p; ++k) {
+      for (int d = 0; d < c; ++d)
+        work.column[index(d)] = -work.g_theta[index(d * p + k)][i];
+      substitute(work);
+      write(k, p, h_theta, i);
+    }
+  }
+}
+
+bool StateEquations::rates(int n, const double* const* s, const double* x, const double* theta,
+                           Workspace& work, double* const* rate, double* const* h_s,
+                           double* const* h_theta) const {
+  reserve(n, work);
+  const int c = coordinates_;
+  for (int e = 0; e < c; ++e) {
+    std::fill_n(work.a[index(e)], n, 0.0);
+    if (velocity_of(e) < 0) std::fill_n(work.v[index(e)], n, 0.0);
+  }
+  if (!evaluate(n, s, x, theta, work)) return false;
+
+  if (c == 1 && once_) {  // the oleo: no matrices
+    const double* g = work.g[0];
+    const double* g_a = work.g_a[0];
+    std::copy_n(s[1], n, rate[0]);
+    for (int i = 0; i < n; ++i)
+      rate[1][i] = -g[i] / g_a[i];
+    if (h_s == nullptr) return true;
+    std::fill_n(h_s[0], n, 0.0);
+    std::fill_n(h_s[1], n, 1.0);
+    for (int i = 0; i < n; ++i) {
+      h_s[2][i] = -work.g_u[0][i] / g_a[i];
+      h_s[3][i] = -work.g_v[0][i] / g_a[i];
+    }
+    const int p = parameters();
+    for (int k = 0; k < p; ++k) {
+      std::fill_n(h_theta[k], n, 0.0);
+      const double* column = work.g_theta[index(k)];
+      for (int i = 0; i < n; ++i)
+        h_theta[p + k][i] = -column[i] / g_a[i];
+    }
+    return true;
+  }
+
+  double change = 0.0, scale = 0.0;
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    if (!solve_lanes(n, work, &change, &scale)) return false;
+    if (once_ || change <= kSolved * scale) break;
+    // Everything is taken again at the solved q: derivatives may depend on it.
+    if (!evaluate(n, s, x, theta, work)) return false;
+  }
+  for (int e = 0; e < c; ++e) {
+    if (velocity_of(e) >= 0) {
+      std::copy_n(s[velocity_of(e)], n, rate[e]);
+      std::copy_n(work.a[index(e)], n, rate[velocity_of(e)]);
+    } else {
+      std::copy_n(work.v[index(e)], n, rate[e]);
+    }
+  }
+  if (h_s != nullptr) derivatives(n, work, h_s, h_theta);
+  return true;
+}
+
+}  // namespace shaker::estimator

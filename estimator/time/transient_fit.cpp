@@ -1,0 +1,331 @@
+// Gauss-Newton and Levenberg-Marquardt on theta, initial states and gaps together.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "estimator/time/transient_impl.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr double kGapWeight = 10.0;  // of a gap in the merit, against its segment's residuals
+constexpr double kGapClosed = 1e-8;  // relative to the states' size
+constexpr double kNearlyUndamped = 1e-5;
+constexpr double kSmallest = 1e-10;  // singular value against the largest, for pure steps
+constexpr double kFirstLambda = 1e-4;
+constexpr double kLastLambda = 1e12;
+constexpr std::size_t kShorter[] = {40, 12};  // samples
+constexpr std::size_t kOneTrajectory = std::numeric_limits<std::size_t>::max();
+constexpr double kLeastLambda = 1e-12;  // keeps a direction that the data do not determine in place
+constexpr double kAccuracy = 10.0;      // of a trajectory, in tolerances of CVODES
+constexpr double kRounding = 1e-11;     // and of runge_kutta4, which is a smooth function
+constexpr double kOfStandardError = 1e-7;  // a step that is shorter than this changes nothing
+
+}  // namespace
+
+IntegrationReport TransientEstimator::Impl::integrate() {
+  return integration->run(arcs, fit.theta, true);
+}
+
+std::string TransientEstimator::Impl::where(const IntegrationReport& report) const {
+  const std::size_t index = record_of[report.arc];
+  const std::string& name = records[index].data.name;
+  return fmt::format("{}: {}", name.empty() ? fmt::format("record {}", index + 1) : name,
+                     report.sentence());
+}
+
+void TransientEstimator::Impl::linearise(double closing) {
+  information.clear();
+  sum_of_squares = gaps = 0.0;
+  fit.largest_gap = 0.0;
+  for (std::size_t index = 0; index < records.size(); ++index)
+    linearise_record(index, closing);
+  information.finish();
+  r = information.r();
+  right = information.right();
+}
+
+// (5.8) along a record, the segments' states condensed: an arc's initial state moves by
+// moves * step + closes, so that its end meets the next one's start, by the share `closing`.
+void TransientEstimator::Impl::linearise_record(std::size_t index, double closing) {
+  using Row = Eigen::Map<const Eigen::RowVectorXd>;
+  const RecordState& record = records[index];
+  const auto size = static_cast<Eigen::Index>(m);
+  const auto parameters = static_cast<Eigen::Index>(free.size());
+  const std::size_t columns = m + free.size();
+  const auto seen = static_cast<std::size_t>(model.observed());
+  const double root = std::sqrt(record.data.weight);
+  Eigen::MatrixXd& first = moves[record.first_arc];
+  first.setZero();
+  for (std::size_t j = 0; j < m; ++j) {
+    if (record.unknown[j] >= 0) first(static_cast<Eigen::Index>(j), record.unknown[j]) = 1.0;
+  }
+  closes[record.first_arc].setZero();
+  const std::size_t end = record.first_arc + record.arcs;
+  for (std::size_t a = record.first_arc; a < end; ++a) {
+    const Arc& arc = arcs[a];
+    const std::size_t nodes = arc.times.size() - (a + 1 < end ? 1 : 0);
+    for (std::size_t i = a == record.first_arc ? record.offset : 0; i < nodes; ++i) {
+      const double* sensitivity = &arc.sensitivities[(i * m + seen) * columns];
+      const Row over_start(sensitivity, size);
+      const double residual =
+          record.data.displacement[first_node[a] + i - record.offset] - arc.states[i * m + seen];
+      sum_of_squares += record.data.weight * residual * residual;
+      auto row = information.row();
+      row.head(moves[a].cols()) = root * (over_start * moves[a]);
+      row.head(parameters) += root * Row(sensitivity + m, parameters);
+      row[moves[a].cols()] = root * (residual - over_start.dot(closes[a]));
+    }
+    if (a + 1 == end) break;
+    const std::size_t last = arc.times.size() - 1;
+    using Matrix =
+        Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+    const Matrix whole(&arc.sensitivities[last * m * columns], size,
+                       static_cast<Eigen::Index>(columns));
+    moves[a + 1].noalias() = whole.leftCols(size) * moves[a];
+    moves[a + 1].leftCols(parameters) += whole.rightCols(parameters);
+    closes[a + 1].noalias() = whole.leftCols(size) * closes[a];
+    for (std::size_t j = 0; j < m; ++j) {
+      const double gap = arc.states[last * m + j] - arcs[a + 1].start[j];
+      closes[a + 1][static_cast<Eigen::Index>(j)] += closing * gap;
+      const double relative = gap / record.scale[j];
+      fit.largest_gap = std::max(fit.largest_gap, std::fabs(relative));
+      gaps += kGapWeight * record.data.weight * static_cast<double>(nodes) *
+              std::pow(relative * record.scale[seen], 2);
+    }
+  }
+}
+
+double TransientEstimator::Impl::merit() const {
+  return sum_of_squares + gaps;
+}
+
+void TransientEstimator::Impl::move(const Eigen::VectorXd& step) {
+  for (std::size_t k = 0; k < free.size(); ++k)
+    fit.theta[static_cast<std::size_t>(free[k])] += step[static_cast<Eigen::Index>(k)];
+  for (std::size_t a = 0; a < arcs.size(); ++a) {
+    const Eigen::VectorXd moved = moves[a] * step + closes[a];
+    for (std::size_t j = 0; j < m; ++j)
+      arcs[a].start[j] += moved[static_cast<Eigen::Index>(j)];
+  }
+}
+
+double TransientEstimator::Impl::observations() const {
+  double count = 0.0;
+  for (const RecordState& record : records)
+    count += static_cast<double>(record.data.t.size());
+  return count;
+}
+
+// What the integration leaves uncertain in the whole prediction: no step can be judged below it.
+double TransientEstimator::Impl::accuracy() const {
+  double sum = 0.0;
+  for (const RecordState& record : records) {
+    for (const double y : record.data.displacement)
+      sum += record.data.weight * y * y;
+  }
+  const bool fixed_steps = options.time.integrator == Integrator::runge_kutta4;
+  return (fixed_steps ? kRounding : kAccuracy * options.time.relative_tolerance) * std::sqrt(sum);
+}
+
+double TransientEstimator::Impl::value(std::size_t unknown) const {
+  if (unknown < free.size()) return fit.theta[static_cast<std::size_t>(free[unknown])];
+  for (const RecordState& record : records) {
+    for (std::size_t j = 0; j < m; ++j) {
+      if (record.unknown[j] == static_cast<int>(unknown)) return arcs[record.first_arc].start[j];
+    }
+  }
+  return 0.0;
+}
+
+bool TransientEstimator::Impl::small(const Eigen::VectorXd& step) const {
+  if (fit.largest_gap > kGapClosed) return false;
+  const double effect = (r * step).norm();
+  if (effect <= kOfStandardError * std::sqrt(sum_of_squares / observations())) return true;
+  if (effect <= accuracy()) return true;
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    const double size = std::max({std::fabs(value(k)), unknowns[k].scale, 1e-12});
+    if (!(std::fabs(step[static_cast<Eigen::Index>(k)]) <= options.tolerance * size)) return false;
+  }
+  return true;
+}
+
+// (4.7): by singular values, leaving out directions that the data do not determine.
+Eigen::VectorXd TransientEstimator::Impl::pure_step() const {
+  Eigen::VectorXd scale = r.colwise().norm();
+  for (double& s : scale)
+    s = s > 0.0 ? 1.0 / s : 1.0;
+  Eigen::JacobiSVD<Eigen::MatrixXd> svd(r * scale.asDiagonal(),
+                                        Eigen::ComputeThinU | Eigen::ComputeThinV);
+  svd.setThreshold(kSmallest);
+  return scale.asDiagonal() * svd.solve(right);
+}
+
+// (4.8) inside the box: an unknown that would leave it is put on its bound and held, and the rest
+// solved again.
+Eigen::VectorXd TransientEstimator::Impl::box_step(double lambda) const {
+  const auto q = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::MatrixXd damped(2 * q, q);
+  damped.topRows(q) = r;
+  damped.bottomRows(q) = (std::sqrt(lambda) * r.colwise().norm()).asDiagonal();
+  Eigen::VectorXd wanted = Eigen::VectorXd::Zero(2 * q);
+  wanted.head(q) = right;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(q);
+  std::vector<char> held(unknowns.size(), 0);
+  const Eigen::VectorXd downhill = r.transpose() * right;
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    const double now = value(k), pull = downhill[static_cast<Eigen::Index>(k)];
+    held[k] = (now <= unknowns[k].lower && pull < 0.0) || (now >= unknowns[k].upper && pull > 0.0);
+  }
+  for (Eigen::Index round = 0; round <= q; ++round) {
+    Eigen::MatrixXd a = damped;
+    Eigen::VectorXd b = wanted;
+    for (Eigen::Index k = 0; k < q; ++k) {
+      if (!held[static_cast<std::size_t>(k)]) continue;
+      b -= damped.col(k) * step[k];
+      a.col(k).setZero();
+    }
+    const Eigen::VectorXd solved = a.colPivHouseholderQr().solve(b);
+    bool inside = true;
+    for (std::size_t k = 0; k < unknowns.size(); ++k) {
+      if (held[k]) continue;
+      const auto at = static_cast<Eigen::Index>(k);
+      const double target = value(k) + solved[at];
+      step[at] = std::clamp(target, unknowns[k].lower, unknowns[k].upper) - value(k);
+      if (target < unknowns[k].lower || target > unknowns[k].upper) {
+        held[k] = 1;
+        inside = false;
+      }
+    }
+    if (inside) break;
+  }
+  return step;
+}
+
+// No step more than doubles a parameter, as in the periodic estimator.
+void TransientEstimator::Impl::cap(Eigen::VectorXd& step, const std::vector<double>& start) const {
+  double share = 1.0;
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    const auto at = static_cast<std::size_t>(free[k]);
+    const double most = std::max(std::fabs(fit.theta[at]), std::fabs(start[at]));
+    const double wanted = std::fabs(step[static_cast<Eigen::Index>(k)]);
+    if (wanted * share > most && most > 0.0) share = most / wanted;
+  }
+  step *= share;
+}
+
+void TransientEstimator::Impl::keep_iterate() {
+  if (!options.keep_iterates) return;
+  std::vector<double> now = arcs[records[0].first_arc].start;
+  now.insert(now.end(), fit.theta.begin(), fit.theta.end());
+  fit.iterates.push_back(std::move(now));
+}
+
+void TransientEstimator::Impl::iterate(bool damped) {
+  const std::vector<double> start = fit.theta;
+  IntegrationReport report = integrate();
+  if (!report.ok) {
+    fit.status = FitStatus::no_solution;
+    fit.trouble = where(report);
+    return;
+  }
+  double lambda = damped ? kFirstLambda : 0.0, grow = 2.0, closing = 1.0;
+  int refused = 0;
+  linearise(closing);
+  for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
+    fit.iterations = iteration;
+    Eigen::VectorXd step = damped ? box_step(lambda) : pure_step();
+    if (damped) cap(step, start);
+    const double before = merit();
+    const auto theta = fit.theta;
+    std::vector<std::vector<double>> starts;
+    for (const Arc& arc : arcs)
+      starts.push_back(arc.start);
+    const bool done = (!damped || lambda <= kNearlyUndamped) && small(step);
+    move(step);
+    report = integrate();
+    bool accepted = report.ok;
+    if (accepted) {
+      linearise(closing);
+      const double unsure = accuracy();
+      if (damped) accepted = merit() <= before + 2.0 * std::sqrt(before) * unsure + unsure * unsure;
+    } else if (!damped) {
+      fit.status = FitStatus::no_solution;
+      fit.trouble = where(report);
+      return;
+    }
+    if (accepted) keep_iterate();
+    if (accepted && done) {
+      fit.status = FitStatus::converged;
+      return;
+    }
+    if (accepted) {
+      refused = 0;
+      grow = 2.0;
+      if (damped) lambda = std::max(lambda / 8.0, kLeastLambda);
+      closing = 1.0;
+      continue;
+    }
+    fit.theta = theta;
+    for (std::size_t a = 0; a < arcs.size(); ++a)
+      arcs[a].start = starts[a];
+    if (integrate(); done || ++refused > 40) {
+      linearise(1.0);
+      fit.status = done ? FitStatus::converged : FitStatus::not_converged;
+      break;
+    }
+    lambda *= grow;
+    grow *= 2.0;
+    closing = std::max(0.05, 0.5 * closing);
+    linearise(closing);
+    if (lambda > kLastLambda) break;
+  }
+  if (fit.status == FitStatus::converged) return;
+  fit.status = FitStatus::not_converged;
+  fit.trouble = fmt::format("no convergence in {} iterations{}", fit.iterations,
+                            fit.largest_gap > kGapClosed
+                                ? fmt::format("; the segments still do not meet, by {:.1e} of the "
+                                              "motion's size",
+                                              fit.largest_gap)
+                                : "");
+}
+
+const TransientFit& TransientEstimator::fit(const std::vector<double>& start) {
+  Impl& impl = *impl_;
+  TransientFit& fit = impl.fit;
+  if (start.size() != fit.theta.size())
+    throw std::invalid_argument(
+        fmt::format("the start has {} parameters, the model {}", start.size(), fit.theta.size()));
+  if (impl.options.method == Method::lifted)
+    throw std::invalid_argument(
+        "the method 'lifted' is for periodic runs; segments do its work on records");
+  const bool damped = impl.options.method == Method::levenberg_marquardt;
+  const auto attempt = [&](std::size_t segment) {
+    fit.iterates.clear();
+    fit.trouble.clear();
+    fit.iterations = 0;
+    fit.status = FitStatus::not_converged;
+    impl.begin(start, segment);
+    impl.iterate(damped);
+    return fit.status == FitStatus::converged;
+  };
+  // Where a trajectory cannot go on from the start's parameters, shorter ones that begin from the
+  // data may; what segments cannot do, one trajectory may.
+  if (!attempt(impl.options.segment)) {
+    const std::string first = fit.trouble;
+    const bool cut = impl.arcs.size() > impl.records.size();
+    bool done = !damped;
+    for (const std::size_t shorter : kShorter) {
+      if (!done && fit.iterations == 0) done = attempt(shorter);
+    }
+    if (!done && cut) done = attempt(kOneTrajectory);
+    if (fit.status != FitStatus::converged) fit.trouble = first;
+  }
+  impl.finish();
+  return fit;
+}
+
+}  // namespace shaker::estimator
