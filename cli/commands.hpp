@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "cli/estimation_input.hpp"
 #include "cli/exit_code.hpp"
 
 namespace shaker::cli {
@@ -22,10 +24,14 @@ struct WatchOptions {
 struct RunOptions {
   std::filesystem::path campaign;
 };
-struct EstimateOptions {
-  std::filesystem::path file;
-  std::filesystem::path model;  // empty: the database's own
-  std::optional<double> frequency_hz, amplitude;
+struct EstimateOptions : InputOptions {
+  int starts = 1;  // more: from so many, see estimator/optimise/several_starts.hpp
+  unsigned seed = 1;
+};
+struct CompareOptions : InputOptions {
+  int figure = 0;                    // of the paper, instead of a file
+  std::vector<double> start;         // of the free parameters; empty: the model's
+  std::vector<std::string> methods;  // empty: all
 };
 struct ReproduceOptions {
   int figure = 0;     // 0: all of them
@@ -47,6 +53,7 @@ int watch(const Common& common, const WatchOptions& options);
 int run(const Common& common, const RunOptions& options);
 int order(const Common& common, const std::string& method);  // stop, estop, ack
 int estimate(const Common& common, const EstimateOptions& options);
+int compare(const Common& common, const CompareOptions& options);
 int reproduce(const Common& common, const ReproduceOptions& options);
 int export_runs(const Common& common, const ExportOptions& options);
 int check(const Common& common, const CheckOptions& options);

@@ -29,6 +29,7 @@ struct Options {
   WatchOptions watch;
   RunOptions run;
   EstimateOptions estimate;
+  CompareOptions compare;
   ReproduceOptions reproduce;
   ExportOptions export_runs;
   CheckOptions check;
@@ -75,18 +76,37 @@ void add_online(CLI::App& app, Options& o) {
   add_socket(add(app, o, "ack", "Acknowledge a fault whose cause is gone", order_of("ack")), o);
 }
 
+void add_input(CLI::App* command, InputOptions& o) {
+  command->add_option("--model", o.model, "Model file (default: the database's own)");
+  command->add_option("--frequency", o.frequency_hz, "Of the excitation, Hz (CSV)");
+  command->add_option("--amplitude", o.amplitude,
+                      "Of the table's acceleration, m/s^2 (CSV without an excitation column)");
+}
+
 void add_offline(CLI::App& app, Options& o) {
   auto* estimating = add(app, o, "estimate", "Estimate from a campaign database or a CSV file",
                          [&o] { return estimate(o.common, o.estimate); });
   estimating->add_option("file", o.estimate.file, "FILE.db, or FILE.csv with a header row")
       ->required();
-  estimating->add_option("--model", o.estimate.model, "Model file (default: the database's own)");
-  estimating->add_option("--frequency", o.estimate.frequency_hz, "Of the excitation, Hz (CSV)");
-  estimating->add_option("--amplitude", o.estimate.amplitude,
-                         "Of the table's acceleration, m/s^2 (CSV without an excitation column)");
+  add_input(estimating, o.estimate);
+  estimating
+      ->add_option("--starts", o.estimate.starts,
+                   "From so many starts spread over the parameters' bounds; tells the minima apart")
+      ->check(CLI::Range(1, 1000));
+  estimating->add_option("--seed", o.estimate.seed, "Of the spread of starts")
+      ->capture_default_str();
   estimating->footer(
       "CSV columns: t,y (the excitation is then amplitude cos(2 pi frequency t)), or\n"
       "t,excitation,displacement. t in seconds; any number of periods.");
+  auto* comparing = add(app, o, "compare", "What each optimiser needs and finds on one data set",
+                        [&o] { return compare(o.common, o.compare); });
+  auto* compared = comparing->add_option("file", o.compare.file, "FILE.db or FILE.csv");
+  add_input(comparing, o.compare);
+  comparing->add_option("--figure", o.compare.figure, "The paper's data instead: 11, 12, 13 or 14")
+      ->excludes(compared);
+  comparing->add_option("--start", o.compare.start, "Free parameters, separated by commas")
+      ->delimiter(',');
+  comparing->add_option("--method", o.compare.methods, "Only this one; may be given again");
   auto* reproducing =
       add(app, o, "reproduce", "The paper's figures 11 to 14 again, beside the print",
           [&o] { return reproduce(o.common, o.reproduce); });

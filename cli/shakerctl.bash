@@ -1,10 +1,10 @@
 # Completion of shakerctl for bash.
 _shakerctl() {
   local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} options
-  local commands="status watch run stop estop ack estimate reproduce export check"
+  local commands="status watch run stop estop ack estimate compare reproduce export check"
   case $previous in
     --figure) mapfile -t COMPREPLY < <(compgen -W "11 12 13 14" -- "$word"); return ;;
-    --frequency | --amplitude | --seconds) return ;;
+    --frequency | --amplitude | --seconds | --start | --starts | --seed | --method) return ;;
     --directory) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
     --socket | --model | --rig) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
   esac
@@ -15,7 +15,8 @@ _shakerctl() {
   case ${COMP_WORDS[1]} in
     status | stop | estop | ack | run) options="--json --socket --help" ;;
     watch) options="--json --socket --seconds --help" ;;
-    estimate) options="--json --model --frequency --amplitude --help" ;;
+    estimate) options="--json --model --frequency --amplitude --starts --seed --help" ;;
+    compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
     reproduce) options="--json --figure --bias --help" ;;
     export) options="--json --directory --samples --all --help" ;;
     check) options="--json --rig --help" ;;

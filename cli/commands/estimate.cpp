@@ -2,80 +2,100 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/run_data.hpp"
-#include "config/model.hpp"
 #include "estimator/estimation.hpp"
+#include "estimator/optimise/periodic_problem.hpp"
+#include "estimator/optimise/several_starts.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
+#include "report/text_table.hpp"
 
 namespace shaker::cli {
 namespace {
 
-struct Input {
-  config::ModelSpec model;
-  std::vector<estimator::RunData> runs;
-  std::optional<std::string> campaign;
+namespace optimise = estimator::optimise;
+
+constexpr int kScreeningPoints = 80;  // coarse: the fit proper follows on the full grid
+
+struct Search {
+  optimise::Minima minima;
+  std::vector<double> best;  // all parameters
 };
 
-bool is_database(const std::filesystem::path& file) {
-  const auto extension = file.extension();
-  return extension == ".db" || extension == ".sqlite";
+Search search(const estimator::Model& model, const std::vector<estimator::RunData>& runs,
+              const EstimateOptions& options) {
+  estimator::EstimationOptions grid;
+  grid.grid.points = kScreeningPoints;
+  optimise::PeriodicProblem problem(model, runs, grid);
+  optimise::StartOptions spread;
+  spread.starts = options.starts;
+  spread.seed = options.seed;
+  Search out;
+  out.minima = several_starts(problem, problem.reduce(model.start()),
+                              *optimise::find_method("levenberg_marquardt"), {}, spread);
+  out.best = out.minima.found.empty() ? model.start()
+                                      : problem.expand(out.minima.found.front().summary.theta);
+  return out;
 }
 
-Result<Input> read_database(const EstimateOptions& options) {
-  if (options.frequency_hz || options.amplitude) {
-    return Error{ErrorKind::invalid,
-                 "a campaign database knows its frequencies and amplitudes; "
-                 "leave --frequency and --amplitude out"};
+nlohmann::ordered_json to_json(const optimise::Minima& minima) {
+  auto list = nlohmann::ordered_json::array();
+  for (const optimise::Minimum& minimum : minima.found) {
+    const optimise::Summary& s = minimum.summary;
+    list.push_back({{"theta", std::vector<double>(s.theta.data(), s.theta.data() + s.theta.size())},
+                    {"sum_of_squares", s.sum_of_squares},
+                    {"status", optimise::name(s.status)},
+                    {"starts", minimum.hits}});
   }
-  auto data = runs_from_database(options.file);
-  if (!data) return data.error();
-  auto model = options.model.empty()
-                   ? config::parse_model(data->model_json, options.file.string() + " (its model)")
-                   : config::load_model(options.model);
-  if (!model) return model.error();
-  return Input{std::move(*model), std::move(data->runs), data->name};
+  return list;
 }
 
-Result<Input> read_csv_run(const EstimateOptions& options) {
-  if (options.model.empty()) {
-    return Error{ErrorKind::invalid,
-                 "a CSV file does not say which model; give --model MODEL.json"};
+std::string minima_table(const optimise::Minima& minima, const estimator::Model& model) {
+  std::vector<std::vector<std::string>> rows = {{"starts", "ended", "sum of squares"}};
+  for (const auto& parameter : model.parameters()) {
+    if (!parameter.fixed) rows.front().push_back(parameter.name);
   }
-  if (!options.frequency_hz) {
-    return Error{ErrorKind::invalid,
-                 "a CSV file does not say its frequency; give --frequency in Hz"};
+  for (const optimise::Minimum& minimum : minima.found) {
+    rows.push_back({std::to_string(minimum.hits),
+                    std::string(optimise::name(minimum.summary.status)),
+                    fmt::format("{:.6g}", minimum.summary.sum_of_squares)});
+    for (const double value : minimum.summary.theta)
+      rows.back().push_back(fmt::format("{:.5g}", value));
   }
-  auto model = config::load_model(options.model);
-  if (!model) return model.error();
-  auto run = run_from_csv(options.file, {*options.frequency_hz, options.amplitude});
-  if (!run) return run.error();
-  Input input;
-  input.model = std::move(*model);
-  input.runs.push_back(std::move(*run));
-  return input;
+  return fmt::format("\nWhere the starts ended ({} of {} points looked at had a solution):\n\n{}",
+                     minima.admissible, minima.looks,
+                     report::text_table(rows, std::vector<bool>(rows.front().size(), true)));
 }
 
 }  // namespace
 
 int estimate(const Common& common, const EstimateOptions& options) {
-  auto input = is_database(options.file) ? read_database(options) : read_csv_run(options);
+  auto input = read_estimation_input(options);
   if (!input) return fail(common, kBadInput, input.error().what);
   try {
     const estimator::Model model(input->model);
+    std::optional<Search> searched;
+    if (options.starts > 1) searched = search(model, input->runs, options);
     estimator::Estimator estimator(model, std::move(input->runs));
-    const estimator::Fit& fit = estimator.fit(model.start());
+    const estimator::Fit& fit = estimator.fit(searched ? searched->best : model.start());
     if (fit.status == estimator::FitStatus::no_solution) {
       return fail(common, kNotUsable, fit.trouble);
     }
     protocol::EstimateDocument document = report::to_document(estimator.describe());
     document.campaign = input->campaign;
     document.clock = "recorded";
-    fmt::print("{}", common.json ? protocol::to_json_text(document) + "\n"
-                                 : report::estimate_table(document));
+    if (common.json && searched) {
+      auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
+      json["minima"] = to_json(searched->minima);
+      fmt::print("{}\n", json.dump());
+    } else {
+      fmt::print("{}", common.json ? protocol::to_json_text(document) + "\n"
+                                   : report::estimate_table(document));
+      if (searched) fmt::print("{}", minima_table(searched->minima, model));
+    }
     if (document.usable) return kOk;
     if (!common.json) fmt::print(stderr, "shakerctl: the estimate is not usable\n");
     return kNotUsable;

@@ -12,7 +12,7 @@ constexpr double kRounding = 1e-14;           // of phi: differences below are n
 
 enum class Taken { yes, bottom, no };
 
-// Goes along `step` from `from`; on `yes` the answer is in `to`, without its Jacobian.
+// Goes along `step` from `from`; on `yes` the answer is in `to`.
 Taken search(Evaluator& evaluator, const Point& from, const Eigen::VectorXd& step, Point& to) {
   const double slope = -(from.jacobian * step).dot(from.e);  // d phi / d alpha at 0
   if (!(slope < 0.0)) return Taken::no;
@@ -21,7 +21,7 @@ Taken search(Evaluator& evaluator, const Point& from, const Eigen::VectorXd& ste
   double alpha = 1.0;
   while (alpha > kShortest && !evaluator.exhausted()) {
     to.theta = from.theta + alpha * step;
-    if (!evaluator.at(to, false)) {
+    if (!evaluator.at(to, true)) {  // a periodic solution brings its Jacobian along
       alpha *= 0.5;
       continue;
     }
@@ -47,12 +47,13 @@ Taken go(Evaluator& evaluator, const Point& from, const Eigen::VectorXd& step, d
 }  // namespace
 
 Summary descend(const char* method, Evaluator& evaluator, const Eigen::VectorXd& start,
-                StepRule rule, const Direction& direction) {
+                StepRule rule, const Direction& direction, int retries) {
   const Options& options = evaluator.options();
   Point point;
   point.theta = start;
   if (!evaluator.at(point, true)) return evaluator.finish(method, Status::inadmissible, point);
   double progress = 1.0;
+  int failures = 0;  // at this point
   int& iteration = evaluator.summary().iterations;
   while (iteration < options.max_iterations && !evaluator.exhausted()) {
     const auto free = evaluator.free(point);
@@ -66,25 +67,31 @@ Summary descend(const char* method, Evaluator& evaluator, const Eigen::VectorXd&
       return evaluator.finish(method, Status::stalled, point);
     const Eigen::VectorXd whole =
         evaluator.along_box(point, spread(step, free, evaluator.problem().parameters()));
+    const double length = relative(whole, point.theta);
     Point next;
     Taken taken = Taken::no;
     double share = 1.0;
     if (rule == StepRule::length) {
+      if (length <= options.step_tolerance)
+        return evaluator.finish(method, Status::converged, point);
       taken = search(evaluator, point, whole, next);
-      if (taken == Taken::yes && !evaluator.at(next, true)) taken = Taken::no;
     } else {
       const bool relaxed = rule == StepRule::relaxation && iteration < options.relaxed_iterations;
       share = relaxed ? options.relaxation : 1.0;
       taken = go(evaluator, point, whole, share, next);
     }
     if (taken == Taken::bottom) return evaluator.finish(method, Status::converged, point);
-    const double length = relative(whole, point.theta);
     if (taken == Taken::no) {
       const bool bottom = length <= std::sqrt(options.step_tolerance) &&
                           linear.offset <= std::sqrt(options.offset_tolerance);
+      if (!bottom && failures++ < retries) {
+        progress = 0.0;
+        continue;
+      }
       return evaluator.finish(method, bottom ? Status::converged : Status::stalled, point);
     }
     ++iteration;
+    failures = 0;
     progress = (point.phi - next.phi) / std::max(point.phi, 1e-300);
     std::swap(point, next);
     if (length <= options.step_tolerance && share == 1.0)

@@ -69,12 +69,13 @@ class Graded {
   Eigen::Index grade(const Eigen::VectorXd& sigma, double progress) {
     const Eigen::Index l = sigma.size();
     if (grade_ < 0 || progress > kFast) grade_ = l;
+    grade_ = std::min(grade_, l);  // fewer parameters may be free than before
     if (progress < kSlow && grade_ > 0) {
       --grade_;
       while (grade_ > 0 && sigma[grade_] > kGap * sigma[grade_ - 1])
         --grade_;
     }
-    Eigen::Index p1 = std::min(grade_, l);
+    Eigen::Index p1 = grade_;
     while (p1 > 0 && !(sigma[p1 - 1] > kRank * sigma[0]))
       --p1;
     return p1;
@@ -104,7 +105,8 @@ class Graded {
 Summary modified_gauss_newton(LeastSquaresProblem& problem, const Eigen::VectorXd& start,
                               const Options& options) {
   Evaluator evaluator(problem, options);
-  return descend("modified_gauss_newton", evaluator, start, StepRule::length, Graded(evaluator));
+  return descend("modified_gauss_newton", evaluator, start, StepRule::length, Graded(evaluator),
+                 problem.parameters());
 }
 
 }  // namespace shaker::estimator::optimise

@@ -77,6 +77,16 @@ const std::vector<Case>& cases() {
   return all;
 }
 
+const Case& find_case(int figure) {
+  const auto& all = cases();
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Case& c) { return c.figure == figure; });
+  if (found == all.end())
+    throw std::invalid_argument(
+        fmt::format("figure {} cannot be reproduced; choose 11, 12, 13 or 14", figure));
+  return *found;
+}
+
 std::vector<double> own_solution(const Model& model, double frequency, double amplitude,
                                  GridOptions grid, int every) {
   PeriodicSystem system(model, grid);
@@ -113,21 +123,27 @@ config::ModelSpec oleo_in_feet(double gravity) {
   return spec;
 }
 
+FigureData data_of(int figure) {
+  const Case& found = find_case(figure);
+  FigureData data;
+  data.model = oleo_in_feet(kGravity);
+  data.grid = {Scheme::order2, 40, false};
+  data.start = kFivePerCentOff;
+  data.run.frequency_hz = found.frequency;
+  data.run.amplitude = found.amplitude;
+  data.run.displacement =
+      found.record != nullptr
+          ? std::vector<double>(found.record, found.record + 40)
+          : own_solution(Model(data.model), found.frequency, found.amplitude, data.grid, 1);
+  return data;
+}
+
 FigureRun reproduce(int figure) {
-  const auto& all = cases();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const Case& c) { return c.figure == figure; });
-  if (found == all.end())
-    throw std::invalid_argument(
-        fmt::format("figure {} cannot be reproduced; choose 11, 12, 13 or 14", figure));
-  const Model model(oleo_in_feet(kGravity));
-  const GridOptions grid{Scheme::order2, 40, false};
-  RunData run;
-  run.frequency_hz = found->frequency;
-  run.amplitude = found->amplitude;
-  run.displacement = found->record != nullptr
-                         ? std::vector<double>(found->record, found->record + 40)
-                         : own_solution(model, found->frequency, found->amplitude, grid, 1);
+  const Case* found = &find_case(figure);
+  const FigureData data = data_of(figure);
+  const Model model(data.model);
+  const RunData& run = data.run;
+  const GridOptions& grid = data.grid;
   EstimationOptions options;
   options.grid = grid;
   options.method = Method::gauss_newton;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "config/model.hpp"
+#include "estimator/estimation.hpp"
 
 namespace shaker::estimator::paper {
 
@@ -32,6 +33,16 @@ struct FigureRun {
 
 // Figures that can be reproduced: 11, 12, 13, 14. Throws std::invalid_argument for others.
 FigureRun reproduce(int figure);
+
+// The data behind a figure, for other methods than the paper's: 11, 12, 13 or 14. `start` is 5 %
+// off.
+struct FigureData {
+  config::ModelSpec model;
+  RunData run;
+  GridOptions grid;
+  std::vector<double> start;
+};
+FigureData data_of(int figure);
 
 // What the paper's test hides: data from an accurate solution, estimated on coarser grids.
 struct DiscretisationRow {

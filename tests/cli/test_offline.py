@@ -51,7 +51,7 @@ class Usage(Scratch):
     def test_help_names_every_command_and_its_options(self):
         result = run("--help")
         self.assertEqual(result.returncode, 0)
-        for command in ("status", "watch", "run", "stop", "estop", "ack", "estimate", "reproduce",
+        for command in ("status", "watch", "run", "stop", "estop", "ack", "estimate", "compare", "reproduce",
                         "export", "check"):
             self.assertIn(f"  {command} ", result.stdout)
             own = run(command, "--help")
@@ -205,6 +205,22 @@ class Estimate(Scratch):
                                          "--model", self.model).stderr)
         self.assertIn("cannot be read", self.estimate(self.path / "missing.csv").stderr)
 
+    def test_several_starts_cure_a_start_that_ends_where_nothing_moves(self):
+        bad = json.loads(self.model.read_text())
+        for effect, name, value in ((0, "theta1", 0.1), (1, "theta2", 20), (1, "theta3", 0.5)):
+            bad["effects"][effect]["parameters"][name]["start"] = value
+        words = ("estimate", DATA / "oleo_j1.csv", "--model", self.write("bad.json", json.dumps(bad)),
+                 "--frequency", 2, "--amplitude", 10)
+        self.assertEqual(run(*words).returncode, 5)
+        result = run(*words, "--starts", 8, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = json.loads(result.stdout)
+        best = reference("oleo_j1_reference.csv")["theta"]
+        for parameter, value in zip(document["parameters"], best):
+            self.assertAlmostEqual(parameter["value"] / value, 1.0, delta=1e-4)
+        self.assertEqual(document["minima"][0]["status"], "converged")
+        self.assertIn("Where the starts ended", run(*words, "--starts", 8).stdout)
+
     def test_a_constant_record_gives_no_usable_estimate(self):
         lines = ["t,y"] + [f"{i / 80},0.53" for i in range(40)]
         result = self.estimate(self.write("flat.csv", "\n".join(lines)))
@@ -326,6 +342,39 @@ class Reproduce(unittest.TestCase):
         rows = json.loads(run("reproduce", "--bias", "--json").stdout)["rows"]
         coarse = next(row for row in rows if row["points"] == 40 and row["scheme"] == "order2")
         self.assertGreater(max(map(abs, coarse["theta_error_percent"])), 1.0)
+
+class Compare(Scratch):
+    def compare(self, *words):
+        result = run("compare", *words, "--json")
+        return result.returncode, json.loads(result.stdout)
+
+    def test_methods_agree_on_a_record(self):
+        code, document = self.compare(DATA / "oleo_j1.csv", "--model", self.model, "--frequency", 2,
+                                      "--amplitude", 10)
+        self.assertEqual(code, 0)
+        self.assertEqual(document["parameters"], ["theta1", "theta2", "theta3", "theta4"])
+        least = reference("oleo_j1_reference.csv")["ssr"][0]
+        self.assertGreaterEqual(len(document["methods"]), 12)
+        for row in document["methods"]:
+            self.assertAlmostEqual(row["sum_of_squares"] / least, 1.0, delta=1e-3, msg=row["method"])
+            self.assertGreaterEqual(row["periodic_solutions"], row["iterations"], row["method"])
+
+    def test_a_bad_start_of_the_papers_data_tells_methods_apart(self):
+        code, document = self.compare("--figure", 12, "--start", "0.1,20,0.5,1", "--method",
+                                      "automatic", "--method", "gauss_newton")
+        self.assertEqual(code, 0)
+        automatic, pure = document["methods"]
+        self.assertEqual(automatic["status"], "converged")
+        for value, printed in zip(automatic["theta"], (4.6911, 4.9864, 1.6184, 1.0029)):
+            self.assertAlmostEqual(value, printed, delta=2e-4)
+        self.assertNotEqual(pure["status"], "converged")
+
+    def test_wrong_use_is_said(self):
+        self.assertIn("choose from", run("compare", "--figure", 12, "--method", "magic").stderr)
+        self.assertIn("free parameters", run("compare", "--figure", 12, "--start", "1,2").stderr)
+        self.assertIn("outside", run("compare", "--figure", 12, "--start", "1,2,3,-4").stderr)
+        self.assertIn("--figure", run("compare").stderr)
+        self.assertEqual(run("compare", "--figure", 9).returncode, 2)
 
 
 if __name__ == "__main__":

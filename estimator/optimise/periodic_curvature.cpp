@@ -1,0 +1,156 @@
+// Second-order sensitivities of the periodic solution, summed up to Q of (4.4).
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/optimise/periodic_problem.hpp"
+
+namespace shaker::estimator::optimise {
+namespace {
+
+constexpr double kStep = 2e-5;  // of the parameter along which the slopes are displaced
+
+// Arrays of points for Model::evaluate, away from the system's own.
+class Displaced {
+ public:
+  Displaced(const Model& model, int n)
+      : model_(model), n_(n), s_(model.coordinates()), p_(model.parameter_count()) {
+    stride_ = (static_cast<std::size_t>(n) + 7) / 8 * 8;
+    const int arrays = 3 * s_ + 1 + s_ + 3 * s_ * s_ + s_ * p_ + 8 + p_;
+    store_.assign(stride_ * static_cast<std::size_t>(arrays), 0.0);
+    double* next = store_.data();
+    const auto take = [&](std::vector<double*>& list, int count) {
+      for (int i = 0; i < count; ++i, next += stride_)
+        list.push_back(next);
+    };
+    take(u, s_);
+    take(v, s_);
+    take(a, s_);
+    take(x, 1);
+    take(g, s_);
+    take(g_u, s_ * s_);
+    take(g_v, s_ * s_);
+    take(g_a, s_ * s_);
+    take(g_theta, s_ * p_);
+    take(scratch, 8 + p_);
+  }
+  bool evaluate(const std::vector<double>& theta) {
+    return model_.evaluate(
+        {n_, u.data(), v.data(), a.data(), x[0]}, theta.data(),
+        {g.data(), g_u.data(), g_v.data(), g_a.data(), g_theta.data(), scratch.data()});
+  }
+  std::vector<double*> u, v, a, x, g, g_u, g_v, g_a, g_theta, scratch;
+
+ private:
+  const Model& model_;
+  int n_, s_, p_;
+  std::size_t stride_ = 0;
+  AlignedVector store_;
+};
+
+// Sensitivities of stroke, velocity and acceleration to one parameter: index point * s +
+// coordinate.
+struct Tangent {
+  std::vector<double> u, v, a;
+};
+
+Tangent tangent(const PeriodicSystem& system, int parameter) {
+  const int n = system.points(), s = system.model().coordinates();
+  const Stencil difference = stencil(system.options().scheme);
+  const double rate = system.frequency() * n;
+  Tangent t;
+  const auto size = static_cast<std::size_t>(n * s);
+  t.u.resize(size);
+  t.v.resize(size);
+  t.a.resize(size);
+  const auto value = [&](int i, int c) {
+    return system.row((i + n) % n, c)[static_cast<std::size_t>(1 + parameter)];
+  };
+  for (int i = 0; i < n; ++i) {
+    for (int c = 0; c < s; ++c) {
+      const auto at = static_cast<std::size_t>(i * s + c);
+      t.u[at] = value(i, c);
+      for (int k = -difference.reach; k <= difference.reach; ++k) {
+        const auto tap = static_cast<std::size_t>(k + difference.reach);
+        t.v[at] += rate * difference.first[tap] * value(i + k, c);
+        t.a[at] += rate * rate * difference.second[tap] * value(i + k, c);
+      }
+    }
+  }
+  return t;
+}
+
+}  // namespace
+
+bool PeriodicProblem::add_curvature(std::size_t r, const std::vector<double>& theta,
+                                    const double* e, Eigen::MatrixXd& q) {
+  PeriodicSystem& system = systems_[r];
+  const int n = system.points(), s = model_.coordinates(), p = model_.parameter_count();
+  const int count = parameters();
+  const int pairs = count * (count + 1) / 2;
+  std::vector<Tangent> tangents;
+  for (const int k : free_)
+    tangents.push_back(tangent(system, k));
+  std::vector<double> rows(static_cast<std::size_t>(n * s * pairs), 0.0);
+  Displaced at(model_, n);
+  std::vector<double> moved = theta;
+  int first_pair = 0;
+  for (int l = 0; l < count; ++l) {
+    const Tangent& w = tangents[static_cast<std::size_t>(l)];
+    const auto own = static_cast<std::size_t>(free_[l]);
+    const double step = kStep * std::max(std::fabs(theta[own]), 1e-6);
+    // f' = (8 (f(h) - f(-h)) - (f(2h) - f(-2h))) / 12 h
+    for (const auto& [shift, weight] :
+         {std::pair{1.0, 8.0}, {-1.0, -8.0}, {2.0, -1.0}, {-2.0, 1.0}}) {
+      moved[own] = theta[own] + shift * step;
+      for (int i = 0; i < n; ++i) {
+        for (int c = 0; c < s; ++c) {
+          const auto index = static_cast<std::size_t>(i * s + c);
+          at.u[c][i] = system.value(i, c) + shift * step * w.u[index];
+          at.v[c][i] = system.velocity(i, c) + shift * step * w.v[index];
+          at.a[c][i] = system.acceleration(i, c) + shift * step * w.a[index];
+        }
+      }
+      if (!at.evaluate(moved)) return false;
+      const double factor = -weight / (12.0 * step);  // right-hand side: minus the derivative
+      for (int k = 0; k <= l; ++k) {
+        const Tangent& t = tangents[static_cast<std::size_t>(k)];
+        for (int i = 0; i < n; ++i) {
+          for (int d = 0; d < s; ++d) {
+            double slope = at.g_theta[d * p + free_[k]][i];
+            for (int c = 0; c < s; ++c) {
+              const auto index = static_cast<std::size_t>(i * s + c);
+              slope += at.g_u[d * s + c][i] * t.u[index] + at.g_v[d * s + c][i] * t.v[index] +
+                       at.g_a[d * s + c][i] * t.a[index];
+            }
+            rows[static_cast<std::size_t>((i * s + d) * pairs + first_pair + k)] += factor * slope;
+          }
+        }
+      }
+    }
+    moved[own] = theta[own];
+    first_pair += l + 1;
+  }
+  if (!system.factorise()) return false;
+  system.solve_factorised(rows, pairs);
+  const Run& run = runs_[r];
+  const int c = model_.observed();
+  for (std::size_t j = 0; j < run.readings.size(); ++j) {
+    const Reading& reading = run.readings[j];
+    for (int m = 0; m < reading.count; ++m) {
+      const int point = (reading.base + m) % n;
+      const double* second = &rows[static_cast<std::size_t>((point * s + c) * pairs)];
+      const double weight = run.scale[j] * reading.weight[m] * e[j];
+      for (int l = 0, pair = 0; l < count; ++l) {
+        for (int k = 0; k <= l; ++k, ++pair)
+          q(k, l) -= weight * second[pair];
+      }
+    }
+  }
+  for (int l = 0; l < count; ++l) {
+    for (int k = 0; k < l; ++k)
+      q(l, k) = q(k, l);
+  }
+  return true;
+}
+
+}  // namespace shaker::estimator::optimise
