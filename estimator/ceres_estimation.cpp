@@ -39,12 +39,11 @@ class RunCost final : public ceres::CostFunction {
     if (!warm_ || report.status != SolveStatus::converged) report = system_->solve_from_rest(theta);
     warm_ = report.status == SolveStatus::converged;
     if (!warm_) return false;
-    const int c = system_->model().observed();
     for (int j = 0; j < num_residuals(); ++j) {
-      residuals[j] = scale_ * (system_->value(every_ * j, c) -
+      residuals[j] = scale_ * (system_->observed(every_ * j) -
                                run_->displacement[static_cast<std::size_t>(j)]);
       if (jacobians == nullptr || jacobians[0] == nullptr) continue;
-      const auto row = system_->row(every_ * j, c);
+      const auto row = system_->observed_row(every_ * j);
       for (int k = 0; k < p; ++k)
         jacobians[0][j * p + k] = scale_ * row[static_cast<std::size_t>(1 + k)];
     }

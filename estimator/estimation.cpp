@@ -63,14 +63,13 @@ std::vector<double> Estimator::predicted(std::size_t run) const {
   std::vector<double> y;
   if (state.harmonic()) {
     for (int i = 0; i < system.points(); ++i)
-      y.push_back(system.value(i, impl_->model.observed()));
+      y.push_back(system.observed(i));
     return fourier_coefficients(y, state.whitened.size());
   }
   for (const Reading& reading : state.readings) {
     double sum = 0.0;
     for (int k = 0; k < reading.count; ++k)
-      sum += reading.weight[k] *
-             system.value((reading.base + k) % system.points(), impl_->model.observed());
+      sum += reading.weight[k] * system.observed((reading.base + k) % system.points());
     y.push_back(sum);
   }
   return y;

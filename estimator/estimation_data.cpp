@@ -127,7 +127,7 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
 
 void Estimator::Impl::make_coarse_level() {
   const bool possible = options.method == Method::lifted &&
-                        options.grid.scheme != Scheme::fourier &&
+                        options.grid.scheme != Scheme::fourier && model.instruments().empty() &&
                         std::all_of(runs.begin(), runs.end(), [](const RunState& run) {
                           return run.every >= 2 && run.data.sample_weight.empty() &&
                                  run.data.displacement.size() >= kFewestCoarse;

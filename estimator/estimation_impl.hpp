@@ -116,8 +116,8 @@ void Estimator::Impl::for_each_coefficient(std::size_t r, bool with_newton, Visi
   projected_.assign((1 + width) * m, 0.0);
   for (int i = 0; i < system.points(); ++i) {
     const double* operation = &run.projector[static_cast<std::size_t>(i) * m];
-    const auto row = system.row(i, model.observed());
-    const double value = system.value(i, model.observed()) + (with_newton ? row[0] : 0.0);
+    const auto row = system.observed_row(i);
+    const double value = system.observed(i) + (with_newton ? row[0] : 0.0);
     for (std::size_t k = 0; k <= width; ++k) {
       const double factor = k < width ? row[k] : value;
       double* out = &projected_[k * m];
@@ -139,13 +139,12 @@ void Estimator::Impl::for_each_datum(std::size_t r, bool with_newton, Visit visi
   const PeriodicSystem& system = systems[r];
   const double* sample = run.data.sample_weight.empty() ? nullptr : run.data.sample_weight.data();
   const int n = system.points();
-  const int c = model.observed();
   for (std::size_t j = 0; j < run.readings.size(); ++j) {
     const Reading& reading = run.readings[j];
     const double weight = run.inverse_variance * (sample != nullptr ? sample[j] : 1.0);
     if (reading.count == 1) {
-      const double* row = system.row(reading.base, c).data();
-      const double predicted = system.value(reading.base, c) + (with_newton ? row[0] : 0.0);
+      const double* row = system.observed_row(reading.base).data();
+      const double predicted = system.observed(reading.base) + (with_newton ? row[0] : 0.0);
       visit(row, run.data.displacement[j] - predicted, weight);
       continue;
     }
@@ -154,9 +153,9 @@ void Estimator::Impl::for_each_datum(std::size_t r, bool with_newton, Visit visi
     for (int k = 0; k < reading.count; ++k) {
       int point = reading.base + k;
       if (point >= n) point -= n;
-      const auto row = system.row(point, c);
+      const auto row = system.observed_row(point);
       const double w = reading.weight[k];
-      predicted += w * (system.value(point, c) + (with_newton ? row[0] : 0.0));
+      predicted += w * (system.observed(point) + (with_newton ? row[0] : 0.0));
       for (std::size_t m = 0; m < row.size(); ++m)
         mixed_[m] += w * row[m];
     }

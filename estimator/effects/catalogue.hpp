@@ -20,5 +20,10 @@ const Effect& gas_spring();
 const Effect& gravity();
 const Effect& linear_stiffness();
 const Effect& viscous_damping();
+const Effect& presliding_friction();
+const Effect& pressure_friction();
+const Effect& exciter_gain();
+const Effect& sensor_gain();
+const Effect& sensor_delay();
 
 }  // namespace shaker::estimator

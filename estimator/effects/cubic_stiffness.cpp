@@ -13,6 +13,9 @@ class CubicStiffness final : public Effect {
  public:
   std::string_view name() const override { return "cubic_stiffness"; }
   std::string_view formula() const override { return "k3 (u - u0)^3"; }
+  std::string_view meaning() const override {
+    return "a spring that stiffens away from its centre";
+  }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   std::span<const ConstantInfo> constants() const override { return kConstants; }
   bool evaluate(const Points& at, const double* theta, const double* constants,

@@ -41,6 +41,7 @@ class GasSpring final : public Effect {
  public:
   std::string_view name() const override { return "gas_spring"; }
   std::string_view formula() const override { return "theta2 (1 - theta3 u)^(-theta4)"; }
+  std::string_view meaning() const override { return "the gas column, a polytrope"; }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   bool evaluate(const Points& at, const double* theta, const double*,
                 const Forces& out) const override {

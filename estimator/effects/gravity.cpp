@@ -10,6 +10,8 @@ class Gravity final : public Effect {
  public:
   std::string_view name() const override { return "gravity"; }
   std::string_view formula() const override { return "-g"; }
+  std::string_view meaning() const override { return "weight of the sprung mass"; }
+  bool carries_load() const override { return false; }
   std::span<const ConstantInfo> constants() const override { return kConstants; }
   bool evaluate(const Points& at, const double*, const double* constants,
                 const Forces& out) const override {

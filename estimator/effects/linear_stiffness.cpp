@@ -11,6 +11,7 @@ class LinearStiffness final : public Effect {
  public:
   std::string_view name() const override { return "linear_stiffness"; }
   std::string_view formula() const override { return "k (u - u0)"; }
+  std::string_view meaning() const override { return "a spring beside the damper"; }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   std::span<const ConstantInfo> constants() const override { return kConstants; }
   bool evaluate(const Points& at, const double* theta, const double* constants,

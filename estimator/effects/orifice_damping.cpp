@@ -27,13 +27,17 @@ class OrificeDamping final : public Effect {
  public:
   std::string_view name() const override { return "orifice_damping"; }
   std::string_view formula() const override { return "theta1 |v| v"; }
+  std::string_view meaning() const override { return "flow of the oil through the orifice"; }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   bool evaluate(const Points& at, const double* theta, const double*,
                 const Forces& out) const override {
     add(at.n, at.v, theta[0], out.f, out.f_v, out.f_theta[0]);
     return true;
   }
-  double velocity_kink(const double* theta, const double*) const override { return 4.0 * theta[0]; }
+  bool has_velocity_kink() const override { return true; }
+  double velocity_kink(const double* theta, const double*, double) const override {
+    return 4.0 * theta[0];
+  }
 };
 
 }  // namespace

@@ -10,6 +10,9 @@ class ViscousDamping final : public Effect {
  public:
   std::string_view name() const override { return "viscous_damping"; }
   std::string_view formula() const override { return "c v"; }
+  std::string_view meaning() const override {
+    return "laminar flow, damping in proportion to the velocity";
+  }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   bool evaluate(const Points& at, const double* theta, const double*,
                 const Forces& out) const override {

@@ -48,11 +48,12 @@ void PeriodicSystem::differentiate() {
   double first[8] = {};
   double second[8] = {};
   const double f1 = frequency_ * n_;
-  for (int k = 0; k <= 2 * reach; ++k) {
-    first[k] = stencil_.first[k] * f1;
-    second[k] = stencil_.second[k] * f1 * f1;
-  }
   for (int c = 0; c < s_; ++c) {
+    const Stencil& stencil = stencil_of(c);
+    for (int k = 0; k <= 2 * reach; ++k) {
+      first[k] = stencil.first[k] * f1;
+      second[k] = stencil.second[k] * f1 * f1;
+    }
     double* u = u_[c];
     for (int i = 0; i < n_; ++i)
       u[i] = z_[i * s_ + c];

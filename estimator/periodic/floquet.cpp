@@ -117,7 +117,7 @@ Variation::Variation(const PeriodicSystem& system, std::span<const double> theta
   }
   constexpr int kPadded = 16;
   const int p = system.model().parameter_count();
-  const int arrays = 4 * s_ + 3 * s_ * s_ + s_ * p + 7 + p;
+  const int arrays = 4 * s_ + 3 * s_ * s_ + s_ * p + system.model().scratch_arrays();
   store_.resize(static_cast<std::size_t>(arrays) * kPadded);
   x_.resize(kPadded);
   double* next = store_.data();
@@ -133,7 +133,7 @@ Variation::Variation(const PeriodicSystem& system, std::span<const double> theta
   take(g_v_, s_ * s_);
   take(g_a_, s_ * s_);
   take(g_theta_, s_ * p);
-  take(scratch_, 7 + p);
+  take(scratch_, system.model().scratch_arrays());
 }
 
 // The partial derivatives at all stages of the step and of its two halves. Between grid points the

@@ -7,6 +7,7 @@
 
 #include "estimator/math/simd_math.hpp"
 #include "estimator/periodic/dense.hpp"
+#include "estimator/periodic/observer.hpp"
 #include "estimator/periodic/scalar_step.hpp"
 
 namespace shaker::estimator {
@@ -55,6 +56,10 @@ void PeriodicSystem::fill_right_hand_sides() {
 }
 
 bool PeriodicSystem::solve_step() {
+  return solve_rows() && (observer_->idle() || observer_->observe(*this, theta_));
+}
+
+bool PeriodicSystem::solve_rows() {
   if (dense_) return solve_dense();
   if (s_ != 1 || groups_ > 4 || !solve_scalar()) {
     if (!solve_banded()) return false;
@@ -92,10 +97,11 @@ bool PeriodicSystem::factorise_banded() {
     for (int d = 0; d < s_; ++d) {
       for (int e = 0; e < s_; ++e) {
         const int de = d * s_ + e;
+        const Stencil& stencil = stencil_of(e);
         for (int k = -reach; k <= reach; ++k)
           banded_->add(i, d, k, e,
-                       g_a_[de][i] * stencil_.second[k + reach] * f1 * f1 +
-                           g_v_[de][i] * stencil_.first[k + reach] * f1);
+                       g_a_[de][i] * stencil.second[k + reach] * f1 * f1 +
+                           g_v_[de][i] * stencil.first[k + reach] * f1);
         banded_->add(i, d, 0, e, g_u_[de][i]);
       }
     }
@@ -164,7 +170,7 @@ void PeriodicSystem::solve_factorised(std::span<double> rows, int width) {
 
 bool PeriodicSystem::add_products(std::span<const double> data, int every, bool with_newton,
                                   double weight, double* products) const {
-  if (s_ != 1 || groups_ > 4) return false;
+  if (s_ != 1 || groups_ > 4 || !observer_->direct(0)) return false;
   shaker::estimator::add_products({static_cast<int>(data.size()), every, p_, groups_, with_newton,
                                    rows_.data(), z_.data(), data.data(), weight, products});
   return true;
@@ -179,6 +185,7 @@ void PeriodicSystem::advance(double newton, std::span<const double> delta_theta)
       sum += delta_theta[k] * row[1 + k];
     z_[i] += sum;
   }
+  if (!observer_->idle()) observer_->advance(newton, delta_theta);
 }
 
 }  // namespace shaker::estimator

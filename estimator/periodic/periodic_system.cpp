@@ -10,6 +10,7 @@
 
 #include "estimator/math/simd_math.hpp"
 #include "estimator/periodic/dense.hpp"
+#include "estimator/periodic/observer.hpp"
 #include "estimator/periodic/scalar_step.hpp"
 
 namespace shaker::estimator {
@@ -75,6 +76,7 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
     : model_(&model),
       options_(options),
       stencil_(stencil(options.scheme)),
+      upwind_(upwind_stencil(options.scheme)),
       n_(options.points),
       s_(model.coordinates()),
       p_(model.parameter_count()) {
@@ -92,7 +94,7 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
   x_.resize(padded_);
   x_full_.resize(padded_);
   rows_.resize(static_cast<std::size_t>(n_) * s_ * stride_);
-  const int arrays = 3 * s_ + s_ + 3 * s_ * s_ + s_ * p_ + (s_ > 1 ? 7 + p_ : 0);
+  const int arrays = 3 * s_ + s_ + 3 * s_ * s_ + s_ * p_ + model.scratch_arrays();
   const int halo = 16;  // room for a stencil's neighbours around each array of u
   store_.resize(static_cast<std::size_t>(arrays) * (padded_ + 2 * halo));
   double* next = store_.data() + halo;
@@ -108,7 +110,7 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
   take(g_v_, s_ * s_);
   take(g_a_, s_ * s_);
   take(g_theta_, s_ * p_);
-  if (s_ > 1) take(scratch_, 7 + p_);
+  take(scratch_, model.scratch_arrays());
   if (options.scheme == Scheme::fourier) {
     dense_ = std::make_unique<Dense>();
     fourier_matrices(n_, dense_->first, dense_->second);
@@ -116,14 +118,20 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
     dense_->right.resize(n_ * s_, 1 + p_);
   } else {
     banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
-    if (options.correct_kink && s_ == 1) {
+    if (options.correct_kink && model.has_velocity_kink()) {
       kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, stride_);
       kappa_theta_.resize(stride_);
-      theta_.resize(p_);
     }
     band_.resize(static_cast<std::size_t>(n_) * 8);
     upper_.resize(static_cast<std::size_t>(n_) * 4);
   }
+  if (model.needs_carrier()) {
+    for (AlignedVector* v : {&quadrature_full_, &quadrature_, &carrier_cos_, &carrier_sin_})
+      v->resize(padded_);
+  }
+  theta_.resize(static_cast<std::size_t>(p_));
+  const Quantity displacement[] = {Quantity::displacement};
+  set_channels(displacement);
 }
 
 PeriodicSystem::~PeriodicSystem() = default;
@@ -133,7 +141,7 @@ void PeriodicSystem::set_excitation(double frequency_hz, double amplitude) {
   frequency_ = frequency_hz;
   for (int i = 0; i < n_; ++i)
     x_full_[i] = amplitude * std::cos(2.0 * std::numbers::pi * i / n_);
-  x_ = x_full_;
+  analyse_excitation();
 }
 
 void PeriodicSystem::set_excitation(double frequency_hz, std::span<const double> samples,
@@ -149,13 +157,76 @@ void PeriodicSystem::set_excitation(double frequency_hz, std::span<const double>
     for (int i = 0; i < n_; ++i)
       x_full_[i] += (c * std::polar(1.0, 2.0 * std::numbers::pi * (h * i % n_) / n_)).real();
   }
-  x_ = x_full_;
+  analyse_excitation();
 }
 
 void PeriodicSystem::set_excitation_points(double frequency_hz, std::span<const double> points) {
   frequency_ = frequency_hz;
   std::copy_n(points.begin(), n_, x_full_.begin());
-  x_ = x_full_;
+  analyse_excitation();
+}
+
+// Quadrature (each harmonic a quarter of its period late) and the fundamental's carrier.
+void PeriodicSystem::analyse_excitation() {
+  if (!model_->needs_carrier()) {
+    x_ = x_full_;
+    return;
+  }
+  std::fill(quadrature_full_.begin(), quadrature_full_.end(), 0.0);
+  const auto turn = [&](int k) { return std::polar(1.0, 2.0 * std::numbers::pi * k / n_); };
+  for (int h = 1; 2 * h < n_; ++h) {
+    std::complex<double> c = 0.0;
+    for (int j = 0; j < n_; ++j)
+      c += x_full_[j] * std::conj(turn(h * j % n_)) * (2.0 / n_);
+    for (int i = 0; i < n_; ++i)
+      quadrature_full_[i] += (c * turn(h * i % n_)).imag();
+    if (h > 1) continue;
+    carrier_full_ = std::abs(c);
+    const std::complex<double> phase = carrier_full_ > 0.0 ? c / carrier_full_ : 1.0;
+    for (int i = 0; i < n_; ++i) {
+      carrier_cos_[i] = (phase * turn(i)).real();
+      carrier_sin_[i] = (phase * turn(i)).imag();
+    }
+  }
+  set_share(1.0);
+}
+
+void PeriodicSystem::set_share(double share) {
+  for (int i = 0; i < n_; ++i)
+    x_[i] = share * x_full_[i];
+  carrier_ = share * carrier_full_;
+  for (std::size_t i = 0; i < quadrature_.size(); ++i)
+    quadrature_[i] = share * quadrature_full_[i];
+}
+
+ModelPoints PeriodicSystem::model_points() const {
+  ModelPoints points;
+  points.n = n_;
+  points.u = u_.data();
+  points.v = v_.data();
+  points.a = a_.data();
+  points.x = x_.data();
+  if (model_->needs_carrier()) {
+    points.x_quadrature = quadrature_.data();
+    points.carrier_cos = carrier_cos_.data();
+    points.carrier_sin = carrier_sin_.data();
+    points.carrier_amplitude = carrier_;
+  }
+  return points;
+}
+
+void PeriodicSystem::set_channels(std::span<const Quantity> quantities) {
+  observer_ = std::make_unique<Observer>(*this, quantities);
+}
+
+double PeriodicSystem::observed(int point, int channel) const {
+  return observer_->direct(channel) ? value(point, model_->observed())
+                                    : observer_->value(point, channel);
+}
+
+std::span<const double> PeriodicSystem::observed_row(int point, int channel) const {
+  if (observer_->direct(channel)) return row(point, model_->observed());
+  return {observer_->row(point, channel), static_cast<std::size_t>(1 + p_)};
 }
 
 void PeriodicSystem::begin() {
@@ -185,14 +256,12 @@ void PeriodicSystem::interpolate_from(const PeriodicSystem& coarser) {
 
 bool PeriodicSystem::linearise(std::span<const double> theta) {
   differentiate();
-  if (kinks_) {
-    std::copy(theta.begin(), theta.end(), theta_.begin());
+  std::copy(theta.begin(), theta.end(), theta_.begin());
+  if (kinks_)
     kinks_->correct_state(model_->velocity_kink(theta.data()), frequency_ * n_, v_[0], a_[0]);
-  }
-  const ModelPoints points{n_, u_.data(), v_.data(), a_.data(), x_.data()};
   const ModelForces forces{g_.data(),   g_u_.data(),     g_v_.data(),
                            g_a_.data(), g_theta_.data(), scratch_.data()};
-  if (!model_->evaluate(points, theta.data(), forces)) return false;
+  if (!model_->evaluate(model_points(), theta.data(), forces)) return false;
   if (kinks_) kinks_->learn_slopes(g_u_[0], g_v_[0], g_a_[0], v_[0]);
   residual_ = 0.0;
   for (int d = 0; d < s_; ++d)

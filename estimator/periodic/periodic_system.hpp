@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/instrument/observation.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/cyclic_banded_lu.hpp"
 #include "estimator/model.hpp"
@@ -83,8 +84,16 @@ class PeriodicSystem {
     return {&rows_[static_cast<std::size_t>(point * s_ + coordinate) * stride_],
             static_cast<std::size_t>(1 + p_)};
   }
+  // --- what is measured: channels, in the order given; to begin with one, the displacement seen
+  // through the model's instruments. Allocates.
+  void set_channels(std::span<const Quantity> quantities);
+  // The channel's prediction at the state of the last solve_step (followed by `advance`), and its
+  // row: [0] by the Newton step of z, [1 + k] its derivative over theta_k, instrument's parameters
+  // included. The same as value() and row() where nothing stands between.
+  double observed(int point, int channel = 0) const;
+  std::span<const double> observed_row(int point, int channel = 0) const;
   // Adds weight * sum e e^T over data on every `every`-th point (GramSum); false when this system
-  // has no such fast form (several coordinates, Fourier, very many parameters).
+  // has no such fast form (several coordinates, instruments, Fourier, very many parameters).
   bool add_products(std::span<const double> data, int every, bool with_newton, double weight,
                     double* products) const;
   // z += newton * (Newton step) + sensitivities * delta_theta.
@@ -121,6 +130,14 @@ class PeriodicSystem {
   double acceleration(int point, int coordinate) const { return a_[coordinate][point]; }
 
  private:
+  class Observer;
+  ModelPoints model_points() const;
+  const Stencil& stencil_of(int coordinate) const {
+    return model_->order(coordinate) == 2 ? stencil_ : upwind_;
+  }
+  void set_share(double share);  // of the excitation
+  void analyse_excitation();
+  bool solve_rows();
   void differentiate();
   void differentiate_fourier();
   bool solve_scalar();
@@ -135,13 +152,16 @@ class PeriodicSystem {
 
   const Model* model_;
   GridOptions options_;
-  Stencil stencil_;
+  Stencil stencil_, upwind_;
   int n_, s_, p_, padded_, groups_, stride_;
   double frequency_ = 1.0;
   double residual_ = 0.0;
   double excitation_scale_ = 1.0;
 
   AlignedVector z_, saved_, x_full_, x_, rows_, band_, upper_;
+  AlignedVector quadrature_full_, quadrature_, carrier_cos_,
+      carrier_sin_;  // if the model wants them
+  double carrier_full_ = 0.0, carrier_ = 0.0;
   AlignedVector store_;  // all arrays of points
   std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
   std::unique_ptr<KinkCorrection> kinks_;  // null when there is none to correct
@@ -151,6 +171,7 @@ class PeriodicSystem {
   std::unique_ptr<CyclicBandedLu> banded_;
   struct Dense;
   std::unique_ptr<Dense> dense_;
+  std::unique_ptr<Observer> observer_;
 };
 
 }  // namespace shaker::estimator

@@ -45,4 +45,18 @@ constexpr Stencil stencil(Scheme scheme) {
   }
 }
 
+// For coordinates of first order (internal states): their equations may be stiff, and central
+// differences, which do not see a zigzag, would let it live there. Biased backwards by one point,
+// the difference damps it; orders 1, 3 and 5.
+constexpr Stencil upwind_stencil(Scheme scheme) {
+  switch (scheme) {
+    case Scheme::order2:
+      return {1, {-1, 1, 0}, {}};
+    case Scheme::order4:
+      return {2, {1. / 6, -1, 1. / 2, 1. / 3, 0}, {}};
+    default:
+      return {3, {-1. / 30, 1. / 4, -1, 1. / 3, 1. / 2, -1. / 20, 0}, {}};
+  }
+}
+
 }  // namespace shaker::estimator

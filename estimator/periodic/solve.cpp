@@ -70,8 +70,11 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
 // do.
 bool PeriodicSystem::equilibrium(std::span<const double> theta) {
   begin();
-  std::fill(z_.begin(), z_.end(), 0.0);
-  std::fill(x_.begin(), x_.end(), 0.0);
+  for (int i = 0; i < n_; ++i) {
+    for (int c = 0; c < s_; ++c)
+      z_[i * s_ + c] = model_->rest(c);
+  }
+  set_share(0.0);
   Eigen::VectorXd g(s_);
   Eigen::MatrixXd slope(s_, s_);
   const auto read = [&] {
@@ -107,7 +110,7 @@ SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta) {
   if (!equilibrium(theta)) {
     report.status = SolveStatus::no_equilibrium;
     report.amplitude_reached = 0.0;
-    x_ = x_full_;
+    set_share(1.0);
     return report;
   }
   // The excitation grows in steps that double after an easy success and halve after a failure.
@@ -117,8 +120,7 @@ SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta) {
   int iterations = 0;
   while (reached < 1.0) {
     const double target = std::min(1.0, reached + step);
-    for (int i = 0; i < n_; ++i)
-      x_[i] = target * x_full_[i];
+    set_share(target);
     report = solve(theta, target < 1.0 ? 12 : 30);
     iterations += report.iterations;
     if (report.status == SolveStatus::converged) {
@@ -131,7 +133,7 @@ SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta) {
       if (step < 1e-4) break;
     }
   }
-  x_ = x_full_;
+  set_share(1.0);
   report.iterations = iterations;
   report.amplitude_reached = reached;
   if (reached < 1.0) report.status = SolveStatus::no_convergence;

@@ -10,7 +10,6 @@ namespace shaker::estimator {
 namespace {
 
 constexpr int kAlign = 8;
-constexpr int kScratch = 64;         // arrays that Model::evaluate may want
 constexpr int kNewtonSteps = 12;     // for effects that are not linear in acceleration
 constexpr double kSolved = 1e-13;    // change of q, relative, at which Newton has converged
 constexpr double kSingular = 1e-14;  // pivot against the largest of its matrix
@@ -36,7 +35,7 @@ void StateEquations::reserve(int n, Workspace& work) const {
   const int c = coordinates_, p = parameters();
   const auto stride = index((n + kAlign - 1) / kAlign * kAlign);
   work.lanes = n;
-  work.numbers.assign(stride * index(4 * c + 3 * c * c + c * p + kScratch), 0.0);
+  work.numbers.assign(stride * index(4 * c + 3 * c * c + c * p + model_.scratch_arrays()), 0.0);
   double* next = work.numbers.data();
   const auto take = [&](std::vector<double*>& arrays, int count) {
     arrays.resize(index(count));
@@ -53,7 +52,7 @@ void StateEquations::reserve(int n, Workspace& work) const {
   take(work.g_v, c * c);
   take(work.g_a, c * c);
   take(work.g_theta, c * p);
-  take(work.scratch, kScratch);
+  take(work.scratch, model_.scratch_arrays());
   work.matrix.resize(index(c * c));
   work.column.resize(index(c));
   work.pivot.resize(index(c));

@@ -1,0 +1,17 @@
+#include "estimator/instrument/instrument.hpp"
+
+namespace shaker::estimator {
+
+// A filter is never asked for points, nor a pointwise stage for its transfer function.
+void Instrument::observe(const Signal&, const double*, const double*, const Seen&) const {}
+
+std::complex<double> Instrument::transfer(double, const double*, const double*,
+                                          std::complex<double>*) const {
+  return 1.0;
+}
+
+bool InstrumentEffect::evaluate(const Points&, const double*, const double*, const Forces&) const {
+  return true;
+}
+
+}  // namespace shaker::estimator

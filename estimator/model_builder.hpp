@@ -1,0 +1,35 @@
+// Builds a Model from its file: finds effects, resolves parameters, borrowings and coordinates, and
+// says what is wrong. Private to the model's sources.
+#pragma once
+
+#include <string>
+
+#include "estimator/model.hpp"
+
+namespace shaker::estimator {
+
+class ModelBuilder {
+ public:
+  ModelBuilder(Model& model, const config::ModelSpec& spec) : model_(model), spec_(spec) {}
+  void build();
+
+ private:
+  [[noreturn]] void reject(const std::string& why) const;
+  void read_coordinates();
+  void add_effect(const config::EffectSpec& spec, std::size_t index);
+  void add_constants(const config::EffectSpec& spec, const std::string& place, Model::Term& term);
+  void add_parameters(const config::EffectSpec& spec, std::size_t index, const std::string& place,
+                      const Effect& effect);
+  void place_in_coordinates(const config::EffectSpec& spec, const std::string& place,
+                            Model::Term& term);
+  void borrow();
+  void sort_by_lender();
+  void add_series_coordinate();
+  void add_internal_coordinates();
+  void finish();
+
+  Model& model_;
+  const config::ModelSpec& spec_;
+};
+
+}  // namespace shaker::estimator

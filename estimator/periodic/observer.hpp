@@ -1,0 +1,58 @@
+// What the channels of a periodic solution show: predictions and their sensitivities, the
+// solution's own carried through the quantity measured and its instruments. Private to
+// PeriodicSystem's sources.
+#pragma once
+
+#include <complex>
+#include <span>
+#include <vector>
+
+#include "estimator/periodic/periodic_system.hpp"
+
+namespace shaker::estimator {
+
+class PeriodicSystem::Observer {
+ public:
+  Observer(const PeriodicSystem& system, std::span<const Quantity> quantities);
+
+  // All channels are the state itself: nothing to be done.
+  bool idle() const;
+  bool direct(int channel) const { return channels_[static_cast<std::size_t>(channel)].direct; }
+  // From the last linearisation and its rows. False when a point is inadmissible.
+  bool observe(const PeriodicSystem& system, std::span<const double> theta);
+  void advance(double newton, std::span<const double> delta_theta);
+
+  double value(int point, int channel) const {
+    return channels_[static_cast<std::size_t>(channel)].y[static_cast<std::size_t>(point)];
+  }
+  const double* row(int point, int channel) const {
+    return &channels_[static_cast<std::size_t>(channel)]
+                .rows[static_cast<std::size_t>(point) * static_cast<std::size_t>(stride_)];
+  }
+
+ private:
+  struct Series {  // a signal over the period with its rows
+    Quantity quantity = Quantity::displacement;
+    bool direct = false;
+    AlignedVector y, rows;
+  };
+  void resize(Series& series) const;
+  bool take(Quantity quantity, std::span<const double> theta, Series& out);
+  void add_rows(int coordinate, int derivative, const double* slope, Series& out) const;
+  void pointwise(const Model::Term& stage, std::span<const double> theta, Series& series);
+  void filter(const Model::Term& stage, std::span<const double> theta, Series& series);
+  void kernel(std::span<const std::complex<double>> factors, double* out) const;
+
+  const PeriodicSystem* system_ = nullptr;  // whose turn it is; systems move
+  int n_, s_, p_, stride_, padded_;
+  bool sees_load_ = false;
+  std::vector<Series> channels_;
+  Series load_, before_;
+  AlignedVector store_;
+  std::vector<double*> y_u_, y_v_, y_a_, y_theta_, workspace_;
+  std::vector<double> time_, kernels_;
+  std::vector<std::complex<double>> turns_;  // exp(2 pi i k / n)
+  std::vector<std::complex<double>> factors_;
+};
+
+}  // namespace shaker::estimator

@@ -1,0 +1,130 @@
+// Whole models with internal states, borrowed parameters, exciter and instrument effects: what they
+// predict for a channel moves with every parameter as their rows say.
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+
+#include "estimator/periodic/periodic_system.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr Quantity kAll[] = {Quantity::displacement, Quantity::velocity, Quantity::acceleration,
+                             Quantity::absolute_acceleration, Quantity::damper_force};
+
+// The paper's oleo, its own parameters at their true values, and further effects.
+config::ModelSpec oleo_with(const std::vector<config::EffectSpec>& further) {
+  auto spec = testing::oleo();
+  spec.effects[0].parameters["theta1"].start = testing::kOleoSi[0];
+  spec.effects[1].parameters["theta2"].start = testing::kOleoSi[1];
+  spec.effects[1].parameters["theta3"].start = testing::kOleoSi[2];
+  spec.effects[1].parameters["theta4"].start = testing::kOleoSi[3];
+  spec.effects.insert(spec.effects.end(), further.begin(), further.end());
+  return spec;
+}
+
+config::EffectSpec with(const std::string& name, const std::map<std::string, double>& values) {
+  auto spec = testing::effect(name);
+  for (const auto& [symbol, value] : values)
+    spec.parameters[symbol].start = value;
+  return spec;
+}
+
+// Every channel's rows against differences (of fourth order) of solved predictions.
+void expect_exact_rows(const config::ModelSpec& spec, double tolerance = 1e-6) {
+  const Model model(spec);
+  PeriodicSystem system(model, {Scheme::order6, 96, false});
+  system.set_channels(kAll);
+  system.set_excitation(2.0, 3.0);
+  auto theta = model.start();
+  ASSERT_EQ(system.solve_from_rest(theta).status, SolveStatus::converged);
+  const int channels = static_cast<int>(std::size(kAll));
+  const int p = model.parameter_count();
+  std::vector<std::vector<double>> slopes(static_cast<std::size_t>(channels * p));
+  for (int c = 0; c < channels; ++c) {
+    for (int k = 0; k < p; ++k) {
+      for (int i = 0; i < system.points(); ++i)
+        slopes[c * p + k].push_back(system.observed_row(i, c)[1 + k]);
+    }
+  }
+  for (int k = 0; k < p; ++k) {
+    const double h = 4e-4 * std::fabs(theta[k]);
+    std::vector<double> slope(static_cast<std::size_t>(channels * system.points()), 0.0);
+    constexpr double kWeights[] = {1.0 / 12, -2.0 / 3, 0.0, 2.0 / 3, -1.0 / 12};
+    for (int m = -2; m <= 2; ++m) {
+      auto moved = theta;
+      moved[k] += m * h;
+      ASSERT_EQ(system.solve(moved).status, SolveStatus::converged);
+      for (std::size_t j = 0; j < slope.size(); ++j)
+        slope[j] += kWeights[m + 2] / h *
+                    system.observed(static_cast<int>(j) % system.points(),
+                                    static_cast<int>(j) / system.points());
+    }
+    for (int c = 0; c < channels; ++c) {
+      double worst = 0.0, largest = 1e-3;
+      for (int i = 0; i < system.points(); ++i) {
+        const std::size_t j = static_cast<std::size_t>(c * system.points() + i);
+        const double exact = slope[j];
+        worst = std::max(worst, std::fabs(exact - slopes[c * p + k][i]));
+        largest = std::max(largest, std::fabs(exact));
+      }
+      EXPECT_LT(worst, tolerance * largest)
+          << name(kAll[c]) << " over " << model.parameters()[k].name;
+    }
+  }
+}
+
+TEST(Observation, OfTheOleoHasExactRows) {
+  expect_exact_rows(oleo_with({}));
+}
+
+TEST(Observation, ThroughInstrumentsHasExactRows) {
+  expect_exact_rows(
+      oleo_with({with("sensor_delay", {{"d", 0.004}}), with("sensor_gain", {{"G", 1.03}})}));
+}
+
+TEST(Observation, OfInternalStatesBorrowedParametersAndExcitersHasExactRows) {
+  expect_exact_rows(
+      oleo_with({with("presliding_friction", {{"f_c", 0.4}, {"z0", 3e-3}}),
+                 with("pressure_friction", {{"mu", 0.02}}), with("exciter_gain", {{"G", 1.05}}),
+                 with("sensor_gain", {{"G", 0.97}})}));
+}
+
+TEST(Observation, OfTheOleoOnATyreHasExactRows) {
+  expect_exact_rows(testing::oleo_on_tyre(0.15), 1e-5);  // a soft tyre: rounding in the differences
+}
+
+TEST(Observation, ShowsAGainAndADelayOfTheDisplacement) {
+  const Model plain(oleo_with({}));
+  const Model seen(
+      oleo_with({with("sensor_gain", {{"G", 1.05}}), with("sensor_delay", {{"d", 1.0 / 128}})}));
+  PeriodicSystem a(plain, {Scheme::order6, 128, true});
+  PeriodicSystem b(seen, {Scheme::order6, 128, true});
+  for (PeriodicSystem* system : {&a, &b}) {
+    system->set_excitation(2.0, 3.0);  // a delay of two points
+    ASSERT_EQ(system->solve_from_rest(system->model().start()).status, SolveStatus::converged);
+  }
+  for (int i = 0; i < 128; ++i)
+    EXPECT_NEAR(b.observed(i), 1.05 * a.observed((i + 126) % 128), 1e-9);
+}
+
+// Newton's law, by another way than the channel's: what carries the mass is what accelerates it.
+TEST(Observation, OfTheLoadIsTheMassTimesItsAccelerationAndWeight) {
+  for (const auto& spec :
+       {oleo_with({with("presliding_friction", {})}), testing::oleo_on_tyre(0.15),
+        oleo_with({with("exciter_gain", {{"G", 1.1}})})}) {
+    const Model model(spec);
+    PeriodicSystem system(model, {Scheme::order4, 128, false});
+    const Quantity both[] = {Quantity::absolute_acceleration, Quantity::damper_force};
+    system.set_channels(both);
+    system.set_excitation(2.0, 3.0);
+    ASSERT_EQ(system.solve_from_rest(model.start()).status, SolveStatus::converged);
+    for (int i = 0; i < 128; ++i)
+      EXPECT_NEAR(system.observed(i, 1), system.observed(i, 0) + 9.80665, 1e-7);
+  }
+}
+
+}  // namespace
+}  // namespace shaker::estimator
