@@ -5,21 +5,46 @@
 namespace shaker::estimator {
 
 std::span<const Effect* const> catalogue() {
-  static const std::array<const Effect*, 11> effects = {
+  static const std::array<const Effect*, 36> effects = {
       // of the damper
       &orifice_damping(),
       &gas_spring(),
       &gravity(),
+      &coulomb_friction(),
+      &pressure_friction(),
+      &stribeck_friction(),
+      &presliding_friction(),
+      &bouc_wen_hysteresis(),
+      &viscous_damping(),
+      &laminar_orifice(),
+      &rebound_damping(),
+      &metering_pin(),
+      &relief_valve(),
+      &oil_compressibility(),
+      &gas_heat_transfer(),
+      &dissolved_gas(),
+      &real_gas(),
+      &second_chamber(),
+      &end_stop(),
+      &free_play(),
+      &cavitation(),
       &linear_stiffness(),
       &cubic_stiffness(),
-      &viscous_damping(),
-      &presliding_friction(),
-      &pressure_friction(),
+      &added_mass(),
+      &series_compliance(),
+      &tyre(),
       // of the exciter
       &exciter_gain(),
+      &exciter_phase(),
+      &exciter_distortion(),
       // of the instrument
       &sensor_gain(),
+      &sensor_offset(),
       &sensor_delay(),
+      &sensor_lag(),
+      &sensor_quantisation(),
+      &sensor_nonlinearity(),
+      &sensor_drift(),
   };
   return effects;
 }

@@ -14,16 +14,46 @@ std::span<const Effect* const> catalogue();
 const Effect* find_effect(std::string_view name);
 
 // One function a file; each returns the effect's only instance, which lives as long as the program.
+// Of the damper.
 const Effect& orifice_damping();
-const Effect& cubic_stiffness();
 const Effect& gas_spring();
 const Effect& gravity();
-const Effect& linear_stiffness();
-const Effect& viscous_damping();
-const Effect& presliding_friction();
+const Effect& coulomb_friction();
 const Effect& pressure_friction();
+const Effect& stribeck_friction();
+const Effect& presliding_friction();
+const Effect& bouc_wen_hysteresis();
+const Effect& viscous_damping();
+const Effect& laminar_orifice();
+const Effect& rebound_damping();
+const Effect& metering_pin();
+const Effect& relief_valve();
+const Effect& oil_compressibility();
+const Effect& gas_heat_transfer();
+const Effect& dissolved_gas();
+const Effect& real_gas();
+const Effect& second_chamber();
+const Effect& end_stop();
+const Effect& free_play();
+const Effect& cavitation();
+const Effect& linear_stiffness();
+const Effect& cubic_stiffness();
+const Effect& added_mass();
+const Effect& series_compliance();
+const Effect& tyre();
+
+// Of the exciter.
 const Effect& exciter_gain();
+const Effect& exciter_phase();
+const Effect& exciter_distortion();
+
+// Of the instrument (instrument/).
 const Effect& sensor_gain();
+const Effect& sensor_offset();
 const Effect& sensor_delay();
+const Effect& sensor_lag();
+const Effect& sensor_quantisation();
+const Effect& sensor_nonlinearity();
+const Effect& sensor_drift();
 
 }  // namespace shaker::estimator

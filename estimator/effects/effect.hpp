@@ -34,8 +34,8 @@ struct ParameterInfo {
   double start;             // where to begin when nothing is said
   double lower, upper;      // physically admissible
   std::string_view meaning;
-  // The value at which the effect is as if it were not there; NaN for a parameter that only shapes
-  // it. One such parameter at its value is enough.
+  // The value at which (with the other such parameters at theirs) the effect is as if it were not
+  // there; NaN for a parameter that only shapes it, or that would have to be infinite.
   double absent = std::numeric_limits<double>::quiet_NaN();
 };
 

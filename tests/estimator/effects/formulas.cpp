@@ -15,6 +15,14 @@ C gas(C u, C theta2, C theta3, C theta4) {
   return theta2 * std::pow(1.0 / (1.0 - theta3 * u), theta4);
 }
 
+C ramp(C x, double w) {
+  return w * std::log(1.0 + std::exp(x / w));
+}
+C orifice(C theta1, C v) {
+  return theta1 * magnitude(v) * v;
+}
+const double kPi = std::acos(-1.0);
+
 }  // namespace
 
 const std::map<std::string, Formula>& formulas() {
@@ -44,6 +52,139 @@ const std::map<std::string, Formula>& formulas() {
         },
         {0.4, 2e-3},
         {0.004}}},
+      {"coulomb_friction",
+       {[](const Seen& s) { return E{s.t[0] * std::tanh(s.v / s.c[0])}; }, {0.4}, {0.04}}},
+      {"stribeck_friction",
+       {[](const Seen& s) {
+          const C level = s.t[0] + s.t[0] * (s.t[1] - 1.0) * std::exp(-std::pow(s.v / s.t[2], 2));
+          return E{level * std::tanh(s.v / s.c[0])};
+        },
+        {0.4, 1.4, 0.09},
+        {0.04}}},
+      {"bouc_wen_hysteresis",
+       {[](const Seen& s) {
+          const C size = smooth(s.w[0], s.c[1]), n = s.t[3];
+          return E{s.t[0] * s.w[0],
+                   s.t[1] * s.w_dot[0] -
+                       (s.v - s.t[2] * smooth(s.v, s.c[0]) * std::pow(size, n - 1.0) * s.w[0] -
+                        (1.0 - s.t[2]) * s.v * std::pow(size, n))};
+        },
+        {0.7, 0.004, 0.65, 1.6},
+        {0.01, 0.05}}},
+      {"laminar_orifice",
+       {[](const Seen& s) {
+          const C v2 = s.v * s.v, vc = s.t[0];
+          const C speed = std::sqrt((v2 + std::sqrt(v2 * v2 + 4.0 * vc * vc * vc * vc)) / 2.0);
+          return E{s.t[1] * s.v * speed - orifice(s.t[1], s.v)};
+        },
+        {0.05, 16.7},
+        {}}},
+      {"rebound_damping",
+       {[](const Seen& s) {
+          return E{s.v.real() < 0.0 ? (s.t[0] - 1.0) * orifice(s.t[1], s.v) : C(0.0)};
+        },
+        {2.5, 16.7},
+        {}}},
+      {"metering_pin",
+       {[](const Seen& s) {
+          const C xi = s.u / s.c[0];
+          return E{orifice(s.t[2], s.v) *
+                   (std::pow(1.0 - s.t[0] * xi - s.t[1] * xi * xi, -2.0) - 1.0)};
+        },
+        {0.2, 0.3, 16.7},
+        {0.2}}},
+      {"relief_valve",
+       {[](const Seen& s) {
+          return E{-(1.0 - s.t[1]) * ramp(orifice(s.t[2], s.v) - s.t[0], s.c[0])};
+        },
+        {2.0, 0.25, 16.7},
+        {0.5}}},
+      {"cavitation",
+       {[](const Seen& s) {
+          const C excess = -orifice(s.t[1], s.v) * s.t[2] - s.t[0];
+          return E{s.v.real() < 0.0 ? ramp(excess, s.c[0]) - ramp(-s.t[0], s.c[0]) : C(0.0)};
+        },
+        {1.5, 16.7, 1.3},
+        {0.4}}},
+      {"oil_compressibility",
+       {[](const Seen& s) {
+          return E{s.t[0] * s.w[0] - orifice(s.t[1], s.v),
+                   s.t[0] * s.w[0] - orifice(s.t[1], s.v - s.w_dot[0])};
+        },
+        {2e3, 16.7},
+        {}}},
+      {"gas_heat_transfer",
+       {[](const Seen& s) {
+          const C column = 1.0 - s.t[2] * s.u, T = s.w[0];
+          return E{s.t[1] * T / column - gas(s.u, s.t[1], s.t[2], s.t[3]),
+                   s.w_dot[0] - (1.0 - T) / s.t[0] - (s.c[0] - 1.0) * T * s.t[2] * s.v / column};
+        },
+        {0.3, 1.524, 5.31496, 1.2},
+        {1.4}}},
+      {"dissolved_gas",
+       {[](const Seen& s) {
+          const C pressure = gas(s.u, s.t[2], s.t[3], s.t[4]), m = s.w[0];
+          return E{m * pressure - pressure,
+                   s.t[1] * s.w_dot[0] - (1.0 - s.t[0] * (m * pressure / s.t[2] - 1.0) - m)};
+        },
+        {0.07, 0.8, 1.524, 5.31496, 1.2},
+        {}}},
+      {"real_gas",
+       {[](const Seen& s) {
+          const C pressure = gas(s.u, s.t[1], s.t[2], s.t[3]);
+          return E{s.t[0] * (pressure * pressure / s.t[1] - pressure)};
+        },
+        {0.02, 1.524, 5.31496, 1.2},
+        {}}},
+      {"second_chamber",
+       {[](const Seen& s) {
+          const C eased = s.u - s.t[0] * ramp(s.u - s.t[1], s.c[0]);
+          return E{gas(eased, s.t[2], s.t[3], s.t[4]) - gas(s.u, s.t[2], s.t[3], s.t[4])};
+        },
+        {0.35, 0.08, 1.524, 5.31496, 1.2},
+        {0.01}}},
+      {"end_stop",
+       {[](const Seen& s) {
+          const C depth = s.u - s.t[2];
+          return E{s.t[0] * ramp(depth, s.c[0]) + s.t[1] * s.v / (1.0 + std::exp(-depth / s.c[0]))};
+        },
+        {300.0, 4.0, 0.09},
+        {0.01}}},
+      {"free_play",
+       {[](const Seen& s) {
+          return E{s.c[0] * (ramp(s.u - s.t[0] / 2.0, s.c[1]) - ramp(-s.u - s.t[0] / 2.0, s.c[1]))};
+        },
+        {0.04},
+        {800.0, 0.01}}},
+      {"added_mass", {[](const Seen& s) { return E{s.t[0] * s.a}; }, {0.03}, {}}},
+      {"tyre",
+       {[](const Seen& s) {
+          const C y = s.w[0], r = s.t[0];
+          // Sprung mass: u'' + y'' + F - g = x; unsprung: r y'' - F + k y + c y' - r g = r x.
+          const C F = s.x + s.c[0] - s.a - s.w_ddot[0];
+          return E{s.w_ddot[0],
+                   r * s.w_ddot[0] - F + s.t[1] * y + s.t[2] * s.w_dot[0] - r * s.c[0] - r * s.x};
+        },
+        {0.12, 900.0, 3.0},
+        {9.81}}},
+      {"exciter_phase",
+       {[](const Seen& s) {
+          return E{s.x - (s.x * std::cos(s.t[0]) + s.x_quadrature * std::sin(s.t[0]))};
+        },
+        {0.07},
+        {}}},
+      {"exciter_distortion",
+       {[](const Seen& s) {
+          const C carrier(s.carrier_cos, s.carrier_sin);
+          C sum = 0.0;
+          for (int h = 2; h <= 5; ++h) {
+            const C power = std::pow(carrier, h);
+            sum += s.t[2 * (h - 2)] * power.real() + s.t[2 * (h - 2) + 1] * power.imag();
+          }
+          return E{-s.carrier_amplitude * sum};
+        },
+        {0.01, 0.02, -0.03, 0.04, 0.05, -0.06, 0.07, 0.08},
+        {}}},
       {"exciter_gain", {[](const Seen& s) { return E{-(s.t[0] - 1.0) * s.x}; }, {1.04}, {}}},
   };
   return all;
@@ -53,6 +194,35 @@ const std::map<std::string, Sensing>& sensings() {
   using T = std::vector<double>;
   static const std::map<std::string, Sensing> all = {
       {"sensor_gain", {[](const SeenSignal& s) { return s.theta[0] * s.y; }, {}, {1.03}, {}}},
+      {"sensor_offset", {[](const SeenSignal& s) { return s.y + s.theta[0]; }, {}, {0.003}, {}}},
+      {"sensor_drift",
+       {[](const SeenSignal& s) { return s.y + s.theta[0] * s.t; }, {}, {0.002}, {}}},
+      {"sensor_nonlinearity",
+       {[](const SeenSignal& s) {
+          return s.y + s.theta[0] * s.y * s.y / s.c[0] +
+                 s.theta[1] * s.y * s.y * s.y / (s.c[0] * s.c[0]);
+        },
+        {},
+        {0.03, -0.02},
+        {0.15}}},
+      {"sensor_quantisation",
+       {[](const SeenSignal& s) {
+          // The Fourier series of the saw tooth, each term smaller by r.
+          C sum = 0.0;
+          double factor = 1.0;
+          for (int k = 1; k < 200; ++k) {
+            factor *= -s.c[0];
+            sum += factor / k * std::sin(2.0 * kPi * k * s.y / s.theta[0]);
+          }
+          return s.y + s.theta[0] / kPi * sum;
+        },
+        {},
+        {0.02},
+        {0.8}}},
+      {"series_compliance",
+       {[](const SeenSignal& s) { return s.y + s.load / s.theta[0]; }, {}, {5e3}, {}}},
+      {"sensor_lag",
+       {{}, [](double omega, const T& t) { return 1.0 / C(1.0, omega * t[0]); }, {0.006}, {}}},
       {"sensor_delay",
        {{}, [](double omega, const T& t) { return std::exp(C(0.0, -omega * t[0])); }, {0.004}, {}}},
   };

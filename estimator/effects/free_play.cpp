@@ -1,0 +1,47 @@
+// A dead zone in the load path: damper and mass are joined by stops of stiffness k with the play
+// delta between them. The model parts the damper's own stroke from the mass's (Effect::in_series);
+// this effect is the load of the stops, and sees the difference of the two strokes:
+//     k [sp_w(y - delta / 2) - sp_w(-y - delta / 2)]
+#include "estimator/effects/catalogue.hpp"
+#include "estimator/effects/dual_effect.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr ParameterInfo kParameters[] = {
+    {"delta", "m", 5e-4, 0.0, 5e-3, "play between the stops"},
+};
+constexpr ConstantInfo kConstants[] = {
+    {"k", "1/s^2", 1e5, "stiffness of the stops over mass", true},
+    {"w", "m", 2e-5, "depth over which a stop is met", true},
+};
+
+class FreePlay final : public DualEffect<FreePlay, kSeesU, 1> {
+ public:
+  std::string_view name() const override { return "free_play"; }
+  std::string_view formula() const override {
+    return "k (sp(y - delta / 2) - sp(-y - delta / 2)), y = stroke of the mass - stroke of the "
+           "damper";
+  }
+  std::string_view meaning() const override { return "play in the joints of the load path"; }
+  std::span<const ParameterInfo> parameters() const override { return kParameters; }
+  std::span<const ConstantInfo> constants() const override { return kConstants; }
+  bool in_series() const override { return true; }
+
+  template <class T>
+  static bool formula(const Local<T, 0>& at, const T* theta, const double* constants, T& f, T*) {
+    const T half = 0.5 * theta[0];
+    f = constants[0] *
+        (smooth_ramp(at.u - half, constants[1]) - smooth_ramp(-at.u - half, constants[1]));
+    return true;
+  }
+};
+
+}  // namespace
+
+const Effect& free_play() {
+  static const FreePlay effect;
+  return effect;
+}
+
+}  // namespace shaker::estimator
