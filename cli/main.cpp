@@ -108,10 +108,10 @@ void add_offline(CLI::App& app, Options& o) {
       ->delimiter(',');
   comparing->add_option("--method", o.compare.methods, "Only this one; may be given again");
   auto* reproducing =
-      add(app, o, "reproduce", "The paper's figures 11 to 14 again, beside the print",
+      add(app, o, "reproduce", "The paper's figures 5 to 14 again, beside the print",
           [&o] { return reproduce(o.common, o.reproduce); });
   auto* figure =
-      reproducing->add_option("--figure", o.reproduce.figure, "11, 12, 13 or 14 (default: all)");
+      reproducing->add_option("--figure", o.reproduce.figure, "5, 6, 7, 9 to 14 (default: all)");
   reproducing->add_flag("--bias", o.reproduce.bias, "Show what the paper's test hides")
       ->excludes(figure);
   auto* exporting = add(app, o, "export", "Write a campaign database as CSV, one file a run",

@@ -26,7 +26,8 @@ struct FigureRun {
   std::vector<std::vector<double>> printed;   // iterates as printed, four decimals
   std::vector<std::vector<double>> iterates;  // ours
   double max_deviation = 0.0;
-  double agreement = 0.0;  // deviation that rounding of the print explains
+  double agreement = 0.0;    // deviation that rounding of the print explains
+  bool reproducible = true;  // false: the remark says why it cannot agree
   std::vector<std::pair<std::string, std::string>> settings;
   std::string remark;
 };

@@ -164,6 +164,14 @@ Eigen::VectorXd TransientEstimator::Impl::pure_step() const {
   return scale.asDiagonal() * svd.solve(right);
 }
 
+bool TransientEstimator::Impl::leaves_the_box(const Eigen::VectorXd& step) const {
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    const double target = value(k) + step[static_cast<Eigen::Index>(k)];
+    if (target < unknowns[k].lower || target > unknowns[k].upper) return true;
+  }
+  return false;
+}
+
 // (4.8) inside the box: an unknown that would leave it is put on its bound and held, and the rest
 // solved again.
 Eigen::VectorXd TransientEstimator::Impl::box_step(double lambda) const {
@@ -238,6 +246,7 @@ void TransientEstimator::Impl::iterate(bool damped) {
   for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
     fit.iterations = iteration;
     Eigen::VectorXd step = damped ? box_step(lambda) : pure_step();
+    if (!damped && leaves_the_box(step)) step = box_step(0.0);
     if (damped) cap(step, start);
     const double before = merit();
     const auto theta = fit.theta;

@@ -317,7 +317,7 @@ class Database(Scratch):
 class Reproduce(unittest.TestCase):
     def test_agrees_with_the_print(self):
         printed = json.loads((DATA / "verbeek1991.json").read_text())
-        for figure in (11, 12, 13, 14):
+        for figure in (6, 7, 9, 10, 11, 12, 13, 14):
             with self.subTest(figure=figure):
                 result = run("reproduce", "--figure", figure, "--json")
                 self.assertEqual(result.returncode, 0, result.stderr)
@@ -327,18 +327,25 @@ class Reproduce(unittest.TestCase):
                 worst = max(abs(a - b) for one, other in zip(answer["printed"], answer["iterates"])
                             for a, b in zip(one, other, strict=True))
                 self.assertAlmostEqual(worst, answer["max_deviation"], delta=1e-12)
-                self.assertLess(worst, 1e-4)
+                self.assertLess(worst, 2e-3 if figure == 9 else 1e-4)
                 self.assertIn(str(answer["printed"][-1][0]), json.dumps(printed))
 
     def test_prints_tables_people_can_read(self):
         result = run("reproduce")
         self.assertEqual(result.returncode, 0)
-        for figure in (11, 12, 13, 14):
+        for figure in (5, 6, 7, 9, 10, 11, 12, 13, 14):
             self.assertIn(f"Figure {figure}:", result.stdout)
-        self.assertEqual(result.stdout.count(": agrees"), 4)
+        self.assertEqual(result.stdout.count(": agrees"), 8)
+
+    def test_figure_5_is_said_not_to_be_reproducible(self):
+        result = run("reproduce", "--figure", 5, "--json")
+        self.assertEqual(result.returncode, 1)
+        answer = json.loads(result.stdout)
+        self.assertIn("cannot be reproduced", answer["remark"])
+        self.assertFalse(answer["reproducible"])
 
     def test_other_figures_are_refused_and_the_bias_is_shown(self):
-        self.assertEqual(run("reproduce", "--figure", 5).returncode, 2)
+        self.assertEqual(run("reproduce", "--figure", 8).returncode, 2)
         rows = json.loads(run("reproduce", "--bias", "--json").stdout)["rows"]
         coarse = next(row for row in rows if row["points"] == 40 and row["scheme"] == "order2")
         self.assertGreater(max(map(abs, coarse["theta_error_percent"])), 1.0)
