@@ -1,0 +1,387 @@
+#include "estimator/discrepancy/assemble.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "estimator/discrepancy/harmonics.hpp"
+#include "estimator/discrepancy/inverse_dynamics.hpp"
+#include "estimator/effects/catalogue.hpp"
+#include "estimator/statistics.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kInTheSet = 4.0;         // of log evidence behind the best: cannot be excluded
+constexpr double kGainInTheSet = 8.0;     // of chi-squared behind, for those that were not refitted
+constexpr double kHalved = 0.5;           // of chi-squared, by one more effect
+constexpr double kMostUnexplained = 0.9;  // probability of a name while something is left
+constexpr int kCurvePoints = 128;
+
+std::vector<double> list(const VectorXd& v) {
+  return {v.data(), v.data() + v.size()};
+}
+
+std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  double freedom = 0.0, count = 0.0;
+  for (const RunDatum& datum : data) {
+    freedom += datum.freedom.sum();
+    count += static_cast<double>(datum.freedom.size());
+  }
+  const double quantile = student_t_quantile(0.975, std::max(2.0, freedom / count));
+  std::vector<ParameterEstimate> all;
+  const auto& parameters = fit.model->parameters();
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    ParameterEstimate p;
+    p.name = parameters[k].name;
+    p.effect = parameters[k].effect;
+    p.unit = parameters[k].unit;
+    p.value = fit.theta[k];
+    p.fixed = parameters[k].fixed;
+    p.at_bound = fit.at_bound(static_cast<int>(k));
+    p.standard_error = fit.standard_error(static_cast<int>(k));
+    p.determined = p.fixed || p.standard_error < 1e3 * (std::fabs(p.value) + 1e-9);
+    p.lower = p.value - quantile * p.standard_error;
+    p.upper = p.value + quantile * p.standard_error;
+    all.push_back(std::move(p));
+  }
+  return all;
+}
+
+// Starting values of a model file at a fit's estimates.
+config::ModelSpec at_estimates(const HarmonicFit& fit) {
+  config::ModelSpec spec = fit.spec;
+  const auto& parameters = fit.model->parameters();
+  for (std::size_t i = 0; i < spec.effects.size(); ++i) {
+    config::EffectSpec& line = spec.effects[i];
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      if (parameters[k].effect != line.effect) continue;
+      std::string symbol = parameters[k].name;
+      const auto dot = symbol.rfind("].");
+      if (dot != std::string::npos) {
+        if (!symbol.starts_with(fmt::format("{}[{}]", line.effect, i))) continue;
+        symbol = symbol.substr(dot + 2);
+      } else if (std::any_of(spec.effects.begin(),
+                             spec.effects.begin() + static_cast<std::ptrdiff_t>(i),
+                             [&](const auto& e) { return e.effect == line.effect; })) {
+        continue;  // an earlier line of the same effect owns the plain name
+      }
+      line.parameters[symbol].start = fit.theta[k];
+    }
+  }
+  return spec;
+}
+
+// kCurvePoints of a finer curve.
+std::vector<double> thinned(const VectorXd& curve) {
+  std::vector<double> some;
+  for (Index i = 0; i < kCurvePoints; ++i)
+    some.push_back(curve[i * curve.size() / kCurvePoints]);
+  return some;
+}
+
+VectorXd residual_of(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::size_t r) {
+  return data[r].response - fit.predictions[r].value();
+}
+
+double mean_square(const std::vector<VectorXd>& curves) {
+  double sum = 0.0;
+  for (const VectorXd& c : curves) {
+    const double rms = root_mean_square(c);
+    sum += rms * rms / static_cast<double>(curves.size());
+  }
+  return std::sqrt(sum);
+}
+
+// Residuals of what was not fitted: held-out runs, or else each run from the others.
+std::vector<VectorXd> held_out(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  std::vector<VectorXd> residuals;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role == Role::held_out) residuals.push_back(residual_of(fit, data, r));
+  }
+  if (!residuals.empty()) return residuals;
+  std::vector<VectorXd> left_out;
+  if (!cross_validate(fit, data, &left_out)) return {};
+  for (std::size_t r = 0; r < data.size(); ++r)
+    residuals.push_back(left_out[r].cwiseProduct(data[r].error));
+  return residuals;
+}
+
+class Assembler {
+ public:
+  Assembler(const Naming& found, const std::vector<RunDatum>& data,
+            const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates)
+      : found_(found),
+        data_(data),
+        runs_(runs),
+        candidates_(candidates),
+        before_(*found.base.fit),
+        after_(chosen() != nullptr ? *chosen()->fit : before_) {}
+
+  Diagnosis run() {
+    said_.verdict = found_.adequate    ? Verdict::adequate
+                    : found_.explained ? Verdict::explained
+                                       : Verdict::unexplained;
+    said_.probability_before = found_.probability_base;
+    said_.probability_after = found_.adequate ? found_.probability_base : found_.probability_best;
+    said_.chi_squared_before = before_.chi_squared;
+    said_.chi_squared_after = after_.chi_squared;
+    said_.observations = before_.observations;
+    said_.model = before_.spec.name;
+    said_.parameters_before = describe(before_, data_);
+    said_.parameters_after = describe(after_, data_);
+    said_.improved = at_estimates(after_);
+    weigh_hypotheses();
+    gaps();
+    forces();
+    ranking();
+    effects();
+    return std::move(said_);
+  }
+
+ private:
+  // The best hypothesis; where something unknown is left, the smallest one of which no larger one
+  // halves what it leaves: a known effect must not be made to mend an unknown one.
+  const Hypothesis* chosen() const {
+    if (found_.adequate || found_.best >= found_.hypotheses.size()) return nullptr;
+    const Hypothesis* best = &found_.hypotheses[found_.best];
+    if (!counts(*best)) return nullptr;
+    if (found_.explained) return best;
+    const Hypothesis* smallest = &found_.base;
+    for (;;) {
+      const Hypothesis* next = nullptr;
+      for (const Hypothesis& h : found_.hypotheses) {
+        if (!counts(h) || h.effects.size() != smallest->effects.size() + 1) continue;
+        if (h.fit->chi_squared > kHalved * smallest->fit->chi_squared) continue;
+        if (next == nullptr || h.fit->chi_squared < next->fit->chi_squared) next = &h;
+      }
+      if (next == nullptr) break;
+      smallest = next;
+    }
+    return smallest == &found_.base ? nullptr : smallest;
+  }
+  static bool counts(const Hypothesis& h) {
+    return h.disqualified.empty() && std::isfinite(h.fit->chi_squared);
+  }
+
+  // Shares of the probability among everything that was refitted, nothing, and the unknown. Where
+  // something unknown is left, all evidence counts by as much less as the best leaves more than
+  // noise, and no name is surer than the share of the gap that it closes.
+  void weigh_hypotheses() {
+    double scale = 1.0;
+    const Hypothesis* best = chosen();
+    if (!found_.adequate && !found_.explained && best != nullptr) {
+      const double freedom = before_.observations - static_cast<double>(best->fit->free.size());
+      scale = std::max(1.0, best->fit->chi_squared / std::max(1.0, freedom));
+      most_ = std::clamp(1.0 - best->fit->chi_squared / before_.chi_squared, 0.0, kMostUnexplained);
+    }
+    const auto evidence = [&](const Hypothesis& h) { return h.log_evidence / scale; };
+    double largest = std::max(found_.log_evidence_unknown, evidence(found_.base));
+    if (scale > 1.0) largest = evidence(found_.base);
+    for (const Hypothesis& h : found_.hypotheses) {
+      if (counts(h)) largest = std::max(largest, evidence(h));
+    }
+    double sum = std::exp(evidence(found_.base) - largest);
+    if (scale == 1.0) sum += std::exp(found_.log_evidence_unknown - largest);
+    for (const Hypothesis& h : found_.hypotheses)
+      sum += counts(h) ? std::exp(evidence(h) - largest) : 0.0;
+    for (const Hypothesis& h : found_.hypotheses)
+      share_.push_back(counts(h) ? most_ * std::exp(evidence(h) - largest) / sum : 0.0);
+  }
+
+  double probability_of(const std::string& effect) const {
+    double sum = 0.0;
+    for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
+      const auto& set = found_.hypotheses[h].effects;
+      if (std::find(set.begin(), set.end(), effect) != set.end()) sum += share_[h];
+    }
+    return sum;
+  }
+
+  void gaps() {
+    std::vector<VectorXd> before, after, noise;
+    for (std::size_t r = 0; r < data_.size(); ++r) {
+      const VectorXd b = residual_of(before_, data_, r);
+      const VectorXd a = residual_of(after_, data_, r);
+      const RunDatum& datum = data_[r];
+      RunGap gap{datum.name,
+                 datum.role,
+                 datum.frequency_hz,
+                 datum.driver.size() > 2 ? std::hypot(datum.driver[1], datum.driver[2]) : 0.0,
+                 runs_[r].cycles(),
+                 root_mean_square(b),
+                 root_mean_square(a),
+                 root_mean_square(datum.error)};
+      said_.runs.push_back(std::move(gap));
+      if (datum.role != Role::fit) continue;
+      before.push_back(b);
+      after.push_back(a);
+      noise.push_back(datum.error);
+    }
+    said_.gap.before = mean_square(before);
+    said_.gap.after = mean_square(after);
+    said_.gap.noise_floor = mean_square(noise);
+    const auto out_before = held_out(before_, data_);
+    const auto out_after = held_out(after_, data_);
+    if (!out_before.empty() && !out_after.empty()) {
+      said_.gap.held_out_before = mean_square(out_before);
+      said_.gap.held_out_after = mean_square(out_after);
+    }
+  }
+
+  // The base model at the parameters that the larger one gives it: what the effect's force is.
+  std::vector<double> unbent() const { return carried_over(*before_.model, after_); }
+
+  void forces() {
+    std::vector<MissingForce> before, after;
+    const std::vector<double> theta = unbent();
+    for (std::size_t r = 0; r < data_.size(); ++r) {
+      const VectorXd& y = data_[r].response;
+      before.push_back(missing_force(before_.predictions[r], before_.theta, y));
+      after.push_back(missing_force(after_.predictions[r], after_.theta, y));
+      effect_force_.push_back(missing_force(before_.predictions[r], theta, y));
+      RunCurves curves;
+      curves.name = data_[r].name;
+      const auto synthesis = synthesis_matrix(data_[r].harmonics(), kCurvePoints);
+      curves.measured = list(synthesis * y);
+      curves.before = list(synthesis * before_.predictions[r].value());
+      curves.after = list(synthesis * after_.predictions[r].value());
+      curves.velocity = thinned(before.back().velocity);
+      curves.force_before = thinned(before.back().force);
+      curves.force_after = thinned(after.back().force);
+      said_.curves.push_back(std::move(curves));
+    }
+    said_.location = locate(before, after, data_);
+    double total = 0.0;
+    for (std::size_t r = 0; r < data_.size(); ++r) {
+      const VectorXd e = residual_of(before_, data_, r);
+      for (Index c = 0; c < e.size(); ++c) {
+        const auto h = static_cast<std::size_t>(harmonic_order(c));
+        if (said_.location.share_of_harmonic.size() <= h)
+          said_.location.share_of_harmonic.resize(h + 1, 0.0);
+        const double power = (c == 0 ? 1.0 : 0.5) * e[c] * e[c];
+        said_.location.share_of_harmonic[h] += power;
+        total += power;
+      }
+    }
+    for (double& share : said_.location.share_of_harmonic)
+      share /= total > 0.0 ? total : 1.0;
+  }
+
+  void ranking() {
+    for (const Candidate& candidate : candidates_) {
+      Ranked ranked;
+      ranked.name = std::string(candidate.effect->name());
+      ranked.hidden = 1.0;
+      for (std::size_t k = 0; k < found_.base_scoring.scores.size(); ++k) {
+        const Score& s = found_.base_scoring.scores[k];
+        if (s.candidate != &candidate) continue;
+        ranked.hidden = std::min(ranked.hidden, found_.base_scoring.design.signatures[k].hidden);
+        ranked.gain = std::max(ranked.gain, s.gain);
+      }
+      for (const Hypothesis& h : found_.hypotheses) {
+        if (h.effects.size() != 1 || h.effects[0] != ranked.name) continue;
+        ranked.disqualified = h.disqualified;
+        if (!std::isfinite(h.fit->chi_squared)) continue;
+        ranked.gain_refitted = before_.chi_squared - h.fit->chi_squared;
+        if (h.cross_validated && found_.base.cross_validated)
+          ranked.cross_validated = *h.cross_validated - *found_.base.cross_validated;
+      }
+      ranked.probability = probability_of(ranked.name);
+      said_.ranking.push_back(std::move(ranked));
+    }
+    std::stable_sort(said_.ranking.begin(), said_.ranking.end(),
+                     [](const Ranked& a, const Ranked& b) {
+                       if (a.probability != b.probability) return a.probability > b.probability;
+                       return a.gain_refitted.value_or(a.gain) > b.gain_refitted.value_or(b.gain);
+                     });
+  }
+
+  // Effects that would do in the place of `effect` as well, as far as this campaign says.
+  std::vector<std::string> rivals(const std::string& effect) const {
+    const Hypothesis& best = *chosen();
+    std::vector<std::string> others;
+    for (const std::string& e : best.effects) {
+      if (e != effect) others.push_back(e);
+    }
+    std::vector<std::string> set;
+    for (const Hypothesis& h : found_.hypotheses) {
+      if (!h.disqualified.empty() || h.effects.size() != best.effects.size()) continue;
+      if (h.log_evidence < best.log_evidence - kInTheSet) continue;
+      std::string other;
+      int unshared = 0;
+      for (const std::string& e : h.effects) {
+        if (std::find(others.begin(), others.end(), e) != others.end()) continue;
+        other = e;
+        ++unshared;
+      }
+      if (unshared == 1 && other != effect) set.push_back(other);
+    }
+    if (!others.empty()) return set;
+    // Those that were not worth a refit by a hair.
+    double own = 0.0;
+    for (const Score& s : found_.base_scoring.scores) {
+      if (s.candidate->effect->name() == effect) own = std::max(own, s.gain);
+    }
+    for (const Score& s : found_.base_scoring.scores) {
+      const std::string other(s.candidate->effect->name());
+      const bool refitted = std::any_of(
+          found_.hypotheses.begin(), found_.hypotheses.end(),
+          [&](const Hypothesis& h) { return h.effects.size() == 1 && h.effects[0] == other; });
+      if (refitted || other == effect || s.gain < own - kGainInTheSet) continue;
+      if (std::find(set.begin(), set.end(), other) == set.end()) set.push_back(other);
+    }
+    return set;
+  }
+
+  void effects() {
+    const Hypothesis* best = chosen();
+    if (best == nullptr) return;
+    for (const std::string& effect : best->effects) {
+      NamedEffect named;
+      named.name = effect;
+      if (const Effect* known = find_effect(effect)) {
+        named.formula = std::string(known->formula());
+        named.meaning = std::string(known->meaning());
+      }
+      named.probability = probability_of(effect);
+      for (const ParameterEstimate& p : said_.parameters_after) {
+        if (p.effect == effect) named.parameters.push_back(p);
+      }
+      named.confusable_with = rivals(effect);
+      double share = 0.0;
+      const std::string words = where(effect_force_, data_, &share);
+      named.where = fmt::format("{} ({:.0f} % of its force)", words, 100.0 * share);
+      if (said_.gap.held_out_before && *said_.gap.held_out_before > 0.0)
+        named.held_out_gain = 1.0 - *said_.gap.held_out_after / *said_.gap.held_out_before;
+      said_.effects.push_back(std::move(named));
+    }
+    std::stable_sort(
+        said_.effects.begin(), said_.effects.end(),
+        [](const NamedEffect& a, const NamedEffect& b) { return a.probability > b.probability; });
+  }
+
+  const Naming& found_;
+  const std::vector<RunDatum>& data_;
+  const std::vector<SteadyRun>& runs_;
+  const std::vector<Candidate>& candidates_;
+  const HarmonicFit& before_;
+  const HarmonicFit& after_;
+  Diagnosis said_;
+  std::vector<double> share_;  // of each hypothesis
+  double most_ = 1.0;          // probability that a name can have
+  std::vector<MissingForce> effect_force_;
+};
+
+}  // namespace
+
+Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
+                   const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates) {
+  return Assembler(found, data, runs, candidates).run();
+}
+
+}  // namespace shaker::estimator::discrepancy

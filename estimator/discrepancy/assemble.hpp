@@ -1,0 +1,16 @@
+// From what was found to what is said: gaps, parameters, probabilities, the improved model.
+#pragma once
+
+#include <vector>
+
+#include "estimator/discrepancy/diagnosis.hpp"
+#include "estimator/discrepancy/naming.hpp"
+#include "estimator/discrepancy/steady_cycles.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// `runs` in the order of `data`.
+Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
+                   const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates);
+
+}  // namespace shaker::estimator::discrepancy

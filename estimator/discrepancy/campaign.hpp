@@ -1,0 +1,40 @@
+// A campaign as the discrepancy workflow takes it: plain columns, whoever read them.
+//
+// Everything is in the model's length unit and seconds. Records are as they were taken: they begin
+// with transients, are not a whole number of samples a cycle, and carry noise and quantisation.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace shaker::estimator::discrepancy {
+
+enum class Kind {
+  periodic,        // excitation known, displacement measured, steady response
+  imposed_motion,  // displacement imposed, force measured: a damper dynamometer
+  transient        // excitation known, displacement measured, not periodic
+};
+
+enum class Role { fit, held_out };
+
+struct Recording {
+  std::string name;
+  Kind kind = Kind::periodic;
+  Role role = Role::fit;
+  bool role_given = false;    // false: the workflow chooses what it holds out
+  double frequency_hz = 0.0;  // as it was set; 0 for a run that has none
+  double amplitude = 0.0;     // as it was set
+  std::vector<double> t;      // s, increasing
+  std::vector<double> displacement;
+  std::vector<double> excitation;    // table's acceleration; empty for imposed motion
+  std::vector<double> force;         // per reference mass; only for imposed motion
+  std::vector<double> acceleration;  // of the displacement's coordinate; may be empty
+};
+
+struct Campaign {
+  std::string name;
+  std::vector<Recording> runs;
+  std::vector<std::string> warnings;  // of whoever read it
+};
+
+}  // namespace shaker::estimator::discrepancy

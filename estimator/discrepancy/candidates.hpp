@@ -1,0 +1,36 @@
+// What may be missing: every effect of the catalogue that the model does not hold yet, at "as if it
+// were not there", with the parameters that only shape it on a small grid.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/model.hpp"
+#include "estimator/discrepancy/campaign.hpp"
+#include "estimator/effects/effect.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// One shape of an effect: a line of a model file whose coefficients are at their absent value.
+struct Probe {
+  config::EffectSpec line;
+  std::vector<std::string> coefficients;  // symbols of the parameters that switch it on
+};
+
+struct Candidate {
+  const Effect* effect = nullptr;
+  std::vector<Probe> probes;
+};
+
+// The motion that was measured; shapes that lie outside of it can have no influence.
+struct MotionRange {
+  double low = 0.0, high = 0.0;  // of the stroke
+  double speed = 0.0;            // largest
+};
+
+// Where the motion is imposed, only what the damper may lack: there is no excitation, and no motion
+// to be mismeasured.
+std::vector<Candidate> candidates(const config::ModelSpec& base, const MotionRange& range,
+                                  Kind kind);
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,190 @@
+#include "estimator/discrepancy/diagnose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "estimator/discrepancy/assemble.hpp"
+#include "estimator/discrepancy/harmonics.hpp"
+#include "estimator/discrepancy/naming.hpp"
+#include "estimator/discrepancy/steady_cycles.hpp"
+#include "estimator/discrepancy/weighing.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using Eigen::VectorXd;
+
+Error invalid(std::string why) {
+  return {ErrorKind::invalid, std::move(why)};
+}
+
+Result<void> check(const Campaign& campaign, const DiagnoseOptions& options) {
+  if (campaign.runs.empty()) return invalid("the campaign has no run");
+  if (!(options.false_alarm_rate > 0.0 && options.false_alarm_rate < 0.5))
+    return invalid(fmt::format("a false-alarm rate of {} makes no sense; it is between 0 and 0.5",
+                               options.false_alarm_rate));
+  for (const Recording& run : campaign.runs) {
+    if (run.kind != campaign.runs.front().kind)
+      return invalid(fmt::format("runs {} and {} are of different kinds; diagnose them apart",
+                                 campaign.runs.front().name, run.name));
+  }
+  if (std::none_of(campaign.runs.begin(), campaign.runs.end(),
+                   [](const Recording& r) { return r.role == Role::fit; }))
+    return invalid("every run is held out; at least one must have the role \"fit\"");
+  return {};
+}
+
+// Runs that can be used, as cycles; what is wrong with the others is a warning.
+Result<std::vector<SteadyRun>> cut_all(const Campaign& campaign,
+                                       std::vector<std::string>& warnings) {
+  std::vector<SteadyRun> runs;
+  std::string first_trouble;
+  for (const Recording& recording : campaign.runs) {
+    auto run = steady_cycles(recording);
+    if (!run && run.error().kind == ErrorKind::invalid) return run.error();
+    if (!run) {
+      if (first_trouble.empty()) first_trouble = run.error().what;
+      warnings.push_back(run.error().what + " (this run is left out)");
+      continue;
+    }
+    warnings.insert(warnings.end(), run->warnings.begin(), run->warnings.end());
+    if (run->subharmonic > 0) {
+      if (first_trouble.empty()) first_trouble = run->warnings.back();
+      warnings.push_back(
+          fmt::format("run {} is left out: it has no periodic solution of one cycle", run->name));
+      continue;
+    }
+    runs.push_back(std::move(*run));
+  }
+  if (std::none_of(runs.begin(), runs.end(), [](const auto& r) { return r.role == Role::fit; }))
+    return Error{ErrorKind::not_converged, "no run can be used: " + first_trouble};
+  return runs;
+}
+
+// Two runs that were driven alike and answered differently cannot both be right.
+Result<void> agree(const std::vector<RunDatum>& data, HarmonicFit& fit) {
+  for (std::size_t a = 0; a < data.size(); ++a) {
+    for (std::size_t b = a + 1; b < data.size(); ++b) {
+      const auto size = std::min(data[a].driver.size(), data[b].driver.size());
+      const VectorXd drive = data[b].driver.head(size) - data[a].driver.head(size);
+      if (std::fabs(data[a].frequency_hz / data[b].frequency_hz - 1.0) > 2e-3 ||
+          drive.norm() > 0.02 * data[a].driver.norm())
+        continue;
+      const auto shared = std::min(data[a].response.size(), data[b].response.size());
+      const Eigen::MatrixXd slope =
+          fit.predictions[a].over_excitation(static_cast<int>((size - 1) / 2));
+      const VectorXd expected = slope.topRows(shared) * drive.tail(size - 1);
+      const VectorXd apart =
+          data[b].response.head(shared) - data[a].response.head(shared) - expected;
+      const VectorXd error = (data[a].error.head(shared).cwiseAbs2() +
+                              data[b].error.head(shared).cwiseAbs2() + 1e-3 * expected.cwiseAbs2())
+                                 .cwiseSqrt();
+      const double distance = apart.cwiseQuotient(error).squaredNorm();
+      const auto n = static_cast<double>(shared);
+      if (distance < n + 12.0 * std::sqrt(2.0 * n)) continue;
+      return invalid(fmt::format(
+          "runs {} and {} contradict each other: driven alike at {:.4g} Hz, they answer {:.2g} "
+          "standard errors apart; something changed between them (temperature, gas charge, the "
+          "sensor's mounting): repeat one of them or leave one out",
+          data[a].name, data[b].name, data[a].frequency_hz, std::sqrt(distance / n)));
+    }
+  }
+  return {};
+}
+
+MotionRange range_of(const std::vector<RunDatum>& data) {
+  MotionRange range{1e300, -1e300, 0.0};
+  for (const RunDatum& datum : data) {
+    constexpr int kPoints = 128;
+    const VectorXd& motion = datum.kind == Kind::imposed_motion ? datum.driver : datum.response;
+    const VectorXd curve =
+        synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), kPoints) * motion;
+    range.low = std::min(range.low, curve.minCoeff());
+    range.high = std::max(range.high, curve.maxCoeff());
+    const VectorXd next = (VectorXd(kPoints) << curve.tail(kPoints - 1), curve[0]).finished();
+    range.speed =
+        std::max(range.speed, (next - curve).cwiseAbs().maxCoeff() * kPoints * datum.frequency_hz);
+  }
+  return range;
+}
+
+void warn_of_design(const std::vector<SteadyRun>& runs, double carry_over, Diagnosis& said) {
+  const auto fitted =
+      std::count_if(runs.begin(), runs.end(), [](const auto& r) { return r.role == Role::fit; });
+  if (runs.size() == 1)
+    said.warnings.push_back(
+        "there is one run only: what is said holds at its frequency and amplitude, several effects "
+        "look alike there, and nothing can be held out");
+  else if (fitted == 1)
+    said.warnings.push_back("only one run is fitted; the others are held out");
+  if (std::any_of(runs.begin(), runs.end(), [](const auto& r) { return !r.driver_measured; }))
+    said.warnings.push_back(
+        "the excitation was not measured: delays and distortion of the exciter look like the "
+        "damper's");
+  if (carry_over > 1.0)
+    said.warnings.push_back(
+        fmt::format("the noise is correlated from cycle to cycle: means are {:.1f} times as "
+                    "uncertain as their scatter says, which is taken into account",
+                    std::sqrt(carry_over)));
+}
+
+Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
+                                  const DiagnoseOptions& options, const Progress& progress) {
+  progress("cutting cycles", 0.0);
+  std::vector<std::string> warnings = campaign.warnings;
+  auto runs = cut_all(campaign, warnings);
+  if (!runs) return runs.error();
+  const FitOptions fitting{options.points};
+  progress("fitting the model", 0.1);
+  Weighed weighed = weigh(*runs);
+  HarmonicFit rough = fit_harmonics(model, weighed.data, {}, nullptr, fitting);
+  if (!std::isfinite(rough.chi_squared) || !rough.trouble.empty())
+    return Error{ErrorKind::not_converged, rough.trouble};
+  weighed = weigh(*runs, rough);
+  HarmonicFit base = fit_harmonics(model, weighed.data, rough.theta, nullptr, fitting);
+  if (!base.trouble.empty()) return Error{ErrorKind::not_converged, base.trouble};
+  if (campaign.runs.front().kind == Kind::periodic) {
+    if (auto good = agree(weighed.data, base); !good) return good.error();
+  }
+
+  const auto catalogue = candidates(model, range_of(weighed.data), campaign.runs.front().kind);
+  NamingOptions naming;
+  naming.fit = fitting;
+  naming.most_effects = options.most_effects;
+  naming.false_alarm_rate = options.false_alarm_rate;
+  naming.draws = options.draws;
+  naming.seed = options.seed;
+  progress("scoring the catalogue", 0.2);
+  const Naming found = name_effects(std::move(base), weighed.data, catalogue, naming,
+                                    [&](double share) { progress("naming", 0.2 + 0.7 * share); });
+  progress("drawing up", 0.95);
+  Diagnosis said = assemble(found, weighed.data, *runs, catalogue);
+  said.campaign = campaign.name;
+  said.false_alarm_rate = options.false_alarm_rate;
+  said.gap.unit = campaign.runs.front().kind == Kind::imposed_motion ? model.length_unit + "/s^2"
+                                                                     : model.length_unit;
+  said.warnings = std::move(warnings);
+  warn_of_design(*runs, weighed.carry_over, said);
+  progress("done", 1.0);
+  return said;
+}
+
+}  // namespace
+
+Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& model,
+                           const DiagnoseOptions& options, const Progress& progress) {
+  if (auto good = check(campaign, options); !good) return good.error();
+  const Progress report = progress ? progress : [](std::string_view, double) {};
+  try {
+    if (campaign.runs.front().kind != Kind::transient)
+      return diagnose_cycles(campaign, model, options, report);
+  } catch (const std::invalid_argument& error) {
+    return invalid(error.what());
+  }
+  return Error{ErrorKind::unavailable, "runs that are not periodic cannot be diagnosed yet"};
+}
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,36 @@
+// The discrepancy workflow: detect, locate, name, add, show. See README.md for how it decides.
+//
+//   auto diagnosis = diagnose(campaign, model, {}, [](auto stage, double share) { ... });
+//
+// Blocks for about a second; one core; allocates. Deterministic: the same campaign, model and
+// options give the same diagnosis.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string_view>
+
+#include "base/result.hpp"
+#include "config/model.hpp"
+#include "estimator/discrepancy/campaign.hpp"
+#include "estimator/discrepancy/diagnosis.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+struct DiagnoseOptions {
+  double false_alarm_rate = 0.01;  // over the whole catalogue, 0 < rate < 0.5
+  int most_effects = 3;            // that may be missing at once
+  int points = 256;                // of a periodic solution
+  int draws = 4000;                // of the calibration
+  std::uint64_t seed = 1;
+};
+
+// `share` of the work that is done, 0..1.
+using Progress = std::function<void(std::string_view stage, double share)>;
+
+// An Error is a sentence for the operator: a run that cannot be used, a model file with an unknown
+// effect, a campaign of mixed kinds.
+Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& model,
+                           const DiagnoseOptions& options = {}, const Progress& progress = {});
+
+}  // namespace shaker::estimator::discrepancy

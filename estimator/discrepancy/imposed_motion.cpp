@@ -1,0 +1,198 @@
+#include "estimator/discrepancy/imposed_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "estimator/discrepancy/harmonics.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr int kMostSteps = 60;
+
+VectorXd differentiated(const VectorXd& harmonics, double frequency) {
+  VectorXd rate = VectorXd::Zero(harmonics.size());
+  for (Index c = 1; c + 1 < harmonics.size(); c += 2) {
+    const double omega = 2.0 * std::numbers::pi * frequency * harmonic_order(c);
+    rate[c] = omega * harmonics[c + 1];
+    rate[c + 1] = -omega * harmonics[c];
+  }
+  return rate;
+}
+
+}  // namespace
+
+ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const VectorXd& motion,
+                             int points)
+    : model_(&model),
+      n_(points),
+      s_(model.coordinates()),
+      p_(model.parameter_count()),
+      memory_(s_ - model.mechanical()),
+      padded_((points + 7) / 8 * 8),
+      frequency_(frequency_hz),
+      band_(points, std::max(1, memory_), stencil_.reach) {
+  if (model.mechanical() != 1)
+    throw std::invalid_argument(
+        fmt::format("{}: a motion can only be imposed on a model of one coordinate", model.name()));
+  const Eigen::MatrixXd table = synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), n_);
+  const VectorXd rate = differentiated(motion, frequency_);
+  u_ = table * motion;
+  v_ = table * rate;
+  a_ = table * differentiated(rate, frequency_);
+  force_.resize(n_);
+  slope_.resize(n_, p_);
+  const auto width = static_cast<std::size_t>(padded_);
+  const auto arrays =
+      static_cast<std::size_t>(3 * s_ + s_ + 3 * s_ * s_ + s_ * p_ + model.scratch_arrays() + 1);
+  store_.assign(arrays * width, 0.0);
+  double* next = store_.data();
+  const auto take = [&](std::vector<double*>& list, int count) {
+    for (int k = 0; k < count; ++k, next += width)
+      list.push_back(next);
+  };
+  take(z_, s_);
+  take(z_dot_, s_);
+  take(z_ddot_, s_);
+  take(g_, s_);
+  take(g_u_, s_ * s_);
+  take(g_v_, s_ * s_);
+  take(g_a_, s_ * s_);
+  take(g_theta_, s_ * p_);
+  take(scratch_, model.scratch_arrays());
+  x_ = next;
+  std::copy(u_.begin(), u_.end(), z_[0]);
+  std::copy(v_.begin(), v_.end(), z_dot_[0]);
+  std::copy(a_.begin(), a_.end(), z_ddot_[0]);
+  for (int c = 1; c < s_; ++c)
+    std::fill_n(z_[static_cast<std::size_t>(c)], n_, model.rest(c));
+  rows_.resize(static_cast<std::size_t>(n_ * std::max(1, memory_) * (1 + p_)));
+}
+
+double ImposedMotion::difference(const double* column, int i) const {
+  double sum = 0.0;
+  for (int k = -stencil_.reach; k <= stencil_.reach; ++k)
+    sum += stencil_.first[static_cast<std::size_t>(k + stencil_.reach)] * column[(i + k + n_) % n_];
+  return sum * frequency_ * n_;
+}
+
+void ImposedMotion::differentiate() {
+  for (int c = 1; c < s_; ++c) {
+    const auto at = static_cast<std::size_t>(c);
+    for (int i = 0; i < n_; ++i)
+      z_dot_[at][i] = difference(z_[at], i);
+  }
+}
+
+bool ImposedMotion::evaluate(std::span<const double> theta) {
+  differentiate();
+  ModelPoints at;
+  at.n = n_;
+  at.u = z_.data();
+  at.v = z_dot_.data();
+  at.a = z_ddot_.data();
+  at.x = x_;
+  const ModelForces out{g_.data(),   g_u_.data(),     g_v_.data(),
+                        g_a_.data(), g_theta_.data(), scratch_.data()};
+  return model_->evaluate(at, theta.data(), out);
+}
+
+double ImposedMotion::row_norm() const {
+  double sum = 0.0;
+  for (int c = 1; c < s_; ++c) {
+    for (int i = 0; i < n_; ++i)
+      sum += std::pow(g_[static_cast<std::size_t>(c)][i], 2);
+  }
+  return std::sqrt(sum / n_);
+}
+
+bool ImposedMotion::factorise() {
+  band_.clear();
+  for (int i = 0; i < n_; ++i) {
+    for (int d = 1; d < s_; ++d) {
+      for (int e = 1; e < s_; ++e) {
+        const auto de = static_cast<std::size_t>(d * s_ + e);
+        for (int k = -stencil_.reach; k <= stencil_.reach; ++k)
+          band_.add(i, d - 1, k, e - 1,
+                    g_v_[de][i] * stencil_.first[static_cast<std::size_t>(k + stencil_.reach)] *
+                        frequency_ * n_);
+        band_.add(i, d - 1, 0, e - 1, g_u_[de][i]);
+      }
+    }
+  }
+  return band_.factorise();
+}
+
+// Damped Newton on the memory; its course over theta stays in `rows_`.
+bool ImposedMotion::solve_memory(std::span<const double> theta) {
+  const int stride = 1 + p_;
+  if (!evaluate(theta)) return false;
+  for (int step = 0; step < kMostSteps; ++step) {
+    if (!factorise()) return false;
+    for (int i = 0; i < n_; ++i) {
+      for (int d = 1; d < s_; ++d) {
+        double* row = &rows_[static_cast<std::size_t>((i * memory_ + d - 1) * stride)];
+        row[0] = -g_[static_cast<std::size_t>(d)][i];
+        for (int k = 0; k < p_; ++k)
+          row[1 + k] = -g_theta_[static_cast<std::size_t>(d * p_ + k)][i];
+      }
+    }
+    band_.solve(rows_.data(), stride, stride);
+    double largest = 0.0, size = 1e-300;
+    std::vector<std::vector<double>> kept;
+    for (int c = 1; c < s_; ++c) {
+      const double* column = z_[static_cast<std::size_t>(c)];
+      kept.emplace_back(column, column + n_);
+      for (int i = 0; i < n_; ++i) {
+        largest = std::max(
+            largest, std::fabs(rows_[static_cast<std::size_t>((i * memory_ + c - 1) * stride)]));
+        size = std::max(size, std::fabs(column[i]));
+      }
+    }
+    if (!std::isfinite(largest)) return false;
+    if (largest < 1e-9 * std::max(size, 1e-9)) return true;
+    const double before = row_norm();
+    bool better = false;
+    for (double share = 1.0; share > 1e-3 && !better; share *= 0.5) {
+      for (int c = 1; c < s_; ++c) {
+        for (int i = 0; i < n_; ++i)
+          z_[static_cast<std::size_t>(c)][i] =
+              kept[static_cast<std::size_t>(c - 1)][static_cast<std::size_t>(i)] +
+              share * rows_[static_cast<std::size_t>((i * memory_ + c - 1) * stride)];
+      }
+      better = evaluate(theta) && row_norm() < (1.0 - 0.1 * share) * before;
+    }
+    if (!better) return largest < 1e-6 * std::max(size, 1e-9);
+  }
+  return false;
+}
+
+bool ImposedMotion::at(std::span<const double> theta) {
+  if (memory_ > 0 ? !solve_memory(theta) : !evaluate(theta)) return false;
+  for (int i = 0; i < n_; ++i) {
+    force_[i] = g_[0][i] - model_->mass(0, 0) * a_[i];
+    for (int k = 0; k < p_; ++k)
+      slope_(i, k) = g_theta_[static_cast<std::size_t>(k)][i];
+  }
+  std::vector<double> column(static_cast<std::size_t>(n_));
+  for (int e = 1; e < s_; ++e) {
+    for (int k = 0; k < p_; ++k) {
+      for (int i = 0; i < n_; ++i)
+        column[static_cast<std::size_t>(i)] =
+            rows_[static_cast<std::size_t>((i * memory_ + e - 1) * (1 + p_) + 1 + k)];
+      for (int i = 0; i < n_; ++i)
+        slope_(i, k) += g_u_[static_cast<std::size_t>(e)][i] * column[static_cast<std::size_t>(i)] +
+                        g_v_[static_cast<std::size_t>(e)][i] * difference(column.data(), i);
+    }
+  }
+  return force_.allFinite() && slope_.allFinite();
+}
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,54 @@
+// The force of a model along a motion that is imposed and periodic: a damper dynamometer.
+//
+// Nothing has to be solved for the motion; the effects' memory is, on the ring of the cycle. The
+// force is the sum of the effects at the measured motion: no inertia but that of effects that say
+// so (added_mass), no excitation.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "estimator/math/aligned.hpp"
+#include "estimator/math/cyclic_banded_lu.hpp"
+#include "estimator/model.hpp"
+#include "estimator/periodic/scheme.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+class ImposedMotion {
+ public:
+  // `motion`: harmonics of the displacement. Throws std::invalid_argument for a model of several
+  // mechanical coordinates. `model` must outlive it.
+  ImposedMotion(const Model& model, double frequency_hz, const Eigen::VectorXd& motion, int points);
+
+  // False when the memory has no periodic course, or a point is inadmissible.
+  bool at(std::span<const double> theta);
+  const Eigen::VectorXd& force() const { return force_; }
+  const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
+  const Eigen::VectorXd& stroke() const { return u_; }
+  const Eigen::VectorXd& velocity() const { return v_; }
+
+ private:
+  bool evaluate(std::span<const double> theta);
+  double row_norm() const;
+  bool factorise();
+  bool solve_memory(std::span<const double> theta);
+  void differentiate();
+  double difference(const double* column, int i) const;
+
+  const Model* model_;
+  int n_, s_, p_, memory_, padded_;
+  double frequency_;
+  Stencil stencil_ = upwind_stencil(Scheme::order4);
+  Eigen::VectorXd u_, v_, a_, force_;
+  Eigen::MatrixXd slope_;
+  AlignedVector store_;
+  std::vector<double*> z_, z_dot_, z_ddot_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
+  double* x_ = nullptr;
+  CyclicBandedLu band_;
+  std::vector<double> rows_;
+};
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,116 @@
+#include "estimator/discrepancy/phase_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Dense>
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kSteadyShare = 0.02;  // of the amplitude: more is a ramp
+
+struct Block {
+  double middle = 0.0, amplitude = 0.0, turns = 0.0;
+};
+
+// Mean, fundamental and second harmonic of the samples [begin, end) at frequency f.
+Block fit_block(const std::vector<double>& t, const std::vector<double>& x, std::size_t begin,
+                std::size_t end, double f) {
+  Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero(), row;
+  const double middle = 0.5 * (t[begin] + t[end - 1]);
+  for (std::size_t i = begin; i < end; ++i) {
+    const double angle = kTwoPi * f * (t[i] - middle);
+    row << 1.0, std::cos(angle), std::sin(angle), std::cos(2.0 * angle), std::sin(2.0 * angle);
+    normal += row * row.transpose();
+    right += x[i] * row;
+  }
+  const Eigen::Matrix<double, 5, 1> c = normal.ldlt().solve(right);
+  // Crest at angle phi after the middle, so `middle` stands -phi turns from a crest.
+  return {middle, std::hypot(c[1], c[2]), -std::atan2(c[2], c[1]) / kTwoPi};
+}
+
+std::vector<Block> blocks_of(const std::vector<double>& t, const std::vector<double>& x, double f) {
+  std::vector<Block> blocks;
+  const double period = 1.0 / f;
+  const double step = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
+  const auto at = [&](double when) {
+    return static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), when - 1e-9 * period) -
+                                    t.begin());
+  };
+  for (int k = 0; t.front() + (k + 1) * period <= t.back() + 1.01 * step; ++k) {
+    const std::size_t begin = at(t.front() + k * period);
+    const std::size_t end = at(t.front() + (k + 1) * period);
+    if (end - begin >= 8) blocks.push_back(fit_block(t, x, begin, end, f));
+  }
+  return blocks;
+}
+
+// First and one past the last block of the longest stretch of one amplitude.
+std::pair<std::size_t, std::size_t> longest_steady(const std::vector<Block>& blocks) {
+  std::vector<double> sizes;
+  for (const Block& b : blocks)
+    sizes.push_back(b.amplitude);
+  std::sort(sizes.begin(), sizes.end());
+  const double reference = sizes[(sizes.size() * 3) / 5];
+  std::vector<double> off;
+  for (const double s : sizes)
+    off.push_back(std::fabs(s - reference));
+  std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2),
+                   off.end());
+  const double spread = std::min(6.0 * 1.48 * off[off.size() / 2], 0.3 * reference);
+  const double band = std::max(kSteadyShare * reference, spread);
+  std::size_t best = 0, best_length = 0, first = 0;
+  for (std::size_t i = 0; i <= blocks.size(); ++i) {
+    if (i < blocks.size() && std::fabs(blocks[i].amplitude - reference) <= band) continue;
+    if (i - first > best_length) {
+      best = first;
+      best_length = i - first;
+    }
+    first = i + 1;
+  }
+  return {best, best + best_length};
+}
+
+}  // namespace
+
+PhaseFit fit_phase(const std::vector<double>& t, const std::vector<double>& driver,
+                   double nominal_hz) {
+  PhaseFit fit;
+  fit.frequency_hz = nominal_hz;
+  for (int pass = 0; pass < 3; ++pass) {
+    const auto blocks = blocks_of(t, driver, fit.frequency_hz);
+    if (blocks.size() < 2) return fit;
+    const auto [first, last] = longest_steady(blocks);
+    if (last < first + 2) return fit;
+    double st = 0.0, sp = 0.0, stt = 0.0, stp = 0.0, amplitude = 0.0;
+    double turns = blocks[first].turns;
+    const double origin = blocks[first].middle;
+    const double count = static_cast<double>(last - first);
+    for (std::size_t i = first; i < last; ++i) {
+      const double expected =
+          i == first ? turns : turns + fit.frequency_hz * (blocks[i].middle - blocks[i - 1].middle);
+      turns = blocks[i].turns + std::round(expected - blocks[i].turns);
+      const double at = blocks[i].middle - origin;
+      st += at;
+      sp += turns;
+      stt += at * at;
+      stp += at * turns;
+      amplitude += blocks[i].amplitude / count;
+    }
+    fit.frequency_hz = (count * stp - st * sp) / (count * stt - st * st);
+    fit.offset = (sp - fit.frequency_hz * st) / count - fit.frequency_hz * origin;
+    fit.amplitude = amplitude;
+    const double half = 0.5 / fit.frequency_hz;
+    fit.from = blocks[first].middle - half;
+    fit.to = blocks[last - 1].middle + half;
+    if (!(std::fabs(fit.frequency_hz / nominal_hz - 1.0) < 0.1) || !(amplitude > 0.0)) return fit;
+  }
+  fit.ok = true;
+  return fit;
+}
+
+}  // namespace shaker::estimator::discrepancy

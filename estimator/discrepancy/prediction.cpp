@@ -1,0 +1,99 @@
+#include "estimator/discrepancy/prediction.hpp"
+
+#include <algorithm>
+
+#include "estimator/discrepancy/harmonics.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+using Eigen::Index;
+
+double root_mean_square(const Eigen::VectorXd& harmonics) {
+  if (harmonics.size() == 0) return 0.0;
+  return std::sqrt(harmonics[0] * harmonics[0] +
+                   0.5 * harmonics.tail(harmonics.size() - 1).squaredNorm());
+}
+
+Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
+    : model_(&model), points_(points), analysis_(analysis_matrix(datum.harmonics(), points)) {
+  if (datum.kind == Kind::imposed_motion) {
+    imposed_ = std::make_unique<ImposedMotion>(model, datum.frequency_hz, datum.driver, points);
+    return;
+  }
+  response_ = std::make_unique<PeriodicSystem>(model, GridOptions{Scheme::order6, points, true});
+  const auto orders = static_cast<int>((datum.driver.size() - 1) / 2);
+  Eigen::VectorXd x = synthesis_matrix(orders, points) * datum.driver;
+  x.array() -= datum.driver[0];
+  response_->set_excitation_points(datum.frequency_hz,
+                                   {x.data(), static_cast<std::size_t>(points)});
+  rows_.resize(points, 1 + model.parameter_count());
+}
+
+bool Prediction::solve(const std::vector<double>& theta) {
+  if (solved_ && response_->solve(theta).status == SolveStatus::converged) return true;
+  const SolveReport report = response_->solve_from_rest(theta);
+  return report.status == SolveStatus::converged && report.amplitude_reached >= 1.0;
+}
+
+bool Prediction::at(const std::vector<double>& theta) {
+  if (imposed_) {
+    if (!imposed_->at(theta)) return false;
+    value_ = analysis_ * imposed_->force();
+    jacobian_ = analysis_ * imposed_->slope();
+    return true;
+  }
+  if (!solve(theta)) {
+    if (!kept_.empty()) std::copy(kept_.begin(), kept_.end(), response_->state().begin());
+    return false;
+  }
+  solved_ = true;
+  kept_.assign(response_->state().begin(), response_->state().end());
+  read();
+  return true;
+}
+
+void Prediction::read() {
+  for (int i = 0; i < points_; ++i) {
+    rows_(i, 0) = response_->observed(i);
+    const auto row = response_->observed_row(i);
+    for (int k = 0; k < model_->parameter_count(); ++k)
+      rows_(i, 1 + k) = row[static_cast<std::size_t>(1 + k)];
+  }
+  const Eigen::MatrixXd all = analysis_ * rows_;
+  value_ = all.col(0);
+  jacobian_ = all.rightCols(all.cols() - 1);
+}
+
+Eigen::MatrixXd Prediction::over_excitation(int driver_harmonics) {
+  std::vector<double> response;
+  const int columns = 2 * driver_harmonics;
+  if (!response_ || !response_->excitation_response(driver_harmonics, response))
+    return Eigen::MatrixXd::Zero(value_.size(), columns);
+  const int s = model_->coordinates();
+  Eigen::MatrixXd curves(points_, columns);
+  for (Index i = 0; i < points_; ++i) {
+    for (Index k = 0; k < columns; ++k)
+      curves(i, k) = response[static_cast<std::size_t>((i * s + model_->observed()) * columns + k)];
+  }
+  return analysis_ * curves;
+}
+
+void Prediction::start_from(const Prediction& other) {
+  const int n = points_;
+  if (other.points_ != n || !response_ || !other.response_) return;
+  const auto from = other.response_->state();
+  const auto to = response_->state();
+  const int mine = model_->coordinates();
+  const int theirs = other.model_->coordinates();
+  for (int c = 0; c < mine; ++c) {
+    int shared = 0;
+    while (shared < theirs && other.model_->coordinate_name(shared) != model_->coordinate_name(c))
+      ++shared;
+    for (int i = 0; i < n; ++i)
+      to[static_cast<std::size_t>(i * mine + c)] =
+          shared < theirs ? from[static_cast<std::size_t>(i * theirs + shared)] : model_->rest(c);
+  }
+  solved_ = other.solved_;
+}
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,55 @@
+// A model's prediction of a run's harmonics and its derivatives over the parameters: of the
+// periodic response to an excitation, or of the force along an imposed motion.
+//
+// The periodic solution is kept, so that the next, nearby theta costs two or three Newton steps.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "estimator/discrepancy/imposed_motion.hpp"
+#include "estimator/discrepancy/run_datum.hpp"
+#include "estimator/model.hpp"
+#include "estimator/periodic/periodic_system.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+class Prediction {
+ public:
+  // `model` must outlive it. As many harmonics are predicted as the datum has.
+  Prediction(const Model& model, const RunDatum& datum, int points);
+
+  // False when there is no admissible periodic solution at theta; what was predicted before stays.
+  bool at(const std::vector<double>& theta);
+  const Eigen::VectorXd& value() const { return value_; }
+  // (2 H + 1) x parameters.
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }
+  // (2 H + 1) x 2 Hx: over the excitation's cosines and sines, without its mean. Zero for an
+  // imposed motion.
+  Eigen::MatrixXd over_excitation(int driver_harmonics);
+
+  // Begins from another model's solution of the same run: as far as coordinates are shared.
+  void start_from(const Prediction& other);
+
+  int points() const { return points_; }
+  const PeriodicSystem* response() const { return response_.get(); }  // null for imposed motion
+  const ImposedMotion* imposed() const { return imposed_.get(); }     // null for a response
+
+ private:
+  bool solve(const std::vector<double>& theta);
+  void read();
+
+  const Model* model_;
+  int points_;
+  std::unique_ptr<PeriodicSystem> response_;
+  std::unique_ptr<ImposedMotion> imposed_;
+  Eigen::MatrixXd analysis_;
+  bool solved_ = false;
+  std::vector<double> kept_;  // state of the last success
+  Eigen::VectorXd value_;
+  Eigen::MatrixXd jacobian_, rows_;
+};
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,27 @@
+// From steady cycles to data that can be fitted: means, standard errors, and as many harmonics as
+// rise above the noise.
+#pragma once
+
+#include <vector>
+
+#include "estimator/discrepancy/harmonic_fit.hpp"
+#include "estimator/discrepancy/noise.hpp"
+#include "estimator/discrepancy/run_datum.hpp"
+#include "estimator/discrepancy/steady_cycles.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+struct Weighed {
+  std::vector<RunDatum> data;
+  double carry_over = 1.0;
+};
+
+// With errors from the scatter of the response alone.
+Weighed weigh(const std::vector<SteadyRun>& runs);
+
+// With errors from the scatter of what the measured driver does not explain, cycle by cycle: a
+// wandering amplitude so is no noise, and the driver's own noise is. `fit` tells how the response
+// follows the driver; its predictions are of `runs`.
+Weighed weigh(const std::vector<SteadyRun>& runs, HarmonicFit& fit);
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,135 @@
+#include "estimator/discrepancy/diagnose.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimator/model.hpp"
+#include "tests/estimator/discrepancy/campaigns.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+Diagnosis diagnosed(const std::map<std::string, double>& truth, std::uint64_t seed = 5,
+                    const DiagnoseOptions& options = {}) {
+  const auto found = diagnose(testing::recorded(truth, testing::kSixRuns, seed),
+                              estimator::testing::oleo(), options);
+  EXPECT_TRUE(found) << found.error().what;
+  return found ? *found : Diagnosis{};
+}
+
+TEST(Diagnose, NamesNothingWhereNothingIsMissing) {
+  DiagnoseOptions loose;
+  loose.false_alarm_rate = 0.1;
+  loose.draws = 2000;
+  int alarms = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed)
+    alarms += diagnosed({}, seed, loose).verdict == Verdict::adequate ? 0 : 1;
+  // At 10 % of 20: more than 6 have a probability of 0.2 %.
+  EXPECT_LE(alarms, 6);
+  const Diagnosis quiet = diagnosed({});
+  EXPECT_EQ(quiet.verdict, Verdict::adequate);
+  EXPECT_TRUE(quiet.effects.empty());
+  EXPECT_LT(quiet.gap.before, 1.2 * quiet.gap.noise_floor);
+}
+
+TEST(Diagnose, NamesSealFrictionSharpAsItIs) {
+  const Diagnosis d = diagnosed({{"pressure_friction", 0.005}});
+  EXPECT_EQ(d.verdict, Verdict::explained);
+  ASSERT_FALSE(d.effects.empty());
+  EXPECT_EQ(d.effects[0].name, "pressure_friction");
+  ASSERT_EQ(d.effects[0].parameters.size(), 1U);
+  EXPECT_NEAR(d.effects[0].parameters[0].value, 0.005, 5e-5);
+  EXPECT_LT(d.gap.after, 1.1 * d.gap.noise_floor);
+  EXPECT_GT(d.gap.before, 50.0 * d.gap.noise_floor);
+  ASSERT_TRUE(d.gap.held_out_after);
+  EXPECT_LT(*d.gap.held_out_after, 0.05 * *d.gap.held_out_before);
+}
+
+TEST(Diagnose, NamesFrictionWithMemory) {
+  const Diagnosis d = diagnosed({{"presliding_friction", 0.1}});
+  EXPECT_EQ(d.verdict, Verdict::explained);
+  ASSERT_EQ(d.effects.size(), 1U);
+  EXPECT_EQ(d.effects[0].name, "presliding_friction");
+  EXPECT_NEAR(d.effects[0].parameters[0].value, 0.1, 1e-3);
+  EXPECT_GT(d.effects[0].probability, 0.9);
+}
+
+TEST(Diagnose, BlamesTheInstrumentForItsOwnFault) {
+  const Diagnosis d = diagnosed({{"sensor_delay", 0.003}});
+  EXPECT_EQ(d.verdict, Verdict::explained);
+  ASSERT_FALSE(d.effects.empty());
+  const auto& first = d.effects[0];
+  const bool in_set = first.name == "sensor_delay" ||
+                      std::find(first.confusable_with.begin(), first.confusable_with.end(),
+                                "sensor_delay") != first.confusable_with.end();
+  EXPECT_TRUE(in_set) << first.name;
+}
+
+TEST(Diagnose, WritesAModelThatHoldsWhatItNamed) {
+  const Diagnosis d = diagnosed({{"pressure_friction", 0.005}});
+  const Model improved(d.improved);
+  EXPECT_EQ(improved.parameter_count(), 5);
+  const auto start = improved.start();
+  EXPECT_NEAR(start[4], 0.005, 5e-5);
+  // The base parameters were bent by what was missing, and are straight again.
+  EXPECT_NEAR(start[0], 16.6667, 0.02);
+  EXPECT_GT(std::fabs(d.parameters_before[0].value - 16.6667), 0.1);
+}
+
+TEST(Diagnose, PredictsRunsThatAreHeldOut) {
+  Campaign campaign = testing::recorded({{"pressure_friction", 0.01}}, testing::kSixRuns, 9);
+  campaign.runs[1].role = campaign.runs[4].role = Role::held_out;
+  const auto d = diagnose(campaign, estimator::testing::oleo());
+  ASSERT_TRUE(d) << d.error().what;
+  ASSERT_FALSE(d->effects.empty());
+  EXPECT_EQ(d->effects[0].name, "pressure_friction");
+  ASSERT_TRUE(d->effects[0].held_out_gain);
+  EXPECT_GT(*d->effects[0].held_out_gain, 0.9);
+}
+
+TEST(Diagnose, IsDeterministic) {
+  const Diagnosis a = diagnosed({{"pressure_friction", 0.005}});
+  const Diagnosis b = diagnosed({{"pressure_friction", 0.005}});
+  EXPECT_EQ(a.probability_before, b.probability_before);
+  EXPECT_EQ(a.chi_squared_after, b.chi_squared_after);
+}
+
+TEST(Diagnose, SaysWhatOneRunCannotTell) {
+  const auto d = diagnose(testing::recorded({}, {{2.0, 3.0}}, 3), estimator::testing::oleo());
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_FALSE(d->gap.held_out_before);
+  EXPECT_THAT(d->warnings, ::testing::Contains(::testing::HasSubstr("one run only")));
+}
+
+TEST(Diagnose, RefusesRunsThatContradictEachOther) {
+  Campaign campaign = testing::recorded({}, {{2.0, 3.0}, {3.0, 6.0}}, 3);
+  Campaign warm = testing::recorded({{"theta2", 1.7}}, {{2.0, 3.0}}, 4);
+  warm.runs[0].name = "r3";
+  campaign.runs.push_back(warm.runs[0]);
+  const auto d = diagnose(campaign, estimator::testing::oleo());
+  ASSERT_FALSE(d);
+  EXPECT_THAT(d.error().what, ::testing::HasSubstr("contradict"));
+}
+
+TEST(Diagnose, RefusesAModelWithAnUnknownEffect) {
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(estimator::testing::effect("phlogiston"));
+  const auto d = diagnose(testing::recorded({}, {{2.0, 3.0}}, 3), model);
+  ASSERT_FALSE(d);
+  EXPECT_THAT(d.error().what, ::testing::HasSubstr("phlogiston"));
+}
+
+TEST(Diagnose, RefusesAnEmptyCampaignAndASenselessRate) {
+  EXPECT_FALSE(diagnose({}, estimator::testing::oleo()));
+  DiagnoseOptions options;
+  options.false_alarm_rate = 0.0;
+  EXPECT_FALSE(
+      diagnose(testing::recorded({}, {{2.0, 3.0}}, 3), estimator::testing::oleo(), options));
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy

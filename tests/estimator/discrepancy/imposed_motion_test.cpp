@@ -1,0 +1,103 @@
+#include "estimator/discrepancy/imposed_motion.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "estimator/discrepancy/diagnose.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+
+// Presliding friction, f_c z / z0 with z' = v - |v| z / z0, by small steps of its own closed form:
+// with v constant over a step z tends to +-z0 as exp(-distance / z0).
+std::vector<double> friction_force(const std::vector<double>& u, double f_c, double z0) {
+  std::vector<double> force(u.size());
+  double z = 0.0;
+  for (int lap = 0; lap < 3; ++lap) {
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const double step = u[i] - u[(i + u.size() - 1) % u.size()];
+      const double target = step >= 0.0 ? z0 : -z0;
+      z = target + (z - target) * std::exp(-std::fabs(step) / z0);
+      force[i] = f_c * z / z0;
+    }
+  }
+  return force;
+}
+
+TEST(ImposedMotion, CarriesTheMemoryAlongTheCycle) {
+  auto spec = estimator::testing::model_of({estimator::testing::effect("presliding_friction")});
+  const Model model(spec);
+  Eigen::VectorXd motion = Eigen::VectorXd::Zero(3);
+  motion[1] = 0.01;
+  ImposedMotion imposed(model, 1.0, motion, 512);
+  const std::vector<double> theta = {0.8, 1e-3};
+  ASSERT_TRUE(imposed.at(theta));
+  std::vector<double> u;
+  for (int i = 0; i < 51200; ++i)
+    u.push_back(0.01 * std::cos(kTwoPi * i / 51200.0));
+  const auto expected = friction_force(u, 0.8, 1e-3);
+  double worst = 0.0;
+  for (int i = 0; i < 512; ++i)
+    worst = std::max(worst,
+                     std::fabs(imposed.force()[i] - expected[static_cast<std::size_t>(100 * i)]));
+  EXPECT_LT(worst, 0.02);
+
+  // Slopes against differences.
+  const Eigen::VectorXd force = imposed.force();
+  const Eigen::MatrixXd slope = imposed.slope();
+  for (int k = 0; k < 2; ++k) {
+    std::vector<double> moved = theta;
+    const double h = 1e-5 * theta[static_cast<std::size_t>(k)];
+    moved[static_cast<std::size_t>(k)] += h;
+    ASSERT_TRUE(imposed.at(moved));
+    const Eigen::VectorXd difference = (imposed.force() - force) / h;
+    EXPECT_LT((difference - slope.col(k)).norm(), 1e-3 * slope.col(k).norm()) << k;
+  }
+}
+
+// A dynamometer's campaign: viscous damping and friction of a seal that gives.
+TEST(ImposedMotion, NamesThePreslidingFrictionOfADynamometersDamper) {
+  std::mt19937_64 source(5);
+  std::normal_distribution<double> normal;
+  Campaign campaign;
+  struct Setting {
+    double frequency, amplitude;
+  };
+  for (const auto& [frequency, amplitude] :
+       std::vector<Setting>{{0.5, 0.02}, {1.0, 0.01}, {3.0, 0.004}}) {
+    Recording r;
+    r.name = "f" + std::to_string(campaign.runs.size());
+    r.kind = Kind::imposed_motion;
+    r.frequency_hz = frequency;
+    const int n = 400;
+    std::vector<double> u;
+    for (int i = 0; i < 100 * n; ++i)
+      u.push_back(amplitude * std::cos(kTwoPi * i / (100.0 * n)));
+    const auto friction = friction_force(u, 0.8, 1e-3);
+    for (int i = 0; i < 12 * n; ++i) {
+      const double v = -kTwoPi * frequency * amplitude * std::sin(kTwoPi * i / n);
+      r.t.push_back(i / (n * frequency));
+      r.displacement.push_back(u[static_cast<std::size_t>(100 * (i % n))]);
+      r.force.push_back(2.0 * v + friction[static_cast<std::size_t>(100 * (i % n))] +
+                        0.01 * normal(source));
+    }
+    campaign.runs.push_back(std::move(r));
+  }
+  const auto d = diagnose(
+      campaign, estimator::testing::model_of({estimator::testing::effect("viscous_damping")}));
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_NE(d->verdict, Verdict::adequate);
+  ASSERT_FALSE(d->effects.empty());
+  EXPECT_EQ(d->effects[0].name, "presliding_friction");
+  EXPECT_NEAR(d->effects[0].parameters[0].value, 0.8, 0.02);
+  EXPECT_LT(d->gap.after, 0.1 * d->gap.before);
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy
