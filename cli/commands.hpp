@@ -43,6 +43,12 @@ struct ExportOptions {
   bool samples = false;  // raw samples instead of cycles
   bool all = false;      // cycles that were left out, too
 };
+struct DiagnoseCommandOptions {
+  std::filesystem::path campaign;  // a folder with campaign.json, or a database
+  std::filesystem::path model;
+  std::filesystem::path out;  // empty: nothing is written
+  double false_alarm_rate = 0.01;
+};
 struct CheckOptions {
   std::filesystem::path file;
   std::filesystem::path rig;  // a campaign is held against its limits; may be empty
@@ -56,6 +62,7 @@ int estimate(const Common& common, const EstimateOptions& options);
 int compare(const Common& common, const CompareOptions& options);
 int reproduce(const Common& common, const ReproduceOptions& options);
 int export_runs(const Common& common, const ExportOptions& options);
+int diagnose(const Common& common, const DiagnoseCommandOptions& options);
 int check(const Common& common, const CheckOptions& options);
 
 // Says what went wrong and gives `code` back.

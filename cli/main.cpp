@@ -20,6 +20,7 @@ Examples:
   shakerctl stop                               ramp down, whoever is in control
   shakerctl estimate /var/lib/shakerd/demo_20260301T120000Z.db
   shakerctl estimate run.csv --model model-oleo.json --frequency 2 --amplitude 3 --json
+  shakerctl diagnose campaign/ --model model-oleo.json --out diagnosis/
 
 Exit status: 0 done; 1 done, but the outcome is bad; 2 usage or a bad file; 3 no daemon;
 4 the daemon refused; 5 the estimate is not usable.)";
@@ -32,6 +33,7 @@ struct Options {
   CompareOptions compare;
   ReproduceOptions reproduce;
   ExportOptions export_runs;
+  DiagnoseCommandOptions diagnose;
   CheckOptions check;
   std::function<int()> action;
 };
@@ -114,6 +116,19 @@ void add_offline(CLI::App& app, Options& o) {
       reproducing->add_option("--figure", o.reproduce.figure, "5, 6, 7, 9 to 14 (default: all)");
   reproducing->add_flag("--bias", o.reproduce.bias, "Show what the paper's test hides")
       ->excludes(figure);
+  auto* diagnosing =
+      add(app, o, "diagnose", "What does the model lack? Name it, add it, show the gap",
+          [&o] { return diagnose(o.common, o.diagnose); });
+  diagnosing->add_option("campaign", o.diagnose.campaign, "Folder with campaign.json, or FILE.db")
+      ->required();
+  diagnosing->add_option("--model", o.diagnose.model, "Model file to start from")->required();
+  diagnosing->add_option("--out", o.diagnose.out,
+                         "Folder for diagnosis.json and the improved model.json");
+  diagnosing
+      ->add_option("--false-alarm-rate", o.diagnose.false_alarm_rate,
+                   "How often something is named though nothing is missing")
+      ->check(CLI::Range(1e-6, 0.5))
+      ->capture_default_str();
   auto* exporting = add(app, o, "export", "Write a campaign database as CSV, one file a run",
                         [&o] { return export_runs(o.common, o.export_runs); });
   exporting->add_option("database", o.export_runs.database, "Campaign database")->required();

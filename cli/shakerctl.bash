@@ -1,11 +1,11 @@
 # Completion of shakerctl for bash.
 _shakerctl() {
   local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} options
-  local commands="status watch run stop estop ack estimate compare reproduce export check"
+  local commands="status watch run stop estop ack estimate compare diagnose reproduce export check"
   case $previous in
     --figure) mapfile -t COMPREPLY < <(compgen -W "11 12 13 14" -- "$word"); return ;;
     --frequency | --amplitude | --seconds | --start | --starts | --seed | --method) return ;;
-    --directory) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
+    --directory | --out) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
     --socket | --model | --rig) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
   esac
   if ((COMP_CWORD == 1)); then
@@ -17,6 +17,7 @@ _shakerctl() {
     watch) options="--json --socket --seconds --help" ;;
     estimate) options="--json --model --frequency --amplitude --starts --seed --help" ;;
     compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
+    diagnose) options="--json --model --out --false-alarm-rate --help" ;;
     reproduce) options="--json --figure --bias --help" ;;
     export) options="--json --directory --samples --all --help" ;;
     check) options="--json --rig --help" ;;

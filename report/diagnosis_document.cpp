@@ -1,0 +1,224 @@
+#include "report/diagnosis_document.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace shaker::report {
+namespace {
+
+using nlohmann::ordered_json;
+using namespace estimator::discrepancy;
+
+void put(ordered_json& object, const char* key, double value) {
+  if (std::isfinite(value)) object[key] = value;
+}
+void put(ordered_json& object, const char* key, const std::optional<double>& value) {
+  if (value) put(object, key, *value);
+}
+
+ordered_json numbers(const std::vector<double>& values) {
+  // Six digits: these are for drawings.
+  ordered_json list = ordered_json::array();
+  for (const double v : values)
+    list.push_back(std::isfinite(v) ? ordered_json(std::stod(fmt::format("{:.6g}", v)))
+                                    : ordered_json());
+  return list;
+}
+
+ordered_json parameters_json(const std::vector<estimator::ParameterEstimate>& parameters) {
+  ordered_json list = ordered_json::array();
+  for (const auto& p : parameters) {
+    ordered_json entry{{"name", p.name}, {"effect", p.effect}, {"unit", p.unit}};
+    put(entry, "value", p.value);
+    put(entry, "standard_error", p.standard_error);
+    if (std::isfinite(p.lower) && std::isfinite(p.upper)) entry["interval"] = {p.lower, p.upper};
+    entry["fixed"] = p.fixed;
+    entry["at_bound"] = p.at_bound;
+    entry["determined"] = p.determined;
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+ordered_json effects_json(const Diagnosis& d) {
+  ordered_json list = ordered_json::array();
+  for (const NamedEffect& e : d.effects) {
+    ordered_json entry{{"name", e.name}, {"meaning", e.meaning}, {"formula", e.formula}};
+    put(entry, "probability", e.probability);
+    entry["parameters"] = parameters_json(e.parameters);
+    entry["confusable_with"] = e.confusable_with;
+    if (e.split_by) {
+      ordered_json split;
+      put(split, "frequency_hz", e.split_by->frequency_hz);
+      put(split, "amplitude", e.split_by->amplitude);
+      put(split, "separation", e.split_by->separation);
+      if (!e.split_by->channel.empty()) split["channel"] = e.split_by->channel;
+      entry["split_by"] = std::move(split);
+    }
+    entry["where"] = e.where;
+    put(entry, "held_out_gain", e.held_out_gain);
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+ordered_json gap_json(const Gap& gap) {
+  ordered_json entry;
+  put(entry, "noise_floor", gap.noise_floor);
+  put(entry, "before", gap.before);
+  put(entry, "after", gap.after);
+  put(entry, "held_out_before", gap.held_out_before);
+  put(entry, "held_out_after", gap.held_out_after);
+  entry["unit"] = gap.unit;
+  return entry;
+}
+
+ordered_json runs_json(const Diagnosis& d) {
+  ordered_json list = ordered_json::array();
+  for (const RunGap& r : d.runs) {
+    ordered_json entry{{"name", r.name}, {"role", r.role == Role::fit ? "fit" : "held_out"}};
+    put(entry, "frequency_hz", r.frequency_hz);
+    put(entry, "amplitude", r.amplitude);
+    entry["cycles"] = r.cycles;
+    put(entry, "before", r.before);
+    put(entry, "after", r.after);
+    put(entry, "noise_floor", r.noise_floor);
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+ordered_json ranking_json(const Diagnosis& d) {
+  ordered_json list = ordered_json::array();
+  for (const Ranked& r : d.ranking) {
+    ordered_json entry{{"name", r.name}};
+    put(entry, "probability", r.probability);
+    put(entry, "gain", r.gain);
+    put(entry, "gain_refitted", r.gain_refitted);
+    put(entry, "cross_validated", r.cross_validated);
+    put(entry, "hidden", r.hidden);
+    if (!r.disqualified.empty()) entry["disqualified"] = r.disqualified;
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+ordered_json bins_json(const std::vector<ForceBin>& bins) {
+  ordered_json list = ordered_json::array();
+  for (const ForceBin& bin : bins)
+    list.push_back(numbers({bin.at, bin.before, bin.after}));
+  return list;
+}
+
+ordered_json location_json(const Location& location) {
+  ordered_json entry{{"words", location.words}};
+  put(entry, "share", location.share);
+  entry["over_stroke"] = bins_json(location.over_stroke);
+  entry["over_velocity"] = bins_json(location.over_velocity);
+  entry["over_phase"] = bins_json(location.over_phase);
+  entry["share_of_harmonic"] = numbers(location.share_of_harmonic);
+  return entry;
+}
+
+ordered_json curves_json(const Diagnosis& d) {
+  ordered_json list = ordered_json::array();
+  for (const RunCurves& c : d.curves) {
+    list.push_back({{"run", c.name},
+                    {"measured", numbers(c.measured)},
+                    {"before", numbers(c.before)},
+                    {"after", numbers(c.after)},
+                    {"velocity", numbers(c.velocity)},
+                    {"force_before", numbers(c.force_before)},
+                    {"force_after", numbers(c.force_after)}});
+  }
+  return list;
+}
+
+std::string size(double value, const std::string& unit) {
+  if (unit == "m") return fmt::format("{:.4g} mm", 1e3 * value);
+  return fmt::format("{:.4g} {}", value, unit);
+}
+
+std::string verdict_sentence(const Diagnosis& d) {
+  switch (d.verdict) {
+    case Verdict::adequate:
+      return "adequate: nothing is missing that these data could show";
+    case Verdict::explained:
+      return "explained: with what is named below, the model leaves nothing but noise";
+    default:
+      return d.effects.empty() ? "unexplained: something is missing that is in no catalogue"
+                               : "unexplained: what is named below is missing, and something "
+                                 "else besides that cannot be named";
+  }
+}
+
+std::string effect_lines(const NamedEffect& e) {
+  std::string text = fmt::format("\n{}  probability {:.3f}\n", e.name, e.probability);
+  if (!e.meaning.empty()) text += fmt::format("  {}\n", e.meaning);
+  text += fmt::format("  where: {}\n", e.where);
+  for (const auto& p : e.parameters)
+    text += fmt::format("  {} = {:.5g} {} (95 %: {:.5g} to {:.5g})\n", p.name, p.value, p.unit,
+                        p.lower, p.upper);
+  if (!e.confusable_with.empty())
+    text += fmt::format("  this campaign cannot tell it from: {}\n",
+                        fmt::join(e.confusable_with, ", "));
+  if (e.split_by && !e.split_by->channel.empty())
+    text += fmt::format("  what would: the channel {}\n", e.split_by->channel);
+  else if (e.split_by)
+    text += fmt::format(
+        "  what would: a run at {:.3g} Hz with amplitude {:.3g} ({:.1f} standard "
+        "errors)\n",
+        e.split_by->frequency_hz, e.split_by->amplitude, e.split_by->separation);
+  if (e.held_out_gain)
+    text += fmt::format("  closes {:.0f} % of the gap on runs that were not fitted\n",
+                        100.0 * *e.held_out_gain);
+  return text;
+}
+
+}  // namespace
+
+std::string diagnosis_json(const Diagnosis& d) {
+  ordered_json document{{"format", "shaker-diagnosis/1"},
+                        {"verdict", name(d.verdict)},
+                        {"campaign", d.campaign},
+                        {"model", d.model}};
+  document["effects"] = effects_json(d);
+  document["gap"] = gap_json(d.gap);
+  document["runs"] = runs_json(d);
+  document["ranking"] = ranking_json(d);
+  document["parameters_before"] = parameters_json(d.parameters_before);
+  document["parameters_after"] = parameters_json(d.parameters_after);
+  document["false_alarm_rate"] = d.false_alarm_rate;
+  ordered_json test;
+  put(test, "probability_before", d.probability_before);
+  put(test, "probability_after", d.probability_after);
+  put(test, "chi_squared_before", d.chi_squared_before);
+  put(test, "chi_squared_after", d.chi_squared_after);
+  test["observations"] = d.observations;
+  document["test"] = std::move(test);
+  document["location"] = location_json(d.location);
+  document["curves"] = curves_json(d);
+  document["warnings"] = d.warnings;
+  return document.dump(2, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+std::string diagnosis_table(const Diagnosis& d) {
+  std::string text = verdict_sentence(d) + "\n";
+  text += fmt::format("gap {} before, {} after; noise floor {}\n", size(d.gap.before, d.gap.unit),
+                      size(d.gap.after, d.gap.unit), size(d.gap.noise_floor, d.gap.unit));
+  if (d.gap.held_out_before && d.gap.held_out_after)
+    text += fmt::format("held out: {} before, {} after\n", size(*d.gap.held_out_before, d.gap.unit),
+                        size(*d.gap.held_out_after, d.gap.unit));
+  if (d.verdict != Verdict::adequate) text += d.location.words + "\n";
+  for (const NamedEffect& e : d.effects)
+    text += effect_lines(e);
+  if (!d.warnings.empty()) text += "\n";
+  for (const std::string& warning : d.warnings)
+    text += "note: " + warning + "\n";
+  return text;
+}
+
+}  // namespace shaker::report

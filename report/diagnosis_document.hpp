@@ -1,0 +1,16 @@
+// A diagnosis as "shaker-diagnosis/1" (protocol/schema/diagnosis.schema.json) and as a table.
+#pragma once
+
+#include <string>
+
+#include "estimator/discrepancy/diagnosis.hpp"
+
+namespace shaker::report {
+
+// Two-space indented JSON. Numbers that are not finite are left out.
+std::string diagnosis_json(const estimator::discrepancy::Diagnosis& diagnosis);
+
+// For a terminal: verdict, effects, gap, warnings.
+std::string diagnosis_table(const estimator::discrepancy::Diagnosis& diagnosis);
+
+}  // namespace shaker::report
