@@ -3,6 +3,7 @@
 // too. They return an ExitCode and throw nothing.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -37,6 +38,17 @@ struct ReproduceOptions {
   int figure = 0;     // 0: all of them
   bool bias = false;  // what the paper's test hides, instead of a figure
 };
+struct MonteCarloCommand {
+  std::filesystem::path model;  // its starts are the truth
+  int figure = 0;               // the paper's experiment instead; 0: none
+  std::vector<double> frequencies_hz, amplitudes;
+  int points = 40, cycles = 1;
+  double noise = 0.0;
+  bool uniform = false, profile = false;
+  long replications = 10000;
+  unsigned threads = 0;
+  std::uint64_t seed = 1;
+};
 struct ExportOptions {
   std::filesystem::path database;
   std::filesystem::path directory = ".";
@@ -61,6 +73,7 @@ int order(const Common& common, const std::string& method);  // stop, estop, ack
 int estimate(const Common& common, const EstimateOptions& options);
 int compare(const Common& common, const CompareOptions& options);
 int reproduce(const Common& common, const ReproduceOptions& options);
+int monte_carlo(const Common& common, const MonteCarloCommand& command);
 int export_runs(const Common& common, const ExportOptions& options);
 int diagnose(const Common& common, const DiagnoseCommandOptions& options);
 int check(const Common& common, const CheckOptions& options);

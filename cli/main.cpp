@@ -32,6 +32,7 @@ struct Options {
   EstimateOptions estimate;
   CompareOptions compare;
   ReproduceOptions reproduce;
+  MonteCarloCommand monte_carlo;
   ExportOptions export_runs;
   DiagnoseCommandOptions diagnose;
   CheckOptions check;
@@ -141,6 +142,34 @@ void add_offline(CLI::App& app, Options& o) {
   checking->add_option("--rig", o.check.rig, "Rig file whose limits a campaign is held against");
 }
 
+void add_worth(CLI::App& app, Options& o) {
+  auto* repeating =
+      add(app, o, "monte-carlo", "Estimate made-up campaigns many times: bias, scatter, coverage",
+          [&o] { return monte_carlo(o.common, o.monte_carlo); });
+  auto& m = o.monte_carlo;
+  auto* model = repeating->add_option("model", m.model, "Model file; its starts are the truth");
+  repeating->add_option("--figure", m.figure, "The paper's experiment 11, 12, 13 or 14 instead")
+      ->excludes(model);
+  repeating->add_option("--frequency", m.frequencies_hz, "Of each run, Hz");
+  repeating->add_option("--amplitude", m.amplitudes, "Of each run, or one for all");
+  repeating->add_option("--noise", m.noise, "Standard deviation of one sample");
+  repeating->add_flag("--uniform", m.uniform, "Uniform noise instead of normal");
+  repeating->add_option("--points", m.points, "Samples a period")
+      ->check(CLI::Range(8, 4096))
+      ->capture_default_str();
+  repeating->add_option("--cycles", m.cycles, "Periods averaged in a run")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  repeating->add_option("--replications", m.replications, "How often")
+      ->check(CLI::Range(2L, 10000000L))
+      ->capture_default_str();
+  repeating->add_option("--seed", m.seed, "Of the noise")->capture_default_str();
+  repeating->add_option("--threads", m.threads, "0: all; the figures are the same for any number")
+      ->check(CLI::Range(0U, 256U))
+      ->capture_default_str();
+  repeating->add_flag("--profile", m.profile, "Profile-likelihood intervals, too");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -152,6 +181,7 @@ int main(int argc, char** argv) {
   app.get_formatter()->column_width(34);
   add_online(app, options);
   add_offline(app, options);
+  add_worth(app, options);
   try {
     app.parse(argc, argv);
     return options.action();

@@ -1,7 +1,7 @@
 # Completion of shakerctl for bash.
 _shakerctl() {
   local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} options
-  local commands="status watch run stop estop ack estimate compare diagnose reproduce export check"
+  local commands="status watch run stop estop ack estimate compare diagnose reproduce export check monte-carlo"
   case $previous in
     --figure) mapfile -t COMPREPLY < <(compgen -W "11 12 13 14" -- "$word"); return ;;
     --frequency | --amplitude | --seconds | --start | --starts | --seed | --method) return ;;
@@ -20,6 +20,9 @@ _shakerctl() {
     diagnose) options="--json --model --out --false-alarm-rate --help" ;;
     reproduce) options="--json --figure --bias --help" ;;
     export) options="--json --directory --samples --all --help" ;;
+    monte-carlo)
+      options="--json --figure --frequency --amplitude --noise --uniform --points --cycles
+        --replications --seed --threads --profile --help" ;;
     check) options="--json --rig --help" ;;
   esac
   if [[ $word == -* ]]; then

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include <ceres/cost_function.h>
+#include <ceres/manifold.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -93,6 +94,13 @@ CeresFit CeresEstimator::fit(const std::vector<double>& start) {
     problem.SetParameterLowerBound(result.theta.data(), k, p.lower);
     problem.SetParameterUpperBound(result.theta.data(), k, p.upper);
   }
+  std::vector<int> fixed;
+  for (int k = 0; k < impl_->model.parameter_count(); ++k) {
+    if (impl_->model.parameters()[static_cast<std::size_t>(k)].fixed) fixed.push_back(k);
+  }
+  if (!fixed.empty())
+    problem.SetManifold(result.theta.data(),
+                        new ceres::SubsetManifold(impl_->model.parameter_count(), fixed));
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_QR;
   solver.max_num_iterations = impl_->options.max_iterations;

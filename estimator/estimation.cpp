@@ -1,5 +1,6 @@
 #include "estimator/estimation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -48,6 +49,56 @@ const Fit& Estimator::fit(const std::vector<double>& start, bool warm) {
   }
   impl.finish();
   return fit;
+}
+
+std::optional<double> Estimator::excess_holding(int parameter, std::vector<double>& theta) {
+  Impl& impl = *impl_;
+  const std::size_t q = impl.free.size();
+  const auto found = std::find(impl.free.begin(), impl.free.end(), parameter);
+  if (found == impl.free.end())
+    throw std::invalid_argument("excess_holding: the parameter is not a free one");
+  const auto at = static_cast<std::size_t>(found - impl.free.begin());
+  // What a variance of an observation is for this parameter: Rao's factors and the excitation's
+  // error included.
+  const double variance = impl.fit.covariance[at * q + at] / impl.inverse_gram[at * q + at];
+  if (!(variance > 0.0)) return std::nullopt;
+  const double tolerance = impl.options.tolerance;
+  impl.kept = impl.fit;
+  const auto penalised = [&](const Fit& fit, double sum) {
+    return sum + (impl.priors ? impl.prior_sum_at(fit.theta) * variance : 0.0);
+  };
+  const double best = penalised(impl.kept, impl.kept.sum_of_squares);
+  impl.pinned[at] = 1;
+  impl.fit.theta = theta;
+  impl.fit.status = FitStatus::not_converged;
+  // The sum of squares is flat at its optimum: a thousandth of a standard error is a millionth.
+  impl.options.tolerance =
+      std::clamp(1e-3 * impl.kept.standard_error[static_cast<std::size_t>(parameter)] /
+                     std::max(std::fabs(theta[static_cast<std::size_t>(parameter)]), 1e-12),
+                 1e-9, 1e-4);
+  if (!impl.fit_lifted(true)) {
+    impl.fit.theta = theta;
+    impl.fit_nested(theta, true, true);
+  }
+  impl.pinned[at] = 0;
+  impl.options.tolerance = tolerance;
+  std::optional<double> excess;
+  if (impl.fit.status == FitStatus::converged) {
+    const double sum = impl.residual_sum() + impl.total_scatter;
+    excess = (penalised(impl.fit, sum) - best) / variance;
+    theta = impl.fit.theta;
+  }
+  std::swap(impl.fit, impl.kept);
+  return excess;
+}
+
+void Estimator::predict(const std::vector<double>& change) {
+  for (PeriodicSystem& system : impl_->systems)
+    system.advance(0.0, change);
+}
+
+void Estimator::recall() {
+  impl_->solve_all(true);
 }
 
 const Fit& Estimator::last() const {

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -75,6 +76,8 @@ struct Fit {
   std::vector<char> at_bound;
   std::vector<char> determined;
   std::vector<double> covariance;  // free x free, row by row
+  // Changes of theta (all parameters) that the data do not feel.
+  std::vector<std::vector<double>> lost;
   double noise = 0.0;
   double sum_of_squares = 0.0;  // of weighted residuals, scatter included
   double condition = 0.0;
@@ -120,6 +123,16 @@ class Estimator {
   // Predicted displacement at the data's points of a run, or predicted Fourier coefficients, at the
   // last fit's solution.
   std::vector<double> predicted(std::size_t run) const;
+
+  // --- with one free parameter held, for profiles. `last()` and `describe()` stay those of the
+  // last fit; `solutions()` and `linearised()` are this one's until `recall`. Optimum over the
+  // others, the held one at theta[parameter], from `theta` (there and back) and the present
+  // periodic solutions: how much worse it is than the last fit, in variances of an observation, so
+  // that sqrt() compares with Student's t. Empty when there is none to be found.
+  std::optional<double> excess_holding(int parameter, std::vector<double>& theta);
+  // Moves the present solutions along `change` of theta, to first order: a start for the above.
+  void predict(const std::vector<double>& change);
+  void recall();
 
   // Whitened residuals and rows of all data at the last fit; priors are not among them.
   Linearised linearised() const;

@@ -114,6 +114,7 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
   scratch_vector.resize(q);
   delta.resize(q);
   held.resize(q);
+  pinned.resize(q);
   delta_full.resize(p);
   theta_saved.resize(p);
   mixed_.resize(1 + p);

@@ -52,7 +52,10 @@ struct Estimator::Impl {
   // Normal equations at the last linearisation: gram * delta = gradient over the free parameters.
   std::vector<double> gram, gradient, scratch_matrix, scratch_vector, delta, delta_full, factors;
   std::vector<double> theta_saved, products;
-  std::vector<char> held;  // free parameters that sit on a bound and are pushed outwards
+  std::vector<char> held;            // free parameters that sit on a bound and are pushed outwards
+  std::vector<char> pinned;          // free parameters that a profile holds where they are
+  std::vector<double> inverse_gram;  // of the last fit, free x free
+  Fit kept;
   double sum_of_squares = 0.0;
   double total_scatter = 0.0;  // weighted, of the single cycles about their means
   long observations = 0;
@@ -81,7 +84,9 @@ struct Estimator::Impl {
   bool solve_all(bool warm);
   // Normal priors (3.8): adds them to the normal equations; noise variance `variance` as of now.
   void add_priors();
-  double prior_sum() const;  // sum of squares of (theta - mean) / standard deviation
+  double prior_sum() const { return prior_sum_at(fit.theta); }
+  double prior_sum_at(const std::vector<double>& theta)
+      const;  // sum of squares of (theta - mean) / standard deviation
   // What a step is judged by: falls with every good one.
   double objective() const;
   // Variance of an observation of weight 1, from the sum of squares of the last linearisation.

@@ -11,6 +11,7 @@ namespace shaker::estimator {
 namespace {
 
 constexpr double kNearlyUndamped = 1e-5;
+constexpr int kEnoughAtBottom = 8;
 
 }  // namespace
 
@@ -39,7 +40,7 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
   double grow = 2.0;
   accumulate(systems, false);
   double previous = std::numeric_limits<double>::infinity();
-  int refused = 0;
+  int at_bottom = 0;
   for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
     fit.iterations = iteration;
     const double before = objective();
@@ -73,10 +74,14 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
       }
     }
     if (accepted) accumulate(systems, false);
-    // At the bottom rounding decides whether the sum goes up or down.
+    // At the bottom rounding decides whether the objective goes up or down: steps that short are
+    // taken as they come, and after some of them the bottom is reached.
+    const bool bottom = step <= 1e3 * options.tolerance;
     if (damped) {
+      const double slack = bottom ? 1e-9 : 1e-13;
       const double after = objective();
-      accepted = accepted && after <= before + 1e-13 * std::fabs(before) + 1e-300;
+      accepted = accepted && after <= before + slack * std::fabs(before) + 1e-300;
+      at_bottom = bottom ? at_bottom + 1 : 0;
     }
     if (!accepted) {
       if (!damped) {
@@ -89,7 +94,7 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
         systems[r].solve(fit.theta);
       }
       accumulate(systems, false);
-      if (step <= 1e3 * options.tolerance && ++refused > 8) {
+      if (at_bottom > kEnoughAtBottom) {
         fit.status = FitStatus::converged;
         return;
       }
@@ -98,13 +103,12 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
       if (lambda > 1e12) break;
       continue;
     }
-    refused = 0;
     grow = 2.0;
     lambda /= 8.0;
     if (options.keep_iterates) fit.iterates.push_back(fit.theta);
     // A step that is short because it was damped proves nothing.
     if (used_lambda <= kNearlyUndamped && !capped &&
-        left_after(step, previous) <= options.tolerance) {
+        (left_after(step, previous) <= options.tolerance || at_bottom > kEnoughAtBottom)) {
       fit.status = FitStatus::converged;
       return;
     }

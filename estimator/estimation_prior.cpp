@@ -34,13 +34,13 @@ void Estimator::Impl::add_priors() {
   }
 }
 
-double Estimator::Impl::prior_sum() const {
+double Estimator::Impl::prior_sum_at(const std::vector<double>& theta) const {
   double sum = 0.0;
   for (const int k : free) {
     const ModelParameter& p = model.parameters()[static_cast<std::size_t>(k)];
     if (!p.prior_mean) continue;
     const double off =
-        (fit.theta[static_cast<std::size_t>(k)] - *p.prior_mean) / *p.prior_standard_deviation;
+        (theta[static_cast<std::size_t>(k)] - *p.prior_mean) / *p.prior_standard_deviation;
     sum += off * off;
   }
   return sum;

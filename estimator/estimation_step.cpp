@@ -44,7 +44,8 @@ bool Estimator::Impl::box_step(double lambda) {
   for (std::size_t k = 0; k < q; ++k) {
     const ModelParameter& p = parameters[free[k]];
     const double theta = fit.theta[free[k]];
-    held[k] = (theta <= p.lower && gradient[k] < 0.0) || (theta >= p.upper && gradient[k] > 0.0);
+    held[k] = pinned[k] || (theta <= p.lower && gradient[k] < 0.0) ||
+              (theta >= p.upper && gradient[k] > 0.0);
     delta[k] = 0.0;
   }
   for (std::size_t round = 0; round <= q; ++round) {

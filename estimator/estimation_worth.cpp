@@ -10,6 +10,7 @@
 
 #include "estimator/estimation_impl.hpp"
 #include "estimator/statistics.hpp"
+#include "estimator/worth/determination.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -51,6 +52,7 @@ void Estimator::Impl::finish() {
   fit.observations = observations;
   fit.degrees_of_freedom = observations - static_cast<long>(q);
   fit.lack_of_fit = kNaN;
+  fit.lost.clear();
   std::fill(fit.standard_error.begin(), fit.standard_error.end(), 0.0);
   std::fill(fit.determined.begin(), fit.determined.end(), 1);
   for (std::size_t k = 0; k < fit.theta.size(); ++k) {
@@ -69,8 +71,7 @@ void Estimator::Impl::finish() {
   const bool excitation_noise = std::any_of(runs.begin(), runs.end(), [](const RunState& run) {
     return run.data.excitation_error > 0.0;
   });
-  std::vector<double> inverse;
-  if (excitation_noise) inverse = fit.covariance;
+  inverse_gram = fit.covariance;
   if (covariances) {
     adjust_for_estimated_covariance();
   } else {
@@ -79,7 +80,7 @@ void Estimator::Impl::finish() {
     for (double& value : fit.covariance)
       value *= variance;
   }
-  if (excitation_noise) add_excitation_error(inverse);
+  if (excitation_noise) add_excitation_error(inverse_gram);
   fit.quantile = cached_quantile(options.confidence, fit.interval_degrees);
   for (std::size_t k = 0; k < q; ++k) {
     fit.standard_error[free[k]] =
@@ -304,9 +305,14 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
       inverse += direction * direction.transpose() / (sigma[i] * sigma[i]);
       continue;
     }
+    std::vector<double> lost(fit.theta.size(), 0.0);
     for (std::size_t k = 0; k < q; ++k) {
-      if (std::fabs(direction[static_cast<Eigen::Index>(k)]) > 0.05) fit.determined[free[k]] = 0;
+      const double part = direction[static_cast<Eigen::Index>(k)];
+      if (std::fabs(part) <= 0.05) continue;
+      fit.determined[free[k]] = 0;
+      lost[free[k]] = scale[k] > 0.0 ? part / scale[k] : part;
     }
+    fit.lost.push_back(std::move(lost));
   }
   for (std::size_t k = 0; k < q; ++k) {
     for (std::size_t l = 0; l < q; ++l) {
@@ -339,7 +345,7 @@ Estimate Estimator::describe() const {
   e.iterations = fit.iterations;
   e.converged = fit.status == FitStatus::converged || fit.status == FitStatus::undetermined;
   e.covariance = fit.covariance;
-  std::vector<std::string> lost, weak, on_bound;
+  std::vector<std::string> on_bound;
   for (std::size_t k = 0; k < fit.theta.size(); ++k) {
     const ModelParameter& p = impl.model.parameters()[k];
     ParameterEstimate entry{
@@ -352,26 +358,13 @@ Estimate Estimator::describe() const {
       entry.lower = entry.upper = fit.theta[k];
     } else {
       e.covariance_order.push_back(p.name);
-      if (!entry.determined)
-        lost.push_back(p.name);
-      else if (fit.standard_error[k] > 0.5 * std::fabs(fit.theta[k]))
-        weak.push_back(
-            fmt::format("{} ({:.3g} +- {:.2g})", p.name, fit.theta[k], fit.standard_error[k]));
       if (entry.at_bound) on_bound.push_back(p.name);
     }
     e.parameters.push_back(std::move(entry));
   }
   if (!fit.trouble.empty()) e.warnings.push_back(fit.trouble);
-  if (!lost.empty())
-    e.warnings.push_back(fmt::format(
-        "these data do not determine {}: a combination of them can change without any effect on "
-        "the displacement; add runs at other frequencies and amplitudes, or fix one of them",
-        fmt::join(lost, ", ")));
-  if (!weak.empty())
-    e.warnings.push_back(fmt::format(
-        "these data determine {} only weakly; the linearised intervals are rough there; add "
-        "runs at a larger amplitude or another frequency",
-        fmt::join(weak, ", ")));
+  for (std::string& sentence : determination_warnings(impl.model, fit))
+    e.warnings.push_back(std::move(sentence));
   if (!on_bound.empty())
     e.warnings.push_back(fmt::format(
         "{} ended on a bound, so the standard errors do not hold; check the bound or the model",

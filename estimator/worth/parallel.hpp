@@ -1,0 +1,49 @@
+// Independent pieces of work over threads, a workspace a thread.
+//
+// Which thread does which piece is left to chance; whoever writes each result to its own place, and
+// lets a piece depend on its index alone, gets the same answer for any number of threads.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace shaker::estimator {
+
+// make() gives a workspace; work(workspace, i) is called once for each i in [0, count). The first
+// exception is thrown again here, after all threads have ended. threads 0: as many as there are.
+template <class Make, class Work>
+void in_parallel(long count, unsigned threads, Make make, Work work) {
+  constexpr long kChunk = 16;
+  if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
+  threads = static_cast<unsigned>(
+      std::clamp<long>(std::min<long>(threads, (count + kChunk - 1) / kChunk), 1, 256));
+  std::atomic<long> next{0};
+  std::mutex mutex;
+  std::exception_ptr trouble;
+  const auto run = [&] {
+    try {
+      auto workspace = make();
+      for (long first = next.fetch_add(kChunk); first < count; first = next.fetch_add(kChunk)) {
+        for (long i = first; i < std::min(first + kChunk, count); ++i)
+          work(workspace, i);
+      }
+    } catch (...) {
+      next = count;
+      const std::lock_guard lock(mutex);
+      if (!trouble) trouble = std::current_exception();
+    }
+  };
+  std::vector<std::thread> others;
+  for (unsigned t = 1; t < threads; ++t)
+    others.emplace_back(run);
+  run();
+  for (std::thread& thread : others)
+    thread.join();
+  if (trouble) std::rethrow_exception(trouble);
+}
+
+}  // namespace shaker::estimator
