@@ -24,6 +24,7 @@ void SteadyGate::restart(std::size_t points, double tolerance) {
   points_ = points;
   tolerance_ = tolerance;
   count_ = 0;
+  missing_ = 0;
 }
 
 double SteadyGate::difference(std::size_t age, std::size_t apart, double noise) const {
@@ -100,6 +101,11 @@ GateVerdict SteadyGate::add(std::span<const double> cycle, double point_noise) {
 
   const auto [low, high] = std::ranges::minmax_element(cycle);
   const double noise = std::max({point_noise, kNoiseFloor * (*high - *low) / 2.0, 1e-12});
+  if (missing_ > 0 && count_ >= 2 &&
+      (missing_ > kMissingMost || difference(0, 1, noise) > tolerance_)) {
+    count_ = 1;
+  }
+  missing_ = 0;
   GateVerdict verdict;
   if (count_ >= 2) verdict.change = difference(0, 1, noise);
   verdict.subharmonic = find_subharmonic(noise);

@@ -39,12 +39,16 @@ struct GateVerdict {
 class SteadyGate {
  public:
   static constexpr std::size_t kWindow = 8;
+  static constexpr int kMissingMost = 2;  // one gap on the edge of two cycles spoils both
 
   void restart(std::size_t points, double tolerance);
   // A whole cycle with the standard deviation of its points' noise.
   GateVerdict add(std::span<const double> cycle, double point_noise);
-  // A cycle that was not whole: the succession is broken and begins anew.
-  void interrupt() { count_ = 0; }
+  // A cycle that was not whole. Where the next whole one is like the last one before, it costs no
+  // more than itself; otherwise, and after more than kMissingMost in a row, the succession begins
+  // anew. (What repeats only every second period does not pass as steady by that: two of its cycles
+  // that are alike are followed by one that is not.)
+  void interrupt() { ++missing_; }
 
  private:
   static constexpr std::size_t kCoefficients = 9;  // mean, and two for each of four harmonics
@@ -60,6 +64,7 @@ class SteadyGate {
 
   std::array<Entry, kWindow> ring_;
   std::size_t newest_ = 0, count_ = 0, points_ = 0;
+  int missing_ = 0;  // cycles since the newest one
   double tolerance_ = 3.0;
 };
 
