@@ -71,7 +71,7 @@ void check_channels(ObjectReader& reader, const RigConfig& rig) {
 
 bool is_campaign_replay(const SensorConfig& sensor) {
   const auto* replay = std::get_if<ReplaySensor>(&sensor);
-  return replay && replay->signals.empty();
+  return replay && replay->signals.empty() && replay->registers.empty();
 }
 
 // An auxiliary channel without a name would be a column that nobody can read in a year.
@@ -171,6 +171,9 @@ std::vector<Channel> channels_of(const SensorConfig& sensor) {
   } else if (replay && !replay->signals.empty()) {
     for (const CanSignal& signal : replay->signals)
       out.push_back(signal.channel);
+  } else if (replay && !replay->registers.empty()) {
+    for (const auto& [channel, spec] : replay->registers)
+      out.push_back(channel);
   } else {
     out = {Channel::displacement, Channel::excitation};
     if (const auto* simulated = std::get_if<SimulatedSensor>(&sensor)) {

@@ -39,7 +39,8 @@ struct ModbusLink {
 // What a role in the exciter's register map means:
 //   frequency (Hz), amplitude (m/s^2), enable (0/1), ramp (s), heartbeat (counter), status, fault;
 //   optional: frequency_actual, amplitude_actual, heartbeat_timeout (s: the drive's own reaction to
-//   a lost link, read back by the pre-run check).
+//   a lost link, read back by the pre-run check), fault_reset (1 clears a fault; written when the
+//   operator acknowledges).
 struct ModbusExciter {
   ModbusLink link;
   std::map<std::string, protocol::modbus::RegisterSpec> registers;  // by role
@@ -92,6 +93,7 @@ struct ModbusSensor {
   // In the same block of registers as the channels.
   std::optional<protocol::modbus::RegisterSpec> timestamp;
   double rate_hz = 100.0;
+  std::filesystem::path record_to;  // a log of every poll, for a replay; empty: none
 };
 struct SimulatedSensor {
   double rate_hz = 1000.0;
@@ -107,9 +109,13 @@ struct SimulatedSensor {
   std::map<protocol::Channel, std::string> auxiliary;  // quantity of the rig, see sim/README.md
 };
 struct ReplaySensor {
-  std::filesystem::path file;  // a campaign database, or a candump -l log (with dbc and signals)
+  // A campaign database, a candump -l log (with dbc and signals), or a log of Modbus polls (with
+  // registers, as the sensor had them).
+  std::filesystem::path file;
   std::filesystem::path dbc;
   std::vector<CanSignal> signals;
+  std::map<protocol::Channel, protocol::modbus::RegisterSpec> registers;
+  std::optional<protocol::modbus::RegisterSpec> timestamp;
   double speed = 0.0;  // 0: as fast as it is read; 1: as it happened
 };
 using SensorConfig = std::variant<CanSensor, ModbusSensor, SimulatedSensor, ReplaySensor>;

@@ -29,10 +29,17 @@ const std::vector<std::string> kChannels = [] {
   return names;
 }();
 
-const std::array<std::string, 10> kRoles = {
-    "frequency",        "amplitude",        "enable", "ramp",
-    "heartbeat",        "status",           "fault",  "frequency_actual",
-    "amplitude_actual", "heartbeat_timeout"};
+const std::array<std::string, 11> kRoles = {"frequency",
+                                            "amplitude",
+                                            "enable",
+                                            "ramp",
+                                            "heartbeat",
+                                            "status",
+                                            "fault",
+                                            "frequency_actual",
+                                            "amplitude_actual",
+                                            "heartbeat_timeout",
+                                            "fault_reset"};
 constexpr std::size_t kWrittenRoles = 5;   // the first five are written: not in the input table
 constexpr std::size_t kRequiredRoles = 7;  // the first seven must be there
 
@@ -155,7 +162,8 @@ void read_modbus_exciter(ObjectReader& reader, Findings& findings, ModbusExciter
     const Node* node = roles.member(kRoles[i], i < kRequiredRoles);
     if (!node) continue;
     const RegisterSpec spec = read_register(*node, roles.at(kRoles[i]), findings);
-    if (i < kWrittenRoles && spec.table == protocol::modbus::RegisterTable::input) {
+    const bool written = i < kWrittenRoles || kRoles[i] == "fault_reset";
+    if (written && spec.table == protocol::modbus::RegisterTable::input) {
       roles.complain(kRoles[i], "input registers cannot be written; use the table \"holding\"");
     }
     exciter.registers.emplace(kRoles[i], spec);
@@ -223,12 +231,12 @@ CanSensor read_can_sensor(ObjectReader& reader, Findings& findings) {
   return sensor;
 }
 
-ModbusSensor read_modbus_sensor(ObjectReader& reader, Findings& findings) {
-  ModbusSensor sensor;
-  read_link(reader, findings, sensor.link);
-  reader.optional("rate_hz", sensor.rate_hz, above(0).at_most(10000));
-  const Node* map = reader.member("registers", true);
-  if (!map) return sensor;
+// The map of a Modbus sensor, or of the log of one: `sensor` has registers and timestamp.
+template <class SensorWithRegisters>
+void read_sensor_registers(ObjectReader& reader, Findings& findings, bool required,
+                           SensorWithRegisters& sensor) {
+  const Node* map = reader.member("registers", required);
+  if (!map) return;
   ObjectReader channels(*map, reader.at("registers"), findings);
   for (std::size_t i = 0; i < kChannels.size(); ++i) {
     if (const Node* node = channels.member(kChannels[i], false)) {
@@ -245,6 +253,14 @@ ModbusSensor read_modbus_sensor(ObjectReader& reader, Findings& findings) {
   }
   complain_of_overlaps(channels, all, [](const std::string& name) { return name; });
   channels.finish();
+}
+
+ModbusSensor read_modbus_sensor(ObjectReader& reader, Findings& findings) {
+  ModbusSensor sensor;
+  read_link(reader, findings, sensor.link);
+  reader.optional("rate_hz", sensor.rate_hz, above(0).at_most(10000));
+  reader.optional("record_to", sensor.record_to);
+  read_sensor_registers(reader, findings, true, sensor);
   return sensor;
 }
 
@@ -287,10 +303,16 @@ ReplaySensor read_replay_sensor(ObjectReader& reader, Findings& findings) {
   reader.required("file", sensor.file);
   reader.optional("dbc", sensor.dbc);
   sensor.signals = read_signals(reader, findings, false);
+  read_sensor_registers(reader, findings, false, sensor);
   reader.optional("speed", sensor.speed, at_least(0).at_most(1000));
+  if (!sensor.registers.empty() && !sensor.signals.empty()) {
+    reader.complain("registers",
+                    "a log is of CAN frames (\"dbc\" and \"signals\") or of Modbus "
+                    "polls (\"registers\"), not of both");
+  }
   if (sensor.dbc.empty() != sensor.signals.empty()) {
     reader.complain(sensor.dbc.empty() ? "signals" : "dbc",
-                    "a CAN log wants both \"dbc\" and \"signals\", a campaign database neither");
+                    "a CAN log wants both \"dbc\" and \"signals\", any other recording neither");
   }
   return sensor;
 }

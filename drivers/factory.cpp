@@ -53,7 +53,7 @@ struct SensorRows {
     return can::make_can_sensor(sensor, rig.directory, clock);
   }
   MadeSensor operator()(const config::ModbusSensor& sensor) const {
-    return modbus::make_sensor(sensor, clock);
+    return modbus::make_sensor(sensor, clock, rig.directory);
   }
   MadeSensor operator()(const config::SimulatedSensor& sensor) const {
     std::vector<protocol::Channel> auxiliary;

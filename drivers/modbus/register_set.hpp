@@ -23,6 +23,11 @@ class RegisterSet {
   // As few requests as may be; ends at the first that fails.
   Result<void> read(ModbusConnection& connection);
 
+  // Block by block: what is asked for, and the registers as last read (a log puts them there).
+  std::span<const protocol::modbus::Block> blocks() const { return plan_.blocks; }
+  std::span<std::uint16_t> buffer(std::size_t block) { return buffers_[block]; }
+  std::span<const std::uint16_t> buffer(std::size_t block) const { return buffers_[block]; }
+
   // As last read.
   std::span<const std::uint16_t> words(std::size_t i) const;
   double value(std::size_t i) const;

@@ -8,6 +8,7 @@
 // Error comes only when the connection is gone.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 
 #include "base/clock.hpp"
@@ -18,6 +19,7 @@
 namespace shaker::drivers::modbus {
 
 // Opens nothing yet. An Error names the channel or setting that is wrong. `clock` must outlive it.
-Result<std::unique_ptr<Sensor>> make_sensor(const config::ModbusSensor& config, Clock& clock);
+Result<std::unique_ptr<Sensor>> make_sensor(const config::ModbusSensor& config, Clock& clock,
+                                            const std::filesystem::path& directory = {});
 
 }  // namespace shaker::drivers::modbus

@@ -9,6 +9,7 @@
 
 #include "drivers/replay/candump_source.hpp"
 #include "drivers/replay/database_source.hpp"
+#include "drivers/replay/register_source.hpp"
 
 namespace shaker::drivers::replay {
 namespace {
@@ -122,7 +123,9 @@ Result<std::unique_ptr<Sensor>> make_replay_sensor(const config::ReplaySensor& c
                  fmt::format("replay: speed is {}, allowed is 0 (as fast as it is read) or more",
                              config.speed)};
   }
-  auto source = is_database(file) ? open_campaign(file) : open_candump(config, directory);
+  auto source = is_database(file)           ? open_campaign(file)
+                : !config.registers.empty() ? open_register_log(config, directory)
+                                            : open_candump(config, directory);
   if (!source) return source.error();
   return std::unique_ptr<Sensor>(
       std::make_unique<ReplaySensor>(file.string(), config.speed, std::move(*source), clock));
