@@ -69,6 +69,7 @@ void Engine::tick() {
     case State::fault:
       e.finish_ended_run();
       e.watch_rest();
+      e.tick_clearing();
       break;
   }
   if (e.since(e.last_health) >= 1.0) e.publish_health();
@@ -214,17 +215,49 @@ Result<void> Engine::Impl::cause_persists() const {
   return {};
 }
 
+// Only what stands still and says so may be told to forget its fault.
+bool Engine::Impl::may_clear() const {
+  const auto* modbus = std::get_if<config::ModbusExciter>(&rig.exciter.device);
+  return modbus && modbus->registers.contains("fault_reset") && status &&
+         since(status->t) <= kExciterSilenceS && !exciter_error && !status->running &&
+         status->fault != 0;
+}
+
+void Engine::Impl::leave_fault(const std::string& who) {
+  clearing.reset();
+  if (ending) ending->deadline = clock.now();
+  finish_ended_run();
+  fault_detector.reset();
+  enter(State::idle, fmt::format("acknowledged by {}", who));
+}
+
+void Engine::Impl::tick_clearing() {
+  if (!clearing) return;
+  if (state != State::fault) return clearing.reset();
+  if (status && status->t > clearing->ordered && cause_persists()) {
+    return leave_fault(std::string(clearing->who));
+  }
+  if (since(clearing->ordered) < kClearS) return;
+  clearing.reset();
+  alarm("error", "fault_stays",
+        fmt::format("the exciter was told to clear its fault, and reports fault {} after {:g} s; "
+                    "remove its cause, or clear it at the exciter",
+                    status ? status->fault : 0, kClearS));
+}
+
 Result<void> Engine::acknowledge(const std::string& who) {
   Impl& e = *impl_;
   if (e.state != State::fault) {
     return Error{ErrorKind::refused,
                  fmt::format("there is no fault to acknowledge; the rig is in {}", name(e.state))};
   }
+  if (e.may_clear()) {
+    e.clearing = Impl::Clearing{who, e.clock.now()};
+    e.exciter.clear_fault();
+    return {};
+  }
   if (auto gone = e.cause_persists(); !gone) return gone;
-  if (e.ending) e.ending->deadline = e.clock.now();
-  e.finish_ended_run();
-  e.fault_detector.reset();
-  e.enter(State::idle, fmt::format("acknowledged by {}", who));
+  e.leave_fault(who);
   return {};
 }
 

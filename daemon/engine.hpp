@@ -33,6 +33,7 @@ class ExciterCommands {
   virtual void set(const drivers::Setpoint& setpoint) = 0;
   virtual void stop() = 0;                   // at once, without a ramp; overtakes everything queued
   virtual void keep_alive(bool wanted) = 0;  // heartbeat while motion is commanded
+  virtual void clear_fault() = 0;            // of the device itself, where it has an order for it
 };
 
 // Orders to the estimator's thread; returns at once. The answer comes back through on_estimate.
@@ -71,8 +72,10 @@ class Engine {
   Result<void> start(const config::CampaignSpec& campaign);
   Result<void> stop(const std::string& who);            // ramp down; anyone's
   Result<void> emergency_stop(const std::string& who);  // zero at once, latches FAULT; anyone's
-  Result<void> acknowledge(const std::string& who);     // leaves FAULT when its cause is gone
-  void lease_lost();                                    // the controlling client is gone: ramp down
+  // Leaves FAULT when its cause is gone. Where that is a fault that the exciter itself latches and
+  // that its register map can clear, it is told to, and FAULT is left when it has.
+  Result<void> acknowledge(const std::string& who);
+  void lease_lost();  // the controlling client is gone: ramp down
   void set_controlled(bool controlled);
   void set_client_count(int clients);
 

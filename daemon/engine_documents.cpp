@@ -53,12 +53,14 @@ void Engine::Impl::detector_alarm(Detector detector, config::Action action) {
                               .limit = level.limit});
 }
 
-// A device that is away says so at every attempt; the operator wants to hear it now and then.
+// A device that is away says so at every attempt, "next attempt in 0.4 s", and others say theirs in
+// between; the operator wants to hear each now and then. What differs by its numbers is the same.
 void Engine::Impl::alarm_once(const std::string& code, const std::string& text) {
-  const std::string key = code + text;
-  if (key == last_alarm && since(last_alarm_t) < kSameAlarmS) return;
-  last_alarm = key;
-  last_alarm_t = clock.now();
+  std::string key = code + text;
+  std::erase_if(key, [](char c) { return (c >= '0' && c <= '9') || c == '.'; });
+  std::erase_if(said, [&](const Said& s) { return since(s.t) >= kSameAlarmS; });
+  if (std::ranges::find(said, key, &Said::key) != said.end()) return;
+  if (said.size() < kSaidMost) said.push_back({std::move(key), clock.now()});
   alarm("warning", code, text, config::Action::indicate);
 }
 
@@ -121,6 +123,22 @@ void Engine::Impl::publish_health() {
   if (!campaign) return;
   furthest = std::max(furthest, done_s());
   publish(state_document());
+}
+
+std::optional<protocol::CycleNoiseEntry> Engine::Impl::cycle_noise() const {
+  if (noise.cycles() < 2) return std::nullopt;
+  protocol::CycleNoiseEntry entry;
+  entry.cycles = noise.cycles();
+  entry.point_m = noise.point_standard_deviation();
+  entry.sensor_m = sensor_noise;
+  entry.order = {"mean"};
+  for (std::size_t h = 1; h < kStrokeHarmonics; ++h) {
+    entry.order.push_back(fmt::format("h{}_along", h));
+    entry.order.push_back(fmt::format("h{}_across", h));
+  }
+  for (const auto& row : noise.covariance())
+    entry.covariance.insert(entry.covariance.end(), row.begin(), row.end());
+  return entry;
 }
 
 double Engine::Impl::planned_s(const config::RunSpec& r) const {

@@ -10,6 +10,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/cycles/cycle_assembler.hpp"
 #include "daemon/cycles/cycle_noise.hpp"
@@ -30,7 +31,9 @@ inline constexpr double kExciterSilenceS = 1.0;  // without a status while it mo
 inline constexpr double kReadyGraceS = 1.0;      // from enabling to "ready"
 inline constexpr double kEstimateGiveUpS = 5.0;  // for the estimates of a run that has ended
 inline constexpr double kStopAgainS = 0.5;       // a stop that is not confirmed is repeated
-inline constexpr double kSameAlarmS = 10.0;      // the same trouble of a device is said once
+inline constexpr double kClearS = 2.0;           // for the exciter to clear its fault
+inline constexpr std::size_t kSaidMost = 64;
+inline constexpr double kSameAlarmS = 10.0;  // the same trouble of a device is said once
 inline constexpr double kGentlePart = 0.25;  // of the first amplitude: proves signs before the rest
 inline constexpr int kGentleCycles = 4;      // seen before the proof
 inline constexpr int kGentleCyclesMax = 12;  // and before it fails: transients may mislead
@@ -61,6 +64,9 @@ struct Engine::Impl {
   Result<void> admit_run(const config::RunSpec& run) const;
   Result<void> admit_levels() const;
   Result<void> cause_persists() const;
+  bool may_clear() const;
+  void leave_fault(const std::string& who);
+  void tick_clearing();
 
   // --- engine_states.cpp
   void enter(State to, const std::string& why);
@@ -117,6 +123,7 @@ struct Engine::Impl {
   void publish_cycle(const AssembledCycle& cycle, bool accepted, const std::string& why,
                      const GateVerdict& verdict);
   void publish_health();
+  std::optional<protocol::CycleNoiseEntry> cycle_noise() const;
   protocol::ChannelHealth channel_health(protocol::Channel channel);
   protocol::StateDocument state_document() const;
   double planned_s(const config::RunSpec& run) const;
@@ -177,6 +184,11 @@ struct Engine::Impl {
   std::array<bool, kDetectorCount> was_tripped{};
   std::string held_by;  // text of the detector that holds; empty: not held
   Nanoseconds held_since{};
+  struct Clearing {
+    std::string who;
+    Nanoseconds ordered{};
+  };
+  std::optional<Clearing> clearing;        // the exciter was told to clear its fault
   std::optional<Detector> fault_detector;  // whose level an acknowledgement asks again
   int command_errors = 0, under_peaks = 0;
   double largest_stroke = 0.0;
@@ -196,8 +208,11 @@ struct Engine::Impl {
   Nanoseconds last_health{};
   drivers::SensorHealth sensor_health;
   drivers::StampSource stamps = drivers::StampSource::host_receive;
-  std::string last_alarm;
-  Nanoseconds last_alarm_t{};
+  struct Said {
+    std::string key;
+    Nanoseconds t{};
+  };
+  std::vector<Said> said;  // troubles of devices in the last kSameAlarmS
   bool controlled = false;
   int clients = 0;
   double furthest = 0.0;  // of the plan, s: progress never goes back

@@ -71,7 +71,8 @@ void Engine::Impl::finish_ended_run() {
                                       .status = ending->status,
                                       .reason = ending->reason,
                                       .cycles_accepted = run_accepted,
-                                      .cycles_rejected = run_rejected});
+                                      .cycles_rejected = run_rejected,
+                                      .noise = cycle_noise()});
     ending.reset();
     run_open = false;
   }

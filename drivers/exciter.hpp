@@ -42,6 +42,9 @@ class Exciter {
   // Writes what changed, reads it back; an Error when the device holds something else.
   virtual Result<void> write(const Setpoint& setpoint) = 0;
   virtual Result<ExciterStatus> read() = 0;
+  // Clears the device's latched fault where it has an order for that; false when it has none. Moves
+  // nothing.
+  virtual Result<bool> clear_fault() { return false; }
   // Keeps the device's dead-man alive. Called every heartbeat_period_s while motion is commanded.
   virtual Result<void> heartbeat() = 0;
   // Amplitude zero and disabled at once, without a ramp. Tries a reconnect if it must.

@@ -218,10 +218,41 @@ void fill(Filler& out, const HealthDocument& d) {
   out.number("disk_flush_max_s", d.disk_flush_max_s);
 }
 
+// Standard deviations for people, the covariance for programs.
+Json noise_of(const CycleNoiseEntry& d) {
+  const std::size_t n = d.order.size();
+  Json deviations = Json::array(), matrix = Json::array();
+  for (std::size_t i = 0; i < n; ++i) {
+    deviations.push_back(std::sqrt(std::max(0.0, d.covariance[i * n + i])));
+    matrix.push_back(Json::array());
+    for (std::size_t k = 0; k < n; ++k)
+      matrix.back().push_back(d.covariance[i * n + k]);
+  }
+  return {{"cycles", d.cycles},
+          {"unit", "m"},
+          {"point", d.point_m},
+          {"sensor", d.sensor_m},
+          {"order", d.order},
+          {"standard_deviation", std::move(deviations)},
+          {"covariance", std::move(matrix)}};
+}
+
+void fill_noise(Filler& out, const CycleNoiseEntry& d) {
+  const auto finite = [](double value) { return std::isfinite(value); };
+  if (d.covariance.size() != d.order.size() * d.order.size() || d.order.size() > kMaxCovariance) {
+    return out.omit("noise", "its covariance is not a square matrix of at most 64 rows");
+  }
+  if (!finite(d.point_m) || !finite(d.sensor_m) || !std::ranges::all_of(d.covariance, finite)) {
+    return out.omit("noise", "an element is not finite");
+  }
+  out.put("noise", noise_of(d));
+}
+
 void fill(Filler& out, const RunStopDocument& d) {
   out.name("campaign", d.campaign).name("run", d.run).name("status", d.status);
   out.text("reason", d.reason).put("cycles_accepted", d.cycles_accepted);
   out.put("cycles_rejected", d.cycles_rejected);
+  if (d.noise) fill_noise(out, *d.noise);
 }
 
 void fill_body(Json& json, const Document& document) {

@@ -110,11 +110,22 @@ struct HealthDocument {
   std::optional<double> disk_flush_max_s;  // of a commit, since the last health document
 };
 
+// How accepted cycles of a run differ from one another: the rig's repeatability, beside which
+// stands what the sensor's own noise makes of a point.
+struct CycleNoiseEntry {
+  std::int64_t cycles = 0;
+  double point_m = 0.0;            // standard deviation of a point from cycle to cycle
+  double sensor_m = 0.0;           // of which the sensor's, within a cycle
+  std::vector<std::string> order;  // "mean", "h1_along", "h1_across", ...: Fourier coefficients
+  std::vector<double> covariance;  // m^2, in this order, row by row
+};
+
 struct RunStopDocument {
   std::string campaign, run;
   std::string status;  // "success", "abort", "fail"
   std::string reason;
   std::int64_t cycles_accepted = 0, cycles_rejected = 0;
+  std::optional<CycleNoiseEntry> noise = {};  // of two accepted cycles or more
 };
 
 using Document = std::variant<VersionDocument, StateDocument, RunStartDocument, CycleDocument,

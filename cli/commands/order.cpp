@@ -26,7 +26,9 @@ int order(const Common& common, const std::string& method) {
     fmt::print("{}\n", answer->result.dump());
   } else {
     const std::string state = answer->result.is_object() ? text_of(answer->result, "state") : "";
-    fmt::print("{}{}\n", done(method), state.empty() ? "" : " State: " + printable(state) + ".");
+    const bool still = method == "ack" && state == "FAULT";
+    fmt::print("{}{}\n", still ? "The exciter is told to clear its own fault." : done(method),
+               state.empty() ? "" : " State: " + printable(state) + ".");
   }
   return kOk;
 }

@@ -5,6 +5,21 @@
 
 namespace shaker::daemon {
 
+namespace {
+
+// The mean has no imaginary part.
+void spread(std::complex<double> c, std::size_t h,
+            std::array<double, CycleNoise::kCoefficients>& into) {
+  if (h == 0) {
+    into[0] = c.real();
+  } else {
+    into[2 * h - 1] = c.real();
+    into[2 * h] = c.imag();
+  }
+}
+
+}  // namespace
+
 std::array<std::complex<double>, kStrokeHarmonics> stroke_harmonics(std::span<const double> cycle) {
   std::array<std::complex<double>, kStrokeHarmonics> c{};
   const double n = static_cast<double>(cycle.size());
@@ -39,13 +54,16 @@ void CycleNoise::add(std::span<const double> cycle) {
     squares_ += step * (cycle[i] - mean_[i]);
   }
   const auto c = stroke_harmonics(cycle);
+  std::array<double, kCoefficients> step{}, rest{};
   for (std::size_t h = 0; h < c.size(); ++h) {
-    const auto step = c[h] - harmonic_mean_[h];
-    harmonic_mean_[h] += step / n;
-    const auto rest = c[h] - harmonic_mean_[h];
-    products_[h].rr += step.real() * rest.real();
-    products_[h].ri += step.real() * rest.imag();
-    products_[h].ii += step.imag() * rest.imag();
+    const auto before = c[h] - harmonic_mean_[h];
+    harmonic_mean_[h] += before / n;
+    spread(before, h, step);
+    spread(c[h] - harmonic_mean_[h], h, rest);
+  }
+  for (std::size_t i = 0; i < kCoefficients; ++i) {
+    for (std::size_t k = 0; k < kCoefficients; ++k)
+      products_[i][k] += step[i] * rest[k];
   }
 }
 
@@ -54,15 +72,39 @@ double CycleNoise::point_standard_deviation() const {
   return std::sqrt(squares_ / static_cast<double>(count_ - 1) / static_cast<double>(mean_.size()));
 }
 
+CycleNoise::Matrix CycleNoise::covariance() const {
+  Matrix turned{};
+  if (count_ < 2) return turned;
+  // Into each harmonic's own direction: (along, across) = R (real, imaginary), first the rows.
+  const auto turn = [&](std::size_t h, double& real, double& imaginary) {
+    const double size = std::abs(harmonic_mean_[h]);
+    if (size == 0.0) return;
+    const auto e = harmonic_mean_[h] / size;
+    const double along = e.real() * real + e.imag() * imaginary;
+    imaginary = e.real() * imaginary - e.imag() * real;
+    real = along;
+  };
+  turned = products_;
+  for (std::size_t h = 1; h < kStrokeHarmonics; ++h) {
+    for (std::size_t k = 0; k < kCoefficients; ++k)
+      turn(h, turned[2 * h - 1][k], turned[2 * h][k]);
+  }
+  for (std::size_t h = 1; h < kStrokeHarmonics; ++h) {
+    for (std::size_t i = 0; i < kCoefficients; ++i)
+      turn(h, turned[i][2 * h - 1], turned[i][2 * h]);
+  }
+  for (auto& row : turned) {
+    for (double& value : row)
+      value /= static_cast<double>(count_ - 1);
+  }
+  return turned;
+}
+
 CycleNoise::Covariance CycleNoise::covariance(std::size_t harmonic) const {
-  if (count_ < 2) return {};
-  const auto& p = products_[harmonic];
-  const double size = std::abs(harmonic_mean_[harmonic]);
-  const auto along = size > 0.0 ? harmonic_mean_[harmonic] / size : std::complex<double>(1.0);
-  const double x = along.real(), y = along.imag(), f = 1.0 / static_cast<double>(count_ - 1);
-  return {.along = f * (x * x * p.rr + 2.0 * x * y * p.ri + y * y * p.ii),
-          .across = f * (y * y * p.rr - 2.0 * x * y * p.ri + x * x * p.ii),
-          .mixed = f * (x * y * (p.ii - p.rr) + (x * x - y * y) * p.ri)};
+  const Matrix all = covariance();
+  if (harmonic == 0) return {.along = all[0][0]};
+  const std::size_t along = 2 * harmonic - 1, across = 2 * harmonic;
+  return {.along = all[along][along], .across = all[across][across], .mixed = all[along][across]};
 }
 
 }  // namespace shaker::daemon

@@ -25,6 +25,9 @@ class CycleNoise {
     double along = 0.0, across = 0.0,
            mixed = 0.0;  // m^2, relative to the mean harmonic's direction
   };
+  // Of the mean, then of each harmonic along and across its own mean direction.
+  static constexpr std::size_t kCoefficients = 2 * kStrokeHarmonics - 1;
+  using Matrix = std::array<std::array<double, kCoefficients>, kCoefficients>;
 
   void restart(std::size_t points);
   void add(std::span<const double> cycle);
@@ -33,16 +36,16 @@ class CycleNoise {
   // Of one point from cycle to cycle, m; 0 with fewer than two cycles.
   double point_standard_deviation() const;
   Covariance covariance(std::size_t harmonic) const;  // precondition: harmonic < kStrokeHarmonics
+  // All of them together, m^2: what wanders in one harmonic wanders in the others too. 0 with fewer
+  // than two cycles.
+  Matrix covariance() const;
 
  private:
   long count_ = 0;
   std::vector<double> mean_;
   double squares_ = 0.0;
   std::array<std::complex<double>, kStrokeHarmonics> harmonic_mean_{};
-  struct Products {
-    double rr = 0.0, ri = 0.0, ii = 0.0;
-  };
-  std::array<Products, kStrokeHarmonics> products_{};
+  Matrix products_{};  // of the deviations: mean, then real and imaginary parts
 };
 
 }  // namespace shaker::daemon

@@ -148,13 +148,16 @@ Result<void> Service::Parts::listen(const Options& options) {
 std::uint64_t Service::Parts::tell_what_was_found() {
   std::uint64_t told = 0;
   for (const auto& found : record::recover(recorder.directory(), format_utc(clock.utc()))) {
-    spdlog::warn("{}", found.what);
     const char* code = found.damaged            ? "campaign_damaged"
                        : found.campaign.empty() ? "campaign_unreadable"
                                                 : "campaign_interrupted";
     const protocol::AlarmDocument alarm{
         found.damaged ? "error" : "warning", code, found.what, "none", {}, {}, {}};
-    if (recorder.publish(alarm)) ++told;
+    if (recorder.publish(alarm)) {
+      ++told;  // and logged
+    } else {
+      spdlog::warn("{}: {}", code, found.what);
+    }
   }
   return told;
 }

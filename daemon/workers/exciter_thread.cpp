@@ -38,7 +38,15 @@ void ExciterThread::set(const drivers::Setpoint& setpoint) {
 void ExciterThread::stop() {
   {
     const std::lock_guard lock(mutex_);
-    mailbox_ = {std::nullopt, true};
+    mailbox_ = {std::nullopt, true, false};
+  }
+  ordered_.notify_one();
+}
+
+void ExciterThread::clear_fault() {
+  {
+    const std::lock_guard lock(mutex_);
+    mailbox_.clear_fault = true;
   }
   ordered_.notify_one();
 }
@@ -64,8 +72,10 @@ void ExciterThread::work(const std::stop_token& token) {
 
 void ExciterThread::wait_for_orders(const std::stop_token& token) {
   std::unique_lock lock(mutex_);
-  ordered_.wait_for(lock, token, kTurn, [this] { return mailbox_.stop || mailbox_.setpoint; });
-  if (mailbox_.stop) pending_ = {std::nullopt, true};
+  ordered_.wait_for(lock, token, kTurn,
+                    [this] { return mailbox_.stop || mailbox_.setpoint || mailbox_.clear_fault; });
+  if (mailbox_.stop) pending_ = {std::nullopt, true, false};
+  if (mailbox_.clear_fault) pending_.clear_fault = true;
   if (mailbox_.setpoint) pending_.setpoint = mailbox_.setpoint;
   mailbox_ = {};
 }
@@ -77,6 +87,10 @@ void ExciterThread::obey() {
   }
   connect_when_due();
   if (!connected_) return;
+  if (std::exchange(pending_.clear_fault, false)) {
+    if (const auto cleared = exciter_->clear_fault(); !cleared && !good(cleared.error())) return;
+    next_poll_ = clock_.now();
+  }
   if (const auto setpoint = std::exchange(pending_.setpoint, std::nullopt)) {
     if (!good(exciter_->write(*setpoint))) return;
   }

@@ -40,6 +40,7 @@ class ExciterThread final : public ExciterCommands {
   void set(const drivers::Setpoint& setpoint) override;
   void stop() override;
   void keep_alive(bool wanted) override;
+  void clear_fault() override;
 
   // --- the main loop
   using News = std::variant<drivers::ExciterStatus, Error>;
@@ -51,6 +52,7 @@ class ExciterThread final : public ExciterCommands {
   struct Orders {
     std::optional<drivers::Setpoint> setpoint;
     bool stop = false;
+    bool clear_fault = false;
   };
 
   void work(const std::stop_token& token);

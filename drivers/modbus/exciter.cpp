@@ -67,6 +67,7 @@ class ModbusExciter final : public Exciter {
   Result<void> connect() override { return connection_->connect(); }
   Result<void> write(const Setpoint& setpoint) override;
   Result<ExciterStatus> read() override;
+  Result<bool> clear_fault() override;
   Result<void> heartbeat() override;
   Result<void> stop() override;
 
@@ -216,6 +217,20 @@ Result<ExciterStatus> ModbusExciter::read() {
   return status;
 }
 
+// Most controllers act on the rising edge, so 0 goes before the 1; some clear the register
+// themselves.
+Result<bool> ModbusExciter::clear_fault() {
+  const auto found = config_.registers.find("fault_reset");
+  if (found == config_.registers.end()) return false;
+  for (const double value : {0.0, 1.0}) {
+    const Result<Words> words = encode(found->second, value);
+    if (!words) return words.error();
+    const auto sent = connection_->write(found->second.address, words->span());
+    if (!sent) return sent.error();
+  }
+  return true;
+}
+
 // Counts 1..32767, which every register type holds; never 0, which a device may take for "no
 // heartbeat yet".
 Result<void> ModbusExciter::heartbeat() {
@@ -261,11 +276,12 @@ bool contains(const std::array<const char*, n>& names, std::string_view name) {
 }
 
 Result<void> check_role(const std::string& role, const RegisterSpec& spec) {
-  const bool written = contains(kSetpointRoles, role) || role == "heartbeat";
+  const bool written =
+      contains(kSetpointRoles, role) || role == "heartbeat" || role == "fault_reset";
   if (!written && !contains(kStatusRoles, role)) {
     return wrong(role,
                  "no such role; allowed are frequency, amplitude, enable, ramp, heartbeat, status, "
-                 "fault, frequency_actual, amplitude_actual, heartbeat_timeout");
+                 "fault, frequency_actual, amplitude_actual, heartbeat_timeout, fault_reset");
   }
   if (Result<void> good = protocol::modbus::validate(spec); !good) {
     return wrong(role, good.error().what);
@@ -299,7 +315,9 @@ Result<void> check(const config::ModbusExciter& config) {
   std::vector<RegisterSpec> written;
   for (const auto& [role, spec] : registers) {
     if (Result<void> good = check_role(role, spec); !good) return good;
-    if (contains(kSetpointRoles, role) || role == "heartbeat") written.push_back(spec);
+    if (contains(kSetpointRoles, role) || role == "heartbeat" || role == "fault_reset") {
+      written.push_back(spec);
+    }
   }
   if (const auto plan = protocol::modbus::plan_writes(written); !plan) {
     return Error{ErrorKind::invalid, "registers: " + plan.error().what};
@@ -311,8 +329,10 @@ Result<void> check(const config::ModbusExciter& config) {
   }
   for (const auto& [role, high] :
        {std::pair{"amplitude", 0.0}, std::pair{"frequency", 0.0}, std::pair{"ramp", 0.0},
-        std::pair{"enable", 1.0}, std::pair{"heartbeat", 32767.0}}) {
-    if (Result<void> good = check_range(role, registers.at(role), 0.0, high); !good) return good;
+        std::pair{"enable", 1.0}, std::pair{"heartbeat", 32767.0}, std::pair{"fault_reset", 1.0}}) {
+    const auto found = registers.find(role);
+    if (found == registers.end()) continue;
+    if (Result<void> good = check_range(role, found->second, 0.0, high); !good) return good;
   }
   return {};
 }

@@ -339,6 +339,40 @@ TEST(EngineSafety, ATripIsAFaultThatLastsUntilTheExciterIsCleared) {
   EXPECT_TRUE(bench.engine.acknowledge("anna").ok());
 }
 
+config::RigConfig rig_with_a_fault_reset() {
+  auto rig = bench_rig();
+  config::ModbusExciter modbus;
+  modbus.registers["fault_reset"] = {};
+  rig.exciter.device = modbus;
+  return rig;
+}
+
+TEST(EngineSafety, AnAcknowledgementClearsTheExcitersFaultWhereItCan) {
+  EngineBench bench(rig_with_a_fault_reset());
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.fault = 2;
+  ASSERT_TRUE(bench.run_until(State::fault, 0.2));
+  EXPECT_EQ(bench.exciter.clears, 0) << "only when an operator asks";
+  bench.run(0.2);
+  ASSERT_TRUE(bench.engine.acknowledge("anna").ok());
+  EXPECT_EQ(bench.exciter.clears, 1);
+  EXPECT_TRUE(bench.run_until(State::idle, 0.5));
+  EXPECT_THAT(bench.engine.state_document().reason, HasSubstr("acknowledged by anna"));
+}
+
+TEST(EngineSafety, AFaultThatTheExciterKeepsStaysAFault) {
+  EngineBench bench(rig_with_a_fault_reset());
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.fault = 2;
+  bench.exciter.clearable = false;
+  ASSERT_TRUE(bench.run_until(State::fault, 0.2));
+  bench.run(0.2);
+  ASSERT_TRUE(bench.engine.acknowledge("anna").ok());
+  bench.run(3.0);
+  EXPECT_EQ(bench.engine.state(), State::fault);
+  EXPECT_EQ(bench.outlet.alarms("fault_stays"), 1);
+}
+
 TEST(EngineSafety, AnExciterThatIsNotReadyOrStopsByItselfEndsTheRun) {
   {
     EngineBench bench;

@@ -25,7 +25,8 @@ using protocol::modbus::RegisterType;
 
 class Oleosim {
  public:
-  Oleosim() {
+  // `fault`: of its script, such as "exciter_trip@0".
+  explicit Oleosim(const char* fault = nullptr) {
     int up[2];
     EXPECT_EQ(::pipe(up), 0);
     child_ = ::fork();
@@ -33,7 +34,7 @@ class Oleosim {
       ::dup2(up[1], STDOUT_FILENO);
       ::close(up[0]);
       ::close(up[1]);
-      ::execl(OLEOSIM, OLEOSIM, "--port", "0", nullptr);
+      ::execl(OLEOSIM, OLEOSIM, "--port", "0", fault ? "--fault" : nullptr, fault, nullptr);
       ::_exit(127);
     }
     ::close(up[1]);
@@ -89,6 +90,24 @@ config::ModbusExciter controller(const config::ModbusLink& link) {
                       {"amplitude_actual", spec(input, 4, RegisterType::f32)}};
   config.registers.at("heartbeat").cyclic = true;
   return config;
+}
+
+TEST(ModbusAgainstTheVirtualRig, ClearsATripOnlyWhereTheMapHasAnOrderForIt) {
+  Oleosim rig("exciter_trip@0");
+  RealClock clock;
+  auto config = controller(rig.link());
+  auto without = make_exciter(config, clock);
+  ASSERT_TRUE(without) << without.error().what;
+  ASSERT_TRUE((*without)->connect());
+  EXPECT_EQ((*without)->read()->fault, 2u);
+  EXPECT_FALSE(*(*without)->clear_fault());
+  EXPECT_EQ((*without)->read()->fault, 2u);
+  config.registers["fault_reset"] = spec(RegisterTable::holding, 10, RegisterType::u16);
+  auto with = make_exciter(config, clock);
+  ASSERT_TRUE(with) << with.error().what;
+  ASSERT_TRUE((*with)->connect());
+  EXPECT_TRUE(*(*with)->clear_fault());
+  EXPECT_EQ((*with)->read()->fault, 0u);
 }
 
 TEST(ModbusAgainstTheVirtualRig, ShakesWhileTheHeartbeatBeatsAndStopsWithoutIt) {

@@ -56,7 +56,9 @@ inline std::vector<Document> plain_documents() {
           AlarmDocument{"error", "stale_sensor", "No sample for 60 ms.", "ramp_down",
                         "displacement", 0.06, 0.05},
           health,
-          RunStopDocument{"first light", "r01", "success", "All cycles are measured.", 20, 3}};
+          RunStopDocument{"first light", "r01", "success", "All cycles are measured.", 20, 3,
+                          CycleNoiseEntry{20, 2e-5, 1.9e-5, {"mean", "h1_along"},
+                                          {4e-12, -1e-12, -1e-12, 9e-12}}}};
 }
 
 // Numbers that are none, text that is not UTF-8, lists and strings beyond every bound.

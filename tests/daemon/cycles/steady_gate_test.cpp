@@ -136,16 +136,73 @@ TEST(SteadyGate, HardlyEverCallsARandomWanderSteadyAndNeverSubharmonic) {
   EXPECT_LE(steady, 5);
 }
 
-TEST(SteadyGate, ABrokenSuccessionBeginsAnew) {
+TEST(SteadyGate, AGapCostsOneCycleWhereTheResponseIsTheSameBeforeAndAfter) {
   Cycles cycles(3);
   SteadyGate gate;
   gate.restart(kPoints, 3.0);
   for (int k = 0; k < 12; ++k)
     (void)gate.add(cycles.next(nothing), kNoise);
-  gate.interrupt();
-  for (int k = 0; k < 7; ++k) {
-    EXPECT_FALSE(gate.add(cycles.next(nothing), kNoise).steady);
+  for (int missing = 1; missing <= SteadyGate::kMissingMost; ++missing) {
+    for (int k = 0; k < missing; ++k)
+      gate.interrupt();
+    EXPECT_TRUE(gate.add(cycles.next(nothing), kNoise).steady) << missing;
   }
+}
+
+TEST(SteadyGate, ASuccessionBeginsAnewAfterALongGapOrAnotherResponse) {
+  for (const bool other : {false, true}) {
+    Cycles cycles(3);
+    SteadyGate gate;
+    gate.restart(kPoints, 3.0);
+    for (int k = 0; k < 12; ++k)
+      (void)gate.add(cycles.next(nothing), kNoise);
+    for (int k = 0; k < (other ? 1 : 3); ++k)
+      gate.interrupt();
+    const auto shift = [&](int, double) { return other ? 8.0 * kNoise : 0.0; };
+    for (int k = 0; k < 7; ++k) {
+      EXPECT_FALSE(gate.add(cycles.next(shift), kNoise).steady);
+    }
+    EXPECT_TRUE(gate.add(cycles.next(shift), kNoise).steady);
+  }
+}
+
+TEST(SteadyGate, AGapDoesNotPassASubharmonicAsSteady) {
+  Cycles cycles(5);
+  SteadyGate gate;
+  gate.restart(kPoints, 3.0);
+  const auto second = [](int k, double) { return k % 2 == 0 ? 6.0 * kNoise : -6.0 * kNoise; };
+  for (int k = 0; k < 40; ++k) {
+    const auto cycle = cycles.next(second);
+    if (k % 7 == 6) {
+      gate.interrupt();  // the parity changes with every gap
+    } else {
+      EXPECT_FALSE(gate.add(cycle, kNoise).steady) << k;
+    }
+  }
+}
+
+TEST(CycleNoise, KnowsWhatWandersTogether) {
+  // The amplitudes of the first two harmonics rise and fall together, the second by half as much
+  // and against its own direction.
+  Cycles cycles(21);
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  CycleNoise noise;
+  noise.restart(kPoints);
+  for (int k = 0; k < 2000; ++k) {
+    const double swing = 1e-4 * normal(random);
+    noise.add(cycles.next([&](int, double tau) {
+      const double turn = 2 * std::numbers::pi * tau;
+      return swing * std::cos(turn) + (0.005 - 0.5 * swing) * std::sin(2 * turn);
+    }));
+  }
+  const auto all = noise.covariance();
+  EXPECT_NEAR(all[1][1] / 1e-8, 1.0, 0.1);
+  EXPECT_NEAR(all[1][3] / -0.5e-8, 1.0, 0.1);
+  EXPECT_EQ(all[1][3], all[3][1]);
+  EXPECT_NEAR(all[3][3] / 0.25e-8, 1.0, 0.1);
+  EXPECT_LT(std::abs(all[4][4]), 1e-11) << "the second harmonic's phase stands";
+  EXPECT_EQ(noise.covariance(2).along, all[3][3]);
 }
 
 TEST(CycleNoise, FindsTheScatterOfPointsAndTellsPhaseFromAmplitude) {

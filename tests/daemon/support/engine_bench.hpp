@@ -42,6 +42,10 @@ class FakeExciter final : public daemon::ExciterCommands {
     t0_ = clock_.now();
   }
   void keep_alive(bool wanted) override { alive = wanted; }
+  void clear_fault() override {
+    ++clears;
+    if (clearable) fault = 0;
+  }
 
   double amplitude() const {
     const double s = seconds(clock_.now() - t0_);
@@ -66,6 +70,8 @@ class FakeExciter final : public daemon::ExciterCommands {
   std::vector<drivers::Setpoint> sets;
   std::deque<Error> errors;
   int stops = 0, refuse_next = 0;
+  int clears = 0;
+  bool clearable = true;
   bool alive = false;
   bool ready = true, stands = false, deaf_to_orders = false, runs_on = false;
   bool silent = false;      // gives no status
