@@ -1,6 +1,7 @@
 #include "cli/config_check.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <sstream>
 #include <stdexcept>
 
@@ -38,7 +39,29 @@ std::string kind_of(const config::Node& root) {
   return {};
 }
 
-void check_model(const config::ModelSpec& spec, CheckReport& report) {
+constexpr double kShortColumn = 0.01;  // m; no damper for an aircraft has a shorter one
+
+// A start at which 1 - theta3 u <= 0 somewhere has no force there: the estimator refuses such
+// cycles, which is late. `stroke_max` is the rig's limit, or 0 where no rig is known.
+void check_gas_column(const config::ModelSpec& spec, double stroke_max, CheckReport& report) {
+  for (const config::EffectSpec& effect : spec.effects) {
+    const auto found = effect.parameters.find("theta3");
+    if (effect.effect != "gas_spring" || spec.length_unit != "m" ||
+        found == effect.parameters.end() || !found->second.start || !(*found->second.start > 0.0)) {
+      continue;
+    }
+    const double column = 1.0 / *found->second.start;
+    if (column >= std::max(kShortColumn, stroke_max / 2.0)) continue;
+    report.warnings.push_back(fmt::format(
+        "theta3 starts at {:g} 1/m: the gas column is only {:.3g} m long, and 1 - theta3 u is not "
+        "above 0 at larger strokes{}; is it in 1/m?",
+        *found->second.start, column,
+        stroke_max > 0.0 ? fmt::format(" (the rig allows {:g} m)", stroke_max) : ""));
+  }
+}
+
+void check_model(const config::ModelSpec& spec, CheckReport& report, double stroke_max = 0.0) {
+  check_gas_column(spec, stroke_max, report);
   try {
     const estimator::Model model(spec);
     std::vector<std::string> names;
@@ -166,7 +189,7 @@ class RigChecker {
     if (!model) {
       add_lines(report_.errors, model.error().what);
     } else {
-      check_model(*model, report_);
+      check_model(*model, report_, rig_.limits.stroke_max_m);
     }
   }
 
@@ -179,6 +202,7 @@ void check_against(const config::CampaignSpec& campaign, const fs::path& file,
   const auto rig = config::load_rig(file);
   if (!rig) return add_lines(report.errors, rig.error().what);
   const config::Limits& l = rig->limits;
+  check_gas_column(campaign.model, l.stroke_max_m, report);
   for (const config::RunSpec& run : campaign.runs) {
     if (run.frequency_hz < l.frequency_min_hz || run.frequency_hz > l.frequency_max_hz) {
       report.errors.push_back(fmt::format("run {}: {} Hz is outside of the rig's {} .. {} Hz",
@@ -192,7 +216,25 @@ void check_against(const config::CampaignSpec& campaign, const fs::path& file,
   }
 }
 
-void check_campaign(const fs::path& file, const fs::path& rig, CheckReport& report) {
+// The estimator counts effects from the model's own top; in a campaign that holds its model the
+// place is "/model/effects/N", and its line is known here.
+void place_in_campaign(const config::Node& root, const std::string& file,
+                       std::vector<std::string>& errors) {
+  const config::Node* model = root.find("model");
+  const config::Node* effects = model != nullptr ? model->find("effects") : nullptr;
+  if (effects == nullptr) return;
+  const std::string head = file + ": /effects/";
+  for (std::string& error : errors) {
+    if (!error.starts_with(head)) continue;
+    std::size_t index = effects->elements.size();
+    std::from_chars(error.data() + head.size(), error.data() + error.size(), index);
+    const int line = index < effects->elements.size() ? effects->elements[index].line : model->line;
+    error = fmt::format("{}:{}: /model/effects/{}", file, line, error.substr(head.size()));
+  }
+}
+
+void check_campaign(const fs::path& file, const config::Node& root, const fs::path& rig,
+                    CheckReport& report) {
   const auto campaign = config::load_campaign(file);
   if (!campaign) return add_lines(report.errors, campaign.error().what);
   report.facts.push_back(
@@ -202,7 +244,10 @@ void check_campaign(const fs::path& file, const fs::path& rig, CheckReport& repo
                                        run.frequency_hz, run.amplitude, run.cycles,
                                        run.cycles / run.frequency_hz));
   }
+  const std::size_t before = report.warnings.size();
   check_model(campaign->model, report);
+  place_in_campaign(root, file.string(), report.errors);
+  if (!rig.empty()) report.warnings.resize(before);  // said again, against the rig's own limit
   if (!rig.empty()) check_against(*campaign, rig, report);
 }
 
@@ -216,7 +261,7 @@ CheckReport check_file(const fs::path& file, const fs::path& rig_file) {
   if (!root) return report.errors.push_back(root.error().what), report;
   report.kind = kind_of(*root);
   if (report.kind == "campaign") {
-    check_campaign(file, rig_file, report);
+    check_campaign(file, *root, rig_file, report);
   } else if (report.kind == "model") {
     const auto model = config::load_model(file);
     if (model) {

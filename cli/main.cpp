@@ -1,4 +1,5 @@
 // shakerctl: the operator's hand. The command line; what it does is in cli/commands/.
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/unknown_command.hpp"
 
 namespace {
 
@@ -182,6 +184,14 @@ int main(int argc, char** argv) {
   add_online(app, options);
   add_offline(app, options);
   add_worth(app, options);
+  if (argc > 1 && argv[1][0] != '-' && argv[1][0] != '\0') {
+    std::vector<std::string> known;
+    for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+      known.push_back(command->get_name());
+    if (std::ranges::find(known, std::string(argv[1])) == known.end()) {
+      return fail(options.common, kBadInput, unknown_command(argv[1], std::move(known)));
+    }
+  }
   try {
     app.parse(argc, argv);
     return options.action();

@@ -1,10 +1,34 @@
 #include "report/estimate_document.hpp"
 
+#include <cmath>
+#include <limits>
+
 namespace shaker::report {
+namespace {
+
+// A standard error so many times the value is no error bar: the data say nothing of the parameter.
+constexpr double kMeaningless = 1e3;
+constexpr double kMeaninglessOfZero = 1e6;  // in the parameter's own unit
+
+bool says_nothing(const estimator::ParameterEstimate& p) {
+  if (p.fixed) return false;
+  const double size = std::abs(p.value);
+  return !(p.standard_error <= (size > 0.0 ? kMeaningless * size : kMeaninglessOfZero));
+}
+
+// "theta1 (13.3 +- inf)" -> "theta1 (13.3, not determined)"
+std::string in_words(std::string sentence) {
+  for (std::size_t at = 0; (at = sentence.find(" +- inf", at)) != std::string::npos;)
+    sentence.replace(at, 7, ", not determined");
+  return sentence;
+}
+
+}  // namespace
 
 protocol::EstimateDocument to_document(const estimator::Estimate& estimate) {
   protocol::EstimateDocument document;
   document.model = estimate.model;
+  document.usable = estimate.usable;
   document.parameters.reserve(estimate.parameters.size());
   for (const estimator::ParameterEstimate& from : estimate.parameters) {
     protocol::ParameterEntry& to = document.parameters.emplace_back();
@@ -18,6 +42,11 @@ protocol::EstimateDocument to_document(const estimator::Estimate& estimate) {
     to.fixed = from.fixed;
     to.at_bound = from.at_bound;
     to.determined = from.determined;
+    if (says_nothing(from)) {
+      to.determined = false;
+      to.standard_error = to.lower = to.upper = std::numeric_limits<double>::quiet_NaN();
+      document.usable = false;
+    }
   }
   document.covariance_order = estimate.covariance_order;
   document.covariance = estimate.covariance;
@@ -30,8 +59,9 @@ protocol::EstimateDocument to_document(const estimator::Estimate& estimate) {
   document.runs_used = estimate.runs;
   document.iterations = estimate.iterations;
   document.converged = estimate.converged;
-  document.usable = estimate.usable;
-  document.warnings = estimate.warnings;
+  document.warnings.reserve(estimate.warnings.size());
+  for (const std::string& warning : estimate.warnings)
+    document.warnings.push_back(in_words(warning));
   return document;
 }
 

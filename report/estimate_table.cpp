@@ -11,17 +11,21 @@ namespace {
 
 std::string note(const protocol::ParameterEntry& parameter) {
   if (parameter.fixed) return "fixed";
-  if (!parameter.determined) return "undetermined";
+  if (!parameter.determined) return "not determined";
   return parameter.at_bound ? "at its bound" : "";
+}
+
+std::string or_dash(double value) {
+  return std::isfinite(value) ? fmt::format("{:.3g}", value) : "-";
 }
 
 std::string figures(const protocol::EstimateDocument& d) {
   std::string text = fmt::format(
-      "noise {:.3g}   condition {:.3g}   {} observations, {} degrees of freedom   {} cycle{} of {} "
+      "noise {}   condition {}   {} observations, {} degrees of freedom   {} cycle{} of {} "
       "run{}   {} iteration{}\n",
-      d.noise_standard_deviation, d.condition, d.observations, d.degrees_of_freedom, d.cycles_used,
-      d.cycles_used == 1 ? "" : "s", d.runs_used, d.runs_used == 1 ? "" : "s", d.iterations,
-      d.iterations == 1 ? "" : "s");
+      or_dash(d.noise_standard_deviation), or_dash(d.condition), d.observations,
+      d.degrees_of_freedom, d.cycles_used, d.cycles_used == 1 ? "" : "s", d.runs_used,
+      d.runs_used == 1 ? "" : "s", d.iterations, d.iterations == 1 ? "" : "s");
   if (d.usable) {
     text += "usable\n";
   } else {

@@ -111,6 +111,26 @@ class Check(Scratch):
         self.assertEqual(report["kind"], "campaign")
         self.assertGreaterEqual(len(report["errors"]), 3)
 
+    def test_an_effect_in_a_campaigns_own_model_has_its_place(self):
+        bad = self.write("c.json", '{"name": "c", "runs": [{"frequency_hz": 2, "amplitude": 3}],\n'
+                                   '"model": {"name": "m", "effects": [{"effect": "gravity"},\n{"effect": "magic"}]}}')
+        self.assertIn(f"{bad}:3: /model/effects/1", run("check", bad).stderr)
+
+    def test_a_start_without_a_gas_column_is_said(self):
+        model = '{"name": "m", "effects": [{"effect": "gas_spring", "parameters": {"theta3": {"start": %g}}}]}'
+        self.assertIn("gas column is only 0.0025 m long", run("check", self.write("m.json", model % 400)).stdout)
+        self.assertNotIn("gas column", run("check", self.write("m.json", model % 5.3)).stdout)
+        campaign = self.write("c.json", '{"name": "c", "runs": [{"frequency_hz": 2, "amplitude": 3}], "model": %s}' % (model % 20))
+        self.assertNotIn("gas column", run("check", campaign).stdout)
+        held = run("check", campaign, "--rig", EXAMPLES / "rig-simulated.json").stdout
+        self.assertEqual(held.count("gas column is only 0.05 m long"), 1, held)
+
+    def test_an_unknown_command_is_named_with_the_nearest_first(self):
+        result = run("estimat", "x.csv")
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, r'there is no command "estimat"; there are estimate, ')
+        self.assertIn("watch", result.stderr)
+
     def test_knows_the_catalogue(self):
         bad = self.write("m.json", '{"name": "m", "effects": [{"effect": "magic"}]}')
         result = run("check", bad)
@@ -147,6 +167,25 @@ class Check(Scratch):
 
 
 class Estimate(Scratch):
+    def test_data_without_motion_get_words_and_no_figures(self):
+        rows = "".join(f"{i * 0.005},{3 * math.cos(4 * math.pi * i * 0.005)},%s\n" % "{}" for i in range(200))
+        flat = self.write("flat.csv", "t,excitation,displacement\n" + rows.replace("{}", "0.15"))
+        model = EXAMPLES / "model-oleo.json"
+        result = run("estimate", flat, "--model", model)
+        self.assertEqual(result.returncode, 5, result.stderr)
+        theta1 = next(line for line in result.stdout.splitlines() if line.startswith("theta1"))
+        self.assertIn("not determined", theta1)
+        self.assertNotRegex(theta1, r"e\+1\d")
+        document = json.loads(run("estimate", flat, "--model", model, "--json").stdout)
+        self.assertFalse(document["usable"])
+        self.assertNotIn("standard_error", document["parameters"][0])
+        self.assertFalse(document["parameters"][0]["determined"])
+        huge = self.write("huge.csv", "t,excitation,displacement\n" + "".join(
+            f"{i * 0.005},{3 * math.cos(4 * math.pi * i * 0.005)},{1e300 * math.sin(i)}\n" for i in range(200)))
+        result = run("estimate", huge, "--model", model)
+        self.assertEqual(result.returncode, 5, result.stderr)
+        self.assertNotRegex(result.stdout, r"\binf\b")
+
     def estimate(self, file, *words):
         return run("estimate", file, "--model", self.model, "--frequency", 2, "--amplitude", 10, *words)
 
