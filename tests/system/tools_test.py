@@ -1,6 +1,10 @@
 """The shell examples of docs/protocol.md, run as they stand there (with this test's socket)."""
+import json
+import os
 import re
+import signal
 import subprocess
+import threading
 import time
 import unittest
 
@@ -37,6 +41,36 @@ class Tools(unittest.TestCase):
                 self.assertIsNotNone(process.poll(), "the example does not end")
                 out, err = process.communicate()
                 self.assertRegex(out, expected, err)
+
+    def test_a_campaign_from_a_shell_runs_to_its_end(self):
+        script = re.findall(r"```sh\n(\(echo (?:.*\n)*?)```", DOCUMENT)[-1]
+        daemon = Daemon().start()
+        self.addCleanup(daemon.end)
+        campaign = daemon.directory / "campaign.json"
+        spec = endless_campaign()
+        spec["runs"][0]["cycles"] = 3
+        campaign.write_text(json.dumps(spec))
+        script = script.replace("/run/shakerd/shakerd.sock", str(daemon.socket))
+        self.assertIn("/etc/shakerd/campaign.json", script)
+        script = script.replace("/etc/shakerd/campaign.json", str(campaign))
+        process = subprocess.Popen(["bash", "-c", script], stdout=subprocess.PIPE, text=True,
+                                   stdin=subprocess.DEVNULL, start_new_session=True)
+        watchdog = threading.Timer(60, os.killpg, (process.pid, signal.SIGKILL))
+        watchdog.start()
+        kinds = []
+        for text in process.stdout:
+            document = json.loads(text)
+            kinds.append(document.get("type"))
+            if kinds[-1] == "run_stop":
+                self.assertEqual(document["status"], "success", document)
+                break
+        watchdog.cancel()
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+        self.assertIn("estimate", kinds)
+        self.assertEqual(kinds[-1], "run_stop")
+        self.assertNotIn("health", kinds)
 
 
 if __name__ == "__main__":
