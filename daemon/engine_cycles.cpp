@@ -55,7 +55,10 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
   }
   watch_cycle(cycle);
   if (!cutting()) return reject(cycle, verdict, reason);
-  if (!held_by.empty()) return reject(cycle, verdict, "held: " + held_by);
+  if (!held_by.empty()) {
+    gate.begin_anew();
+    return reject(cycle, verdict, "held: " + held_by);
+  }
   if (!cycle.whole || !verdict.steady) return reject(cycle, verdict, verdict.why);
   if (state == State::settle) steady_begins(cycle);
   if (state != State::measure) return reject(cycle, verdict, reason);

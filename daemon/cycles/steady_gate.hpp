@@ -49,6 +49,8 @@ class SteadyGate {
   // anew. (What repeats only every second period does not pass as steady by that: two of its cycles
   // that are alike are followed by one that is not.)
   void interrupt() { ++missing_; }
+  // What was seen counts no more: the measurement was held.
+  void begin_anew() { count_ = 0; }
 
  private:
   static constexpr std::size_t kCoefficients = 9;  // mean, and two for each of four harmonics
