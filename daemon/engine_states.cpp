@@ -166,6 +166,7 @@ void Engine::Impl::act(Detector detector) {
     fault_detector = detector;
     trip(why);
   } else if (action == config::Action::hold && cutting()) {
+    gate.begin_anew();
     if (held_by.empty()) held_since = clock.now();
     held_by = why;
   } else if (state != State::ramp_down) {
