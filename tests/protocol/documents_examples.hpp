@@ -48,17 +48,18 @@ inline std::vector<Document> plain_documents() {
   health.clock = "simulated";
   health.samples = 123456;
   health.clients = 2;
-  return {VersionDocument{"shakerd", "0.1.0", 1, "rig A"},
-          state,
-          RunStartDocument{"first light", "r01", 0, 2, 2.5, 3.0, 20},
-          cycle,
-          plain_estimate(),
-          AlarmDocument{"error", "stale_sensor", "No sample for 60 ms.", "ramp_down",
-                        "displacement", 0.06, 0.05},
-          health,
-          RunStopDocument{"first light", "r01", "success", "All cycles are measured.", 20, 3,
-                          CycleNoiseEntry{20, 2e-5, 1.9e-5, {"mean", "h1_along"},
-                                          {4e-12, -1e-12, -1e-12, 9e-12}}}};
+  return {
+      VersionDocument{"shakerd", "0.1.0", 1, "rig A"},
+      state,
+      RunStartDocument{"first light", "r01", 0, 2, 2.5, 3.0, 20},
+      cycle,
+      plain_estimate(),
+      AlarmDocument{"error", "stale_sensor", "No sample for 60 ms.", "ramp_down", "displacement",
+                    0.06, 0.05},
+      health,
+      RunStopDocument{
+          "first light", "r01", "success", "All cycles are measured.", 20, 3,
+          CycleNoiseEntry{20, 2e-5, 1.9e-5, {"mean", "h1_along"}, {4e-12, -1e-12, -1e-12, 9e-12}}}};
 }
 
 // Numbers that are none, text that is not UTF-8, lists and strings beyond every bound.
