@@ -60,7 +60,7 @@ std::string estimate_line(const protocol::EstimateDocument& d) {
   for (const protocol::ParameterEntry& p : d.parameters) {
     if (p.fixed) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", p.name,
-                        p.determined ? with_error(p.value, p.standard_error) : "undetermined");
+                        p.determined ? with_error(p.value, p.standard_error) : "not determined");
   }
   return d.usable ? text : text + " (not usable)";
 }

@@ -54,14 +54,14 @@ TEST(EstimateTable, SaysWhatIsFixedUndeterminedAndWhy) {
   EXPECT_NE(text.find("theta1         16.671 ± 0.024  16.623 .. 16.719  1/m    orifice_damping\n"),
             std::string::npos)
       << text;
-  EXPECT_NE(text.find("undetermined\n"), std::string::npos);
+  EXPECT_NE(text.find("not determined\n"), std::string::npos);
   EXPECT_NE(text.find("fixed\n"), std::string::npos);
   EXPECT_NE(text.find("at its bound\n"), std::string::npos);
   EXPECT_NE(text.find("1 cycle of 2 runs"), std::string::npos);
   EXPECT_NE(text.find("NOT usable: not converged\n"), std::string::npos);
   EXPECT_NE(text.find("warning: add runs at other frequencies\n"), std::string::npos);
   EXPECT_EQ(estimate_line(d),
-            "theta1 16.671 ± 0.024, theta2 undetermined, c 0.00 ± 0.10 (not usable)");
+            "theta1 16.671 ± 0.024, theta2 not determined, c 0.00 ± 0.10 (not usable)");
 }
 
 }  // namespace
