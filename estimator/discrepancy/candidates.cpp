@@ -61,6 +61,12 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
     plain.line.parameters[symbol].start = p.absent;
   }
   std::vector<Probe> probes = {plain};
+  // A force of the stroke is taken about where the damper works.
+  for (const ConstantInfo& constant : effect.constants()) {
+    const double middle = 0.5 * (range.low + range.high);
+    if (constant.symbol == "u0" && std::fabs(middle) > 0.2 * (range.high - range.low))
+      probes.front().line.constants["u0"] = middle;
+  }
   const int count = shapes.size() == 1 ? 5 : 3;
   for (const ParameterInfo* shape : shapes) {
     auto values = grid(*shape, range, count);
@@ -104,11 +110,7 @@ std::vector<Candidate> candidates(const config::ModelSpec& base, const MotionRan
     const bool held =
         std::any_of(base.effects.begin(), base.effects.end(),
                     [&](const config::EffectSpec& line) { return line.effect == effect->name(); });
-    const auto parameters = effect->parameters();
-    const bool switchable =
-        std::any_of(parameters.begin(), parameters.end(),
-                    [](const ParameterInfo& p) { return std::isfinite(p.absent); });
-    if (held || !switchable || !lenders_there(*effect, base) ||
+    if (held || effect->parameters().empty() || !lenders_there(*effect, base) ||
         (kind == Kind::imposed_motion && !imposable(*effect)))
       continue;
     all.push_back({effect, probes_of(*effect, range)});

@@ -11,10 +11,13 @@
 
 namespace shaker::estimator::discrepancy {
 
-// One shape of an effect: a line of a model file whose coefficients are at their absent value.
+// One shape of an effect: a line of a model file whose coefficients are at their absent value. An
+// effect that has no such value (a valve's threshold, a spring in series) is probed where it does
+// something, and scored by the difference that it makes.
 struct Probe {
   config::EffectSpec line;
-  std::vector<std::string> coefficients;  // symbols of the parameters that switch it on
+  std::vector<std::string>
+      coefficients;  // symbols of the parameters that switch it on; may be none
 };
 
 struct Candidate {

@@ -87,7 +87,9 @@ std::vector<ForceBin> binned(const std::vector<MissingForce>& before,
       const auto bin = static_cast<std::size_t>(std::clamp(share * kBins, 0.0, kBins - 1.0));
       count[bin] += 1.0;
       bins[bin].before += before[r].force[i];
-      if (after[r].ok) bins[bin].after += after[r].force[i];
+      // The other model's cycle may have another number of points.
+      if (after[r].ok)
+        bins[bin].after += after[r].force[i * after[r].force.size() / before[r].force.size()];
     }
   }
   std::vector<ForceBin> filled;

@@ -16,7 +16,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kWorthRefitting = 5.0;  // of chi-squared: less is chance
+constexpr double kRival = 20.0;          // of chi-squared, times the best one's
+constexpr std::size_t kMostRivals = 4;
+constexpr double kPredictable = 0.05;
 constexpr int kFinePoints = 1024;
+constexpr double kSharpMemory = 0.1;
 constexpr double kSharpest = 0.02;     // of the rounding widths that the effects state
 constexpr int kUnknownParameters = 6;  // what a curve of no known form would cost
 
@@ -45,28 +49,39 @@ std::vector<Ordered> ordered(const Scoring& scoring) {
   return best;
 }
 
-// A parameter on a bound that physics sets says that the effect is not what is missing.
+// Index of an effect's parameter in a model, the last line of that effect's; -1: none.
+int find_parameter(const Model& model, const std::string& effect, std::string_view symbol) {
+  const auto& parameters = model.parameters();
+  for (std::size_t k = parameters.size(); k-- > 0;) {
+    if (parameters[k].effect == effect &&
+        (parameters[k].name == symbol || parameters[k].name.ends_with("." + std::string(symbol))))
+      return static_cast<int>(k);
+  }
+  return -1;
+}
+
+// An effect that a fit switches off, or drives to the end of what physics allows, is not what is
+// missing. What merely shapes it may end anywhere.
 std::string disqualification(const HarmonicFit& fit, std::size_t first_added) {
-  if (!fit.converged) return fit.trouble;
+  if (!fit.converged) return fit.trouble.empty() ? "the fit did not settle" : fit.trouble;
   for (std::size_t i = first_added; i < fit.spec.effects.size(); ++i) {
-    const std::string& effect = fit.spec.effects[i].effect;
-    const auto& parameters = fit.model->parameters();
-    for (std::size_t k = 0; k < parameters.size(); ++k) {
-      if (parameters[k].effect != effect || !fit.at_bound(static_cast<int>(k))) continue;
-      const Effect* known = nullptr;
-      for (const Effect* e : catalogue()) {
-        if (e->name() == effect) known = e;
-      }
-      if (known == nullptr) continue;
-      for (const ParameterInfo& info : known->parameters()) {
-        const bool same = parameters[k].name == info.symbol ||
-                          parameters[k].name.ends_with("." + std::string(info.symbol));
-        if (same && std::isfinite(info.absent))
-          return fmt::format(
-              "{} of {} ended at {:.4g} {}, the end of what is physically admissible", info.symbol,
-              effect, fit.theta[k], info.unit);
-      }
+    const std::string& name = fit.spec.effects[i].effect;
+    const Effect* effect = find_effect(name);
+    if (effect == nullptr) continue;
+    bool switchable = false, present = false;
+    for (const ParameterInfo& info : effect->parameters()) {
+      const int k = find_parameter(*fit.model, name, info.symbol);
+      if (k < 0 || std::isnan(info.absent)) continue;
+      switchable = true;
+      const double value = fit.theta[static_cast<std::size_t>(k)];
+      if (value == info.absent) continue;
+      present = true;
+      if (fit.at_bound(k))
+        return fmt::format("{} of {} ended at {:.4g} {}, the end of what is physically admissible",
+                           info.symbol, name, value, info.unit);
     }
+    if (switchable && !present)
+      return fmt::format("{} was switched off by the fit: its sign would not be admissible", name);
   }
   return {};
 }
@@ -106,7 +121,7 @@ class Search {
       progress_(0.4 + 0.2 * size);
       std::vector<std::size_t> next;
       sort_by_evidence(level);
-      for (std::size_t i = 0; i < level.size() && i < (size == 2 ? 4U : 2U); ++i) {
+      for (std::size_t i = 0; i < level.size() && i < 2U; ++i) {
         // Not a reference: extending grows the vector.
         Hypothesis parent = found_.hypotheses[level[i]];
         if (parent.rounded) parent.fit = parent.rounded;
@@ -212,6 +227,8 @@ class Search {
   void choose() {
     const std::shared_ptr<const HarmonicFit> before =
         chosen_ ? found_.hypotheses[found_.best].fit : nullptr;
+    if (!any_best()) return;
+    sharpen_rivals();
     for (int round = 0; round < 4; ++round) {
       if (!any_best()) return;
       Hypothesis& best = found_.hypotheses[found_.best];
@@ -235,6 +252,24 @@ class Search {
     found_.explained = found_.probability_best > options_.false_alarm_rate;
   }
 
+  // Where the best would gain by sharper corners, so might those close behind: a rounded corner
+  // must not decide between them.
+  void sharpen_rivals() {
+    const Hypothesis& best = found_.hypotheses[found_.best];
+    const double limit = kRival * best.fit->chi_squared;
+    const std::size_t size = best.effects.size();
+    std::vector<std::size_t> rivals;
+    for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
+      const Hypothesis& now = found_.hypotheses[h];
+      if (now.disqualified.empty() && !now.rounded && now.effects.size() <= size &&
+          now.fit->chi_squared < limit)
+        rivals.push_back(h);
+    }
+    sort_by_evidence(rivals);
+    for (std::size_t i = 0; i < rivals.size() && i < kMostRivals; ++i)
+      sharpened(found_.hypotheses[rivals[i]]);
+  }
+
   // Corners made sharper step by step, each solution begun from the last, until it makes no
   // difference or the grid cannot follow. False when there is no corner, or nothing to be gained.
   bool sharpened(Hypothesis& h) const {
@@ -242,11 +277,14 @@ class Search {
     if (h.fit->chi_squared < n) return false;
     config::ModelSpec spec = h.fit->spec;
     const auto widths = corner_widths(spec);
-    if (widths.empty() || h.fit->model->coordinates() > h.fit->model->mechanical()) return false;
+    const bool memory = h.fit->model->coordinates() > h.fit->model->mechanical();
+    if (widths.empty() && !memory) return false;
     FitOptions finer = options_.fit;
-    finer.points = kFinePoints;
+    finer.points = memory ? kFinePoints / 2 : kFinePoints;
     std::shared_ptr<const HarmonicFit> last, now = h.fit;
-    for (double share = 2.0; share > kSharpest; share *= 0.35) {
+    const double first = memory ? 1.0 : 2.0;
+    const double last_share = memory ? kSharpMemory : kSharpest;
+    for (double share = first; share > last_share; share *= 0.35) {
       for (const auto& [line, symbol, width] : widths)
         spec.effects[line].constants[symbol] = share * width;
       auto next = std::make_shared<const HarmonicFit>(
@@ -279,7 +317,15 @@ class Search {
                                               const std::vector<double>& start,
                                               const HarmonicFit* near) const {
     return std::make_shared<const HarmonicFit>(
-        fit_harmonics(spec, data_, start, near, options_.fit));
+        fit_harmonics(spec, data_, start, near, options_for(spec)));
+  }
+
+  // Models with memory are compared on half the points, and sharpened when it matters.
+  FitOptions options_for(const config::ModelSpec& spec) const {
+    FitOptions wanted = options_.fit;
+    const Model model(spec);
+    if (model.coordinates() > model.mechanical()) wanted.points /= 2;
+    return wanted;
   }
 
   // Backward: an effect that a larger set does not need any more. Smaller sets that were on the way
@@ -349,7 +395,10 @@ std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<R
     const VectorXd values = eigen.eigenvalues().cwiseMax(1e-8);
     const VectorXd along = eigen.eigenvectors().transpose() * e;
     sum -= 0.5 * (along.cwiseAbs2().cwiseQuotient(values).sum() - values.array().log().sum());
-    if (left_out != nullptr) (*left_out)[r] = eigen.eigenvectors() * along.cwiseQuotient(values);
+    if (left_out != nullptr) {
+      // What only this run tells, the others cannot predict at all.
+      (*left_out)[r] = eigen.eigenvectors() * along.cwiseQuotient(values.cwiseMax(kPredictable));
+    }
   }
   return sum;
 }

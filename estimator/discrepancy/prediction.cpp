@@ -80,7 +80,8 @@ Eigen::MatrixXd Prediction::over_excitation(int driver_harmonics) {
 
 void Prediction::start_from(const Prediction& other) {
   const int n = points_;
-  if (other.points_ != n || !response_ || !other.response_) return;
+  if (!response_ || !other.response_ || other.points_ % n != 0) return;
+  const int every = other.points_ / n;
   const auto from = other.response_->state();
   const auto to = response_->state();
   const int mine = model_->coordinates();
@@ -91,7 +92,8 @@ void Prediction::start_from(const Prediction& other) {
       ++shared;
     for (int i = 0; i < n; ++i)
       to[static_cast<std::size_t>(i * mine + c)] =
-          shared < theirs ? from[static_cast<std::size_t>(i * theirs + shared)] : model_->rest(c);
+          shared < theirs ? from[static_cast<std::size_t>(i * every * theirs + shared)]
+                          : model_->rest(c);
   }
   solved_ = other.solved_;
 }

@@ -54,24 +54,34 @@ std::vector<int> columns_of(const Model& model, const Probe& probe) {
   return columns;
 }
 
-// Whitened signatures of a probe, a column a coefficient; no columns when the model with it has no
-// solution.
+// Memory makes a model several times as dear; for a signature half the points will do.
+int points_for(const Model& model, const FitOptions& options) {
+  return model.coordinates() > model.mechanical() ? options.points / 2 : options.points;
+}
+
+// Whitened signatures of a probe, a column a coefficient, or one of the whole difference that it
+// makes; no columns when the model with it has no solution.
 MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                        const Probe& probe, const FitOptions& options) {
   const Model model(with_line(fit.spec, probe.line));
   const std::vector<double> theta = carried_over(model, fit);
   const std::vector<int> columns = columns_of(model, probe);
-  MatrixXd stacked(rows_of(data), static_cast<Index>(columns.size()));
+  const bool whole = columns.empty();
+  MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
   Index at = 0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!fitted(data[r])) continue;
-    Prediction prediction(model, data[r], options.points);
+    Prediction prediction(model, data[r], points_for(model, options));
     prediction.start_from(fit.predictions[r]);
     if (!prediction.at(theta)) return MatrixXd(rows_of(data), 0);
+    const Index size = data[r].response.size();
+    if (whole)
+      stacked.col(0).segment(at, size) =
+          (prediction.value() - fit.predictions[r].value()).cwiseQuotient(data[r].error);
     for (std::size_t k = 0; k < columns.size(); ++k)
-      stacked.col(static_cast<Index>(k)).segment(at, data[r].response.size()) =
+      stacked.col(static_cast<Index>(k)).segment(at, size) =
           prediction.jacobian().col(columns[k]).cwiseQuotient(data[r].error);
-    at += data[r].response.size();
+    at += size;
   }
   return stacked;
 }
@@ -156,8 +166,10 @@ Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
           signature.hidden = 1.0 - left / length;
         }
         const ParameterInfo* info =
-            info_of(*candidate.effect, probe.coefficients[static_cast<std::size_t>(k)]);
-        if (info != nullptr) signature.sign = sign_of(*info);
+            probe.coefficients.empty()
+                ? nullptr
+                : info_of(*candidate.effect, probe.coefficients[static_cast<std::size_t>(k)]);
+        signature.sign = info != nullptr ? sign_of(*info) : 1;
         Score s;
         s.candidate = &candidate;
         s.probe = p;

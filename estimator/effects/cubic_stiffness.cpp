@@ -6,7 +6,7 @@ namespace shaker::estimator {
 namespace {
 
 constexpr ParameterInfo kParameters[] = {
-    {"k3", "1/(m^2 s^2)", 1.0, -1e12, 1e12, "cubic stiffness over mass"}};
+    {"k3", "1/(m^2 s^2)", 1.0, -1e12, 1e12, "cubic stiffness over mass", 0.0}};
 constexpr ConstantInfo kConstants[] = {{"u0", "m", 0.0, "stroke at which the force vanishes"}};
 
 class CubicStiffness final : public Effect {

@@ -4,7 +4,8 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {{"k", "1/s^2", 10.0, 0.0, 1e8, "stiffness over mass"}};
+constexpr ParameterInfo kParameters[] = {
+    {"k", "1/s^2", 10.0, 0.0, 1e8, "stiffness over mass", 0.0}};
 constexpr ConstantInfo kConstants[] = {{"u0", "m", 0.0, "stroke at which the spring is at rest"}};
 
 class LinearStiffness final : public Effect {

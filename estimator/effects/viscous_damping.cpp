@@ -4,7 +4,8 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {{"c", "1/s", 1.0, 0.0, 1e6, "viscous damping over mass"}};
+constexpr ParameterInfo kParameters[] = {
+    {"c", "1/s", 1.0, 0.0, 1e6, "viscous damping over mass", 0.0}};
 
 class ViscousDamping final : public Effect {
  public:
