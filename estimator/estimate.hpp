@@ -23,6 +23,18 @@ struct ParameterEstimate {
   bool determined = true;  // false: the data do not fix it; see Estimate::warnings
 };
 
+// A parameter that changed while a run was measured (online/change_detector.hpp).
+struct ParameterChange {
+  std::string name, unit;
+  int run = 0;
+  long cycle = 0;    // of the run, about the first after the change
+  long seen_at = 0;  // the cycle at which the test said so
+  double jump = 0.0, standard_error = 0.0;
+  double before = 0.0;  // what it was taken for
+  double statistic = 0.0, threshold = 0.0;
+  std::string sentence() const;  // for the operator
+};
+
 struct Estimate {
   std::string model;
   std::vector<ParameterEstimate> parameters;
@@ -37,8 +49,9 @@ struct Estimate {
   int runs = 0;
   int iterations = 0;
   bool converged = false;
-  bool usable = false;                // converged, determined, inside the bounds
-  std::vector<std::string> warnings;  // sentences for the operator
+  bool usable = false;                   // converged, determined, inside the bounds
+  std::vector<std::string> warnings;     // sentences for the operator
+  std::vector<ParameterChange> changes;  // that the test saw at this cycle
 };
 
 }  // namespace shaker::estimator

@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "estimator/estimation.hpp"
+#include "estimator/online/change_watch.hpp"
 
 namespace shaker::estimator {
 namespace {
+
+constexpr double kLeastWeight = 1e-9;
 
 // Running mean of the cycles of one run, point by point, and their scatter about it (Welford).
 struct RunMean {
@@ -19,6 +23,13 @@ struct RunMean {
   bool same_shape(const MeasuredCycle& cycle) const {
     return data.displacement.size() == cycle.displacement.size() &&
            data.excitation.size() == cycle.excitation.size();
+  }
+  // A cycle more came after these; this run's mean stays, its weight falls.
+  void forget(double forgetting) {
+    data.cycles *= forgetting;
+    data.scatter *= forgetting;
+    excitation_variance *= forgetting * forgetting;
+    data.cycles = std::max(data.cycles, kLeastWeight);
   }
   void add(const MeasuredCycle& cycle) {
     data.cycles += 1.0;
@@ -57,15 +68,34 @@ struct OnlineEstimator::State {
   State(const config::ModelSpec& spec, OnlineOptions opt) : model(spec) {
     options.grid = {Scheme::order6, opt.grid_points, true};
     options.max_iterations = opt.max_iterations;
+    forgetting = opt.forgetting;
+    if (!(forgetting > 0.0) || forgetting > 1.0)
+      throw std::invalid_argument(
+          fmt::format("forgetting is {}; it must be above 0 and at most 1", forgetting));
+    if (opt.false_alarms_per_cycle > 0.0)
+      watch =
+          std::make_unique<online::ChangeWatch>(model, opt.grid_points, opt.false_alarms_per_cycle);
     theta = model.start();
+  }
+
+  // Before a cycle is added: all that came before it counts less.
+  void forget() {
+    if (forgetting == 1.0) return;
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      runs[r].forget(forgetting);
+      if (estimator) estimator->update_run(r, runs[r].data);
+    }
   }
 
   Model model;
   EstimationOptions options;
+  double forgetting = 1.0;
   std::vector<RunMean> runs;
   std::unique_ptr<Estimator> estimator;
-  std::vector<double> theta;  // the last good one: where the next fit starts
-  bool warm = false;          // the states of all runs belong to theta
+  std::unique_ptr<online::ChangeWatch> watch;  // none: no test for changes
+  std::vector<std::string> seen;               // changes, for the estimates that follow
+  std::vector<double> theta;                   // the last good one: where the next fit starts
+  bool warm = false;                           // the states of all runs belong to theta
 };
 
 OnlineEstimator::OnlineEstimator(const config::ModelSpec& model, OnlineOptions options)
@@ -79,6 +109,8 @@ void OnlineEstimator::reset() {
   state_->estimator.reset();
   state_->theta = state_->model.start();
   state_->warm = false;
+  state_->seen.clear();
+  if (state_->watch) state_->watch->reset();
 }
 
 Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
@@ -99,6 +131,7 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
                              cycle.index, cycle.run + 1, cycle.displacement.size(),
                              found->data.displacement.size())};
   try {
+    s.forget();
     if (new_run) {
       std::vector<RunData> data;
       for (const RunMean& run : s.runs)
@@ -122,7 +155,14 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
   }
   s.theta = fit.theta;
   s.warm = true;
-  return s.estimator->describe();
+  Estimate estimate = s.estimator->describe();
+  if (s.watch) {
+    estimate.changes = s.watch->add(cycle, s.theta);
+    for (const ParameterChange& change : estimate.changes)
+      s.seen.push_back(change.sentence());
+    estimate.warnings.insert(estimate.warnings.end(), s.seen.begin(), s.seen.end());
+  }
+  return estimate;
 }
 
 }  // namespace shaker::estimator

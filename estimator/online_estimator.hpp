@@ -2,7 +2,9 @@
 //
 // Maximum likelihood with unknown noise variance. Cycles of one run are averaged point by point
 // (the sufficient statistic for white noise), the scatter about that mean gives the cycle-to-cycle
-// noise.
+// noise. With forgetting < 1 a cycle counts less for every cycle that came after it; with a rate of
+// false alarms, a test (online/change_detector.hpp) watches for parameters that change during a
+// run.
 #pragma once
 
 #include <memory>
@@ -17,6 +19,9 @@ namespace shaker::estimator {
 struct OnlineOptions {
   int grid_points = 128;  // of the periodic solution; the data's n need not divide it
   int max_iterations = 50;
+  double forgetting = 1.0;  // weight of a cycle for each cycle of its age, in (0, 1]
+  // Rate at which the test for changes may raise false alarms; 0: no test.
+  double false_alarms_per_cycle = 0.0;
 };
 
 // One thread at a time. `add` allocates only when a new run begins.

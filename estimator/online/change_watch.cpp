@@ -1,0 +1,99 @@
+#include "estimator/online/change_watch.hpp"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+namespace shaker::estimator {
+
+std::string ParameterChange::sentence() const {
+  return fmt::format(
+      "{} changed by {:+.3g} +- {:.2g} {} ({:+.1f} %) about cycle {} of run {}, seen at cycle {}: "
+      "the "
+      "damper is not what it was (it heats up, leaks, wears); estimates mix before and after",
+      name, jump, standard_error, unit, 100.0 * jump / before, cycle, run + 1, seen_at);
+}
+
+namespace online {
+namespace {
+
+constexpr std::size_t kRemembered = 80;  // more than the detector looks back
+
+}  // namespace
+
+ChangeWatch::ChangeWatch(const Model& model, int grid_points, double false_alarms_per_cycle)
+    : model_(&model),
+      predictor_(model, grid_points),
+      threshold_(glr_threshold(false_alarms_per_cycle, predictor_.parameters())),
+      detector_(predictor_.parameters(), threshold_) {}
+
+void ChangeWatch::reset() {
+  run_ = -1;
+  detector_.reset();
+}
+
+void ChangeWatch::begin_run(const MeasuredCycle& cycle, const std::vector<double>& theta) {
+  run_ = cycle.run;
+  reference_ = theta;
+  detector_.reset();
+  last_.clear();
+  indices_.clear();
+  squares_ = points_ = 0.0;
+}
+
+std::vector<ParameterChange> ChangeWatch::add(const MeasuredCycle& cycle,
+                                              const std::vector<double>& theta) {
+  if (cycle.run != run_) begin_run(cycle, theta);
+  if (last_.size() == cycle.displacement.size()) {
+    for (std::size_t i = 0; i < last_.size(); ++i) {
+      const double d = cycle.displacement[i] - last_[i];
+      squares_ += 0.5 * d * d;
+    }
+    points_ += static_cast<double>(last_.size());
+  }
+  last_ = cycle.displacement;
+  Prediction at;
+  const bool noisy_excitation = cycle.excitation_error > 0.0;
+  if (!predictor_.predict(cycle, reference_, noisy_excitation, at)) return {};
+  indices_.push_back(cycle.index);
+  if (indices_.size() > kRemembered) indices_.pop_front();
+  const Eigen::VectorXd e =
+      Eigen::Map<const Eigen::VectorXd>(cycle.displacement.data(), at.displacement.size()) -
+      at.displacement;
+  Eigen::MatrixXd information = at.jacobian.transpose() * at.jacobian;
+  Eigen::VectorXd score = at.jacobian.transpose() * e;
+  if (points_ == 0.0) return {};  // the noise is not known yet: the first cycle
+  const double variance = squares_ / points_;
+  if (noisy_excitation) {
+    // The excitation's error moves all points of a cycle together: the score scatters by
+    // C = s^2 L + error^2 S S^T, and is worth L C^-1 L, not L / s^2.
+    const double error = cycle.excitation_error * cycle.excitation_error;
+    const Eigen::MatrixXd scatter =
+        variance * information + error * at.excitation_score * at.excitation_score.transpose();
+    const Eigen::LDLT<Eigen::MatrixXd> solver(scatter);
+    score = variance * information * solver.solve(score);
+    information = (variance * information * solver.solve(information)).eval();
+    information = (0.5 * (information + information.transpose())).eval();
+  }
+  if (!(variance > 0.0) || !score.allFinite() || !information.allFinite()) return {};
+  const auto change = detector_.add(score, information, variance);
+  if (!change) return {};
+  const auto index =
+      static_cast<std::size_t>(predictor_.free()[static_cast<std::size_t>(change->parameter)]);
+  const ModelParameter& parameter = model_->parameters()[index];
+  const std::size_t back = std::min(indices_.size(), static_cast<std::size_t>(change->cycles_ago));
+  return {ParameterChange{.name = parameter.name,
+                          .unit = parameter.unit,
+                          .run = cycle.run,
+                          .cycle = indices_[indices_.size() - back],
+                          .seen_at = cycle.index,
+                          .jump = change->jump,
+                          .standard_error = change->standard_error,
+                          .before = reference_[index],
+                          .statistic = change->statistic,
+                          .threshold = threshold_}};
+}
+
+}  // namespace online
+}  // namespace shaker::estimator
