@@ -18,6 +18,7 @@ ParameterSpec read_parameter(const Node& node, const std::string& pointer, Findi
   reader.optional("lower", spec.lower);
   reader.optional("upper", spec.upper);
   reader.optional("fixed", spec.fixed);
+  reader.optional("unit", spec.unit);
   reader.optional("prior_mean", spec.prior_mean);
   reader.optional("prior_standard_deviation", spec.prior_standard_deviation, above(0));
   reader.finish();
@@ -49,6 +50,31 @@ std::vector<double> read_numbers(ObjectReader& reader, Findings& findings, const
   return numbers;
 }
 
+// What makes an effect of the model file's own.
+void read_formula(ObjectReader& reader, Findings& findings, EffectSpec& spec) {
+  reader.optional("formula", spec.formula);
+  if (const Node* states = reader.member("states", false)) {
+    ObjectReader inner(*states, reader.at("states"), findings);
+    for (std::size_t i = 0; i < states->keys.size(); ++i) {
+      StateSpec& state = spec.states[states->keys[i]];
+      ObjectReader one(states->elements[i], inner.at(states->keys[i]), findings);
+      one.required("rate", state.rate);
+      one.optional("start", state.start);
+      one.finish();
+    }
+  }
+  if (const Node* borrows = reader.member("borrows", false)) {
+    ObjectReader inner(*borrows, reader.at("borrows"), findings);
+    for (const std::string& key : borrows->keys)
+      inner.required(key, spec.borrows[key]);
+  }
+  if (!spec.formula.empty()) return;
+  for (const char* key : {"states", "borrows"}) {
+    if (reader.member(key, false) != nullptr)
+      reader.complain(key, "stands beside a \"formula\" only");
+  }
+}
+
 EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& findings) {
   EffectSpec spec;
   ObjectReader reader(node, pointer, findings);
@@ -71,6 +97,7 @@ EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& f
   }
   spec.sees = read_numbers(reader, findings, "sees");
   spec.acts = read_numbers(reader, findings, "acts");
+  read_formula(reader, findings, spec);
   reader.finish();
   return spec;
 }
@@ -110,7 +137,9 @@ void check_effect(const ModelSpec& model, const EffectSpec& effect, const Node& 
   const std::size_t s = std::max<std::size_t>(1, model.coordinates.size());
   for (const auto& [key, numbers] :
        {std::pair{"sees", &effect.sees}, std::pair{"acts", &effect.acts}}) {
-    if (numbers->size() == s || (numbers->empty() && s == 1)) continue;
+    // Effects of instrument and exciter have neither; which they are is the estimator's to know.
+    const bool neither = effect.sees.empty() && effect.acts.empty();
+    if (numbers->size() == s || neither) continue;
     findings.add(
         node, where,
         fmt::format("\"{}\" has {} numbers; {} coordinate(s) want {}", key, numbers->size(), s, s));
@@ -170,6 +199,7 @@ std::string to_json_text(const ModelSpec& model) {
       if (spec.lower) parameter["lower"] = *spec.lower;
       if (spec.upper) parameter["upper"] = *spec.upper;
       if (spec.fixed) parameter["fixed"] = true;
+      if (!spec.unit.empty()) parameter["unit"] = spec.unit;
       if (spec.prior_mean) parameter["prior_mean"] = *spec.prior_mean;
       if (spec.prior_standard_deviation) {
         parameter["prior_standard_deviation"] = *spec.prior_standard_deviation;
@@ -179,6 +209,11 @@ std::string to_json_text(const ModelSpec& model) {
       item["constants"][key] = value;
     if (!effect.sees.empty()) item["sees"] = effect.sees;
     if (!effect.acts.empty()) item["acts"] = effect.acts;
+    if (!effect.formula.empty()) item["formula"] = effect.formula;
+    for (const auto& [symbol, state] : effect.states)
+      item["states"][symbol] = {{"rate", state.rate}, {"start", state.start}};
+    for (const auto& [symbol, lender] : effect.borrows)
+      item["borrows"][symbol] = lender;
     effects.push_back(std::move(item));
   }
   Json root = {{"format", "shaker-model/1"},

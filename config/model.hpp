@@ -23,6 +23,13 @@ struct ParameterSpec {
   std::optional<double> start, lower, upper;
   bool fixed = false;
   std::optional<double> prior_mean, prior_standard_deviation;  // normal prior (3.8)
+  std::string unit;  // of a formula effect's parameter; those of the catalogue have theirs
+};
+
+// An internal state of a formula effect: z' = rate.
+struct StateSpec {
+  std::string rate;
+  double start = 0.0;  // at rest
 };
 
 struct EffectSpec {
@@ -32,6 +39,11 @@ struct EffectSpec {
   // For models of several coordinates (both empty for one): the combination of coordinates that the
   // effect sees, and the equations in which its force stands; one number a coordinate.
   std::vector<double> sees, acts;
+  // An effect of the model file's own (estimator/formula/): its force over u, v, a, x, states,
+  // parameters and constants, and the effects whose parameters it borrows, by symbol.
+  std::string formula;
+  std::map<std::string, StateSpec> states;
+  std::map<std::string, std::string> borrows;
 };
 
 struct ModelSpec {

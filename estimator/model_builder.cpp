@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/formula/formula_effect.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -94,7 +95,7 @@ void ModelBuilder::read_coordinates() {
 
 void ModelBuilder::add_effect(const config::EffectSpec& spec, std::size_t index) {
   const auto place = fmt::format("/effects/{}", index);
-  const Effect* effect = find_effect(spec.effect);
+  const Effect* effect = spec.formula.empty() ? find_effect(spec.effect) : own_effect(spec, place);
   if (effect == nullptr)
     reject(fmt::format("{}: there is no effect '{}'; there are {}", place, spec.effect,
                        known_effects()));
@@ -106,6 +107,18 @@ void ModelBuilder::add_effect(const config::EffectSpec& spec, std::size_t index)
   add_parameters(spec, index, place, *effect);
   auto& list = effect->instrument() != nullptr ? model_.instruments_ : model_.terms_;
   list.push_back(std::move(term));
+}
+
+const Effect* ModelBuilder::own_effect(const config::EffectSpec& spec, const std::string& place) {
+  if (find_effect(spec.effect) != nullptr)
+    reject(fmt::format("{}: the catalogue has an effect '{}'; give the formula another name", place,
+                       spec.effect));
+  try {
+    model_.own_effects_.push_back(make_formula_effect(spec));
+  } catch (const std::invalid_argument& error) {
+    reject(fmt::format("{}/{}", place, error.what()));
+  }
+  return model_.own_effects_.back().get();
 }
 
 // What an effect sees and where it acts. Instruments do neither; the exciter acts where the
@@ -167,6 +180,9 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
     const auto given = spec.parameters.find(std::string(info.symbol));
     const config::ParameterSpec empty;
     const config::ParameterSpec& said = given != spec.parameters.end() ? given->second : empty;
+    if (!said.unit.empty() && spec.formula.empty())
+      reject(fmt::format("{}/parameters/{}/unit: {} has its unit, {}", place, info.symbol,
+                         info.symbol, info.unit));
     ModelParameter p;
     p.name = std::string(info.symbol);
     if (std::any_of(model_.parameters_.begin(), model_.parameters_.end(),

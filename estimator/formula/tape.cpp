@@ -1,0 +1,131 @@
+// The interpreter: one loop over a block of points an instruction.
+#include "estimator/formula/tape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "estimator/math/simd_math.hpp"
+
+namespace shaker::estimator::formula {
+namespace {
+
+constexpr int kBlock = Tape::kBlock;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+SHAKER_INLINE double exponential(double x) {
+  const double inside = x > 700.0 ? 700.0 : x < -700.0 ? -700.0 : x;
+  const double e = fast_exp(inside);
+  return x > 700.0 ? kInfinity : x == x ? e : kNaN;
+}
+
+SHAKER_SIMD_CLONES void run(const Tape::Instruction* code, int count, double* __restrict store) {
+  using Op = Tape::Op;
+  for (int k = 0; k < count; ++k) {
+    const Tape::Instruction in = code[k];
+    double* __restrict to = store + in.to * kBlock;
+    const double* a = store + in.a * kBlock;
+    const double* b = store + in.b * kBlock;
+    switch (in.op) {
+      case Op::add:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = a[i] + b[i];
+        break;
+      case Op::subtract:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = a[i] - b[i];
+        break;
+      case Op::multiply:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = a[i] * b[i];
+        break;
+      case Op::reciprocal:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = 1.0 / a[i];
+        break;
+      case Op::sqrt:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = std::sqrt(a[i]);
+        break;
+      case Op::exp:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = exponential(a[i]);
+        break;
+      case Op::log:
+        for (int i = 0; i < kBlock; ++i) {
+          const bool positive = a[i] > 1e-300;
+          const double value = fast_log(positive ? a[i] : 1.0);
+          to[i] = positive ? value : kNaN;
+        }
+        break;
+      case Op::tanh:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = 1.0 - 2.0 / (exponential(2.0 * a[i]) + 1.0);
+        break;
+      case Op::sin:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = std::sin(a[i]);
+        break;
+      case Op::cos:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = std::cos(a[i]);
+        break;
+      case Op::atan:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = std::atan(a[i]);
+        break;
+      case Op::abs:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = std::fabs(a[i]);
+        break;
+      case Op::sign:
+        for (int i = 0; i < kBlock; ++i)
+          to[i] = a[i] > 0.0 ? 1.0 : a[i] < 0.0 ? -1.0 : 0.0;
+        break;
+    }
+  }
+}
+
+}  // namespace
+
+bool Tape::evaluate(int n, const double* const* varying, const double* uniform, double* const* out,
+                    const char* add) const {
+  alignas(64) double store[kMostRegisters * kBlock];
+  const auto at = [&](int k) { return store + k * kBlock; };
+  for (int k = 0; k < uniform_inputs_; ++k)
+    std::fill_n(at(varying_inputs_ + k), kBlock, uniform[k]);
+  for (const Constant& constant : constants_)
+    std::fill_n(at(constant.at), kBlock, constant.value);
+  double wild = 0.0;  // NaN once some value is not finite
+  for (int first = 0; first < n; first += kBlock) {
+    const int count = std::min(kBlock, n - first);
+    for (int k = 0; k < varying_inputs_; ++k) {
+      double* to = at(k);
+      if (varying[k] == nullptr) {
+        std::fill_n(to, kBlock, 0.0);
+        continue;
+      }
+      std::copy_n(varying[k] + first, count, to);
+      std::fill(to + count, to + kBlock, to[count - 1]);
+    }
+    if (first == 0) run(once_.data(), static_cast<int>(once_.size()), store);
+    run(each_.data(), static_cast<int>(each_.size()), store);
+    for (std::size_t k = 0; k < outputs_.size(); ++k) {
+      if (out[k] == nullptr) continue;
+      double* to = out[k] + first;
+      if (outputs_[k] < 0) {
+        if (!add[k]) std::fill_n(to, count, 0.0);
+        continue;
+      }
+      const double* from = at(outputs_[k]);
+      for (int i = 0; i < count; ++i)
+        wild += from[i] * 0.0;
+      for (int i = 0; i < count; ++i)
+        to[i] = add[k] ? to[i] + from[i] : from[i];
+    }
+  }
+  return wild == 0.0;
+}
+
+}  // namespace shaker::estimator::formula
