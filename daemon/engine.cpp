@@ -204,11 +204,14 @@ Result<void> Engine::Impl::cause_persists() const {
   if (!status || since(status->t) > kExciterSilenceS) {
     return no("the exciter does not answer, so nobody knows whether it stands still");
   }
+  // What it reported before the link went says nothing of now.
+  if (exciter_error) {
+    return no(exciter_error->what + "; so nobody knows whether the exciter stands still");
+  }
   if (status->running) return no("the exciter still reports motion; stop it at the exciter");
   if (status->fault != 0) {
     return no(fmt::format("the exciter reports fault {}; clear it at the exciter", status->fault));
   }
-  if (exciter_error) return no(exciter_error->what);
   if (fault_detector && detectors.level(*fault_detector).tripped) {
     return no(detectors.text(*fault_detector));
   }

@@ -326,6 +326,18 @@ TEST(EngineSafety, ASilentExciterIsRampedDownAndThenStopped) {
   EXPECT_TRUE(bench.engine.acknowledge("anna").ok());
 }
 
+TEST(EngineSafety, WhatAnExciterReportedBeforeItsLinkWentIsNotHeldAgainstIt) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.silent = true;
+  bench.exciter.errors.push_back({ErrorKind::io, "no connection to the drive"});
+  bench.run(0.05);
+  ASSERT_TRUE(bench.engine.emergency_stop("anna").ok());
+  const std::string why = bench.engine.acknowledge("anna").error().what;
+  EXPECT_THAT(why, HasSubstr("no connection to the drive"));
+  EXPECT_THAT(why, ::testing::Not(HasSubstr("reports motion")));
+}
+
 TEST(EngineSafety, ATripIsAFaultThatLastsUntilTheExciterIsCleared) {
   EngineBench bench;
   ASSERT_TRUE(bench.measuring());
