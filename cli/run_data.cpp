@@ -40,9 +40,9 @@ std::size_t points_of_even_grid(const std::vector<double>& t, double frequency) 
   return n;
 }
 
-// The excitation on equal steps: harmonics 1 to 8 by least squares.
-std::vector<double> periodic_excitation(const std::vector<double>& tau,
-                                        const std::vector<double>& x) {
+// The excitation on equal steps: harmonics 1 to 8 by least squares. What they leave over is the
+// accelerometer's noise, and tells how well they are known.
+void put_excitation(const std::vector<double>& tau, const std::vector<double>& x, RunData& run) {
   const auto rows = static_cast<Eigen::Index>(tau.size());
   const int harmonics = std::min(kHarmonics, static_cast<int>((tau.size() - 1) / 4));
   const Eigen::Index columns = 1 + 2 * harmonics;
@@ -63,13 +63,19 @@ std::vector<double> periodic_excitation(const std::vector<double>& tau,
   }
   const Eigen::MatrixXd full = normal.selfadjointView<Eigen::Lower>();
   Eigen::VectorXd c = full.completeOrthogonalDecomposition().solve(right);
+  double rest = 0.0;
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    fill(tau[static_cast<std::size_t>(i)]);
+    const double off = x[static_cast<std::size_t>(i)] - row.dot(c);
+    rest += off * off;
+  }
+  const auto count = static_cast<double>(rows);
+  run.excitation_error = std::sqrt(2.0 * rest / count / std::max<double>(1, rows - columns));
   c[0] = 0.0;
-  std::vector<double> out;
   for (int i = 0; i < kExcitationPoints; ++i) {
     fill(static_cast<double>(i) / kExcitationPoints);
-    out.push_back(row.dot(c));
+    run.excitation.push_back(row.dot(c));
   }
-  return out;
 }
 
 // Whole periods on one grid: their mean and their scatter about it say the same in fewer numbers.
@@ -129,7 +135,9 @@ RunData mean_of(const std::vector<record::CycleRow>& cycles) {
   run.displacement.assign(cycles.front().displacement.size(), 0.0);
   run.excitation.assign(cycles.front().excitation.size(), 0.0);
   run.cycles = count;
+  double variance = 0.0;  // of the mean: independent errors of the single cycles
   for (const record::CycleRow& cycle : cycles) {
+    variance += cycle.excitation_error * cycle.excitation_error / (count * count);
     run.frequency_hz += cycle.frequency_hz / count;
     run.amplitude += cycle.amplitude / count;
     for (std::size_t i = 0; i < run.displacement.size(); ++i) {
@@ -139,6 +147,7 @@ RunData mean_of(const std::vector<record::CycleRow>& cycles) {
       run.excitation[i] += cycle.excitation[i] / count;
     }
   }
+  run.excitation_error = std::sqrt(variance);
   for (const record::CycleRow& cycle : cycles) {
     for (std::size_t i = 0; i < run.displacement.size(); ++i) {
       const double off = cycle.displacement[i] - run.displacement[i];
@@ -162,7 +171,7 @@ Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
   std::vector<double> tau;
   for (const double at : t)
     tau.push_back(cyclic(at, dwell.frequency_hz));
-  if (measured) run.excitation = periodic_excitation(tau, table.columns.at("excitation"));
+  if (measured) put_excitation(tau, table.columns.at("excitation"), run);
   if (const std::size_t n = points_of_even_grid(t, dwell.frequency_hz)) {
     fold(y, n, run);
   } else {

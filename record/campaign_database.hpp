@@ -37,6 +37,9 @@ struct CycleRow {
   bool accepted = false;
   double frequency_hz = 0.0, amplitude = 0.0;
   std::vector<double> displacement, excitation;
+  // Standard error of the excitation's harmonics, m/s^2; 0: known exactly, or in a file of before
+  // it was kept. An estimate without it is too sure of itself.
+  double excitation_error = 0.0;
 };
 struct CampaignRow {
   std::string name, started_utc, rig, spec_json, model_json, finished_utc, status;

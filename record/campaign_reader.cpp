@@ -94,14 +94,22 @@ Result<std::vector<CycleRow>> CampaignReader::cycles(int run) const {
   using Rows = std::vector<CycleRow>;
   return impl_->query<Rows>([&]() -> Result<Rows> {
     Rows rows;
-    SQLite::Statement row(*impl_->database,
-                          "SELECT idx, accepted, frequency_hz, amplitude, displacement, excitation "
-                          "FROM cycle WHERE run = ? ORDER BY idx");
+    const bool error_kept =
+        impl_->database
+            ->execAndGet(
+                "SELECT COUNT(*) FROM pragma_table_info('cycle') WHERE name = 'excitation_error'")
+            .getInt() > 0;
+    SQLite::Statement row(
+        *impl_->database,
+        fmt::format("SELECT idx, accepted, frequency_hz, amplitude, displacement, excitation, {} "
+                    "FROM cycle WHERE run = ? ORDER BY idx",
+                    error_kept ? "excitation_error" : "0.0"));
     row.bind(1, run);
     while (row.executeStep()) {
       rows.push_back({run, row.getColumn(0).getInt64(), row.getColumn(1).getInt() != 0,
                       row.getColumn(2).getDouble(), row.getColumn(3).getDouble(),
-                      doubles(row.getColumn(4)), doubles(row.getColumn(5))});
+                      doubles(row.getColumn(4)), doubles(row.getColumn(5)),
+                      row.getColumn(6).getDouble()});
     }
     return rows;
   });

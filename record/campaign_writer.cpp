@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <optional>
 
 #include <fcntl.h>
@@ -102,7 +103,7 @@ struct CampaignWriter::Impl {
     database.exec("COMMIT");
     insert_run.emplace(database, "INSERT INTO run VALUES(?, ?, ?, ?, ?)");
     insert_samples.emplace(database, "INSERT INTO sample(run, count, data) VALUES(?, ?, ?)");
-    insert_cycle.emplace(database, "INSERT INTO cycle VALUES(?, ?, ?, ?, ?, ?, ?)");
+    insert_cycle.emplace(database, "INSERT INTO cycle VALUES(?, ?, ?, ?, ?, ?, ?, ?)");
     insert_document.emplace(database, "INSERT INTO document VALUES(?, ?)");
     pending.reserve(kBlock);
   }
@@ -206,6 +207,7 @@ Result<void> CampaignWriter::add_cycle(const CycleRow& cycle) {
     };
     bind(6, cycle.displacement);
     bind(7, cycle.excitation);
+    row.bind(8, std::isfinite(cycle.excitation_error) ? cycle.excitation_error : 0.0);
     row.exec();
   });
 }

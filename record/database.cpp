@@ -30,7 +30,8 @@ const char* const kSchema = R"sql(
   CREATE TABLE cycle(
     run INTEGER NOT NULL, idx INTEGER NOT NULL, accepted INTEGER NOT NULL,
     frequency_hz REAL NOT NULL, amplitude REAL NOT NULL,
-    displacement BLOB NOT NULL, excitation BLOB NOT NULL, PRIMARY KEY(run, idx)) STRICT;
+    displacement BLOB NOT NULL, excitation BLOB NOT NULL,
+    excitation_error REAL NOT NULL DEFAULT 0, PRIMARY KEY(run, idx)) STRICT;
   CREATE TABLE document(seq INTEGER PRIMARY KEY, line TEXT NOT NULL) STRICT;
 )sql";
 

@@ -108,9 +108,10 @@ Result<void> Recorder::record_samples(std::span<const drivers::Sample> samples) 
 Result<void> Recorder::record_cycle(const estimator::MeasuredCycle& cycle, bool accepted) {
   if (!open_) return {};
   const std::size_t bytes = (cycle.displacement.size() + cycle.excitation.size()) * sizeof(double);
-  return hand_over(record::CycleRow{cycle.run, cycle.index, accepted, cycle.frequency_hz,
-                                    cycle.amplitude, cycle.displacement, cycle.excitation},
-                   bytes);
+  return hand_over(
+      record::CycleRow{cycle.run, cycle.index, accepted, cycle.frequency_hz, cycle.amplitude,
+                       cycle.displacement, cycle.excitation, cycle.excitation_error},
+      bytes);
 }
 
 void Recorder::close_campaign() {

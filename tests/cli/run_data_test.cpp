@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -62,6 +63,27 @@ TEST(RunData, MakesTheMeasuredExcitationPeriodicWithoutItsMean) {
     EXPECT_NEAR(run->excitation[i],
                 3.0 * std::cos(kTwoPi * tau - 0.4) + 0.2 * std::sin(3.0 * kTwoPi * tau), 1e-9);
   }
+}
+
+TEST(RunData, TellsHowWellTheNoisyExcitationIsKnown) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  double squares = 0.0, told = 0.0;
+  for (int k = 0; k < 200; ++k) {
+    CsvTable table = sampled(400, 0.0071, 1.5);
+    table.columns["displacement"] = table.columns["y"];
+    for (const double t : table.columns["t"])
+      table.columns["excitation"].push_back(3.0 * std::cos(kTwoPi * 1.5 * t) + noise(random));
+    const auto run = run_from_table(table, "f.csv", {1.5, {}});
+    ASSERT_TRUE(run) << run.error().what;
+    const auto n = static_cast<double>(run->excitation.size());
+    double amplitude = 0.0;
+    for (std::size_t i = 0; i < run->excitation.size(); ++i)
+      amplitude += 2.0 / n * run->excitation[i] * std::cos(kTwoPi * static_cast<double>(i) / n);
+    squares += (amplitude - 3.0) * (amplitude - 3.0) / 200.0;
+    told += run->excitation_error / 200.0;
+  }
+  EXPECT_NEAR(std::sqrt(squares) / told, 1.0, 0.2);
 }
 
 TEST(RunData, RefusesWhatCannotBeEstimatedFrom) {

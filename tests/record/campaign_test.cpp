@@ -43,7 +43,7 @@ TEST(Campaign, ComesBackAsItWasWritten) {
   ASSERT_TRUE(writer->add_samples(0, samples(5003, 1)));
   ASSERT_TRUE(writer->add_run(second));
   ASSERT_TRUE(writer->add_samples(1, samples(6000, 10)));
-  const CycleRow cycle{1, 42, true, 4.1251, 0.99e-3, {0.1, -0.2, 1.0 / 3.0}, {}};
+  const CycleRow cycle{1, 42, true, 4.1251, 0.99e-3, {0.1, -0.2, 1.0 / 3.0}, {}, 2.5e-4};
   ASSERT_TRUE(writer->add_cycle(cycle));
   ASSERT_TRUE(writer->add_document(7, R"({"seq":7,"text":"größer"})"));
   ASSERT_TRUE(writer->add_document(8, R"({"seq":8})"));
@@ -84,6 +84,7 @@ TEST(Campaign, ComesBackAsItWasWritten) {
   EXPECT_TRUE(cycles->front().accepted);
   EXPECT_EQ(cycles->front().displacement, cycle.displacement);
   EXPECT_TRUE(cycles->front().excitation.empty());
+  EXPECT_EQ(cycles->front().excitation_error, 2.5e-4);
   EXPECT_THAT(*reader->documents(),
               ::testing::ElementsAre(R"({"seq":7,"text":"größer"})", R"({"seq":8})"));
 }

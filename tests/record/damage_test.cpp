@@ -37,11 +37,14 @@ TEST(OlderCampaign, OfBeforeTheAuxiliaryChannelsIsReadAsBefore) {
   const Scratch scratch;
   auto writer = CampaignWriter::create(scratch.path(), testing::example_campaign());
   ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->add_cycle({0, 3, true, 2.5, 3.25, {0.1, 0.2}, {}, 1e-3}));
   ASSERT_TRUE(writer->finish("success", "2026-03-01T12:05:00.000Z"));
   const auto file = writer->file();
   {
     SQLite::Database old(file.string(), SQLite::OPEN_READWRITE);
-    old.exec("DROP TABLE channel; PRAGMA user_version=1");
+    old.exec(
+        "DROP TABLE channel; ALTER TABLE cycle DROP COLUMN excitation_error;"
+        "PRAGMA user_version=1");
   }
   const auto reader = CampaignReader::open(file);
   ASSERT_TRUE(reader) << reader.error().what;
@@ -49,6 +52,11 @@ TEST(OlderCampaign, OfBeforeTheAuxiliaryChannelsIsReadAsBefore) {
   ASSERT_TRUE(row) << row.error().what;
   EXPECT_EQ(row->name, "first light");
   EXPECT_TRUE(row->auxiliary.empty());
+  const auto cycles = reader->cycles(0);
+  ASSERT_TRUE(cycles) << cycles.error().what;
+  ASSERT_EQ(cycles->size(), 1u);
+  EXPECT_EQ(cycles->front().amplitude, 3.25);
+  EXPECT_EQ(cycles->front().excitation_error, 0.0);
 }
 
 TEST(Reader, TellsApartWhatIsWrongWithAFile) {

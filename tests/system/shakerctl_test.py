@@ -57,6 +57,8 @@ class Shakerctl(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         for mine, theirs in zip(json.loads(result.stdout)["parameters"], online["parameters"], strict=True):
             self.assertAlmostEqual(mine["value"], theirs["value"], delta=0.05 * theirs["standard_error"])
+            # The accelerometer's noise is in both.
+            self.assertAlmostEqual(mine["standard_error"] / theirs["standard_error"], 1.0, delta=0.02)
 
     def test_ctrl_c_ramps_down_and_waits_until_the_rig_is_at_rest(self):
         program, onlooker = self.begin_endless()
