@@ -10,6 +10,7 @@
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
 #include "report/diagnosis_document.hpp"
+#include "report/diagnosis_page.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -32,6 +33,8 @@ std::string write_all(const std::filesystem::path& folder, const Diagnosis& diag
     return fmt::format("{}: cannot be written", (folder / "diagnosis.json").string());
   if (!write_file(folder / "model.json", config::to_json_text(diagnosis.improved)))
     return fmt::format("{}: cannot be written", (folder / "model.json").string());
+  if (!write_file(folder / "report.html", report::diagnosis_page(diagnosis)))
+    return fmt::format("{}: cannot be written", (folder / "report.html").string());
   return {};
 }
 

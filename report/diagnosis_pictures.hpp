@@ -1,0 +1,31 @@
+// The pictures of a diagnosis' page, as SVG. Private to report/.
+#pragma once
+
+#include <string>
+
+#include "estimator/discrepancy/diagnosis.hpp"
+
+namespace shaker::report {
+
+using estimator::discrepancy::Diagnosis;
+using estimator::discrepancy::RunCurves;
+
+// Lengths read better in millimetres: {1000, "mm"} for metres, {1, unit} for others.
+struct Shown {
+  double factor = 1.0;
+  std::string unit;
+};
+Shown shown_length(const std::string& unit);
+
+std::string gap_bars(const Diagnosis& diagnosis);
+std::string cycle_picture(const Diagnosis& diagnosis, const RunCurves& run);
+std::string phase_plane(const Diagnosis& diagnosis, const RunCurves& run);
+// Binned over stroke, velocity or phase; empty when there are no bins.
+std::string force_over_stroke(const Diagnosis& diagnosis);
+std::string force_over_velocity(const Diagnosis& diagnosis);
+std::string force_over_phase(const Diagnosis& diagnosis);
+// Of all runs together, averaged over cells; `after` the named effects or before.
+std::string force_map(const Diagnosis& diagnosis, bool after);
+std::string harmonics_bars(const Diagnosis& diagnosis);
+
+}  // namespace shaker::report

@@ -1,0 +1,99 @@
+#include "report/diagnosis_page.hpp"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shaker::report {
+namespace {
+
+using namespace estimator::discrepancy;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+Diagnosis friction_found() {
+  Diagnosis d;
+  d.verdict = Verdict::explained;
+  d.campaign = "left <main> gear";
+  d.model = "oleo";
+  d.improved.length_unit = "m";
+  d.gap = {1e-5, 1e-4, 1.1e-5, 2e-4, 1.2e-5, "m"};
+  d.runs = {{"r01", Role::fit, 2.0, 3.0, 14, 1e-4, 1.1e-5, 1e-5},
+            {"r02", Role::held_out, 3.0, 4.0, 14, 2e-4, 1.2e-5, 1e-5}};
+  NamedEffect effect;
+  effect.name = "coulomb_friction";
+  effect.meaning = "dry friction of the seals";
+  effect.formula = "f_c tanh(v / e)";
+  effect.probability = 0.998;
+  estimator::ParameterEstimate level;
+  level.name = "f_c";
+  level.unit = "m/s^2";
+  level.value = 0.2;
+  level.standard_error = 0.001;
+  level.lower = 0.198;
+  level.upper = 0.202;
+  effect.parameters = {level};
+  effect.confusable_with = {"presliding_friction"};
+  effect.split_by = SplitRun{1.0, 0.5, "", 4.0};
+  d.effects = {effect};
+  RunCurves curves;
+  curves.name = "r01";
+  for (int i = 0; i < 40; ++i) {
+    const double angle = 2 * M_PI * i / 40;
+    curves.measured.push_back(0.16 + 0.01 * std::cos(angle));
+    curves.before.push_back(0.16 + 0.0101 * std::cos(angle));
+    curves.after.push_back(0.16 + 0.01 * std::cos(angle));
+    curves.velocity.push_back(-0.12 * std::sin(angle));
+    curves.force_before.push_back(std::sin(angle) > 0 ? -0.2 : 0.2);
+    curves.force_after.push_back(0.0);
+  }
+  d.curves = {curves};
+  d.location.words = "at velocity reversal: 71 % of the gap";
+  d.ranking = {{"coulomb_friction", 900.0, 0.3, 0.998, 905.0, {}, ""}};
+  d.false_alarm_rate = 0.01;
+  return d;
+}
+
+TEST(DiagnosisPage, BeginsWithWhatWasMissing) {
+  const Diagnosis d = friction_found();
+  EXPECT_EQ(diagnosis_sentence(d),
+            "coulomb_friction was missing: with it the gap shrinks from 10 to 1.1 times the noise "
+            "floor.");
+  const std::string page = diagnosis_page(d);
+  EXPECT_THAT(page, HasSubstr("left &lt;main&gt; gear"));
+  EXPECT_THAT(page, HasSubstr("presliding_friction"));
+  EXPECT_THAT(page, HasSubstr("one more run at 1 Hz with 0.5"));
+  EXPECT_THAT(page, HasSubstr("f_c = 0.2000 ± 0.0010 m/s^2"));
+  EXPECT_THAT(page, HasSubstr("at velocity reversal"));
+}
+
+TEST(DiagnosisPage, StandsAlone) {
+  const std::string page = diagnosis_page(friction_found());
+  for (const char* outside : {"src=", "href=", "@import", "<script", "url("})
+    EXPECT_THAT(page, Not(HasSubstr(outside)));
+  EXPECT_THAT(page, Not(HasSubstr("nan")));
+}
+
+TEST(DiagnosisPage, SaysNothingIsMissingAndDrawsNoForce) {
+  Diagnosis d = friction_found();
+  d.verdict = Verdict::adequate;
+  d.effects.clear();
+  d.ranking.clear();
+  d.gap.before = 1.02e-5;
+  d.probability_before = 0.4;
+  const std::string page = diagnosis_page(d);
+  EXPECT_THAT(page, HasSubstr("Nothing is missing: the gap is 1.02 times the noise floor"));
+  EXPECT_THAT(page, Not(HasSubstr("Where the missing force lies")));
+}
+
+TEST(DiagnosisPage, SaysWhatItDoesNotKnow) {
+  Diagnosis d = friction_found();
+  d.verdict = Verdict::unexplained;
+  EXPECT_THAT(diagnosis_sentence(d), HasSubstr("coulomb_friction helps most, but a gap of 1.1"));
+  d.effects.clear();
+  EXPECT_THAT(diagnosis_sentence(d), HasSubstr("no effect of the catalogue explains"));
+}
+
+}  // namespace
+}  // namespace shaker::report
