@@ -1,0 +1,48 @@
+// The whole blind suite of the discrepancy workflow: see tests/blind/suite.hpp.
+#include <cstdio>
+#include <fstream>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "tests/blind/suite.hpp"
+
+int main(int argc, char** argv) {
+  using namespace shaker::blind;
+  CLI::App app("Hides effects in the virtual rig and counts how often the workflow finds them.",
+               "blind_suite");
+  int nulls = 200, threads = 1, every = 1;
+  std::string kind, output;
+  app.add_option("--nulls", nulls, "campaigns in which nothing is hidden")->capture_default_str();
+  app.add_option("--threads", threads, "that work at once")->capture_default_str();
+  app.add_option("--every", every, "only every so many-th case")->capture_default_str();
+  app.add_option("--kind", kind, "only cases of this kind");
+  app.add_option("--output", output, "write the tables into this file too");
+  CLI11_PARSE(app, argc, argv);
+
+  std::vector<Case> cases;
+  const auto all = all_cases(nulls);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!kind.empty() ? all[i].kind == kind : i % static_cast<std::size_t>(every) == 0)
+      cases.push_back(all[i]);
+  }
+  const auto folder = std::filesystem::temp_directory_path() / "shaker-blind-suite";
+  std::size_t done = 0;
+  const auto scored = run(cases, folder, threads, [&](const Scored& s) {
+    std::string names;
+    for (const auto& effect : s.answer.effects) {
+      names += fmt::format(" {} ({:.3f})", effect.name, effect.probability);
+      for (const auto& rival : effect.confusable_with)
+        names += " ~" + rival;
+    }
+    fmt::print(stderr, "{:5} of {}  {}  {}: {}{}{}  gap {:.2f} -> {:.2f}  {:.2f} s\n", ++done,
+               cases.size(), s.null ? (s.detected ? "!" : " ") : (s.in_set ? " " : "!"),
+               s.hidden.label(), s.answer.verdict, names, s.answer.trouble, s.answer.gap_before,
+               s.answer.gap_after, s.answer.seconds);
+  });
+  std::filesystem::remove_all(folder);
+  const std::string text = report(scored, 0.01);
+  fmt::print("{}", text);
+  if (!output.empty()) std::ofstream(output) << text;
+  return 0;
+}

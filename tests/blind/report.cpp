@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "tests/blind/suite.hpp"
+
+namespace shaker::blind {
+namespace {
+
+struct Share {
+  int hits = 0, of = 0;
+  void count(bool hit) {
+    ++of;
+    hits += hit ? 1 : 0;
+  }
+  std::string text() const {
+    if (of == 0) return "-";
+    return fmt::format("{:.1f} % ({} of {})", 100.0 * hits / of, hits, of);
+  }
+};
+
+std::string figures(const std::vector<Scored>& all, double rate) {
+  Share alarms, in_set, first, sure, told, outside, detected, gap, pairs, explained_outside;
+  double seconds = 0.0, slowest = 0.0;
+  for (const Scored& s : all) {
+    seconds += s.answer.seconds / static_cast<double>(all.size());
+    slowest = std::max(slowest, s.answer.seconds);
+    if (s.answer.verdict == "explained") gap.count(s.answer.gap_after <= 1.1);
+    if (s.null) {
+      alarms.count(s.detected);
+      continue;
+    }
+    detected.count(s.detected);
+    if (!s.detected) continue;
+    sure.count(s.wrong_and_sure && s.in_catalogue);
+    if (!s.in_catalogue) {
+      outside.count(s.answer.verdict == "unexplained");
+    } else if (s.hidden.kind.find(" + ") != std::string::npos) {
+      pairs.count(s.in_set);
+    } else {
+      in_set.count(s.in_set);
+      first.count(s.named_first);
+      if (s.told_apart) told.count(s.named_first);
+    }
+  }
+  std::string text = "| figure | wanted | found |\n|---|---|---|\n";
+  const auto row = [&](std::string_view what, const std::string& wanted, const std::string& found) {
+    text += fmt::format("| {} | {} | {} |\n", what, wanted, found);
+  };
+  row("false alarms where nothing is missing", fmt::format("{:.1f} %", 100 * rate), alarms.text());
+  row("something missing, and seen", "", detected.text());
+  row("seen: the true effect named, or in the reported set", "97 %", in_set.text());
+  row("seen: the true effect named first", "", first.text());
+  row("seen, and no rival reported: named first", "90 %", told.text());
+  row("a wrong name with probability > 0.95", "at most 1 %", sure.text());
+  row("two at once: both named or in a reported set", "", pairs.text());
+  row("in no catalogue, and seen: `unexplained`", "90 %", outside.text());
+  row("`explained`: gap after at most 1.1 x noise floor", "all", gap.text());
+  row("processor time of a diagnosis, mean and slowest", "2 s",
+      fmt::format("{:.2f} s, {:.2f} s", seconds, slowest));
+  return text;
+}
+
+std::string by_kind(const std::vector<Scored>& all) {
+  struct Row {
+    Share seen, first, set, unexplained;
+  };
+  std::vector<std::string> order;
+  std::map<std::string, Row> rows;
+  for (const Scored& s : all) {
+    if (!rows.contains(s.hidden.kind)) order.push_back(s.hidden.kind);
+    Row& row = rows[s.hidden.kind];
+    row.seen.count(s.detected);
+    if (!s.detected) continue;
+    row.first.count(s.named_first);
+    row.set.count(s.in_set);
+    row.unexplained.count(s.answer.verdict == "unexplained");
+  }
+  std::string text =
+      "| hidden | seen | of these named first | named or in the set | unexplained |\n"
+      "|---|---|---|---|---|\n";
+  const auto brief = [](const Share& s) { return fmt::format("{} / {}", s.hits, s.of); };
+  for (const auto& kind : order) {
+    const Row& row = rows[kind];
+    text += fmt::format("| {} | {} | {} | {} | {} |\n", kind, brief(row.seen), brief(row.first),
+                        brief(row.set), brief(row.unexplained));
+  }
+  return text;
+}
+
+// Rows: hidden; columns: the first name, or the verdict where there is none.
+std::string confusion(const std::vector<Scored>& all) {
+  std::map<std::string, std::map<std::string, int>> counts;
+  for (const Scored& s : all) {
+    const auto& a = s.answer;
+    ++counts[s.hidden.kind]
+            [a.effects.empty() || a.verdict == "unexplained" ? a.verdict : a.effects[0].name];
+  }
+  std::string text = "| hidden | first named (times) |\n|---|---|\n";
+  for (const auto& [kind, answers] : counts) {
+    std::vector<std::pair<int, std::string>> sorted;
+    for (const auto& [name, times] : answers)
+      sorted.emplace_back(-times, name);
+    std::ranges::sort(sorted);
+    std::string cells;
+    for (const auto& [times, name] : sorted)
+      cells += fmt::format("{}{} {}", cells.empty() ? "" : ", ", name, -times);
+    text += fmt::format("| {} | {} |\n", kind, cells);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string report(const std::vector<Scored>& scored, double false_alarm_rate) {
+  return figures(scored, false_alarm_rate) + "\n" + by_kind(scored) + "\n" + confusion(scored);
+}
+
+}  // namespace shaker::blind

@@ -1,0 +1,68 @@
+// The blind suite: campaigns of the virtual rig in which something, or nothing, is hidden, answered
+// by the discrepancy workflow and scored.
+//
+// Each truth is written into a file of its own before the workflow sees the records, and opened
+// again only to score the answer. The records come from sim/, whose physics and integrator are its
+// own.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/blind/cases.hpp"
+
+namespace shaker::blind {
+
+struct Case {
+  std::string kind;  // "nothing", a kind of effect, or "first + second"
+  std::string size;  // of kSizeNames; empty for nothing and for pairs
+  int design = 0, noise = 0;
+  Truth truth;
+  std::uint64_t seed = 1;
+  std::string label() const;  // "coulomb_friction, small, wide, usual, seed 7"
+};
+
+// All kinds x sizes x noises x designs, `nulls` campaigns in which nothing is hidden, and all pairs
+// x noises x designs. The order is fixed; seeds follow from the place.
+std::vector<Case> all_cases(int nulls);
+
+struct Named {
+  std::string name;
+  double probability = 0.0;
+  std::vector<std::string> confusable_with;
+};
+
+struct Answer {
+  std::string verdict;  // "refused" when the workflow gave an error
+  std::string trouble;  // that error
+  std::vector<Named> effects;
+  double gap_before = 0.0, gap_after = 0.0;  // over the noise floor
+  double seconds = 0.0;                      // of processor time
+};
+
+// Records the campaign, seals the truth in `sealed`, and asks the workflow.
+Answer answer(const Case& hidden, const std::filesystem::path& sealed);
+
+struct Scored {
+  Case hidden;
+  Answer answer;
+  bool null = false, in_catalogue = false;
+  bool detected = false;
+  bool named_first = false, in_set = false;  // every hidden effect, for a pair
+  bool told_apart = false;                   // the answer names no rival of its first effect
+  bool wrong_and_sure = false;               // a wrong first name at more than 0.95
+};
+
+// Opens the sealed truth.
+Scored score(const Case& hidden, const Answer& answer, const std::filesystem::path& sealed);
+
+// All of `cases` on so many threads; `done` is told after each.
+std::vector<Scored> run(const std::vector<Case>& cases, const std::filesystem::path& folder,
+                        int threads, const std::function<void(const Scored&)>& done);
+
+// Tables in Markdown: the figures that are wanted, a row a kind, and the confusion matrix.
+std::string report(const std::vector<Scored>& scored, double false_alarm_rate);
+
+}  // namespace shaker::blind
