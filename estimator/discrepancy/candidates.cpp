@@ -61,12 +61,6 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
     plain.line.parameters[symbol].start = p.absent;
   }
   std::vector<Probe> probes = {plain};
-  // A force of the stroke is taken about where the damper works.
-  for (const ConstantInfo& constant : effect.constants()) {
-    const double middle = 0.5 * (range.low + range.high);
-    if (constant.symbol == "u0" && std::fabs(middle) > 0.2 * (range.high - range.low))
-      probes.front().line.constants["u0"] = middle;
-  }
   const int count = shapes.size() == 1 ? 5 : 3;
   for (const ParameterInfo* shape : shapes) {
     auto values = grid(*shape, range, count);
@@ -80,6 +74,15 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
       }
     }
     probes = std::move(finer);
+  }
+  // A force of the stroke may be at rest where the model file says, or where the damper works.
+  for (const ConstantInfo& constant : effect.constants()) {
+    const double middle = 0.5 * (range.low + range.high);
+    if (constant.symbol != "u0" || std::fabs(middle) < 0.2 * (range.high - range.low)) continue;
+    for (std::size_t i = 0, known = probes.size(); i < known; ++i) {
+      probes.push_back(probes[i]);
+      probes.back().line.constants["u0"] = middle;
+    }
   }
   return probes;
 }

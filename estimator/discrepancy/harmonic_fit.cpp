@@ -13,6 +13,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kNotWorthIt = 0.1;  // of chi-squared
+
 struct Normal {
   MatrixXd gram;
   VectorXd gradient;
@@ -107,7 +109,7 @@ void finish(HarmonicFit& fit, const Normal& n) {
 void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
   Normal now = normal_equations(fit, data);
   double lambda = 0.0;
-  int refused = 0;
+  int refused = 0, small = 0;
   while (fit.iterations < options.max_iterations) {
     const VectorXd step = box_step(fit, now, lambda);
     const double gain = 2.0 * step.dot(now.gradient) - step.dot(now.gram * step);
@@ -125,15 +127,21 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
     if (predict_all(fit, data, trial, true)) {
       const Normal next = normal_equations(fit, data);
       if (next.chi_squared < now.chi_squared) {
+        small = now.chi_squared - next.chi_squared < kNotWorthIt ? small + 1 : 0;
         fit.theta = std::move(trial);
         now = next;
         lambda = lambda < 1e-6 ? 0.0 : 0.1 * lambda;
         refused = 0;
+        if (small >= 3) {
+          fit.converged = true;
+          break;
+        }
         continue;
       }
     }
-    if (gain < options.tolerance || ++refused > 12) {
-      fit.converged = gain < options.tolerance;
+    // A promised gain that rounding and the grid do not let come true is no gain.
+    if (gain < kNotWorthIt || ++refused > 12) {
+      fit.converged = gain < kNotWorthIt;
       break;
     }
     lambda = std::max(1e-3, 6.0 * lambda);

@@ -232,6 +232,12 @@ class Search {
     for (int round = 0; round < 4; ++round) {
       if (!any_best()) return;
       Hypothesis& best = found_.hypotheses[found_.best];
+      const auto n = static_cast<double>(best.fit->observations);
+      if (best.rounded && !best.finest && best.fit->chi_squared > n + 2.0 * std::sqrt(2.0 * n)) {
+        best.finest = true;
+        if (!sharpened(best, 2)) break;
+        continue;
+      }
       if (best.rounded || !sharpened(best)) break;
     }
     chosen_ = true;
@@ -272,16 +278,17 @@ class Search {
 
   // Corners made sharper step by step, each solution begun from the last, until it makes no
   // difference or the grid cannot follow. False when there is no corner, or nothing to be gained.
-  bool sharpened(Hypothesis& h) const {
+  bool sharpened(Hypothesis& h, int refinement = 1) const {
     const auto n = static_cast<double>(h.fit->observations);
     if (h.fit->chi_squared < n) return false;
-    config::ModelSpec spec = h.fit->spec;
+    const std::shared_ptr<const HarmonicFit> first_fit = h.rounded ? h.rounded : h.fit;
+    config::ModelSpec spec = first_fit->spec;
     const auto widths = corner_widths(spec);
     const bool memory = h.fit->model->coordinates() > h.fit->model->mechanical();
     if (widths.empty() && !memory) return false;
     FitOptions finer = options_.fit;
-    finer.points = memory ? kFinePoints / 2 : kFinePoints;
-    std::shared_ptr<const HarmonicFit> last, now = h.fit;
+    finer.points = refinement * (memory ? kFinePoints / 2 : kFinePoints);
+    std::shared_ptr<const HarmonicFit> last, now = first_fit;
     const double first = memory ? 1.0 : 2.0;
     const double last_share = memory ? kSharpMemory : kSharpest;
     for (double share = first; share > last_share; share *= 0.35) {
@@ -301,10 +308,9 @@ class Search {
       const VectorXd open = now->predictions[r].value() - last->predictions[r].value();
       datum.error = (datum.error.cwiseAbs2() + open.cwiseAbs2()).cwiseSqrt();
     }
-    h.rounded = h.fit;
-    FitOptions final = finer;
+    h.rounded = first_fit;
     h.fit = std::make_shared<const HarmonicFit>(
-        fit_harmonics(spec, *data, now->theta, now.get(), final));
+        fit_harmonics(now->spec, *data, now->theta, now.get(), finer));
     h.data = std::move(data);
     h.disqualified = disqualification(*h.fit, found_.base.fit->spec.effects.size());
     describe(h);

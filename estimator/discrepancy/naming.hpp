@@ -21,6 +21,7 @@ struct Hypothesis {
   // leaves open added to their errors.
   std::shared_ptr<const HarmonicFit> rounded;
   std::shared_ptr<const std::vector<RunDatum>> data;  // null: as given
+  bool finest = false;                                // the grid was made finer once more
   double log_evidence = 0.0;
   std::optional<double> cross_validated;  // log probability of each run given the others, summed
   std::string disqualified;               // why it cannot be; empty: it can
