@@ -156,13 +156,24 @@ class Assembler {
       const Hypothesis* next = nullptr;
       for (const Hypothesis& h : found_.hypotheses) {
         if (!counts(h) || h.effects.size() != smallest->effects.size() + 1) continue;
-        if (h.fit->chi_squared > kHalved * smallest->fit->chi_squared) continue;
+        if (left_of(*h.fit, *smallest->fit) > kHalved) continue;
         if (next == nullptr || h.fit->chi_squared < next->fit->chi_squared) next = &h;
       }
       if (next == nullptr) break;
       smallest = next;
     }
     return smallest == &found_.base ? nullptr : smallest;
+  }
+  // Share of the gap's square that a fit leaves of another's, in units of the noise or in the
+  // response's own: where the model is far from the data the noise says little of what matters.
+  double left_of(const HarmonicFit& fit, const HarmonicFit& other) const {
+    double mine = 0.0, theirs = 0.0;
+    for (std::size_t r = 0; r < data_.size(); ++r) {
+      if (data_[r].role != Role::fit) continue;
+      mine += std::pow(root_mean_square(residual_of(fit, data_, r)), 2);
+      theirs += std::pow(root_mean_square(residual_of(other, data_, r)), 2);
+    }
+    return std::min(fit.chi_squared / other.chi_squared, mine / theirs);
   }
   static bool counts(const Hypothesis& h) {
     return h.disqualified.empty() && std::isfinite(h.fit->chi_squared);
@@ -177,7 +188,7 @@ class Assembler {
     if (!found_.adequate && !found_.explained && best != nullptr) {
       const double freedom = before_.observations - static_cast<double>(best->fit->free.size());
       scale = std::max(1.0, best->fit->chi_squared / std::max(1.0, freedom));
-      most_ = std::clamp(1.0 - best->fit->chi_squared / before_.chi_squared, 0.0, kMostUnexplained);
+      most_ = std::clamp(1.0 - left_of(*best->fit, before_), 0.0, kMostUnexplained);
     }
     const auto evidence = [&](const Hypothesis& h) { return h.log_evidence / scale; };
     double largest = std::max(found_.log_evidence_unknown, evidence(found_.base));

@@ -69,6 +69,13 @@ void print(const Diagnosis& d) {
   for (const NamedEffect& e : d.effects)
     std::printf(" %s %.2f", e.name.c_str(), e.probability);
   std::printf("\n");
+  for (std::size_t i = 0; i < d.ranking.size() && i < 6; ++i)
+    std::printf("  %-22s gain %.3g refitted %.3g %s\n", d.ranking[i].name.c_str(),
+                d.ranking[i].gain, d.ranking[i].gain_refitted.value_or(0.0),
+                d.ranking[i].disqualified.c_str());
+  for (const RunGap& r : d.runs)
+    std::printf("  %-24s %3d cycles, gap %.4g -> %.4g, noise floor %.3g\n", r.name.c_str(),
+                r.cycles, r.before, r.after, r.noise_floor);
   for (const std::string& warning : d.warnings)
     std::printf("  %s\n", warning.c_str());
 }
