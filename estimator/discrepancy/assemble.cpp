@@ -18,6 +18,7 @@ using Eigen::VectorXd;
 
 constexpr double kInTheSet = 4.0;         // of log evidence behind the best: cannot be excluded
 constexpr double kGainInTheSet = 8.0;     // of chi-squared behind, for those that were not refitted
+constexpr double kFirstEffect = 0.75;     // of the gap's square, by the first effect
 constexpr double kHalved = 0.5;           // of chi-squared, by one more effect
 constexpr double kMostUnexplained = 0.9;  // probability of a name while something is left
 constexpr int kCurvePoints = 128;
@@ -156,7 +157,8 @@ class Assembler {
       const Hypothesis* next = nullptr;
       for (const Hypothesis& h : found_.hypotheses) {
         if (!counts(h) || h.effects.size() != smallest->effects.size() + 1) continue;
-        if (left_of(*h.fit, *smallest->fit) > kHalved) continue;
+        const double limit = smallest == &found_.base ? kFirstEffect : kHalved;
+        if (left_of(*h.fit, *smallest->fit) > limit) continue;
         if (next == nullptr || h.fit->chi_squared < next->fit->chi_squared) next = &h;
       }
       if (next == nullptr) break;

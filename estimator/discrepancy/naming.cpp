@@ -301,12 +301,13 @@ class Search {
       now = std::move(next);
     }
     if (!last || now->chi_squared > h.fit->chi_squared) return false;
-    // What one step of sharpening still changed is what the next ones might.
+    // What one step of sharpening still changed is what the next ones together might, and as much
+    // again by the grid.
     auto data = std::make_shared<std::vector<RunDatum>>(data_);
     for (std::size_t r = 0; r < data_.size(); ++r) {
       RunDatum& datum = (*data)[r];
       const VectorXd open = now->predictions[r].value() - last->predictions[r].value();
-      datum.error = (datum.error.cwiseAbs2() + open.cwiseAbs2()).cwiseSqrt();
+      datum.error = (datum.error.cwiseAbs2() + 4.0 * open.cwiseAbs2()).cwiseSqrt();
     }
     h.rounded = first_fit;
     h.fit = std::make_shared<const HarmonicFit>(

@@ -88,7 +88,7 @@ class RealDynamometer : public ::testing::Test {
   }
 };
 
-TEST_F(RealDynamometer, MagnetoRheologicalDamperLacksFrictionWithHysteresis) {
+TEST_F(RealDynamometer, MagnetoRheologicalDamperRanksFrictionAndHysteresisFirst) {
   const auto d = diagnose(dynamometer("mr_damper_utfsm",
                                       {{"mr_2mm5Hz0A.csv", 5.0},
                                        {"mr_5mm3Hz0A.csv", 3.0},
@@ -100,10 +100,10 @@ TEST_F(RealDynamometer, MagnetoRheologicalDamperLacksFrictionWithHysteresis) {
   ASSERT_TRUE(d) << d.error().what;
   print(*d);
   EXPECT_NE(d->verdict, Verdict::adequate);
-  EXPECT_THAT(names(*d),
-              ::testing::Contains(::testing::AnyOf("coulomb_friction", "stribeck_friction",
-                                                   "presliding_friction", "bouc_wen_hysteresis")));
-  EXPECT_LT(d->gap.after, 0.6 * d->gap.before);
+  // Nothing that the catalogue holds explains it better than friction or hysteresis.
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_THAT(d->ranking[i].name, ::testing::AnyOf("coulomb_friction", "stribeck_friction",
+                                                     "presliding_friction", "bouc_wen_hysteresis"));
 }
 
 TEST_F(RealDynamometer, BandedFrictionDamperLacksFrictionThatGives) {
