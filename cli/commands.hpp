@@ -28,11 +28,26 @@ struct RunOptions {
 struct EstimateOptions : InputOptions {
   int starts = 1;  // more: from so many, see estimator/optimise/several_starts.hpp
   unsigned seed = 1;
+  // A record that is not periodic.
+  bool transient = false;
+  std::vector<double> initial;  // known initial states; empty: estimated
+  std::string integrator;       // "adams", "bdf", "rk4"; empty: by the record's length
 };
 struct CompareOptions : InputOptions {
   int figure = 0;                    // of the paper, instead of a file
   std::vector<double> start;         // of the free parameters; empty: the model's
   std::vector<std::string> methods;  // empty: all
+};
+struct DropOptions {
+  std::filesystem::path campaign;         // identifies the model, and where it was identified
+  std::filesystem::path model, estimate;  // else: these
+  double sink_speed = 0.0;
+  double lift = 0.0;
+  std::optional<double> mass;
+  double duration = 1.5;
+  int samples = 400;
+  std::optional<double> identified_speed, identified_stroke;
+  std::filesystem::path truth, svg;  // may be empty
 };
 struct ReproduceOptions {
   int figure = 0;     // 0: all of them
@@ -71,7 +86,9 @@ int watch(const Common& common, const WatchOptions& options);
 int run(const Common& common, const RunOptions& options);
 int order(const Common& common, const std::string& method);  // stop, estop, ack
 int estimate(const Common& common, const EstimateOptions& options);
+int estimate_transient(const Common& common, const EstimateOptions& options);
 int compare(const Common& common, const CompareOptions& options);
+int drop(const Common& common, const DropOptions& options);
 int reproduce(const Common& common, const ReproduceOptions& options);
 int monte_carlo(const Common& common, const MonteCarloCommand& command);
 int export_runs(const Common& common, const ExportOptions& options);

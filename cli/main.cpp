@@ -33,6 +33,7 @@ struct Options {
   RunOptions run;
   EstimateOptions estimate;
   CompareOptions compare;
+  DropOptions drop;
   ReproduceOptions reproduce;
   MonteCarloCommand monte_carlo;
   ExportOptions export_runs;
@@ -88,9 +89,35 @@ void add_input(CLI::App* command, InputOptions& o) {
                       "Of the table's acceleration, m/s^2 (CSV without an excitation column)");
 }
 
+void add_drop(CLI::App& app, Options& o) {
+  auto* dropping = add(app, o, "drop", "Predict a drop test from an identified model",
+                       [&o] { return drop(o.common, o.drop); });
+  dropping->add_option("--sink-speed", o.drop.sink_speed, "At touch-down, m/s")->required();
+  auto* campaign =
+      dropping->add_option("--campaign", o.drop.campaign, "Campaign database to identify from");
+  dropping->add_option("--model", o.drop.model, "Model file (default: the campaign's own)");
+  dropping->add_option("--estimate", o.drop.estimate, "What `estimate --json` printed")
+      ->excludes(campaign);
+  dropping->add_option("--lift", o.drop.lift, "Of the wing, share of the weight, 0 to 1");
+  dropping->add_option("--mass", o.drop.mass, "Falling mass in kg: loads in N, energy in J")
+      ->check(CLI::PositiveNumber);
+  dropping->add_option("--duration", o.drop.duration, "s")->capture_default_str();
+  dropping->add_option("--samples", o.drop.samples, "Of the sampled band")->capture_default_str();
+  dropping->add_option("--identified-speed", o.drop.identified_speed,
+                       "Largest speed at which the model was identified, m/s");
+  dropping->add_option("--identified-stroke", o.drop.identified_stroke,
+                       "Largest stroke at which the model was identified, m");
+  dropping->add_option("--truth", o.drop.truth, "Model file whose starts are the truth: compare");
+  dropping->add_option("--svg", o.drop.svg, "Draw the load into this file");
+  dropping->footer("The band is that of the parameters; it knows no effect that the model lacks.");
+}
+
 void add_offline(CLI::App& app, Options& o) {
-  auto* estimating = add(app, o, "estimate", "Estimate from a campaign database or a CSV file",
-                         [&o] { return estimate(o.common, o.estimate); });
+  auto* estimating =
+      add(app, o, "estimate", "Estimate from a campaign database or a CSV file", [&o] {
+        return o.estimate.transient ? estimate_transient(o.common, o.estimate)
+                                    : estimate(o.common, o.estimate);
+      });
   estimating->add_option("file", o.estimate.file, "FILE.db, or FILE.csv with a header row")
       ->required();
   add_input(estimating, o.estimate);
@@ -100,9 +127,20 @@ void add_offline(CLI::App& app, Options& o) {
       ->check(CLI::Range(1, 1000));
   estimating->add_option("--seed", o.estimate.seed, "Of the spread of starts")
       ->capture_default_str();
+  auto* transient = estimating->add_flag("--transient", o.estimate.transient,
+                                         "The record is not periodic: integrate it in time");
+  estimating
+      ->add_option("--initial", o.estimate.initial,
+                   "Known initial states, e.g. 0,3: stroke, speed (default: estimated)")
+      ->delimiter(',')
+      ->needs(transient);
+  estimating->add_option("--integrator", o.estimate.integrator, "adams, bdf or rk4")
+      ->check(CLI::IsMember({"adams", "bdf", "rk4"}))
+      ->needs(transient);
   estimating->footer(
       "CSV columns: t,y (the excitation is then amplitude cos(2 pi frequency t)), or\n"
-      "t,excitation,displacement. t in seconds; any number of periods.");
+      "t,excitation,displacement. t in seconds; any number of periods.\n"
+      "With --transient: t,excitation,displacement or t,displacement (drop, free decay).");
   auto* comparing = add(app, o, "compare", "What each optimiser needs and finds on one data set",
                         [&o] { return compare(o.common, o.compare); });
   auto* compared = comparing->add_option("file", o.compare.file, "FILE.db or FILE.csv");
@@ -132,6 +170,7 @@ void add_offline(CLI::App& app, Options& o) {
                    "How often something is named though nothing is missing")
       ->check(CLI::Range(1e-6, 0.5))
       ->capture_default_str();
+  add_drop(app, o);
   auto* exporting = add(app, o, "export", "Write a campaign database as CSV, one file a run",
                         [&o] { return export_runs(o.common, o.export_runs); });
   exporting->add_option("database", o.export_runs.database, "Campaign database")->required();

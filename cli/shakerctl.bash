@@ -1,9 +1,9 @@
 # Completion of shakerctl for bash.
 _shakerctl() {
   local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} options
-  local commands="status watch run stop estop ack estimate compare diagnose reproduce export check monte-carlo"
+  local commands="status watch run stop estop ack estimate compare diagnose drop reproduce export check monte-carlo"
   case $previous in
-    --figure) mapfile -t COMPREPLY < <(compgen -W "11 12 13 14" -- "$word"); return ;;
+    --figure) mapfile -t COMPREPLY < <(compgen -W "5 6 7 9 10 11 12 13 14" -- "$word"); return ;;
     --frequency | --amplitude | --seconds | --start | --starts | --seed | --method) return ;;
     --directory | --out) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
     --socket | --model | --rig) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
@@ -15,9 +15,10 @@ _shakerctl() {
   case ${COMP_WORDS[1]} in
     status | stop | estop | ack | run) options="--json --socket --help" ;;
     watch) options="--json --socket --seconds --help" ;;
-    estimate) options="--json --model --frequency --amplitude --starts --seed --help" ;;
+    estimate) options="--json --model --frequency --amplitude --starts --seed --transient --initial --integrator --help" ;;
     compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
     diagnose) options="--json --model --out --false-alarm-rate --help" ;;
+    drop) options="--json --sink-speed --campaign --model --estimate --lift --mass --duration --samples --identified-speed --identified-stroke --truth --svg --help" ;;
     reproduce) options="--json --figure --bias --help" ;;
     export) options="--json --directory --samples --all --help" ;;
     monte-carlo)

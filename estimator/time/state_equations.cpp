@@ -27,6 +27,11 @@ StateEquations::StateEquations(const Model& model, std::vector<double> force)
   if (force_.size() != index(coordinates_))
     throw std::invalid_argument(fmt::format("{} constant forces for {} equations of model '{}'",
                                             force_.size(), coordinates_, model.name()));
+  if (model.needs_carrier())
+    throw std::invalid_argument(fmt::format(
+        "model '{}' has an effect of the exciter that only a periodic excitation has (its "
+        "harmonics, its phase); leave it out of a model that is integrated in time",
+        model.name()));
   find_kinds();
 }
 
@@ -58,56 +63,54 @@ void StateEquations::reserve(int n, Workspace& work) const {
   work.pivot.resize(index(c));
 }
 
-// Which coordinates have a mass, and whether the derivatives depend on the accelerations, is asked
-// of the model itself: at its start, in some states near rest.
 void StateEquations::find_kinds() {
   const int c = coordinates_;
+  states_ = c;
   velocity_.assign(index(c), -1);
+  for (int e = 0; e < c; ++e) {
+    names_.push_back(model_.coordinate_name(e));
+    if (model_.order(e) > 1) velocity_[index(e)] = states_++;
+  }
+  for (int e = 0; e < c; ++e) {
+    if (velocity_of(e) >= 0) names_.push_back(names_[index(e)] + "'");
+  }
+  once_ = states_ == 2 * c && !derivatives_know_accelerations();
+}
+
+// Asked of the model itself: at its start, in some states near rest.
+bool StateEquations::derivatives_know_accelerations() const {
+  const int c = coordinates_;
   Workspace work;
   reserve(1, work);
   const auto theta = model_.start();
   const double x = 0.0;
-  const ModelPoints at{1, work.u.data(), work.v.data(), work.a.data(), &x};
-  const ModelForces out{work.g.data(),   work.g_u.data(),     work.g_v.data(),
-                        work.g_a.data(), work.g_theta.data(), work.scratch.data()};
-  std::vector<char> massive(index(c), 0);
-  bool same = true;
   for (int probe = 0; probe < kProbes; ++probe) {
     std::vector<double> first;
     for (int side = 0; side < 2; ++side) {
       for (int e = 0; e < c; ++e) {
-        *work.u[index(e)] = 1e-3 * (probe + e);
+        *work.u[index(e)] = model_.rest(e) + 1e-3 * (probe + e);
         *work.v[index(e)] = 0.1 * (probe - 1) + 0.02 * e;
         *work.a[index(e)] = side == 0 ? 0.0 : 0.7 + 0.3 * e;
       }
-      if (!model_.evaluate(at, theta.data(), out)) {
-        same = false;
-        continue;
-      }
+      ModelPoints at;
+      at.n = 1;
+      at.u = work.u.data();
+      at.v = work.v.data();
+      at.a = work.a.data();
+      at.x = &x;
+      const ModelForces out{work.g.data(),   work.g_u.data(),     work.g_v.data(),
+                            work.g_a.data(), work.g_theta.data(), work.scratch.data()};
+      if (!model_.evaluate(at, theta.data(), out)) return true;
       std::vector<double> now;
       for (const auto* arrays : {&work.g_u, &work.g_v, &work.g_a, &work.g_theta}) {
         for (const double* array : *arrays)
           now.push_back(*array);
       }
-      for (int d = 0; d < c; ++d) {
-        for (int e = 0; e < c; ++e)
-          massive[index(e)] |= *work.g_a[index(d * c + e)] != 0.0 ? 1 : 0;
-      }
-      if (side == 1) same = same && now == first;
+      if (side == 1 && now != first) return true;
       first = std::move(now);
     }
   }
-  states_ = c;
-  for (int e = 0; e < c; ++e) {
-    if (massive[index(e)]) velocity_[index(e)] = states_++;
-  }
-  // The rates of internal states are unknowns too: only their absence makes one evaluation enough.
-  once_ = same && states_ == 2 * c;
-  for (int e = 0; e < c; ++e)
-    names_.push_back(c == 1 ? "u" : fmt::format("u{}", e + 1));
-  for (int e = 0; e < c; ++e) {
-    if (velocity_of(e) >= 0) names_.push_back(names_[index(e)] + "'");
-  }
+  return false;
 }
 
 bool StateEquations::evaluate(int n, const double* const* s, const double* x, const double* theta,
@@ -117,7 +120,12 @@ bool StateEquations::evaluate(int n, const double* const* s, const double* x, co
     std::copy_n(s[e], n, work.u[index(e)]);
     if (velocity_of(e) >= 0) std::copy_n(s[velocity_of(e)], n, work.v[index(e)]);
   }
-  const ModelPoints at{n, work.u.data(), work.v.data(), work.a.data(), x};
+  ModelPoints at;
+  at.n = n;
+  at.u = work.u.data();
+  at.v = work.v.data();
+  at.a = work.a.data();
+  at.x = x;
   const ModelForces out{work.g.data(),   work.g_u.data(),     work.g_v.data(),
                         work.g_a.data(), work.g_theta.data(), work.scratch.data()};
   if (!model_.evaluate(at, theta, out)) return false;

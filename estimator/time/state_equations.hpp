@@ -56,6 +56,7 @@ class StateEquations {
 
  private:
   void find_kinds();
+  bool derivatives_know_accelerations() const;
   bool evaluate(int n, const double* const* s, const double* x, const double* theta,
                 Workspace& work) const;
   bool solve_lanes(int n, Workspace& work, double* largest, double* scale) const;

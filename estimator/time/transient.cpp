@@ -151,6 +151,8 @@ void TransientEstimator::Impl::cut_into_arcs(std::size_t index, std::size_t segm
     arc.times = std::span<const double>(record.times).subspan(first, end - first + 1);
     arc.excitation = &record.data.excitation;
     arc.start.assign(m, 0.0);
+    for (int e = 0; e < equations.coordinates(); ++e)
+      arc.start[static_cast<std::size_t>(e)] = model.rest(e);
     arcs.push_back(std::move(arc));
     record_of.push_back(index);
     first_node.push_back(first);

@@ -1,0 +1,16 @@
+// From a file to a record that is not periodic: a drop, a free decay, a sweep, random excitation.
+#pragma once
+
+#include <filesystem>
+
+#include "base/result.hpp"
+#include "estimator/time/transient.hpp"
+
+namespace shaker::cli {
+
+// Columns t,excitation,displacement (the table's acceleration as it was measured, its mean kept),
+// or t,displacement, or t,y (no excitation: a free decay or a drop). t in s and increasing; at
+// least 4 rows. An Error names file, line and column.
+Result<estimator::TransientRecord> transient_from_csv(const std::filesystem::path& file);
+
+}  // namespace shaker::cli

@@ -1,0 +1,265 @@
+#include "estimator/time/drop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "estimator/time/integration.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr int kSteps = 3000;  // of a history
+constexpr double kTolerance = 1e-9;
+
+double row_of(const std::vector<double>& given, std::size_t at, double otherwise) {
+  return at < given.size() ? given[at] : otherwise;
+}
+
+// Weight in the first equation over the reference mass: what its gravity effects say.
+double weight_in(const config::ModelSpec& spec) {
+  double weight = 0.0;
+  for (const config::EffectSpec& effect : spec.effects) {
+    if (effect.effect != "gravity") continue;
+    double g = spec.gravity;
+    for (const auto& constant : effect.constants)
+      g = constant.second;
+    weight += row_of(effect.acts, 0, 1.0) * g;
+  }
+  return weight;
+}
+
+std::vector<double> forces_of(const Model& model, double lift) {
+  std::vector<double> force(static_cast<std::size_t>(model.coordinates()), 0.0);
+  force[0] = -lift;
+  return force;
+}
+
+double lift_of(const config::ModelSpec& spec, const Model& model, double share) {
+  double mass = 0.0;  // all of it, over the reference mass
+  for (int d = 0; d < model.mechanical(); ++d)
+    mass += model.excitation(d);
+  return share * mass * spec.gravity;
+}
+
+// A value and its derivatives between two times of a history.
+struct Place {
+  std::size_t before = 0;
+  double share = 0.0;
+  // Cubic through the four values around it.
+  double of(const std::vector<double>& values) const {
+    const std::size_t first = std::min(before > 0 ? before - 1 : 0, values.size() - 4);
+    const double at = static_cast<double>(before - first) + share;
+    double sum = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      double weight = 1.0;
+      for (int k = 0; k < 4; ++k) {
+        if (k != i) weight *= (at - k) / (i - k);
+      }
+      sum += weight * values[first + static_cast<std::size_t>(i)];
+    }
+    return sum;
+  }
+};
+
+// On the cubic through u and v at both ends.
+double stroke_at(const DropHistory& h, const Place& p) {
+  const double dt = h.t[p.before + 1] - h.t[p.before], s = p.share, s2 = s * s, s3 = s2 * s;
+  return (2 * s3 - 3 * s2 + 1) * h.stroke[p.before] + (s3 - 2 * s2 + s) * dt * h.speed[p.before] +
+         (3 * s2 - 2 * s3) * h.stroke[p.before + 1] + (s3 - s2) * dt * h.speed[p.before + 1];
+}
+
+// The top of the parabola through the largest value and its neighbours.
+double largest_of(const std::vector<double>& values) {
+  const auto at =
+      static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
+  if (at == 0 || at + 1 == values.size()) return values[at];
+  const double slope = 0.5 * (values[at + 1] - values[at - 1]);
+  const double bend = values[at + 1] - 2.0 * values[at] + values[at - 1];
+  return bend < 0.0 ? values[at] - 0.5 * slope * slope / bend : values[at];
+}
+
+}  // namespace
+
+DropTest::DropTest(const config::ModelSpec& spec, DropConditions conditions)
+    : model_(spec),
+      conditions_(conditions),
+      weight_(weight_in(spec)),
+      lift_(lift_of(spec, model_, conditions.lift)),
+      equations_(model_, forces_of(model_, lift_)) {
+  const auto c = static_cast<std::size_t>(model_.coordinates());
+  for (std::size_t e = 0; e < c; ++e)
+    mass_.push_back(model_.mass(0, static_cast<int>(e)));
+  if (!(conditions_.sink_speed > 0.0) || !std::isfinite(conditions_.sink_speed))
+    throw std::invalid_argument(fmt::format("the sink speed is {} {}/s; it must be above 0",
+                                            conditions_.sink_speed, model_.length_unit()));
+  if (!(conditions_.lift >= 0.0 && conditions_.lift <= 1.0))
+    throw std::invalid_argument(
+        fmt::format("the lift is {} of the weight; it must be from 0 to 1", conditions_.lift));
+  if (!(conditions_.duration > 0.0) || !std::isfinite(conditions_.duration))
+    throw std::invalid_argument(
+        fmt::format("the duration is {} s; it must be above 0", conditions_.duration));
+  if (equations_.velocity_of(model_.observed()) < 0)
+    throw std::invalid_argument("the model's observed coordinate has no mass, so it has no stroke");
+  if (conditions_.contact < 0) {
+    conditions_.contact = model_.mechanical() - 1;
+  }
+  if (conditions_.contact >= model_.mechanical() || equations_.velocity_of(conditions_.contact) < 0)
+    throw std::invalid_argument(
+        fmt::format("coordinate {} cannot meet the ground: the model has {}, counted from 0, and "
+                    "it needs a mass",
+                    conditions_.contact, model_.coordinates()));
+}
+
+Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives) const {
+  const auto m = static_cast<std::size_t>(equations_.states());
+  TimeOptions options;
+  options.relative_tolerance = kTolerance;
+  options.absolute_tolerance = 1e-3 * kTolerance;
+  std::vector<int> all;
+  for (int k = 0; k < model_.parameter_count(); ++k)
+    all.push_back(k);
+  DropRun out;
+  for (int i = 0; i <= kSteps; ++i)
+    out.history.t.push_back(conditions_.duration * i / kSteps);
+  const Excitation none;
+  Arc arc;
+  arc.times = out.history.t;
+  arc.excitation = &none;
+  arc.start.assign(m, 0.0);
+  for (int e = model_.mechanical(); e < model_.coordinates(); ++e)
+    arc.start[static_cast<std::size_t>(e)] = model_.rest(e);
+  arc.start[static_cast<std::size_t>(equations_.velocity_of(conditions_.contact))] =
+      conditions_.sink_speed;
+  const auto integration = TimeIntegration::make(equations_, options, all);
+  const auto report = integration->run({&arc, 1}, theta, derivatives);
+  if (!report.ok) return Error{ErrorKind::not_converged, "the drop: " + report.sentence()};
+  const auto u = static_cast<std::size_t>(model_.observed());
+  const auto v = static_cast<std::size_t>(equations_.velocity_of(model_.observed()));
+  for (std::size_t i = 0; i < out.history.t.size(); ++i) {
+    out.history.stroke.push_back(arc.states[i * m + u]);
+    out.history.speed.push_back(arc.states[i * m + v]);
+    out.fastest = std::max(out.fastest, std::fabs(out.history.speed.back()));
+  }
+  loads(out, theta, arc.states, arc.sensitivities);
+  if (auto good = read_off(out); !good) return good.error();
+  return out;
+}
+
+// The load at all times at once: weight less lift less the first equation's inertia.
+void DropTest::loads(DropRun& out, const std::vector<double>& theta,
+                     const std::vector<double>& states,
+                     const std::vector<double>& sensitivities) const {
+  const auto m = static_cast<std::size_t>(equations_.states());
+  const auto p = static_cast<std::size_t>(model_.parameter_count());
+  const std::size_t n = out.history.t.size(), stride = (n + 7) / 8 * 8;
+  AlignedVector numbers(stride * (2 * m + m * m + m * p + 1), 0.0);
+  std::vector<double*> s, rate, h_s, h_theta;
+  double* at = numbers.data();
+  const auto take = [&](std::vector<double*>& arrays, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i, at += stride)
+      arrays.push_back(at);
+  };
+  take(s, m);
+  take(rate, m);
+  take(h_s, m * m);
+  take(h_theta, m * p);
+  const double* x = at;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < m; ++j)
+      s[j][i] = states[i * m + j];
+  }
+  StateEquations::Workspace work;
+  equations_.rates(static_cast<int>(n), s.data(), x, theta.data(), work, rate.data(), h_s.data(),
+                   h_theta.data());
+  const bool derivatives = !sensitivities.empty();
+  if (derivatives) {
+    out.stroke_derivatives.assign(n * p, 0.0);
+    out.load_derivatives.assign(n * p, 0.0);
+  }
+  const std::size_t columns = m + p;
+  for (std::size_t i = 0; i < n; ++i) {
+    double load = weight_ - lift_;
+    for (int e = 0; e < model_.coordinates(); ++e) {
+      const int v = equations_.velocity_of(e);
+      const double mass = mass_[static_cast<std::size_t>(e)];
+      if (v < 0 || mass == 0.0) continue;
+      const auto row = static_cast<std::size_t>(v);
+      load -= mass * rate[row][i];
+      for (std::size_t k = 0; derivatives && k < p; ++k) {
+        double slope = h_theta[row * p + k][i];
+        for (std::size_t j = 0; j < m; ++j)
+          slope += h_s[row * m + j][i] * sensitivities[(i * m + j) * columns + m + k];
+        out.load_derivatives[i * p + k] -= mass * slope;
+      }
+    }
+    out.history.load.push_back(load);
+    for (std::size_t k = 0; derivatives && k < p; ++k)
+      out.stroke_derivatives[i * p + k] =
+          sensitivities[(i * m + static_cast<std::size_t>(model_.observed())) * columns + m + k];
+  }
+}
+
+// The figures of a drop. Turning points lie between times of the history, on its cubics.
+Result<void> DropTest::read_off(DropRun& run) const {
+  const DropHistory& h = run.history;
+  const std::size_t n = h.t.size();
+  const auto turn = [&](std::size_t from, double sign) {
+    for (std::size_t i = from; i + 1 < n; ++i) {
+      if (sign * h.speed[i] > 0.0 && sign * h.speed[i + 1] <= 0.0)
+        return Place{i, h.speed[i] / (h.speed[i] - h.speed[i + 1])};
+    }
+    return Place{n, 0.0};
+  };
+  const Place peak = turn(0, 1.0);
+  if (peak.before == n)
+    return Error{ErrorKind::not_converged,
+                 fmt::format("the stroke is still growing after {} s; give a longer duration",
+                             conditions_.duration)};
+  const Place rebound = turn(peak.before + 1, -1.0);
+  const bool rebounds = rebound.before < n;
+  const std::size_t last = rebounds ? rebound.before + 1 : n - 1;
+  const double largest = largest_of(h.load);
+  // Work of the load on the stroke: trapezoids with the ends' corrections (Simpson in pairs).
+  const auto work = [&](std::size_t from, std::size_t to) {
+    double sum = 0.0;
+    for (std::size_t i = from; i < to; ++i) {
+      const double dt = h.t[i + 1] - h.t[i];
+      const double here = h.load[i] * h.speed[i], next = h.load[i + 1] * h.speed[i + 1];
+      sum += 0.5 * dt * (here + next);
+      if (i > 0 && i + 2 < n) {
+        const double before = h.load[i - 1] * h.speed[i - 1];
+        const double after = h.load[i + 2] * h.speed[i + 2];
+        sum -= dt / 24.0 * (after - next - here + before);
+      } else if (i == 0 && n > 3) {
+        const double after = h.load[2] * h.speed[2], later = h.load[3] * h.speed[3];
+        sum = dt * (9.0 * here + 19.0 * next - 5.0 * after + later) / 24.0;
+      }
+    }
+    return sum;
+  };
+  const double stroke = stroke_at(h, peak);
+  const double absorbed = work(0, peak.before + 1);
+  const double returned = -work(peak.before + 1, last);
+  std::size_t fastest_out = peak.before + 1;
+  for (std::size_t i = fastest_out; i <= last; ++i) {
+    if (h.speed[i] < h.speed[fastest_out]) fastest_out = i;
+  }
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  run.figures = {stroke,
+                 h.t[peak.before] + peak.share * (h.t[peak.before + 1] - h.t[peak.before]),
+                 largest - (weight_ - lift_),
+                 largest,
+                 peak.of(h.load),
+                 rebounds ? stroke_at(h, rebound) : nan,
+                 -h.speed[fastest_out],
+                 absorbed,
+                 absorbed - returned,
+                 absorbed / (largest * stroke)};
+  return {};
+}
+
+}  // namespace shaker::estimator

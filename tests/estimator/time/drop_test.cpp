@@ -1,0 +1,115 @@
+// Drops of the paper's oleo against independent numbers, and bands against each other.
+#include "estimator/time/drop.hpp"
+
+#include <cmath>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "../fixtures.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+using namespace testing;
+
+std::size_t figure(const std::string& name) {
+  for (std::size_t i = 0; i < kDropFigureCount; ++i) {
+    if (name == kDropFigures[i].name) return i;
+  }
+  throw std::out_of_range(name);
+}
+
+config::ModelSpec in_feet() {
+  auto spec = oleo(32.174);
+  spec.length_unit = "ft";
+  return spec;
+}
+
+TEST(Drop, FiguresAreThoseOfTheIndependentCode) {
+  std::ifstream file(SHAKER_TEST_DATA "/verbeek1991.json");
+  const auto rows = nlohmann::json::parse(file).at("drop");
+  for (const auto& row : rows) {
+    const DropTest test(in_feet(), {row.at("v0"), 0.0, 1.5, -1});
+    const auto run = test.run(row.at("theta"), false);
+    ASSERT_TRUE(run.ok()) << run.error().what;
+    EXPECT_NEAR(run->figures[figure("peak_stroke")], row.at("peak_stroke").get<double>(), 2e-7);
+    EXPECT_NEAR(run->figures[figure("time_of_peak_stroke")], row.at("t_peak").get<double>(), 5e-5);
+    EXPECT_NEAR(run->figures[figure("peak_deceleration")], -row.at("peak_decel").get<double>(),
+                5e-3);
+    EXPECT_NEAR(run->figures[figure("load_at_peak_stroke")] - 32.174,
+                -row.at("acc_at_peak_stroke").get<double>(), 2e-2);
+    EXPECT_EQ(run->fastest, row.at("v0").get<double>());
+  }
+}
+
+TEST(Drop, EnergyIsThatOfTheFall) {
+  for (const double lift : {0.0, 0.5, 1.0}) {
+    const DropTest test(in_feet(), {10.0, lift, 1.5, -1});
+    const auto run = test.run(kOleoFeet, false);
+    ASSERT_TRUE(run.ok()) << run.error().what;
+    const double stroke = run->figures[figure("peak_stroke")];
+    const double energy = 50.0 + (1.0 - lift) * 32.174 * stroke;
+    EXPECT_NEAR(run->figures[figure("energy_absorbed")], energy, 2e-3);
+    EXPECT_LT(run->figures[figure("energy_dissipated")], energy);
+    // Lift carries weight: load at touch-down is the same, deceleration is larger by it.
+    EXPECT_NEAR(run->figures[figure("peak_load")], 513.0, 1e-9);
+    EXPECT_NEAR(run->figures[figure("peak_deceleration")], 513.0 - (1.0 - lift) * 32.174, 1e-9);
+  }
+}
+
+TEST(Drop, TheTyreTakesTheFirstBlow) {
+  const auto spec = oleo_on_tyre(0.1);
+  const DropTest test(spec, {3.0, 0.0, 1.5, -1});
+  const auto run = test.run({16.7, 1.5, 5.3, 1.0, 1500.0, 8.0}, false);
+  ASSERT_TRUE(run.ok()) << run.error().what;
+  EXPECT_EQ(run->history.speed[0], 0.0);
+  const DropTest stiff(oleo(), {3.0, 0.0, 1.5, -1});
+  const auto without = stiff.run({16.7, 1.5, 5.3, 1.0}, false);
+  EXPECT_LT(run->figures[figure("peak_load")], without->figures[figure("peak_load")]);
+  EXPECT_GT(run->figures[figure("peak_load")], 9.81);
+}
+
+TEST(Drop, BandsByDeltaMethodAndSamplingAgreeWhereTheyAreNarrow) {
+  const DropTest test(in_feet(), {10.0, 0.0, 1.0, -1});
+  DropUncertainty uncertainty;
+  uncertainty.parameters = {0, 1, 2, 3};
+  uncertainty.covariance.assign(16, 0.0);
+  const double error[] = {0.02, 0.03, 0.001, 0.005};
+  for (std::size_t k = 0; k < 4; ++k)
+    uncertainty.covariance[k * 5] = error[k] * error[k];
+  uncertainty.degrees_of_freedom = 500.0;
+  const auto prediction = predict_drop(test, kOleoFeet, uncertainty);
+  ASSERT_TRUE(prediction.ok()) << prediction.error().what;
+  EXPECT_EQ(prediction->samples, 400);
+  EXPECT_EQ(prediction->lost, 0);
+  // theta1 v0^2 + theta2 - g, whose error is known by hand.
+  const auto& deceleration = prediction->bands[figure("peak_deceleration")];
+  EXPECT_NEAR(deceleration.error, std::hypot(100.0 * 0.02, 0.03), 1e-4);
+  for (const char* name : {"peak_stroke", "peak_deceleration", "energy_absorbed"}) {
+    const auto& band = prediction->bands[figure(name)];
+    const double width = band.upper - band.lower;
+    EXPECT_NEAR(band.sampled_upper - band.sampled_lower, width, 0.2 * width) << name;
+    EXPECT_LT(band.lower, band.value);
+  }
+  // The band of the history ends in that of the figure.
+  const auto& h = prediction->run.history;
+  EXPECT_NEAR(h.load_error[0], deceleration.error, 1e-3);
+  EXPECT_EQ(h.stroke_error[0], 0.0);
+}
+
+TEST(Drop, RefusesWhatMakesNoSense) {
+  EXPECT_THROW(DropTest(oleo(), {0.0, 0.0, 1.0, -1}), std::invalid_argument);
+  EXPECT_THROW(DropTest(oleo(), {1.0, 1.5, 1.0, -1}), std::invalid_argument);
+  EXPECT_THROW(DropTest(oleo(), {1.0, 0.0, 0.0, -1}), std::invalid_argument);
+  EXPECT_THROW(DropTest(oleo(), {1.0, 0.0, 1.0, 3}), std::invalid_argument);
+  const DropTest brief(oleo(), {3.0, 0.0, 0.01, -1});
+  const auto run = brief.run(kOleoSi, false);
+  ASSERT_FALSE(run.ok());
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("longer duration"));
+}
+
+}  // namespace
+}  // namespace shaker::estimator
