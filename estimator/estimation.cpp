@@ -47,6 +47,9 @@ const Fit& Estimator::fit(const std::vector<double>& start, bool warm) {
     fit.iterates.clear();
     impl.fit_nested(start, warm && !lifted, impl.options.method != Method::gauss_newton);
   }
+  if (!warm && impl.options.method != Method::gauss_newton &&
+      (fit.status == FitStatus::not_converged || impl.fits_badly()))
+    impl.refit_on_data_branch(start);
   impl.finish();
   return fit;
 }

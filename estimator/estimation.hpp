@@ -43,9 +43,12 @@ struct RunData {
   // estimation have covariances, or none. See objectives/harmonic_data.hpp.
   std::vector<double> harmonics, harmonic_covariance;
   double covariance_degrees = 0.0;  // of freedom, cycles less one; 0: the covariance is known
-  double cycles = 1.0;              // averaged: each mean has 1 / cycles of the variance
-  double scatter = 0.0;             // sum of squares of the single cycles about their mean
-  double weight = 1.0;              // further weight (3.15), relative inverse variance
+  // Of the excitation in one record (`displacement`, `excitation` and tau span them all), for
+  // responses that repeat only after two, three, ... of them. See periodic/multi_period.hpp.
+  int periods = 1;
+  double cycles = 1.0;   // averaged: each mean has 1 / cycles of the variance
+  double scatter = 0.0;  // sum of squares of the single cycles about their mean
+  double weight = 1.0;   // further weight (3.15), relative inverse variance
   // Standard error of the cosine and sine parts of the mean excitation's harmonics, from the
   // accelerometer's noise; it widens the covariance, see estimation_worth.cpp. 0: known exactly.
   double excitation_error = 0.0;

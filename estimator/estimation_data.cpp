@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "estimator/estimation_impl.hpp"
+#include "estimator/periodic/multi_period.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -92,7 +93,7 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
                       r + 1, covariances ? "samples" : "Fourier coefficients with their covariance",
                       covariances ? "Fourier coefficients with their covariance" : "samples"));
     GridOptions grid = options.grid;
-    grid.points = grid_points(data[r], grid.points);
+    grid.points = grid_points(data[r], grid.points * data[r].periods);
     systems.emplace_back(model, grid);
     runs.emplace_back();
     runs[r].data = std::move(data[r]);
@@ -131,7 +132,8 @@ void Estimator::Impl::make_coarse_level() {
                         options.grid.scheme != Scheme::fourier && model.instruments().empty() &&
                         std::all_of(runs.begin(), runs.end(), [](const RunState& run) {
                           return run.every >= 2 && run.data.sample_weight.empty() &&
-                                 run.data.displacement.size() >= kFewestCoarse;
+                                 run.data.displacement.size() >=
+                                     kFewestCoarse * static_cast<std::size_t>(run.data.periods);
                         });
   if (!possible) return;
   coarse.reserve(runs.size());
@@ -155,11 +157,14 @@ void Estimator::Impl::load(std::size_t r) {
                                     : static_cast<long>(n * each.data.cycles + 0.5);
   }
   const auto put = [&](PeriodicSystem& system) {
-    if (run.data.excitation.empty())
-      system.set_excitation(run.data.frequency_hz, run.data.amplitude);
+    const int periods = run.data.periods;
+    if (!run.data.excitation.empty())
+      system.set_excitation(run.data.frequency_hz / periods, run.data.excitation,
+                            options.excitation_harmonics * periods);
+    else if (periods > 1)
+      set_excitation_over(system, periods, run.data.frequency_hz, run.data.amplitude);
     else
-      system.set_excitation(run.data.frequency_hz, run.data.excitation,
-                            options.excitation_harmonics);
+      system.set_excitation(run.data.frequency_hz, run.data.amplitude);
   };
   put(systems[r]);
   if (!coarse.empty()) put(coarse[r]);
@@ -196,7 +201,7 @@ void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
   if (model.coordinates() != 1 || !run.data.tau.empty()) return;
   const int count =
       static_cast<int>(run.harmonic() ? run.data.harmonics.size() : run.data.displacement.size());
-  const int terms = 1 + 2 * std::min(kStartHarmonics, (count - 1) / 2);
+  const int terms = 1 + 2 * std::min(kStartHarmonics * run.data.periods, (count - 1) / 2);
   const auto fill = [&](std::vector<double>& table, int n, double mean, double rest) {
     table.resize(static_cast<std::size_t>(n) * terms);
     for (int i = 0; i < n; ++i) {
@@ -286,6 +291,11 @@ void check_run(const RunData& run, std::size_t index) {
     if (!(w >= 0.0) || !std::isfinite(w))
       reject(fmt::format("a sample has the weight {}; weights are finite and not negative", w));
   }
+  if (run.periods < 1) reject(fmt::format("it spans {} excitation periods", run.periods));
+  if (run.periods > 1 && run.excitation_error > 0.0)
+    reject(
+        "the error of the excitation can only be counted in when the response repeats with every "
+        "period; leave it out");
   if (!(run.cycles > 0.0) || !(run.weight > 0.0)) reject("cycles and weight must be positive");
 }
 

@@ -82,6 +82,15 @@ struct Estimator::Impl {
   void fit_nested(const std::vector<double>& start, bool warm, bool damped);
   bool cap_step(const std::vector<double>& start);
   bool solve_all(bool warm);
+  // --- which of several solutions: estimation_branch.cpp
+  SolveReport solve_run(std::size_t run, bool warm);
+  double motion_of_data(std::size_t run) const;  // root mean square about the mean
+  // Root mean square of data less a solution, over the motion of the data; 0 for coefficients.
+  double misfit(std::size_t run, const PeriodicSystem& system) const;
+  bool fits_badly() const;
+  bool start_from_equations();
+  void refit_on_data_branch(const std::vector<double>& start);
+  std::vector<std::string> branch_warnings();
   // Normal priors (3.8): adds them to the normal equations; noise variance `variance` as of now.
   void add_priors();
   double prior_sum() const { return prior_sum_at(fit.theta); }

@@ -15,21 +15,6 @@ constexpr int kEnoughAtBottom = 8;
 
 }  // namespace
 
-bool Estimator::Impl::solve_all(bool warm) {
-  for (std::size_t r = 0; r < systems.size(); ++r) {
-    SolveReport report;
-    if (warm) report = systems[r].solve(fit.theta);
-    if (!warm || report.status != SolveStatus::converged)
-      report = systems[r].solve_from_rest(fit.theta);
-    if (report.status != SolveStatus::converged) {
-      fit.trouble =
-          fmt::format("run {} ({:g} Hz): {}", r + 1, runs[r].data.frequency_hz, report.sentence());
-      return false;
-    }
-  }
-  return true;
-}
-
 void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bool damped) {
   fit.trouble.clear();
   if (!solve_all(warm)) {

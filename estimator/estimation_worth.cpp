@@ -374,7 +374,10 @@ Estimate Estimator::describe() const {
         fmt::format("{} observations for {} parameters leave no degree of freedom "
                     "for the noise; no intervals can be given",
                     fit.observations, impl.free.size()));
-  e.usable = fit.status == FitStatus::converged && on_bound.empty() && fit.degrees_of_freedom > 0;
+  const std::vector<std::string> branch = impl_->branch_warnings();
+  e.warnings.insert(e.warnings.end(), branch.begin(), branch.end());
+  e.usable = branch.empty() && fit.status == FitStatus::converged && on_bound.empty() &&
+             fit.degrees_of_freedom > 0;
   return e;
 }
 

@@ -107,6 +107,9 @@ class PeriodicSystem {
   double g_u(int point, int equation, int c) const { return g_u_[equation * s_ + c][point]; }
   double g_v(int point, int equation, int c) const { return g_v_[equation * s_ + c][point]; }
   double g_a(int point, int equation, int c) const { return g_a_[equation * s_ + c][point]; }
+  double g_theta(int point, int equation, int k) const {
+    return g_theta_[equation * p_ + k][point];
+  }
   // Factorises dg/dz; false when singular. Then solves for `width` right-hand sides in place, row
   // point * coordinates + equation, rows right after each other.
   bool factorise();

@@ -1,0 +1,195 @@
+// Which of several periodic solutions is fitted: the one that the rig was on.
+//
+// One excitation may have several solutions (a hardening spring in its bistable range); from rest
+// one finds the lower branch, whatever the rig did. So a fit that starts at rest and stays far from
+// the data starts again from the data's own harmonics, if need be with parameters from equation
+// error (those that make the residual (5.15) of the measured motion least: no solution is needed
+// for them, so there is no branch to be on). What is fitted in the end is checked: an unstable
+// solution, or one beside which a better branch exists, is said.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "estimator/estimation_impl.hpp"
+#include "estimator/periodic/continuation.hpp"
+#include "estimator/periodic/floquet.hpp"
+#include "estimator/periodic/multi_period.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr double kFarFromData = 0.1;  // misfit from which another branch is thought of
+constexpr double kClearlyBetter = 0.5;
+constexpr int kEquationSteps = 12;
+
+}  // namespace
+
+double Estimator::Impl::motion_of_data(std::size_t r) const {
+  const std::vector<double>& y = runs[r].data.displacement;
+  double mean = 0.0, square = 0.0;
+  for (const double value : y) {
+    mean += value / static_cast<double>(y.size());
+    square += value * value / static_cast<double>(y.size());
+  }
+  return std::sqrt(std::max(square - mean * mean, 1e-300));
+}
+
+double Estimator::Impl::misfit(std::size_t r, const PeriodicSystem& system) const {
+  const RunState& run = runs[r];
+  if (run.harmonic()) return 0.0;
+  double sum = 0.0;
+  for (std::size_t j = 0; j < run.readings.size(); ++j) {
+    const Reading& reading = run.readings[j];
+    double left = run.data.displacement[j];
+    for (int k = 0; k < reading.count; ++k)
+      left -=
+          reading.weight[k] * system.value((reading.base + k) % system.points(), model.observed());
+    sum += left * left;
+  }
+  return std::sqrt(sum / static_cast<double>(run.readings.size())) / motion_of_data(r);
+}
+
+bool Estimator::Impl::fits_badly() const {
+  if (fit.status == FitStatus::no_solution) return true;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (misfit(r, systems[r]) > kFarFromData) return true;
+  }
+  return false;
+}
+
+SolveReport Estimator::Impl::solve_run(std::size_t r, bool warm) {
+  PeriodicSystem& system = systems[r];
+  if (warm) {
+    const SolveReport report = system.solve(fit.theta);
+    if (report.status == SolveStatus::converged) return report;
+  }
+  SolveReport report = system.solve_from_rest(fit.theta);
+  const bool converged = report.status == SolveStatus::converged;
+  const double from_rest = converged ? misfit(r, system) : 1e300;
+  if (from_rest <= kFarFromData) return report;
+  const std::vector<double> rest(system.state().begin(), system.state().end());
+  if (start_from_data(r, system)) {
+    const SolveReport from_data = system.solve(fit.theta);
+    if (from_data.status == SolveStatus::converged && misfit(r, system) < from_rest)
+      return from_data;
+  }
+  if (converged) {
+    std::copy(rest.begin(), rest.end(), system.state().begin());
+    return system.solve(fit.theta);
+  }
+  if (report.status == SolveStatus::no_convergence) report = solve_through_folds(system, fit.theta);
+  return report;
+}
+
+bool Estimator::Impl::solve_all(bool warm) {
+  for (std::size_t r = 0; r < systems.size(); ++r) {
+    const SolveReport report = solve_run(r, warm);
+    if (report.status == SolveStatus::converged) continue;
+    fit.trouble =
+        fmt::format("run {} ({:g} Hz): {}", r + 1, runs[r].data.frequency_hz, report.sentence());
+    return false;
+  }
+  return true;
+}
+
+// Gauss-Newton on the residuals of the equations along the measured motion; false when there is no
+// such motion (several coordinates) or the model refuses it.
+bool Estimator::Impl::start_from_equations() {
+  const std::size_t q = free.size();
+  for (std::size_t r = 0; r < systems.size(); ++r) {
+    if (!start_from_data(r, systems[r])) return false;
+  }
+  for (int step = 0; step < kEquationSteps; ++step) {
+    std::fill(gram.begin(), gram.end(), 0.0);
+    std::fill(gradient.begin(), gradient.end(), 0.0);
+    for (PeriodicSystem& system : systems) {
+      if (!system.linearise(fit.theta)) return false;
+      for (int i = 0; i < system.points(); ++i) {
+        for (std::size_t k = 0; k < q; ++k) {
+          const double slope = system.g_theta(i, 0, free[k]);
+          gradient[k] -= slope * system.g(i, 0);
+          for (std::size_t l = 0; l <= k; ++l)
+            gram[k * q + l] += slope * system.g_theta(i, 0, free[l]);
+        }
+      }
+    }
+    if (!box_step(1e-9)) return false;
+    for (std::size_t k = 0; k < fit.theta.size(); ++k)
+      fit.theta[k] += delta_full[k];
+    if (relative_step() < 1e-6) break;
+  }
+  return true;
+}
+
+// Once more from the data; what is better stays. Nothing is lost when it is not.
+void Estimator::Impl::refit_on_data_branch(const std::vector<double>& start) {
+  const auto worst = [&] {
+    double sum = 0.0;
+    for (std::size_t r = 0; r < runs.size(); ++r)
+      sum = std::max(sum, misfit(r, systems[r]));
+    return sum;
+  };
+  const bool had = fit.status != FitStatus::no_solution;
+  const double before = had ? worst() : 1e300;
+  const double enough = fit.status == FitStatus::converged ? kClearlyBetter : 1.0;
+  const Fit first = fit;
+  std::vector<std::vector<double>> states;
+  for (const PeriodicSystem& system : systems)
+    states.emplace_back(system.state().begin(), system.state().end());
+  fit.theta = start;
+  if (start_from_equations()) {
+    const std::vector<double> from_equations = fit.theta;
+    fit.trouble.clear();
+    fit.iterates.clear();
+    fit.status = FitStatus::not_converged;
+    if (!fit_lifted(false)) {
+      fit.theta = from_equations;
+      fit_nested(from_equations, false, true);
+    }
+    if (fit.status == FitStatus::converged && worst() < enough * before) return;
+  }
+  fit = first;
+  for (std::size_t r = 0; r < systems.size(); ++r)
+    std::copy(states[r].begin(), states[r].end(), systems[r].state().begin());
+  if (!had) return;
+  for (PeriodicSystem& system : systems)
+    system.solve(fit.theta);
+  accumulate(systems, false);
+}
+
+std::vector<std::string> Estimator::Impl::branch_warnings() {
+  std::vector<std::string> warnings;
+  if (fit.status == FitStatus::no_solution) return warnings;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const RunState& run = runs[r];
+    const std::string where = fmt::format("run {} ({:g} Hz)", r + 1, run.data.frequency_hz);
+    const auto stability = floquet(systems[r], fit.theta, 1e-6);
+    if (stability && !stability->stable())
+      warnings.push_back(fmt::format(
+          "{}: the fitted periodic solution is unstable (a Floquet multiplier of {:.3g}), so the "
+          "rig cannot have been on it; start from other parameters, or check the model",
+          where, stability->largest()));
+    if (run.data.periods > 1 && !run.harmonic() &&
+        subharmonic_share(systems[r], run.data.periods) <
+            0.1 * subharmonic_share(run.data.displacement, run.data.periods))
+      warnings.push_back(fmt::format(
+          "{}: the data repeat after {} periods of the excitation, the fitted solution after one; "
+          "start from other parameters",
+          where, run.data.periods));
+    const double here = misfit(r, systems[r]);
+    if (!(here > kFarFromData)) continue;
+    PeriodicSystem other(model, systems[r].options());
+    other.set_excitation_points(systems[r].frequency(), systems[r].excitation());
+    if (start_from_data(r, other) && other.solve(fit.theta).status == SolveStatus::converged &&
+        misfit(r, other) < kClearlyBetter * here)
+      warnings.push_back(fmt::format(
+          "{}: the fit stands on another branch of periodic solutions than the data: with these "
+          "parameters a second solution is {:.2g} times nearer to them; start from other "
+          "parameters",
+          where, here / misfit(r, other)));
+  }
+  return warnings;
+}
+
+}  // namespace shaker::estimator

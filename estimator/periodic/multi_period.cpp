@@ -1,0 +1,104 @@
+#include "estimator/periodic/multi_period.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "estimator/periodic/continuation.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+std::complex<double> harmonic(std::span<const double> record, int h) {
+  const auto n = static_cast<long>(record.size());
+  std::complex<double> sum = 0.0;
+  for (long j = 0; j < n; ++j)
+    sum += record[static_cast<std::size_t>(j)] *
+           std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(h * j % n) /
+                               static_cast<double>(n));
+  return sum * ((h == 0 ? 1.0 : 2.0) / static_cast<double>(n));
+}
+
+}  // namespace
+
+void set_excitation_over(PeriodicSystem& system, int periods, double frequency_hz,
+                         double amplitude) {
+  std::vector<double> points = cosine_shape(system.points(), periods);
+  for (double& x : points)
+    x *= amplitude;
+  system.set_excitation_points(frequency_hz / periods, points);
+}
+
+void start_from_record(PeriodicSystem& system, std::span<const double> record, int harmonics) {
+  const int n = system.points();
+  const int s = system.model().coordinates();
+  const int last = std::min(harmonics, (static_cast<int>(record.size()) - 1) / 2);
+  const auto state = system.state();
+  const auto observed = [&](int i) -> double& {
+    return state[static_cast<std::size_t>(i * s + system.model().observed())];
+  };
+  for (int i = 0; i < n; ++i)
+    observed(i) = 0.0;
+  for (int h = 0; h <= last; ++h) {
+    const std::complex<double> c = harmonic(record, h);
+    for (int i = 0; i < n; ++i)
+      observed(i) += (c * std::polar(1.0, 2.0 * std::numbers::pi * (h * i % n) / n)).real();
+  }
+}
+
+double subharmonic_share(std::span<const double> record, int periods) {
+  const int last = std::min(12 * periods, (static_cast<int>(record.size()) - 1) / 2);
+  double between = 0.0, all = 1e-300;
+  for (int h = 1; h <= last; ++h) {
+    const double energy = std::norm(harmonic(record, h));
+    all += energy;
+    if (h % periods != 0) between += energy;
+  }
+  return std::sqrt(between / all);
+}
+
+double subharmonic_share(const PeriodicSystem& system, int periods) {
+  std::vector<double> record;
+  for (int i = 0; i < system.points(); ++i)
+    record.push_back(system.value(i, system.model().observed()));
+  return subharmonic_share(record, periods);
+}
+
+// On twice the ring the critical disturbance, which changes sign from one period to the next,
+// repeats: there it is the null vector of dg/dz. The first step goes along it, in the plane across
+// it, so that Newton's method cannot fall back onto the branch of half the period.
+Branch Continuation::doubled(const Branch& branch, const SpecialPoint& at) {
+  Continuation twice(*model_, theta_, options_);
+  twice.options_.periods = 2 * options_.periods;
+  Branch out{branch.along, branch.held, branch.from, branch.to, twice.options_.periods,
+             {},           {},          false,       {}};
+  Arc arc = twice.make_arc(out);
+  const std::vector<double>& one = at.point.at.z;
+  ArcPoint point{one, at.point.at.value};
+  point.z.insert(point.z.end(), one.begin(), one.end());
+  const std::size_t n = one.size();
+  const std::size_t s = static_cast<std::size_t>(model_->coordinates());
+  ArcPoint direction{std::vector<double>(2 * n), 0.0};
+  for (std::size_t k = 0; k < 2 * n; ++k) {
+    const double angle = std::numbers::pi * static_cast<double>(k / s) / static_cast<double>(n / s);
+    direction.z[k] = std::cos(angle) + 0.7 * std::sin(angle) + 0.3 * std::cos(3.0 * angle + 1.0);
+  }
+  arc.set_scale(point, direction);
+  if (!arc.critical_direction(point, direction)) {
+    out.ended = "the critical direction at the period doubling could not be found";
+    return out;
+  }
+  for (double first = 0.02; first >= 1e-4; first *= 0.5) {
+    ArcPoint guess = point, start;
+    for (std::size_t k = 0; k < 2 * n; ++k)
+      guess.z[k] += first * direction.z[k];
+    if (arc.correct(guess, direction, start, 20) == 0) continue;
+    twice.walk(arc, start, direction, out);
+    return out;
+  }
+  out.ended = "no solution of twice the period was found next to the period doubling";
+  return out;
+}
+
+}  // namespace shaker::estimator
