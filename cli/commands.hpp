@@ -49,6 +49,12 @@ struct DropOptions {
   std::optional<double> identified_speed, identified_stroke;
   std::filesystem::path truth, svg;  // may be empty
 };
+struct ResponseOptions {
+  std::filesystem::path model, svg;           // svg: empty, no picture
+  std::optional<double> amplitude, from, to;  // over the frequency, Hz
+  std::optional<double> frequency_hz;         // or over the amplitude, from [0] to [1]
+  std::vector<double> amplitudes;
+};
 struct ReproduceOptions {
   int figure = 0;     // 0: all of them
   bool bias = false;  // what the paper's test hides, instead of a figure
@@ -89,6 +95,7 @@ int estimate(const Common& common, const EstimateOptions& options);
 int estimate_transient(const Common& common, const EstimateOptions& options);
 int compare(const Common& common, const CompareOptions& options);
 int drop(const Common& common, const DropOptions& options);
+int response(const Common& common, const ResponseOptions& options);
 int reproduce(const Common& common, const ReproduceOptions& options);
 int monte_carlo(const Common& common, const MonteCarloCommand& command);
 int export_runs(const Common& common, const ExportOptions& options);

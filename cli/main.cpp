@@ -36,6 +36,7 @@ struct Options {
   DropOptions drop;
   ReproduceOptions reproduce;
   MonteCarloCommand monte_carlo;
+  ResponseOptions response;
   ExportOptions export_runs;
   DiagnoseCommandOptions diagnose;
   CheckOptions check;
@@ -112,6 +113,26 @@ void add_drop(CLI::App& app, Options& o) {
   dropping->footer("The band is that of the parameters; it knows no effect that the model lacks.");
 }
 
+void add_response(CLI::App& app, Options& o) {
+  auto* responding = add(app, o, "response", "Response curve of a model, through folds",
+                         [&o] { return response(o.common, o.response); });
+  responding->add_option("model", o.response.model, "Model file; its starts are the parameters")
+      ->required();
+  const auto positive = CLI::PositiveNumber;
+  responding->add_option("--amplitude", o.response.amplitude, "Of the table's acceleration")
+      ->check(positive);
+  responding->add_option("--from", o.response.from, "Frequency, Hz")->check(positive);
+  responding->add_option("--to", o.response.to, "Frequency, Hz")->check(positive);
+  responding
+      ->add_option("--at", o.response.frequency_hz, "Over the amplitude at this frequency, Hz")
+      ->check(positive);
+  responding->add_option("--amplitudes", o.response.amplitudes, "A1,A2: from and to")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(positive);
+  responding->add_option("--svg", o.response.svg, "Write a picture to this file");
+}
+
 void add_offline(CLI::App& app, Options& o) {
   auto* estimating =
       add(app, o, "estimate", "Estimate from a campaign database or a CSV file", [&o] {
@@ -150,6 +171,7 @@ void add_offline(CLI::App& app, Options& o) {
   comparing->add_option("--start", o.compare.start, "Free parameters, separated by commas")
       ->delimiter(',');
   comparing->add_option("--method", o.compare.methods, "Only this one; may be given again");
+  add_response(app, o);
   auto* reproducing =
       add(app, o, "reproduce", "The paper's figures 5 to 14 again, beside the print",
           [&o] { return reproduce(o.common, o.reproduce); });

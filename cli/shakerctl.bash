@@ -1,12 +1,12 @@
 # Completion of shakerctl for bash.
 _shakerctl() {
   local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} options
-  local commands="status watch run stop estop ack estimate compare diagnose drop reproduce export check monte-carlo"
+  local commands="status watch run stop estop ack estimate compare response diagnose drop reproduce export check monte-carlo"
   case $previous in
     --figure) mapfile -t COMPREPLY < <(compgen -W "5 6 7 9 10 11 12 13 14" -- "$word"); return ;;
-    --frequency | --amplitude | --seconds | --start | --starts | --seed | --method) return ;;
+    --frequency | --amplitude | --seconds | --start | --starts | --seed | --method | --from | --to | --at | --amplitudes) return ;;
     --directory | --out) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
-    --socket | --model | --rig) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
+    --socket | --model | --rig | --svg) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
   esac
   if ((COMP_CWORD == 1)); then
     mapfile -t COMPREPLY < <(compgen -W "$commands --help --version" -- "$word")
@@ -19,6 +19,7 @@ _shakerctl() {
     compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
     diagnose) options="--json --model --out --false-alarm-rate --help" ;;
     drop) options="--json --sink-speed --campaign --model --estimate --lift --mass --duration --samples --identified-speed --identified-stroke --truth --svg --help" ;;
+    response) options="--json --amplitude --from --to --at --amplitudes --svg --help" ;;
     reproduce) options="--json --figure --bias --help" ;;
     export) options="--json --directory --samples --all --help" ;;
     monte-carlo)

@@ -353,6 +353,49 @@ class Database(Scratch):
         self.assertIn("cannot be written", result.stderr)
 
 
+class Response(Scratch):
+    def setUp(self):
+        super().setUp()
+        self.duffing = self.write("duffing.json", json.dumps({
+            "format": "shaker-model/1", "name": "duffing", "effects": [
+                {"effect": "viscous_damping", "parameters": {"c": {"start": 0.05}}},
+                {"effect": "linear_stiffness", "parameters": {"k": {"start": 1.0}}},
+                {"effect": "cubic_stiffness", "parameters": {"k3": {"start": 0.1}}}]}))
+
+    def test_passes_folds_and_draws_unstable_parts_dashed(self):
+        words = ("response", self.duffing, "--amplitude", 0.18, "--from", 0.08, "--to", 0.25)
+        result = run(*words, "--json", "--svg", self.path / "curve.svg")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        curve = json.loads(result.stdout)
+        self.assertTrue(curve["complete"])
+        self.assertEqual([each["kind"] for each in curve["special"]], ["fold", "fold"])
+        self.assertFalse(all(point["stable"] for point in curve["points"]))
+        picture = (self.path / "curve.svg").read_text()
+        for word in ("<svg", "unstable", "fold"):
+            self.assertIn(word, picture)
+        table = run(*words).stdout
+        self.assertIn("unstable", table)
+        self.assertIn("fold", table)
+
+    def test_over_the_amplitude(self):
+        result = run("response", self.duffing, "--at", 0.1, "--amplitudes", "0.05,0.3", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertAlmostEqual(json.loads(result.stdout)["points"][-1]["amplitude"], 0.3)
+
+    def test_wrong_usage_is_2_and_no_solution_is_5(self):
+        self.assertEqual(run("response", self.duffing, "--amplitude", 1).returncode, 2)
+        self.assertIn("--amplitudes", run("response", self.duffing, "--amplitude", 1).stderr)
+        spec = json.loads(self.duffing.read_text())
+        spec["gravity"] = 0.3
+        spec["effects"].append({"effect": "gravity"})
+        spec["effects"][0]["parameters"]["c"]["start"] = 0.2
+        spec["effects"][2]["parameters"]["k3"]["start"] = -1
+        result = run("response", self.write("soft.json", json.dumps(spec)), "--amplitude", 0.5,
+                     "--from", 0.032, "--to", 0.05)
+        self.assertEqual(result.returncode, 5, result.stdout)
+        self.assertIn("turn back", result.stderr)
+
+
 class Reproduce(unittest.TestCase):
     def test_agrees_with_the_print(self):
         printed = json.loads((DATA / "verbeek1991.json").read_text())
