@@ -43,8 +43,7 @@ double Estimator::Impl::misfit(std::size_t r, const PeriodicSystem& system) cons
     const Reading& reading = run.readings[j];
     double left = run.data.displacement[j];
     for (int k = 0; k < reading.count; ++k)
-      left -=
-          reading.weight[k] * system.value((reading.base + k) % system.points(), model.observed());
+      left -= reading.weight[k] * system.observed((reading.base + k) % system.points());
     sum += left * left;
   }
   return std::sqrt(sum / static_cast<double>(run.readings.size())) / motion_of_data(r);
