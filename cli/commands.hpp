@@ -32,6 +32,8 @@ struct EstimateOptions : InputOptions {
   bool transient = false;
   std::vector<double> initial;  // known initial states; empty: estimated
   std::string integrator;       // "adams", "bdf", "rk4"; empty: by the record's length
+  std::string intervals = "linear";  // or profile, bootstrap
+  std::string loss = "squared";      // or huber, cauchy, tukey
 };
 struct CompareOptions : InputOptions {
   int figure = 0;                    // of the paper, instead of a file
@@ -58,6 +60,14 @@ struct ResponseOptions {
 struct ReproduceOptions {
   int figure = 0;     // 0: all of them
   bool bias = false;  // what the paper's test hides, instead of a figure
+};
+struct PlanCommand {
+  std::filesystem::path model, rig;  // the rig may be empty
+  std::vector<double> frequencies_hz, amplitudes;
+  double noise = 0.0;  // 0: the rig's, else a good transducer's
+  int points = 64, cycles = 20, runs = 3;
+  unsigned threads = 0;
+  std::filesystem::path draw;  // HTML; empty: none
 };
 struct MonteCarloCommand {
   std::filesystem::path model;  // its starts are the truth
@@ -97,6 +107,7 @@ int compare(const Common& common, const CompareOptions& options);
 int drop(const Common& common, const DropOptions& options);
 int response(const Common& common, const ResponseOptions& options);
 int reproduce(const Common& common, const ReproduceOptions& options);
+int plan(const Common& common, const PlanCommand& command);
 int monte_carlo(const Common& common, const MonteCarloCommand& command);
 int export_runs(const Common& common, const ExportOptions& options);
 int diagnose(const Common& common, const DiagnoseCommandOptions& options);

@@ -35,6 +35,7 @@ struct Options {
   CompareOptions compare;
   DropOptions drop;
   ReproduceOptions reproduce;
+  PlanCommand plan;
   MonteCarloCommand monte_carlo;
   ResponseOptions response;
   ExportOptions export_runs;
@@ -158,6 +159,15 @@ void add_offline(CLI::App& app, Options& o) {
   estimating->add_option("--integrator", o.estimate.integrator, "adams, bdf or rk4")
       ->check(CLI::IsMember({"adams", "bdf", "rk4"}))
       ->needs(transient);
+  estimating
+      ->add_option("--intervals", o.estimate.intervals,
+                   "linear, profile (follows the likelihood) or bootstrap")
+      ->check(CLI::IsMember({"linear", "profile", "bootstrap"}))
+      ->capture_default_str();
+  estimating
+      ->add_option("--loss", o.estimate.loss, "squared; or huber, cauchy, tukey against outliers")
+      ->check(CLI::IsMember({"squared", "huber", "cauchy", "tukey"}))
+      ->capture_default_str();
   estimating->footer(
       "CSV columns: t,y (the excitation is then amplitude cos(2 pi frequency t)), or\n"
       "t,excitation,displacement. t in seconds; any number of periods.\n"
@@ -206,6 +216,26 @@ void add_offline(CLI::App& app, Options& o) {
 }
 
 void add_worth(CLI::App& app, Options& o) {
+  auto* planning = add(app, o, "plan", "Which runs will determine the parameters best",
+                       [&o] { return plan(o.common, o.plan); });
+  planning->add_option("model", o.plan.model, "Model file; its starts are where it is looked at")
+      ->required();
+  planning->add_option("--rig", o.plan.rig, "Rig file, for its limits");
+  planning->add_option("--frequencies", o.plan.frequencies_hz, "To choose from, Hz");
+  planning->add_option("--amplitudes", o.plan.amplitudes, "To choose from, of the acceleration");
+  planning->add_option("--runs", o.plan.runs, "Largest set")
+      ->check(CLI::Range(1, 12))
+      ->capture_default_str();
+  planning->add_option("--noise", o.plan.noise, "Standard deviation of one sample")
+      ->check(CLI::PositiveNumber);
+  planning->add_option("--points", o.plan.points, "Samples a period")
+      ->check(CLI::Range(8, 4096))
+      ->capture_default_str();
+  planning->add_option("--cycles", o.plan.cycles, "Periods in a run")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  planning->add_option("--threads", o.plan.threads, "0: all")->check(CLI::Range(0U, 256U));
+  planning->add_option("--draw", o.plan.draw, "Write a page (HTML) with pictures there");
   auto* repeating =
       add(app, o, "monte-carlo", "Estimate made-up campaigns many times: bias, scatter, coverage",
           [&o] { return monte_carlo(o.common, o.monte_carlo); });

@@ -1,12 +1,12 @@
 # Completion of shakerctl for bash.
 _shakerctl() {
   local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} options
-  local commands="status watch run stop estop ack estimate compare response diagnose drop reproduce export check monte-carlo"
+  local commands="status watch run stop estop ack estimate compare response diagnose drop reproduce export check monte-carlo plan"
   case $previous in
     --figure) mapfile -t COMPREPLY < <(compgen -W "5 6 7 9 10 11 12 13 14" -- "$word"); return ;;
     --frequency | --amplitude | --seconds | --start | --starts | --seed | --method | --from | --to | --at | --amplitudes) return ;;
     --directory | --out) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
-    --socket | --model | --rig | --svg) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
+    --socket | --model | --rig | --svg | --draw) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
   esac
   if ((COMP_CWORD == 1)); then
     mapfile -t COMPREPLY < <(compgen -W "$commands --help --version" -- "$word")
@@ -15,7 +15,7 @@ _shakerctl() {
   case ${COMP_WORDS[1]} in
     status | stop | estop | ack | run) options="--json --socket --help" ;;
     watch) options="--json --socket --seconds --help" ;;
-    estimate) options="--json --model --frequency --amplitude --starts --seed --transient --initial --integrator --help" ;;
+    estimate) options="--json --model --frequency --amplitude --starts --seed --intervals --loss --transient --initial --integrator --help" ;;
     compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
     diagnose) options="--json --model --out --false-alarm-rate --help" ;;
     drop) options="--json --sink-speed --campaign --model --estimate --lift --mass --duration --samples --identified-speed --identified-stroke --truth --svg --help" ;;
@@ -25,6 +25,9 @@ _shakerctl() {
     monte-carlo)
       options="--json --figure --frequency --amplitude --noise --uniform --points --cycles
         --replications --seed --threads --profile --help" ;;
+    plan)
+      options="--json --rig --frequencies --amplitudes --runs --noise --points --cycles --threads
+        --draw --help" ;;
     check) options="--json --rig --help" ;;
   esac
   if [[ $word == -* ]]; then

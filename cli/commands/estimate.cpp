@@ -8,6 +8,7 @@
 #include "estimator/estimation.hpp"
 #include "estimator/optimise/periodic_problem.hpp"
 #include "estimator/optimise/several_starts.hpp"
+#include "estimator/worth/intervals.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
@@ -73,23 +74,37 @@ std::string minima_table(const optimise::Minima& minima, const estimator::Model&
 }  // namespace
 
 int estimate(const Common& common, const EstimateOptions& options) {
+  if (options.loss != "squared" && options.intervals != "linear") {
+    return fail(common, kBadInput,
+                fmt::format("{} intervals belong to the squared loss; leave --loss or --intervals "
+                            "out",
+                            options.intervals));
+  }
   auto input = read_estimation_input(options);
   if (!input) return fail(common, kBadInput, input.error().what);
   try {
     const estimator::Model model(input->model);
     std::optional<Search> searched;
     if (options.starts > 1) searched = search(model, input->runs, options);
-    estimator::Estimator estimator(model, std::move(input->runs));
+    estimator::Estimator estimator(model, input->runs);
     const estimator::Fit& fit = estimator.fit(searched ? searched->best : model.start());
     if (fit.status == estimator::FitStatus::no_solution) {
       return fail(common, kNotUsable, fit.trouble);
     }
-    protocol::EstimateDocument document = report::to_document(estimator.describe());
+    estimator::Estimate estimate = estimator.describe();
+    const auto loss = *estimator::loss_from_name(options.loss);
+    if (loss != estimator::Loss::squared)
+      replace_by_robust(estimate, fit_robust(model, input->runs, fit.theta, loss), model);
+    replace_intervals(estimate, *estimator::interval_kind_from_name(options.intervals), model,
+                      estimator, input->runs);
+    protocol::EstimateDocument document = report::to_document(estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";
-    if (common.json && searched) {
+    if (common.json && (searched || options.intervals != "linear" || options.loss != "squared")) {
       auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
-      json["minima"] = to_json(searched->minima);
+      if (searched) json["minima"] = to_json(searched->minima);
+      json["intervals"] = options.intervals;
+      json["loss"] = options.loss;
       fmt::print("{}\n", json.dump());
     } else {
       fmt::print("{}", common.json ? protocol::to_json_text(document) + "\n"

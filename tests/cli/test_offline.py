@@ -52,7 +52,7 @@ class Usage(Scratch):
         result = run("--help")
         self.assertEqual(result.returncode, 0)
         for command in ("status", "watch", "run", "stop", "estop", "ack", "estimate", "compare", "reproduce",
-                        "export", "check", "monte-carlo"):
+                        "export", "check", "monte-carlo", "plan"):
             self.assertIn(f"  {command} ", result.stdout)
             own = run(command, "--help")
             self.assertEqual(own.returncode, 0)

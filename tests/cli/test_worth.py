@@ -50,5 +50,99 @@ class MonteCarlo(unittest.TestCase):
                 self.assertIn(sentence, result.stderr)
 
 
+class Plan(unittest.TestCase):
+    def test_ranks_sets_inside_the_rigs_limits_and_draws_them(self):
+        with tempfile.TemporaryDirectory() as folder:
+            page = pathlib.Path(folder) / "plan.html"
+            result = run("plan", EXAMPLES / "model-oleo.json", "--rig",
+                         EXAMPLES / "rig-simulated.json", "--draw", page, "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            text = page.read_text()
+            self.assertIn("<svg", text)
+            self.assertNotIn("http://", text.replace("http://www.w3.org/2000/svg", ""))
+        answer = json.loads(result.stdout)
+        sizes = [len(each["runs"]) for each in answer["sets"]]
+        self.assertEqual(sizes, sorted(sizes))
+        for size in (1, 2, 3):
+            spreads = [s["spread"] for s in answer["sets"] if len(s["runs"]) == size]
+            self.assertEqual(spreads, sorted(spreads))
+        best = {n: min(s["spread"] for s in answer["sets"] if len(s["runs"]) == n) for n in (1, 2, 3)}
+        self.assertLess(best[2], best[1])
+        self.assertLess(best[3], best[2])
+        for candidate in answer["candidates"]:
+            if candidate["possible"]:
+                self.assertGreaterEqual(candidate["stroke_min"], 0.0)
+                self.assertLessEqual(candidate["stroke_max"], 0.185)
+        self.assertTrue(any("stroke would go up" in c.get("why", "") for c in answer["candidates"]))
+        table = run("plan", EXAMPLES / "model-oleo.json", "--frequencies", 1, 2, "--amplitudes", 3)
+        self.assertEqual(table.returncode, 0)
+        self.assertIn("best for theta4", table.stdout)
+
+    def test_says_what_is_wrong(self):
+        oleo = EXAMPLES / "model-oleo.json"
+        for words, sentence in (((oleo,), "--rig"), ((oleo, "--rig", "none.json"), "none.json"),
+                                ((oleo, "--frequencies", 0, "--amplitudes", 1), "not positive"),
+                                ((oleo, "--frequencies", 2, "--amplitudes", 1e9), "none of the 1 runs")):
+            with self.subTest(words=words):
+                result = run("plan", *words)
+                self.assertEqual(result.returncode, 2)
+                self.assertIn(sentence, result.stderr)
+
+
+class Intervals(unittest.TestCase):
+    OLEO = {"name": "oleo", "gravity": 32.178, "length_unit": "ft", "effects": [
+        {"effect": "orifice_damping", "parameters": {"theta1": {"start": 5.334}}},
+        {"effect": "gas_spring", "parameters": {"theta2": {"start": 5.25}, "theta3": {"start": 1.701},
+                                                "theta4": {"start": 1.05}}},
+        {"effect": "gravity"}]}
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.model = self.folder / "oleo.json"
+        self.model.write_text(json.dumps(self.OLEO))
+        record = json.loads((ROOT / "tests" / "data" / "verbeek1991.json").read_text())["fig12"]["data_y"]
+        self.record = record
+
+    def estimate(self, record, *words):
+        file = self.folder / "run.csv"
+        file.write_text("t,y\n" + "".join(f"{i / 80},{y!r}\n" for i, y in enumerate(record)))
+        result = run("estimate", file, "--model", self.model, "--frequency", 2, "--amplitude", 10,
+                     "--json", *words)
+        self.assertIn(result.returncode, (0, 5), result.stderr)
+        return json.loads(result.stdout)
+
+    def test_of_each_kind_hold_the_estimate(self):
+        linear = self.estimate(self.record)
+        for kind in ("profile", "bootstrap"):
+            other = self.estimate(self.record, "--intervals", kind)
+            self.assertEqual(other["intervals"], kind)
+            for a, b in zip(linear["parameters"], other["parameters"], strict=True):
+                self.assertEqual(a["value"], b["value"])
+                low, high = b["interval"]
+                self.assertTrue(low < b["value"] < high)
+                width = a["interval"][1] - a["interval"][0]
+                self.assertAlmostEqual((high - low) / width, 1.0, delta=0.4)
+
+    def test_a_robust_loss_names_the_outlier(self):
+        spoilt = list(self.record)
+        spoilt[7] += 0.03
+        robust = self.estimate(spoilt, "--loss", "huber")
+        self.assertTrue(any("run 1 sample 8" in w for w in robust["warnings"]), robust["warnings"])
+        clean = self.estimate(self.record)["parameters"][0]
+        pulled = self.estimate(spoilt)["parameters"][0]
+        self.assertLess(abs(robust["parameters"][0]["value"] - clean["value"]),
+                        abs(pulled["value"] - clean["value"]))
+
+    def test_choices_that_exclude_each_other_are_refused(self):
+        file = self.folder / "run.csv"
+        file.write_text("t,y\n")
+        result = run("estimate", file, "--loss", "huber", "--intervals", "profile")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("squared loss", result.stderr)
+        self.assertEqual(run("estimate", file, "--loss", "absolute").returncode, 2)
+
+
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], "-v"])

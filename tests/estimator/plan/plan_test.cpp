@@ -1,0 +1,178 @@
+#include "estimator/plan/plan.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+
+#include "estimator/worth/monte_carlo.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+using ::testing::HasSubstr;
+
+PlanOptions feet() {
+  PlanOptions options;
+  options.frequencies_hz = {0.7, 1.0, 1.5, 2.0, 3.0};
+  options.amplitudes = {2.5, 5.0, 10.0};
+  options.theta = testing::kOleoFeet;
+  options.noise = 0.0033;
+  options.points = 40;
+  options.cycles = 1;
+  return options;
+}
+
+// What is promised is what an estimate from accurate data states.
+TEST(Plan, PromisesTheErrorsThatAnEstimateThenStates) {
+  const Model model(testing::oleo(32.178));
+  const auto plan = make_plan(model, feet());
+  ASSERT_TRUE(plan) << plan.error().what;
+  const PlanSet* three = nullptr;
+  for (const PlanSet& set : plan->sets) {
+    if (set.runs.size() == 3) {
+      three = &set;
+      break;
+    }
+  }
+  ASSERT_NE(three, nullptr);
+  std::vector<RunDesign> design;
+  for (const std::size_t r : three->runs)
+    design.push_back({plan->candidates[r].frequency_hz, plan->candidates[r].amplitude, 40, 1.0});
+  EstimationOptions options;
+  options.noise = feet().noise;
+  Estimator estimator(model, *exact_data(model, design, testing::kOleoFeet), options);
+  const Fit& fit = estimator.fit(testing::kOleoFeet);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(three->error[k] / fit.standard_error[k], 1.0, 1e-5);
+}
+
+TEST(Plan, FindsTheSetThatTryingAllOfThemFinds) {
+  const Model model(testing::oleo(32.178));
+  PlanOptions options = feet();
+  options.most_runs = 3;
+  const auto plan = make_plan(model, options);
+  ASSERT_TRUE(plan);
+  double best = std::numeric_limits<double>::infinity();
+  double sharpest = best;
+  const std::size_t n = plan->candidates.size();
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = a; b < n; ++b)
+      for (std::size_t c = b; c < n; ++c) {
+        if (!plan->candidates[a].refused.empty() || !plan->candidates[b].refused.empty() ||
+            !plan->candidates[c].refused.empty())
+          continue;
+        const PlanSet set = judge(model, options, *plan, {a, b, c});
+        best = std::min(best, set.spread);
+        if (set.determined) sharpest = std::min(sharpest, set.error[3]);
+      }
+  for (const PlanSet& set : plan->sets) {
+    if (set.runs.size() != 3) continue;
+    EXPECT_NEAR(set.spread / best, 1.0, 1e-9);
+    break;
+  }
+  EXPECT_NEAR(plan->sharpest[3].error[3] / sharpest, 1.0, 1e-9);
+}
+
+TEST(Plan, SaysBeforehandThatFigure13HardlyDeterminesTheSpring) {
+  const Model model(testing::oleo(32.178));
+  PlanOptions options = feet();
+  options.frequencies_hz = {2.0};
+  options.amplitudes = {5.0};
+  options.most_runs = 1;
+  const auto plan = make_plan(model, options);
+  ASSERT_TRUE(plan);
+  ASSERT_FALSE(plan->sets[0].warnings.empty());
+  EXPECT_THAT(plan->sets[0].warnings[0], HasSubstr("theta4"));
+}
+
+// (6.1): no set of runs can tell two dampers apart that act alike.
+TEST(Plan, SaysWhichCombinationNoSetDetermines) {
+  const Model model(
+      testing::model_of({testing::effect("viscous_damping"), testing::effect("viscous_damping"),
+                         testing::effect("linear_stiffness")}));
+  PlanOptions options = feet();
+  options.theta = {1.0, 2.0, 60.0};
+  const auto plan = make_plan(model, options);
+  ASSERT_TRUE(plan);
+  for (const PlanSet& set : plan->sets) {
+    EXPECT_FALSE(set.determined);
+    EXPECT_TRUE(std::isnan(set.error[0]));
+    EXPECT_TRUE(std::isfinite(set.error[2]));
+    ASSERT_FALSE(set.warnings.empty());
+    EXPECT_THAT(set.warnings[0], HasSubstr(" with "));
+  }
+}
+
+TEST(Plan, StaysInsideTheRigsLimits) {
+  const Model model(testing::oleo(32.178));
+  PlanOptions options = feet();
+  options.limits.stroke_min = 0.4;
+  options.limits.stroke_max = 0.575;
+  options.limits.stroke_rate_max = 0.8;
+  options.limits.excitation_max = 8.0;
+  options.limits.frequency_min_hz = 0.9;
+  options.limits.frequency_max_hz = 2.5;
+  const auto plan = make_plan(model, options);
+  ASSERT_TRUE(plan);
+  for (const PlanSet& set : plan->sets) {
+    for (const std::size_t r : set.runs) {
+      const PlanCandidate& c = plan->candidates[r];
+      EXPECT_LE(c.amplitude, 8.0);
+      EXPECT_GE(c.frequency_hz, 0.9);
+      EXPECT_LE(c.frequency_hz, 2.5);
+      EXPECT_LE(c.stroke_high, 0.575);
+      EXPECT_LE(c.rate, 0.8);
+    }
+  }
+  options.limits.stroke_max = 0.45;
+  const auto none = make_plan(model, options);
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().what, HasSubstr("none of the 15 runs"));
+}
+
+TEST(Plan, WorksOnTheOleoOnItsTyreAndTheLinearOscillator) {
+  const Model tyre(testing::oleo_on_tyre(0.1));
+  PlanOptions options;
+  options.theta = testing::kOleoSi;
+  options.theta.push_back(900.0);
+  options.theta.push_back(2.0);
+  options.frequencies_hz = {1.0, 2.0, 4.0};
+  options.amplitudes = {1.5, 3.0};
+  options.noise = 2e-5;
+  auto plan = make_plan(tyre, options);
+  ASSERT_TRUE(plan) << plan.error().what;
+  EXPECT_EQ(plan->free.size(), 6U);
+  // Closed form of the oscillator's standard error of k: see the Monte Carlo test.
+  const Model oscillator(testing::linear_oscillator());
+  options.theta = {3.0, 60.0};
+  options.frequencies_hz = {1.0};
+  options.amplitudes = {2.0};
+  options.most_runs = 1;
+  options.points = 40;
+  options.cycles = 4;
+  options.noise = 1e-4;
+  plan = make_plan(oscillator, options);
+  ASSERT_TRUE(plan);
+  const double omega = 2.0 * M_PI;
+  const double size2 = 4.0 / std::pow(std::pow(60.0 - omega * omega, 2) + 9.0 * omega * omega, 2);
+  EXPECT_NEAR(plan->sets[0].error[1] * std::sqrt(0.5 * 160.0 * size2 / 1e-8), 1.0, 1e-4);
+  EXPECT_NEAR(plan->sets[0].seconds, 4.0, 1e-12);
+}
+
+TEST(Plan, SaysWhatIsWrongWithItsOptions) {
+  const Model model(testing::oleo(32.178));
+  PlanOptions options = feet();
+  options.noise = 0.0;
+  EXPECT_THAT(make_plan(model, options).error().what, HasSubstr("noise"));
+  options = feet();
+  options.frequencies_hz = {-1.0};
+  EXPECT_THAT(make_plan(model, options).error().what, HasSubstr("-1 Hz"));
+  options = feet();
+  options.amplitudes.clear();
+  EXPECT_FALSE(make_plan(model, options));
+}
+
+}  // namespace
+}  // namespace shaker::estimator
