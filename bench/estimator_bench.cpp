@@ -1,16 +1,20 @@
-// Jobs J1 and J2 of the reference (tests/data/README.md), beside Ceres around the same banded solve
+// Jobs J1 to J5 of the reference (tests/data/README.md), beside Ceres around the same banded solve
 // in the same run; cost over points and runs. docs/benchmarks.md holds the last table.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "estimator/batch_estimation.hpp"
 #include "estimator/ceres_estimation.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/paper/figures.hpp"
@@ -21,11 +25,11 @@ using namespace shaker::estimator;
 
 const std::vector<double> kStart = {5.08 * 1.05, 5.0 * 1.05, 1.62 * 1.05, 1.05};
 
-std::vector<std::vector<double>> read(const std::string& name) {
+std::vector<std::vector<double>> read(const std::string& name, bool header = true) {
   std::ifstream file(std::filesystem::path(SHAKER_TEST_DATA) / name);
   std::vector<std::vector<double>> rows;
   std::string line;
-  std::getline(file, line);
+  if (header) std::getline(file, line);
   while (std::getline(file, line)) {
     std::vector<double> row;
     std::stringstream cells(line);
@@ -94,7 +98,7 @@ void J1_shakerd(benchmark::State& state) {
   report_error(state, fit->theta, kExact1);
   state.counters["iterations"] = fit->iterations;
 }
-BENCHMARK(J1_shakerd)->Arg(80)->Arg(120)->Arg(160)->Unit(benchmark::kMicrosecond);
+BENCHMARK(J1_shakerd)->Arg(80)->Arg(120)->Arg(160)->Arg(240)->Unit(benchmark::kMicrosecond);
 
 void J1_ceres(benchmark::State& state) {
   CeresEstimator estimator(model(), job1(), options(static_cast<int>(state.range(0))));
@@ -158,6 +162,102 @@ void J2_ceres(benchmark::State& state) {
   report_error(state, fit.theta, kExact2);
 }
 BENCHMARK(J2_ceres)->Unit(benchmark::kMicrosecond);
+
+// J1 a thousand times with fresh noise, on one and on two threads. Real time: threads.
+void J3_shakerd(benchmark::State& state) {
+  Estimator estimator(model(), job1(), options(80));
+  estimator.fit(paper::kExactTheta);
+  const auto clean = estimator.predicted(0);
+  const auto [low, high] = std::minmax_element(clean.begin(), clean.end());
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> noise(-0.005 * (*high - *low), 0.005 * (*high - *low));
+  std::vector<double> records;
+  for (int i = 0; i < 1000; ++i) {
+    for (const double y : clean)
+      records.push_back(y + noise(generator));
+  }
+  BatchEstimator batch(model(), job1()[0], options(80), static_cast<int>(state.range(0)));
+  const BatchFit* fit = nullptr;
+  for (auto _ : state)
+    fit = &batch.fit(records, kStart);
+  state.counters["converged"] =
+      static_cast<double>(std::count(fit->status.begin(), fit->status.end(), FitStatus::converged));
+}
+BENCHMARK(J3_shakerd)
+    ->Arg(1)
+    ->Arg(2)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+// One periodic solution from nothing with four sensitivities, through a coarse grid.
+void J4_shakerd(benchmark::State& state) {
+  const int points = static_cast<int>(state.range(0));
+  const auto reference = read("oleo_j4_reference.csv", false);
+  PeriodicSystem coarse(model(), {Scheme::order6, 40, true});
+  PeriodicSystem fine(model(), {Scheme::order6, points, true});
+  coarse.set_excitation(2.0, 10.0);
+  fine.set_excitation(2.0, 10.0);
+  for (auto _ : state) {
+    coarse.solve_from_rest(paper::kExactTheta);
+    fine.interpolate_from(coarse);
+    fine.solve(paper::kExactTheta, 30, 1e-6);
+    benchmark::DoNotOptimize(fine.row(0, 0).data());
+  }
+  double worst = 0.0;
+  for (int k = 0; k <= 4; ++k) {
+    double size = 0.0;
+    double error = 0.0;
+    for (int i = 0; i < 40; ++i) {
+      const int point = i * points / 40;
+      const double value =
+          k == 0 ? fine.value(point, 0) : fine.row(point, 0)[static_cast<std::size_t>(k)];
+      const double exact = reference[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)];
+      size = std::max(size, std::fabs(exact));
+      error = std::max(error, std::fabs(value - exact));
+    }
+    worst = std::max(worst, error / size);
+  }
+  state.counters["error"] = worst;
+}
+BENCHMARK(J4_shakerd)->Arg(120)->Arg(160)->Unit(benchmark::kMicrosecond);
+
+// 200 frequencies by continuation: each starts from the parabola through the three before it.
+void J5_shakerd(benchmark::State& state) {
+  const int points = static_cast<int>(state.range(0));
+  const auto reference = read("oleo_j5_reference.csv", false);
+  PeriodicSystem system(model(), {Scheme::order6, points, true});
+  const auto n = static_cast<std::size_t>(points);
+  std::vector<double> before(3 * n);
+  std::vector<double> carrier(n);
+  for (std::size_t i = 0; i < n; ++i)
+    carrier[i] = 10.0 * std::cos(2.0 * std::numbers::pi * static_cast<double>(i) / points);
+  double worst = 0.0;
+  for (auto _ : state) {
+    worst = 0.0;
+    for (std::size_t f = 0; f < reference.size(); ++f) {
+      system.set_excitation_points(reference[f][0], carrier);
+      if (f == 0) {
+        system.solve_from_rest(paper::kExactTheta);
+      } else {
+        const double* z1 = &before[(f - 1) % 3 * n];
+        const double* z2 = &before[(f + 1) % 3 * n];
+        const double* z3 = &before[f % 3 * n];
+        const auto z = system.state();
+        for (std::size_t i = 0; i < n; ++i)
+          z[i] = f < 3 ? z1[i] : 3.0 * (z1[i] - z2[i]) + z3[i];
+        system.solve(paper::kExactTheta, 30, 1e-5);
+      }
+      std::copy_n(system.state().begin(), n,
+                  before.begin() + static_cast<std::ptrdiff_t>(f % 3 * n));
+      for (std::size_t i = 0; i < 40; ++i)
+        worst = std::max(
+            worst, std::fabs(system.value(static_cast<int>(i * n / 40), 0) - reference[f][1 + i]));
+    }
+  }
+  state.counters["error"] = worst;
+}
+BENCHMARK(J5_shakerd)->Arg(160)->Arg(200)->Arg(240)->Arg(320)->Unit(benchmark::kMillisecond);
 
 // One linearisation with sensitivities, over the points: linear.
 void step_over_points(benchmark::State& state) {

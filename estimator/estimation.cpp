@@ -28,6 +28,10 @@ void Estimator::update_run(std::size_t run, const RunData& data) {
   check_run(data, run);
   state.data = data;
   impl_->load(run);
+  for (RunPack& pack : impl_->packs) {
+    if (std::find(pack.runs.begin(), pack.runs.end(), run) != pack.runs.end())
+      impl_->load_pack(pack);
+  }
 }
 
 const Fit& Estimator::fit(const std::vector<double>& start, bool warm) {

@@ -144,6 +144,7 @@ class Estimator {
   Estimate describe() const;
 
  private:
+  friend class BatchEstimator;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -105,8 +105,11 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
     runs[r].saved.resize(systems[r].state().size());
   }
   make_coarse_level();
+  make_packs();
   for (std::size_t r = 0; r < runs.size(); ++r)
     load(r);
+  for (RunPack& pack : packs)
+    load_pack(pack);
   const std::size_t q = free.size();
   gram.resize(q * q);
   scratch_matrix.resize(q * q);

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
 #include "estimator/estimation.hpp"
 #include "estimator/math/aligned.hpp"
+#include "estimator/periodic/periodic_lanes.hpp"
 
 namespace shaker::estimator {
 
@@ -14,6 +16,9 @@ void check_run(const RunData& run, std::size_t index);
 
 // What is left to go after a step, from the rate at which steps shrink.
 double left_after(double step, double previous);
+
+// Relative step at which the lifted method's approach on the data's own few points ends.
+inline constexpr double kCloseEnough = 1e-2;
 
 // How a datum is read off the grid: weights of six neighbours, or one point exactly.
 struct Reading {
@@ -38,6 +43,17 @@ struct RunState {
   std::size_t count() const { return harmonic() ? whitened.size() : readings.size(); }
 };
 
+// Up to eight runs with as many points each, solved abreast; lanes without a run of their own
+// repeat the last one and weigh nothing.
+struct RunPack {
+  RunPack(const Model& model, const GridOptions& grid, int data_points, bool with_coarse);
+  PeriodicLanes fine;
+  std::unique_ptr<PeriodicLanes> coarse;
+  std::vector<std::size_t> runs;
+  int every = 1;
+  AlignedVector data, weight, products, delta, newton_step;
+};
+
 struct Estimator::Impl {
   Impl(const Model& model, std::vector<RunData> runs, EstimationOptions options);
 
@@ -46,6 +62,7 @@ struct Estimator::Impl {
   std::vector<RunState> runs;
   std::vector<PeriodicSystem> systems;
   std::vector<PeriodicSystem> coarse;  // on the data's own points, for the first steps; or empty
+  std::vector<RunPack> packs;          // of all runs, or none: the systems are solved one by one
   std::vector<int> free;               // indices of the free parameters
   Fit fit;
 
@@ -64,7 +81,9 @@ struct Estimator::Impl {
   double last_step = 0.0;    // of the lifted method, relative
 
   void make_coarse_level();
+  void make_packs();
   void load(std::size_t run);
+  void load_pack(RunPack& pack);
   void prepare_readings(RunState& run, int points);
   void prepare_harmonics(RunState& run, int points);
   void prepare_projector(RunState& run, int points);
@@ -73,12 +92,21 @@ struct Estimator::Impl {
   // Adds up gram, gradient and sum of squares over all runs; residuals include the Newton step of z
   // when `with_newton` (the lifted method).
   void accumulate(std::vector<PeriodicSystem>& level, bool with_newton);
+  void normal_equations();  // from `products`
   // Solves (gram + lambda diag) delta = gradient inside the box. False when gram is not definite.
   bool box_step(double lambda);
   double relative_step() const;
 
   bool fit_lifted(bool warm);
-  bool lifted_steps(std::vector<PeriodicSystem>& level);
+  bool lifted_steps(bool approach);
+  // Linearises all solutions and adds up the normal equations; then moves them along `delta_full`
+  // and returns the largest Newton step, relative. One system after another, or packs.
+  bool linearise_all(bool approach);
+  double advance_all(bool approach);
+  bool linearise_packs(bool approach);
+  double advance_packs(bool approach);
+  void states_to_packs(bool approach);
+  void packs_to_systems();
   void fit_nested(const std::vector<double>& start, bool warm, bool damped);
   bool cap_step(const std::vector<double>& start);
   bool solve_all(bool warm);
@@ -102,6 +130,9 @@ struct Estimator::Impl {
   double noise_variance() const;
 
   void finish();
+  // From the sum of squared residuals and `gram`; false when the rows of the systems are needed.
+  bool finish_from(double residual_sum);
+  void finish_errors();
   double residual_sum() const;
   void finish_noise();
   void adjust_for_estimated_covariance();

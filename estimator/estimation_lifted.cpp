@@ -8,8 +8,6 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kCloseEnough = 1e-2;  // of theta, where the approach on few points ends
-
 // Largest relative Newton step of a state.
 double newton_step(const PeriodicSystem& system) {
   double step = 0.0;
@@ -42,28 +40,46 @@ bool Estimator::Impl::fit_lifted(bool warm) {
       if (!start_from_data(r, first[r])) return false;
     }
     if (!coarse.empty()) {
-      if (!lifted_steps(coarse)) return false;
-      for (std::size_t r = 0; r < runs.size(); ++r)
+      states_to_packs(true);
+      if (!lifted_steps(true)) return false;
+      for (RunPack& pack : packs)
+        pack.fine.interpolate_from(*pack.coarse);
+      for (std::size_t r = 0; packs.empty() && r < runs.size(); ++r)
         systems[r].interpolate_from(coarse[r]);
     }
   }
-  return lifted_steps(systems);
+  if (warm || coarse.empty()) states_to_packs(false);
+  if (!lifted_steps(false)) return false;
+  packs_to_systems();
+  return true;
 }
 
-bool Estimator::Impl::lifted_steps(std::vector<PeriodicSystem>& level) {
-  const bool approach = &level == &coarse;
+bool Estimator::Impl::linearise_all(bool approach) {
+  if (!packs.empty()) return linearise_packs(approach);
+  auto& level = approach ? coarse : systems;
+  for (PeriodicSystem& system : level) {
+    if (!system.linearise(fit.theta) || !system.solve_step()) return false;
+  }
+  accumulate(level, true);
+  return true;
+}
+
+double Estimator::Impl::advance_all(bool approach) {
+  if (!packs.empty()) return advance_packs(approach);
+  double step = 0.0;
+  for (PeriodicSystem& system : approach ? coarse : systems) {
+    step = std::max(step, newton_step(system));
+    system.advance(1.0, delta_full);
+  }
+  return step;
+}
+
+bool Estimator::Impl::lifted_steps(bool approach) {
   int without_progress = 0;
   for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
-    for (PeriodicSystem& system : level) {
-      if (!system.linearise(fit.theta) || !system.solve_step()) return false;
-    }
-    accumulate(level, true);
+    if (!linearise_all(approach)) return false;
     if (!box_step(0.0)) return false;
-    double state_step = 0.0;
-    for (PeriodicSystem& system : level) {
-      state_step = std::max(state_step, newton_step(system));
-      system.advance(1.0, delta_full);
-    }
+    const double state_step = advance_all(approach);
     const double step = std::max(relative_step(), state_step);
     for (std::size_t k = 0; k < fit.theta.size(); ++k)
       fit.theta[k] += delta_full[k];

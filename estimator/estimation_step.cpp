@@ -7,7 +7,6 @@
 namespace shaker::estimator {
 
 void Estimator::Impl::accumulate(std::vector<PeriodicSystem>& level, bool with_newton) {
-  const std::size_t q = free.size();
   const std::size_t size = 1 + fit.theta.size();
   std::fill(products.begin(), products.end(), 0.0);
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -26,6 +25,12 @@ void Estimator::Impl::accumulate(std::vector<PeriodicSystem>& level, bool with_n
       }
     });
   }
+  normal_equations();
+}
+
+void Estimator::Impl::normal_equations() {
+  const std::size_t q = free.size();
+  const std::size_t size = 1 + fit.theta.size();
   sum_of_squares = products[0];
   for (std::size_t k = 0; k < q; ++k) {
     const std::size_t row = static_cast<std::size_t>(1 + free[k]) * size;
@@ -72,24 +77,24 @@ bool Estimator::Impl::box_step(double lambda) {
       for (std::size_t m = 0; m < k; ++m)
         sum -= factors[k * q + m] * factors[k * q + m];
       if (!(sum > 1e-13 * diagonal)) return false;
-      const double root = std::sqrt(sum);
-      factors[k * q + k] = root;
+      const double inverse = 1.0 / std::sqrt(sum);
+      factors[k * q + k] = inverse;  // of the factor's diagonal
       for (std::size_t r = k + 1; r < q; ++r) {
         double value = factors[r * q + k];
         for (std::size_t m = 0; m < k; ++m)
           value -= factors[r * q + m] * factors[k * q + m];
-        factors[r * q + k] = value / root;
+        factors[r * q + k] = value * inverse;
       }
     }
     for (std::size_t k = 0; k < q; ++k) {
       for (std::size_t m = 0; m < k; ++m)
         scratch_vector[k] -= factors[k * q + m] * scratch_vector[m];
-      scratch_vector[k] /= factors[k * q + k];
+      scratch_vector[k] *= factors[k * q + k];
     }
     for (std::size_t k = q; k-- > 0;) {
       for (std::size_t r = k + 1; r < q; ++r)
         scratch_vector[k] -= factors[r * q + k] * scratch_vector[r];
-      scratch_vector[k] /= factors[k * q + k];
+      scratch_vector[k] *= factors[k * q + k];
     }
     bool inside = true;
     for (std::size_t k = 0; k < q; ++k) {

@@ -48,6 +48,14 @@ void multiply(const std::vector<double>& a, const std::vector<double>& b, std::v
 }  // namespace
 
 void Estimator::Impl::finish() {
+  const bool solved = fit.status != FitStatus::no_solution;
+  if (!finish_from(solved ? residual_sum() : 0.0)) {
+    finish_by_svd(scratch_vector, free.size());
+    finish_errors();
+  }
+}
+
+bool Estimator::Impl::finish_from(double residuals) {
   const std::size_t q = free.size();
   fit.observations = observations;
   fit.degrees_of_freedom = observations - static_cast<long>(q);
@@ -59,15 +67,22 @@ void Estimator::Impl::finish() {
     const ModelParameter& p = model.parameters()[k];
     fit.at_bound[k] = !p.fixed && (fit.theta[k] <= p.lower || fit.theta[k] >= p.upper);
   }
-  if (fit.status == FitStatus::no_solution) return;
-  fit.sum_of_squares = residual_sum() + total_scatter;
+  if (fit.status == FitStatus::no_solution) return true;
+  fit.sum_of_squares = residuals + total_scatter;
   finish_noise();
-  if (q == 0) return;
+  if (q == 0) return true;
 
   scratch_vector.resize(q);
   for (std::size_t k = 0; k < q; ++k)
     scratch_vector[k] = std::sqrt(std::max(gram[k * q + k], 0.0));
-  if (!finish_definite(scratch_vector, q)) finish_by_svd(scratch_vector, q);
+  if (!finish_definite(scratch_vector, q)) return false;
+  finish_errors();
+  return true;
+}
+
+// Covariance and standard errors from the inverse that stands in fit.covariance.
+void Estimator::Impl::finish_errors() {
+  const std::size_t q = free.size();
   const bool excitation_noise = std::any_of(runs.begin(), runs.end(), [](const RunState& run) {
     return run.data.excitation_error > 0.0;
   });
@@ -254,13 +269,12 @@ bool Estimator::Impl::finish_definite(const std::vector<double>& scale, std::siz
       unit(static_cast<Eigen::Index>(l), static_cast<Eigen::Index>(k)) = value;
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Small> eigen(unit);
+  const Eigen::SelfAdjointEigenSolver<Small> eigen(unit, Eigen::EigenvaluesOnly);
   const double smallest = eigen.eigenvalues()[0];
   const double largest = eigen.eigenvalues()[size - 1];
   if (!(smallest > 0.0) || largest / smallest > kGramCondition * kGramCondition) return false;
   fit.condition = std::sqrt(largest / smallest);
-  const Small inverse = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
-                        eigen.eigenvectors().transpose();
+  const Small inverse = unit.llt().solve(Small::Identity(size, size));
   for (std::size_t k = 0; k < q; ++k) {
     for (std::size_t l = 0; l < q; ++l)
       fit.covariance[k * q + l] =

@@ -126,6 +126,14 @@ class Model {
   // Jump of d2g/dv2 at v = 0 and stroke u for a model of one coordinate (Effect::velocity_kink); 0
   // for more.
   double velocity_kink(const double* theta, double u = 0.0) const;
+  // Its derivative over each parameter; `theta` is put back as it was.
+  void velocity_kink_gradient(std::span<double> theta, double* gradient) const;
+
+  // Eight models abreast, each with parameters of its own: see Effect::evaluate_lanes for the order
+  // of points and parameters. Returns a bit for each lane that is admissible throughout. Only for
+  // models of which lanes_possible(): one coordinate, effects that need nothing else.
+  bool lanes_possible() const;
+  unsigned evaluate_lanes(const ModelPoints& at, const double* theta, const ModelForces& out) const;
 
  private:
   friend class ModelBuilder;

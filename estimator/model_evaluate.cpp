@@ -1,5 +1,6 @@
 // The residual of a model and its partial derivatives: the loops over points.
 #include <algorithm>
+#include <cmath>
 
 #include "estimator/model.hpp"
 
@@ -91,6 +92,36 @@ bool Model::evaluate_plain(const ModelPoints& at, const double* theta,
     }
   }
   return true;
+}
+
+bool Model::lanes_possible() const {
+  return plain_ && !needs_carrier_ && instruments_.empty() && exciter_parameters_ == 0 &&
+         std::all_of(terms_.begin(), terms_.end(),
+                     [](const Term& term) { return term.borrowed.empty(); });
+}
+
+unsigned Model::evaluate_lanes(const ModelPoints& at, const double* theta,
+                               const ModelForces& out) const {
+  const int n = at.n;
+  double* __restrict g = out.g[0];
+  for (int i = 0; i < n; ++i)
+    g[i] = mass_[0] * at.a[0][i] - excitation_[0] * at.x[i];
+  std::fill_n(out.g_u[0], n, 0.0);
+  std::fill_n(out.g_v[0], n, 0.0);
+  std::fill_n(out.g_a[0], n, mass_[0]);
+  unsigned sound = ~0U;
+  const Points points = local_points(at, at.u[0], at.v[0], at.a[0]);
+  for (const Term& term : terms_) {
+    Forces forces;
+    forces.f = out.g[0];
+    forces.f_u = out.g_u[0];
+    forces.f_v = out.g_v[0];
+    forces.f_a = out.g_a[0];
+    forces.f_theta = out.g_theta + term.first_parameter;
+    sound &= term.effect->evaluate_lanes(points, theta + 8 * term.first_parameter,
+                                         term.constants.data(), forces);
+  }
+  return sound;
 }
 
 // Several: each effect sees a combination of coordinates; its force and slopes are spread over the
@@ -319,6 +350,18 @@ void Model::true_excitation(const ModelPoints& at, const double* theta, double* 
     add(at.n, -1.0, scratch[0], x);
     for (std::size_t k = 0; k < term.effect->parameters().size(); ++k)
       add(at.n, -1.0, scratch[1 + k], x_theta[static_cast<std::size_t>(term.first_parameter) + k]);
+  }
+}
+
+// By a forward difference: kinks are linear in their coefficients.
+void Model::velocity_kink_gradient(std::span<double> theta, double* gradient) const {
+  const double kink = velocity_kink(theta.data());
+  for (std::size_t k = 0; k < theta.size(); ++k) {
+    const double was = theta[k];
+    const double step = 1e-4 * std::max(std::fabs(was), 1e-8);
+    theta[k] = was + step;
+    gradient[k] = (velocity_kink(theta.data()) - kink) / step;
+    theta[k] = was;
   }
 }
 

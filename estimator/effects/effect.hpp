@@ -141,6 +141,13 @@ class Effect {
   virtual bool evaluate(const Points& at, const double* theta, const double* constants,
                         const Forces& out) const = 0;
 
+  // The same for eight models abreast: point i is of lane i % 8, parameter k of lane l is
+  // theta[8 k + l], at.n a multiple of 8. Returns a bit for each lane that is admissible
+  // throughout. For effects without internal coordinates that do not see the excitation. This one
+  // takes the lanes apart and calls `evaluate`; effects of the hot loop have their own.
+  virtual unsigned evaluate_lanes(const Points& at, const double* theta, const double* constants,
+                                  const Forces& out) const;
+
   virtual bool has_velocity_kink() const { return false; }
   // The jump of the second derivative of the force over v, at v = 0 and stroke u: what |v| v has
   // and what limits every fixed grid to third order. 0 for a smooth effect.

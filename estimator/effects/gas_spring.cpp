@@ -2,7 +2,7 @@
 // V0. (6.3), derivative (A.2), and (A.5) as corrected: the exponents of its second and third
 // entries are -theta4 and -theta4 - 1.
 #include "estimator/effects/catalogue.hpp"
-#include "estimator/math/simd_math.hpp"
+#include "estimator/math/lanes.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -37,6 +37,32 @@ SHAKER_SIMD_CLONES long add(int n, const double* __restrict u, double theta2, do
   return inadmissible;
 }
 
+// The same, lane by lane: pointers at a Lanes a point and a parameter.
+SHAKER_SIMD_CLONES unsigned add_lanes(int points, const Lanes* u, const Lanes* theta, Lanes* f,
+                                      Lanes* f_u, Lanes* f_theta2, Lanes* f_theta3,
+                                      Lanes* f_theta4) {
+  const Lanes over_theta2 = 1.0 / theta[0];
+  LaneMask admissible = ~LaneMask{};
+  for (int i = 0; i < points; ++i) {
+    const Lanes raw = 1.0 - theta[1] * u[i];
+    const LaneMask here = raw > kClosestToWall;
+    admissible &= here;
+    const Lanes w = here ? raw : Lanes{} + 1.0;
+    Lanes logarithm;
+    fast_log(w, logarithm);
+    Lanes power;
+    fast_exp(-theta[2] * logarithm, power);
+    const Lanes force = theta[0] * power;
+    const Lanes slope = force * theta[2] / w;
+    f[i] += force;
+    f_u[i] += slope * theta[1];
+    f_theta2[i] = force * over_theta2;
+    f_theta3[i] = slope * u[i];
+    f_theta4[i] = -force * logarithm;
+  }
+  return bits_of(admissible);
+}
+
 class GasSpring final : public Effect {
  public:
   std::string_view name() const override { return "gas_spring"; }
@@ -47,6 +73,12 @@ class GasSpring final : public Effect {
                 const Forces& out) const override {
     return add(at.n, at.u, theta[0], theta[1], theta[2], out.f, out.f_u, out.f_theta[0],
                out.f_theta[1], out.f_theta[2]) == 0;
+  }
+  unsigned evaluate_lanes(const Points& at, const double* theta, const double*,
+                          const Forces& out) const override {
+    return add_lanes(at.n / kLanes, as_lanes(at.u), as_lanes(theta), as_lanes(out.f),
+                     as_lanes(out.f_u), as_lanes(out.f_theta[0]), as_lanes(out.f_theta[1]),
+                     as_lanes(out.f_theta[2]));
   }
 };
 

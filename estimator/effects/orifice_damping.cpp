@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "estimator/effects/catalogue.hpp"
-#include "estimator/math/simd_math.hpp"
+#include "estimator/math/lanes.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -23,6 +23,17 @@ SHAKER_SIMD_CLONES void add(int n, const double* __restrict v, double theta1, do
   }
 }
 
+SHAKER_SIMD_CLONES void add_lanes(int points, const Lanes* v, const Lanes& theta1, Lanes* f,
+                                  Lanes* f_v, Lanes* f_theta1) {
+  for (int i = 0; i < points; ++i) {
+    const Lanes magnitude = v[i] < 0.0 ? -v[i] : v[i];
+    const Lanes square = magnitude * v[i];
+    f[i] += theta1 * square;
+    f_v[i] += 2.0 * theta1 * magnitude;
+    f_theta1[i] = square;
+  }
+}
+
 class OrificeDamping final : public Effect {
  public:
   std::string_view name() const override { return "orifice_damping"; }
@@ -33,6 +44,12 @@ class OrificeDamping final : public Effect {
                 const Forces& out) const override {
     add(at.n, at.v, theta[0], out.f, out.f_v, out.f_theta[0]);
     return true;
+  }
+  unsigned evaluate_lanes(const Points& at, const double* theta, const double*,
+                          const Forces& out) const override {
+    add_lanes(at.n / kLanes, as_lanes(at.v), *as_lanes(theta), as_lanes(out.f), as_lanes(out.f_v),
+              as_lanes(out.f_theta[0]));
+    return (1U << kLanes) - 1;
   }
   bool has_velocity_kink() const override { return true; }
   double velocity_kink(const double* theta, const double*, double) const override {

@@ -24,21 +24,22 @@
 
 namespace shaker::estimator {
 
+// Real is double with Bits = std::uint64_t, or a vector of doubles with one of std::uint64_t.
 // Precondition: x positive, finite and normal.
-SHAKER_INLINE double fast_log(double x) {
+template <class Real, class Bits>
+SHAKER_INLINE void logarithm_of(const Real& x, Real& out) {
   // x = 2^k m with m in [sqrt(1/2), sqrt(2)).
   constexpr std::uint64_t kSqrtHalf = 0x3fe6a09e667f3bcdULL;
-  const std::uint64_t bits = std::bit_cast<std::uint64_t>(x);
-  const std::uint64_t shifted = bits - kSqrtHalf;
-  const double m = std::bit_cast<double>(bits - (shifted & 0xfff0000000000000ULL));
+  const Bits bits = __builtin_bit_cast(Bits, x);
+  const Bits shifted = bits - kSqrtHalf;
+  const Real m = __builtin_bit_cast(Real, bits - (shifted & 0xfff0000000000000ULL));
   // Integer to double without a conversion instruction: 2^52 + (k mod 4096), as bits.
-  const double wrapped =
-      std::bit_cast<double>((shifted >> 52) | 0x4330000000000000ULL) - 4503599627370496.0;
-  const double k = wrapped >= 2048.0 ? wrapped - 4096.0 : wrapped;
-  const double s = (m - 1.0) / (m + 1.0);
-  const double q = s * s;
-  double p = 1.0 / 23.0;
-  p = p * q + 1.0 / 21.0;
+  const Real wrapped =
+      __builtin_bit_cast(Real, (shifted >> 52) | 0x4330000000000000ULL) - 4503599627370496.0;
+  const Real k = wrapped >= 2048.0 ? wrapped - 4096.0 : wrapped;
+  const Real s = (m - 1.0) / (m + 1.0);
+  const Real q = s * s;
+  Real p = q * (1.0 / 23.0) + 1.0 / 21.0;
   p = p * q + 1.0 / 19.0;
   p = p * q + 1.0 / 17.0;
   p = p * q + 1.0 / 15.0;
@@ -50,20 +51,20 @@ SHAKER_INLINE double fast_log(double x) {
   p = p * q + 1.0 / 3.0;
   constexpr double kLn2High = 6.93147180369123816490e-01;
   constexpr double kLn2Low = 1.90821492927058770002e-10;
-  return k * kLn2High + (2.0 * s + (2.0 * s * q * p + k * kLn2Low));
+  out = k * kLn2High + (2.0 * s + (2.0 * s * q * p + k * kLn2Low));
 }
 
 // Precondition: |x| < 700.
-SHAKER_INLINE double fast_exp(double x) {
+template <class Real, class Bits>
+SHAKER_INLINE void exponential_of(const Real& x, Real& out) {
   constexpr double kLog2e = 1.44269504088896340736;
   constexpr double kLn2High = 6.93147180369123816490e-01;
   constexpr double kLn2Low = 1.90821492927058770002e-10;
   constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to an integer
-  const double shifted = x * kLog2e + kRound;
-  const double k = shifted - kRound;
-  const double r = (x - k * kLn2High) - k * kLn2Low;
-  double p = 1.0 / 6227020800.0;
-  p = p * r + 1.0 / 479001600.0;
+  const Real shifted = x * kLog2e + kRound;
+  const Real k = shifted - kRound;
+  const Real r = (x - k * kLn2High) - k * kLn2Low;
+  Real p = r * (1.0 / 6227020800.0) + 1.0 / 479001600.0;
   p = p * r + 1.0 / 39916800.0;
   p = p * r + 1.0 / 3628800.0;
   p = p * r + 1.0 / 362880.0;
@@ -76,8 +77,20 @@ SHAKER_INLINE double fast_exp(double x) {
   p = p * r + 0.5;
   p = p * r + 1.0;
   p = p * r + 1.0;
-  const std::uint64_t scale = (std::bit_cast<std::uint64_t>(shifted) + 1023) << 52;
-  return p * std::bit_cast<double>(scale);
+  const Bits scale = (__builtin_bit_cast(Bits, shifted) + 1023) << 52;
+  out = p * __builtin_bit_cast(Real, scale);
+}
+
+SHAKER_INLINE double fast_log(double x) {
+  double out;
+  logarithm_of<double, std::uint64_t>(x, out);
+  return out;
+}
+
+SHAKER_INLINE double fast_exp(double x) {
+  double out;
+  exponential_of<double, std::uint64_t>(x, out);
+  return out;
 }
 
 }  // namespace shaker::estimator

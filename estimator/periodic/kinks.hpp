@@ -31,15 +31,21 @@
 #include <vector>
 
 #include "estimator/math/aligned.hpp"
+#include "estimator/math/lanes.hpp"
 #include "estimator/periodic/scheme.hpp"
 
 namespace shaker::estimator {
 
-// Belongs to one PeriodicSystem of one coordinate. Nothing allocates after construction.
+// How far neighbours lie apart in memory: points in v, a, g..., rows of right-hand sides, and
+// columns in a row (Newton step first, then sensitivities).
+struct KinkLayout {
+  int point = 1, row = 8, column = 1;
+};
+
+// Belongs to one solution of one coordinate. Nothing allocates after construction.
 class KinkCorrection {
  public:
-  // `stride`: doubles in a row of right-hand sides: Newton step, sensitivities, padding.
-  KinkCorrection(const Stencil& stencil, int points, int parameters, int stride);
+  KinkCorrection(const Stencil& stencil, int points, int parameters, KinkLayout layout);
 
   // Begins anew: nothing is known of sensitivities.
   void forget();
@@ -51,7 +57,8 @@ class KinkCorrection {
   bool any() const { return count_ > 0; }
   // After the model has been evaluated: inertia, smooth damping and stiffness at the zeros.
   void learn_slopes(const double* g_u, const double* g_v, const double* g_a, const double* v);
-  // From the sensitivities that `rows` hold, before the next right-hand sides overwrite them.
+  // From the sensitivities that `rows` hold, before the next right-hand sides overwrite them;
+  // `kappa_theta`: dkappa/dtheta_k at [1 + k], 64-byte aligned, padded to a multiple of 8.
   void learn_sensitivities(const double* rows, const double* kappa_theta);
   // Adds what the jumps do to the right-hand sides of the sensitivities.
   void correct_right_hand_sides(const double* g_v, const double* g_a, double* rows) const;
@@ -61,17 +68,21 @@ class KinkCorrection {
   static constexpr int kOrders = 3;
 
   struct Zero {
-    int base = 0;                                                       // last point before it
+    bool known = false;  // from the step before, with this base
+    int base = 0;        // last point before it
     double fraction = 0.0, acceleration = 0.0, jerk = 0.0, snap = 0.0;  // snap: mean of both sides
     double jump4 = 0.0, jump5 = 0.0;                                    // of the state
     double inertia = 1.0, damping = 0.0, stiffness = 0.0;
     // What unit jumps add to first and second differences at points base - reach + 1 ...
-    double first[kOrders][6], second[kOrders][6];
+    alignas(64) double first[kOrders][kLanes] = {};
+    alignas(64) double second[kOrders][kLanes] = {};
   };
   int wrapped(int i) const { return i < 0 ? i + n_ : i >= n_ ? i - n_ : i; }
+  double at(const double* values, int i) const { return values[layout_.point * wrapped(i)]; }
   void locate(Zero& zero, const double* v, const double* a) const;
   void find_root(Zero& zero, double v0, double v1, double a0, double a1) const;
-  void weigh(Zero& zero, int begin, int end) const;
+  void prepare_weights();
+  void weigh(Zero& zero) const;
   double* jumps(int zero, int order) {
     return &jumps_[static_cast<std::size_t>(zero * kOrders + order) *
                    static_cast<std::size_t>(stride_)];
@@ -81,12 +92,18 @@ class KinkCorrection {
   }
 
   Stencil stencil_;
-  int n_, p_, stride_;
+  int n_, p_;
+  KinkLayout layout_;
+  int stride_;  // of jumps_: columns, rounded up to whole Lanes
   double rate_ = 1.0, kappa_ = 0.0;
   int count_ = 0;  // zeros found
+  int used_ = 0;   // of which something is remembered
   int known_ = 0;  // zeros for which jumps_ hold something; 0: nothing
   std::array<Zero, kMost> zeros_;
-  AlignedVector jumps_;  // of the sensitivities: [zero][order - 3][column]
+  void fill_window(const Zero& zero, const double* rows);
+  AlignedVector jumps_;                    // of the sensitivities: [zero][order - 3][column]
+  AlignedVector offset_, first_, second_;  // of the neighbours across a zero: prepare_weights
+  AlignedVector window_;                   // rows around a zero, columns side by side
 };
 
 }  // namespace shaker::estimator

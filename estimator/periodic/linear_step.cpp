@@ -26,16 +26,8 @@ SHAKER_SIMD_CLONES void fill_band(int n, int reach, const double* __restrict fir
 
 }  // namespace
 
-// dkappa/dtheta by a forward difference: kappa is linear in its coefficient.
 void PeriodicSystem::learn_jumps() {
-  const double kappa = model_->velocity_kink(theta_.data());
-  for (int k = 0; k < p_; ++k) {
-    const double theta = theta_[k];
-    const double step = 1e-4 * std::max(std::fabs(theta), 1e-8);
-    theta_[k] = theta + step;
-    kappa_theta_[1 + k] = (model_->velocity_kink(theta_.data()) - kappa) / step;
-    theta_[k] = theta;
-  }
+  model_->velocity_kink_gradient(theta_, &kappa_theta_[1]);
   kinks_->learn_sensitivities(rows_.data(), kappa_theta_.data());
 }
 

@@ -119,7 +119,7 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
   } else {
     banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
     if (options.correct_kink && model.has_velocity_kink()) {
-      kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, stride_);
+      kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, KinkLayout{1, stride_, 1});
       kappa_theta_.resize(stride_);
     }
     band_.resize(static_cast<std::size_t>(n_) * 8);
@@ -232,6 +232,14 @@ std::span<const double> PeriodicSystem::observed_row(int point, int channel) con
 void PeriodicSystem::begin() {
   rows_hold_sensitivities_ = false;
   if (kinks_) kinks_->forget();
+}
+
+void PeriodicSystem::put(int point, double z, double v, double a, const double* row, int stride) {
+  z_[point] = z;
+  v_[0][point] = v;
+  a_[0][point] = a;
+  for (int k = 0; k <= p_; ++k)
+    rows_[static_cast<std::size_t>(point) * stride_ + k] = row[k * stride];
 }
 
 // Trigonometric interpolation would ring at the kinks; four-point Lagrange is enough for a start.

@@ -73,6 +73,9 @@ class PeriodicSystem {
   std::span<const double> state() const { return z_; }
   double value(int point, int coordinate) const { return z_[point * s_ + coordinate]; }
   void interpolate_from(const PeriodicSystem& coarser);
+  // One point of a solution that was found elsewhere (one coordinate): state, velocity,
+  // acceleration, and the row (Newton step, sensitivities) with its columns `stride` apart.
+  void put(int point, double z, double v, double a, const double* row, int stride);
 
   // --- one linearisation. `linearise` evaluates residual and slopes at the state; false when some
   // point is inadmissible. `solve_step` then solves for the rows; false when singular.

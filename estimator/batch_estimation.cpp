@@ -1,0 +1,274 @@
+#include "estimator/batch_estimation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "estimator/estimation_impl.hpp"
+
+namespace shaker::estimator {
+
+// One thread's workspace. Its Estimator holds the tables of the run, does the small linear algebra
+// of one lane at a time, and takes over the records that the lanes give up.
+struct BatchEstimator::Worker {
+  Worker(const Model& model, const RunData& given, const EstimationOptions& options)
+      : run(given), estimator(model, {given}, options), impl(*estimator.impl_) {
+    const RunState& state = impl.runs[0];
+    if (!PeriodicLanes::possible(model, options.grid) || options.method != Method::lifted ||
+        state.every == 0 || state.harmonic() || !state.data.sample_weight.empty())
+      return;
+    pack = std::make_unique<RunPack>(model, impl.systems[0].options(),
+                                     static_cast<int>(given.displacement.size()),
+                                     !impl.coarse.empty());
+    pack->runs.assign(kLanes, 0);
+    impl.load_pack(*pack);
+    coefficients.resize(state.coefficients.size() * kLanes);
+  }
+
+  void fit_pack(std::size_t first_record, std::size_t count, const std::vector<double>& theta,
+                BatchFit& out);
+  void start(const std::vector<double>& theta);
+  void steps(bool approach);
+  bool step_lane(std::size_t lane);
+  void judge_lane(std::size_t lane, int iteration);
+  void normal_equations_of(std::size_t lane);
+  bool finish_lane(std::size_t lane);
+  void store(std::size_t record) const;
+  bool is(unsigned mask, std::size_t lane) const { return (mask >> lane & 1U) != 0; }
+
+  RunData run;
+  Estimator estimator;
+  Estimator::Impl& impl;
+  std::unique_ptr<RunPack> pack;  // null: records are fitted one by one
+  AlignedVector coefficients;
+  // Of the pack in hand.
+  std::size_t first = 0, records = 0;
+  BatchFit* out = nullptr;
+  bool on_coarse = false;
+  unsigned moving = 0, failed = 0;  // a bit for each lane
+  std::array<double, kLanes> step{}, last_step{};
+  std::array<int, kLanes> iterations{}, without_progress{};
+};
+
+BatchEstimator::BatchEstimator(const Model& model, const RunData& run, EstimationOptions options,
+                               int threads)
+    : points_(run.displacement.size()) {
+  if (points_ == 0 || !run.tau.empty() || !run.harmonics.empty())
+    throw std::invalid_argument("a batch needs a run of samples on equal steps");
+  options.keep_iterates = false;
+  for (int t = 0; t < std::max(1, threads); ++t)
+    workers_.push_back(std::make_unique<Worker>(model, run, options));
+  fit_.parameters = static_cast<std::size_t>(model.parameter_count());
+}
+
+BatchEstimator::~BatchEstimator() = default;
+
+const BatchFit& BatchEstimator::fit(std::span<const double> records,
+                                    const std::vector<double>& start) {
+  if (records.size() % points_ != 0)
+    throw std::invalid_argument(
+        fmt::format("{} samples are no whole number of records of {}", records.size(), points_));
+  if (start.size() != fit_.parameters)
+    throw std::invalid_argument(
+        fmt::format("the start has {} parameters, the model {}", start.size(), fit_.parameters));
+  const auto bad =
+      std::find_if(records.begin(), records.end(), [](double y) { return !std::isfinite(y); });
+  if (bad != records.end())
+    throw std::invalid_argument(
+        fmt::format("record {}: a sample is missing or not finite; leave such records out",
+                    static_cast<std::size_t>(bad - records.begin()) / points_ + 1));
+  records_ = records;
+  start_ = start;
+  const std::size_t count = records.size() / points_;
+  fit_.records = count;
+  fit_.theta.resize(count * fit_.parameters);
+  fit_.standard_error.resize(count * fit_.parameters);
+  fit_.sum_of_squares.resize(count);
+  fit_.noise.resize(count);
+  fit_.status.resize(count);
+  fit_.iterations.resize(count);
+  const auto work = [&](std::size_t thread) {
+    for (std::size_t first = thread * kLanes; first < count; first += workers_.size() * kLanes)
+      fit_pack(*workers_[thread], first);
+  };
+  if (workers_.size() == 1) {
+    work(0);
+    return fit_;
+  }
+  std::vector<std::jthread> threads;
+  for (std::size_t t = 1; t < workers_.size(); ++t)
+    threads.emplace_back(work, t);
+  work(0);
+  threads.clear();  // joins
+  return fit_;
+}
+
+void BatchEstimator::fit_pack(Worker& worker, std::size_t first) {
+  const std::size_t count = std::min<std::size_t>(kLanes, fit_.records - first);
+  const auto record = [&](std::size_t i) { return records_.subspan(i * points_, points_); };
+  if (worker.pack) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const auto data = record(first + std::min(lane, count - 1));
+      for (std::size_t j = 0; j < points_; ++j)
+        worker.pack->data[kLanes * j + lane] = data[j];
+    }
+    worker.fit_pack(first, count, start_, fit_);
+  } else {
+    worker.failed = kAllLanes;
+  }
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    if (!worker.is(worker.failed, lane)) continue;
+    const auto data = record(first + lane);
+    std::copy(data.begin(), data.end(), worker.run.displacement.begin());
+    worker.estimator.update_run(0, worker.run);
+    worker.estimator.fit(start_);
+    worker.out = &fit_;
+    worker.store(first + lane);
+  }
+}
+
+void BatchEstimator::Worker::fit_pack(std::size_t first_record, std::size_t count,
+                                      const std::vector<double>& theta, BatchFit& results) {
+  first = first_record;
+  records = count;
+  out = &results;
+  failed = 0;
+  iterations.fill(0);
+  last_step.fill(std::numeric_limits<double>::infinity());
+  start(theta);
+  if (pack->coarse) {
+    steps(true);
+    pack->fine.interpolate_from(*pack->coarse);
+    std::copy_n(pack->coarse->theta(), kLanes * theta.size(), pack->fine.theta());
+  }
+  steps(false);
+}
+
+// The first harmonics of each record are its state.
+void BatchEstimator::Worker::start(const std::vector<double>& theta) {
+  const RunState& state = impl.runs[0];
+  PeriodicLanes& level = pack->coarse ? *pack->coarse : pack->fine;
+  const std::size_t terms = state.coefficients.size();
+  Lanes* c = as_lanes(coefficients.data());
+  std::fill_n(c, terms, Lanes{});
+  for (std::size_t j = 0; j < run.displacement.size(); ++j) {
+    for (std::size_t t = 0; t < terms; ++t)
+      c[t] += state.analysis[j * terms + t] * as_lanes(pack->data.data())[j];
+  }
+  const auto n = static_cast<std::size_t>(level.points());
+  const std::size_t every = state.synthesis.size() / terms / n;
+  for (std::size_t i = 0; i < n; ++i) {
+    Lanes sum{};
+    for (std::size_t t = 0; t < terms; ++t)
+      sum += state.synthesis[i * every * terms + t] * c[t];
+    as_lanes(level.state())[i] = sum;
+  }
+  for (std::size_t k = 0; k < theta.size(); ++k)
+    std::fill_n(level.theta() + kLanes * k, kLanes, theta[k]);
+  level.begin();
+}
+
+// Each lane moves until it has arrived and then stands still, whatever its neighbours do.
+void BatchEstimator::Worker::steps(bool approach) {
+  PeriodicLanes& lanes = approach ? *pack->coarse : pack->fine;
+  on_coarse = approach;
+  moving = kAllLanes & ~failed;
+  without_progress.fill(0);
+  for (int iteration = 1; iteration <= impl.options.max_iterations && moving != 0; ++iteration) {
+    const unsigned admissible = lanes.linearise(moving);
+    failed |= moving & ~(admissible & lanes.solve_step(moving));
+    lanes.sum_products(pack->data.data(), static_cast<int>(run.displacement.size()),
+                       approach ? 1 : pack->every, pack->products.data());
+    std::fill(pack->delta.begin(), pack->delta.end(), 0.0);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (is(moving & ~failed, lane) && !step_lane(lane)) failed |= 1U << lane;
+    }
+    moving &= ~failed;
+    lanes.advance(pack->delta.data(), pack->newton_step.data(), moving);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (is(moving, lane)) judge_lane(lane, iteration);
+    }
+    moving &= ~failed;
+  }
+  failed |= moving;
+}
+
+void BatchEstimator::Worker::normal_equations_of(std::size_t lane) {
+  const std::size_t size = 1 + impl.fit.theta.size();
+  const double* product = pack->products.data() + lane;
+  for (std::size_t k = 0; k < size; ++k) {
+    for (std::size_t l = 0; l <= k; ++l, product += kLanes)
+      impl.products[k * size + l] = pack->weight[lane] * *product;
+  }
+  impl.normal_equations();
+}
+
+bool BatchEstimator::Worker::step_lane(std::size_t lane) {
+  const double* theta = (on_coarse ? *pack->coarse : pack->fine).theta() + lane;
+  for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
+    impl.fit.theta[k] = theta[kLanes * k];
+  normal_equations_of(lane);
+  if (!impl.box_step(0.0)) return false;
+  for (std::size_t k = 0; k < impl.delta_full.size(); ++k)
+    pack->delta[kLanes * k + lane] = impl.delta_full[k];
+  step[lane] = impl.relative_step();
+  return true;
+}
+
+// Has this lane arrived, is it still coming, or is it lost? As in Estimator's lifted method.
+void BatchEstimator::Worker::judge_lane(std::size_t lane, int iteration) {
+  double* theta = (on_coarse ? *pack->coarse : pack->fine).theta() + lane;
+  for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
+    theta[kLanes * k] += pack->delta[kLanes * k + lane];
+  ++iterations[lane];
+  const double newton = pack->newton_step[lane];
+  const double size = std::max(step[lane], newton);
+  const unsigned bit = 1U << lane;
+  if (!std::isfinite(size) || size > 1e3) {
+    failed |= bit;
+  } else if (on_coarse && size <= kCloseEnough) {
+    moving &= ~bit;
+  } else if (left_after(size, last_step[lane]) <= impl.options.tolerance && newton < 1e-6) {
+    moving &= ~bit;
+    if (!finish_lane(lane)) failed |= bit;
+  } else if (size > 0.9 * last_step[lane] && iteration > 2 && ++without_progress[lane] > 3) {
+    failed |= bit;
+  }
+  last_step[lane] = size;
+}
+
+bool BatchEstimator::Worker::finish_lane(std::size_t lane) {
+  if (lane >= records) return true;
+  normal_equations_of(lane);
+  for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
+    impl.fit.theta[k] = pack->fine.theta()[kLanes * k + lane];
+  double sum = 0.0;
+  for (std::size_t j = 0; j < run.displacement.size(); ++j) {
+    const auto point = j * static_cast<std::size_t>(pack->every);
+    const double left = pack->data[kLanes * j + lane] - pack->fine.state()[kLanes * point + lane];
+    sum += left * left;
+  }
+  impl.fit.status = FitStatus::converged;
+  impl.fit.iterations = iterations[lane];
+  if (!impl.finish_from(pack->weight[lane] * sum)) return false;
+  store(first + lane);
+  return true;
+}
+
+void BatchEstimator::Worker::store(std::size_t record) const {
+  const Fit& fit = impl.fit;
+  std::copy(fit.theta.begin(), fit.theta.end(), &out->theta[record * out->parameters]);
+  std::copy(fit.standard_error.begin(), fit.standard_error.end(),
+            &out->standard_error[record * out->parameters]);
+  out->sum_of_squares[record] = fit.sum_of_squares;
+  out->noise[record] = fit.noise;
+  out->status[record] = fit.status;
+  out->iterations[record] = fit.iterations;
+}
+
+}  // namespace shaker::estimator
