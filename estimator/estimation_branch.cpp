@@ -163,6 +163,8 @@ std::vector<std::string> Estimator::Impl::branch_warnings() {
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const RunState& run = runs[r];
     const std::string where = fmt::format("run {} ({:g} Hz)", r + 1, run.data.frequency_hz);
+    // A system that was solved abreast with others has been given its state, not its slopes.
+    if (!packs.empty() && !systems[r].linearise(fit.theta)) continue;
     const auto stability = floquet(systems[r], fit.theta, 1e-6);
     if (stability && !stability->stable())
       warnings.push_back(fmt::format(
