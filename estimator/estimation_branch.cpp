@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kFarFromData = 0.1;  // misfit from which another branch is thought of
 constexpr double kClearlyBetter = 0.5;
+constexpr double kStill = 1e-12;
 constexpr int kEquationSteps = 12;
 
 }  // namespace
@@ -32,12 +33,15 @@ double Estimator::Impl::motion_of_data(std::size_t r) const {
     mean += value / static_cast<double>(y.size());
     square += value * value / static_cast<double>(y.size());
   }
-  return std::sqrt(std::max(square - mean * mean, 1e-300));
+  // A record that does not move is on no branch; its variance is rounding.
+  const double variance = square - mean * mean;
+  return variance > kStill * square ? std::sqrt(variance) : 0.0;
 }
 
 double Estimator::Impl::misfit(std::size_t r, const PeriodicSystem& system) const {
   const RunState& run = runs[r];
-  if (run.harmonic()) return 0.0;
+  const double motion = motion_of_data(r);
+  if (run.harmonic() || !(motion > 0.0)) return 0.0;
   double sum = 0.0;
   for (std::size_t j = 0; j < run.readings.size(); ++j) {
     const Reading& reading = run.readings[j];
@@ -46,7 +50,7 @@ double Estimator::Impl::misfit(std::size_t r, const PeriodicSystem& system) cons
       left -= reading.weight[k] * system.observed((reading.base + k) % system.points());
     sum += left * left;
   }
-  return std::sqrt(sum / static_cast<double>(run.readings.size())) / motion_of_data(r);
+  return std::sqrt(sum / static_cast<double>(run.readings.size())) / motion;
 }
 
 bool Estimator::Impl::fits_badly() const {
@@ -159,14 +163,14 @@ void Estimator::Impl::refit_on_data_branch(const std::vector<double>& start) {
 
 std::vector<std::string> Estimator::Impl::branch_warnings() {
   std::vector<std::string> warnings;
-  if (fit.status == FitStatus::no_solution) return warnings;
+  if (fit.status != FitStatus::converged) return warnings;  // nothing is claimed there
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const RunState& run = runs[r];
     const std::string where = fmt::format("run {} ({:g} Hz)", r + 1, run.data.frequency_hz);
     // A system that was solved abreast with others has been given its state, not its slopes.
     if (!packs.empty() && !systems[r].linearise(fit.theta)) continue;
     const auto stability = floquet(systems[r], fit.theta, 1e-6);
-    if (stability && !stability->stable())
+    if (stability && stability->largest() - stability->error > 1.0)
       warnings.push_back(fmt::format(
           "{}: the fitted periodic solution is unstable (a Floquet multiplier of {:.3g}), so the "
           "rig cannot have been on it; start from other parameters, or check the model",

@@ -112,7 +112,7 @@ struct Estimator::Impl {
   bool solve_all(bool warm);
   // --- which of several solutions: estimation_branch.cpp
   SolveReport solve_run(std::size_t run, bool warm);
-  double motion_of_data(std::size_t run) const;  // root mean square about the mean
+  double motion_of_data(std::size_t run) const;  // root mean square about the mean; 0: none
   // Root mean square of data less a solution, over the motion of the data; 0 for coefficients.
   double misfit(std::size_t run, const PeriodicSystem& system) const;
   bool fits_badly() const;

@@ -15,7 +15,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr int kStages = 3;
-constexpr int kDeepest = 24;  // halvings of an interval
+constexpr int kDeepest = 24;     // halvings of an interval
+constexpr int kMostSteps = 128;  // in an interval; two corners take about 100
 constexpr double kRoot6 = 2.449489742783178;
 constexpr double kC[kStages] = {(4 - kRoot6) / 10, (4 + kRoot6) / 10, 1.0};
 constexpr double kA[kStages][kStages] = {
@@ -89,6 +90,7 @@ class Variation {
 
   const PeriodicSystem& system_;
   std::span<const double> theta_;
+  int steps_ = 0;  // in this interval
   int s_, size_ = 0;
   double omega_, spacing_, error_ = 0.0;
   std::vector<Kind> kind_;
@@ -250,7 +252,9 @@ bool Variation::interval(int i, double from, double length, int depth, double to
     return false;
   MatrixXd product = second * first;
   const double error = std::max((product - whole).cwiseAbs().maxCoeff() / 31.0, corner_error(h));
-  if ((error <= tolerance && !grazes(depth)) || depth == kDeepest) {
+  // Absurd parameters, which a failed fit may end on, would want steps without end: then the error
+  // says that the multipliers are crude.
+  if ((error <= tolerance && !grazes(depth)) || depth == kDeepest || ++steps_ > kMostSteps) {
     error_ += error;
     out = std::move(product);
     return true;
@@ -266,6 +270,7 @@ bool Variation::monodromy(double tolerance, MatrixXd& out, double& error) {
   out.setIdentity(size_, size_);
   MatrixXd one;
   for (int i = 0; i < system_.points(); ++i) {
+    steps_ = 0;
     if (!interval(i, 0.0, 1.0, 0, tolerance / system_.points(), one)) return false;
     out = one * out;
   }

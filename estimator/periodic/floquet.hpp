@@ -32,7 +32,7 @@ struct Floquet {
 
 // Of the solution in `system`, as last linearised at `theta`; over the whole cyclic time, so over m
 // periods of the excitation when the system spans m. An error when the equations do not determine
-// the highest derivatives. Allocates; 2 us for each point of the grid.
+// the highest derivatives. Allocates; 2 us for each point of the grid,
 Result<Floquet> floquet(const PeriodicSystem& system, std::span<const double> theta,
                         double tolerance = 1e-9);
 
