@@ -30,8 +30,8 @@ struct EstimateOptions : InputOptions {
   unsigned seed = 1;
   // A record that is not periodic.
   bool transient = false;
-  std::vector<double> initial;  // known initial states; empty: estimated
-  std::string integrator;       // "adams", "bdf", "rk4"; empty: by the record's length
+  std::vector<double> initial;       // known initial states; empty: estimated
+  std::string integrator;            // "adams", "bdf", "rk4"; empty: by the record's length
   std::string intervals = "linear";  // or profile, bootstrap
   std::string loss = "squared";      // or huber, cauchy, tukey
 };
