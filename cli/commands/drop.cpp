@@ -43,7 +43,17 @@ Result<protocol::EstimateDocument> read_estimate(const std::filesystem::path& fi
     return Error{ErrorKind::invalid,
                  fmt::format("{}: is no estimate; give what `shakerctl estimate --json` prints",
                              file.string())};
-  return estimate_from(json);
+  auto estimate = estimate_from(json);
+  estimate.covariance_order.clear();
+  estimate.covariance.clear();
+  for (const auto& name : json.value("covariance_order", nlohmann::json::array()))
+    estimate.covariance_order.push_back(name.is_string() ? name.get<std::string>() : "");
+  for (const auto& row : json.value("covariance", nlohmann::json::array())) {
+    for (const auto& number : row)
+      estimate.covariance.push_back(number.is_number() ? number.get<double>()
+                                                       : std::numeric_limits<double>::quiet_NaN());
+  }
+  return estimate;
 }
 
 // The stroke and its largest speed in the runs that were fitted.
@@ -141,7 +151,8 @@ std::vector<double> parameters_of(const Identified& known, const estimator::Mode
     uncertainty.parameters.push_back(at);
   }
   const std::size_t size = estimate.covariance_order.size();
-  bool finite = estimate.covariance.size() == size * size && estimate.degrees_of_freedom > 0;
+  bool finite =
+      !rows.empty() && estimate.covariance.size() == size * size && estimate.degrees_of_freedom > 0;
   for (const std::size_t i : rows) {
     for (const std::size_t k : rows) {
       if (!finite) break;
