@@ -11,6 +11,9 @@
 // GiNaC's macros declare functions in an older style than ours.
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 #pragma GCC diagnostic ignored "-Wpedantic"
+#if defined(__clang__)
+#pragma GCC diagnostic ignored "-Wunused-const-variable"
+#endif
 
 namespace shaker::estimator::formula {
 namespace {

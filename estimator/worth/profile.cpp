@@ -18,7 +18,6 @@ class Walk {
   Walk(Estimator& estimator, const Model& model, int parameter, double side)
       : estimator_(estimator),
         parameter_(static_cast<std::size_t>(parameter)),
-        side_(side),
         fit_(estimator.last()),
         theta_(fit_.theta),
         change_(theta_.size(), 0.0) {
@@ -72,7 +71,6 @@ class Walk {
  private:
   Estimator& estimator_;
   std::size_t parameter_;
-  double side_;
   const Fit fit_;
   std::vector<double> theta_, change_, follow_, lower_, upper_;
   std::vector<std::size_t> free_;
