@@ -333,7 +333,7 @@ TEST(Transient, CvodesAndRungeKuttaAgreeOnTwoCoordinates) {
 
 TEST(Transient, BoundsHold) {
   auto spec = linear_oscillator();
-  const auto& name = Model(linear_oscillator()).parameters()[1].name;
+  const std::string name = Model(linear_oscillator()).parameters()[1].name;
   spec.effects[1].parameters[name].upper = 7.0;
   spec.effects[1].parameters[name].start = 6.0;
   const Model model(spec);
