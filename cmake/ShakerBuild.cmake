@@ -17,6 +17,8 @@ add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverl
 if(SHAKER_WERROR)
   add_compile_options(-Werror)
 endif()
+# A program is bound to the shared libraries that it really uses, not to all that its rooms know.
+add_link_options(-Wl,--as-needed)
 if(SHAKER_SANITIZE)
   # -O1: a third less time to build, and traces that can be read.
   add_compile_options(-O1 -fsanitize=${SHAKER_SANITIZE} -fno-omit-frame-pointer

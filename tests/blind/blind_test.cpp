@@ -1,5 +1,8 @@
 // The short form of the blind suite; `bench/blind_suite` runs all of it.
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,8 +14,13 @@ namespace {
 
 class Blind : public ::testing::Test {
  protected:
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / "shaker-blind-test";
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "blind.XXXXXX").string();
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
   void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path folder_;
 
   std::vector<Scored> ask(const std::vector<std::string>& names, std::string_view size) {
     std::vector<Case> chosen;
