@@ -3,7 +3,6 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <sstream>
 
@@ -12,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/csv.hpp"
-#include "record/campaign_database.hpp"
+#include "record/accepted_cycles.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -198,56 +197,28 @@ Result<Campaign> read_folder(const std::filesystem::path& folder, config::ModelS
   }
 }
 
-// The accepted cycles of a run, one after the other, as one record.
-Recording record_of(const record::RunRow& row, const std::vector<record::CycleRow>& cycles) {
-  Recording recording;
-  recording.name = row.name;
-  double frequency = 0.0, count = 0.0;
-  for (const auto& cycle : cycles) {
-    if (!cycle.accepted) continue;
-    frequency += cycle.frequency_hz;
-    recording.amplitude += cycle.amplitude;
-    count += 1.0;
-  }
-  if (count == 0.0) return recording;
-  recording.frequency_hz = frequency / count;
-  recording.amplitude /= count;
-  double turn = 0.0;
-  for (const auto& cycle : cycles) {
-    if (!cycle.accepted) continue;
-    const std::size_t n = cycle.displacement.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      const double tau = static_cast<double>(i) / static_cast<double>(n);
-      recording.t.push_back((turn + tau) / recording.frequency_hz);
-      recording.displacement.push_back(cycle.displacement[i]);
-      if (cycle.excitation.size() == n)
-        recording.excitation.push_back(cycle.excitation[i]);
-      else if (cycle.excitation.empty())
-        recording.excitation.push_back(cycle.amplitude * std::cos(2.0 * std::numbers::pi * tau));
-    }
-    turn += 1.0;
-  }
-  return recording;
-}
-
 Result<Campaign> read_database(const std::filesystem::path& file) {
   const auto reader = record::CampaignReader::open(file);
   if (!reader) return reader.error();
   const auto row = reader->campaign();
   if (!row) return row.error();
-  const auto runs = reader->runs();
+  auto runs = record::accepted_cycles(*reader);
   if (!runs) return runs.error();
   Campaign campaign;
   campaign.name = row->name;
-  for (const record::RunRow& run : *runs) {
-    const auto cycles = reader->cycles(run.index);
-    if (!cycles) return cycles.error();
-    Recording recording = record_of(run, *cycles);
-    if (recording.t.empty()) {
+  for (record::AcceptedCycles& run : *runs) {
+    if (run.t.empty()) {
       campaign.warnings.push_back(
           fmt::format("run {} has no accepted cycle and is left out", run.name));
       continue;
     }
+    Recording recording;
+    recording.name = std::move(run.name);
+    recording.frequency_hz = run.frequency_hz;
+    recording.amplitude = run.amplitude;
+    recording.t = std::move(run.t);
+    recording.displacement = std::move(run.displacement);
+    recording.excitation = std::move(run.excitation);
     campaign.runs.push_back(std::move(recording));
   }
   if (campaign.runs.empty()) return invalid(file.string(), "holds no accepted cycle");

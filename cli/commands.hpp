@@ -91,6 +91,7 @@ struct DiagnoseCommandOptions {
   std::filesystem::path model;
   std::filesystem::path out;  // empty: nothing is written
   double false_alarm_rate = 0.01;
+  bool daemon = false;  // by the daemon: campaign is then a name in its directory, or empty
 };
 struct CheckOptions {
   std::filesystem::path file;
@@ -111,6 +112,7 @@ int plan(const Common& common, const PlanCommand& command);
 int monte_carlo(const Common& common, const MonteCarloCommand& command);
 int export_runs(const Common& common, const ExportOptions& options);
 int diagnose(const Common& common, const DiagnoseCommandOptions& options);
+int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& options);
 int check(const Common& common, const CheckOptions& options);
 
 // Says what went wrong and gives `code` back.

@@ -95,6 +95,14 @@ std::string narrate_line(const Json& d) {
                        count_of(d, "cycles_rejected"), text_of(d, "reason").empty() ? "" : ": ",
                        text_of(d, "reason"));
   }
+  if (type == "diagnosis_progress") {
+    return fmt::format("diagnosis of {}: {}, {:.0f} %", text_of(d, "campaign"), text_of(d, "stage"),
+                       100.0 * number_or_nan(d, "share"));
+  }
+  if (type == "diagnosis_result") {
+    return fmt::format("diagnosis of {} {}: {}", text_of(d, "campaign"), text_of(d, "status"),
+                       text_of(d, "reason"));
+  }
   if (type == "missed") {
     return fmt::format("{} lines were missed: this program read too slowly", count_of(d, "count"));
   }

@@ -51,7 +51,8 @@ void LiveView::take(const Json& document) {
   const std::string type = text_of(document, "type");
   if (type == "run_start") accepted_ = rejected_ = 0;
   if (type == "cycle") ++(flag_of(document, "accepted") ? accepted_ : rejected_);
-  if (type == "run_start" || type == "run_stop" || type == "alarm" || type == "missed") {
+  if (type == "run_start" || type == "run_stop" || type == "alarm" || type == "missed" ||
+      type == "diagnosis_result") {
     events_.push_back(text_of(document, "t_utc").substr(0, 19) + "  " + narrate(document));
     if (events_.size() > kEvents) events_.pop_front();
   }

@@ -192,11 +192,16 @@ void add_offline(CLI::App& app, Options& o) {
   auto* diagnosing =
       add(app, o, "diagnose", "What does the model lack? Name it, add it, show the gap",
           [&o] { return diagnose(o.common, o.diagnose); });
-  diagnosing->add_option("campaign", o.diagnose.campaign, "Folder with campaign.json, or FILE.db")
-      ->required();
-  diagnosing->add_option("--model", o.diagnose.model, "Model file to start from")->required();
+  diagnosing->add_option("campaign", o.diagnose.campaign, "Folder with campaign.json, or FILE.db");
+  diagnosing->add_option("--model", o.diagnose.model, "Model file to start from");
   diagnosing->add_option("--out", o.diagnose.out,
-                         "Folder for diagnosis.json and the improved model.json");
+                         "Folder for diagnosis.json, the improved model.json and report.html");
+  diagnosing->add_flag(
+      "--daemon", o.diagnose.daemon,
+      "Let the daemon do it, on a campaign of its own: CAMPAIGN is then a name\n"
+      "(default: the newest), --model defaults to the campaign's, and --out names\n"
+      "a folder beside the campaign");
+  add_socket(diagnosing, o);
   diagnosing
       ->add_option("--false-alarm-rate", o.diagnose.false_alarm_rate,
                    "How often something is named though nothing is missing")

@@ -15,6 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;  // a person reads the type and the sequence number first
 
 constexpr std::size_t kMaxName = 96, kMaxText = 1024;  // bytes
+constexpr std::size_t kMaxDiagnosis = 900 * 1024;      // bytes
 constexpr std::size_t kMaxWarnings = 32, kMaxParameters = 256, kMaxCovariance = 64,
                       kMaxChannels = 64;
 
@@ -255,6 +256,27 @@ void fill(Filler& out, const RunStopDocument& d) {
   if (d.noise) fill_noise(out, *d.noise);
 }
 
+void fill(Filler& out, const DiagnosisProgressDocument& d) {
+  out.name("campaign", d.campaign).name("stage", d.stage);
+  out.number("share", std::clamp(d.share, 0.0, 1.0));
+}
+
+void fill(Filler& out, const DiagnosisResultDocument& d) {
+  out.name("campaign", d.campaign).text("database", d.database).name("status", d.status);
+  out.text("reason", d.reason);
+  if (d.folder) out.text("folder", *d.folder);
+  if (!d.diagnosis) return;
+  Json content = Json::parse(*d.diagnosis, nullptr, false);
+  if (content.is_discarded()) return out.omit("diagnosis", "it is not JSON");
+  const std::size_t bytes = content.dump(-1, ' ', false, Json::error_handler_t::replace).size();
+  if (bytes > kMaxDiagnosis) {
+    return out.omit("diagnosis", fmt::format("{} bytes are too many for a line; it is in the "
+                                             "folder's diagnosis.json",
+                                             bytes));
+  }
+  out.put("diagnosis", std::move(content));
+}
+
 void fill_body(Json& json, const Document& document) {
   Json omitted = Json::array();
   Filler out(json, omitted, "");
@@ -265,8 +287,9 @@ void fill_body(Json& json, const Document& document) {
 }  // namespace
 
 std::string_view type_name(const Document& document) {
-  constexpr std::string_view names[] = {"version",  "state", "run_start", "cycle",
-                                        "estimate", "alarm", "health",    "run_stop"};
+  constexpr std::string_view names[] = {
+      "version", "state",    "run_start",          "cycle",           "estimate", "alarm",
+      "health",  "run_stop", "diagnosis_progress", "diagnosis_result"};
   static_assert(std::size(names) == std::variant_size_v<Document>);
   return names[document.index()];
 }

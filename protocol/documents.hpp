@@ -128,8 +128,25 @@ struct RunStopDocument {
   std::optional<CycleNoiseEntry> noise = {};  // of two accepted cycles or more
 };
 
+// A diagnosis under way on a campaign of before.
+struct DiagnosisProgressDocument {
+  std::string campaign;
+  std::string stage;   // "reading", "naming", ...
+  double share = 0.0;  // of the work that is done, 0..1
+};
+
+// It has ended, in whichever way.
+struct DiagnosisResultDocument {
+  std::string campaign, database;  // its name; its file's name in the daemon's directory
+  std::string status;              // "done", "cancelled", "failed"
+  std::string reason;              // the finding in a sentence; why it was cancelled or failed
+  std::optional<std::string> folder = {};     // of the files, absolute; when done
+  std::optional<std::string> diagnosis = {};  // shaker-diagnosis/1 as JSON text; when done
+};
+
 using Document = std::variant<VersionDocument, StateDocument, RunStartDocument, CycleDocument,
-                              EstimateDocument, AlarmDocument, HealthDocument, RunStopDocument>;
+                              EstimateDocument, AlarmDocument, HealthDocument, RunStopDocument,
+                              DiagnosisProgressDocument, DiagnosisResultDocument>;
 
 struct Envelope {
   std::uint64_t seq = 0;
@@ -137,7 +154,8 @@ struct Envelope {
   std::int64_t t_mono_ns = 0;
 };
 
-// "version", "state", "run_start", "cycle", "estimate", "alarm", "health", "run_stop".
+// "version", "state", "run_start", "cycle", "estimate", "alarm", "health", "run_stop",
+// "diagnosis_progress", "diagnosis_result".
 std::string_view type_name(const Document& document);
 
 // One line without the newline, valid UTF-8, at most 1 MiB.

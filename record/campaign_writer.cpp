@@ -12,22 +12,13 @@
 #include <sqlite3.h>
 
 #include "base/unique_fd.hpp"
+#include "record/campaign_files.hpp"
 #include "record/database.hpp"
 
 namespace shaker::record {
 namespace {
 
 constexpr std::size_t kBlock = 4096;  // samples in a row of `sample`, at most
-
-// "A run, 3 Hz" -> "A_run__3_Hz": no surprise for a shell or another file system.
-std::string file_stem(const std::string& name) {
-  std::string stem = name.substr(0, 80);
-  std::ranges::replace_if(
-      stem,
-      [](char c) { return !(std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_'); },
-      '_');
-  return stem.empty() ? "campaign" : stem;
-}
 
 // 2026-03-01T12:00:00.123Z -> 20260301T120000Z
 std::string compact_utc(const std::string& utc) {

@@ -2,7 +2,6 @@
 #include "estimator/discrepancy/diagnose.hpp"
 
 #include <cstdio>
-#include <fstream>
 
 #include <fmt/format.h>
 
@@ -10,33 +9,10 @@
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
 #include "report/diagnosis_document.hpp"
-#include "report/diagnosis_page.hpp"
+#include "report/diagnosis_files.hpp"
 
 namespace shaker::cli {
 namespace {
-
-using estimator::discrepancy::Diagnosis;
-
-bool write_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text << '\n';
-  out.close();
-  return static_cast<bool>(out);
-}
-
-// The files of DIR; the name of the one that could not be written, or nothing.
-std::string write_all(const std::filesystem::path& folder, const Diagnosis& diagnosis) {
-  std::error_code trouble;
-  std::filesystem::create_directories(folder, trouble);
-  if (trouble) return fmt::format("{}: {}", folder.string(), trouble.message());
-  if (!write_file(folder / "diagnosis.json", report::diagnosis_json(diagnosis)))
-    return fmt::format("{}: cannot be written", (folder / "diagnosis.json").string());
-  if (!write_file(folder / "model.json", config::to_json_text(diagnosis.improved)))
-    return fmt::format("{}: cannot be written", (folder / "model.json").string());
-  if (!write_file(folder / "report.html", report::diagnosis_page(diagnosis)))
-    return fmt::format("{}: cannot be written", (folder / "report.html").string());
-  return {};
-}
 
 estimator::discrepancy::Progress progress_line() {
   if (!stdout_is_terminal()) return {};
@@ -50,6 +26,10 @@ estimator::discrepancy::Progress progress_line() {
 }  // namespace
 
 int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
+  if (options.daemon) return diagnose_by_daemon(common, options);
+  if (options.campaign.empty() || options.model.empty())
+    return fail(common, kBadInput,
+                "diagnose needs a campaign and --model (with --daemon, neither is needed)");
   auto model = config::load_model(options.model);
   if (!model) return fail(common, kBadInput, model.error().what);
   auto campaign = read_campaign(options.campaign, *model);
@@ -62,8 +42,8 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
                 found.error().what);
   }
   if (!options.out.empty()) {
-    if (const std::string trouble = write_all(options.out, *found); !trouble.empty())
-      return fail(common, kBadInput, trouble);
+    if (auto written = report::write_diagnosis(options.out, *found); !written)
+      return fail(common, kBadInput, written.error().what);
   }
   fmt::print("{}",
              common.json ? report::diagnosis_json(*found) + "\n" : report::diagnosis_table(*found));

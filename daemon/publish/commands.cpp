@@ -48,13 +48,42 @@ RpcError bad_params(std::string message) {
   return {RpcCode::invalid_params, std::move(message), nullptr};
 }
 
+Result<DiagnosisRequest> diagnosis_request(const Json& params) {
+  DiagnosisRequest request;
+  const auto bad = [](const std::string& why) { return Error{ErrorKind::invalid, why}; };
+  if (params.is_null()) return request;
+  if (!params.is_object())
+    return bad(
+        "\"params\" is {\"campaign\", \"model\", \"false_alarm_rate\", \"out\"}, all optional.");
+  for (const auto& [key, value] : params.items()) {
+    if (key == "campaign" && value.is_string()) {
+      request.campaign = value.get<std::string>();
+    } else if (key == "model" && value.is_object()) {
+      request.model = value.dump();
+    } else if (key == "out" && value.is_string()) {
+      request.out = value.get<std::string>();
+    } else if (key == "false_alarm_rate" && value.is_number()) {
+      request.false_alarm_rate = value.get<double>();
+    } else {
+      return bad(
+          fmt::format("\"{}\": diagnose takes \"campaign\" (a name), \"model\" (an object), "
+                      "\"false_alarm_rate\" (a number) and \"out\" (a folder's name).",
+                      key.substr(0, 64)));
+    }
+  }
+  if (!(request.false_alarm_rate >= 1e-6 && request.false_alarm_rate < 0.5))
+    return bad(fmt::format("\"false_alarm_rate\" is {:g}; it is from 1e-6 to less than 0.5.",
+                           request.false_alarm_rate));
+  return request;
+}
+
 RpcCode code_of(ErrorKind kind) {
   return kind == ErrorKind::invalid ? RpcCode::invalid_params : RpcCode::refused;
 }
 
 }  // namespace
 
-// The table of methods. Only campaign.start takes parameters.
+// The table of methods. Only campaign.start and diagnose take parameters.
 struct Commands::Method {
   const char* name;
   bool changes_something;  // refused on a connection that may only listen
@@ -82,7 +111,12 @@ Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
          return c.done(c.rig_.emergency_stop(p.who));
        }},
       {"ack", true,
-       [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.acknowledge(p.who)); }}};
+       [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.acknowledge(p.who)); }},
+      {"diagnose", true,
+       [](Commands& c, const Json& params, const Peer&) { return c.diagnose(params); }},
+      {"diagnose.cancel", true, [](Commands& c, const Json&, const Peer& p) {
+         return c.done(c.rig_.cancel_diagnosis(p.who));
+       }}};
 
   lease_.renew(peer.client, clock_.now());
   for (const Method& method : kMethods) {
@@ -175,6 +209,14 @@ Answer Commands::start(const Json& params, const Peer& peer) {
 Answer Commands::status(const Peer& peer) const {
   Json state = Json::parse(protocol::to_json_text(rig_.state()));
   return Json{{"state", std::move(state)}, {"in_control", lease_.held_by(peer.client)}};
+}
+
+Answer Commands::diagnose(const Json& params) {
+  const auto request = diagnosis_request(params);
+  if (!request) return done(request.error());
+  const auto place = rig_.diagnose(*request);
+  if (!place) return done(place.error());
+  return Json{{"database", place->database}, {"folder", place->folder}};
 }
 
 Answer Commands::done(const Result<void>& outcome) const {

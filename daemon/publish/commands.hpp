@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "base/clock.hpp"
@@ -13,6 +14,17 @@
 #include "protocol/documents.hpp"
 
 namespace shaker::daemon {
+
+// A diagnosis that is wanted, as `diagnose` says it.
+struct DiagnosisRequest {
+  std::string campaign;              // its name or its file's; empty: the newest
+  std::optional<std::string> model;  // as JSON; nothing: the campaign's own
+  double false_alarm_rate = 0.01;    // over the whole catalogue
+  std::string out;                   // folder in the daemon's directory; empty: after the file
+};
+struct DiagnosisPlace {
+  std::string database, folder;  // the file's name; absolute
+};
 
 // The rig as its operators see it: the engine, or a test's own.
 class RigControl {
@@ -27,6 +39,8 @@ class RigControl {
   virtual void lease_lost() = 0;
   virtual void set_controlled(bool controlled) = 0;
   virtual protocol::StateDocument state() const = 0;
+  virtual Result<DiagnosisPlace> diagnose(const DiagnosisRequest& request) = 0;
+  virtual Result<void> cancel_diagnosis(const std::string& who) = 0;
 };
 
 class Commands final : public RequestHandler {
@@ -45,6 +59,7 @@ class Commands final : public RequestHandler {
   Answer renew(const Peer& peer);
   Answer start(const nlohmann::json& params, const Peer& peer);
   Answer status(const Peer& peer) const;
+  Answer diagnose(const nlohmann::json& params);
   Answer done(const Result<void>& outcome) const;
 
   RigControl& rig_;

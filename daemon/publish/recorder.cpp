@@ -32,6 +32,8 @@ void log(const protocol::Document& document, std::string& last) {
   } else if (const auto* stop = std::get_if<protocol::RunStopDocument>(&document)) {
     spdlog::info("Run {} of {} ended: {}, {}", stop->run, stop->campaign, stop->status,
                  stop->reason);
+  } else if (const auto* found = std::get_if<protocol::DiagnosisResultDocument>(&document)) {
+    spdlog::info("Diagnosis of {}: {}, {}", found->campaign, found->status, found->reason);
   }
 }
 

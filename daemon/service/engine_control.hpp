@@ -5,12 +5,13 @@
 
 #include "daemon/engine.hpp"
 #include "daemon/publish/commands.hpp"
+#include "daemon/service/diagnosis_desk.hpp"
 
 namespace shaker::daemon {
 
 class EngineControl final : public RigControl {
  public:
-  explicit EngineControl(Engine& engine) : engine_(engine) {}
+  EngineControl(Engine& engine, DiagnosisDesk& desk) : engine_(engine), desk_(desk) {}
 
   // From now on no campaign starts.
   void close() { closed_ = true; }
@@ -25,9 +26,14 @@ class EngineControl final : public RigControl {
   void lease_lost() override { engine_.lease_lost(); }
   void set_controlled(bool controlled) override { engine_.set_controlled(controlled); }
   protocol::StateDocument state() const override { return engine_.state_document(); }
+  Result<DiagnosisPlace> diagnose(const DiagnosisRequest& request) override {
+    return desk_.begin(request, engine_.state());
+  }
+  Result<void> cancel_diagnosis(const std::string& who) override { return desk_.cancel(who); }
 
  private:
   Engine& engine_;
+  DiagnosisDesk& desk_;
   bool closed_ = false;
 };
 

@@ -21,6 +21,7 @@
 #include "daemon/service/logging.hpp"
 #include "daemon/service/supervision.hpp"
 #include "daemon/workers/acquisition_thread.hpp"
+#include "daemon/workers/diagnosis_thread.hpp"
 #include "daemon/workers/estimator_thread.hpp"
 #include "daemon/workers/exciter_thread.hpp"
 #include "record/recovery.hpp"
@@ -80,9 +81,11 @@ struct Service::Parts {
   const std::uint64_t found_alarms;  // documents 1 to this say what an earlier daemon left
   ExciterThread exciter;
   EstimatorThread estimator;
+  DiagnosisThread diagnosis;
   std::vector<std::unique_ptr<AcquisitionThread>> sensors;
   std::vector<drivers::SensorHealth> healths;
   Engine engine;
+  DiagnosisDesk desk;
   EngineControl control;
   Commands commands;
   StreamServer server;
@@ -108,9 +111,11 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
       found_alarms(tell_what_was_found()),
       exciter(std::move(devices.exciter), clock, waker, exciter_options(rig)),
       estimator(clock, waker),
+      diagnosis(waker),
       healths(devices.sensors.size()),
       engine(rig, clock, exciter, estimator, recorder),
-      control(engine),
+      desk(diagnosis, recorder.directory()),
+      control(engine, desk),
       commands(control, clock, from_seconds(rig.client_lease_s)),
       server(loop.get(), clock, commands,
              protocol::VersionDocument{"shakerd", program_version(), 1, rig.name}) {
@@ -244,6 +249,10 @@ void Service::Parts::drain_workers() {
   }
   for (const auto& outcome : estimator.take())
     engine.on_estimate(outcome);
+  for (const auto& document : diagnosis.take()) {
+    // Nothing that must be kept: the files are its record.
+    if (auto told = recorder.publish(document); !told) spdlog::warn("{}", told.error().what);
+  }
 }
 
 void Service::Parts::publish() {
@@ -260,6 +269,7 @@ void Service::Parts::tick(std::uint64_t due_us) {
   commands.tick();
   engine.set_client_count(server.client_count());
   engine.tick();
+  desk.watch(engine.state());
   server.tick();
   ping_watchdog(now);
   end_when_quiet(now);
@@ -298,6 +308,7 @@ void Service::Parts::end(int signal) {
   spdlog::info("Asked to end (signal {}): ramping down.", signal);
   give_up_at = clock.now() + from_seconds(rig.exciter.ramp_s) + kRampDownMargin;
   control.close();
+  diagnosis.cancel("The daemon ends.");
   if (const auto stopped = engine.stop("the daemon's end"); !stopped) {
     spdlog::info("{}", stopped.error().what);
   }

@@ -25,7 +25,8 @@ struct DiagnoseOptions {
   std::uint64_t seed = 1;
 };
 
-// `share` of the work that is done, 0..1.
+// `share` of the work that is done, 0..1. To leave early it may throw, anything but
+// std::invalid_argument: diagnose() lets it pass and has nothing to clean up.
 using Progress = std::function<void(std::string_view stage, double share)>;
 
 // An Error is a sentence for the operator: a run that cannot be used, a model file with an unknown

@@ -59,7 +59,17 @@ inline std::vector<Document> plain_documents() {
       health,
       RunStopDocument{
           "first light", "r01", "success", "All cycles are measured.", 20, 3,
-          CycleNoiseEntry{20, 2e-5, 1.9e-5, {"mean", "h1_along"}, {4e-12, -1e-12, -1e-12, 9e-12}}}};
+          CycleNoiseEntry{20, 2e-5, 1.9e-5, {"mean", "h1_along"}, {4e-12, -1e-12, -1e-12, 9e-12}}},
+      DiagnosisProgressDocument{"first light", "naming", 0.5},
+      DiagnosisResultDocument{
+          "first light", "first_light_20260301T120000Z.db", "done", "Nothing is missing.",
+          "/data/first_light_20260301T120000Z.diagnosis",
+          R"({"format": "shaker-diagnosis/1", "verdict": "adequate", "effects": [],
+              "runs": [{"name": "r01", "role": "fit", "before": 1e-5, "after": 1e-5,
+                        "noise_floor": 1e-5}],
+              "gap": {"noise_floor": 1e-5, "before": 1e-5, "after": 1e-5, "unit": "m"},
+              "ranking": [], "parameters_before": [], "parameters_after": [],
+              "false_alarm_rate": 0.01, "warnings": []})"}};
 }
 
 // Numbers that are none, text that is not UTF-8, lists and strings beyond every bound.
@@ -102,6 +112,11 @@ inline std::vector<Document> nasty_documents() {
   health.samples = 1ULL << 62U;
   all.push_back(health);
   all.push_back(RunStopDocument{rubbish, huge, "fail", huge, 0, 0});
+  all.push_back(DiagnosisProgressDocument{rubbish, huge, nan});
+  all.push_back(DiagnosisResultDocument{rubbish, huge, "failed", rubbish, {}, {}});
+  const std::string endless = "[\"" + std::string(1'000'000, 'x') + "\"]";
+  all.push_back(DiagnosisResultDocument{rubbish, huge, "done", huge, huge, endless});
+  all.push_back(DiagnosisResultDocument{rubbish, huge, "done", huge, huge, "[broken"});
   return all;
 }
 

@@ -91,7 +91,8 @@ TEST(DocumentType, NamesEachAlternative) {
   for (const auto& document : testing::plain_documents())
     names.emplace_back(type_name(document));
   EXPECT_THAT(names, ::testing::ElementsAre("version", "state", "run_start", "cycle", "estimate",
-                                            "alarm", "health", "run_stop"));
+                                            "alarm", "health", "run_stop", "diagnosis_progress",
+                                            "diagnosis_result"));
 }
 
 }  // namespace

@@ -56,11 +56,10 @@ class Schemas:
         files = (SOURCE / "protocol" / "schema").glob("*.schema.json")
         schemas = {path.name.removesuffix(".schema.json"): json.loads(path.read_text())
                    for path in files}
-        self.by_type = {name: Draft202012Validator(schema) for name, schema in schemas.items()}
         store = {schema["$id"]: schema for schema in schemas.values()}
-        stream = schemas["stream"]
-        self.stream = Draft202012Validator(
-            stream, resolver=RefResolver(stream["$id"], stream, store))
+        self.by_type = {name: Draft202012Validator(schema, resolver=RefResolver(schema["$id"], schema, store))
+                        for name, schema in schemas.items()}
+        self.stream = self.by_type["stream"]
 
     def faults(self, line):
         """Why a line of the stream is not valid; empty when it is."""

@@ -47,6 +47,31 @@ TEST_F(CommandsTest, StartNeedsTheLease) {
   EXPECT_EQ(refused(ask(otto, "control.acquire")).code, RpcCode::control_taken);
 }
 
+TEST_F(CommandsTest, ADiagnosisNeedsNoLeaseAndSaysWhereItGoes) {
+  const Answer plain = ask(otto, "diagnose");
+  ASSERT_TRUE(good(plain));
+  EXPECT_EQ(std::get<json>(plain),
+            json::parse(R"({"database": "c.db", "folder": "/data/c.diagnosis"})"));
+  EXPECT_TRUE(
+      good(ask(otto, "diagnose", {{"campaign", "x"}, {"model", {{"name", "m"}}}, {"out", "o"}})));
+  EXPECT_TRUE(good(ask(otto, "diagnose.cancel")));
+  EXPECT_THAT(rig.asked,
+              ElementsAre(R"(diagnose "" with its own model into "")",
+                          R"(diagnose "x" with {"name":"m"} into "o")", "cancel by otto (pid 2)"));
+  EXPECT_EQ(refused(ask(tcp, "diagnose")).code, RpcCode::read_only);
+}
+
+TEST_F(CommandsTest, ADiagnosisWithOtherParametersIsRefused) {
+  for (const json& params :
+       {json::array({1}), json{{"surprise", 1}}, json{{"campaign", 1}}, json{{"model", "file"}},
+        json{{"false_alarm_rate", 0.5}}, json{{"false_alarm_rate", 0.0}}}) {
+    EXPECT_EQ(refused(ask(anna, "diagnose", params)).code, RpcCode::invalid_params) << params;
+  }
+  EXPECT_THAT(rig.asked, IsEmpty());
+  rig.outcome = Error{ErrorKind::refused, "The rig is in MEASURE."};
+  EXPECT_EQ(refused(ask(anna, "diagnose")).code, RpcCode::refused);
+}
+
 TEST_F(CommandsTest, StoppingIsAnyones) {
   ASSERT_TRUE(good(ask(anna, "control.acquire")));
   EXPECT_TRUE(good(ask(otto, "stop")));

@@ -27,6 +27,16 @@ class FakeRig final : public RigControl {
     return document;
   }
 
+  Result<DiagnosisPlace> diagnose(const DiagnosisRequest& request) override {
+    asked.push_back("diagnose \"" + request.campaign + "\" with " +
+                    request.model.value_or("its own model") + " into \"" + request.out + "\"");
+    if (!outcome) return outcome.error();
+    return DiagnosisPlace{"c.db", "/data/c.diagnosis"};
+  }
+  Result<void> cancel_diagnosis(const std::string& who) override {
+    return note("cancel by " + who);
+  }
+
   std::vector<std::string> asked;
   Result<void> outcome;
   bool controlled = false;

@@ -1,0 +1,16 @@
+// A diagnosis on disk: diagnosis.json, the improved model.json and report.html in one folder.
+#pragma once
+
+#include <filesystem>
+
+#include "base/result.hpp"
+#include "estimator/discrepancy/diagnosis.hpp"
+
+namespace shaker::report {
+
+// Makes the folder; replaces what is there, each file at once or not at all. An Error names the
+// file and what the system said.
+Result<void> write_diagnosis(const std::filesystem::path& folder,
+                             const estimator::discrepancy::Diagnosis& diagnosis);
+
+}  // namespace shaker::report
