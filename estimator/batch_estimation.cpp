@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "estimator/estimation_impl.hpp"
+#include "estimator/math/lane_cholesky.hpp"
 
 namespace shaker::estimator {
 
@@ -28,12 +29,19 @@ struct BatchEstimator::Worker {
     pack->runs.assign(kLanes, 0);
     impl.load_pack(*pack);
     coefficients.resize(state.coefficients.size() * kLanes);
+    const std::size_t q = impl.free.size();
+    simple = !impl.priors && options.noise == 0.0 && !(given.excitation_error > 0.0) && q > 0;
+    gram.resize(q * (q + 1) / 2 * kLanes);
+    for (AlignedVector* vector : {&gradient, &scratch, &inverse})
+      vector->resize(q * kLanes);
   }
 
   void fit_pack(std::size_t first_record, std::size_t count, const std::vector<double>& theta,
                 BatchFit& out);
   void start(const std::vector<double>& theta);
   void steps(bool approach);
+  unsigned step_abreast();
+  unsigned finish_abreast(unsigned arrived);
   bool step_lane(std::size_t lane);
   void judge_lane(std::size_t lane, int iteration);
   void normal_equations_of(std::size_t lane);
@@ -46,11 +54,13 @@ struct BatchEstimator::Worker {
   Estimator::Impl& impl;
   std::unique_ptr<RunPack> pack;  // null: records are fitted one by one
   AlignedVector coefficients;
+  bool simple = false;  // normal equations and errors of all lanes at once
+  AlignedVector gram, gradient, scratch, inverse;
   // Of the pack in hand.
   std::size_t first = 0, records = 0;
   BatchFit* out = nullptr;
   bool on_coarse = false;
-  unsigned moving = 0, failed = 0;  // a bit for each lane
+  unsigned moving = 0, failed = 0, arrived = 0;  // a bit for each lane
   std::array<double, kLanes> step{}, last_step{};
   std::array<int, kLanes> iterations{}, without_progress{};
 };
@@ -185,17 +195,107 @@ void BatchEstimator::Worker::steps(bool approach) {
     lanes.sum_products(pack->data.data(), static_cast<int>(run.displacement.size()),
                        approach ? 1 : pack->every, pack->products.data());
     std::fill(pack->delta.begin(), pack->delta.end(), 0.0);
+    const unsigned stepped = step_abreast();
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (is(moving & ~failed, lane) && !step_lane(lane)) failed |= 1U << lane;
+      if (is(moving & ~failed & ~stepped, lane) && !step_lane(lane)) failed |= 1U << lane;
     }
     moving &= ~failed;
     lanes.advance(pack->delta.data(), pack->newton_step.data(), moving);
+    arrived = 0;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       if (is(moving, lane)) judge_lane(lane, iteration);
+    }
+    const unsigned finished = finish_abreast(arrived);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (is(arrived & ~finished, lane) && !finish_lane(lane)) failed |= 1U << lane;
     }
     moving &= ~failed;
   }
   failed |= moving;
+}
+
+// The steps of all lanes at once; a bit for each that stays inside its box with them. The others
+// are left to step_lane.
+unsigned BatchEstimator::Worker::step_abreast() {
+  if (!simple) return 0;
+  const int q = static_cast<int>(impl.free.size());
+  const Lanes* product = as_lanes(pack->products.data());
+  Lanes* matrix = as_lanes(gram.data());
+  Lanes* change = as_lanes(gradient.data());
+  for (int k = 0; k < q; ++k) {
+    const int row = 1 + impl.free[static_cast<std::size_t>(k)];
+    change[k] = product[packed(row, 0)];
+    for (int l = 0; l <= k; ++l)
+      matrix[packed(k, l)] = product[packed(row, 1 + impl.free[static_cast<std::size_t>(l)])];
+  }
+  unsigned good = factorise_lanes(q, matrix);
+  substitute_lanes(q, matrix, change);
+  const Lanes* theta = as_lanes((on_coarse ? *pack->coarse : pack->fine).theta());
+  LaneMask going;  // what stands still must not be moved by nonsense
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    going[lane] = is(moving & good, lane) ? -1 : 0;
+  Lanes worst{};
+  for (int k = 0; k < q; ++k) {
+    const int parameter = impl.free[static_cast<std::size_t>(k)];
+    const ModelParameter& p = impl.model.parameters()[static_cast<std::size_t>(parameter)];
+    const Lanes now = theta[parameter];
+    const Lanes target = now + change[k];
+    good &= bits_of((now > p.lower) & (now < p.upper) & (target >= p.lower) & (target <= p.upper));
+    as_lanes(pack->delta.data())[parameter] = going ? change[k] : Lanes{};
+    const Lanes size = now < 0.0 ? -now : now;
+    const Lanes move = change[k] < 0.0 ? -change[k] : change[k];
+    const Lanes relative = move / (size > 1e-12 ? size : Lanes{} + 1e-12);
+    worst = relative > worst ? relative : worst;
+  }
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    step[lane] = worst[lane];
+  return good;
+}
+
+// Results of the lanes that arrived, from the factors of their last step; a bit for each that is
+// well conditioned beyond doubt: q trace(A^-1), with a unit diagonal of A, is no less than the
+// condition of A. The others are left to finish_lane.
+unsigned BatchEstimator::Worker::finish_abreast(unsigned lanes) {
+  constexpr double kMostCondition = 1e8;
+  const double degrees =
+      static_cast<double>(impl.observations) - static_cast<double>(impl.free.size());
+  if (lanes == 0 || !simple || !(degrees > 0.0)) return 0;
+  const int q = static_cast<int>(impl.free.size());
+  inverse_diagonal_lanes(q, as_lanes(gram.data()), as_lanes(scratch.data()),
+                         as_lanes(inverse.data()));
+  Lanes trace{};
+  for (int k = 0; k < q; ++k) {
+    const int row = 1 + impl.free[static_cast<std::size_t>(k)];
+    trace += as_lanes(inverse.data())[k] * as_lanes(pack->products.data())[packed(row, row)];
+  }
+  Lanes sum{};
+  for (std::size_t j = 0; j < run.displacement.size(); ++j) {
+    const std::size_t point = j * static_cast<std::size_t>(pack->every);
+    const Lanes left = as_lanes(pack->data.data())[j] - as_lanes(pack->fine.state())[point];
+    sum += left * left;
+  }
+  unsigned done = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (!is(lanes, lane) || !(q * trace[lane] < kMostCondition)) continue;
+    done |= 1U << lane;
+    if (lane >= records) continue;
+    const std::size_t record = first + lane;
+    const std::size_t p = out->parameters;
+    const double weight = pack->weight[lane];
+    const double total = weight * sum[lane] + impl.total_scatter;
+    const double noise = std::sqrt(total / degrees);
+    std::fill_n(&out->standard_error[record * p], p, 0.0);
+    for (std::size_t k = 0; k < p; ++k)
+      out->theta[record * p + k] = pack->fine.theta()[kLanes * k + lane];
+    for (std::size_t k = 0; k < impl.free.size(); ++k)
+      out->standard_error[record * p + static_cast<std::size_t>(impl.free[k])] =
+          noise * std::sqrt(inverse[kLanes * k + lane] / weight);
+    out->sum_of_squares[record] = total;
+    out->noise[record] = noise;
+    out->status[record] = FitStatus::converged;
+    out->iterations[record] = iterations[lane];
+  }
+  return done;
 }
 
 void BatchEstimator::Worker::normal_equations_of(std::size_t lane) {
@@ -235,7 +335,7 @@ void BatchEstimator::Worker::judge_lane(std::size_t lane, int iteration) {
     moving &= ~bit;
   } else if (left_after(size, last_step[lane]) <= impl.options.tolerance && newton < 1e-6) {
     moving &= ~bit;
-    if (!finish_lane(lane)) failed |= bit;
+    arrived |= bit;
   } else if (size > 0.9 * last_step[lane] && iteration > 2 && ++without_progress[lane] > 3) {
     failed |= bit;
   }

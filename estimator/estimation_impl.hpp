@@ -7,15 +7,13 @@
 
 #include "estimator/estimation.hpp"
 #include "estimator/math/aligned.hpp"
+#include "estimator/periodic/newton_rate.hpp"
 #include "estimator/periodic/periodic_lanes.hpp"
 
 namespace shaker::estimator {
 
 // Throws std::invalid_argument, naming the run (counted from 1), for data that cannot be used.
 void check_run(const RunData& run, std::size_t index);
-
-// What is left to go after a step, from the rate at which steps shrink.
-double left_after(double step, double previous);
 
 // Relative step at which the lifted method's approach on the data's own few points ends.
 inline constexpr double kCloseEnough = 1e-2;

@@ -22,12 +22,6 @@ double newton_step(const PeriodicSystem& system) {
 
 }  // namespace
 
-// What is left to go after this step, from the rate at which steps shrink.
-double left_after(double step, double previous) {
-  const double rate = step / previous;
-  return std::isfinite(previous) && rate < 0.5 ? step * rate / (1.0 - rate) : step;
-}
-
 // One linearisation a step moves theta and all states together. Trusted only while it contracts:
 // anything odd (an inadmissible point, a singular matrix, steps that do not shrink) gives up, and
 // the caller starts the nested method from the parameters that were given. The first steps, which

@@ -31,16 +31,15 @@ SHAKER_INLINE LaneMask eliminate(const LaneStep& step, int columns) {
     Lanes c[2 * Reach + 1];
     coefficients<Reach>(step, i, c);
     Lanes* row = step.rows + static_cast<std::size_t>(i) * columns;
-    for (int b = 0; b < Reach; ++b)
-      row[step.width + b] = Lanes{};
+    Lanes border[Reach] = {};
     if (i < Reach) {
       for (int k = 0; i + k < Reach; ++k) {
-        row[step.width + i + k] = c[k];
+        border[i + k] = c[k];
         c[k] = Lanes{};
       }
     }
     for (int k = inner - i + Reach; k <= 2 * Reach; ++k)
-      row[step.width + i + k - Reach - inner] = c[k];
+      border[i + k - Reach - inner] = c[k];
     Lanes largest{};
     keep_largest(largest, c[Reach]);
     Lanes multiplier[Reach];
@@ -58,15 +57,22 @@ SHAKER_INLINE LaneMask eliminate(const LaneStep& step, int columns) {
       step.upper[static_cast<std::size_t>(i) * Reach + j - 1] = c[Reach + j] * inverse;
     if (i < Reach) {
       for (int w = 0; w < columns; ++w) {
-        Lanes value = row[w];
+        Lanes value = w < step.width ? -as_lanes(step.left[w])[i] : border[w - step.width];
         for (int k = i; k >= 1; --k)
           value -= multiplier[k - 1] * row[w - k * columns];
         row[w] = value * inverse;
       }
       continue;
     }
-    for (int w = 0; w < columns; ++w) {
-      Lanes value = row[w];
+    for (int w = 0; w < step.width; ++w) {
+      Lanes value = -as_lanes(step.left[w])[i];
+      for (int k = Reach; k >= 1; --k)
+        value -= multiplier[k - 1] * row[w - k * columns];
+      row[w] = value * inverse;
+    }
+    for (int b = 0; b < Reach; ++b) {
+      const int w = step.width + b;
+      Lanes value = border[b];
       for (int k = Reach; k >= 1; --k)
         value -= multiplier[k - 1] * row[w - k * columns];
       row[w] = value * inverse;
@@ -107,6 +113,8 @@ SHAKER_INLINE LaneMask solve_border(const LaneStep& step, int columns) {
     Lanes c[2 * Reach + 1];
     coefficients<Reach>(step, inner + b, c);
     Lanes* row = step.rows + static_cast<std::size_t>(inner + b) * columns;
+    for (int w = 0; w < step.width; ++w)
+      row[w] = -as_lanes(step.left[w])[inner + b];
     for (int k = 0; k <= 2 * Reach; ++k) {
       int j = inner + b + k - Reach;
       if (j >= step.n) j -= step.n;
@@ -194,22 +202,37 @@ unsigned solve_lane_step(const LaneStep& step) {
   }
 }
 
-SHAKER_SIMD_CLONES void difference_lanes(int n, const Stencil& stencil, const Lanes& rate,
-                                         const Lanes* z, Lanes* v, Lanes* a) {
-  const int reach = stencil.reach;
+namespace {
+
+template <int Reach>
+SHAKER_INLINE void difference(int n, const Stencil& stencil, const Lanes& rate, const Lanes* z,
+                              Lanes* v, Lanes* a) {
   const Lanes square = rate * rate;
   for (int i = 0; i < n; ++i) {
     Lanes dv{};
     Lanes da{};
-    for (int k = -reach; k <= reach; ++k) {
-      int j = i + k;
-      j = j < 0 ? j + n : j >= n ? j - n : j;
-      dv += stencil.first[static_cast<std::size_t>(reach + k)] * z[j];
-      da += stencil.second[static_cast<std::size_t>(reach + k)] * z[j];
+    const bool inside = i >= Reach && i < n - Reach;
+    for (int k = 0; k <= 2 * Reach; ++k) {
+      int j = i + k - Reach;
+      if (!inside) j = j < 0 ? j + n : j >= n ? j - n : j;
+      dv += stencil.first[static_cast<std::size_t>(k)] * z[j];
+      da += stencil.second[static_cast<std::size_t>(k)] * z[j];
     }
     v[i] = rate * dv;
     a[i] = square * da;
   }
+}
+
+}  // namespace
+
+SHAKER_SIMD_CLONES void difference_lanes(int n, const Stencil& stencil, const Lanes& rate,
+                                         const Lanes* z, Lanes* v, Lanes* a) {
+  if (stencil.reach == 3)
+    difference<3>(n, stencil, rate, z, v, a);
+  else if (stencil.reach == 2)
+    difference<2>(n, stencil, rate, z, v, a);
+  else
+    difference<1>(n, stencil, rate, z, v, a);
 }
 
 SHAKER_SIMD_CLONES void sum_lane_products(const LaneGram& gram) {

@@ -28,9 +28,10 @@ struct LaneStep {
   Stencil stencil;
   Lanes rate{};                                                // frequency * n of each lane
   const Lanes *g_u = nullptr, *g_v = nullptr, *g_a = nullptr;  // a Lanes a point
-  Lanes* upper = nullptr;                                      // scratch, n rows of reach
-  // n rows of width + reach: in, right-hand sides in the first `width`; out, solutions there.
-  Lanes* rows = nullptr;
+  const double* const* left = nullptr;  // what the equations leave: minus the right-hand sides, an
+                                        // array of n for each of `width`
+  Lanes* upper = nullptr;               // scratch, n rows of reach
+  Lanes* rows = nullptr;  // n rows of width + reach: the solutions in the first `width`
 };
 
 // Bit l is set when lane l is sound; the rows of other lanes are then of no use.

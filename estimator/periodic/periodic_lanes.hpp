@@ -2,9 +2,8 @@
 // runs, records or frequencies that have as many points each, at a third of the time or less.
 //
 // Everything is vertical: value i of lane l stands at [8 i + l]. Lanes differ in excitation,
-// frequency and parameters; only the kinks are corrected one lane after another. A lane that turns
-// out unsound (inadmissible, a small pivot) is reported and left to PeriodicSystem; it never
-// disturbs its neighbours, whose numbers do not depend on it.
+// frequency and parameters. A lane that turns out unsound (inadmissible, a small pivot) is reported
+// and left to PeriodicSystem; it never disturbs its neighbours, whose numbers do not depend on it.
 #pragma once
 
 #include <memory>
@@ -14,7 +13,7 @@
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/lanes.hpp"
 #include "estimator/model.hpp"
-#include "estimator/periodic/kinks.hpp"
+#include "estimator/periodic/lane_kinks.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {
@@ -26,11 +25,13 @@ class PeriodicLanes {
  public:
   // One coordinate and central differences are what it can do.
   static bool possible(const Model& model, const GridOptions& options);
-  PeriodicLanes(const Model& model, const GridOptions& options);
+  // Without sensitivities a step costs half; `sum_products` and `give` are then not to be used.
+  PeriodicLanes(const Model& model, const GridOptions& options, bool sensitivities = true);
 
   int points() const { return n_; }
   // The excitation as it stands on the system's grid, which has as many points.
   void set_excitation(int lane, const PeriodicSystem& system);
+  void set_frequency(int lane, double frequency_hz);
   // Forgets what earlier solutions left behind.
   void begin();
   void interpolate_from(const PeriodicLanes& coarser);
@@ -52,16 +53,17 @@ class PeriodicLanes {
   void give(int lane, PeriodicSystem& system) const;
 
  private:
-  void fill_right_hand_sides(unsigned moving);
+  void correct_jumps(unsigned moving);
+  void learn_jumps(unsigned moving);
+  std::span<double> theta_of(std::size_t lane);
 
   const Model* model_;
   Stencil stencil_;
-  bool correct_kink_;
-  int n_, p_, columns_;  // columns: of a row, 1 + p + reach
+  int n_, width_, columns_;  // width: Newton step and sensitivities; columns: width + reach
   AlignedVector z_, v_, a_, x_, g_, g_u_, g_v_, g_a_, g_theta_, rows_, upper_, theta_, rate_;
-  std::vector<double*> columns_of_theta_;
-  std::vector<KinkCorrection> kinks_;      // one a lane
-  AlignedVector kappa_theta_, own_theta_;  // of the lane in hand
+  std::vector<double*> left_;                          // g, then a column for each parameter
+  std::unique_ptr<LaneKinks> kinks_;                   // null when there is none to correct
+  AlignedVector kappa_theta_, own_kappa_, own_theta_;  // own: of the lane in hand
   bool rows_hold_sensitivities_ = false;
 };
 
