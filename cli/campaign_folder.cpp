@@ -37,53 +37,105 @@ std::optional<double> metres(const std::string& unit) {
 }
 
 struct Factors {
-  double time = 1.0, displacement = 1.0, excitation = 1.0;
+  double time = 1.0, displacement = 1.0, excitation = 1.0, force = 1.0;
 };
 
-// What turns the file's numbers into the model's.
-Result<Factors> factors_of(const json& document, const std::string& where,
-                           const config::ModelSpec& model) {
-  Factors factors;
-  const json units = document.value("units", json::object());
-  if (!units.is_object()) return invalid(where, "/units is not an object");
-  const auto unit = [&](const char* name, const std::string& otherwise) {
-    const auto at = units.find(name);
-    return at != units.end() && at->is_string() ? at->get<std::string>() : otherwise;
-  };
-  const std::string time = unit("time", "s");
-  if (time == "ms")
-    factors.time = 1e-3;
-  else if (time == "us")
-    factors.time = 1e-6;
-  else if (time != "s")
-    return invalid(where, fmt::format("/units/time is \"{}\"; it is s, ms or us", time));
-  const std::string length = unit("displacement", model.length_unit);
-  const auto wanted = metres(model.length_unit);
-  if (length != model.length_unit) {
-    const auto given = metres(length);
-    if (!given || !wanted)
-      return invalid(where, fmt::format("/units/displacement is \"{}\" and the model counts in "
-                                        "\"{}\": these do not match",
-                                        length, model.length_unit));
-    factors.displacement = *given / *wanted;
+// A unit as campaign.json says it: a name that is known, or a label of the campaign's own with the
+// size of one in the model's unit.
+struct Unit {
+  std::string label;
+  std::optional<double> scale;
+};
+
+class Units {
+ public:
+  Units(const json& document, const std::string& where, const config::ModelSpec& model)
+      : where_(where),
+        length_(model.length_unit),
+        metre_(metres(model.length_unit)),
+        mass_(document.value("reference_mass", 0.0)),
+        units_(document.value("units", json::object())) {}
+
+  // What turns the file's numbers into the model's.
+  Result<Factors> factors() const {
+    if (!units_.is_object()) return invalid(where_, "/units is not an object");
+    Factors factors;
+    for (auto [name, factor] :
+         {std::pair{"time", &factors.time}, std::pair{"displacement", &factors.displacement},
+          std::pair{"excitation", &factors.excitation}, std::pair{"force", &factors.force}}) {
+      const auto unit = unit_of(name);
+      if (!unit) return unit.error();
+      if (unit->scale) {
+        *factor = *unit->scale;
+        continue;
+      }
+      const auto found = factor_of(name, unit->label);
+      if (!found) return found.error();
+      *factor = *found;
+    }
+    return factors;
   }
-  const std::string same = model.length_unit + "/s^2";
-  const std::string acceleration = unit("excitation", same);
-  if (acceleration != same) {
-    const auto slash = acceleration.find("/s^2");
-    const auto given =
-        slash == std::string::npos ? std::nullopt : metres(acceleration.substr(0, slash));
-    if (acceleration == "g" && wanted)
-      factors.excitation = 9.80665 / *wanted;
-    else if (given && wanted)
-      factors.excitation = *given / *wanted;
-    else
-      return invalid(where, fmt::format("/units/excitation is \"{}\" and the model counts in "
-                                        "\"{}\": these do not match",
-                                        acceleration, same));
+
+ private:
+  Result<Unit> unit_of(const std::string& name) const {
+    const auto at = units_.find(name);
+    if (at == units_.end()) return Unit{name == "time" ? "s" : "", {}};
+    if (at->is_string()) return Unit{at->get<std::string>(), {}};
+    const std::string place = "/units/" + name;
+    if (!at->is_object())
+      return invalid(where_, place + " is neither a unit nor an object of label and scale");
+    const Unit unit{at->value("label", ""), at->value("scale", 0.0)};
+    if (unit.label.empty() || !(*unit.scale > 0.0) || !std::isfinite(*unit.scale))
+      return invalid(where_, place +
+                                 " wants a label, and as scale the size of one of it in the "
+                                 "model's unit, above 0");
+    return unit;
   }
-  return factors;
-}
+
+  Result<double> factor_of(const std::string& name, const std::string& unit) const {
+    if (name == "time") return time(unit);
+    const bool length = name == "displacement";
+    const std::string wanted = length ? length_ : length_ + "/s^2";
+    if (unit.empty() || unit == wanted) return 1.0;
+    if (!length && (unit == "N" || unit == "kN")) return newtons(name, unit);
+    const auto slash = unit.find("/s^2");
+    std::optional<double> given;
+    if (length)
+      given = metres(unit);
+    else if (slash != std::string::npos)
+      given = metres(unit.substr(0, slash));
+    else if (unit == "g")
+      given = 9.80665;
+    if (given && metre_) return *given / *metre_;
+    return invalid(
+        where_,
+        fmt::format("/units/{} is \"{}\" and the model counts in \"{}\": these do not match; "
+                    "say {{\"label\": \"{}\", \"scale\": ...}} with the size of one {} in {}",
+                    name, unit, wanted, unit, unit, wanted));
+  }
+
+  Result<double> time(const std::string& unit) const {
+    if (unit == "s") return 1.0;
+    if (unit == "ms") return 1e-3;
+    if (unit == "us") return 1e-6;
+    return invalid(where_, fmt::format("/units/time is \"{}\"; it is s, ms or us", unit));
+  }
+
+  // Effects are forces over a mass.
+  Result<double> newtons(const std::string& name, const std::string& unit) const {
+    if (!(mass_ > 0.0) || !metre_)
+      return invalid(where_, fmt::format("/units/{} is \"{}\", but the model counts forces over a "
+                                         "mass, in {}/s^2: give /reference_mass in kg, above 0",
+                                         name, unit, length_));
+    return (unit == "kN" ? 1e3 : 1.0) / mass_ / *metre_;
+  }
+
+  const std::string& where_;
+  std::string length_;
+  std::optional<double> metre_;
+  double mass_;
+  json units_;
+};
 
 Result<Kind> kind_of(const json& run, const std::string& where) {
   const std::string kind = run.value("kind", "periodic");
@@ -140,6 +192,7 @@ Result<Recording> read_run(const json& run, const std::filesystem::path& folder,
   scale(recording.displacement, factors.displacement);
   scale(recording.excitation, factors.excitation);
   scale(recording.acceleration, factors.excitation);
+  scale(recording.force, factors.force);
   return recording;
 }
 
@@ -159,7 +212,7 @@ Result<Campaign> read_document(const json& document, const std::filesystem::path
                                const std::string& where, config::ModelSpec& model) {
   if (document.value("format", "") != "shaker-campaign/1")
     return invalid(where, "/format is not \"shaker-campaign/1\"");
-  const auto factors = factors_of(document, where, model);
+  const auto factors = Units(document, where, model).factors();
   if (!factors) return factors.error();
   const auto runs = document.find("runs");
   if (runs == document.end() || !runs->is_array() || runs->empty())

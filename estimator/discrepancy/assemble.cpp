@@ -7,6 +7,8 @@
 
 #include "estimator/discrepancy/harmonics.hpp"
 #include "estimator/discrepancy/inverse_dynamics.hpp"
+#include "estimator/discrepancy/transient_cosines.hpp"
+#include "estimator/discrepancy/transient_run.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/statistics.hpp"
 
@@ -20,8 +22,10 @@ constexpr double kInTheSet = 4.0;         // of log evidence behind the best: ca
 constexpr double kGainInTheSet = 8.0;     // of chi-squared behind, for those that were not refitted
 constexpr double kFirstEffect = 0.75;     // of the gap's square, by the first effect
 constexpr double kHalved = 0.5;           // of chi-squared, by one more effect
+constexpr double kNearlyAsMuch = 0.8;     // of the gap's square that the best closes
 constexpr double kMostUnexplained = 0.9;  // probability of a name while something is left
 constexpr int kCurvePoints = 128;
+constexpr Eigen::Index kStretchPoints = 400;
 
 std::vector<double> list(const VectorXd& v) {
   return {v.data(), v.data() + v.size()};
@@ -83,6 +87,37 @@ std::vector<double> thinned(const VectorXd& curve) {
   for (Index i = 0; i < kCurvePoints; ++i)
     some.push_back(curve[i * curve.size() / kCurvePoints]);
   return some;
+}
+
+// Samples of a record's stretch that is drawn.
+std::pair<Index, Index> drawn(const SampledRun& run) {
+  const Index count = std::min<Index>(run.samples(), kStretchPoints);
+  Index most = 0;
+  run.v.cwiseAbs().maxCoeff(&most);
+  const Index first = std::clamp<Index>(most - count / 4, 0, run.samples() - count);
+  return {first, count};
+}
+
+RunCurves stretch_of(const RunDatum& datum, const VectorXd& before, const VectorXd& after) {
+  const SampledRun& run = *datum.sampled;
+  const auto [first, count] = drawn(run);
+  const CosineTransform transform(run.samples());
+  RunCurves curves;
+  curves.name = datum.name;
+  curves.from = run.start + run.dt * (static_cast<double>(first) + 0.5);
+  curves.seconds = run.dt * static_cast<double>(count);
+  curves.measured = list(transform.synthesise(datum.response).segment(first, count));
+  curves.before = list(transform.synthesise(before).segment(first, count));
+  curves.after = list(transform.synthesise(after).segment(first, count));
+  curves.velocity = list(run.v.segment(first, count));
+  return curves;
+}
+
+void thin(const MissingForce& before, const MissingForce& after, const SampledRun& run,
+          RunCurves& curves) {
+  const auto [first, count] = drawn(run);
+  curves.force_before = list(before.force.segment(first, count));
+  curves.force_after = list(after.force.segment(first, count));
 }
 
 VectorXd residual_of(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::size_t r) {
@@ -152,19 +187,41 @@ class Assembler {
     const Hypothesis* best = &found_.hypotheses[found_.best];
     if (!counts(*best)) return nullptr;
     if (found_.explained) return best;
-    const Hypothesis* smallest = &found_.base;
-    for (;;) {
-      const Hypothesis* next = nullptr;
-      for (const Hypothesis& h : found_.hypotheses) {
-        if (!counts(h) || h.effects.size() != smallest->effects.size() + 1) continue;
-        const double limit = smallest == &found_.base ? kFirstEffect : kHalved;
-        if (left_of(*h.fit, *smallest->fit) > limit) continue;
-        if (next == nullptr || h.fit->chi_squared < next->fit->chi_squared) next = &h;
-      }
-      if (next == nullptr) break;
-      smallest = next;
+    const auto way = path();
+    return way.empty() ? nullptr : way.back();
+  }
+  // From nothing, an effect more each.
+  std::vector<const Hypothesis*> path() const {
+    std::vector<const Hypothesis*> way;
+    for (const Hypothesis* next = after(found_.base); next != nullptr; next = after(*next))
+      way.push_back(next);
+    return way;
+  }
+  // The next larger hypothesis that closes enough of what `smallest` leaves. Of those that close
+  // nearly as much, the one with the fewest parameters: friction before hysteresis that can do what
+  // friction does.
+  const Hypothesis* after(const Hypothesis& smallest) const {
+    const double limit = &smallest == &found_.base ? kFirstEffect : kHalved;
+    const auto larger = [&](const Hypothesis& h) {
+      return counts(h) && h.effects.size() == smallest.effects.size() + 1 &&
+             std::includes(h.effects.begin(), h.effects.end(), smallest.effects.begin(),
+                           smallest.effects.end());
+    };
+    double least = limit;
+    for (const Hypothesis& h : found_.hypotheses) {
+      if (larger(h)) least = std::min(least, left_of(*h.fit, *smallest.fit));
     }
-    return smallest == &found_.base ? nullptr : smallest;
+    const Hypothesis* next = nullptr;
+    for (const Hypothesis& h : found_.hypotheses) {
+      if (!larger(h)) continue;
+      const double left = left_of(*h.fit, *smallest.fit);
+      if (left >= limit || 1.0 - left < kNearlyAsMuch * (1.0 - least)) continue;
+      const auto price = [](const Hypothesis& of) { return of.fit->free.size(); };
+      if (next == nullptr || price(h) < price(*next) ||
+          (price(h) == price(*next) && h.fit->chi_squared < next->fit->chi_squared))
+        next = &h;
+    }
+    return next;
   }
   // Share of the gap's square that a fit leaves of another's, in units of the noise or in the
   // response's own: where the model is far from the data the noise says little of what matters.
@@ -259,6 +316,12 @@ class Assembler {
       effect_force_.push_back(missing_force(before_.predictions[r], theta, y));
       RunCurves curves;
       curves.name = data_[r].name;
+      if (data_[r].sampled) {
+        said_.curves.push_back(
+            stretch_of(data_[r], before_.predictions[r].value(), after_.predictions[r].value()));
+        thin(before.back(), after.back(), *data_[r].sampled, said_.curves.back());
+        continue;
+      }
       const auto synthesis = synthesis_matrix(data_[r].harmonics(), kCurvePoints);
       curves.measured = list(synthesis * y);
       curves.before = list(synthesis * before_.predictions[r].value());
@@ -373,9 +436,21 @@ class Assembler {
         named.held_out_gain = 1.0 - *said_.gap.held_out_after / *said_.gap.held_out_before;
       said_.effects.push_back(std::move(named));
     }
-    std::stable_sort(
-        said_.effects.begin(), said_.effects.end(),
-        [](const NamedEffect& a, const NamedEffect& b) { return a.probability > b.probability; });
+    if (found_.explained) {
+      std::stable_sort(
+          said_.effects.begin(), said_.effects.end(),
+          [](const NamedEffect& a, const NamedEffect& b) { return a.probability > b.probability; });
+      return;
+    }
+    // In the order in which they close the gap.
+    const auto way = path();
+    const auto rank = [&](const NamedEffect& e) {
+      return std::find_if(way.begin(), way.end(), [&](const Hypothesis* h) {
+        return std::find(h->effects.begin(), h->effects.end(), e.name) != h->effects.end();
+      });
+    };
+    std::stable_sort(said_.effects.begin(), said_.effects.end(),
+                     [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   }
 
   const Naming& found_;

@@ -99,7 +99,8 @@ bool lenders_there(const Effect& effect, const config::ModelSpec& base) {
 
 bool imposable(const Effect& effect) {
   const auto memory = effect.internals();
-  return effect.group() == Group::damper && !effect.in_series() && !effect.sees_excitation() &&
+  return effect.group() == Group::damper && effect.instrument() == nullptr &&
+         !effect.sees_excitation() &&
          std::all_of(memory.begin(), memory.end(),
                      [](const InternalInfo& info) { return info.order == 1; });
 }

@@ -8,14 +8,18 @@
 
 #include "estimator/discrepancy/assemble.hpp"
 #include "estimator/discrepancy/harmonics.hpp"
+#include "estimator/discrepancy/model_error.hpp"
 #include "estimator/discrepancy/naming.hpp"
 #include "estimator/discrepancy/steady_cycles.hpp"
+#include "estimator/discrepancy/transient.hpp"
 #include "estimator/discrepancy/weighing.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
 
 using Eigen::VectorXd;
+
+constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
   return {ErrorKind::invalid, std::move(why)};
@@ -98,6 +102,12 @@ Result<void> agree(const std::vector<RunDatum>& data, HarmonicFit& fit) {
 MotionRange range_of(const std::vector<RunDatum>& data) {
   MotionRange range{1e300, -1e300, 0.0};
   for (const RunDatum& datum : data) {
+    if (datum.sampled) {
+      range.low = std::min(range.low, datum.sampled->u.minCoeff());
+      range.high = std::max(range.high, datum.sampled->u.maxCoeff());
+      range.speed = std::max(range.speed, datum.sampled->v.cwiseAbs().maxCoeff());
+      continue;
+    }
     constexpr int kPoints = 128;
     const VectorXd& motion = datum.kind == Kind::imposed_motion ? datum.driver : datum.response;
     const VectorXd curve =
@@ -131,6 +141,45 @@ void warn_of_design(const std::vector<SteadyRun>& runs, double carry_over, Diagn
                     std::sqrt(carry_over)));
 }
 
+// Searched; where even the best leaves far more than noise, searched again with what it leaves as
+// error. Progress from 0.2 to 0.9.
+Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
+                   const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
+                   const NamingOptions& naming, const Progress& progress) {
+  const auto named = [&](double from, double to) {
+    return [&progress, from, to](double share) { progress("naming", from + (to - from) * share); };
+  };
+  const config::ModelSpec spec = base.spec;
+  const std::vector<double> theta = base.theta;
+  const Naming first = name_effects(std::move(base), data, catalogue, naming, named(0.2, 0.6));
+  if (const auto softened = with_model_error(first, data)) {
+    HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
+    if (again.trouble.empty()) {
+      Naming second = name_effects(std::move(again), *softened, catalogue, naming, named(0.6, 0.9));
+      second.adequate = second.explained = false;
+      second.probability_base = first.probability_base;
+      second.probability_best = first.probability_best;
+      progress("drawing up", 0.95);
+      Diagnosis said = assemble(second, *softened, runs, catalogue);
+      said.chi_squared_before = first.base.fit->chi_squared;
+      double floor = 0.0, fitted = 0.0;
+      for (std::size_t r = 0; r < data.size(); ++r) {
+        said.runs[r].noise_floor = root_mean_square(data[r].error);
+        if (data[r].role != Role::fit) continue;
+        floor += std::pow(said.runs[r].noise_floor, 2);
+        fitted += 1.0;
+      }
+      said.gap.noise_floor = std::sqrt(floor / fitted);
+      said.warnings.push_back(
+          "the model is far from the data even with the best that the catalogue offers: effects "
+          "are weighed by the share of the gap that they close, and not by the noise");
+      return said;
+    }
+  }
+  progress("drawing up", 0.95);
+  return assemble(first, data, runs, catalogue);
+}
+
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
                                   const DiagnoseOptions& options, const Progress& progress) {
   progress("cutting cycles", 0.0);
@@ -158,18 +207,56 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   naming.draws = options.draws;
   naming.seed = options.seed;
   progress("scoring the catalogue", 0.2);
-  const Naming found = name_effects(std::move(base), weighed.data, catalogue, naming,
-                                    [&](double share) { progress("naming", 0.2 + 0.7 * share); });
-  progress("drawing up", 0.95);
-  Diagnosis said = assemble(found, weighed.data, *runs, catalogue);
+  Diagnosis said = searched(std::move(base), weighed.data, *runs, catalogue, naming, progress);
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
   said.gap.unit = campaign.runs.front().kind == Kind::imposed_motion ? model.length_unit + "/s^2"
                                                                      : model.length_unit;
-  said.warnings = std::move(warnings);
+  said.warnings.insert(said.warnings.begin(), warnings.begin(), warnings.end());
   warn_of_design(*runs, weighed.carry_over, said);
   progress("done", 1.0);
   return said;
+}
+
+// A campaign of runs that are not periodic.
+Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::ModelSpec& model,
+                                   const DiagnoseOptions& options, const Progress& progress) {
+  progress("reading records", 0.0);
+  auto runs = transient_runs(campaign.runs, model);
+  if (!runs) return runs.error();
+  const Kind kind = campaign.runs.front().kind;
+  progress("fitting the model", 0.05);
+  const FitOptions fitting{options.points};
+  HarmonicFit base = fit_transient(model, *runs, fitting);
+  if (!base.trouble.empty() || !std::isfinite(base.chi_squared))
+    return Error{ErrorKind::not_converged, base.trouble};
+  if (auto good = use_repetitions(*runs, base); !good) return good.error();
+  base = fit_harmonics(model, runs->data, base.theta, nullptr, fitting);
+  if (!base.trouble.empty()) return Error{ErrorKind::not_converged, base.trouble};
+  const auto catalogue =
+      shown_by_transients(candidates(model, range_of(runs->data), kind), model, runs->by_force);
+  NamingOptions naming;
+  naming.fit = fitting;
+  naming.most_effects = options.most_effects;
+  naming.false_alarm_rate = options.false_alarm_rate;
+  naming.draws = std::min(options.draws, kRecordDraws);
+  naming.seed = options.seed;
+  progress("scoring the catalogue", 0.2);
+  const std::vector<SteadyRun> none(runs->data.size());
+  Diagnosis said = searched(std::move(base), runs->data, none, catalogue, naming, progress);
+  said.campaign = campaign.name;
+  said.false_alarm_rate = options.false_alarm_rate;
+  said.gap.unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
+  said.warnings.insert(said.warnings.begin(), runs->warnings.begin(), runs->warnings.end());
+  said.warnings.insert(said.warnings.begin(), campaign.warnings.begin(), campaign.warnings.end());
+  if (runs->data.size() == 1)
+    said.warnings.push_back("there is one run only, and nothing can be held out");
+  progress("done", 1.0);
+  return said;
+}
+
+bool periodic(const Recording& run) {
+  return run.kind == Kind::periodic || (run.kind == Kind::imposed_motion && run.frequency_hz > 0.0);
 }
 
 }  // namespace
@@ -179,12 +266,13 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
   if (auto good = check(campaign, options); !good) return good.error();
   const Progress report = progress ? progress : [](std::string_view, double) {};
   try {
-    if (campaign.runs.front().kind != Kind::transient)
+    // Sines and earthquakes on one dynamometer: all of them as records.
+    if (std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic))
       return diagnose_cycles(campaign, model, options, report);
+    return diagnose_records(campaign, model, options, report);
   } catch (const std::invalid_argument& error) {
     return invalid(error.what());
   }
-  return Error{ErrorKind::unavailable, "runs that are not periodic cannot be diagnosed yet"};
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -59,9 +59,11 @@ struct Ranked {
   std::string disqualified;                              // why; empty: it is not
 };
 
-// One cycle of a run on equal steps of tau, for drawings.
+// One cycle of a run on equal steps of tau, for drawings; of a run that is not periodic the stretch
+// of it where most happens.
 struct RunCurves {
   std::string name;
+  double from = 0.0, seconds = 0.0;               // of that stretch; seconds 0: a cycle
   std::vector<double> measured, before, after;    // displacement (force of imposed motion)
   std::vector<double> velocity;                   // of the measured motion
   std::vector<double> force_before, force_after;  // residual force by inverse dynamics

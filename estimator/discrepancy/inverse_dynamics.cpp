@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/harmonics.hpp"
+#include "estimator/discrepancy/imposed_motion_march.hpp"
+#include "estimator/discrepancy/transient_run.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -105,6 +107,16 @@ std::vector<ForceBin> binned(const std::vector<MissingForce>& before,
 
 MissingForce missing_force(const Prediction& prediction, const std::vector<double>& theta,
                            const VectorXd& measured) {
+  if (const SampledRun* run = prediction.sampled()) {
+    // Along the measured motion, whatever was compared.
+    const bool imposed = run->kind == Kind::imposed_motion;
+    MotionMarch march(prediction.model(), Motion{run->dt, run->u, run->v, run->a, run->excitation},
+                      !imposed);
+    MissingForce missing{run->u, run->v, VectorXd::Zero(run->samples()), march.at(theta)};
+    if (missing.ok) missing.force = -march.force();
+    if (missing.ok && imposed) missing.force += run->response;
+    return missing;
+  }
   const VectorXd curve =
       synthesis_matrix(static_cast<int>((measured.size() - 1) / 2), prediction.points()) * measured;
   if (const ImposedMotion* imposed = prediction.imposed())
@@ -140,7 +152,9 @@ std::string where(const std::vector<MissingForce>& force, const std::vector<RunD
     points += static_cast<double>(force[r].force.size());
   }
   if (!(total > 0.0)) return "nowhere in particular";
-  std::string best = "everywhere in the cycle";
+  const bool record = std::any_of(data.begin(), data.end(),
+                                  [](const RunDatum& datum) { return datum.sampled != nullptr; });
+  std::string best = record ? "everywhere in the record" : "everywhere in the cycle";
   double best_score = 1.35, best_share = 1.0;
   for (const Region& region : regions(extent, data, force)) {
     double power = 0.0, time = 0.0;

@@ -397,14 +397,17 @@ std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<R
     const MatrixXd j = whitened_jacobian(fit, data, r, fit.free);
     // What the other runs leave open of this one: e of the run left out is M^-1 e, its covariance
     // M^-1, with M = I - J (sum J'J)^-1 J'.
-    const MatrixXd m = MatrixXd::Identity(e.size(), e.size()) - j * fit.covariance * j.transpose();
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(m);
-    const VectorXd values = eigen.eigenvalues().cwiseMax(1e-8);
-    const VectorXd along = eigen.eigenvectors().transpose() * e;
-    sum -= 0.5 * (along.cwiseAbs2().cwiseQuotient(values).sum() - values.array().log().sum());
+    // It is the identity but along the few columns of J.
+    const MatrixXd root = j * Eigen::LLT<MatrixXd>(fit.covariance).matrixL().toDenseMatrix();
+    const Eigen::JacobiSVD<MatrixXd> few(root, Eigen::ComputeThinU);
+    const VectorXd values = (1.0 - few.singularValues().array().square()).max(1e-8);
+    const VectorXd along = few.matrixU().transpose() * e;
+    sum -= 0.5 * (e.squaredNorm() - along.squaredNorm() +
+                  along.cwiseAbs2().cwiseQuotient(values).sum() - values.array().log().sum());
     if (left_out != nullptr) {
       // What only this run tells, the others cannot predict at all.
-      (*left_out)[r] = eigen.eigenvectors() * along.cwiseQuotient(values.cwiseMax(kPredictable));
+      (*left_out)[r] =
+          e + few.matrixU() * (along.cwiseQuotient(values.cwiseMax(kPredictable)) - along);
     }
   }
   return sum;

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "estimator/discrepancy/harmonics.hpp"
+#include "estimator/discrepancy/transient_run.hpp"
+#include "estimator/discrepancy/transient_seen.hpp"
 
 namespace shaker::estimator::discrepancy {
 
@@ -15,7 +17,24 @@ double root_mean_square(const Eigen::VectorXd& harmonics) {
 }
 
 Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
-    : model_(&model), points_(points), analysis_(analysis_matrix(datum.harmonics(), points)) {
+    : model_(&model), points_(points), sampled_(datum.sampled) {
+  if (sampled_) {
+    points_ = static_cast<int>(sampled_->samples());
+    if (!datum.by_force) {
+      transient_ = std::make_unique<TransientResponse>(model, datum);
+      return;
+    }
+    check_instruments(model);
+    const bool inertia = datum.kind == Kind::transient;
+    march_ = std::make_unique<MotionMarch>(
+        model, Motion{sampled_->dt, sampled_->u, sampled_->v, sampled_->a, sampled_->excitation},
+        inertia);
+    transform_ = std::make_unique<CosineTransform>(sampled_->samples());
+    // What is missing from the balance is missing from the excitation.
+    if (inertia) excitation_ = datum.response;
+    return;
+  }
+  analysis_ = analysis_matrix(datum.harmonics(), points);
   if (datum.kind == Kind::imposed_motion) {
     imposed_ = std::make_unique<ImposedMotion>(model, datum.frequency_hz, datum.driver, points);
     return;
@@ -35,7 +54,25 @@ bool Prediction::solve(const std::vector<double>& theta) {
   return report.status == SolveStatus::converged && report.amplitude_reached >= 1.0;
 }
 
+bool Prediction::at_sampled(const std::vector<double>& theta) {
+  if (transient_) {
+    if (!transient_->at(theta)) return false;
+    value_ = transient_->value();
+    jacobian_ = transient_->jacobian();
+    return true;
+  }
+  if (!march_->at(theta)) return false;
+  Eigen::MatrixXd all(points_, 1 + march_->slope().cols());
+  all << march_->force(), march_->slope();
+  const Eigen::MatrixXd series = transform_->analyse(all, sampled_->keep);
+  value_ = series.col(0);
+  if (excitation_.size() > 0) value_ += excitation_;
+  jacobian_ = series.rightCols(series.cols() - 1);
+  return true;
+}
+
 bool Prediction::at(const std::vector<double>& theta) {
+  if (sampled_) return at_sampled(theta);
   if (imposed_) {
     if (!imposed_->at(theta)) return false;
     value_ = analysis_ * imposed_->force();
@@ -79,6 +116,7 @@ Eigen::MatrixXd Prediction::over_excitation(int driver_harmonics) {
 }
 
 void Prediction::start_from(const Prediction& other) {
+  if (transient_ && other.transient_) transient_->start_from(*other.transient_);
   const int n = points_;
   if (!response_ || !other.response_ || other.points_ % n != 0) return;
   const int every = other.points_ / n;

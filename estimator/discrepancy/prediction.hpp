@@ -1,5 +1,6 @@
 // A model's prediction of a run's harmonics and its derivatives over the parameters: of the
-// periodic response to an excitation, or of the force along an imposed motion.
+// periodic response to an excitation, or of the force along an imposed motion; of a run that is not
+// periodic the same in the cosines of its record.
 //
 // The periodic solution is kept, so that the next, nearby theta costs two or three Newton steps.
 #pragma once
@@ -10,7 +11,9 @@
 #include <Eigen/Dense>
 
 #include "estimator/discrepancy/imposed_motion.hpp"
+#include "estimator/discrepancy/imposed_motion_march.hpp"
 #include "estimator/discrepancy/run_datum.hpp"
+#include "estimator/discrepancy/transient_response.hpp"
 #include "estimator/model.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
@@ -33,18 +36,27 @@ class Prediction {
   // Begins from another model's solution of the same run: as far as coordinates are shared.
   void start_from(const Prediction& other);
 
+  const Model& model() const { return *model_; }
   int points() const { return points_; }
   const PeriodicSystem* response() const { return response_.get(); }  // null for imposed motion
   const ImposedMotion* imposed() const { return imposed_.get(); }     // null for a response
+  // Of a run that is not periodic, null for others: its record.
+  const SampledRun* sampled() const { return sampled_.get(); }
 
  private:
   bool solve(const std::vector<double>& theta);
   void read();
+  bool at_sampled(const std::vector<double>& theta);
 
   const Model* model_;
   int points_;
   std::unique_ptr<PeriodicSystem> response_;
   std::unique_ptr<ImposedMotion> imposed_;
+  std::shared_ptr<const SampledRun> sampled_;
+  std::unique_ptr<TransientResponse> transient_;  // of a sampled run: its response,
+  std::unique_ptr<MotionMarch> march_;            // or the force along its motion
+  std::unique_ptr<CosineTransform> transform_;
+  Eigen::VectorXd excitation_;  // of a sampled run whose forces are compared, in cosines
   Eigen::MatrixXd analysis_;
   bool solved_ = false;
   std::vector<double> kept_;  // state of the last success

@@ -1,6 +1,8 @@
-// What is known of one run, ready to be fitted: mean harmonics with their standard errors.
+// What is known of one run, ready to be fitted: mean harmonics with their standard errors; of a
+// record that is not periodic its cosines over the record's length (transient_cosines.hpp).
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,15 +12,20 @@
 
 namespace shaker::estimator::discrepancy {
 
+struct SampledRun;
+
 struct RunDatum {
   std::string name;
   Kind kind = Kind::periodic;
   Role role = Role::fit;
   double frequency_hz = 0.0;
-  Eigen::VectorXd driver;    // harmonics of what is imposed
+  Eigen::VectorXd driver;    // harmonics of what is imposed; empty for a sampled run
   Eigen::VectorXd response;  // mean harmonics of what is predicted
   Eigen::VectorXd error;     // standard error of each
   Eigen::VectorXd freedom;   // degrees of freedom behind each
+  // Of a run that is not periodic; null for a periodic one.
+  std::shared_ptr<const SampledRun> sampled;
+  bool by_force = false;  // forces along the measured motion are compared, not the response
   int harmonics() const { return static_cast<int>((response.size() - 1) / 2); }
 };
 

@@ -1,4 +1,5 @@
-// The ways to integrate. Private to the sources of this room.
+// The ways to integrate, each by itself: for the sources of this room, and for who wants fixed
+// steps without CVODES' libraries.
 #pragma once
 
 #include <memory>

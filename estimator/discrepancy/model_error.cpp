@@ -1,0 +1,52 @@
+#include "estimator/discrepancy/model_error.hpp"
+
+#include <cmath>
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+constexpr double kFarFromNoise = 3.0;  // root mean square of what is left, over the noise's
+
+double left_by(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  double sum = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role == Role::fit)
+      sum += std::pow(root_mean_square(data[r].response - fit.predictions[r].value()), 2);
+  }
+  return std::sqrt(sum);
+}
+
+double noise_of(const std::vector<RunDatum>& data) {
+  double sum = 0.0;
+  for (const RunDatum& datum : data) {
+    if (datum.role == Role::fit) sum += std::pow(root_mean_square(datum.error), 2);
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
+                                                      const std::vector<RunDatum>& data) {
+  if (found.adequate || found.explained) return std::nullopt;
+  const HarmonicFit* best = found.base.fit.get();
+  for (const Hypothesis& h : found.hypotheses) {
+    if (h.disqualified.empty() && std::isfinite(h.fit->chi_squared) &&
+        left_by(*h.fit, data) < left_by(*best, data))
+      best = h.fit.get();
+  }
+  if (left_by(*best, data) < kFarFromNoise * noise_of(data)) return std::nullopt;
+  std::vector<RunDatum> softened = data;
+  double sum = 0.0, count = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit) continue;
+    sum += (data[r].response - best->predictions[r].value()).squaredNorm();
+    count += static_cast<double>(data[r].response.size());
+  }
+  const double left = sum / count;
+  for (RunDatum& datum : softened)
+    datum.error = (datum.error.array().square() + left).sqrt();
+  return softened;
+}
+
+}  // namespace shaker::estimator::discrepancy
