@@ -108,6 +108,11 @@ void Estimator::recall() {
   impl_->solve_all(true);
 }
 
+void Estimator::start_from(const Estimator& other) {
+  for (std::size_t r = 0; r < impl_->systems.size(); ++r)
+    impl_->systems[r].interpolate_from(other.impl_->systems.at(r));
+}
+
 const Fit& Estimator::last() const {
   return impl_->fit;
 }

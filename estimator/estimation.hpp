@@ -121,6 +121,8 @@ class Estimator {
   // From `start` (all parameters), or the model's own; `warm`: from the last solution's states.
   const Fit& fit(const std::vector<double>& start, bool warm = false);
   const Fit& last() const;
+  // Periodic solutions from those that another grid has for the same runs, for a warm fit.
+  void start_from(const Estimator& other);
 
   const std::vector<PeriodicSystem>& solutions() const;
   // Predicted displacement at the data's points of a run, or predicted Fourier coefficients, at the

@@ -1,0 +1,93 @@
+#include "estimator/accurate_estimation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/estimator/counting_allocator.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+const std::vector<double> kStart = {5.334, 5.25, 1.701, 1.05};
+
+RunData job1() {
+  RunData run;
+  run.frequency_hz = 2.0;
+  run.amplitude = 10.0;
+  for (const auto& row : testing::read_csv("oleo_j1.csv"))
+    run.displacement.push_back(row[1]);
+  return run;
+}
+
+std::vector<RunData> job2() {
+  std::vector<RunData> runs;
+  for (const auto& row : testing::read_csv("oleo_j2.csv")) {
+    if (runs.size() <= static_cast<std::size_t>(row[0])) {
+      runs.emplace_back();
+      runs.back().frequency_hz = row[1];
+      runs.back().amplitude = row[2];
+    }
+    runs.back().displacement.push_back(row[4]);
+  }
+  return runs;
+}
+
+double error(const std::vector<double>& theta, const std::string& reference) {
+  const auto exact = testing::read_csv(reference, false).at(0);
+  double worst = 0.0;
+  for (std::size_t k = 0; k < theta.size(); ++k)
+    worst = std::max(worst, std::fabs(theta[k] / exact[k] - 1.0));
+  return worst;
+}
+
+TEST(AccurateEstimator, FindsTheExactOptimumToTheAccuracyThatIsAskedFor) {
+  const Model model(testing::oleo(32.2));
+  for (const double accuracy : {1e-6, 1e-8, 1e-9, 1e-10}) {
+    AccurateOptions options;
+    options.accuracy = accuracy;
+    AccurateEstimator estimator(model, {job1()}, options);
+    const Fit& fit = estimator.fit(kStart);
+    ASSERT_EQ(fit.status, FitStatus::converged);
+    EXPECT_TRUE(estimator.reached());
+    const double truly = error(fit.theta, "oleo_j1_reference.csv");
+    EXPECT_LT(truly, accuracy);
+    EXPECT_LT(truly, 1.2 * estimator.error() + 0.1 * accuracy);
+    EXPECT_LE(estimator.points(), 480);
+  }
+}
+
+TEST(AccurateEstimator, TakesRunsTogether) {
+  const Model model(testing::oleo(32.2));
+  AccurateOptions options;
+  options.accuracy = 1e-8;
+  AccurateEstimator estimator(model, job2(), options);
+  const Fit& fit = estimator.fit(kStart);
+  EXPECT_TRUE(estimator.reached());
+  EXPECT_LT(error(fit.theta, "oleo_j2_reference.csv"), 1e-8);
+}
+
+TEST(AccurateEstimator, SaysWhenTheGridsAllowedAreNotEnough) {
+  const Model model(testing::oleo(32.2));
+  AccurateOptions options;
+  options.accuracy = 1e-9;
+  options.most_points = 100;
+  AccurateEstimator estimator(model, {job1()}, options);
+  EXPECT_EQ(estimator.fit(kStart).status, FitStatus::converged);
+  EXPECT_FALSE(estimator.reached());
+  EXPECT_EQ(estimator.points(), 80);
+}
+
+TEST(AccurateEstimator, DoesNotAllocateOnceItHasRun) {
+  const Model model(testing::oleo(32.2));
+  AccurateEstimator estimator(model, {job1()});
+  estimator.fit(kStart);
+  const long before = testing::allocation_count();
+  estimator.fit(kStart);
+  EXPECT_EQ(testing::allocation_count(), before);
+}
+
+}  // namespace
+}  // namespace shaker::estimator
