@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimator/periodic/grid_error.hpp"
 
@@ -9,6 +10,9 @@ namespace shaker::estimator {
 namespace {
 
 constexpr int kMostSteps = 12;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+// The second grid only serves the comparison with the first, which is no better than this.
+constexpr double kSecondGrid = 1e-5;
 
 }  // namespace
 
@@ -70,18 +74,20 @@ AccuracyReport AccurateSolution::solve(std::span<const double> theta, double acc
   finest_ = 0;
   report.solve = level(0).solve_from_rest(theta);
   report.points = level(0).points();
-  report.state_error = report.sensitivity_error = INFINITY;
+  report.state_error = report.sensitivity_error = kInfinite;
   const int order = trusted_order(*model_, options_.grid);
-  Change before{INFINITY, INFINITY};
+  Change before{kInfinite, kInfinite};
   for (std::size_t at = 1; report.solve.status == SolveStatus::converged; ++at) {
     if (2 * report.points > options_.most_points) break;
     PeriodicSystem& fine = level(at);
     const PeriodicSystem& coarse = *levels_[at - 1];
     fine.interpolate_from(coarse);
-    // As accurate as the next comparison needs it, and no more: residuals are second derivatives.
-    const double scale =
-        fine.frequency() * fine.frequency() * 39.5 * (1e-3 + std::fabs(fine.value(0, 0)));
-    const SolveReport solved = fine.solve(theta, kMostSteps, 0.1 * accuracy * scale);
+    // As accurate as the comparison needs it, and no more: residuals are second derivatives.
+    constexpr double kSquareOfTwoPi = 39.5;
+    const double size = 1e-3 + std::fabs(fine.value(0, 0));
+    const double scale = kSquareOfTwoPi * fine.frequency() * fine.frequency() * size;
+    const double tolerance = std::max(0.1 * accuracy, at == 1 ? kSecondGrid : 0.0);
+    const SolveReport solved = fine.solve(theta, kMostSteps, tolerance * scale);
     report.solve.iterations += solved.iterations;
     if (solved.status != SolveStatus::converged) break;
     finest_ = at;

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "estimator/model.hpp"
 #include "estimator/periodic/periodic_system.hpp"
@@ -35,16 +36,17 @@ inline constexpr double kSlack = 1.01;  // for rounding in what is exactly of an
 // error.
 inline double error_on_finest(int trusted, double coarsest, const GridDifference& before,
                               const GridDifference& last) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
   if (last.size == 0.0) return 0.0;
   const double first = coarsest / before.points;
   const double second = before.points / last.points;
-  if (!(last.size < before.size)) return INFINITY;
+  if (!(last.size < before.size)) return kInfinite;
   for (int order = trusted; order >= 1; --order) {
     const double ratio = (std::pow(first, -order) - 1.0) / (1.0 - std::pow(second, order));
     if (order == 1 || ratio <= kSlack * before.size / last.size)
       return last.size / (std::pow(second, -order) - 1.0);
   }
-  return INFINITY;
+  return kInfinite;
 }
 
 }  // namespace shaker::estimator
