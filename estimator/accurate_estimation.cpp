@@ -11,15 +11,15 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Of a level's iteration: well below what its grid is worth, and on the finest below what is asked.
-double tolerance(std::size_t level, double accuracy) {
-  return std::max(0.1 * accuracy, 1e-5 * std::pow(0.003, static_cast<double>(level)));
-}
+// Of what is asked for, the shares of the iteration and of the grid.
+constexpr double kIteration = 0.1;
+constexpr double kGrid = 0.5;
+constexpr int kMostAtOnce = 4;  // times finer than the grid before
 
-// 1, 2, 4, 6, 8, 12, 16, 24, ...
-int multiple(std::size_t level) {
-  if (level < 2) return 1 << level;
-  return level % 2 == 0 ? 2 << level / 2 : 3 << (level - 1) / 2;
+// Of a grid's iteration: well below what the grid itself is worth, which falls with the sixth power
+// of its points from some 1e-4 on the first, and on the finest below what is asked for.
+double tolerance(int multiple, double accuracy) {
+  return std::max(kIteration * accuracy, 3e-6 * std::pow(multiple, -6.0));
 }
 
 }  // namespace
@@ -27,18 +27,29 @@ int multiple(std::size_t level) {
 AccurateEstimator::AccurateEstimator(const Model& model, std::vector<RunData> runs,
                                      AccurateOptions options)
     : model_(&model), runs_(std::move(runs)), options_(options) {
-  level(0);
+  level(1);
 }
 
-Estimator& AccurateEstimator::level(std::size_t index) {
-  while (levels_.size() <= index) {
-    EstimationOptions each = options_.estimation;
-    each.tolerance = tolerance(levels_.size(), options_.accuracy);
-    if (!levels_.empty())
-      each.grid.points = levels_.front()->solutions().front().points() * multiple(levels_.size());
-    levels_.push_back(std::make_unique<Estimator>(*model_, runs_, each));
+std::size_t AccurateEstimator::level(int multiple) {
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    if (levels_[i].multiple == multiple) return i;
   }
-  return *levels_[index];
+  EstimationOptions each = options_.estimation;
+  each.tolerance = tolerance(multiple, options_.accuracy);
+  if (!levels_.empty())
+    each.grid.points = multiple * levels_.front().estimator->solutions().front().points();
+  levels_.push_back({multiple, std::make_unique<Estimator>(*model_, runs_, each)});
+  return levels_.size() - 1;
+}
+
+// What the last change of theta, between grids of this ratio of points, lets one expect.
+int AccurateEstimator::next_multiple(double change, double ratio) const {
+  const int now = levels_[at_].multiple;
+  if (std::isinf(change)) return 2 * now;
+  const int order = trusted_order(*model_, options_.estimation.grid);
+  const double error = change / (std::pow(ratio, order) - 1.0);
+  const double finer = std::pow(error / (kGrid * options_.accuracy), 1.0 / order);
+  return static_cast<int>(std::ceil(now * std::clamp(finer, 1.2, 1.0 * kMostAtOnce)));
 }
 
 double AccurateEstimator::change(const std::vector<double>& from,
@@ -50,28 +61,28 @@ double AccurateEstimator::change(const std::vector<double>& from,
 }
 
 const Fit& AccurateEstimator::fit(const std::vector<double>& start) {
-  at_ = 0;
   error_ = kInfinite;
-  level(0).fit(start);
-  GridDifference before{0.0, kInfinite};
+  at_ = level(1);
+  finest().fit(start);
+  const int least = points();
+  const int order = trusted_order(*model_, options_.estimation.grid);
   double coarsest = 0.0;
+  double before = least;  // points of the grid before the finest
+  GridDifference last{1.0 * least, kInfinite};
   while (finest().last().status == FitStatus::converged) {
-    const double points = this->points();
-    if (levels_.front()->solutions().front().points() * multiple(at_ + 1) > options_.most_points)
-      break;
-    Estimator& fine = level(at_ + 1);
+    const int multiple = next_multiple(last.size, last.points / before);
+    if (multiple * least > options_.most_points) break;
+    const std::size_t next = level(multiple);
+    Estimator& fine = *levels_[next].estimator;
     fine.start_from(finest());
-    const Fit& next = fine.fit(finest().last().theta, true);
-    if (next.status != FitStatus::converged) break;
-    const GridDifference last{static_cast<double>(fine.solutions().front().points()),
-                              change(finest().last().theta, next.theta)};
-    ++at_;
-    if (at_ > 1)
-      error_ =
-          error_on_finest(trusted_order(*model_, options_.estimation.grid), coarsest, before, last);
+    if (fine.fit(finest().last().theta, true).status != FitStatus::converged) break;
+    const GridDifference now{1.0 * fine.solutions().front().points(),
+                             change(finest().last().theta, fine.last().theta)};
+    if (std::isfinite(last.size)) error_ = error_on_finest(order, coarsest, last, now);
+    at_ = next;
     if (reached()) break;
-    coarsest = points;
-    before = last;
+    coarsest = before = last.points;
+    last = now;
   }
   return finest().last();
 }

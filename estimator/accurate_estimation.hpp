@@ -35,17 +35,22 @@ class AccurateEstimator {
   bool reached() const { return error_ <= options_.accuracy; }
   int points() const { return finest().solutions().front().points(); }
   // The estimator on the finest grid of the last fit.
-  Estimator& finest() { return *levels_[at_]; }
-  const Estimator& finest() const { return *levels_[at_]; }
+  Estimator& finest() { return *levels_[at_].estimator; }
+  const Estimator& finest() const { return *levels_[at_].estimator; }
 
  private:
-  Estimator& level(std::size_t index);
+  struct Level {
+    int multiple;  // of the first grid's points
+    std::unique_ptr<Estimator> estimator;
+  };
+  std::size_t level(int multiple);
+  int next_multiple(double change, double ratio) const;
   double change(const std::vector<double>& from, const std::vector<double>& to) const;
 
   const Model* model_;
   std::vector<RunData> runs_;
   AccurateOptions options_;
-  std::vector<std::unique_ptr<Estimator>> levels_;
+  std::vector<Level> levels_;  // made when first needed, and kept
   std::size_t at_ = 0;
   double error_ = 0.0;
 };

@@ -30,7 +30,7 @@ struct GridDifference {
   double size = 0.0;    // of its solution less that of the coarser one
 };
 
-inline constexpr double kSlack = 1.01;  // for rounding in what is exactly of an order
+inline constexpr double kSlack = 1.001;  // for rounding in what is exactly of an order
 
 // `coarsest`: points of the first grid. Grids that do not come together at all have an infinite
 // error.
@@ -41,12 +41,20 @@ inline double error_on_finest(int trusted, double coarsest, const GridDifference
   const double first = coarsest / before.points;
   const double second = before.points / last.points;
   if (!(last.size < before.size)) return kInfinite;
-  for (int order = trusted; order >= 1; --order) {
+  const auto shown = [&](double order) {
     const double ratio = (std::pow(first, -order) - 1.0) / (1.0 - std::pow(second, order));
-    if (order == 1 || ratio <= kSlack * before.size / last.size)
-      return last.size / (std::pow(second, -order) - 1.0);
+    return ratio <= kSlack * before.size / last.size;
+  };
+  double order = trusted;
+  if (!shown(order)) {
+    double too_high = order;
+    order = 1.0;
+    for (int halving = 0; halving < 10; ++halving) {
+      const double middle = 0.5 * (order + too_high);
+      (shown(middle) ? order : too_high) = middle;
+    }
   }
-  return kInfinite;
+  return last.size / (std::pow(second, -order) - 1.0);
 }
 
 }  // namespace shaker::estimator
