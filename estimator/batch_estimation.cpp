@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -102,8 +103,10 @@ const BatchFit& BatchEstimator::fit(std::span<const double> records,
   fit_.noise.resize(count);
   fit_.status.resize(count);
   fit_.iterations.resize(count);
+  // Each thread takes the next pack when it is done with one: a core that others use too does less.
+  std::atomic<std::size_t> next = 0;
   const auto work = [&](std::size_t thread) {
-    for (std::size_t first = thread * kLanes; first < count; first += workers_.size() * kLanes)
+    for (std::size_t first = next.fetch_add(kLanes); first < count; first = next.fetch_add(kLanes))
       fit_pack(*workers_[thread], first);
   };
   if (workers_.size() == 1) {
