@@ -26,6 +26,7 @@ class RunCost final : public ceres::CostFunction {
     else
       system_->set_excitation(run.frequency_hz, run.excitation, options.excitation_harmonics);
     set_num_residuals(count);
+    unchanged_.assign(static_cast<std::size_t>(model.parameter_count()), 0.0);
     mutable_parameter_block_sizes()->push_back(model.parameter_count());
   }
 
@@ -40,6 +41,7 @@ class RunCost final : public ceres::CostFunction {
     if (!warm_ || report.status != SolveStatus::converged) report = system_->solve_from_rest(theta);
     warm_ = report.status == SolveStatus::converged;
     if (!warm_) return false;
+    system_->advance(1.0, unchanged_);  // what Newton has left would be noise in the cost
     for (int j = 0; j < num_residuals(); ++j) {
       residuals[j] = scale_ * (system_->observed(every_ * j) -
                                run_->displacement[static_cast<std::size_t>(j)]);
@@ -55,6 +57,7 @@ class RunCost final : public ceres::CostFunction {
   const RunData* run_;
   double scale_;
   int every_ = 1;
+  std::vector<double> unchanged_;  // theta, along the last step
   std::unique_ptr<PeriodicSystem> system_;
   mutable bool warm_ = false;  // Evaluate is const for Ceres; one thread
 };

@@ -12,7 +12,7 @@ namespace shaker::estimator::optimise {
 
 PeriodicProblem::PeriodicProblem(const Model& model, std::vector<RunData> runs,
                                  EstimationOptions options)
-    : model_(model), options_(options), fixed_(model.start()) {
+    : model_(model), options_(options), fixed_(model.start()), unchanged_(fixed_.size(), 0.0) {
   if (runs.empty()) throw std::invalid_argument("there is no run to estimate from");
   for (int k = 0; k < model.parameter_count(); ++k) {
     if (!model.parameters()[static_cast<std::size_t>(k)].fixed) free_.push_back(k);
@@ -114,6 +114,9 @@ bool PeriodicProblem::solve(const std::vector<double>& theta) {
     }
     if (status != SolveStatus::converged) status = system.solve_from_rest(theta).status;
     if (status != SolveStatus::converged) return false;
+    // The Newton step that is left: a line search sees differences of phi of 1e-12, and stops where
+    // they are noise.
+    system.advance(1.0, unchanged_);
     run.good.assign(system.state().begin(), system.state().end());
     run.warm = true;
   }

@@ -68,7 +68,8 @@ class PeriodicProblem final : public LeastSquaresProblem {
   std::vector<Run> runs_;
   std::vector<PeriodicSystem> systems_;
   std::vector<int> free_;
-  std::vector<double> fixed_;  // all parameters, for those that are not free
+  std::vector<double> fixed_;      // all parameters, for those that are not free
+  std::vector<double> unchanged_;  // no change of theta
   int observations_ = 0;
   long solutions_ = 0;
 };

@@ -10,6 +10,7 @@ namespace shaker::estimator {
 namespace {
 
 constexpr double kSmallestDamping = 1.0 / 1024;
+constexpr double kClose = 1e-4;  // of the state: a Newton step that may end a search
 
 }  // namespace
 
@@ -35,12 +36,6 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
     report.status = SolveStatus::inadmissible;
     return report;
   }
-  // The smallest residual that rounding allows: differences of z scaled by (f n)^2.
-  double size = 1e-300;
-  for (const double z : z_)
-    size = std::max(size, std::fabs(z));
-  const double floor =
-      std::max(tolerance, 64.0 * 2.3e-16 * size * frequency_ * frequency_ * n_ * n_);
   for (report.iterations = 0; report.iterations < max_iterations; ++report.iterations) {
     if (!solve_step()) {
       report.status = SolveStatus::singular;
@@ -48,10 +43,16 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
       return report;
     }
     report.residual = residual_;
-    if (residual_ <= floor) return report;
-    double step = 0.0;
-    for (int i = 0; i < n_ * s_; ++i)
+    double size = 1e-300, step = 0.0;
+    for (int i = 0; i < n_ * s_; ++i) {
+      size = std::max(size, std::fabs(z_[i]));
       step = std::max(step, std::fabs(rows_[static_cast<std::size_t>(i) * stride_]));
+    }
+    // The smallest residual that rounding allows: differences of z scaled by (f n)^2.
+    const double floor = 64.0 * 2.3e-16 * size * frequency_ * frequency_ * n_ * n_;
+    // A residual in the noise of rounding proves nothing where the equations hardly feel the state
+    // (a stroke of 1e11 m differs from the next double by more than gravity's share of it).
+    if (residual_ <= tolerance || (residual_ <= floor && step <= kClose * size)) return report;
     if (damped_step(theta) == 0.0) {
       // No progress left to make: at the level of rounding that is convergence.
       report.residual = residual_;

@@ -20,7 +20,7 @@ TEST(CeresEstimator, EndsAtTheSameOptimum) {
   const Fit& ours = own.fit(start);
   ASSERT_TRUE(theirs.converged);
   for (std::size_t k = 0; k < 4; ++k)
-    EXPECT_NEAR(theirs.theta[k] / ours.theta[k], 1.0, 3e-7);  // Ceres stops a little earlier
+    EXPECT_NEAR(theirs.theta[k] / ours.theta[k], 1.0, 1e-7);
   EXPECT_NEAR(theirs.sum_of_squares / ours.sum_of_squares, 1.0, 1e-9);
 }
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <fstream>
@@ -51,6 +52,21 @@ TEST(PeriodicSystem, HasTheDeclaredOrderOnASmoothProblem) {
   EXPECT_NEAR(order(Scheme::order4, 128), 4.0, 0.05);
   EXPECT_NEAR(order(Scheme::order6, 64), 6.0, 0.15);
   EXPECT_LT(linear_error(Scheme::fourier, 16), 1e-14);
+}
+
+// The gas spring's force dies out at a stroke of -1e11 m: gravity alone is left, and it is smaller
+// than what the rounding of such a stroke does to the differences of it.
+TEST(PeriodicSystem, TakesNoStrokeForASolutionWhereTheEquationsDrownInRounding) {
+  const Model model(testing::oleo());
+  const std::vector<double> theta = {0.1, 20.0, 0.5, 1.0};
+  PeriodicSystem system(model, {Scheme::order6, 80, true});
+  system.set_excitation(2.0, 3.048);
+  for (const double far : {-1e9, -1e11, -1e13}) {
+    std::fill(system.state().begin(), system.state().end(), far);
+    system.begin();
+    const bool converged = system.solve(theta).status == SolveStatus::converged;
+    EXPECT_FALSE(converged && std::fabs(system.value(0, 0)) > 100.0) << far;
+  }
 }
 
 // --- the oleo against independent numbers
