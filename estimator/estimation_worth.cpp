@@ -10,6 +10,7 @@
 
 #include "estimator/estimation_impl.hpp"
 #include "estimator/statistics.hpp"
+#include "estimator/worth/description.hpp"
 #include "estimator/worth/determination.hpp"
 
 namespace shaker::estimator {
@@ -343,25 +344,20 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
     fit.status = FitStatus::undetermined;
 }
 
-Estimate Estimator::describe() const {
-  const Impl& impl = *impl_;
-  const Fit& fit = impl.fit;
+Estimate describe(const Model& model, const Fit& fit) {
   Estimate e;
-  e.model = impl.model.name();
+  e.model = model.name();
   e.noise_standard_deviation = fit.noise;
   e.sum_of_squares = fit.sum_of_squares;
   e.condition = fit.condition;
   e.observations = fit.observations;
   e.degrees_of_freedom = fit.degrees_of_freedom;
-  e.runs = static_cast<int>(impl.runs.size());
-  for (const RunState& run : impl.runs)
-    e.cycles += static_cast<long>(run.data.cycles + 0.5);
   e.iterations = fit.iterations;
   e.converged = fit.status == FitStatus::converged || fit.status == FitStatus::undetermined;
   e.covariance = fit.covariance;
   std::vector<std::string> on_bound;
   for (std::size_t k = 0; k < fit.theta.size(); ++k) {
-    const ModelParameter& p = impl.model.parameters()[k];
+    const ModelParameter& p = model.parameters()[k];
     ParameterEstimate entry{
         p.name, p.effect, p.unit,  fit.theta[k],         fit.standard_error[k],
         0.0,    0.0,      p.fixed, fit.at_bound[k] != 0, fit.determined[k] != 0};
@@ -377,7 +373,7 @@ Estimate Estimator::describe() const {
     e.parameters.push_back(std::move(entry));
   }
   if (!fit.trouble.empty()) e.warnings.push_back(fit.trouble);
-  for (std::string& sentence : determination_warnings(impl.model, fit))
+  for (std::string& sentence : determination_warnings(model, fit))
     e.warnings.push_back(std::move(sentence));
   if (!on_bound.empty())
     e.warnings.push_back(fmt::format(
@@ -387,11 +383,19 @@ Estimate Estimator::describe() const {
     e.warnings.push_back(
         fmt::format("{} observations for {} parameters leave no degree of freedom "
                     "for the noise; no intervals can be given",
-                    fit.observations, impl.free.size()));
+                    fit.observations, e.covariance_order.size()));
+  e.usable = fit.status == FitStatus::converged && on_bound.empty() && fit.degrees_of_freedom > 0;
+  return e;
+}
+
+Estimate Estimator::describe() const {
+  Estimate e = estimator::describe(impl_->model, impl_->fit);
+  e.runs = static_cast<int>(impl_->runs.size());
+  for (const RunState& run : impl_->runs)
+    e.cycles += static_cast<long>(run.data.cycles + 0.5);
   const std::vector<std::string> branch = impl_->branch_warnings();
   e.warnings.insert(e.warnings.end(), branch.begin(), branch.end());
-  e.usable = branch.empty() && fit.status == FitStatus::converged && on_bound.empty() &&
-             fit.degrees_of_freedom > 0;
+  e.usable = e.usable && branch.empty();
   return e;
 }
 

@@ -12,5 +12,13 @@ TEST(StudentT, GivesThePrintedQuantiles) {
   EXPECT_NEAR(student_t_quantile(0.975, 1e7), 1.95996, 1e-5);
 }
 
+// Boost's gamma function overflows where a fit of thousands of points leaves nothing.
+TEST(ChiSquared, OfAnExactFitOfManyPointsIsOne) {
+  EXPECT_EQ(chi_squared_above(1e-18, 3836), 1.0);
+  EXPECT_EQ(chi_squared_above(0.0, 1e6), 1.0);
+  EXPECT_NEAR(chi_squared_above(3836, 3836), 0.497, 2e-3);
+  EXPECT_NEAR(chi_squared_above(11.0705, 5), 0.05, 1e-6);
+}
+
 }  // namespace
 }  // namespace shaker::estimator

@@ -1,0 +1,199 @@
+#include "estimator/objectives/channels.hpp"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+// Made by tests/data/channels/reference.py: other integration, other sensitivities.
+struct Case {
+  const char* name;
+  config::ModelSpec model;
+  std::vector<Quantity> quantities;
+};
+
+std::vector<Case> cases() {
+  using enum Quantity;
+  return {{"linear", testing::linear_oscillator(), {displacement, absolute_acceleration}},
+          {"oleo", testing::oleo(), {displacement, absolute_acceleration, damper_force}},
+          {"tyre", testing::oleo_on_tyre(0.1), {displacement, absolute_acceleration}}};
+}
+
+nlohmann::json reference(const std::string& name) {
+  std::ifstream file(std::filesystem::path(SHAKER_TEST_DATA) / "channels" / "reference.json");
+  return nlohmann::json::parse(file).at(name);
+}
+
+// The parameters 3 % off the truth.
+std::vector<double> start_near(const nlohmann::json& truth) {
+  std::vector<double> start = truth.get<std::vector<double>>();
+  for (double& value : start)
+    value *= 1.03;
+  return start;
+}
+
+ChannelRun measured(const std::string& name, const nlohmann::json& from, std::size_t channels) {
+  ChannelRun run;
+  run.frequency_hz = from.at("frequency_hz");
+  run.amplitude = from.at("amplitude");
+  run.channels.resize(channels);
+  for (const auto& row : testing::read_csv("channels/" + name + ".csv")) {
+    for (std::size_t b = 0; b < channels; ++b)
+      run.channels[b].push_back(row[1 + b]);
+  }
+  return run;
+}
+
+TEST(Channels, EndAtTheLikeliestParametersOfIndependentCode) {
+  for (const Case& c : cases()) {
+    const auto known = reference(c.name);
+    const Model model(c.model);
+    const ChannelRun run = measured(c.name, known, c.quantities.size());
+    for (const bool joint : {false, true}) {
+      SCOPED_TRACE(std::string(c.name) + (joint ? " joint" : " independent"));
+      const auto& answer = known.at(joint ? "joint" : "independent");
+      ChannelOptions options;
+      if (model.coordinates() > 1) options.grid.points = 960;  // the tyre's own motion is fast
+      options.noise = joint ? NoiseModel::joint : NoiseModel::independent;
+      const ChannelFit found =
+          fit_channels(model, c.quantities, {run}, start_near(known.at("truth")), options);
+      ASSERT_EQ(found.fit.status, FitStatus::converged) << found.fit.trouble;
+      const std::vector<double> theta = answer.at("theta"), error = answer.at("information_error");
+      for (std::size_t k = 0; k < theta.size(); ++k) {
+        EXPECT_NEAR(found.fit.theta[k], theta[k], 2e-4 * error[k]) << k;
+        // The library widens by the parameters that each channel pays for.
+        EXPECT_GT(found.fit.standard_error[k], 0.999 * error[k]) << k;
+        EXPECT_LT(found.fit.standard_error[k], 1.15 * error[k]) << k;
+      }
+      EXPECT_NEAR(found.log_likelihood, answer.at("log_likelihood").get<double>(), 1e-4);
+      const std::vector<std::vector<double>> v = answer.at("covariance");
+      const std::size_t m = v.size();
+      for (std::size_t a = 0; a < m; ++a) {
+        for (std::size_t b = 0; b < m; ++b)
+          EXPECT_NEAR(found.likely_covariance[a * m + b], v[a][b],
+                      1e-5 * std::sqrt(v[a][a] * v[b][b]));
+      }
+    }
+  }
+}
+
+TEST(Channels, AreFittedAlikeStagewiseAndAllAtOnce) {
+  for (const Case& c : cases()) {
+    const auto known = reference(c.name);
+    const Model model(c.model);
+    const ChannelRun run = measured(c.name, known, c.quantities.size());
+    for (const NoiseModel noise : {NoiseModel::independent, NoiseModel::joint}) {
+      ChannelOptions options;
+      options.noise = noise;
+      const auto start = start_near(known.at("truth"));
+      const ChannelFit once = fit_channels(model, c.quantities, {run}, start, options);
+      options.stagewise = true;
+      const ChannelFit stages = fit_channels(model, c.quantities, {run}, start, options);
+      ASSERT_EQ(stages.fit.status, FitStatus::converged) << c.name << stages.fit.trouble;
+      EXPECT_GT(stages.stages, 1);
+      for (std::size_t k = 0; k < start.size(); ++k)
+        EXPECT_NEAR(stages.fit.theta[k], once.fit.theta[k], 1e-4 * once.fit.standard_error[k]);
+    }
+  }
+}
+
+TEST(Channels, OfOneDisplacementAreLeastSquares) {
+  const Model model(testing::oleo());
+  const auto known = reference("oleo");
+  ChannelRun run = measured("oleo", known, 1);
+  RunData data;
+  data.frequency_hz = run.frequency_hz;
+  data.amplitude = run.amplitude;
+  data.displacement = run.channels[0];
+  const auto start = start_near(known.at("truth"));
+  Estimator estimator(model, {data});
+  const Fit& squares = estimator.fit(start);
+  const Quantity one[] = {Quantity::displacement};
+  const ChannelFit found = fit_channels(model, one, {run}, start);
+  for (std::size_t k = 0; k < start.size(); ++k) {
+    EXPECT_NEAR(found.fit.theta[k], squares.theta[k], 1e-5 * squares.standard_error[k]);
+    EXPECT_NEAR(found.fit.standard_error[k] / squares.standard_error[k], 1.0, 1e-5);
+  }
+  EXPECT_NEAR(found.fit.noise / squares.noise, 1.0, 1e-6);  // (3.28)
+}
+
+TEST(Channels, CountForWhatTheyAreWorthWhateverTheirUnits) {
+  const Model model(testing::oleo());
+  const auto known = reference("oleo");
+  const ChannelRun run = measured("oleo", known, 2);
+  const Quantity both[] = {Quantity::displacement, Quantity::absolute_acceleration};
+  const auto start = start_near(known.at("truth"));
+  const ChannelFit two = fit_channels(model, both, {run}, start);
+  const ChannelFit one = fit_channels(model, {both, 1}, {measured("oleo", known, 1)}, start);
+  for (std::size_t k = 0; k < start.size(); ++k)
+    EXPECT_LT(two.fit.standard_error[k], one.fit.standard_error[k]);
+  // Known variances that are the likeliest ones give the likeliest parameters.
+  ChannelOptions options;
+  options.noise = NoiseModel::known;
+  options.known_covariance = two.likely_covariance;
+  const ChannelFit weighted = fit_channels(model, both, {run}, start, options);
+  for (std::size_t k = 0; k < start.size(); ++k)
+    EXPECT_NEAR(weighted.fit.theta[k], two.fit.theta[k], 1e-5 * two.fit.standard_error[k]);
+}
+
+// Analytical: with the linear oscillator's c and k near the truth, the error of each repetition
+// over its standard error is Student's t, the more points the more a normal number.
+TEST(Channels, StateErrorsThatCoverTheTruth) {
+  const Model model(testing::linear_oscillator());
+  const auto known = reference("linear");
+  const std::vector<double> truth = known.at("truth");
+  const Quantity both[] = {Quantity::displacement, Quantity::absolute_acceleration};
+  PeriodicSystem system(model, {Scheme::order6, 160, true});
+  system.set_channels(both);
+  system.set_excitation(2.0, 3.0);
+  ASSERT_EQ(system.solve_from_rest(truth).status, SolveStatus::converged);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  int inside = 0;
+  constexpr int kRepetitions = 150;
+  for (int repetition = 0; repetition < kRepetitions; ++repetition) {
+    ChannelRun run;
+    run.frequency_hz = 2.0;
+    run.amplitude = 3.0;
+    run.channels.resize(2);
+    for (int i = 0; i < 40; ++i) {
+      const double shared = normal(random), own = normal(random);
+      run.channels[0].push_back(system.observed(4 * i, 0) + 2e-4 * shared);
+      run.channels[1].push_back(system.observed(4 * i, 1) + 3e-2 * (0.6 * shared + 0.8 * own));
+    }
+    ChannelOptions options;
+    options.noise = NoiseModel::joint;
+    const ChannelFit found = fit_channels(model, both, {run}, truth, options);
+    for (std::size_t k = 0; k < 2; ++k)
+      inside += std::fabs(found.fit.theta[k] - truth[k]) <=
+                found.fit.quantile * found.fit.standard_error[k];
+  }
+  EXPECT_NEAR(inside / (2.0 * kRepetitions), 0.95, 0.03);
+}
+
+TEST(Channels, RejectDataThatCannotBeUsed) {
+  const Model model(testing::oleo());
+  const Quantity both[] = {Quantity::displacement, Quantity::absolute_acceleration};
+  ChannelRun run = measured("oleo", reference("oleo"), 2);
+  const auto refused = [&](const ChannelRun& bad) {
+    EXPECT_THROW(fit_channels(model, both, {bad}, model.start()), std::invalid_argument);
+  };
+  ChannelRun bad = run;
+  bad.channels[1].pop_back();
+  refused(bad);
+  bad = run;
+  bad.channels[0][3] = std::nan("");
+  refused(bad);
+  bad = run;
+  bad.channels.pop_back();
+  refused(bad);
+}
+
+}  // namespace
+}  // namespace shaker::estimator
