@@ -22,7 +22,10 @@ constexpr double kInTheSet = 4.0;         // of log evidence behind the best: ca
 constexpr double kGainInTheSet = 8.0;     // of chi-squared behind, for those that were not refitted
 constexpr double kFirstEffect = 0.75;     // of the gap's square, by the first effect
 constexpr double kHalved = 0.5;           // of chi-squared, by one more effect
-constexpr double kNearlyAsMuch = 0.8;     // of the gap's square that the best closes
+constexpr double kOfGap = 0.6;            // of the gap's square, by one more where that is weighed
+constexpr double kIndependent = 4.0;      // numbers in a run's model error: its parts hang together
+constexpr double kShareOfRecord = 0.125;  // of a record's
+constexpr double kNearlyAsMuch = 0.75;    // of the gap's square that the best closes
 constexpr double kMostUnexplained = 0.9;  // probability of a name while something is left
 constexpr int kCurvePoints = 128;
 constexpr Eigen::Index kStretchPoints = 400;
@@ -201,7 +204,8 @@ class Assembler {
   // nearly as much, the one with the fewest parameters: friction before hysteresis that can do what
   // friction does.
   const Hypothesis* after(const Hypothesis& smallest) const {
-    const double limit = &smallest == &found_.base ? kFirstEffect : kHalved;
+    const double next_effect = found_.by_gap ? kOfGap : kHalved;
+    const double limit = &smallest == &found_.base ? kFirstEffect : next_effect;
     const auto larger = [&](const Hypothesis& h) {
       return counts(h) && h.effects.size() == smallest.effects.size() + 1 &&
              std::includes(h.effects.begin(), h.effects.end(), smallest.effects.begin(),
@@ -249,18 +253,33 @@ class Assembler {
       scale = std::max(1.0, best->fit->chi_squared / std::max(1.0, freedom));
       most_ = std::clamp(1.0 - left_of(*best->fit, before_), 0.0, kMostUnexplained);
     }
+    if (found_.by_gap) {
+      double independent = 0.0;
+      for (const RunDatum& datum : data_) {
+        if (datum.role != Role::fit) continue;
+        independent += datum.sampled ? kShareOfRecord * static_cast<double>(datum.response.size())
+                                     : kIndependent;
+      }
+      scale = std::max(scale, before_.observations / independent);
+    }
     const auto evidence = [&](const Hypothesis& h) { return h.log_evidence / scale; };
+    // What is richer than the chosen one has been set aside for it; it stays among its rivals.
+    const auto weighs = [&](const Hypothesis& h) {
+      const bool richer = best != nullptr && (h.effects.size() > best->effects.size() ||
+                                              h.fit->free.size() > best->fit->free.size());
+      return counts(h) && !(found_.by_gap && richer);
+    };
     double largest = std::max(found_.log_evidence_unknown, evidence(found_.base));
     if (scale > 1.0) largest = evidence(found_.base);
     for (const Hypothesis& h : found_.hypotheses) {
-      if (counts(h)) largest = std::max(largest, evidence(h));
+      if (weighs(h)) largest = std::max(largest, evidence(h));
     }
     double sum = std::exp(evidence(found_.base) - largest);
     if (scale == 1.0) sum += std::exp(found_.log_evidence_unknown - largest);
     for (const Hypothesis& h : found_.hypotheses)
-      sum += counts(h) ? std::exp(evidence(h) - largest) : 0.0;
+      sum += weighs(h) ? std::exp(evidence(h) - largest) : 0.0;
     for (const Hypothesis& h : found_.hypotheses)
-      share_.push_back(counts(h) ? most_ * std::exp(evidence(h) - largest) / sum : 0.0);
+      share_.push_back(weighs(h) ? most_ * std::exp(evidence(h) - largest) / sum : 0.0);
   }
 
   double probability_of(const std::string& effect) const {

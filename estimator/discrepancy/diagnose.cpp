@@ -157,6 +157,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
     if (again.trouble.empty()) {
       Naming second = name_effects(std::move(again), *softened, catalogue, naming, named(0.6, 0.9));
       second.adequate = second.explained = false;
+      second.by_gap = true;
       second.probability_base = first.probability_base;
       second.probability_best = first.probability_best;
       progress("drawing up", 0.95);

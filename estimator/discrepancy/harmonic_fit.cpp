@@ -14,6 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kNotWorthIt = 0.1;  // of chi-squared
+constexpr double kExact = 1e-6;      // of chi-squared
 
 struct Normal {
   MatrixXd gram;
@@ -114,7 +115,9 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
     const VectorXd step = box_step(fit, now, lambda);
     const double gain = 2.0 * step.dot(now.gradient) - step.dot(now.gram * step);
     if (!std::isfinite(gain)) break;
-    if (gain < options.tolerance && refused == 0) {
+    // Where the model is far off, no more can be asked than the prediction is exact to.
+    const double trifle = std::max(kNotWorthIt, kExact * now.chi_squared);
+    if (gain < std::max(options.tolerance, kExact * now.chi_squared) && refused == 0) {
       fit.converged = true;
       break;
     }
@@ -127,7 +130,7 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
     if (predict_all(fit, data, trial, true)) {
       const Normal next = normal_equations(fit, data);
       if (next.chi_squared < now.chi_squared) {
-        small = now.chi_squared - next.chi_squared < kNotWorthIt ? small + 1 : 0;
+        small = now.chi_squared - next.chi_squared < trifle ? small + 1 : 0;
         fit.theta = std::move(trial);
         now = next;
         lambda = lambda < 1e-6 ? 0.0 : 0.1 * lambda;
@@ -140,8 +143,8 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
       }
     }
     // A promised gain that rounding and the grid do not let come true is no gain.
-    if (gain < kNotWorthIt || ++refused > 12) {
-      fit.converged = gain < kNotWorthIt;
+    if (gain < trifle || ++refused > 12) {
+      fit.converged = gain < trifle;
       break;
     }
     lambda = std::max(1e-3, 6.0 * lambda);

@@ -13,9 +13,12 @@ namespace shaker::estimator::discrepancy {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostSteps = 60;
+constexpr int kLaps = 2;   // of a march: the first forgets how it began
+constexpr int kFiner = 2;  // steps of a march between two points
 
 VectorXd differentiated(const VectorXd& harmonics, double frequency) {
   VectorXd rate = VectorXd::Zero(harmonics.size());
@@ -49,6 +52,18 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
   a_ = table * differentiated(rate, frequency_);
   force_.resize(n_);
   slope_.resize(n_, p_);
+  if (parts_in_series(model)) {
+    const MatrixXd fine = synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), kFiner * n_);
+    const auto laps = [&](const VectorXd& harmonics) -> VectorXd {
+      return (fine * harmonics).replicate(kLaps, 1);
+    };
+    march_ = std::make_unique<MotionMarch>(
+        model,
+        Motion{1.0 / (frequency_ * kFiner * n_), laps(motion), laps(rate),
+               laps(differentiated(rate, frequency_)), VectorXd()},
+        false);
+    return;
+  }
   const auto width = static_cast<std::size_t>(padded_);
   const auto arrays =
       static_cast<std::size_t>(3 * s_ + s_ + 3 * s_ * s_ + s_ * p_ + model.scratch_arrays() + 1);
@@ -175,6 +190,15 @@ bool ImposedMotion::solve_memory(std::span<const double> theta) {
 }
 
 bool ImposedMotion::at(std::span<const double> theta) {
+  if (march_) {
+    if (!march_->at(theta)) return false;
+    const Index first = (kLaps - 1) * kFiner * n_;
+    for (int i = 0; i < n_; ++i) {
+      force_[i] = march_->force()[first + kFiner * i];
+      slope_.row(i) = march_->slope().row(first + kFiner * i);
+    }
+    return true;
+  }
   if (memory_ > 0 ? !solve_memory(theta) : !evaluate(theta)) return false;
   for (int i = 0; i < n_; ++i) {
     force_[i] = g_[0][i] - model_->mass(0, 0) * a_[i];

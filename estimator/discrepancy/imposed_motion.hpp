@@ -1,15 +1,18 @@
 // The force of a model along a motion that is imposed and periodic: a damper dynamometer.
 //
-// Nothing has to be solved for the motion; the effects' memory is, on the ring of the cycle. The
+// Nothing has to be solved for the motion; the effects' memory is, on the ring of the cycle, or,
+// where parts of the load path are in series and play leaves them free, in time over two laps. The
 // force is the sum of the effects at the measured motion: no inertia but that of effects that say
 // so (added_mass), no excitation.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
 #include <Eigen/Dense>
 
+#include "estimator/discrepancy/imposed_motion_march.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/cyclic_banded_lu.hpp"
 #include "estimator/model.hpp"
@@ -49,6 +52,7 @@ class ImposedMotion {
   double* x_ = nullptr;
   CyclicBandedLu band_;
   std::vector<double> rows_;
+  std::unique_ptr<MotionMarch> march_;  // of parts in series
 };
 
 }  // namespace shaker::estimator::discrepancy

@@ -16,7 +16,19 @@ using Eigen::VectorXd;
 constexpr int kMostNewton = 40;
 constexpr double kSolved = 1e-10;
 
+// The coordinate's name says so.
+bool in_series(const Model& model, int coordinate) {
+  return model.coordinate_name(coordinate).ends_with(".damper");
+}
+
 }  // namespace
+
+bool parts_in_series(const Model& model) {
+  for (int c = 1; c < model.coordinates(); ++c) {
+    if (in_series(model, c)) return true;
+  }
+  return false;
+}
 
 void MotionMarch::Arrays::shape(const Model& model, int points) {
   const int s = model.coordinates(), p = model.parameter_count();
@@ -61,9 +73,8 @@ MotionMarch::MotionMarch(const Model& model, Motion motion, bool inertia)
   }
   first_.resize(q_);
   for (int d = 0; d < q_; ++d) {
-    // What is joined in series moves with what is imposed; its name says so.
-    const bool in_series = model.coordinate_name(d + 1).ends_with(".damper");
-    first_[d] = in_series ? motion_.u[0] : model.rest(d + 1);
+    // What is joined in series begins where the motion does.
+    first_[d] = in_series(model, d + 1) ? motion_.u[0] : model.rest(d + 1);
   }
   one_.shape(model, 1);
   all_.shape(model, n_);

@@ -19,6 +19,9 @@ struct Motion {
   Eigen::VectorXd u, v, a, x;  // x: the excitation, empty for none
 };
 
+// The model parts its load path: some coordinate is the damper's own stroke behind a play.
+bool parts_in_series(const Model& model);
+
 class MotionMarch {
  public:
   // `inertia`: M u'' counts. Throws std::invalid_argument for a model of several mechanical

@@ -1,5 +1,6 @@
 #include "estimator/discrepancy/model_error.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace shaker::estimator::discrepancy {
@@ -35,7 +36,12 @@ std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
         left_by(*h.fit, data) < left_by(*best, data))
       best = h.fit.get();
   }
-  if (left_by(*best, data) < kFarFromNoise * noise_of(data)) return std::nullopt;
+  // The cosines of a record may differ in their noise by orders: there they are counted one by one.
+  const bool record = std::any_of(data.begin(), data.end(),
+                                  [](const RunDatum& datum) { return datum.sampled != nullptr; });
+  const double far = record ? std::sqrt(best->chi_squared / best->observations)
+                            : left_by(*best, data) / noise_of(data);
+  if (far < kFarFromNoise) return std::nullopt;
   std::vector<RunDatum> softened = data;
   double sum = 0.0, count = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {

@@ -18,6 +18,7 @@ using Eigen::VectorXd;
 constexpr double kWorthRefitting = 5.0;  // of chi-squared: less is chance
 constexpr double kRival = 20.0;          // of chi-squared, times the best one's
 constexpr std::size_t kMostRivals = 4;
+constexpr double kNearlyAsMuch = 0.75;  // of the gap's square that the best closes
 constexpr double kPredictable = 0.05;
 constexpr int kFinePoints = 1024;
 constexpr double kSharpMemory = 0.1;
@@ -121,6 +122,7 @@ class Search {
       progress_(0.4 + 0.2 * size);
       std::vector<std::size_t> next;
       sort_by_evidence(level);
+      if (options_.simple_first) put_simple_first(level);
       for (std::size_t i = 0; i < level.size() && i < 2U; ++i) {
         // Not a reference: extending grows the vector.
         Hypothesis parent = found_.hypotheses[level[i]];
@@ -209,6 +211,23 @@ class Search {
   void sort_by_evidence(std::vector<std::size_t>& level) const {
     std::stable_sort(level.begin(), level.end(), [&](std::size_t a, std::size_t b) {
       return found_.hypotheses[a].log_evidence > found_.hypotheses[b].log_evidence;
+    });
+  }
+
+  void put_simple_first(std::vector<std::size_t>& level) const {
+    double most = 0.0;
+    const auto closed = [&](std::size_t h) {
+      return found_.base.fit->chi_squared - found_.hypotheses[h].fit->chi_squared;
+    };
+    for (const std::size_t h : level) {
+      if (found_.hypotheses[h].disqualified.empty()) most = std::max(most, closed(h));
+    }
+    const auto simple = [&](std::size_t h) {
+      return found_.hypotheses[h].disqualified.empty() && closed(h) > kNearlyAsMuch * most;
+    };
+    std::stable_sort(level.begin(), level.end(), [&](std::size_t a, std::size_t b) {
+      if (!simple(a) || !simple(b)) return simple(a) && !simple(b);
+      return found_.hypotheses[a].fit->free.size() < found_.hypotheses[b].fit->free.size();
     });
   }
 

@@ -31,6 +31,9 @@ struct NamingOptions {
   FitOptions fit;
   int most_effects = 3;
   int refits = 8;  // of single effects
+  // What is simple goes first: of hypotheses that close nearly as much of the gap, the one with the
+  // fewest parameters is extended (model_error.hpp).
+  bool simple_first = false;
   double false_alarm_rate = 0.01;
   int draws = 4000;
   std::uint64_t seed = 1;
@@ -45,6 +48,7 @@ struct Naming {
   double probability_best = 0.0;       // that noise alone makes what is left
   bool adequate = false;               // nothing is missing
   bool explained = false;              // the best leaves nothing but noise
+  bool by_gap = false;                 // the errors are what the model leaves (model_error.hpp)
   double log_evidence_unknown = 0.0;   // of "something that is in no catalogue"
 };
 

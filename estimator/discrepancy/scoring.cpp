@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/effects/catalogue.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -63,6 +65,14 @@ int points_for(const Model& model, const FitOptions& options) {
 // makes; no columns when the model with it has no solution.
 MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                        const Probe& probe, const FitOptions& options) {
+  // A load path has one play.
+  const auto same = [&](const config::EffectSpec& line) {
+    return line.effect == probe.line.effect;
+  };
+  if (const Effect* effect = find_effect(probe.line.effect);
+      effect != nullptr && effect->in_series() &&
+      std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
+    return MatrixXd(rows_of(data), 0);
   const Model model(with_line(fit.spec, probe.line));
   const std::vector<double> theta = carried_over(model, fit);
   const std::vector<int> columns = columns_of(model, probe);

@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 constexpr std::size_t kArcs = 32, kFewestInArc = 24;
 constexpr int kMostSteps = 8;     // of the integration between two samples
 constexpr int kFiner = 4;         // times as many points of the excitation as samples
-constexpr int kMostRounds = 14;   // of closing the arcs
+constexpr int kMostRounds = 8;    // of closing the arcs
 constexpr double kClosed = 1e-4;  // of a state's size: a linear correction does the rest
 constexpr double kUnstable = 2.6;
 constexpr double kStable = 1.2;  // rate of the fastest decay times the step
@@ -167,7 +167,9 @@ bool TransientResponse::integrate(const std::vector<double>& theta) {
     TimeOptions options;
     options.integrator = Integrator::runge_kutta4;
     options.step = run_->dt / steps;
-    options.cut = model_->coordinates() == 1 ? CutAtReversals::automatic : CutAtReversals::never;
+    options.cut = model_->has_velocity_kink() && model_->coordinates() == 1
+                      ? CutAtReversals::automatic
+                      : CutAtReversals::never;
     integration_ = make_runge_kutta(equations_, options, free_);
     steps_ = steps;
     for (Arc& arc : arcs_)
@@ -307,7 +309,7 @@ bool TransientResponse::at(const std::vector<double>& theta) {
       return true;
     }
     worse += moved > 0.9 * before ? 1 : 0;
-    if (worse > 4) break;
+    if (worse > 2) break;
     before = moved;
   }
   return give_up();

@@ -42,8 +42,8 @@ struct SampledRun {
 };
 
 struct SamplingOptions {
-  Eigen::Index most_samples = 6000;  // of a run that are integrated
-  Eigen::Index most_cosines = 1600;  // of all runs that are fitted together
+  Eigen::Index most_samples = 3072;  // of a run that are integrated
+  Eigen::Index most_cosines = 1200;  // of all runs that are fitted together
 };
 
 // An Error is a sentence that names the run: columns of different lengths, time that does not

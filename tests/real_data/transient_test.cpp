@@ -1,0 +1,67 @@
+// Records that are not periodic: what does the simple model of each lack?
+#include "tests/real_data/measured.hpp"
+
+namespace shaker::estimator::discrepancy::testing {
+namespace {
+
+class RealRecords : public RealData {};
+
+Diagnosis diagnosed(const Campaign& campaign, const config::ModelSpec& model) {
+  const auto d = diagnose(campaign, model);
+  EXPECT_TRUE(d) << d.error().what;
+  if (!d) return {};
+  print(*d);
+  return *d;
+}
+
+TEST_F(RealRecords, AirTrackOscillatorLacksNothing) {
+  Campaign campaign;
+  campaign.runs.push_back(
+      transient("schmidt_lipson_real/real_linear_oscillator.csv", {}, {"x_px"}, Role::fit));
+  config::ModelSpec model;
+  model.name = "linear oscillator";
+  model.length_unit = "px";
+  model.effects = {line("linear_stiffness"), line("viscous_damping"), line("sensor_offset")};
+  const auto d = diagnosed(campaign, model);
+  EXPECT_TRUE(d.effects.empty());
+}
+
+TEST_F(RealRecords, SilverboxLacksCubicStiffness) {
+  const std::string file = "silverbox/silverbox_SNLS80mV.csv";
+  const Column x{"V1_input_V", 1.0}, y{"V2_output_V", 1e3};
+  Campaign campaign;
+  campaign.runs.push_back(transient(file, x, y, Role::fit, 40700, 40700 + 8192));
+  campaign.runs.push_back(transient(file, x, y, Role::held_out, 84100, 84100 + 8192));
+  config::ModelSpec model;
+  model.name = "linear oscillator";
+  model.length_unit = "mV";
+  model.effects = {
+      line("linear_stiffness", "k", 1e5, 0.0, 1e9), line("viscous_damping", "c", 20.0, 0.0, 1e4),
+      line("exciter_gain", "G", 1e8, 0.0, 1e12), line("sensor_offset", "b", 0.0, -100.0, 100.0)};
+  const auto d = diagnosed(campaign, model);
+  ASSERT_FALSE(d.effects.empty());
+  ASSERT_EQ(d.effects.size(), 1U);
+  EXPECT_EQ(d.effects[0].name, "cubic_stiffness");
+  EXPECT_LT(d.gap.after, 0.8);  // mV, of 8.4
+  EXPECT_LT(*d.gap.held_out_after, 0.1 * *d.gap.held_out_before);
+}
+
+TEST_F(RealRecords, PositioningAxisLacksCoulombFriction) {
+  const Column x{"motor_force_N", 0.01}, y{"position_qm_m", 1.0};
+  Campaign campaign;
+  campaign.runs.push_back(transient("emps/emps_train.csv", x, y, Role::fit));
+  campaign.runs.push_back(transient("emps/emps_pulses_heldout.csv", x, y, Role::held_out));
+  config::ModelSpec model;
+  model.name = "mass and viscous friction";
+  model.effects = {line("added_mass", "m_a", 0.0, -0.9, 5.0), line("viscous_damping"),
+                   offset_force()};
+  const auto d = diagnosed(campaign, model);
+  ASSERT_FALSE(d.effects.empty());
+  EXPECT_EQ(d.effects[0].name, "coulomb_friction");
+  EXPECT_NEAR(d.effects[0].parameters.at(0).value, 0.204, 0.02);  // published: 20.4 N, over 100 kg
+  EXPECT_LT(d.gap.after, 0.035);                                  // 9.4 N before
+  EXPECT_LT(*d.gap.held_out_after, 0.5 * *d.gap.held_out_before);
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy::testing
