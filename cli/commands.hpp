@@ -32,8 +32,15 @@ struct EstimateOptions : InputOptions {
   bool transient = false;
   std::vector<double> initial;       // known initial states; empty: estimated
   std::string integrator;            // "adams", "bdf", "rk4"; empty: by the record's length
-  std::string intervals = "linear";  // or profile, bootstrap
+  std::string intervals = "linear";  // or profile, bootstrap, posterior
   std::string loss = "squared";      // or huber, cauchy, tukey
+  // What is minimised; empty: least squares, with the model's priors where it has some. See
+  // docs/cli.md for the names.
+  std::string objective;
+  std::vector<std::string> channels = {"displacement"};
+  std::vector<double> noise;   // standard deviation of each channel, where it is known
+  std::optional<double> mass;  // on the load cell, kg
+  bool stagewise = false;
 };
 struct CompareOptions : InputOptions {
   int figure = 0;                    // of the paper, instead of a file
@@ -103,6 +110,7 @@ int watch(const Common& common, const WatchOptions& options);
 int run(const Common& common, const RunOptions& options);
 int order(const Common& common, const std::string& method);  // stop, estop, ack
 int estimate(const Common& common, const EstimateOptions& options);
+int estimate_channels(const Common& common, const EstimateOptions& options);
 int estimate_transient(const Common& common, const EstimateOptions& options);
 int compare(const Common& common, const CompareOptions& options);
 int drop(const Common& common, const DropOptions& options);

@@ -1,16 +1,16 @@
 #include "cli/estimation_input.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "cli/run_data.hpp"
 
 namespace shaker::cli {
 namespace {
-
-bool is_database(const std::filesystem::path& file) {
-  const auto extension = file.extension();
-  return extension == ".db" || extension == ".sqlite";
-}
 
 Result<EstimationInput> read_database(const InputOptions& options) {
   if (options.frequency_hz || options.amplitude) {
@@ -18,7 +18,7 @@ Result<EstimationInput> read_database(const InputOptions& options) {
                  "a campaign database knows its frequencies and amplitudes; "
                  "leave --frequency and --amplitude out"};
   }
-  auto data = runs_from_database(options.file);
+  auto data = runs_from_database(options.file, options.harmonics);
   if (!data) return data.error();
   auto model = options.model.empty()
                    ? config::parse_model(data->model_json, options.file.string() + " (its model)")
@@ -38,7 +38,8 @@ Result<EstimationInput> read_csv_run(const InputOptions& options) {
   }
   auto model = config::load_model(options.model);
   if (!model) return model.error();
-  auto run = run_from_csv(options.file, {*options.frequency_hz, options.amplitude});
+  auto run =
+      run_from_csv(options.file, {*options.frequency_hz, options.amplitude, options.harmonics});
   if (!run) return run.error();
   EstimationInput input;
   input.model = std::move(*model);
@@ -48,8 +49,41 @@ Result<EstimationInput> read_csv_run(const InputOptions& options) {
 
 }  // namespace
 
+// A model in feet with gravity in metres fits nothing, and says nothing. Other units than these are
+// the user's own affair.
+Result<void> check_units(const config::ModelSpec& model) {
+  constexpr double kGravity = 9.80665, kShare = 0.02;
+  static const std::map<std::string, double> metres = {
+      {"m", 1.0}, {"mm", 1e-3}, {"cm", 1e-2}, {"ft", 0.3048}, {"in", 0.0254}};
+  const bool weighs = std::any_of(model.effects.begin(), model.effects.end(),
+                                  [](const auto& effect) { return effect.effect == "gravity"; });
+  const auto unit = metres.find(model.length_unit);
+  if (!weighs || unit == metres.end()) return {};
+  const double gravity = model.gravity * unit->second;
+  for (const auto& [name, length] : metres) {
+    if (name == model.length_unit || std::fabs(model.gravity * length / kGravity - 1.0) > kShare)
+      continue;
+    if (std::fabs(gravity / kGravity - 1.0) > kShare)
+      return Error{
+          ErrorKind::invalid,
+          fmt::format("the model \"{}\" counts lengths in {} and has a gravity of {:g} "
+                      "{}/s^2, which is that of {}/s^2: \"length_unit\" and \"gravity\" do "
+                      "not match",
+                      model.name, model.length_unit, model.gravity, model.length_unit, name)};
+  }
+  return {};
+}
+
+bool is_database(const std::filesystem::path& file) {
+  const auto extension = file.extension();
+  return extension == ".db" || extension == ".sqlite";
+}
+
 Result<EstimationInput> read_estimation_input(const InputOptions& options) {
-  return is_database(options.file) ? read_database(options) : read_csv_run(options);
+  auto input = is_database(options.file) ? read_database(options) : read_csv_run(options);
+  if (!input) return input;
+  if (auto good = check_units(input->model); !good) return good.error();
+  return input;
 }
 
 }  // namespace shaker::cli

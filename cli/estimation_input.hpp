@@ -17,6 +17,7 @@ struct InputOptions {
   std::filesystem::path file;
   std::filesystem::path model;  // empty: the database's own
   std::optional<double> frequency_hz, amplitude;
+  bool harmonics = false;  // Fourier coefficients with their covariance instead of samples
 };
 
 struct EstimationInput {
@@ -24,6 +25,11 @@ struct EstimationInput {
   std::vector<estimator::RunData> runs;
   std::optional<std::string> campaign;
 };
+
+// An Error when length unit and gravity belong to different systems of units.
+Result<void> check_units(const config::ModelSpec& model);
+
+bool is_database(const std::filesystem::path& file);  // by its name
 
 // An Error names the file and what is missing or wrong.
 Result<EstimationInput> read_estimation_input(const InputOptions& options);

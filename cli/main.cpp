@@ -161,16 +161,38 @@ void add_offline(CLI::App& app, Options& o) {
       ->needs(transient);
   estimating
       ->add_option("--intervals", o.estimate.intervals,
-                   "linear, profile (follows the likelihood) or bootstrap")
-      ->check(CLI::IsMember({"linear", "profile", "bootstrap"}))
+                   "linear, profile (follows the likelihood), bootstrap or posterior (by sampling)")
+      ->check(CLI::IsMember({"linear", "profile", "bootstrap", "posterior"}))
       ->capture_default_str();
   estimating
       ->add_option("--loss", o.estimate.loss, "squared; or huber, cauchy, tukey against outliers")
       ->check(CLI::IsMember({"squared", "huber", "cauchy", "tukey"}))
       ->capture_default_str();
+  estimating
+      ->add_option(
+          "--objective", o.estimate.objective,
+          "least_squares, weighted, maximum_likelihood, joint_covariance, harmonics or map "
+          "(default: least squares, with the model's priors if it has some)")
+      ->check(CLI::IsMember({"least_squares", "weighted", "maximum_likelihood", "joint_covariance",
+                             "harmonics", "map"}));
+  estimating
+      ->add_option("--channels", o.estimate.channels,
+                   "displacement, acceleration, force: those to be fitted together")
+      ->check(CLI::IsMember({"displacement", "acceleration", "force"}))
+      ->delimiter(',');
+  estimating
+      ->add_option("--noise", o.estimate.noise,
+                   "Known standard deviation of each channel's noise, in the file's units")
+      ->check(CLI::PositiveNumber)
+      ->delimiter(',');
+  estimating->add_option("--mass", o.estimate.mass, "That the load cell carries, kg")
+      ->check(CLI::PositiveNumber);
+  estimating->add_flag("--stagewise", o.estimate.stagewise,
+                       "Parameters and noise covariance in turn instead of together");
   estimating->footer(
       "CSV columns: t,y (the excitation is then amplitude cos(2 pi frequency t)), or\n"
-      "t,excitation,displacement. t in seconds; any number of periods.\n"
+      "t,excitation,displacement. t in seconds; any number of periods. With --channels also\n"
+      "acceleration (of the sprung mass, m/s^2) and force (load cell, N).\n"
       "With --transient: t,excitation,displacement or t,displacement (drop, free decay).");
   auto* comparing = add(app, o, "compare", "What each optimiser needs and finds on one data set",
                         [&o] { return compare(o.common, o.compare); });

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/objectives/harmonic_data.hpp"
 #include "record/campaign_database.hpp"
 
 namespace shaker::cli {
@@ -92,6 +93,25 @@ void fold(const std::vector<double>& y, std::size_t n, RunData& run) {
   run.cycles = static_cast<double>(cycles);
 }
 
+// The same cycles as Fourier coefficients, weighed by what they scatter from cycle to cycle.
+Result<void> put_harmonics(const std::vector<double>& y, std::size_t n, const std::string& origin,
+                           RunData& run) {
+  const std::size_t cycles = y.size() / n;
+  const std::size_t count =
+      std::min(estimator::coefficients_for(static_cast<long>(cycles), kHarmonics), n - 1 + n % 2);
+  if (count < 3)
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("{}: {} cycle{} of a run cannot weigh Fourier coefficients; at least 7 "
+                    "whole cycles are needed, or another objective",
+                    origin, cycles, cycles == 1 ? "" : "s")};
+  estimator::HarmonicMean mean(count);
+  for (std::size_t c = 0; c < cycles; ++c)
+    mean.add({&y[c * n], n});
+  mean.into(run);
+  return {};
+}
+
 Result<void> check(const std::vector<double>& t, const std::string& origin, const Dwell& dwell,
                    bool excitation_measured) {
   const auto bad = [&](const std::string& why) {
@@ -164,7 +184,7 @@ Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
   const auto& t = table.columns.at("t");
   const bool measured = table.columns.contains("excitation");
   if (auto good = check(t, origin, dwell, measured); !good) return good.error();
-  const auto& y = table.columns.at(measured ? "displacement" : "y");
+  const auto& y = table.columns.at(table.columns.contains("y") ? "y" : "displacement");
   RunData run;
   run.frequency_hz = dwell.frequency_hz;
   run.amplitude = dwell.amplitude.value_or(0.0);
@@ -174,6 +194,15 @@ Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
   if (measured) put_excitation(tau, table.columns.at("excitation"), run);
   if (const std::size_t n = points_of_even_grid(t, dwell.frequency_hz)) {
     fold(y, n, run);
+    if (dwell.harmonics) {
+      if (auto good = put_harmonics(y, n, origin, run); !good) return good.error();
+    }
+  } else if (dwell.harmonics) {
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("{}: its points do not stand on equal steps of whole periods, so there "
+                    "are no cycles to compare; choose another objective",
+                    origin)};
   } else {
     run.tau = std::move(tau);
     run.displacement = y;
@@ -182,12 +211,13 @@ Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
 }
 
 Result<RunData> run_from_csv(const std::filesystem::path& file, const Dwell& dwell) {
-  const auto table = read_csv(file, {{"t", "excitation", "displacement"}, {"t", "y"}});
+  const auto table =
+      read_csv(file, {{"t", "excitation", "displacement"}, {"t", "y"}, {"t", "displacement"}});
   if (!table) return table.error();
   return run_from_table(*table, file.string(), dwell);
 }
 
-Result<CampaignData> runs_from_database(const std::filesystem::path& file) {
+Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics) {
   const auto reader = record::CampaignReader::open(file);
   if (!reader) return reader.error();
   const auto campaign = reader->campaign();
@@ -214,6 +244,15 @@ Result<CampaignData> runs_from_database(const std::filesystem::path& file) {
     }
     data.cycles += static_cast<int>(cycles->size());
     data.runs.push_back(mean_of(*cycles));
+    if (!harmonics) continue;
+    std::vector<double> all;
+    for (const record::CycleRow& cycle : *cycles)
+      all.insert(all.end(), cycle.displacement.begin(), cycle.displacement.end());
+    if (auto good =
+            put_harmonics(all, first.displacement.size(),
+                          fmt::format("{}: run {}", file.string(), row.name), data.runs.back());
+        !good)
+      return good.error();
   }
   if (data.runs.empty()) {
     return Error{ErrorKind::invalid,

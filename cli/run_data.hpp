@@ -15,9 +15,11 @@ namespace shaker::cli {
 struct Dwell {
   double frequency_hz = 0.0;
   std::optional<double> amplitude;  // of a pure cosine; needed when there is no excitation column
+  bool harmonics = false;           // Fourier coefficients of the cycles, with their covariance
 };
 
-// Columns t,y (the excitation is amplitude * cos(2 pi f t)) or t,excitation,displacement (as it was
+// Columns t,y or t,displacement (the excitation is amplitude * cos(2 pi f t)), or
+// t,excitation,displacement (as it was
 // measured: its mean, which no table can have, and what is above the 8th harmonic are left out).
 // Any number of periods, whole or not, evenly sampled or not; t must increase. At least 8 points.
 Result<estimator::RunData> run_from_csv(const std::filesystem::path& file, const Dwell& dwell);
@@ -31,6 +33,6 @@ struct CampaignData {
   int cycles = 0;
 };
 // An Error when the file is no campaign, or holds no accepted cycle.
-Result<CampaignData> runs_from_database(const std::filesystem::path& file);
+Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics = false);
 
 }  // namespace shaker::cli

@@ -1,4 +1,5 @@
 // An estimate from a file: a campaign database, or one run as CSV.
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include "estimator/optimise/periodic_problem.hpp"
 #include "estimator/optimise/several_starts.hpp"
 #include "estimator/worth/intervals.hpp"
+#include "estimator/worth/posterior.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
@@ -71,44 +73,197 @@ std::string minima_table(const optimise::Minima& minima, const estimator::Model&
                      report::text_table(rows, std::vector<bool>(rows.front().size(), true)));
 }
 
+nlohmann::ordered_json to_json(const estimator::Posterior& posterior,
+                               const std::vector<std::string>& names) {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < posterior.parameters.size(); ++k) {
+    const estimator::PosteriorMarginal& p = posterior.parameters[k];
+    list.push_back({{"name", names[k]},
+                    {"mean", p.mean},
+                    {"median", p.median},
+                    {"mode", p.mode},
+                    {"standard_deviation", p.standard_deviation},
+                    {"effective_samples", p.effective_samples}});
+  }
+  return list;
+}
+
+std::string posterior_table(const estimator::Posterior& posterior,
+                            const std::vector<std::string>& names) {
+  std::vector<std::vector<std::string>> rows = {
+      {"parameter", "mean", "median", "mode", "deviation", "draws it is worth"}};
+  for (std::size_t k = 0; k < posterior.parameters.size(); ++k) {
+    const estimator::PosteriorMarginal& p = posterior.parameters[k];
+    rows.push_back({names[k], fmt::format("{:.6g}", p.mean), fmt::format("{:.6g}", p.median),
+                    fmt::format("{:.6g}", p.mode), fmt::format("{:.3g}", p.standard_deviation),
+                    fmt::format("{:.0f}", p.effective_samples)});
+  }
+  return fmt::format("\nPosterior, by sampling:\n\n{}",
+                     report::text_table(rows, std::vector<bool>(rows.front().size(), true)));
+}
+
+// Channels that are to be weighed against each other have a command of their own.
+bool wants_channels(const EstimateOptions& options) {
+  return options.channels != std::vector<std::string>{"displacement"} ||
+         options.objective == "maximum_likelihood" || options.objective == "joint_covariance" ||
+         options.stagewise;
+}
+
+void forget_priors(config::ModelSpec& model) {
+  for (config::EffectSpec& effect : model.effects) {
+    for (auto& [name, parameter] : effect.parameters)
+      parameter.prior_mean = parameter.prior_standard_deviation = std::nullopt;
+  }
+}
+
+bool has_priors(const config::ModelSpec& model) {
+  for (const config::EffectSpec& effect : model.effects) {
+    for (const auto& [name, parameter] : effect.parameters) {
+      if (parameter.prior_mean) return true;
+    }
+  }
+  return false;
+}
+
+// Each run by its own noise, which the scatter of its cycles tells (3.15). An Error where it does
+// not.
+Result<void> weigh_runs(std::vector<estimator::RunData>& runs) {
+  std::vector<double> variance;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const double degrees =
+        static_cast<double>(runs[r].displacement.size()) * (runs[r].cycles - 1.0);
+    if (!(degrees > 0.0) || !(runs[r].scatter > 0.0) || !runs[r].tau.empty())
+      return Error{ErrorKind::invalid,
+                   fmt::format("run {}: the cycles do not show how large its noise is; say it with "
+                               "--noise, or choose another objective",
+                               r + 1)};
+    variance.push_back(runs[r].scatter / degrees);
+  }
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    runs[r].weight = variance.front() / variance[r];
+  return {};
+}
+
+// What --objective asks for of a model and its data. An Error says what it lacks.
+Result<estimator::EstimationOptions> apply_objective(const EstimateOptions& options,
+                                                     EstimationInput& input) {
+  estimator::EstimationOptions how;
+  if (!options.noise.empty() && options.noise.size() != 1)
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("{} standard deviations with --noise for one channel", options.noise.size())};
+  if (!options.noise.empty()) how.noise = options.noise.front();
+  if (options.objective == "map" && !has_priors(input.model))
+    return Error{ErrorKind::invalid,
+                 "the model has no prior, so there is no posterior to maximise: give a parameter "
+                 "\"prior_mean\" and \"prior_standard_deviation\" in the model file"};
+  if (options.objective == "least_squares" || options.objective == "weighted")
+    forget_priors(input.model);
+  if (options.objective == "weighted" && options.noise.empty()) {
+    if (auto good = weigh_runs(input.runs); !good) return good.error();
+  }
+  return how;
+}
+
+double motion(const std::vector<double>& y) {
+  double mean = 0.0, sum = 0.0;
+  for (const double value : y)
+    mean += value / static_cast<double>(y.size());
+  for (const double value : y)
+    sum += (value - mean) * (value - mean) / static_cast<double>(y.size());
+  return std::sqrt(sum);
+}
+
+// Where nothing fits: data and model may speak of different units. Empty if they do not seem to.
+std::string unit_doubt(const estimator::Model& model, const estimator::RunData& run) {
+  constexpr double kFar = 50.0;
+  if (run.displacement.empty() || run.periods > 1) return {};
+  estimator::PeriodicSystem system(model, {estimator::Scheme::order4, 160, false});
+  if (run.excitation.empty())
+    system.set_excitation(run.frequency_hz, run.amplitude);
+  else
+    system.set_excitation(run.frequency_hz, run.excitation, 8);
+  if (system.solve_from_rest(model.start()).status != estimator::SolveStatus::converged) return {};
+  std::vector<double> y;
+  for (int i = 0; i < system.points(); ++i)
+    y.push_back(system.value(i, model.observed()));
+  const double expected = motion(y), measured = motion(run.displacement);
+  if (!std::isfinite(measured) || !(expected > 0.0) ||
+      (measured < kFar * expected && measured > expected / kFar))
+    return {};
+  return fmt::format(
+      "the measured displacement moves by {:.3g} (standard deviation), the model at its starts by "
+      "{:.3g} {}: do the units match? The model wants {} and {}/s^2",
+      measured, expected, model.length_unit(), model.length_unit(), model.length_unit());
+}
+
+// What was minimised, also where nobody chose.
+std::string objective_name(const EstimateOptions& options, const config::ModelSpec& model) {
+  if (!options.objective.empty()) return options.objective;
+  return has_priors(model) ? "map" : "least_squares";
+}
+
 }  // namespace
 
 int estimate(const Common& common, const EstimateOptions& options) {
+  if (wants_channels(options)) return estimate_channels(common, options);
   if (options.loss != "squared" && options.intervals != "linear") {
     return fail(common, kBadInput,
                 fmt::format("{} intervals belong to the squared loss; leave --loss or --intervals "
                             "out",
                             options.intervals));
   }
-  auto input = read_estimation_input(options);
+  InputOptions reading = options;
+  reading.harmonics = options.objective == "harmonics";
+  if (reading.harmonics && (options.loss != "squared" || options.starts > 1))
+    return fail(common, kBadInput, "Fourier coefficients go without --loss and --starts");
+  auto input = read_estimation_input(reading);
   if (!input) return fail(common, kBadInput, input.error().what);
+  const auto how = apply_objective(options, *input);
+  if (!how) return fail(common, kBadInput, how.error().what);
   try {
     const estimator::Model model(input->model);
     std::optional<Search> searched;
     if (options.starts > 1) searched = search(model, input->runs, options);
-    estimator::Estimator estimator(model, input->runs);
+    estimator::Estimator estimator(model, input->runs, *how);
     const estimator::Fit& fit = estimator.fit(searched ? searched->best : model.start());
     if (fit.status == estimator::FitStatus::no_solution) {
       return fail(common, kNotUsable, fit.trouble);
     }
     estimator::Estimate estimate = estimator.describe();
+    if (!estimate.usable) {
+      if (auto doubt = unit_doubt(model, input->runs.front()); !doubt.empty())
+        estimate.warnings.insert(estimate.warnings.begin(), std::move(doubt));
+    }
     const auto loss = *estimator::loss_from_name(options.loss);
     if (loss != estimator::Loss::squared)
-      replace_by_robust(estimate, fit_robust(model, input->runs, fit.theta, loss), model);
-    replace_intervals(estimate, *estimator::interval_kind_from_name(options.intervals), model,
-                      estimator, input->runs);
+      replace_by_robust(estimate, fit_robust(model, input->runs, fit.theta, loss, *how), model);
+    std::optional<estimator::Posterior> sampled;
+    if (options.intervals == "posterior") {
+      if (fit.status != estimator::FitStatus::converged)
+        return fail(common, kNotUsable,
+                    "there is no single best estimate to sample the posterior around; see "
+                    "`--intervals linear` for what the data leave open");
+      sampled = estimator::posterior(model, estimator, input->runs, *how);
+      replace_by_posterior(estimate, *sampled);
+    } else {
+      replace_intervals(estimate, *estimator::interval_kind_from_name(options.intervals), model,
+                        estimator, input->runs, *how);
+    }
     protocol::EstimateDocument document = report::to_document(estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";
-    if (common.json && (searched || options.intervals != "linear" || options.loss != "squared")) {
+    if (common.json) {
       auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
       if (searched) json["minima"] = to_json(searched->minima);
+      json["objective"] = objective_name(options, input->model);
       json["intervals"] = options.intervals;
       json["loss"] = options.loss;
+      if (sampled) json["posterior"] = to_json(*sampled, document.covariance_order);
       fmt::print("{}\n", json.dump());
     } else {
-      fmt::print("{}", common.json ? protocol::to_json_text(document) + "\n"
-                                   : report::estimate_table(document));
+      fmt::print("{}", report::estimate_table(document));
+      if (sampled) fmt::print("{}", posterior_table(*sampled, document.covariance_order));
       if (searched) fmt::print("{}", minima_table(searched->minima, model));
     }
     if (document.usable) return kOk;

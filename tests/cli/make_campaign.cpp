@@ -1,8 +1,10 @@
-// make_campaign DIRECTORY TABLE.csv MODEL.json: writes a campaign database and prints its path.
+// make_campaign DIRECTORY TABLE.csv MODEL.json [RAW.csv]: writes a campaign database and prints its
+// path.
 //
 // A line of TABLE.csv is a run: frequency,amplitude,u0,u1,... without a header. Every run gets
 // three accepted cycles (the table's displacement with +1e-5, -1e-5 and 0 added at every other
-// point), one cycle that was left out, and two raw samples.
+// point), one cycle that was left out, and three raw samples; or those of RAW.csv, a column t and
+// one for each channel, by its name.
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -29,6 +31,29 @@ record::CycleRow cycle_of(const std::vector<double>& row, int run, int index) {
   return cycle;
 }
 
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields;
+  std::istringstream in(line);
+  for (std::string field; std::getline(in, field, ',');)
+    fields.push_back(field);
+  return fields;
+}
+
+std::vector<record::SampleRow> samples_of(const char* file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  const auto names = fields_of(line);
+  std::vector<record::SampleRow> samples;
+  while (std::getline(in, line)) {
+    const auto fields = fields_of(line);
+    for (std::size_t b = 1; b < fields.size(); ++b)
+      samples.push_back({static_cast<std::int64_t>(1e9 * std::stod(fields[0]) + 0.5),
+                         std::stod(fields[b]), *protocol::channel_from_name(names[b]), 0});
+  }
+  return samples;
+}
+
 int trouble(const Error& error) {
   std::fprintf(stderr, "%s\n", error.what.c_str());
   return 1;
@@ -37,7 +62,7 @@ int trouble(const Error& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 4) return 2;
+  if (argc != 4 && argc != 5) return 2;
   const auto model = config::load_model(argv[3]);
   if (!model) return trouble(model.error());
   record::CampaignRow campaign;
@@ -63,7 +88,9 @@ int main(int argc, char** argv) {
     const record::SampleRow samples[] = {{1'000'000'000, 0.125, protocol::Channel::displacement, 0},
                                          {1'001'000'000, -2.5, protocol::Channel::excitation, 1},
                                          {1'002'000'000, 1e6, protocol::Channel::aux1, 0}};
-    if (done) done = writer->add_samples(run, samples);
+    if (done)
+      done = argc == 5 ? writer->add_samples(run, samples_of(argv[4]))
+                       : writer->add_samples(run, samples);
     if (!done) return trouble(done.error());
   }
   if (auto done = writer->finish("success", "2026-03-01T12:01:00.000Z"); !done) {

@@ -1,0 +1,138 @@
+// An estimate from several measured channels, each weighed by what its noise turns out to be.
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/channel_data.hpp"
+#include "cli/commands.hpp"
+#include "estimator/worth/description.hpp"
+#include "protocol/documents.hpp"
+#include "report/estimate_document.hpp"
+#include "report/estimate_table.hpp"
+
+namespace shaker::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// One variance for all (3.17), what --noise says (3.15), or what the residuals will say.
+std::vector<double> known_covariance(const EstimateOptions& options, const ChannelInput& input) {
+  const std::size_t m = input.quantities.size();
+  std::vector<double> v(m * m, 0.0);
+  for (std::size_t b = 0; b < m; ++b) {
+    const double sigma = options.noise.empty() ? 1.0 : options.noise[b] / input.scale[b];
+    v[b * m + b] = sigma * sigma;
+  }
+  return v;
+}
+
+// In the file's units.
+Json noise_of(const EstimateOptions& options, const ChannelInput& input,
+              const estimator::ChannelFit& found, Json& correlation) {
+  const std::size_t m = input.quantities.size();
+  Json channels = Json::array();
+  correlation = Json::array();
+  for (std::size_t a = 0; a < m; ++a) {
+    const double sigma = std::sqrt(found.noise_covariance[a * m + a]);
+    channels.push_back({{"name", options.channels[a]},
+                        {"unit", input.units[a]},
+                        {"noise_standard_deviation", sigma * input.scale[a]}});
+    Json row = Json::array();
+    for (std::size_t b = 0; b < m; ++b)
+      row.push_back(a == b ? 1.0
+                           : found.noise_covariance[a * m + b] /
+                                 (sigma * std::sqrt(found.noise_covariance[b * m + b])));
+    correlation.push_back(std::move(row));
+  }
+  return channels;
+}
+
+void print(const protocol::EstimateDocument& document, const Json& channels,
+           const Json& correlation) {
+  fmt::print("{}\nNoise of the channels:\n", report::estimate_table(document));
+  for (std::size_t a = 0; a < channels.size(); ++a) {
+    fmt::print("  {:<14}{:.4g} {}", channels[a]["name"].get<std::string>(),
+               channels[a]["noise_standard_deviation"].get<double>(),
+               channels[a]["unit"].get<std::string>());
+    for (std::size_t b = 0; b < a; ++b)
+      fmt::print("{} {:+.2f} with {}", b == 0 ? ", correlation" : ",",
+                 correlation[a][b].get<double>(), channels[b]["name"].get<std::string>());
+    fmt::print("\n");
+  }
+}
+
+}  // namespace
+
+int estimate_channels(const Common& common, const EstimateOptions& options) {
+  if (options.intervals != "linear" || options.loss != "squared" || options.starts > 1)
+    return fail(
+        common, kBadInput,
+        "--intervals, --loss and --starts are for one channel and least squares; leave them "
+        "out with several channels or a maximum-likelihood objective");
+  if (options.objective.empty() || options.objective == "harmonics" || options.objective == "map")
+    return fail(common, kBadInput,
+                "several channels need an objective that weighs them: --objective "
+                "maximum_likelihood, joint_covariance, or weighted with --noise");
+  if (options.objective == "least_squares" && options.channels.size() > 1)
+    return fail(common, kBadInput,
+                "unweighted least squares cannot add up metres and newtons; choose --objective "
+                "maximum_likelihood, joint_covariance, or weighted with --noise");
+  const bool weighted = options.objective == "weighted";
+  if (weighted ? options.noise.size() != options.channels.size() : !options.noise.empty())
+    return fail(common, kBadInput,
+                weighted
+                    ? fmt::format("{} channels and {} standard deviations; --objective weighted "
+                                  "wants one for each with --noise",
+                                  options.channels.size(), options.noise.size())
+                    : "with this objective the noise is estimated; leave --noise out");
+  auto input = read_channels(options, options.channels, options.mass);
+  if (!input) return fail(common, kBadInput, input.error().what);
+  try {
+    for (config::EffectSpec& effect : input->model.effects) {
+      for (auto& [name, parameter] : effect.parameters)
+        parameter.prior_mean = parameter.prior_standard_deviation = std::nullopt;
+    }
+    const estimator::Model model(input->model);
+    estimator::ChannelOptions how;
+    how.stagewise = options.stagewise;
+    how.noise = weighted                                  ? estimator::NoiseModel::known
+                : options.objective == "joint_covariance" ? estimator::NoiseModel::joint
+                                                          : estimator::NoiseModel::independent;
+    how.known_covariance = known_covariance(options, *input);
+    double cycles = 0.0;
+    for (const estimator::ChannelRun& run : input->runs)
+      cycles += run.cycles;
+    const std::size_t runs = input->runs.size();
+    const estimator::ChannelFit found =
+        fit_channels(model, input->quantities, std::move(input->runs), model.start(), how);
+    if (found.fit.status == estimator::FitStatus::no_solution)
+      return fail(common, kNotUsable, found.fit.trouble);
+    estimator::Estimate estimate = estimator::describe(model, found.fit);
+    estimate.runs = static_cast<int>(runs);
+    estimate.cycles = std::lround(cycles);
+    protocol::EstimateDocument document = report::to_document(estimate);
+    document.campaign = input->campaign;
+    document.clock = "recorded";
+    Json correlation;
+    const Json channels = noise_of(options, *input, found, correlation);
+    if (common.json) {
+      auto json = Json::parse(protocol::to_json_text(document));
+      json["objective"] = options.objective;
+      json["channels"] = channels;
+      json["noise_correlation"] = correlation;
+      json["log_likelihood"] = found.log_likelihood;
+      fmt::print("{}\n", json.dump());
+    } else {
+      print(document, channels, correlation);
+    }
+    if (document.usable) return kOk;
+    if (!common.json) fmt::print(stderr, "shakerctl: the estimate is not usable\n");
+    return kNotUsable;
+  } catch (const std::invalid_argument& error) {
+    return fail(common, kBadInput, fmt::format("{}: {}", options.file.string(), error.what()));
+  }
+}
+
+}  // namespace shaker::cli
