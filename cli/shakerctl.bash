@@ -15,7 +15,7 @@ _shakerctl() {
   case ${COMP_WORDS[1]} in
     status | stop | estop | ack | run) options="--json --socket --help" ;;
     watch) options="--json --socket --seconds --help" ;;
-    estimate) options="--json --model --frequency --amplitude --starts --seed --intervals --loss --transient --initial --integrator --help" ;;
+    estimate) options="--json --model --frequency --amplitude --starts --seed --intervals --loss --objective --channels --noise --mass --stagewise --transient --initial --integrator --help" ;;
     compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
     diagnose) options="--json --model --out --false-alarm-rate --daemon --socket --help" ;;
     drop) options="--json --sink-speed --campaign --model --estimate --lift --mass --duration --samples --identified-speed --identified-stroke --truth --svg --help" ;;
