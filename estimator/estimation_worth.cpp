@@ -375,15 +375,9 @@ Estimate describe(const Model& model, const Fit& fit) {
   if (!fit.trouble.empty()) e.warnings.push_back(fit.trouble);
   for (std::string& sentence : determination_warnings(model, fit))
     e.warnings.push_back(std::move(sentence));
-  if (!on_bound.empty())
-    e.warnings.push_back(fmt::format(
-        "{} ended on a bound, so the standard errors do not hold; check the bound or the model",
-        fmt::join(on_bound, ", ")));
-  if (fit.degrees_of_freedom <= 0)
-    e.warnings.push_back(
-        fmt::format("{} observations for {} parameters leave no degree of freedom "
-                    "for the noise; no intervals can be given",
-                    fit.observations, e.covariance_order.size()));
+  for (std::string& sentence :
+       closing_warnings(on_bound, fit.observations, e.covariance_order.size()))
+    e.warnings.push_back(std::move(sentence));
   e.usable = fit.status == FitStatus::converged && on_bound.empty() && fit.degrees_of_freedom > 0;
   return e;
 }

@@ -27,6 +27,26 @@ Points local_points(const ModelPoints& at, const double* u, const double* v, con
   return points;
 }
 
+// Inertia and excitation of the only equation; no slopes yet.
+void begin_plain(const ModelPoints& at, double mass, double excitation, const ModelForces& out) {
+  double* __restrict g = out.g[0];
+  for (int i = 0; i < at.n; ++i)
+    g[i] = mass * at.a[0][i] - excitation * at.x[i];
+  std::fill_n(out.g_u[0], at.n, 0.0);
+  std::fill_n(out.g_v[0], at.n, 0.0);
+  std::fill_n(out.g_a[0], at.n, mass);
+}
+
+// Straight into that equation.
+Forces plain_forces(const ModelForces& out) {
+  Forces forces;
+  forces.f = out.g[0];
+  forces.f_u = out.g_u[0];
+  forces.f_v = out.g_v[0];
+  forces.f_a = out.g_a[0];
+  return forces;
+}
+
 // Where things are in the scratch arrays of `evaluate_general`.
 constexpr int kLocal = 0;  // u, v, a
 constexpr int kForce = 3;  // f, f_u, f_v, f_a, f_x
@@ -53,23 +73,14 @@ bool Model::evaluate(const ModelPoints& at, const double* theta, const ModelForc
 bool Model::evaluate_plain(const ModelPoints& at, const double* theta,
                            const ModelForces& out) const {
   const int n = at.n;
-  double* __restrict g = out.g[0];
-  for (int i = 0; i < n; ++i)
-    g[i] = mass_[0] * at.a[0][i] - excitation_[0] * at.x[i];
-  std::fill_n(out.g_u[0], n, 0.0);
-  std::fill_n(out.g_v[0], n, 0.0);
-  std::fill_n(out.g_a[0], n, mass_[0]);
+  begin_plain(at, mass_[0], excitation_[0], out);
   for (const Term& term : instruments_) {
     for (std::size_t k = 0; k < term.effect->parameters().size(); ++k)
       std::fill_n(out.g_theta[static_cast<std::size_t>(term.first_parameter) + k], n, 0.0);
   }
   const Points points = local_points(at, at.u[0], at.v[0], at.a[0]);
   for (const Term& term : terms_) {
-    Forces forces;
-    forces.f = out.g[0];
-    forces.f_u = out.g_u[0];
-    forces.f_v = out.g_v[0];
-    forces.f_a = out.g_a[0];
+    Forces forces = plain_forces(out);
     if (term.borrowed.empty()) {
       forces.f_theta = out.g_theta + term.first_parameter;
       if (!term.effect->evaluate(points, theta + term.first_parameter, term.constants.data(),
@@ -102,21 +113,11 @@ bool Model::lanes_possible() const {
 
 unsigned Model::evaluate_lanes(const ModelPoints& at, const double* theta,
                                const ModelForces& out) const {
-  const int n = at.n;
-  double* __restrict g = out.g[0];
-  for (int i = 0; i < n; ++i)
-    g[i] = mass_[0] * at.a[0][i] - excitation_[0] * at.x[i];
-  std::fill_n(out.g_u[0], n, 0.0);
-  std::fill_n(out.g_v[0], n, 0.0);
-  std::fill_n(out.g_a[0], n, mass_[0]);
+  begin_plain(at, mass_[0], excitation_[0], out);
   unsigned sound = ~0U;
   const Points points = local_points(at, at.u[0], at.v[0], at.a[0]);
   for (const Term& term : terms_) {
-    Forces forces;
-    forces.f = out.g[0];
-    forces.f_u = out.g_u[0];
-    forces.f_v = out.g_v[0];
-    forces.f_a = out.g_a[0];
+    Forces forces = plain_forces(out);
     forces.f_theta = out.g_theta + term.first_parameter;
     sound &= term.effect->evaluate_lanes(points, theta + 8 * term.first_parameter,
                                          term.constants.data(), forces);

@@ -83,6 +83,13 @@ Eigen::MatrixXd columns(const Eigen::MatrixXd& matrix, const std::vector<int>& f
   return out;
 }
 
+Eigen::VectorXd lengths(const Eigen::VectorXd& norms, const std::vector<int>& free) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(free.size()));
+  for (std::size_t k = 0; k < free.size(); ++k)
+    out[static_cast<Eigen::Index>(k)] = norms[free[k]] > 0.0 ? norms[free[k]] : 1.0;
+  return out;
+}
+
 Eigen::VectorXd spread(const Eigen::VectorXd& step, const std::vector<int>& free, int parameters) {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(parameters);
   for (std::size_t k = 0; k < free.size(); ++k)

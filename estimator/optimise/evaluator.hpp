@@ -46,6 +46,9 @@ class Evaluator {
 
 // Columns `free` of a matrix, and a step of those in the whole space.
 Eigen::MatrixXd columns(const Eigen::MatrixXd& matrix, const std::vector<int>& free);
+// Lengths by which steps of the parameters `free` are measured: those of their columns, 1 for a
+// column of zeros.
+Eigen::VectorXd lengths(const Eigen::VectorXd& norms, const std::vector<int>& free);
 Eigen::VectorXd spread(const Eigen::VectorXd& step, const std::vector<int>& free, int parameters);
 
 // The least-squares step J^+ e (4.7), of least norm in scaled parameters when J lacks rank, and

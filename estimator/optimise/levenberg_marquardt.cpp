@@ -55,9 +55,7 @@ Summary levenberg_marquardt(LeastSquaresProblem& problem, const Eigen::VectorXd&
         return evaluator.finish(kName, Status::converged, point);
       fresh = false;
     }
-    Eigen::VectorXd scale(static_cast<Eigen::Index>(free.size()));
-    for (std::size_t k = 0; k < free.size(); ++k)
-      scale[static_cast<Eigen::Index>(k)] = norms[free[k]] > 0.0 ? norms[free[k]] : 1.0;
+    const Eigen::VectorXd scale = lengths(norms, free);
     const Eigen::VectorXd step = spread(damped(j, point.e, scale, lambda), free, parameters);
     Point next;
     next.theta = point.theta + step;

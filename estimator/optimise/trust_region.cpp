@@ -45,12 +45,10 @@ Summary trust_region(LeastSquaresProblem& problem, const Eigen::VectorXd& start,
     const auto free = evaluator.free(point);
     if (free.empty()) return evaluator.finish(kName, Status::converged, point);
     norms = norms.cwiseMax(point.jacobian.colwise().norm().transpose());
-    Eigen::VectorXd scale(static_cast<Eigen::Index>(free.size()));
+    const Eigen::VectorXd scale = lengths(norms, free);
     double size = 0.0;
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      scale[static_cast<Eigen::Index>(k)] = norms[free[k]] > 0.0 ? norms[free[k]] : 1.0;
+    for (std::size_t k = 0; k < free.size(); ++k)
       size = std::hypot(size, scale[static_cast<Eigen::Index>(k)] * point.theta[free[k]]);
-    }
     if (delta < 0.0) delta = std::max(size, 1e-3 * point.e.norm());
     const Eigen::MatrixXd j = columns(point.jacobian, free);
     const LinearStep linear = linear_step(j, point.e);

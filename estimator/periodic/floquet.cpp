@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/math/aligned.hpp"
+#include "estimator/periodic/point_arrays.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -118,24 +119,10 @@ Variation::Variation(const PeriodicSystem& system, std::span<const double> theta
     size_ += mass ? 2 : damping ? 1 : 0;
   }
   constexpr int kPadded = 16;
-  const int p = system.model().parameter_count();
-  const int arrays = 4 * s_ + 3 * s_ * s_ + s_ * p + system.model().scratch_arrays();
-  store_.resize(static_cast<std::size_t>(arrays) * kPadded);
+  store_.resize(point_arrays(system.model()) * kPadded);
   x_.resize(kPadded);
-  double* next = store_.data();
-  const auto take = [&](std::vector<double*>& list, int count) {
-    for (int k = 0; k < count; ++k, next += kPadded)
-      list.push_back(next);
-  };
-  take(u_, s_);
-  take(v_, s_);
-  take(a_, s_);
-  take(g_, s_);
-  take(g_u_, s_ * s_);
-  take(g_v_, s_ * s_);
-  take(g_a_, s_ * s_);
-  take(g_theta_, s_ * p);
-  take(scratch_, system.model().scratch_arrays());
+  cut_point_arrays(system.model(), store_.data(), kPadded,
+                   {u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_});
 }
 
 // The partial derivatives at all stages of the step and of its two halves. Between grid points the

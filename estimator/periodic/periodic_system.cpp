@@ -11,6 +11,7 @@
 #include "estimator/math/simd_math.hpp"
 #include "estimator/periodic/dense.hpp"
 #include "estimator/periodic/observer.hpp"
+#include "estimator/periodic/point_arrays.hpp"
 #include "estimator/periodic/scalar_step.hpp"
 
 namespace shaker::estimator {
@@ -94,23 +95,10 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
   x_.resize(padded_);
   x_full_.resize(padded_);
   rows_.resize(static_cast<std::size_t>(n_) * s_ * stride_);
-  const int arrays = 3 * s_ + s_ + 3 * s_ * s_ + s_ * p_ + model.scratch_arrays();
   const int halo = 16;  // room for a stencil's neighbours around each array of u
-  store_.resize(static_cast<std::size_t>(arrays) * (padded_ + 2 * halo));
-  double* next = store_.data() + halo;
-  const auto take = [&](std::vector<double*>& list, int count) {
-    for (int i = 0; i < count; ++i, next += padded_ + 2 * halo)
-      list.push_back(next);
-  };
-  take(u_, s_);
-  take(v_, s_);
-  take(a_, s_);
-  take(g_, s_);
-  take(g_u_, s_ * s_);
-  take(g_v_, s_ * s_);
-  take(g_a_, s_ * s_);
-  take(g_theta_, s_ * p_);
-  take(scratch_, model.scratch_arrays());
+  store_.resize(point_arrays(model) * static_cast<std::size_t>(padded_ + 2 * halo));
+  cut_point_arrays(model, store_.data() + halo, padded_ + 2 * halo,
+                   {u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_});
   if (options.scheme == Scheme::fourier) {
     dense_ = std::make_unique<Dense>();
     fourier_matrices(n_, dense_->first, dense_->second);

@@ -9,6 +9,7 @@
 
 #include "estimator/statistics.hpp"
 #include "estimator/time/transient_impl.hpp"
+#include "estimator/worth/determination.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -193,15 +194,8 @@ Estimate TransientEstimator::describe() const {
         fmt::format("these records determine {} only weakly; the linearised intervals are rough "
                     "there; add records of larger motion, or longer ones",
                     fmt::join(weak, ", ")));
-  if (!on_bound.empty())
-    e.warnings.push_back(fmt::format(
-        "{} ended on a bound, so the standard errors do not hold; check the bound or the model",
-        fmt::join(on_bound, ", ")));
-  if (fit.degrees_of_freedom <= 0)
-    e.warnings.push_back(fmt::format(
-        "{} observations for {} unknowns leave no degree of freedom for the noise; no intervals "
-        "can be given",
-        fit.observations, impl.unknowns.size()));
+  for (std::string& sentence : closing_warnings(on_bound, fit.observations, impl.unknowns.size()))
+    e.warnings.push_back(std::move(sentence));
   e.usable = fit.status == FitStatus::converged && on_bound.empty() && fit.degrees_of_freedom > 0;
   return e;
 }

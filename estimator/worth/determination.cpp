@@ -115,4 +115,19 @@ std::vector<std::string> determination_warnings(const Model& model, const Fit& f
   return out;
 }
 
+std::vector<std::string> closing_warnings(const std::vector<std::string>& on_bound,
+                                          long observations, std::size_t unknowns) {
+  std::vector<std::string> out;
+  if (!on_bound.empty())
+    out.push_back(fmt::format(
+        "{} ended on a bound, so the standard errors do not hold; check the bound or the model",
+        fmt::join(on_bound, ", ")));
+  if (observations <= static_cast<long>(unknowns))
+    out.push_back(fmt::format(
+        "{} observations for {} unknowns leave no degree of freedom for the noise; no intervals "
+        "can be given",
+        observations, unknowns));
+  return out;
+}
+
 }  // namespace shaker::estimator

@@ -31,4 +31,8 @@ std::string in_words(const Model& model, const std::vector<double>& theta,
 // A warning for each, with the remedy.
 std::vector<std::string> determination_warnings(const Model& model, const Fit& fit);
 
+// What any estimate ends with: unknowns on their bounds, and no observation to spare for the noise.
+std::vector<std::string> closing_warnings(const std::vector<std::string>& on_bound,
+                                          long observations, std::size_t unknowns);
+
 }  // namespace shaker::estimator
