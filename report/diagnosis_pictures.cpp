@@ -122,8 +122,22 @@ std::string cycle_picture(const Diagnosis& diagnosis, const RunCurves& run) {
   plot.title = fmt::format("Run {}: one cycle", run.name);
   plot.x = {"cyclic time, periods", 0.0, 1.0, false};
   plot.y.label = fmt::format("response, {}", shown.unit);
+  // A record without a period: a stretch of it over time.
+  const bool record = run.seconds > 0.0;
+  if (record) {
+    plot.title = fmt::format("Run {}: where it moves fastest", run.name);
+    plot.x = {"time, s", run.from, run.from + run.seconds, false};
+  }
   const auto add = [&](const std::string& name, const std::vector<double>& y, Ink ink, Stroke how) {
     if (y.empty()) return;
+    if (record) {
+      std::vector<double> t;
+      for (std::size_t i = 0; i < y.size(); ++i)
+        t.push_back(run.from +
+                    run.seconds * static_cast<double>(i) / static_cast<double>(y.size()));
+      plot.curves.push_back({name, t, scaled(y, shown.factor), ink, how});
+      return;
+    }
     const auto whole = closed(scaled(y, shown.factor));
     plot.curves.push_back({name, phases(whole.size()), whole, ink, how});
   };

@@ -353,6 +353,7 @@ class Assembler {
     said_.location = locate(before, after, data_);
     double total = 0.0;
     for (std::size_t r = 0; r < data_.size(); ++r) {
+      if (data_[r].sampled) continue;  // has no harmonics
       const VectorXd e = residual_of(before_, data_, r);
       for (Index c = 0; c < e.size(); ++c) {
         const auto h = static_cast<std::size_t>(harmonic_order(c));
