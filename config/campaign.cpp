@@ -1,5 +1,6 @@
 #include "config/campaign.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include <fmt/format.h>
@@ -49,7 +50,37 @@ void read_runs(ObjectReader& reader, Findings& findings, std::vector<RunSpec>& r
   });
 }
 
+void read_change_detection(ObjectReader& reader, Findings& findings,
+                           std::optional<ChangeDetectionSpec>& spec) {
+  const Node* node = reader.member("change_detection", false);
+  if (!node) return;
+  ObjectReader inner(*node, reader.at("change_detection"), findings);
+  ChangeDetectionSpec read;
+  inner.optional("false_alarms_per_hour", read.false_alarms_per_hour, above(0).at_most(60));
+  inner.optional("false_alarms_per_run", read.false_alarms_per_run, above(0).at_most(1));
+  inner.finish();
+  if ((read.false_alarms_per_hour > 0.0) == (read.false_alarms_per_run > 0.0)) {
+    reader.complain(
+        "change_detection",
+        "give \"false_alarms_per_hour\" or \"false_alarms_per_run\", one of the two: how "
+        "often the test may cry wolf");
+  }
+  spec = read;
+}
+
 }  // namespace
+
+double CampaignSpec::false_alarms_per_cycle() const {
+  if (!change_detection) return 0.0;
+  double least = 1.0;
+  for (const RunSpec& run : runs) {
+    least =
+        std::min(least, change_detection->false_alarms_per_hour > 0.0
+                            ? change_detection->false_alarms_per_hour / 3600.0 / run.frequency_hz
+                            : change_detection->false_alarms_per_run / run.cycles);
+  }
+  return least;
+}
 
 Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& origin,
                                     const std::filesystem::path& directory) {
@@ -74,6 +105,8 @@ Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& 
   reader.optional("settle_cycles_max", campaign.settle_cycles_max, at_least(1).at_most(100000));
   reader.optional("settle_tolerance", campaign.settle_tolerance, above(0).at_most(1000));
   reader.optional("ramp_s", campaign.ramp_s, at_least(0).at_most(600));
+  reader.optional("forgetting", campaign.forgetting, at_least(0.5).at_most(1));
+  read_change_detection(reader, findings, campaign.change_detection);
   reader.finish();
   if (!findings.empty()) return findings.error();
   return campaign;
@@ -94,14 +127,21 @@ std::string to_json_text(const CampaignSpec& campaign) {
                     {"amplitude", run.amplitude},
                     {"cycles", run.cycles}});
   }
-  const Json root = {{"format", "shaker-campaign/1"},
-                     {"name", campaign.name},
-                     {"model", Json::parse(to_json_text(campaign.model))},
-                     {"runs", std::move(runs)},
-                     {"points_per_cycle", campaign.points_per_cycle},
-                     {"settle_cycles_max", campaign.settle_cycles_max},
-                     {"settle_tolerance", campaign.settle_tolerance},
-                     {"ramp_s", campaign.ramp_s}};
+  Json root = {{"format", "shaker-campaign/1"},
+               {"name", campaign.name},
+               {"model", Json::parse(to_json_text(campaign.model))},
+               {"runs", std::move(runs)},
+               {"points_per_cycle", campaign.points_per_cycle},
+               {"settle_cycles_max", campaign.settle_cycles_max},
+               {"settle_tolerance", campaign.settle_tolerance},
+               {"ramp_s", campaign.ramp_s},
+               {"forgetting", campaign.forgetting}};
+  if (const auto& change = campaign.change_detection) {
+    if (change->false_alarms_per_hour > 0.0)
+      root["change_detection"] = {{"false_alarms_per_hour", change->false_alarms_per_hour}};
+    else
+      root["change_detection"] = {{"false_alarms_per_run", change->false_alarms_per_run}};
+  }
   return root.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

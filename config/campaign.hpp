@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,12 @@ struct RunSpec {
   int cycles = 20;         // accepted cycles to measure
 };
 
+// The online estimator's test for a parameter that changes while it runs; one of the two is given.
+struct ChangeDetectionSpec {
+  double false_alarms_per_hour = 0.0;
+  double false_alarms_per_run = 0.0;
+};
+
 struct CampaignSpec {
   std::string name;
   ModelSpec model;  // from "model": a path relative to the file, or inline
@@ -26,7 +33,12 @@ struct CampaignSpec {
   int settle_cycles_max = 200;    // give up ("no steady state") after so many
   double settle_tolerance = 3.0;  // cycle-to-cycle change below so many times the noise
   double ramp_s = 0.0;            // 0: the rig's own
+  double forgetting = 1.0;        // weight of a cycle in the estimate for each cycle of its age
+  std::optional<ChangeDetectionSpec> change_detection;  // none: no test
   std::string origin;
+
+  // Of the test, in one cycle of the run in which cycles are shortest; 0 without a test.
+  double false_alarms_per_cycle() const;
 };
 
 Result<CampaignSpec> load_campaign(const std::filesystem::path& file);

@@ -173,7 +173,10 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
     e.leave_check("fail", ok.error().what);
     return ok;
   }
-  e.estimator.begin(wanted.model);
+  estimator::OnlineOptions options;
+  options.forgetting = wanted.forgetting;
+  options.false_alarms_per_cycle = wanted.false_alarms_per_cycle();
+  e.estimator.begin(wanted.model, options);
   return {};
 }
 

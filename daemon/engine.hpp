@@ -20,6 +20,7 @@
 #include "drivers/exciter.hpp"
 #include "drivers/sensor.hpp"
 #include "estimator/estimate.hpp"
+#include "estimator/online_estimator.hpp"
 
 namespace shaker::daemon {
 
@@ -40,7 +41,7 @@ class ExciterCommands {
 class EstimatorCommands {
  public:
   virtual ~EstimatorCommands() = default;
-  virtual void begin(const config::ModelSpec& model) = 0;
+  virtual void begin(const config::ModelSpec& model, const estimator::OnlineOptions& options) = 0;
   virtual void add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) = 0;
 };
 

@@ -153,6 +153,23 @@ void Engine::Impl::reject(const AssembledCycle& cycle, const GateVerdict& verdic
   }
 }
 
+void Engine::Impl::changed(const estimator::Estimate& estimate) {
+  for (const estimator::ParameterChange& change : estimate.changes) {
+    protocol::AlarmDocument document;
+    document.severity = "warning";
+    document.code = "parameter_change";
+    document.text = change.sentence();
+    document.action = std::string(name(config::Action::indicate));
+    document.value = change.jump;
+    document.limit = change.standard_error;
+    document.parameter = change.name;
+    const auto index = static_cast<std::size_t>(std::max(0, change.run));
+    if (index < campaign->runs.size()) document.run = campaign->runs[index].name;
+    document.cycle = change.cycle;
+    publish(document);
+  }
+}
+
 void Engine::Impl::estimated(const EstimateOutcome& outcome) {
   if (!campaign) return;
   const long answered = 1 + outcome.cycles_skipped;
@@ -161,6 +178,7 @@ void Engine::Impl::estimated(const EstimateOutcome& outcome) {
   protocol::EstimateDocument document;
   if (outcome.estimate) {
     document = report::to_document(*outcome.estimate);
+    changed(*outcome.estimate);
   } else {
     document.model = campaign->model.name;
     document.usable = document.converged = false;

@@ -112,6 +112,7 @@ struct Engine::Impl {
   void reject(const AssembledCycle& cycle, const GateVerdict& verdict, const std::string& why);
   void restart_assembler();
   void estimated(const EstimateOutcome& outcome);
+  void changed(const estimator::Estimate& estimate);
   bool measured() const { return run_accepted >= run().cycles; }
 
   // --- engine_documents.cpp

@@ -59,9 +59,12 @@ class InlineExciter final : public ExciterCommands {
 
 class InlineEstimator final : public EstimatorCommands {
  public:
+  // The model is tried at once: what is unknown to the estimator throws here.
   explicit InlineEstimator(const config::ModelSpec& model) : estimator_(model) {}
 
-  void begin(const config::ModelSpec&) override { estimator_.reset(); }
+  void begin(const config::ModelSpec& model, const estimator::OnlineOptions& options) override {
+    estimator_ = estimator::OnlineEstimator(model, options);
+  }
   void add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) override {
     accepted.push_back(cycle);
     outcomes_.push_back({.run = cycle.run,

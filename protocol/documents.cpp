@@ -193,6 +193,8 @@ void fill(Filler& out, const AlarmDocument& d) {
   out.name("severity", d.severity).name("code", d.code).text("text", d.text);
   out.name("action", d.action).name("channel", d.channel);
   out.number("value", d.value).number("limit", d.limit);
+  out.name("parameter", d.parameter).name("run", d.run);
+  if (d.cycle) out.object()["cycle"] = *d.cycle;
 }
 
 void fill(Filler& out, const HealthDocument& d) {

@@ -89,6 +89,10 @@ struct AlarmDocument {
   std::optional<std::string> action;  // "none", "indicate", "hold", "ramp_down", "stop"
   std::optional<std::string> channel;
   std::optional<double> value, limit;
+  // Of parameter_change: which one, in which run, about since which of its cycles. `value` is then
+  // the jump, `limit` its standard error.
+  std::optional<std::string> parameter = std::nullopt, run = std::nullopt;
+  std::optional<std::int64_t> cycle = std::nullopt;
 };
 
 struct ChannelHealth {

@@ -33,6 +33,8 @@ constexpr string_view kOleo[] = {"orifice_damping",
                                  "detent",
                                  "notch_damping",
                                  "leaning_bearing",
+                                 "warming_oil",
+                                 "leaking_gas",
                                  "tyre"};
 constexpr string_view kLinear[] = {"linear_oscillator", "free_play", SHAKER_HIDDEN_PARTS};
 constexpr string_view kBoucWen[] = {"bouc_wen_oscillator", SHAKER_HIDDEN_PARTS};

@@ -14,10 +14,11 @@ EstimatorThread::~EstimatorThread() {
   thread_.join();
 }
 
-void EstimatorThread::begin(const config::ModelSpec& model) {
+void EstimatorThread::begin(const config::ModelSpec& model,
+                            const estimator::OnlineOptions& options) {
   {
     const std::lock_guard lock(mutex_);
-    model_ = model;
+    begun_ = Campaign{model, options};
     waiting_.reset();
     outcomes_.clear();
     skipped_ = 0;
@@ -48,15 +49,15 @@ std::optional<Nanoseconds> EstimatorThread::busy_since() const {
 void EstimatorThread::work(const std::stop_token& stop) {
   while (true) {
     std::unique_lock lock(mutex_);
-    if (!ordered_.wait(lock, stop, [this] { return model_ || waiting_; })) return;
-    const auto model = std::exchange(model_, std::nullopt);
+    if (!ordered_.wait(lock, stop, [this] { return begun_ || waiting_; })) return;
+    const auto begun = std::exchange(begun_, std::nullopt);
     const auto job = std::exchange(waiting_, std::nullopt);
     const auto campaign = campaign_;
     const long skipped = skipped_;
     busy_since_ = clock_.now();
     lock.unlock();
 
-    if (model) start(*model);
+    if (begun) start(*begun);
     std::optional<EstimateOutcome> outcome;
     if (job) {
       outcome = EstimateOutcome{job->cycle.run, job->cycle.index, job->last_sample, skipped,
@@ -72,11 +73,11 @@ void EstimatorThread::work(const std::stop_token& stop) {
   }
 }
 
-void EstimatorThread::start(const config::ModelSpec& model) {
+void EstimatorThread::start(const Campaign& campaign) {
   estimator_.reset();
   unusable_.reset();
   try {
-    estimator_.emplace(model);
+    estimator_.emplace(campaign.model, campaign.options);
   } catch (const std::exception& trouble) {
     unusable_ = Error{ErrorKind::invalid, trouble.what()};
   }

@@ -28,7 +28,7 @@ class EstimatorThread final : public EstimatorCommands {
   ~EstimatorThread() override;
 
   // --- orders, from the engine's thread
-  void begin(const config::ModelSpec& model) override;
+  void begin(const config::ModelSpec& model, const estimator::OnlineOptions& options) override;
   void add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) override;
 
   // --- the main loop
@@ -42,14 +42,18 @@ class EstimatorThread final : public EstimatorCommands {
     Nanoseconds last_sample{};
   };
   void work(const std::stop_token& stop);
-  void start(const config::ModelSpec& model);
+  struct Campaign {
+    config::ModelSpec model;
+    estimator::OnlineOptions options;
+  };
+  void start(const Campaign& campaign);
   Result<estimator::Estimate> fit(const estimator::MeasuredCycle& cycle);
 
   Clock& clock_;
   Waker& waker_;
   mutable std::mutex mutex_;
   std::condition_variable_any ordered_;
-  std::optional<config::ModelSpec> model_;  // of a campaign that has just begun
+  std::optional<Campaign> begun_;  // of a campaign that has just begun
   std::optional<Job> waiting_;
   long skipped_ = 0;
   std::uint64_t campaign_ = 0;

@@ -16,5 +16,6 @@ extern const PartEntry kCoulombFriction, kPressureFriction, kViscousDamping, kLi
 
 // Effects that no catalogue of the estimator has: what cannot be named must be said so.
 extern const PartEntry kDetent, kNotchDamping, kLeaningBearing;
+extern const PartEntry kWarmingOil, kLeakingGas;
 
 }  // namespace shaker::sim

@@ -29,7 +29,9 @@ std::span<const PartEntry> part_table() {
                                    kTyre,
                                    kDetent,
                                    kNotchDamping,
-                                   kLeaningBearing};
+                                   kLeaningBearing,
+                                   kWarmingOil,
+                                   kLeakingGas};
   return rows;
 }
 

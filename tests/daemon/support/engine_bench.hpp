@@ -89,7 +89,7 @@ class FakeExciter final : public daemon::ExciterCommands {
 
 class FakeEstimator final : public daemon::EstimatorCommands {
  public:
-  void begin(const config::ModelSpec&) override { ++begun; }
+  void begin(const config::ModelSpec&, const estimator::OnlineOptions&) override { ++begun; }
   void add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) override {
     asked.push_back({.run = cycle.run, .cycle = cycle.index, .last_sample = last_sample});
     cycles.push_back(cycle);

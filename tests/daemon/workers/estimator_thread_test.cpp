@@ -56,7 +56,7 @@ class EstimatorThreadTest : public ::testing::Test {
 };
 
 TEST_F(EstimatorThreadTest, GivesExactlyOneOutcomeForEachCycle) {
-  thread.begin(oscillator());
+  thread.begin(oscillator(), {});
   for (long i = 0; i < 5; ++i) {
     thread.add(cycle(i), Nanoseconds(100 + i));
     ASSERT_TRUE(have(static_cast<std::size_t>(i) + 1));
@@ -73,7 +73,7 @@ TEST_F(EstimatorThreadTest, GivesExactlyOneOutcomeForEachCycle) {
 }
 
 TEST_F(EstimatorThreadTest, SkipsToTheNewestCycleAndCounts) {
-  thread.begin(oscillator());
+  thread.begin(oscillator(), {});
   for (long i = 0; i < 1000; ++i)
     thread.add(cycle(i), Nanoseconds(i));
   ASSERT_TRUE(eventually([&] {
@@ -86,7 +86,7 @@ TEST_F(EstimatorThreadTest, SkipsToTheNewestCycleAndCounts) {
 }
 
 TEST_F(EstimatorThreadTest, SaysWhyAModelCannotBeFitted) {
-  thread.begin(oscillator("no_such_effect"));
+  thread.begin(oscillator("no_such_effect"), {});
   thread.add(cycle(0), {});
   ASSERT_TRUE(have(1));
   ASSERT_FALSE(outcomes[0].estimate);
@@ -94,10 +94,10 @@ TEST_F(EstimatorThreadTest, SaysWhyAModelCannotBeFitted) {
 }
 
 TEST_F(EstimatorThreadTest, ForgetsThePreviousCampaign) {
-  thread.begin(oscillator());
+  thread.begin(oscillator(), {});
   for (long i = 0; i < 50; ++i)
     thread.add(cycle(i), {});
-  thread.begin(oscillator());
+  thread.begin(oscillator(), {});
   thread.add(cycle(77), {});
   ASSERT_TRUE(have(1));
   EXPECT_EQ(outcomes[0].cycle, 77);
