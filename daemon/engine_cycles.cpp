@@ -59,10 +59,33 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
     gate.begin_anew();
     return reject(cycle, verdict, "held: " + held_by);
   }
-  if (!cycle.whole || !verdict.steady) return reject(cycle, verdict, verdict.why);
+  if (!cycle.whole || !(verdict.steady || damper_changes(verdict)))
+    return reject(cycle, verdict, verdict.why);
   if (state == State::settle) steady_begins(cycle);
   if (state != State::measure) return reject(cycle, verdict, reason);
   accept(cycle, verdict);
+}
+
+// A campaign that asks for changes of the damper wants the cycles in which it changes, and a damper
+// that warms up creeps. Once steady, what creeps is the damper; before, it may be a transient,
+// which dies, and what does not die is the damper too.
+bool Engine::Impl::damper_changes(const GateVerdict& verdict) {
+  if (!campaign->change_detection || verdict.creep == 0.0) {
+    creeping = 0;
+    return false;
+  }
+  if (state == State::measure) return true;
+  if (creeping++ == 0) creep_began = verdict.creep;
+  if (creeping < kCreepCycles) return false;
+  creeping = 0;
+  if (verdict.creep < 0.5 * creep_began) return false;
+  alarm(
+      "warning", "creeping",
+      fmt::format("the stroke goes on creeping, by {:.1f} times the noise over {} cycles, and not "
+                  "as a transient that dies: the damper changes while it is measured (it warms "
+                  "up, leaks); let it rest or warm through if that is not what you want to see",
+                  verdict.creep, SteadyGate::kWindow));
+  return true;
 }
 
 // Detectors that need a whole period.
@@ -161,8 +184,9 @@ void Engine::Impl::changed(const estimator::Estimate& estimate) {
     document.text = change.sentence();
     document.action = std::string(name(config::Action::indicate));
     document.value = change.jump;
-    document.limit = change.standard_error;
+    document.standard_error = change.standard_error;
     document.parameter = change.name;
+    document.alternatives = change.alternatives;
     const auto index = static_cast<std::size_t>(std::max(0, change.run));
     if (index < campaign->runs.size()) document.run = campaign->runs[index].name;
     document.cycle = change.cycle;

@@ -38,7 +38,9 @@ inline constexpr double kGentlePart = 0.25;  // of the first amplitude: proves s
 inline constexpr int kGentleCycles = 4;      // seen before the proof
 inline constexpr int kGentleCyclesMax = 12;  // and before it fails: transients may mislead
 inline constexpr double kReachedPart = 0.02;  // a ramp has arrived within so much of its end
-inline constexpr int kRestlessCycles = 3;     // lost in MEASURE before it is SETTLE again
+// A creep that has not fallen to half in so many cycles is no transient: the damper changes.
+inline constexpr int kCreepCycles = 16;
+inline constexpr int kRestlessCycles = 3;  // lost in MEASURE before it is SETTLE again
 
 enum class RampStep { lower, gentle, prove, rise };
 // Why a campaign ends: FAULT is latched after its ramp-down, or nothing is.
@@ -110,6 +112,7 @@ struct Engine::Impl {
   void steady_begins(const AssembledCycle& cycle);
   void accept(const AssembledCycle& cycle, const GateVerdict& verdict);
   void reject(const AssembledCycle& cycle, const GateVerdict& verdict, const std::string& why);
+  bool damper_changes(const GateVerdict& verdict);
   void restart_assembler();
   void estimated(const EstimateOutcome& outcome);
   void changed(const estimator::Estimate& estimate);
@@ -200,6 +203,8 @@ struct Engine::Impl {
   SteadyGate gate;
   CycleNoise noise;
   double sensor_noise = 0.0;  // of a point, last cycle
+  double creep_began = 0.0;   // where the present creep was kCreepCycles ago at most
+  int creeping = 0;           // cycles since then
   long unsettled = 0;         // cycles since the last accepted one, or since SETTLE began
   int restless = 0;
   std::string last_why;

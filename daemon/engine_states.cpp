@@ -107,6 +107,7 @@ void Engine::Impl::next_run_or_end() {
 Result<void> Engine::Impl::begin_run(std::size_t index) {
   run_index = index;
   run_cycles = run_accepted = run_rejected = unsettled = 0;
+  creeping = 0;
   restless = command_errors = under_peaks = 0;
   largest_stroke = 0.0;
   ending.reset();

@@ -194,7 +194,13 @@ void fill(Filler& out, const AlarmDocument& d) {
   out.name("action", d.action).name("channel", d.channel);
   out.number("value", d.value).number("limit", d.limit);
   out.name("parameter", d.parameter).name("run", d.run);
-  if (d.cycle) out.object()["cycle"] = *d.cycle;
+  out.put("cycle", d.cycle).number("standard_error", d.standard_error);
+  if (d.alternatives.empty()) return;
+  Json names = Json::array();
+  const auto count = out.bounded("alternatives", d.alternatives.size(), kMaxWarnings);
+  for (std::size_t i = 0; i < count; ++i)
+    names.push_back(clip(d.alternatives[i], kMaxName));
+  out.put("alternatives", names);
 }
 
 void fill(Filler& out, const HealthDocument& d) {

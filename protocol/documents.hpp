@@ -89,10 +89,12 @@ struct AlarmDocument {
   std::optional<std::string> action;  // "none", "indicate", "hold", "ramp_down", "stop"
   std::optional<std::string> channel;
   std::optional<double> value, limit;
-  // Of parameter_change: which one, in which run, about since which of its cycles. `value` is then
-  // the jump, `limit` its standard error.
+  // Of parameter_change: which one, in which run, about since which of its cycles; `value` is then
+  // the jump. Others whose change would look alike.
   std::optional<std::string> parameter = std::nullopt, run = std::nullopt;
   std::optional<std::int64_t> cycle = std::nullopt;
+  std::optional<double> standard_error = std::nullopt;  // of the jump
+  std::vector<std::string> alternatives = {};
 };
 
 struct ChannelHealth {

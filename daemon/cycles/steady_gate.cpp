@@ -122,6 +122,7 @@ GateVerdict SteadyGate::add(std::span<const double> cycle, double point_noise) {
   } else if (recent_change(noise) > tolerance_) {
     verdict.why = "transient: one of the last four cycles differed from its own cycle before";
   } else if (creeps(noise, shift)) {
+    verdict.creep = shift;
     verdict.why = fmt::format(
         "creeping: {:.1f} times the noise over the last {} cycles; {:.1f} is "
         "allowed",

@@ -33,7 +33,10 @@ struct GateVerdict {
   bool steady = false;
   double change = 0.0;             // from the cycle before, in units of noise; 0 for the first
   std::optional<int> subharmonic;  // repeats only every so many periods
-  std::string why;                 // when not steady
+  // It repeats as far as the other questions go, and creeps by so many times the noise over the
+  // cycles that were seen; 0: it does not.
+  double creep = 0.0;
+  std::string why;  // when not steady
 };
 
 class SteadyGate {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include <Eigen/Cholesky>
 
@@ -10,6 +11,8 @@ namespace shaker::estimator::online {
 namespace {
 
 constexpr std::array kBack = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};
+constexpr double kAlike = 6.0;       // 2 ln 20
+constexpr double kAlikeShare = 0.3;  // right after a change the response is still a transient
 constexpr double kBelieved =
     30.0;  // cycles that the stated scatter is worth beside the watched one
 
@@ -99,6 +102,7 @@ std::optional<Change> ChangeDetector::test(double variance) const {
   Eigen::VectorXd score = Eigen::VectorXd::Zero(parameters_);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters_, parameters_);
   std::optional<Change> best;
+  best_.setZero(parameters_);
   int summed = 0;
   for (const int back : kBack) {
     if (cycles_ - back < kReference || back > static_cast<int>(window_.size())) break;
@@ -113,11 +117,18 @@ std::optional<Change> ChangeDetector::test(double variance) const {
       if (!(v(k, k) > 1e-9 * information(k, k))) continue;
       const double excess_here = excess(k, variance);
       const double statistic = c[k] * c[k] / v(k, k) / (variance * excess_here);
+      best_[k] = std::max(best_[k], statistic);
       if (statistic <= threshold_ || (best && statistic <= best->statistic)) continue;
       best =
           Change{k, back, c[k] / v(k, k), std::sqrt(variance * excess_here / v(k, k)), statistic};
     }
   }
+  if (!best) return best;
+  const double alike = std::max(kAlike, kAlikeShare * best->statistic);
+  for (int k = 0; k < parameters_; ++k) {
+    if (k != best->parameter && best_[k] > best->statistic - alike) best->alternatives.push_back(k);
+  }
+  std::ranges::sort(best->alternatives, std::greater(), [this](int k) { return best_[k]; });
   return best;
 }
 

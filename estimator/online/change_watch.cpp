@@ -4,15 +4,19 @@
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace shaker::estimator {
 
 std::string ParameterChange::sentence() const {
   return fmt::format(
-      "{} changed by {:+.3g} +- {:.2g} {} ({:+.1f} %) about cycle {} of run {}, seen at cycle {}: "
-      "the "
-      "damper is not what it was (it heats up, leaks, wears); estimates mix before and after",
-      name, jump, standard_error, unit, 100.0 * jump / before, cycle, run + 1, seen_at);
+      "{} changed by {:+.3g} +- {:.2g} {} ({:+.2g} %) about cycle {} of run {}, seen at cycle "
+      "{}{}: "
+      "the damper is not what it was (it heats up, leaks, wears); estimates mix before and after",
+      name, jump, standard_error, unit, 100.0 * jump / before, cycle, run + 1, seen_at,
+      alternatives.empty()
+          ? ""
+          : fmt::format("; so far a change of {} would look alike", fmt::join(alternatives, ", ")));
 }
 
 namespace online {
@@ -83,8 +87,14 @@ std::vector<ParameterChange> ChangeWatch::add(const MeasuredCycle& cycle,
       static_cast<std::size_t>(predictor_.free()[static_cast<std::size_t>(change->parameter)]);
   const ModelParameter& parameter = model_->parameters()[index];
   const std::size_t back = std::min(indices_.size(), static_cast<std::size_t>(change->cycles_ago));
+  std::vector<std::string> alternatives;
+  for (const int k : change->alternatives) {
+    const auto other = static_cast<std::size_t>(predictor_.free()[static_cast<std::size_t>(k)]);
+    alternatives.push_back(model_->parameters()[other].name);
+  }
   return {ParameterChange{.name = parameter.name,
                           .unit = parameter.unit,
+                          .alternatives = std::move(alternatives),
                           .run = cycle.run,
                           .cycle = indices_[indices_.size() - back],
                           .seen_at = cycle.index,

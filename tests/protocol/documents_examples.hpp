@@ -112,6 +112,13 @@ inline std::vector<Document> nasty_documents() {
   health.samples = 1ULL << 62U;
   all.push_back(health);
   all.push_back(RunStopDocument{rubbish, huge, "fail", huge, 0, 0});
+  AlarmDocument changed{"warning", "parameter_change", wide, "indicate", {}, -0.05, {}};
+  changed.parameter = "theta1";
+  changed.run = rubbish;
+  changed.cycle = 51;
+  changed.standard_error = nan;
+  changed.alternatives = {"theta2", huge};
+  all.push_back(changed);
   all.push_back(DiagnosisProgressDocument{rubbish, huge, nan});
   all.push_back(DiagnosisResultDocument{rubbish, huge, "failed", rubbish, {}, {}});
   const std::string endless = "[\"" + std::string(1'000'000, 'x') + "\"]";
