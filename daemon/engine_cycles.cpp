@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "daemon/engine_impl.hpp"
+#include "estimator/online/change_watch.hpp"
 #include "report/estimate_document.hpp"
 
 namespace shaker::daemon {
@@ -176,22 +177,24 @@ void Engine::Impl::reject(const AssembledCycle& cycle, const GateVerdict& verdic
   }
 }
 
-void Engine::Impl::changed(const estimator::Estimate& estimate) {
-  for (const estimator::ParameterChange& change : estimate.changes) {
-    protocol::AlarmDocument document;
-    document.severity = "warning";
-    document.code = "parameter_change";
-    document.text = change.sentence();
-    document.action = std::string(name(config::Action::indicate));
-    document.value = change.jump;
-    document.standard_error = change.standard_error;
-    document.parameter = change.name;
-    document.alternatives = change.alternatives;
-    const auto index = static_cast<std::size_t>(std::max(0, change.run));
-    if (index < campaign->runs.size()) document.run = campaign->runs[index].name;
-    document.cycle = change.cycle;
-    publish(document);
-  }
+// The likeliest first; the others would look alike.
+void Engine::Impl::changed(const std::vector<estimator::ParameterChange>& changes) {
+  if (changes.empty()) return;
+  const estimator::ParameterChange& change = changes.front();
+  protocol::AlarmDocument document;
+  document.severity = "warning";
+  document.code = "parameter_change";
+  document.text = estimator::online::sentence(changes);
+  document.action = std::string(name(config::Action::indicate));
+  document.value = change.jump;
+  document.standard_error = change.standard_error;
+  document.parameter = change.name;
+  for (std::size_t i = 1; i < changes.size(); ++i)
+    document.alternatives.push_back(changes[i].name);
+  const auto index = static_cast<std::size_t>(std::max(0, change.run));
+  if (index < campaign->runs.size()) document.run = campaign->runs[index].name;
+  document.cycle = change.cycle;
+  publish(document);
 }
 
 void Engine::Impl::estimated(const EstimateOutcome& outcome) {
@@ -202,7 +205,7 @@ void Engine::Impl::estimated(const EstimateOutcome& outcome) {
   protocol::EstimateDocument document;
   if (outcome.estimate) {
     document = report::to_document(*outcome.estimate);
-    changed(*outcome.estimate);
+    changed(outcome.estimate->changes);
   } else {
     document.model = campaign->model.name;
     document.usable = document.converged = false;

@@ -115,7 +115,7 @@ struct Engine::Impl {
   bool damper_changes(const GateVerdict& verdict);
   void restart_assembler();
   void estimated(const EstimateOutcome& outcome);
-  void changed(const estimator::Estimate& estimate);
+  void changed(const std::vector<estimator::ParameterChange>& changes);
   bool measured() const { return run_accepted >= run().cycles; }
 
   // --- engine_documents.cpp

@@ -26,9 +26,6 @@ struct ParameterEstimate {
 // A parameter that changed while a run was measured (online/change_detector.hpp).
 struct ParameterChange {
   std::string name, unit;
-  // Other parameters whose change would look alike so far (online/change_detector.hpp), likeliest
-  // first.
-  std::vector<std::string> alternatives;
   int run = 0;
   long cycle = 0;    // of the run, about the first after the change
   long seen_at = 0;  // the cycle at which the test said so

@@ -158,8 +158,7 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
   Estimate estimate = s.estimator->describe();
   if (s.watch) {
     estimate.changes = s.watch->add(cycle, s.theta);
-    for (const ParameterChange& change : estimate.changes)
-      s.seen.push_back(change.sentence());
+    if (!estimate.changes.empty()) s.seen.push_back(online::sentence(estimate.changes));
     estimate.warnings.insert(estimate.warnings.end(), s.seen.begin(), s.seen.end());
   }
   return estimate;

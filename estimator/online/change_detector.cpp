@@ -101,8 +101,7 @@ std::optional<Change> ChangeDetector::test(double variance) const {
   if (!offset.allFinite()) return std::nullopt;
   Eigen::VectorXd score = Eigen::VectorXd::Zero(parameters_);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters_, parameters_);
-  std::optional<Change> best;
-  best_.setZero(parameters_);
+  std::vector<Change> best(static_cast<std::size_t>(parameters_));  // of each parameter
   int summed = 0;
   for (const int back : kBack) {
     if (cycles_ - back < kReference || back > static_cast<int>(window_.size())) break;
@@ -117,19 +116,18 @@ std::optional<Change> ChangeDetector::test(double variance) const {
       if (!(v(k, k) > 1e-9 * information(k, k))) continue;
       const double excess_here = excess(k, variance);
       const double statistic = c[k] * c[k] / v(k, k) / (variance * excess_here);
-      best_[k] = std::max(best_[k], statistic);
-      if (statistic <= threshold_ || (best && statistic <= best->statistic)) continue;
-      best =
-          Change{k, back, c[k] / v(k, k), std::sqrt(variance * excess_here / v(k, k)), statistic};
+      Change& own = best[static_cast<std::size_t>(k)];
+      if (statistic <= own.statistic) continue;
+      own = Change{k, back, c[k] / v(k, k), std::sqrt(variance * excess_here / v(k, k)), statistic};
     }
   }
-  if (!best) return best;
-  const double alike = std::max(kAlike, kAlikeShare * best->statistic);
-  for (int k = 0; k < parameters_; ++k) {
-    if (k != best->parameter && best_[k] > best->statistic - alike) best->alternatives.push_back(k);
-  }
-  std::ranges::sort(best->alternatives, std::greater(), [this](int k) { return best_[k]; });
-  return best;
+  std::ranges::sort(best, std::greater(), &Change::statistic);
+  if (best.empty() || best.front().statistic <= threshold_) return std::nullopt;
+  Change found = best.front();
+  const double alike = std::max(kAlike, kAlikeShare * found.statistic);
+  for (std::size_t i = 1; i < best.size() && best[i].statistic > found.statistic - alike; ++i)
+    found.alternatives.push_back(best[i]);
+  return found;
 }
 
 }  // namespace shaker::estimator::online

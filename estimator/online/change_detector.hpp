@@ -40,7 +40,7 @@ struct Change {
   double statistic = 0.0;  // G
   // Other parameters whose own best jump is nearly as likely: G less by 2 ln 20 at most, or by 30
   // %: the response to a change takes a few cycles to be periodic again, and looks odd until then.
-  std::vector<int> alternatives = {};  // likeliest first
+  std::vector<Change> alternatives = {};  // likeliest first
 };
 
 class ChangeDetector {
@@ -75,7 +75,6 @@ class ChangeDetector {
   Eigen::MatrixXd information_;
   // Squares of successive differences of the standardised scores, and how many.
   Eigen::VectorXd last_, differences_;
-  mutable Eigen::VectorXd best_;  // statistic of each parameter
   double pairs_ = 0.0;
 };
 

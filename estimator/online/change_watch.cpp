@@ -4,19 +4,15 @@
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace shaker::estimator {
 
 std::string ParameterChange::sentence() const {
   return fmt::format(
-      "{} changed by {:+.3g} +- {:.2g} {} ({:+.2g} %) about cycle {} of run {}, seen at cycle "
-      "{}{}: "
-      "the damper is not what it was (it heats up, leaks, wears); estimates mix before and after",
-      name, jump, standard_error, unit, 100.0 * jump / before, cycle, run + 1, seen_at,
-      alternatives.empty()
-          ? ""
-          : fmt::format("; so far a change of {} would look alike", fmt::join(alternatives, ", ")));
+      "{} changed by {:+.3g} +- {:.2g} {} ({:+.2g} %) about cycle {} of run {}, seen at cycle {}: "
+      "the "
+      "damper is not what it was (it heats up, leaks, wears); estimates mix before and after",
+      name, jump, standard_error, unit, 100.0 * jump / before, cycle, run + 1, seen_at);
 }
 
 namespace online {
@@ -83,26 +79,36 @@ std::vector<ParameterChange> ChangeWatch::add(const MeasuredCycle& cycle,
   if (!(variance > 0.0) || !score.allFinite() || !information.allFinite()) return {};
   const auto change = detector_.add(score, information, variance);
   if (!change) return {};
+  std::vector<ParameterChange> said = {described(*change, cycle)};
+  for (const Change& other : change->alternatives)
+    said.push_back(described(other, cycle));
+  return said;
+}
+
+ParameterChange ChangeWatch::described(const Change& change, const MeasuredCycle& cycle) const {
   const auto index =
-      static_cast<std::size_t>(predictor_.free()[static_cast<std::size_t>(change->parameter)]);
+      static_cast<std::size_t>(predictor_.free()[static_cast<std::size_t>(change.parameter)]);
   const ModelParameter& parameter = model_->parameters()[index];
-  const std::size_t back = std::min(indices_.size(), static_cast<std::size_t>(change->cycles_ago));
-  std::vector<std::string> alternatives;
-  for (const int k : change->alternatives) {
-    const auto other = static_cast<std::size_t>(predictor_.free()[static_cast<std::size_t>(k)]);
-    alternatives.push_back(model_->parameters()[other].name);
-  }
-  return {ParameterChange{.name = parameter.name,
-                          .unit = parameter.unit,
-                          .alternatives = std::move(alternatives),
-                          .run = cycle.run,
-                          .cycle = indices_[indices_.size() - back],
-                          .seen_at = cycle.index,
-                          .jump = change->jump,
-                          .standard_error = change->standard_error,
-                          .before = reference_[index],
-                          .statistic = change->statistic,
-                          .threshold = threshold_}};
+  const std::size_t back = std::min(indices_.size(), static_cast<std::size_t>(change.cycles_ago));
+  return {.name = parameter.name,
+          .unit = parameter.unit,
+          .run = cycle.run,
+          .cycle = indices_[indices_.size() - back],
+          .seen_at = cycle.index,
+          .jump = change.jump,
+          .standard_error = change.standard_error,
+          .before = reference_[index],
+          .statistic = change.statistic,
+          .threshold = threshold_};
+}
+
+std::string sentence(const std::vector<ParameterChange>& changes) {
+  if (changes.empty()) return {};
+  std::string text = changes.front().sentence();
+  for (std::size_t i = 1; i < changes.size(); ++i)
+    text += fmt::format("{}{} by {:+.3g} {}", i == 1 ? "; so far this would look alike: " : ", ",
+                        changes[i].name, changes[i].jump, changes[i].unit);
+  return text;
 }
 
 }  // namespace online

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <deque>
+#include <string>
 #include <vector>
 
 #include "estimator/estimate.hpp"
@@ -22,11 +23,14 @@ class ChangeWatch {
   ChangeWatch(const Model& model, int grid_points, double false_alarms_per_cycle);
 
   // `theta`: the present estimate, all parameters. What changed as of this cycle; usually nothing.
-  // A cycle without a periodic solution is passed over.
+  // One change gives several entries where one dwell cannot tell whose it was: the likeliest first,
+  // then the others whose change would look alike, each with its own jump. A cycle without a
+  // periodic solution is passed over.
   std::vector<ParameterChange> add(const MeasuredCycle& cycle, const std::vector<double>& theta);
   void reset();
 
  private:
+  ParameterChange described(const Change& change, const MeasuredCycle& cycle) const;
   void begin_run(const MeasuredCycle& cycle, const std::vector<double>& theta);
 
   const Model* model_;
@@ -39,5 +43,8 @@ class ChangeWatch {
   double squares_ = 0.0, points_ = 0.0;  // of differences between successive cycles
   std::deque<long> indices_;             // of the last cycles, newest last
 };
+
+// For the operator: the first of them, and what would look alike.
+std::string sentence(const std::vector<ParameterChange>& changes);
 
 }  // namespace shaker::estimator::online

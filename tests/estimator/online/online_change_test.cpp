@@ -19,13 +19,15 @@ std::vector<ParameterChange> watched(
   testing::Damper damper(estimator::testing::oleo(), kNoise, seed);
   OnlineEstimator online(testing::oleo_started({18.0, 1.4, 5.2, 1.08}), kWatching);
   std::vector<ParameterChange> seen;
+  std::size_t events = 0;
   for (long i = 0; i < cycles; ++i) {
     std::vector<double> theta = kOleoSi;
     change(i, theta);
     const auto estimate = online.add(damper.cycle(0, i, theta));
     EXPECT_TRUE(estimate.ok());
     seen.insert(seen.end(), estimate->changes.begin(), estimate->changes.end());
-    EXPECT_EQ(estimate->warnings.size(), seen.size());
+    events += estimate->changes.empty() ? 0 : 1;  // those that look alike come together
+    EXPECT_EQ(estimate->warnings.size(), events);
   }
   return seen;
 }
