@@ -309,9 +309,11 @@ class Likelihood {
     system.solve_from_rest(fit_.theta);
     at_mode_.emplace_back(system.state().begin(), system.state().end());
     const auto m = static_cast<Index>(run.harmonics.size());
-    factors_.emplace_back(m > 0 ? Eigen::LLT<MatrixXd>(Eigen::Map<const MatrixXd>(
-                                      run.harmonic_covariance.data(), m, m))
-                                : Eigen::LLT<MatrixXd>());
+    factors_.emplace_back();
+    if (m > 0)
+      factors_.back() =
+          Eigen::LLT<MatrixXd>(Eigen::Map<const MatrixXd>(run.harmonic_covariance.data(), m, m))
+              .matrixL();
   }
 
   bool solve(std::size_t r) {
@@ -364,7 +366,7 @@ class Likelihood {
         off[2 * h] -= 2.0 * y * std::sin(angle);
       }
     }
-    return factors_[r].matrixL().solve(off).squaredNorm();
+    return factors_[r].triangularView<Eigen::Lower>().solve(off).squaredNorm();
   }
 
   const Model& model_;
@@ -375,7 +377,7 @@ class Likelihood {
   std::vector<std::size_t> free_;
   std::vector<PeriodicSystem> systems_;
   std::vector<AlignedVector> at_mode_;
-  std::vector<Eigen::LLT<MatrixXd>> factors_;  // of the coefficients' covariances
+  std::vector<MatrixXd> factors_;  // Cholesky's, of the coefficients' covariances; or empty
 };
 
 }  // namespace
