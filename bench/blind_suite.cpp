@@ -12,20 +12,25 @@ int main(int argc, char** argv) {
   CLI::App app("Hides effects in the virtual rig and counts how often the workflow finds them.",
                "blind_suite");
   int nulls = 200, threads = 1, every = 1;
-  std::string kind, output;
+  std::string kind, label, output;
   app.add_option("--nulls", nulls, "campaigns in which nothing is hidden")->capture_default_str();
   app.add_option("--threads", threads, "that work at once")->capture_default_str();
   app.add_option("--every", every, "only every so many-th case")->capture_default_str();
   app.add_option("--kind", kind, "only cases of this kind");
+  app.add_option("--label", label, "only cases whose label holds this: \"large, wide, quiet\"");
   app.add_option("--output", output, "write the tables into this file too");
   CLI11_PARSE(app, argc, argv);
 
   std::vector<Case> cases;
   const auto all = all_cases(nulls);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!kind.empty() ? all[i].kind == kind : i % static_cast<std::size_t>(every) == 0)
-      cases.push_back(all[i]);
+    if (all[i].label().find(label) == std::string::npos) continue;
+    if (kind.empty() || all[i].kind == kind) cases.push_back(all[i]);
   }
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    cases[i / static_cast<std::size_t>(every)] = cases[i - i % static_cast<std::size_t>(every)];
+  cases.resize((cases.size() + static_cast<std::size_t>(every) - 1) /
+               static_cast<std::size_t>(every));
   const auto folder = std::filesystem::temp_directory_path() / "shaker-blind-suite";
   std::size_t done = 0;
   const auto scored = run(cases, folder, threads, [&](const Scored& s) {

@@ -7,6 +7,7 @@
 
 #include "estimator/discrepancy/harmonics.hpp"
 #include "estimator/discrepancy/inverse_dynamics.hpp"
+#include "estimator/discrepancy/nesting.hpp"
 #include "estimator/discrepancy/transient_cosines.hpp"
 #include "estimator/discrepancy/transient_run.hpp"
 #include "estimator/effects/catalogue.hpp"
@@ -146,7 +147,7 @@ std::vector<VectorXd> held_out(const HarmonicFit& fit, const std::vector<RunDatu
   std::vector<VectorXd> left_out;
   if (!cross_validate(fit, data, &left_out)) return {};
   for (std::size_t r = 0; r < data.size(); ++r)
-    residuals.push_back(left_out[r].cwiseProduct(data[r].error));
+    residuals.push_back(coloured(data[r], left_out[r]));
   return residuals;
 }
 
@@ -159,7 +160,8 @@ class Assembler {
         runs_(runs),
         candidates_(candidates),
         before_(*found.base.fit),
-        after_(chosen() != nullptr ? *chosen()->fit : before_) {}
+        after_(chosen() != nullptr ? *chosen()->fit : before_),
+        after_data_(chosen() != nullptr && chosen()->data ? *chosen()->data : data) {}
 
   Diagnosis run() {
     said_.verdict = found_.adequate    ? Verdict::adequate
@@ -213,12 +215,12 @@ class Assembler {
     };
     double least = limit;
     for (const Hypothesis& h : found_.hypotheses) {
-      if (larger(h)) least = std::min(least, left_of(*h.fit, *smallest.fit));
+      if (larger(h)) least = std::min(least, left_of(h, smallest));
     }
     const Hypothesis* next = nullptr;
     for (const Hypothesis& h : found_.hypotheses) {
       if (!larger(h)) continue;
-      const double left = left_of(*h.fit, *smallest.fit);
+      const double left = left_of(h, smallest);
       if (left >= limit || 1.0 - left < kNearlyAsMuch * (1.0 - least)) continue;
       const auto price = [](const Hypothesis& of) { return of.fit->free.size(); };
       if (next == nullptr || price(h) < price(*next) ||
@@ -229,29 +231,35 @@ class Assembler {
   }
   // Share of the gap's square that a fit leaves of another's, in units of the noise or in the
   // response's own: where the model is far from the data the noise says little of what matters.
-  double left_of(const HarmonicFit& fit, const HarmonicFit& other) const {
+  double left_of(const Hypothesis& one, const Hypothesis& other) const {
     double mine = 0.0, theirs = 0.0;
     for (std::size_t r = 0; r < data_.size(); ++r) {
       if (data_[r].role != Role::fit) continue;
-      mine += std::pow(root_mean_square(residual_of(fit, data_, r)), 2);
-      theirs += std::pow(root_mean_square(residual_of(other, data_, r)), 2);
+      mine += std::pow(root_mean_square(residual_of(*one.fit, data_of(one), r)), 2);
+      theirs += std::pow(root_mean_square(residual_of(*other.fit, data_of(other), r)), 2);
     }
-    return std::min(fit.chi_squared / other.chi_squared, mine / theirs);
+    return std::min(one.fit->chi_squared / other.fit->chi_squared, mine / theirs);
+  }
+  const std::vector<RunDatum>& data_of(const Hypothesis& h) const {
+    return h.data ? *h.data : data_;
   }
   static bool counts(const Hypothesis& h) {
     return h.disqualified.empty() && std::isfinite(h.fit->chi_squared);
   }
 
   // Shares of the probability among everything that was refitted, nothing, and the unknown. Where
-  // something unknown is left, all evidence counts by as much less as the best leaves more than
-  // noise, and no name is surer than the share of the gap that it closes.
+  // the best leaves nothing but noise, the unknown has what the test of that leaves it; otherwise
+  // all evidence counts by as much less as the best leaves more than noise, and no name is surer
+  // than the share of the gap that it closes.
   void weigh_hypotheses() {
     double scale = 1.0;
     const Hypothesis* best = chosen();
-    if (!found_.adequate && !found_.explained && best != nullptr) {
+    if (found_.explained) {
+      most_ = 1.0 - unknown_share(found_.probability_best);
+    } else if (!found_.adequate && best != nullptr) {
       const double freedom = before_.observations - static_cast<double>(best->fit->free.size());
       scale = std::max(1.0, best->fit->chi_squared / std::max(1.0, freedom));
-      most_ = std::clamp(1.0 - left_of(*best->fit, before_), 0.0, kMostUnexplained);
+      most_ = std::clamp(1.0 - left_of(*best, found_.base), 0.0, kMostUnexplained);
     }
     if (found_.by_gap) {
       double independent = 0.0;
@@ -269,33 +277,58 @@ class Assembler {
                                               h.fit->free.size() > best->fit->free.size());
       return counts(h) && !(found_.by_gap && richer);
     };
-    double largest = std::max(found_.log_evidence_unknown, evidence(found_.base));
-    if (scale > 1.0) largest = evidence(found_.base);
+    double largest = evidence(found_.base);
     for (const Hypothesis& h : found_.hypotheses) {
       if (weighs(h)) largest = std::max(largest, evidence(h));
     }
     double sum = std::exp(evidence(found_.base) - largest);
-    if (scale == 1.0) sum += std::exp(found_.log_evidence_unknown - largest);
     for (const Hypothesis& h : found_.hypotheses)
       sum += weighs(h) ? std::exp(evidence(h) - largest) : 0.0;
     for (const Hypothesis& h : found_.hypotheses)
       share_.push_back(weighs(h) ? most_ * std::exp(evidence(h) - largest) / sum : 0.0);
   }
 
+  // Probability that something else is missing, given the probability p that noise alone makes what
+  // is left: the largest evidence against noise is 1 / (-e p log p) (Sellke, Bayarri and Berger,
+  // The American Statistician 55 (2001) 62-71).
+  static double unknown_share(double p) {
+    constexpr double kBefore = 0.02;  // of the unknown, before the data
+    const double noise =
+        p < std::exp(-1.0) ? -std::exp(1.0) * p * std::log(std::max(p, 1e-300)) : 1.0;
+    return kBefore / (kBefore + (1.0 - kBefore) * noise);
+  }
+
   double probability_of(const std::string& effect) const {
     double sum = 0.0;
     for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
+      // A richer effect that this fit reduces to the simpler one speaks for that.
       const auto& set = found_.hypotheses[h].effects;
-      if (std::find(set.begin(), set.end(), effect) != set.end()) sum += share_[h];
+      const bool holds = std::any_of(set.begin(), set.end(), [&](const std::string& e) {
+        return e == effect || (simpler_than(e) == effect && reduces(*found_.hypotheses[h].fit, e));
+      });
+      if (holds) sum += share_[h];
     }
     return sum;
   }
 
+  // What a fit leaves, less what the time base and the grid's limit leave open: the noise that one
+  // expects given the residual.
+  VectorXd noise_of(const HarmonicFit& fit, const std::vector<RunDatum>& data, double clock,
+                    std::size_t r) const {
+    VectorXd left = residual_of(fit, data, r);
+    if (data[r].clock.size() > 0) left -= clock * data[r].clock;
+    if (&data == &data_) return left;
+    return covariance_of(data_[r]) *
+           (data[r].whitening.triangularView<Eigen::Lower>().transpose() * whitened(data[r], left));
+  }
+
   void gaps() {
+    const double clock_before = clock_error(before_, data_);
+    const double clock_after = clock_error(after_, after_data_);
     std::vector<VectorXd> before, after, noise;
     for (std::size_t r = 0; r < data_.size(); ++r) {
-      const VectorXd b = residual_of(before_, data_, r);
-      const VectorXd a = residual_of(after_, data_, r);
+      const VectorXd b = noise_of(before_, data_, clock_before, r);
+      const VectorXd a = noise_of(after_, after_data_, clock_after, r);
       const RunDatum& datum = data_[r];
       RunGap gap{datum.name,
                  datum.role,
@@ -315,7 +348,7 @@ class Assembler {
     said_.gap.after = mean_square(after);
     said_.gap.noise_floor = mean_square(noise);
     const auto out_before = held_out(before_, data_);
-    const auto out_after = held_out(after_, data_);
+    const auto out_after = held_out(after_, after_data_);
     if (!out_before.empty() && !out_after.empty()) {
       said_.gap.held_out_before = mean_square(out_before);
       said_.gap.held_out_after = mean_square(out_after);
@@ -479,6 +512,7 @@ class Assembler {
   const std::vector<Candidate>& candidates_;
   const HarmonicFit& before_;
   const HarmonicFit& after_;
+  const std::vector<RunDatum>& after_data_;  // those that it was fitted to
   Diagnosis said_;
   std::vector<double> share_;  // of each hypothesis
   double most_ = 1.0;          // probability that a name can have

@@ -35,6 +35,8 @@ std::vector<double> grid(const ParameterInfo& p, const MotionRange& range, int c
     values = linear(range.low, range.high, {0.5, 0.75, 0.9});  // a place along the stroke
   } else if (wide) {
     if (p.unit == "m/s") high = std::min(high, std::max(range.speed, 2.0 * low));
+    // A force at which something gives: of the size of those that move the mass.
+    if (p.unit == "m/s^2") high = std::min(high, std::max(range.acceleration, 2.0 * low));
     values = geometric(low, high, count);
   } else if (std::isfinite(low) && std::isfinite(high)) {
     values = linear(low, high, {0.25, 0.75});

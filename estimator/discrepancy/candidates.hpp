@@ -29,6 +29,7 @@ struct Candidate {
 struct MotionRange {
   double low = 0.0, high = 0.0;  // of the stroke
   double speed = 0.0;            // largest
+  double acceleration = 0.0;     // largest
 };
 
 // Where the motion is imposed, only what the damper may lack: there is no excitation, and no motion

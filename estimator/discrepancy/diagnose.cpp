@@ -19,6 +19,7 @@ namespace {
 
 using Eigen::VectorXd;
 
+constexpr double kAnyAcceleration = 1e9;  // a record's is noise
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -100,21 +101,28 @@ Result<void> agree(const std::vector<RunDatum>& data, HarmonicFit& fit) {
 }
 
 MotionRange range_of(const std::vector<RunDatum>& data) {
-  MotionRange range{1e300, -1e300, 0.0};
+  MotionRange range{1e300, -1e300, 0.0, 0.0};
   for (const RunDatum& datum : data) {
     if (datum.sampled) {
       range.low = std::min(range.low, datum.sampled->u.minCoeff());
       range.high = std::max(range.high, datum.sampled->u.maxCoeff());
       range.speed = std::max(range.speed, datum.sampled->v.cwiseAbs().maxCoeff());
+      range.acceleration = kAnyAcceleration;
       continue;
     }
     constexpr int kPoints = 128;
     const VectorXd& motion = datum.kind == Kind::imposed_motion ? datum.driver : datum.response;
+    const auto size = std::min<Eigen::Index>(motion.size(), harmonic_size(6));
     const VectorXd curve =
-        synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), kPoints) * motion;
+        synthesis_matrix(static_cast<int>((size - 1) / 2), kPoints) * motion.head(size);
     range.low = std::min(range.low, curve.minCoeff());
     range.high = std::max(range.high, curve.maxCoeff());
     const VectorXd next = (VectorXd(kPoints) << curve.tail(kPoints - 1), curve[0]).finished();
+    const VectorXd last =
+        (VectorXd(kPoints) << curve[kPoints - 1], curve.head(kPoints - 1)).finished();
+    range.acceleration =
+        std::max(range.acceleration, (next - 2.0 * curve + last).cwiseAbs().maxCoeff() *
+                                         std::pow(kPoints * datum.frequency_hz, 2));
     range.speed =
         std::max(range.speed, (next - curve).cwiseAbs().maxCoeff() * kPoints * datum.frequency_hz);
   }
@@ -188,13 +196,15 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   auto runs = cut_all(campaign, warnings);
   if (!runs) return runs.error();
   const FitOptions fitting{options.points};
+  FitOptions first = fitting;
+  first.from_rest = true;
   progress("fitting the model", 0.1);
   Weighed weighed = weigh(*runs);
-  HarmonicFit rough = fit_harmonics(model, weighed.data, {}, nullptr, fitting);
+  HarmonicFit rough = fit_harmonics(model, weighed.data, {}, nullptr, first);
   if (!std::isfinite(rough.chi_squared) || !rough.trouble.empty())
     return Error{ErrorKind::not_converged, rough.trouble};
   weighed = weigh(*runs, rough);
-  HarmonicFit base = fit_harmonics(model, weighed.data, rough.theta, nullptr, fitting);
+  HarmonicFit base = fit_harmonics(model, weighed.data, rough.theta, nullptr, first);
   if (!base.trouble.empty()) return Error{ErrorKind::not_converged, base.trouble};
   if (campaign.runs.front().kind == Kind::periodic) {
     if (auto good = agree(weighed.data, base); !good) return good.error();

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/discrepancy/corners.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -29,6 +31,8 @@ bool counts(const RunDatum& datum) {
 Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   const auto q = static_cast<Index>(fit.free.size());
   Normal n{MatrixXd::Zero(q, q), VectorXd::Zero(q), 0.0};
+  VectorXd with_clock = VectorXd::Zero(q);
+  double misfit = 0.0, size = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!counts(data[r])) continue;
     const VectorXd e = whitened_residual(fit, data, r);
@@ -36,15 +40,24 @@ Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& dat
     n.gram += j.transpose() * j;
     n.gradient += j.transpose() * e;
     n.chi_squared += e.squaredNorm();
+    if (data[r].clock.size() == 0) continue;
+    const VectorXd k = whitened(data[r], data[r].clock);
+    with_clock += j.transpose() * k;
+    misfit += k.dot(e);
+    size += k.squaredNorm();
   }
+  // The time base is off by a normal variate: that is one more column with a prior, eliminated.
+  n.gram -= with_clock * with_clock.transpose() / (1.0 + size);
+  n.gradient -= with_clock * (misfit / (1.0 + size));
+  n.chi_squared -= misfit * misfit / (1.0 + size);
   return n;
 }
 
 bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
-                 const std::vector<double>& theta, bool fitted_only) {
+                 const std::vector<double>& theta, bool fitted_only, bool from_rest = true) {
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (fitted_only && !counts(data[r])) continue;
-    if (!fit.predictions[r].at(theta)) return false;
+    if (!fit.predictions[r].at(theta, from_rest)) return false;
   }
   return true;
 }
@@ -127,7 +140,7 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
       value += step[static_cast<Index>(k)];
     }
     ++fit.iterations;
-    if (predict_all(fit, data, trial, true)) {
+    if (predict_all(fit, data, trial, true, options.from_rest)) {
       const Normal next = normal_equations(fit, data);
       if (next.chi_squared < now.chi_squared) {
         small = now.chi_squared - next.chi_squared < trifle ? small + 1 : 0;
@@ -171,7 +184,7 @@ double HarmonicFit::standard_error(int parameter) const {
 
 VectorXd whitened_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                            std::size_t run) {
-  return (data[run].response - fit.predictions[run].value()).cwiseQuotient(data[run].error);
+  return whitened(data[run], data[run].response - fit.predictions[run].value());
 }
 
 MatrixXd whitened_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,
@@ -180,7 +193,18 @@ MatrixXd whitened_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& 
   MatrixXd some(all.rows(), static_cast<Index>(columns.size()));
   for (std::size_t k = 0; k < columns.size(); ++k)
     some.col(static_cast<Index>(k)) = all.col(columns[k]);
-  return data[run].error.cwiseInverse().asDiagonal() * some;
+  return whitened(data[run], some);
+}
+
+double clock_error(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  double misfit = 0.0, size = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!counts(data[r]) || data[r].clock.size() == 0) continue;
+    const VectorXd k = whitened(data[r], data[r].clock);
+    misfit += k.dot(whitened_residual(fit, data, r));
+    size += k.squaredNorm();
+  }
+  return misfit / (1.0 + size);
 }
 
 HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
@@ -194,7 +218,11 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
     if (!fit.model->parameters()[static_cast<std::size_t>(k)].fixed) fit.free.push_back(k);
   }
   for (std::size_t r = 0; r < data.size(); ++r) {
-    fit.predictions.emplace_back(*fit.model, data[r], options.points);
+    fit.run_models.push_back(
+        options.sharp && has_corners(spec)
+            ? std::make_shared<const Model>(rounded_for(spec, data[r], options.points))
+            : fit.model);
+    fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);
     if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);
     if (counts(data[r])) fit.observations += static_cast<int>(data[r].response.size());
   }

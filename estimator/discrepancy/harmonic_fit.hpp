@@ -19,16 +19,19 @@
 namespace shaker::estimator::discrepancy {
 
 struct FitOptions {
-  int points = 256;  // of the periodic solution
-  int max_iterations = 40;
-  double tolerance = 1e-2;  // of chi-squared
+  int points = 256;          // of the periodic solution
+  int max_iterations = 200;  // valleys between parameters that look alike are long and bent
+  double tolerance = 1e-2;   // of chi-squared
+  bool from_rest = false;    // steps may go the long way to a periodic solution: dear
+  bool sharp = false;        // corners as sharp as the points can follow (corners.hpp)
 };
 
 // A model with the runs that it is held against. Movable; one thread.
 struct HarmonicFit {
   config::ModelSpec spec;
   std::shared_ptr<const Model> model;
-  std::vector<Prediction> predictions;  // one a run, in the campaign's order
+  std::vector<std::shared_ptr<const Model>> run_models;  // they differ in rounding widths only
+  std::vector<Prediction> predictions;                   // one a run, in the campaign's order
   std::vector<double> theta;
   std::vector<int> free;       // parameters that were fitted
   Eigen::MatrixXd covariance;  // free x free
@@ -48,6 +51,9 @@ Eigen::VectorXd whitened_residual(const HarmonicFit& fit, const std::vector<RunD
                                   std::size_t run);
 Eigen::MatrixXd whitened_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                   std::size_t run, const std::vector<int>& columns);
+
+// The error of the time base that the residuals speak for, in standard deviations.
+double clock_error(const HarmonicFit& fit, const std::vector<RunDatum>& data);
 
 // Fits the runs whose role is `fit`; the others are predicted. `start`: all parameters, or empty
 // for the model's own. `near`: a fit of a smaller model, whose periodic solutions are begun from.

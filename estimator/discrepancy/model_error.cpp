@@ -33,7 +33,7 @@ std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
   const HarmonicFit* best = found.base.fit.get();
   for (const Hypothesis& h : found.hypotheses) {
     if (h.disqualified.empty() && std::isfinite(h.fit->chi_squared) &&
-        left_by(*h.fit, data) < left_by(*best, data))
+        left_by(*h.fit, h.data ? *h.data : data) < left_by(*best, data))
       best = h.fit.get();
   }
   // The cosines of a record may differ in their noise by orders: there they are counted one by one.
@@ -50,8 +50,15 @@ std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
     count += static_cast<double>(data[r].response.size());
   }
   const double left = sum / count;
-  for (RunDatum& datum : softened)
-    datum.error = (datum.error.array().square() + left).sqrt();
+  for (RunDatum& datum : softened) {
+    if (datum.whitening.size() == 0) {
+      datum.error = (datum.error.array().square() + left).sqrt();
+      continue;
+    }
+    Eigen::MatrixXd covariance = covariance_of(datum);
+    covariance.diagonal().array() += left;
+    set_covariance(datum, covariance);
+  }
   return softened;
 }
 

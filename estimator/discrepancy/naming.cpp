@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/discrepancy/corners.hpp"
+#include "estimator/discrepancy/nesting.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -16,14 +18,16 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kWorthRefitting = 5.0;  // of chi-squared: less is chance
-constexpr double kRival = 20.0;          // of chi-squared, times the best one's
+constexpr double kRival = 400.0;         // of chi-squared, times the best one's
 constexpr std::size_t kMostRivals = 4;
 constexpr double kNearlyAsMuch = 0.75;  // of the gap's square that the best closes
+// Of log evidence that a simpler effect may be behind the richer one: with the richer one's
+// interval holding the special case, and without.
+constexpr double kReducedBehind = 10.0, kSimplerBehind = 1.0;
 constexpr double kPredictable = 0.05;
-constexpr int kFinePoints = 1024;
-constexpr double kSharpMemory = 0.1;
-constexpr double kSharpest = 0.02;     // of the rounding widths that the effects state
-constexpr int kUnknownParameters = 6;  // what a curve of no known form would cost
+constexpr int kCentring = 6;
+constexpr int kMemorySteps = 60;
+constexpr double kWorthGoingOn = 0.5;  // of chi-squared, that one more effect must leave at most
 
 struct Ordered {
   const Candidate* candidate;
@@ -87,25 +91,11 @@ std::string disqualification(const HarmonicFit& fit, std::size_t first_added) {
   return {};
 }
 
-struct Corner {
-  std::size_t line;
-  std::string symbol;
-  double width;
-};
-
-// The rounding widths that the model's effects state.
-std::vector<Corner> corner_widths(const config::ModelSpec& spec) {
-  std::vector<Corner> corners;
-  for (std::size_t i = 0; i < spec.effects.size(); ++i) {
-    const Effect* effect = find_effect(spec.effects[i].effect);
-    if (effect == nullptr) continue;
-    for (const ConstantInfo& info : effect->constants()) {
-      const std::string symbol(info.symbol);
-      if (info.width && !spec.effects[i].constants.contains(symbol))
-        corners.push_back({i, symbol, info.value});
-    }
-  }
-  return corners;
+VectorXd less_clock(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::size_t run,
+                    double clock) {
+  const VectorXd e = whitened_residual(fit, data, run);
+  if (data[run].clock.size() == 0) return e;
+  return e - clock * whitened(data[run], data[run].clock);
 }
 
 class Search {
@@ -133,12 +123,18 @@ class Search {
       }
       if (next.empty()) break;
       level = std::move(next);
+      const double before = left_by_best();
       choose();
+      if (left_by_best() > kWorthGoingOn * before) break;
     }
     prune();
   }
 
  private:
+  double left_by_best() const {
+    return chosen_ ? found_.hypotheses[found_.best].fit->chi_squared : found_.base.fit->chi_squared;
+  }
+
   // False when there is nothing to look for.
   bool judge_base() {
     found_.base_scoring = score(*found_.base.fit, data_, all_, options_.fit);
@@ -146,8 +142,6 @@ class Search {
     found_.probability_base = probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
     describe(found_.base);
-    const auto n = static_cast<double>(found_.base.fit->observations);
-    found_.log_evidence_unknown = ideal_evidence(n);
     return !found_.adequate;
   }
 
@@ -156,28 +150,14 @@ class Search {
     return calibration.combined(scoring.chi_squared, scoring.best_gain());
   }
 
-  // A model of no known form that leaves just what noise leaves.
-  double ideal_evidence(double n) const {
-    double expected = 0.0;
-    for (const RunDatum& datum : data_) {
-      if (datum.role != Role::fit) continue;
-      for (Index i = 0; i < datum.freedom.size(); ++i) {
-        const double nu = datum.freedom[i];
-        expected -= 0.5 * (nu + 1.0) * std::log1p(1.0 / nu);
-      }
-    }
-    const auto base = static_cast<double>(found_.base.fit->free.size());
-    const double share = 1.0 - (base + kUnknownParameters) / n;
-    return expected * share - 0.5 * kUnknownParameters * std::log(n);
-  }
-
   void describe(Hypothesis& h) const {
-    const auto added = static_cast<int>(h.fit->free.size() - found_.base.fit->free.size());
+    const auto added =
+        h.fitted_constants + static_cast<int>(h.fit->free.size() - found_.base.fit->free.size());
     const std::vector<RunDatum>& data = h.data ? *h.data : data_;
     h.log_evidence = log_evidence(*h.fit, data, added);
     for (std::size_t r = 0; r < data.size(); ++r) {
       if (data[r].role != Role::fit) continue;
-      h.log_evidence -= data[r].error.cwiseQuotient(data_[r].error).array().log().sum();
+      h.log_evidence -= log_scale(data[r]) - log_scale(data_[r]);
     }
     h.cross_validated = cross_validate(*h.fit, data);
   }
@@ -186,18 +166,25 @@ class Search {
     std::vector<std::size_t> made;
     int tried = 0;
     for (const Ordered& next : ordered(scoring)) {
-      if (tried >= most) break;
+      // What has no coefficient is scored at a guess of its shape, far from where it would end: the
+      // score says little, so that all of these are tried once.
+      const bool guessed = next.probe->coefficients.empty() && parent.effects.empty();
+      if (tried >= most && !guessed) continue;
       Hypothesis h;
+      h.fitted_constants = parent.fitted_constants;
       h.effects = parent.effects;
       const std::string added(next.candidate->effect->name());
-      if (std::find(h.effects.begin(), h.effects.end(), added) != h.effects.end()) continue;
+      if (std::any_of(h.effects.begin(), h.effects.end(),
+                      [&](const std::string& e) { return e == added || related(e, added); }))
+        continue;
       h.effects.push_back(added);
       std::sort(h.effects.begin(), h.effects.end());
       if (!known_.insert(h.effects).second) continue;
-      ++tried;
+      tried += guessed ? 0 : 1;
       const auto spec = with_line(parent.fit->spec, next.probe->line);
       const Model model(spec);
       h.fit = refitted(spec, carried_over(model, *parent.fit), parent.fit.get());
+      centre(h);
       h.disqualified = disqualification(*h.fit, found_.base.fit->spec.effects.size());
       if (std::isfinite(h.fit->chi_squared)) describe(h);
       made.push_back(found_.hypotheses.size());
@@ -206,6 +193,38 @@ class Search {
     std::erase_if(
         made, [&](std::size_t h) { return !std::isfinite(found_.hypotheses[h].fit->chi_squared); });
     return made;
+  }
+
+  // Where the last line's force has a place of rest that the model file does not give, that place
+  // is fitted too: parabolas through chi-squared, as it is a constant and has no derivative.
+  void centre(Hypothesis& h) const {
+    const auto given = h.fit->spec.effects.back().constants.find("u0");
+    if (given == h.fit->spec.effects.back().constants.end()) return;
+    double middle = given->second, step = 0.05 * std::fabs(middle);
+    const double at_first = h.fit->chi_squared;
+    const auto at = [&](double u0) {
+      config::ModelSpec spec = h.fit->spec;
+      spec.effects.back().constants["u0"] = u0;
+      return refitted(spec, h.fit->theta, h.fit.get());
+    };
+    for (int round = 0; round < kCentring && std::isfinite(h.fit->chi_squared); ++round) {
+      const auto low = at(middle - step), high = at(middle + step);
+      const double now = h.fit->chi_squared;
+      const double slope = high->chi_squared - low->chi_squared;
+      const double bend = high->chi_squared - 2.0 * now + low->chi_squared;
+      if (!std::isfinite(slope) || !std::isfinite(bend)) return;
+      const double share =
+          bend > 0.0 ? std::clamp(-0.5 * slope / bend, -2.0, 2.0) : (slope > 0.0 ? -2.0 : 2.0);
+      auto next = at(middle + share * step);
+      for (const auto& other : {low, high}) {
+        if (other->chi_squared < next->chi_squared) next = other;
+      }
+      if (next->chi_squared < now) h.fit = next;
+      middle = h.fit->spec.effects.back().constants.at("u0");
+      step = std::max(std::fabs(share) < 0.5 ? 0.3 * step : step, 1e-6);
+      if (now - next->chi_squared < 0.1 && std::fabs(share) < 0.5) break;
+    }
+    if (at_first - h.fit->chi_squared > kWorthRefitting) h.fitted_constants = 1;
   }
 
   void sort_by_evidence(std::vector<std::size_t>& level) const {
@@ -248,17 +267,11 @@ class Search {
         chosen_ ? found_.hypotheses[found_.best].fit : nullptr;
     if (!any_best()) return;
     sharpen_rivals();
-    for (int round = 0; round < 4; ++round) {
-      if (!any_best()) return;
-      Hypothesis& best = found_.hypotheses[found_.best];
-      const auto n = static_cast<double>(best.fit->observations);
-      if (best.rounded && !best.finest && best.fit->chi_squared > n + 2.0 * std::sqrt(2.0 * n)) {
-        best.finest = true;
-        if (!sharpened(best, 2)) break;
-        continue;
-      }
-      if (best.rounded || !sharpened(best)) break;
+    for (int round = 0; round < 4 && any_best(); ++round) {
+      if (!sharpened(found_.hypotheses[found_.best])) break;
     }
+    any_best();
+    prefer_simpler();
     chosen_ = true;
     const Hypothesis& best = found_.hypotheses[found_.best];
     if (before == best.fit) return;
@@ -275,6 +288,28 @@ class Search {
     }
     found_.probability_best = probability(scoring);
     found_.explained = found_.probability_best > options_.false_alarm_rate;
+  }
+
+  // A richer effect gives way to the simpler one that it holds where the data do not exclude that.
+  void prefer_simpler() {
+    for (bool changed = true; changed;) {
+      changed = false;
+      const Hypothesis& best = found_.hypotheses[found_.best];
+      for (const std::string& effect : best.effects) {
+        std::vector<std::string> wanted = best.effects;
+        std::replace(wanted.begin(), wanted.end(), effect, std::string(simpler_than(effect)));
+        std::sort(wanted.begin(), wanted.end());
+        const auto simpler = std::find_if(found_.hypotheses.begin(), found_.hypotheses.end(),
+                                          [&](const Hypothesis& h) { return h.effects == wanted; });
+        if (simpler == found_.hypotheses.end() || !simpler->disqualified.empty()) continue;
+        sharpened(*simpler);
+        const double behind = best.log_evidence - simpler->log_evidence;
+        if (behind > (reduces(*best.fit, effect) ? kReducedBehind : kSimplerBehind)) continue;
+        found_.best = static_cast<std::size_t>(simpler - found_.hypotheses.begin());
+        changed = true;
+        break;
+      }
+    }
   }
 
   // Where the best would gain by sharper corners, so might those close behind: a rounded corner
@@ -295,43 +330,16 @@ class Search {
       sharpened(found_.hypotheses[rivals[i]]);
   }
 
-  // Corners made sharper step by step, each solution begun from the last, until it makes no
-  // difference or the grid cannot follow. False when there is no corner, or nothing to be gained.
-  bool sharpened(Hypothesis& h, int refinement = 1) const {
-    const auto n = static_cast<double>(h.fit->observations);
-    if (h.fit->chi_squared < n) return false;
-    const std::shared_ptr<const HarmonicFit> first_fit = h.rounded ? h.rounded : h.fit;
-    config::ModelSpec spec = first_fit->spec;
-    const auto widths = corner_widths(spec);
-    const bool memory = h.fit->model->coordinates() > h.fit->model->mechanical();
-    if (widths.empty() && !memory) return false;
-    FitOptions finer = options_.fit;
-    finer.points = refinement * (memory ? kFinePoints / 2 : kFinePoints);
-    std::shared_ptr<const HarmonicFit> last, now = first_fit;
-    const double first = memory ? 1.0 : 2.0;
-    const double last_share = memory ? kSharpMemory : kSharpest;
-    for (double share = first; share > last_share; share *= 0.35) {
-      for (const auto& [line, symbol, width] : widths)
-        spec.effects[line].constants[symbol] = share * width;
-      auto next = std::make_shared<const HarmonicFit>(
-          fit_harmonics(spec, data_, now->theta, last ? now.get() : nullptr, finer));
-      if (!std::isfinite(next->chi_squared) || !next->converged) break;
-      last = now;
-      now = std::move(next);
-    }
-    if (!last || now->chi_squared > h.fit->chi_squared) return false;
-    // What one step of sharpening still changed is what the next ones together might, and as much
-    // again by the grid.
-    auto data = std::make_shared<std::vector<RunDatum>>(data_);
-    for (std::size_t r = 0; r < data_.size(); ++r) {
-      RunDatum& datum = (*data)[r];
-      const VectorXd open = now->predictions[r].value() - last->predictions[r].value();
-      datum.error = (datum.error.cwiseAbs2() + 4.0 * open.cwiseAbs2()).cwiseSqrt();
-    }
-    h.rounded = first_fit;
-    h.fit = std::make_shared<const HarmonicFit>(
-        fit_harmonics(now->spec, *data, now->theta, now.get(), finer));
-    h.data = std::move(data);
+  // Corners made as sharp as fine grids allow. False when there is no corner, or nothing to gain.
+  bool sharpened(Hypothesis& h) const {
+    if (h.rounded || h.fit->chi_squared < static_cast<double>(h.fit->observations) ||
+        !has_corners(h.fit->spec))
+      return false;
+    auto sharp = sharpen(*h.fit, data_, options_.fit);
+    if (!sharp || sharp->fit->chi_squared > h.fit->chi_squared) return false;
+    h.rounded = h.fit;
+    h.fit = sharp->fit;
+    h.data = sharp->data;
     h.disqualified = disqualification(*h.fit, found_.base.fit->spec.effects.size());
     describe(h);
     return true;
@@ -349,8 +357,12 @@ class Search {
   // Models with memory are compared on half the points, and sharpened when it matters.
   FitOptions options_for(const config::ModelSpec& spec) const {
     FitOptions wanted = options_.fit;
+    wanted.sharp = true;
     const Model model(spec);
-    if (model.coordinates() > model.mechanical()) wanted.points /= 2;
+    if (model.coordinates() > model.mechanical()) {
+      wanted.points /= 2;
+      wanted.max_iterations = kMemorySteps;
+    }
     return wanted;
   }
 
@@ -364,6 +376,7 @@ class Search {
     const std::size_t first = found_.base.fit->spec.effects.size();
     for (std::size_t out = first; out < full.fit->spec.effects.size(); ++out) {
       Hypothesis h;
+      h.fitted_constants = full.fitted_constants;
       for (const std::string& effect : full.effects) {
         if (effect != full.fit->spec.effects[out].effect) h.effects.push_back(effect);
       }
@@ -391,10 +404,11 @@ class Search {
 }  // namespace
 
 double log_evidence(const HarmonicFit& fit, const std::vector<RunDatum>& data, int added) {
-  double sum = 0.0;
+  const double clock = clock_error(fit, data);
+  double sum = -0.5 * clock * clock;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit) continue;
-    const VectorXd e = whitened_residual(fit, data, r);
+    const VectorXd e = less_clock(fit, data, r, clock);
     for (Index i = 0; i < e.size(); ++i) {
       const double nu = data[r].freedom[i];
       sum -= 0.5 * (nu + 1.0) * std::log1p(e[i] * e[i] / nu);
@@ -409,10 +423,11 @@ std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<R
                                     [](const RunDatum& d) { return d.role == Role::fit; });
   if (left_out != nullptr) left_out->assign(data.size(), VectorXd());
   if (fitted < 2 || !fit.covariance.allFinite()) return std::nullopt;
+  const double clock = clock_error(fit, data);
   double sum = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit) continue;
-    const VectorXd e = whitened_residual(fit, data, r);
+    const VectorXd e = less_clock(fit, data, r, clock);
     const MatrixXd j = whitened_jacobian(fit, data, r, fit.free);
     // What the other runs leave open of this one: e of the run left out is M^-1 e, its covariance
     // M^-1, with M = I - J (sum J'J)^-1 J'.

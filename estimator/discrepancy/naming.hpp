@@ -16,12 +16,12 @@ namespace shaker::estimator::discrepancy {
 struct Hypothesis {
   std::vector<std::string> effects;        // those added, sorted
   std::shared_ptr<const HarmonicFit> fit;  // never null
-  // A hypothesis with a corner (dry friction) is refitted with sharper corners on a finer grid once
-  // it matters; `fit` is then that one, `rounded` the first, and `data` have what the grid still
-  // leaves open added to their errors.
+  // A hypothesis with a corner (dry friction) is refitted with sharper corners on finer grids once
+  // it matters (corners.hpp); `fit` is then that one, `rounded` the first, and `data` are those
+  // that it was fitted to.
   std::shared_ptr<const HarmonicFit> rounded;
   std::shared_ptr<const std::vector<RunDatum>> data;  // null: as given
-  bool finest = false;                                // the grid was made finer once more
+  int fitted_constants = 0;  // places of rest that were fitted besides the parameters
   double log_evidence = 0.0;
   std::optional<double> cross_validated;  // log probability of each run given the others, summed
   std::string disqualified;               // why it cannot be; empty: it can
@@ -49,7 +49,6 @@ struct Naming {
   bool adequate = false;               // nothing is missing
   bool explained = false;              // the best leaves nothing but noise
   bool by_gap = false;                 // the errors are what the model leaves (model_error.hpp)
-  double log_evidence_unknown = 0.0;   // of "something that is in no catalogue"
 };
 
 Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,

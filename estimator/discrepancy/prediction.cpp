@@ -10,10 +10,8 @@ namespace shaker::estimator::discrepancy {
 
 using Eigen::Index;
 
-double root_mean_square(const Eigen::VectorXd& harmonics) {
-  if (harmonics.size() == 0) return 0.0;
-  return std::sqrt(harmonics[0] * harmonics[0] +
-                   0.5 * harmonics.tail(harmonics.size() - 1).squaredNorm());
+namespace {
+constexpr int kMostSteps = 12;  // of Newton's method from a solution nearby
 }
 
 Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
@@ -48,8 +46,9 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
   rows_.resize(points, 1 + model.parameter_count());
 }
 
-bool Prediction::solve(const std::vector<double>& theta) {
-  if (solved_ && response_->solve(theta).status == SolveStatus::converged) return true;
+bool Prediction::solve(const std::vector<double>& theta, bool from_rest) {
+  if (solved_ && response_->solve(theta, kMostSteps).status == SolveStatus::converged) return true;
+  if (solved_ && !from_rest) return false;
   const SolveReport report = response_->solve_from_rest(theta);
   return report.status == SolveStatus::converged && report.amplitude_reached >= 1.0;
 }
@@ -71,7 +70,7 @@ bool Prediction::at_sampled(const std::vector<double>& theta) {
   return true;
 }
 
-bool Prediction::at(const std::vector<double>& theta) {
+bool Prediction::at(const std::vector<double>& theta, bool from_rest) {
   if (sampled_) return at_sampled(theta);
   if (imposed_) {
     if (!imposed_->at(theta)) return false;
@@ -79,8 +78,11 @@ bool Prediction::at(const std::vector<double>& theta) {
     jacobian_ = analysis_ * imposed_->slope();
     return true;
   }
-  if (!solve(theta)) {
-    if (!kept_.empty()) std::copy(kept_.begin(), kept_.end(), response_->state().begin());
+  if (!solve(theta, from_rest)) {
+    if (!kept_.empty()) {
+      response_->begin();
+      std::copy(kept_.begin(), kept_.end(), response_->state().begin());
+    }
     return false;
   }
   solved_ = true;
@@ -117,9 +119,8 @@ Eigen::MatrixXd Prediction::over_excitation(int driver_harmonics) {
 
 void Prediction::start_from(const Prediction& other) {
   if (transient_ && other.transient_) transient_->start_from(*other.transient_);
-  const int n = points_;
-  if (!response_ || !other.response_ || other.points_ % n != 0) return;
-  const int every = other.points_ / n;
+  if (!response_ || !other.response_) return;
+  const int n = points_, m = other.points_;
   const auto from = other.response_->state();
   const auto to = response_->state();
   const int mine = model_->coordinates();
@@ -128,10 +129,20 @@ void Prediction::start_from(const Prediction& other) {
     int shared = 0;
     while (shared < theirs && other.model_->coordinate_name(shared) != model_->coordinate_name(c))
       ++shared;
-    for (int i = 0; i < n; ++i)
-      to[static_cast<std::size_t>(i * mine + c)] =
-          shared < theirs ? from[static_cast<std::size_t>(i * every * theirs + shared)]
-                          : model_->rest(c);
+    for (int i = 0; i < n; ++i) {
+      double& value = to[static_cast<std::size_t>(i * mine + c)];
+      value = model_->rest(c);
+      if (shared == theirs) continue;
+      // Cubic through the four points about it.
+      const double at = static_cast<double>(i) * m / n;
+      const int j = static_cast<int>(at);
+      const double t = at - j;
+      const double weights[4] = {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2,
+                                 -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6};
+      value = 0.0;
+      for (int k = 0; k < 4; ++k)
+        value += weights[k] * from[static_cast<std::size_t>((j - 1 + k + m) % m * theirs + shared)];
+    }
   }
   solved_ = other.solved_;
 }

@@ -25,7 +25,8 @@ class Prediction {
   Prediction(const Model& model, const RunDatum& datum, int points);
 
   // False when there is no admissible periodic solution at theta; what was predicted before stays.
-  bool at(const std::vector<double>& theta);
+  // `from_rest`: where the last solution does not lead to it, the long way is tried too.
+  bool at(const std::vector<double>& theta, bool from_rest = true);
   const Eigen::VectorXd& value() const { return value_; }
   // (2 H + 1) x parameters.
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }
@@ -44,7 +45,7 @@ class Prediction {
   const SampledRun* sampled() const { return sampled_.get(); }
 
  private:
-  bool solve(const std::vector<double>& theta);
+  bool solve(const std::vector<double>& theta, bool from_rest);
   void read();
   bool at_sampled(const std::vector<double>& theta);
 

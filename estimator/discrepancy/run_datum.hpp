@@ -1,5 +1,5 @@
-// What is known of one run, ready to be fitted: mean harmonics with their standard errors; of a
-// record that is not periodic its cosines over the record's length (transient_cosines.hpp).
+// What is known of one run, ready to be fitted: mean harmonics and the covariance of their errors;
+// of a record that is not periodic its cosines over the record's length (transient_cosines.hpp).
 #pragma once
 
 #include <memory>
@@ -26,8 +26,23 @@ struct RunDatum {
   // Of a run that is not periodic; null for a periodic one.
   std::shared_ptr<const SampledRun> sampled;
   bool by_force = false;  // forces along the measured motion are compared, not the response
+  // L^-1 of the errors' covariance L L': errors of the excitation run through the damper into
+  // several harmonics at once. Empty: the errors are independent.
+  Eigen::MatrixXd whitening;
+  // What the response would change by if the time base were off by one standard deviation, the
+  // same one for all runs. Empty: it is taken as right.
+  Eigen::VectorXd clock;
   int harmonics() const { return static_cast<int>((response.size() - 1) / 2); }
 };
+
+// Sets error and whitening. Throws std::invalid_argument unless it is positive definite.
+void set_covariance(RunDatum& datum, const Eigen::MatrixXd& covariance);
+Eigen::MatrixXd covariance_of(const RunDatum& datum);
+// Columns in units of the noise, and one of them back.
+Eigen::MatrixXd whitened(const RunDatum& datum, const Eigen::MatrixXd& columns);
+Eigen::VectorXd coloured(const RunDatum& datum, const Eigen::VectorXd& white);
+// Logarithm of the covariance's determinant, halved.
+double log_scale(const RunDatum& datum);
 
 // Root mean square over the cycle of a curve given by its harmonics.
 double root_mean_square(const Eigen::VectorXd& harmonics);

@@ -13,7 +13,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // A signature of which less than this is left after projection is one with the parameters.
-constexpr double kVisible = 1e-4;
+constexpr double kVisible = 1e-6;
 
 bool fitted(const RunDatum& datum) {
   return datum.role == Role::fit;
@@ -61,6 +61,22 @@ int points_for(const Model& model, const FitOptions& options) {
   return model.coordinates() > model.mechanical() ? options.points / 2 : options.points;
 }
 
+// Multiplies by (I + k k')^-1/2, k the whitened influence of the time base: what it may be off by
+// is noise that all runs share.
+MatrixXd less_clock(const MatrixXd& stacked, const std::vector<RunDatum>& data) {
+  VectorXd k = VectorXd::Zero(stacked.rows());
+  Index at = 0;
+  for (const RunDatum& datum : data) {
+    if (!fitted(datum)) continue;
+    if (datum.clock.size() > 0) k.segment(at, datum.clock.size()) = whitened(datum, datum.clock);
+    at += datum.response.size();
+  }
+  const double size = k.squaredNorm();
+  if (size == 0.0) return stacked;
+  const double share = (1.0 - 1.0 / std::sqrt(1.0 + size)) / size;
+  return stacked - share * k * (k.transpose() * stacked);
+}
+
 // Whitened signatures of a probe, a column a coefficient, or one of the whole difference that it
 // makes; no columns when the model with it has no solution.
 MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
@@ -87,13 +103,13 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
     const Index size = data[r].response.size();
     if (whole)
       stacked.col(0).segment(at, size) =
-          (prediction.value() - fit.predictions[r].value()).cwiseQuotient(data[r].error);
+          whitened(data[r], prediction.value() - fit.predictions[r].value());
     for (std::size_t k = 0; k < columns.size(); ++k)
       stacked.col(static_cast<Index>(k)).segment(at, size) =
-          prediction.jacobian().col(columns[k]).cwiseQuotient(data[r].error);
+          whitened(data[r], prediction.jacobian().col(columns[k]));
     at += size;
   }
-  return stacked;
+  return less_clock(stacked, data);
 }
 
 }  // namespace
@@ -132,7 +148,7 @@ VectorXd stacked_residual(const HarmonicFit& fit, const std::vector<RunDatum>& d
     all.segment(at, data[r].response.size()) = whitened_residual(fit, data, r);
     at += data[r].response.size();
   }
-  return all;
+  return less_clock(all, data);
 }
 
 MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,
@@ -144,7 +160,7 @@ MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& d
     all.middleRows(at, data[r].response.size()) = whitened_jacobian(fit, data, r, columns);
     at += data[r].response.size();
   }
-  return all;
+  return less_clock(all, data);
 }
 
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,

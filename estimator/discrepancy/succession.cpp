@@ -54,6 +54,8 @@ double trend_probability(const MatrixXd& scaled) {
   return probability_of(scaled, VectorXd::LinSpaced(scaled.rows(), -1.0, 1.0));
 }
 
+constexpr Index kSunk = 2, kFewestToSpare = 8;
+
 }  // namespace
 
 int cycles_of_transient(const MatrixXd& cycles) {
@@ -77,6 +79,8 @@ int cycles_of_transient(const MatrixXd& cycles) {
   while (drop < most && n - drop > 4 &&
          trend_probability(scaled.bottomRows(n - drop)) < kTrendProbability)
     ++drop;
+  // What has sunk into one cycle's noise still stands out of the mean's: it goes on decaying.
+  if (drop > 0 && n - drop > kFewestToSpare) drop += kSunk;
   // A trend that dropping does not cure is no transient: keep the cycles.
   if (drop == most && drop > half) drop = half;
   return static_cast<int>(std::min(drop, most));

@@ -8,11 +8,16 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
 constexpr double kAboveNoise = 16.0;  // squared ratio of a harmonic's amplitude to its error
+constexpr double kClock =
+    1e-4;  // standard deviation of a quartz clock's rate, unless it is disciplined
 constexpr int kFewest = 5, kBeyond = 2;
 
 // The last harmonic that rises above its noise, and two more for what an effect may add.
-int harmonics_above_noise(const Eigen::VectorXd& mean, const Eigen::VectorXd& variance) {
+int harmonics_above_noise(const VectorXd& mean, const VectorXd& variance) {
   const auto most = static_cast<int>((mean.size() - 1) / 2);
   int last = 0;
   for (int h = 1; h <= most; ++h) {
@@ -22,26 +27,71 @@ int harmonics_above_noise(const Eigen::VectorXd& mean, const Eigen::VectorXd& va
   return std::min(most, std::max(kFewest, last + kBeyond));
 }
 
-Weighed weigh_with(const std::vector<SteadyRun>& runs, const std::vector<Scatter>& scatter) {
-  const CampaignNoise noise = campaign_noise(scatter);
-  Weighed weighed;
-  weighed.carry_over = noise.carry_over;
+RunDatum datum_of(const SteadyRun& run, const RunNoise& noise) {
+  RunDatum datum;
+  datum.name = run.name;
+  datum.kind = run.kind;
+  datum.role = run.role;
+  datum.frequency_hz = run.frequency_hz;
+  datum.driver = run.mean_driver();
+  datum.response = run.mean();
+  const auto size = harmonic_size(harmonics_above_noise(datum.response, noise.variance));
+  datum.response.conservativeResize(size);
+  datum.error = noise.variance.head(size).cwiseSqrt();
+  datum.freedom = noise.freedom.head(size);
+  return datum;
+}
+
+// How the response follows the driver, cycle by cycle.
+struct Following {
+  MatrixXd slope;      // of as many response harmonics as were predicted, over cosines and sines
+  MatrixXd wander;     // of the driver, without its mean, a row a cycle
+  MatrixXd explained;  // of the response
+  bool any() const { return slope.size() > 0; }
+};
+
+Following follow(const SteadyRun& run, Prediction& prediction) {
+  Following f;
+  if (!run.driver_measured || run.kind != Kind::periodic) return f;
+  f.slope = prediction.over_excitation(run.driver_harmonics);
+  const MatrixXd centred = run.driver.rowwise() - run.driver.colwise().mean();
+  f.wander = centred.rightCols(centred.cols() - 1);
+  f.explained = MatrixXd::Zero(run.response.rows(), run.response.cols());
+  const auto shared = std::min(f.explained.cols(), f.slope.rows());
+  f.explained.leftCols(shared) = f.wander * f.slope.topRows(shared).transpose();
+  return f;
+}
+
+// Share of the driver's scatter that the response does not follow: noise of the channel that
+// measures it. What is followed is real.
+double unfollowed_share(const std::vector<SteadyRun>& runs, const std::vector<Following>& all) {
+  double met = 0.0, sum = 0.0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const SteadyRun& run = runs[r];
-    RunDatum datum;
-    datum.name = run.name;
-    datum.kind = run.kind;
-    datum.role = run.role;
-    datum.frequency_hz = run.frequency_hz;
-    datum.driver = run.mean_driver();
-    datum.response = run.mean();
-    const auto size = harmonic_size(harmonics_above_noise(datum.response, noise.runs[r].variance));
-    datum.response.conservativeResize(size);
-    datum.error = noise.runs[r].variance.head(size).cwiseSqrt();
-    datum.freedom = noise.runs[r].freedom.head(size);
-    weighed.data.push_back(std::move(datum));
+    if (!all[r].any()) continue;
+    const MatrixXd centred = runs[r].response.rowwise() - runs[r].response.colwise().mean();
+    const MatrixXd innovation = centred - all[r].explained;
+    const VectorXd power = innovation.cwiseAbs2().colwise().sum().transpose() +
+                           VectorXd::Constant(innovation.cols(), 1e-60);
+    for (Eigen::Index c = 0; c < innovation.cols(); ++c) {
+      met -= innovation.col(c).dot(all[r].explained.col(c)) / power[c];
+      sum += all[r].explained.col(c).squaredNorm() / power[c];
+    }
   }
-  return weighed;
+  return sum > 0.0 ? std::clamp(met / sum, 0.0, 1.0) : 0.0;
+}
+
+// Change of the response when the time base is off by kClock.
+VectorXd influence_of_clock(const HarmonicFit& fit, const RunDatum& datum, std::size_t run) {
+  constexpr double kStep = 1e-3;
+  RunDatum late = datum;
+  late.frequency_hz *= 1.0 + kStep;
+  Prediction prediction(*fit.model, late, fit.predictions[run].points());
+  prediction.start_from(fit.predictions[run]);
+  if (!prediction.at(fit.theta)) return {};
+  Prediction same(*fit.model, datum, fit.predictions[run].points());
+  same.start_from(fit.predictions[run]);
+  if (!same.at(fit.theta)) return {};
+  return (prediction.value() - same.value()) * (kClock / kStep);
 }
 
 }  // namespace
@@ -50,24 +100,45 @@ Weighed weigh(const std::vector<SteadyRun>& runs) {
   std::vector<Scatter> scatter;
   for (const SteadyRun& run : runs)
     scatter.push_back({run.frequency_hz, run.response});
-  return weigh_with(runs, scatter);
+  const CampaignNoise noise = campaign_noise(scatter);
+  Weighed weighed;
+  weighed.carry_over = noise.carry_over;
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    weighed.data.push_back(datum_of(runs[r], noise.runs[r]));
+  return weighed;
 }
 
 Weighed weigh(const std::vector<SteadyRun>& runs, HarmonicFit& fit) {
-  std::vector<Scatter> scatter;
+  std::vector<Following> following;
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    following.push_back(follow(runs[r], fit.predictions[r]));
+  const double unfollowed = unfollowed_share(runs, following);
+  std::vector<Scatter> scatter, of_driver;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const SteadyRun& run = runs[r];
-    Eigen::MatrixXd innovation = run.response;
-    if (run.driver_measured && run.kind == Kind::periodic) {
-      const Eigen::MatrixXd slope = fit.predictions[r].over_excitation(run.driver_harmonics);
-      const Eigen::MatrixXd wander = run.driver.rowwise() - run.driver.colwise().mean();
-      const auto shared = std::min(innovation.cols(), slope.rows());
-      innovation.leftCols(shared) -=
-          wander.rightCols(wander.cols() - 1) * slope.topRows(shared).transpose();
-    }
-    scatter.push_back({run.frequency_hz, std::move(innovation)});
+    MatrixXd own = runs[r].response;
+    if (following[r].any()) own -= (1.0 - unfollowed) * following[r].explained;
+    scatter.push_back({runs[r].frequency_hz, std::move(own)});
+    of_driver.push_back({runs[r].frequency_hz, runs[r].driver});
   }
-  return weigh_with(runs, scatter);
+  const CampaignNoise noise = campaign_noise(scatter);
+  const CampaignNoise driver = campaign_noise(of_driver);
+  Weighed weighed;
+  weighed.carry_over = noise.carry_over;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    RunDatum datum = datum_of(runs[r], noise.runs[r]);
+    const auto shared = std::min(datum.response.size(), following[r].slope.rows());
+    if (following[r].any() && unfollowed > 0.0) {
+      MatrixXd covariance = datum.error.cwiseAbs2().asDiagonal();
+      const auto size = following[r].slope.cols();
+      const VectorXd variance = unfollowed * driver.runs[r].variance.segment(1, size);
+      const MatrixXd slope = following[r].slope.topRows(shared);
+      covariance.topLeftCorner(shared, shared) += slope * variance.asDiagonal() * slope.transpose();
+      set_covariance(datum, covariance);
+    }
+    datum.clock = influence_of_clock(fit, datum, r);
+    weighed.data.push_back(std::move(datum));
+  }
+  return weighed;
 }
 
 }  // namespace shaker::estimator::discrepancy

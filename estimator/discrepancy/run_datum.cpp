@@ -1,0 +1,55 @@
+#include "estimator/discrepancy/run_datum.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace shaker::estimator::discrepancy {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+double root_mean_square(const VectorXd& harmonics) {
+  if (harmonics.size() == 0) return 0.0;
+  return std::sqrt(harmonics[0] * harmonics[0] +
+                   0.5 * harmonics.tail(harmonics.size() - 1).squaredNorm());
+}
+
+void set_covariance(RunDatum& datum, const MatrixXd& covariance) {
+  datum.error = covariance.diagonal().cwiseSqrt();
+  // Factorised as correlations: variances may differ by many orders.
+  const VectorXd scale = datum.error.cwiseInverse();
+  MatrixXd correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
+  correlation.diagonal().array() += 1e-12;
+  const Eigen::LLT<MatrixXd> factors(correlation);
+  if (factors.info() != Eigen::Success || !datum.error.allFinite())
+    throw std::invalid_argument(
+        fmt::format("run {}: the noise has no positive definite covariance", datum.name));
+  datum.whitening = factors.matrixL().solve(MatrixXd(scale.asDiagonal()));
+}
+
+MatrixXd covariance_of(const RunDatum& datum) {
+  if (datum.whitening.size() == 0) return datum.error.cwiseAbs2().asDiagonal();
+  const auto size = datum.whitening.rows();
+  const MatrixXd factor =
+      datum.whitening.triangularView<Eigen::Lower>().solve(MatrixXd::Identity(size, size));
+  return factor * factor.transpose();
+}
+
+MatrixXd whitened(const RunDatum& datum, const MatrixXd& columns) {
+  if (datum.whitening.size() == 0) return datum.error.cwiseInverse().asDiagonal() * columns;
+  return datum.whitening.triangularView<Eigen::Lower>() * columns;
+}
+
+VectorXd coloured(const RunDatum& datum, const VectorXd& white) {
+  if (datum.whitening.size() == 0) return datum.error.cwiseProduct(white);
+  return datum.whitening.triangularView<Eigen::Lower>().solve(white);
+}
+
+double log_scale(const RunDatum& datum) {
+  if (datum.whitening.size() == 0) return datum.error.array().log().sum();
+  return -datum.whitening.diagonal().array().log().sum();
+}
+
+}  // namespace shaker::estimator::discrepancy
