@@ -32,7 +32,8 @@ class CampaignProgress {
   double eta_s(double now) const;   // what remains, ramps and settling included
   std::string status_line() const;  // "slow 1.5 Hz  MEASURE  7/20 cycles"
   const std::string& state() const { return state_; }
-  const std::string& reason() const { return reason_; }
+  // Why it did not succeed: what the first run that failed said, else why the rig is where it is.
+  const std::string& reason() const { return failure_.empty() ? reason_ : failure_; }
   const nlohmann::json& last_estimate() const { return estimate_; }
 
  private:
@@ -40,7 +41,7 @@ class CampaignProgress {
   bool at_rest() const { return state_ == "IDLE" || state_ == "FAULT"; }
 
   const config::CampaignSpec& campaign_;
-  std::string state_, reason_;
+  std::string state_, reason_, failure_;
   bool begun_ = false, run_open_ = false;
   double last_ = 0.0, rest_since_ = 0.0;
   int run_ = -1;      // index of the current one

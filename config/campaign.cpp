@@ -102,7 +102,7 @@ Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& 
   read_model_member(reader, findings, origin, directory, campaign.model);
   read_runs(reader, findings, campaign.runs);
   reader.optional("points_per_cycle", campaign.points_per_cycle, at_least(8).at_most(4096));
-  reader.optional("settle_cycles_max", campaign.settle_cycles_max, at_least(1).at_most(100000));
+  reader.optional("settle_cycles_max", campaign.settle_cycles_max, at_least(8).at_most(100000));
   reader.optional("settle_tolerance", campaign.settle_tolerance, above(0).at_most(1000));
   reader.optional("ramp_s", campaign.ramp_s, at_least(0).at_most(600));
   reader.optional("forgetting", campaign.forgetting, at_least(0.5).at_most(1));

@@ -166,6 +166,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   e.outstanding = e.cycles_skipped = 0;
   e.detectors.reset();
   e.was_tripped = {};
+  e.rest_began = e.clock.now();
   for (auto& m : e.monitors)
     m.begin_rest();
   e.enter(State::check, fmt::format("campaign \"{}\" was started", wanted.name));

@@ -26,6 +26,7 @@ namespace shaker::daemon {
 // Times that are not the rig's to choose, s.
 inline constexpr double kCheckS = 1.0;           // at rest, for noise and rate
 inline constexpr double kCheckGiveUpS = 4.0;     // sensors and exciter may take so long to appear
+inline constexpr double kRestGiveUpS = 20.0;     // and the damper to come to rest
 inline constexpr double kConfirmS = 2.0;         // after a ramp's end, for the exciter to say so
 inline constexpr double kExciterSilenceS = 1.0;  // without a status while it moves
 inline constexpr double kReadyGraceS = 1.0;      // from enabling to "ready"
@@ -91,6 +92,7 @@ struct Engine::Impl {
   void command(double frequency_hz, double amplitude);
   void halt();
   void tick_check();
+  void wait_for_rest();
   void tick_ramp();
   void tick_ramp_down();
   void watch_rest();
@@ -152,6 +154,7 @@ struct Engine::Impl {
   State state = State::idle;
   std::string reason = "started";
   Nanoseconds entered{};
+  Nanoseconds rest_began{};  // of the look at the rig at rest
 
   // the campaign
   std::optional<config::CampaignSpec> campaign;

@@ -39,16 +39,19 @@ void Engine::Impl::halt() {
 // --- CHECK
 
 void Engine::Impl::tick_check() {
-  if (since(entered) < kCheckS) return;
+  if (since(entered) < kCheckS || since(rest_began) < kCheckS) return;
   RestFacts facts{.now = clock.now(),
                   .displacement = monitor(Channel::displacement),
                   .excitation = monitor(Channel::excitation),
-                  .status = std::nullopt};
+                  .status = std::nullopt,
+                  .sensor_trouble = sensor_health.trouble,
+                  .exciter_trouble = exciter_error ? exciter_error->what : std::string()};
   if (status && status->t >= entered && !exciter_error) facts.status = status;
   const auto findings = check_at_rest(rig, *campaign, facts);
   const auto fatal = std::ranges::find_if(findings, [](const Finding& f) { return f.fatal; });
   if (fatal != findings.end()) {
-    if (since(entered) < kCheckGiveUpS) return;  // it may still appear
+    if (since(entered) < kCheckGiveUpS) return wait_for_rest();  // it may still appear
+    if (fatal->code == "check_noise" && since(entered) < kRestGiveUpS) return wait_for_rest();
     const std::string why = fmt::format("self check: {}", fatal->text);
     for (const auto& f : findings)
       alarm(f.fatal ? "error" : "warning", f.code, f.text);
@@ -67,6 +70,14 @@ void Engine::Impl::tick_check() {
   excitation_rate_hz = excitation_measured ? monitor(Channel::excitation).rest_rate_hz() : 0.0;
   enter(State::ramp, "the self check has passed");
   begin_ramp();
+}
+
+// A damper rings on for a while after a campaign: each look is at the last second alone.
+void Engine::Impl::wait_for_rest() {
+  if (since(rest_began) < kCheckS) return;
+  rest_began = clock.now();
+  for (ChannelMonitor& m : monitors)
+    m.begin_rest();
 }
 
 // --- RAMP
@@ -203,7 +214,9 @@ void Engine::Impl::watch_rest() {
 void Engine::Impl::device_trouble(const std::string& code, const std::string& why) {
   if (!moving()) return alarm_once(code, why);
   if (state == State::ramp_down) {
-    const std::string both = fmt::format("{}; while ramping down: {}", reason, why);
+    const std::string both = reason.find(why) != std::string::npos
+                                 ? fmt::format("{}, and so while ramping down", reason)
+                                 : fmt::format("{}; while ramping down: {}", reason, why);
     trip(both);
     alarm("error", code, both, config::Action::stop);
     return;

@@ -54,8 +54,8 @@ std::string head(const std::vector<std::pair<std::string, bool>>& columns) {
 
 std::string parameter_words(const ParameterEstimate& p) {
   if (!p.determined) return fmt::format("{}: not determined by this campaign", p.name);
-  std::string text =
-      fmt::format("{} = {} {}", p.name, with_error(p.value, p.standard_error), p.unit);
+  std::string text = fmt::format("{} = {}{}", p.name, with_error(p.value, p.standard_error),
+                                 p.unit.empty() || p.unit == "-" ? "" : " " + p.unit);
   if (std::isfinite(p.lower) && std::isfinite(p.upper) && !p.fixed)
     text += fmt::format(" (95 %: {} to {})", number(p.lower), number(p.upper));
   return p.fixed ? text + ", fixed" : text;

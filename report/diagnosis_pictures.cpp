@@ -101,6 +101,7 @@ std::string gap_bars(const Diagnosis& diagnosis) {
   bars.y = {"gap / noise floor", 0.5, {}, true};
   bars.marks.push_back({"noise floor", 1.0, false});
   bars.series = {"base model"};
+  bars.inks = {Ink::second, Ink::first};  // as in the curves
   bars.values.resize(1);
   if (has_after(diagnosis)) {
     bars.series.push_back(with_names(diagnosis));

@@ -28,6 +28,11 @@ double fastest(const config::CampaignSpec& campaign) {
   return f;
 }
 
+// What a driver said, in brackets within a sentence.
+std::string as_reason(const std::string& trouble) {
+  return trouble.empty() ? std::string() : fmt::format(" ({})", trouble);
+}
+
 void check_channel(std::vector<Finding>& found, Channel channel, const ChannelMonitor& monitor,
                    const RestFacts& facts, double stale_s, double fewest_hz) {
   const auto what = protocol::name(channel);
@@ -40,7 +45,8 @@ void check_channel(std::vector<Finding>& found, Channel channel, const ChannelMo
                    "the {} sensor gives no good value ({} bad ones: not a number, flagged, or "
                    "out of order); check the sensor",
                    what, monitor.rest_bad())
-             : fmt::format("the {} sensor is silent; check its power, cable and link", what)});
+             : fmt::format("the {} sensor is silent{}; check its power, cable and link", what,
+                           as_reason(facts.sensor_trouble))});
     return;
   }
   const double bad = static_cast<double>(monitor.rest_bad());
@@ -73,8 +79,9 @@ void check_levels(std::vector<Finding>& found, const config::Limits& limits,
   if (stroke.rest_noise() > allowed) {
     found.push_back(
         {true, "check_noise",
-         fmt::format("the stroke wanders by {:.2e} m at rest; {:.2e} m is allowed: check "
-                     "the sensor, its mounting and its shield",
+         fmt::format("the stroke wanders by {:.2e} m at rest; {:.2e} m is allowed: wait "
+                     "until the damper has come to rest, or check the sensor, its mounting and its "
+                     "shield",
                      stroke.rest_noise(), allowed)});
   }
 }
@@ -101,10 +108,13 @@ void check_deadman(std::vector<Finding>& found, const config::ExciterConfig& exc
 }
 
 void check_exciter(std::vector<Finding>& found, const config::RigConfig& rig,
-                   const std::optional<drivers::ExciterStatus>& status) {
+                   const std::optional<drivers::ExciterStatus>& status,
+                   const std::string& trouble) {
   if (!status) {
     found.push_back(
-        {true, "check_exciter", "the exciter does not answer; check its power, cable and address"});
+        {true, "check_exciter",
+         fmt::format("the exciter does not answer{}; check its power, cable and address",
+                     as_reason(trouble))});
     return;
   }
   if (status->fault != 0) {
@@ -151,7 +161,7 @@ std::vector<Finding> check_at_rest(const config::RigConfig& rig,
          "the excitation is not measured: tau = 0 follows the command, the drive's delay "
          "is unknown, and estimates of damping are biased by it"});
   }
-  check_exciter(found, rig, facts.status);
+  check_exciter(found, rig, facts.status, facts.exciter_trouble);
   return found;
 }
 

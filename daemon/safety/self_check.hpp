@@ -39,6 +39,8 @@ struct RestFacts {
   const ChannelMonitor& displacement;
   const ChannelMonitor& excitation;
   std::optional<drivers::ExciterStatus> status;  // read since the check began
+  // What the links last said, for who is silent; empty: nothing.
+  std::string sensor_trouble = {}, exciter_trouble = {};
 };
 std::vector<Finding> check_at_rest(const config::RigConfig& rig,
                                    const config::CampaignSpec& campaign, const RestFacts& facts);

@@ -50,7 +50,7 @@ std::vector<Tick> decade_ticks(const Range& range, int wanted) {
     for (const double factor : within) {
       const double value = factor * std::pow(10.0, power);
       if (value < range.from * (1 - 1e-9) || value > range.to * (1 + 1e-9)) continue;
-      ticks.push_back({value, fmt::format("{:.3g}", value)});
+      ticks.push_back({value, fmt::format("{:.5g}", value)});
     }
   }
   return ticks;

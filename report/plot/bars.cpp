@@ -17,7 +17,7 @@ std::string to_svg(const Bars& bars) {
   for (std::size_t s = 0; s < bars.series.size(); ++s) {
     legend.push_back(
         {bars.series[s], fmt::format("<rect class=\"fill {}\" y=\"1\" width=\"22\" height=\"10\"/>",
-                                     name(static_cast<Ink>(s % 4)))});
+                                     name(bars.inks[s % bars.inks.size()]))});
     values.insert(values.end(), bars.values[s].begin(), bars.values[s].end());
   }
   for (const Mark& mark : bars.marks)
@@ -40,7 +40,7 @@ std::string to_svg(const Bars& bars) {
       frame.add(fmt::format(
           "<rect class=\"fill {}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\">"
           "<title>{}, {}: {:.4g}</title></rect>\n",
-          name(static_cast<Ink>(s % 4)), begin + width * static_cast<double>(s),
+          name(bars.inks[s % bars.inks.size()]), begin + width * static_cast<double>(s),
           std::min(top, floor), width, std::abs(floor - top), escaped(bars.labels[i]),
           escaped(bars.series[s]), bars.values[s][i]));
     }

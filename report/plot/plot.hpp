@@ -53,6 +53,7 @@ struct Bars {
   Axis y;
   std::vector<Mark> marks;  // horizontal ones
   int width = 560, height = 340;
+  std::vector<Ink> inks = {Ink::first, Ink::second, Ink::third, Ink::fourth};  // of the series
 };
 
 // Values over cells of a plane; a cell without a finite value stays empty. Blue is negative, red

@@ -37,6 +37,24 @@ TEST(CampaignProgress, IsOverOnlyAfterItHasBegun) {
   EXPECT_FALSE(progress.success());  // no run was done
 }
 
+TEST(CampaignProgress, SaysWhyARunFailedAndNotThatTheCampaignIsComplete) {
+  const auto campaign = two_runs();
+  CampaignProgress progress(campaign);
+  progress.take(state("CHECK"), 0.0);
+  progress.take(run_start(0), 0.1);
+  Json failed = run_stop("fail");
+  failed["reason"] = "no steady state after 8 cycles";
+  progress.take(failed, 1.0);
+  progress.take(run_start(1), 1.1);
+  progress.take(run_stop("success"), 2.0);
+  Json idle = state("IDLE");
+  idle["reason"] = "campaign \"demo\" is complete";
+  progress.take(idle, 2.1);
+  EXPECT_TRUE(progress.over());
+  EXPECT_FALSE(progress.success());
+  EXPECT_EQ(progress.reason(), "no steady state after 8 cycles");
+}
+
 TEST(CampaignProgress, SucceedsWhenEveryRunDid) {
   const auto campaign = two_runs();
   CampaignProgress progress(campaign);
