@@ -8,6 +8,7 @@
 #include "estimator/discrepancy/harmonics.hpp"
 #include "estimator/discrepancy/inverse_dynamics.hpp"
 #include "estimator/discrepancy/nesting.hpp"
+#include "estimator/discrepancy/split_run.hpp"
 #include "estimator/discrepancy/transient_cosines.hpp"
 #include "estimator/discrepancy/transient_run.hpp"
 #include "estimator/effects/catalogue.hpp"
@@ -467,6 +468,25 @@ class Assembler {
     return set;
   }
 
+  // Compared with the corners as round as they are in those that were not made sharper.
+  static const HarmonicFit& rounded(const Hypothesis& h) { return h.rounded ? *h.rounded : *h.fit; }
+  // Fits in which a rival stands in the place of `effect`; not those that are reduced to it, which
+  // no run tells apart.
+  std::vector<const HarmonicFit*> rival_fits(const std::string& effect) const {
+    std::vector<const HarmonicFit*> fits;
+    for (const std::string& rival : rivals(effect)) {
+      std::vector<std::string> effects = chosen()->effects;
+      std::replace(effects.begin(), effects.end(), effect, rival);
+      std::sort(effects.begin(), effects.end());
+      for (const Hypothesis& h : found_.hypotheses) {
+        const bool same = simpler_than(rival) == effect && reduces(*h.fit, rival);
+        if (h.effects == effects && !same && std::isfinite(h.fit->chi_squared))
+          fits.push_back(&rounded(h));
+      }
+    }
+    return fits;
+  }
+
   void effects() {
     const Hypothesis* best = chosen();
     if (best == nullptr) return;
@@ -482,6 +502,7 @@ class Assembler {
         if (p.effect == effect) named.parameters.push_back(p);
       }
       named.confusable_with = rivals(effect);
+      named.split_by = splitting_run(rounded(*best), rival_fits(effect), data_);
       double share = 0.0;
       const std::string words = where(effect_force_, data_, &share);
       named.where = fmt::format("{} ({:.0f} % of its force)", words, 100.0 * share);

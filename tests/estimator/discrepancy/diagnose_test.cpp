@@ -99,6 +99,41 @@ TEST(Diagnose, PredictsRunsThatAreHeldOut) {
   EXPECT_GT(*d->effects[0].held_out_gain, 0.9);
 }
 
+bool holds(const NamedEffect& set, const std::string& effect) {
+  const auto& others = set.confusable_with;
+  return set.name == effect || std::find(others.begin(), others.end(), effect) != others.end();
+}
+
+// The run that it asks for is made, and then the rivals are fewer.
+TEST(Diagnose, AsksForTheRunThatTellsRivalsApart) {
+  const std::map<std::string, double> truth = {{"coulomb_friction", 0.0006}};
+  std::vector<testing::Setting> settings = {{2.0, 3.0}, {2.0, 2.0}};
+  const auto few = diagnose(testing::recorded(truth, settings, 5), estimator::testing::oleo());
+  ASSERT_TRUE(few && !few->effects.empty());
+  const NamedEffect& unsure = few->effects[0];
+  EXPECT_TRUE(holds(unsure, "coulomb_friction")) << unsure.name;
+  EXPECT_GE(unsure.confusable_with.size(), 4U);
+  ASSERT_TRUE(unsure.split_by);
+  EXPECT_TRUE(unsure.split_by->channel.empty());
+  EXPECT_GE(unsure.split_by->separation, 3.0);
+
+  settings.push_back({unsure.split_by->frequency_hz, unsure.split_by->amplitude});
+  const auto more = diagnose(testing::recorded(truth, settings, 5), estimator::testing::oleo());
+  ASSERT_TRUE(more && !more->effects.empty());
+  EXPECT_TRUE(holds(more->effects[0], "coulomb_friction")) << more->effects[0].name;
+  EXPECT_LT(more->effects[0].confusable_with.size(), unsure.confusable_with.size());
+}
+
+// Lengths that the sensor reads too long look like inertia that is too small in every run.
+TEST(Diagnose, AsksForAnAccelerometerWhereNoRunTells) {
+  const Diagnosis d = diagnosed({{"sensor_gain", 0.95}});
+  ASSERT_FALSE(d.effects.empty());
+  EXPECT_TRUE(holds(d.effects[0], "sensor_gain")) << d.effects[0].name;
+  EXPECT_TRUE(holds(d.effects[0], "added_mass")) << d.effects[0].name;
+  ASSERT_TRUE(d.effects[0].split_by);
+  EXPECT_EQ(d.effects[0].split_by->channel, "acceleration");
+}
+
 TEST(Diagnose, IsDeterministic) {
   const Diagnosis a = diagnosed({{"pressure_friction", 0.005}});
   const Diagnosis b = diagnosed({{"pressure_friction", 0.005}});
