@@ -39,7 +39,8 @@ void CampaignProgress::take(const nlohmann::json& document, double now) {
     estimate_ = document;
   } else if (type == "run_stop") {
     run_open_ = false;
-    if (text_of(document, "status") != "success" && failure_.empty())
+    // What was aborted says no more than that; the rig's own state knows who stopped it.
+    if (text_of(document, "status") == "fail" && failure_.empty())
       failure_ = text_of(document, "reason");
     successes_ += text_of(document, "status") == "success" ? 1 : 0;
   }
