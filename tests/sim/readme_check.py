@@ -27,7 +27,7 @@ def main(program, readme, write):
     text, wanted = path.read_text(), tables(program)
     if write:
         start = text.index("alike.\n") + len("alike.\n")
-        end = text.index("\n## Time integration")
+        end = text.index("\n## ", start)
         path.write_text(f"{text[:start]}\n{wanted}\n{text[end:]}")
         return 0
     if wanted.count("\n") < 30 or wanted not in text:
