@@ -28,6 +28,7 @@ struct RunOptions {
 struct EstimateOptions : InputOptions {
   int starts = 1;  // more: from so many, see estimator/optimise/several_starts.hpp
   unsigned seed = 1;
+  double accuracy = 0.0;  // of the parameters, relative; 0: a fixed grid
   // A record that is not periodic.
   bool transient = false;
   std::vector<double> initial;       // known initial states; empty: estimated

@@ -149,8 +149,14 @@ void add_offline(CLI::App& app, Options& o) {
       ->check(CLI::Range(1, 1000));
   estimating->add_option("--seed", o.estimate.seed, "Of the spread of starts")
       ->capture_default_str();
+  auto* accuracy =
+      estimating
+          ->add_option("--accuracy", o.estimate.accuracy,
+                       "Refine the grid until it changes no parameter by more, e.g. 1e-9")
+          ->check(CLI::Range(1e-12, 1e-2));
   auto* transient = estimating->add_flag("--transient", o.estimate.transient,
                                          "The record is not periodic: integrate it in time");
+  transient->excludes(accuracy);
   estimating
       ->add_option("--initial", o.estimate.initial,
                    "Known initial states, e.g. 0,3: stroke, speed (default: estimated)")

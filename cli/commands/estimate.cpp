@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/refined_fit.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/optimise/periodic_problem.hpp"
 #include "estimator/optimise/several_starts.hpp"
@@ -225,12 +226,13 @@ int estimate(const Common& common, const EstimateOptions& options) {
     const estimator::Model model(input->model);
     std::optional<Search> searched;
     if (options.starts > 1) searched = search(model, input->runs, options);
-    estimator::Estimator estimator(model, input->runs, *how);
-    const estimator::Fit& fit = estimator.fit(searched ? searched->best : model.start());
+    RefinedFit fitted(model, input->runs, *how, options.accuracy);
+    const estimator::Fit& fit = fitted.fit(searched ? searched->best : model.start());
+    estimator::Estimator& estimator = fitted.estimator();
     if (fit.status == estimator::FitStatus::no_solution) {
       return fail(common, kNotUsable, fit.trouble);
     }
-    estimator::Estimate estimate = estimator.describe();
+    estimator::Estimate estimate = fitted.describe();
     if (!estimate.usable) {
       if (auto doubt = unit_doubt(model, input->runs.front()); !doubt.empty())
         estimate.warnings.insert(estimate.warnings.begin(), std::move(doubt));
@@ -256,6 +258,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
     if (common.json) {
       auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
       if (searched) json["minima"] = to_json(searched->minima);
+      if (fitted.refined()) json["grid"] = fitted.grid();
       json["objective"] = objective_name(options, input->model);
       json["intervals"] = options.intervals;
       json["loss"] = options.loss;

@@ -203,6 +203,17 @@ class Estimate(Scratch):
             self.assertAlmostEqual(parameter["standard_error"] / error, 1.0, delta=1e-3)
         self.assertAlmostEqual(document["sum_of_squares"] / expected["ssr"][0], 1.0, delta=1e-4)
 
+    def test_refines_the_grid_to_the_accuracy_that_is_asked_for(self):
+        result = self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = json.loads(result.stdout)
+        for parameter, theta in zip(document["parameters"], reference("oleo_j1_reference.csv")["theta"], strict=True):
+            self.assertAlmostEqual(parameter["value"] / theta, 1.0, delta=1e-9)
+        self.assertTrue(document["grid"]["reached"])
+        self.assertLess(document["grid"]["error"], 1e-9)
+        self.assertRegex(self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9").stdout,
+                         r"on \d+ points a period, which changes no parameter by more than \d")
+
     def test_prints_a_table(self):
         result = self.estimate(DATA / "oleo_j1.csv")
         self.assertEqual(result.returncode, 0)

@@ -1,5 +1,6 @@
 """Motion ends: when anyone says so, and when nobody is in control."""
 import contextlib
+import signal
 import sqlite3
 import time
 import unittest
@@ -71,9 +72,15 @@ class Safety(unittest.TestCase):
         self.until_still(self.other, "IDLE")
 
     def test_sigterm_ramps_down_and_ends_with_success(self):
+        self.ramps_down_at(signal.SIGTERM)
+
+    def test_ctrl_c_ramps_down_and_ends_with_success(self):
+        self.ramps_down_at(signal.SIGINT)
+
+    def ramps_down_at(self, ending):
         self.other.read()
         self.mark = len(self.other.lines)
-        self.daemon.process.terminate()
+        self.daemon.process.send_signal(ending)
         self.until_still(self.other, "RAMP_DOWN")
         self.assertEqual(self.daemon.process.wait(20), 0)
         self.assertEqual(self.status_in_database(), "abort")
