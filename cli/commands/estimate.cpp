@@ -266,6 +266,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
       fmt::print("{}\n", json.dump());
     } else {
       fmt::print("{}", report::estimate_table(document));
+      if (fitted.refined()) fmt::print("{}\n", fitted.sentence());
       if (sampled) fmt::print("{}", posterior_table(*sampled, document.covariance_order));
       if (searched) fmt::print("{}", minima_table(searched->minima, model));
     }
