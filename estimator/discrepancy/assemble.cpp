@@ -27,8 +27,8 @@ constexpr double kHalved = 0.5;           // of chi-squared, by one more effect
 constexpr double kOfGap = 0.6;            // of the gap's square, by one more where that is weighed
 constexpr double kIndependent = 4.0;      // numbers in a run's model error: its parts hang together
 constexpr double kShareOfRecord = 0.125;  // of a record's
-constexpr double kNearlyAsMuch = 0.75;    // of the gap's square that the best closes
-constexpr double kMostUnexplained = 0.9;  // probability of a name while something is left
+constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
+constexpr double kMostUnexplained = 0.9;     // probability of a name while something is left
 constexpr int kCurvePoints = 128;
 constexpr Eigen::Index kStretchPoints = 400;
 

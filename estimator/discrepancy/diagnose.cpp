@@ -163,7 +163,9 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (const auto softened = with_model_error(first, data)) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
     if (again.trouble.empty()) {
-      Naming second = name_effects(std::move(again), *softened, catalogue, naming, named(0.6, 0.9));
+      NamingOptions by_gap = naming;
+      by_gap.simple_first = true;
+      Naming second = name_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
       second.adequate = second.explained = false;
       second.by_gap = true;
       second.probability_base = first.probability_base;

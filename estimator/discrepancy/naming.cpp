@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 constexpr double kWorthRefitting = 5.0;  // of chi-squared: less is chance
 constexpr double kRival = 400.0;         // of chi-squared, times the best one's
 constexpr std::size_t kMostRivals = 4;
-constexpr double kNearlyAsMuch = 0.75;  // of the gap's square that the best closes
+constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
 // Of log evidence that a simpler effect may be behind the richer one: with the richer one's
 // interval holding the special case, and without.
 constexpr double kReducedBehind = 10.0, kSimplerBehind = 1.0;
@@ -125,7 +125,7 @@ class Search {
       level = std::move(next);
       const double before = left_by_best();
       choose();
-      if (left_by_best() > kWorthGoingOn * before) break;
+      if (!options_.simple_first && left_by_best() > kWorthGoingOn * before) break;
     }
     prune();
   }
@@ -142,7 +142,7 @@ class Search {
     found_.probability_base = probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
     describe(found_.base);
-    return !found_.adequate;
+    return !found_.adequate || options_.simple_first;
   }
 
   double probability(const Scoring& scoring) const {
@@ -174,9 +174,13 @@ class Search {
       h.fitted_constants = parent.fitted_constants;
       h.effects = parent.effects;
       const std::string added(next.candidate->effect->name());
-      if (std::any_of(h.effects.begin(), h.effects.end(),
-                      [&](const std::string& e) { return e == added || related(e, added); }))
-        continue;
+      // Of two that hold one another only one is wanted; but on a damper that no model explains the
+      // simple one is named first, and the richer one may add what is still missing.
+      const auto stands = [&](const std::string& e) {
+        const bool adds = options_.simple_first && simpler_than(added) == e;
+        return e == added || (related(e, added) && !adds);
+      };
+      if (std::any_of(h.effects.begin(), h.effects.end(), stands)) continue;
       h.effects.push_back(added);
       std::sort(h.effects.begin(), h.effects.end());
       if (!known_.insert(h.effects).second) continue;
@@ -345,7 +349,9 @@ class Search {
     return true;
   }
 
-  bool settled() const { return chosen_ && found_.explained; }
+  // Where shares of the gap are weighed, the errors are what a first search left, and a fit that
+  // leaves no more than them says nothing.
+  bool settled() const { return chosen_ && found_.explained && !options_.simple_first; }
 
   std::shared_ptr<const HarmonicFit> refitted(const config::ModelSpec& spec,
                                               const std::vector<double>& start,
