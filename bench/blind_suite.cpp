@@ -1,5 +1,7 @@
 // The whole blind suite of the discrepancy workflow: see tests/blind/suite.hpp.
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 
 #include <CLI/CLI.hpp>
@@ -31,7 +33,14 @@ int main(int argc, char** argv) {
     cases[i / static_cast<std::size_t>(every)] = cases[i - i % static_cast<std::size_t>(every)];
   cases.resize((cases.size() + static_cast<std::size_t>(every) - 1) /
                static_cast<std::size_t>(every));
-  const auto folder = std::filesystem::temp_directory_path() / "shaker-blind-suite";
+  // Of this run alone: two may be at work at once.
+  std::string pattern = (std::filesystem::temp_directory_path() / "blind-suite.XXXXXX").string();
+  if (::mkdtemp(pattern.data()) == nullptr) {
+    fmt::print(stderr, "blind_suite: no folder can be made in {}\n",
+               std::filesystem::temp_directory_path().string());
+    return 1;
+  }
+  const std::filesystem::path folder = pattern;
   std::size_t done = 0;
   const auto scored = run(cases, folder, threads, [&](const Scored& s) {
     std::string names;
