@@ -207,6 +207,10 @@ std::string objective_name(const EstimateOptions& options, const config::ModelSp
 }  // namespace
 
 int estimate(const Common& common, const EstimateOptions& options) {
+  if (wants_channels(options) && options.accuracy > 0.0)
+    return fail(common, kBadInput,
+                "--accuracy refines the fit of the displacement alone; leave it or the choice of "
+                "channels out");
   if (wants_channels(options)) return estimate_channels(common, options);
   if (options.loss != "squared" && options.intervals != "linear") {
     return fail(common, kBadInput,

@@ -214,6 +214,11 @@ class Estimate(Scratch):
         self.assertRegex(self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9").stdout,
                          r"on \d+ points a period, which changes no parameter by more than \d")
 
+    def test_an_accuracy_of_several_channels_is_refused_not_forgotten(self):
+        result = self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9", "--objective", "joint_covariance")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--accuracy", result.stderr)
+
     def test_prints_a_table(self):
         result = self.estimate(DATA / "oleo_j1.csv")
         self.assertEqual(result.returncode, 0)
