@@ -1,7 +1,7 @@
 // The other side of the wire for can_wire_test: plain system calls, nothing of drivers/can.
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
@@ -12,8 +12,10 @@
 #include <vector>
 
 #include <linux/can.h>
+#include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <net/if.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -28,42 +30,54 @@ struct Seen {
   std::vector<std::uint8_t> data;
 };
 
-// Another node on the bus; sees everything but its own frames.
+// A raw socket that takes every frame of an interface, error frames included.
+inline int open_raw(const char* interface) {
+  const int fd = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK, CAN_RAW);
+  const int on = 1;
+  const can_err_mask_t errors = CAN_ERR_MASK;
+  ::setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on);
+  ::setsockopt(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(::if_nametoindex(interface));
+  if (fd < 0 || ::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
+    throw std::runtime_error(std::string("no peer on ") + interface);
+  }
+  return fd;
+}
+
+// Another node on the bus; sees everything but its own frames. What it has sent has arrived at
+// every socket when `send` returns: a busy kernel hands frames on later, and a witness waits for
+// that.
 class Peer {
  public:
-  explicit Peer(const char* interface) : fd_(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK, CAN_RAW)) {
-    const int on = 1;
-    ::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on);
-    sockaddr_can address{};
-    address.can_family = AF_CAN;
-    address.can_ifindex = static_cast<int>(::if_nametoindex(interface));
-    if (fd_ < 0 || ::bind(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) {
-      throw std::runtime_error(std::string("no peer on ") + interface);
-    }
-  }
+  explicit Peer(const char* interface) : fd_(open_raw(interface)), witness_(open_raw(interface)) {}
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
-  ~Peer() { ::close(fd_); }
+  ~Peer() {
+    ::close(fd_);
+    ::close(witness_);
+  }
 
   void send(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
     can_frame frame{};
     frame.can_id = id;
     for (const auto byte : data)
       frame.data[frame.can_dlc++] = byte;
-    write_all(&frame, sizeof frame);
+    deliver(frame);
   }
   void send_raw(std::uint32_t id, std::uint8_t length) {  // zeros, without allocating
     can_frame frame{};
     frame.can_id = id;
     frame.can_dlc = length;
-    write_all(&frame, sizeof frame);
+    deliver(frame);
   }
   void send_fd(std::uint32_t id, const std::vector<std::uint8_t>& data) {
     canfd_frame frame{};
     frame.can_id = id;
     frame.len = static_cast<std::uint8_t>(data.size());
     std::memcpy(frame.data, data.data(), data.size());
-    write_all(&frame, sizeof frame);
+    deliver(frame);
   }
   std::vector<Seen> take_all() {
     std::vector<Seen> all;
@@ -72,16 +86,38 @@ class Peer {
     }
     return all;
   }
-
- private:
-  void write_all(const void* frame, std::size_t size) {
-    for (int tries = 0; tries < 1000; ++tries) {
-      if (::write(fd_, frame, size) == static_cast<ssize_t>(size)) return;
+  // Everything up to the `count`th frame that is `wanted`, or what has come in five seconds.
+  template <typename Predicate>
+  std::vector<Seen> take_until(std::ptrdiff_t count, Predicate wanted) {
+    std::vector<Seen> all;
+    for (int tries = 0; tries < 5000; ++tries) {
+      for (auto& seen : take_all())
+        all.push_back(std::move(seen));
+      if (std::count_if(all.begin(), all.end(), wanted) >= count) break;
       ::usleep(1000);
     }
-    throw std::runtime_error("the peer cannot send");
+    return all;
   }
-  int fd_;
+
+ private:
+  // can_frame and canfd_frame have identifier, length and data at the same places.
+  template <typename Frame>
+  void deliver(const Frame& frame) {
+    for (int tries = 0; ::write(fd_, &frame, sizeof frame) != ssize_t{sizeof frame}; ++tries) {
+      if (tries == 1000) throw std::runtime_error("the peer cannot send");
+      ::usleep(1000);
+    }
+    Frame seen{};
+    for (pollfd arrival{witness_, POLLIN, 0}; ::poll(&arrival, 1, 5000) == 1;) {
+      if (::read(witness_, &seen, sizeof seen) == ssize_t{sizeof seen} &&
+          seen.can_id == frame.can_id &&
+          std::memcmp(seen.data, frame.data, sizeof frame.data) == 0) {
+        return;
+      }
+    }
+    throw std::runtime_error("the peer's frame did not arrive");
+  }
+  int fd_, witness_;
 };
 
 // An interface of this test alone.
