@@ -66,7 +66,9 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   const int count = shapes.size() == 1 ? 5 : 3;
   for (const ParameterInfo* shape : shapes) {
     auto values = grid(*shape, range, count);
-    if (probes.size() * values.size() > kMostProbes)
+    // Each probe of a part in series is a solution of its own: only what matters most is varied.
+    const bool dear = effect.in_series() && shape != shapes.front();
+    if (dear || probes.size() * values.size() > kMostProbes)
       values = {std::clamp(shape->start, shape->lower, shape->upper)};
     std::vector<Probe> finer;
     for (const Probe& probe : probes) {

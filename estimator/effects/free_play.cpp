@@ -9,14 +9,14 @@ namespace shaker::estimator {
 namespace {
 
 constexpr ParameterInfo kParameters[] = {
-    {"delta", "m", 5e-4, 0.0, 5e-3, "play between the stops"},
+    {"delta", "m", 5e-4, 5e-5, 1e-2, "play between the stops"},
+    {"k", "1/s^2", 2e4, 5e2, 1e6, "stiffness of the stops over mass"},
 };
 constexpr ConstantInfo kConstants[] = {
-    {"k", "1/s^2", 1e5, "stiffness of the stops over mass", true},
     {"w", "m", 2e-5, "depth over which a stop is met", true},
 };
 
-class FreePlay final : public DualEffect<FreePlay, kSeesU, 1> {
+class FreePlay final : public DualEffect<FreePlay, kSeesU, 2> {
  public:
   std::string_view name() const override { return "free_play"; }
   std::string_view formula() const override {
@@ -31,8 +31,8 @@ class FreePlay final : public DualEffect<FreePlay, kSeesU, 1> {
   template <class T>
   static bool formula(const Local<T, 0>& at, const T* theta, const double* constants, T& f, T*) {
     const T half = 0.5 * theta[0];
-    f = constants[0] *
-        (smooth_ramp(at.u - half, constants[1]) - smooth_ramp(-at.u - half, constants[1]));
+    f = theta[1] *
+        (smooth_ramp(at.u - half, constants[0]) - smooth_ramp(-at.u - half, constants[0]));
     return true;
   }
 };

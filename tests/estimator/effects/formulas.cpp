@@ -152,10 +152,10 @@ const std::map<std::string, Formula>& formulas() {
         {0.01}}},
       {"free_play",
        {[](const Seen& s) {
-          return E{s.c[0] * (ramp(s.u - s.t[0] / 2.0, s.c[1]) - ramp(-s.u - s.t[0] / 2.0, s.c[1]))};
+          return E{s.t[1] * (ramp(s.u - s.t[0] / 2.0, s.c[0]) - ramp(-s.u - s.t[0] / 2.0, s.c[0]))};
         },
-        {0.04},
-        {800.0, 0.01}}},
+        {0.04, 800.0},
+        {0.01}}},
       {"added_mass", {[](const Seen& s) { return E{s.t[0] * s.a}; }, {0.03}, {}}},
       {"tyre",
        {[](const Seen& s) {
