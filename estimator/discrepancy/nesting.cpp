@@ -19,7 +19,7 @@ struct Nesting {
 const std::vector<Nesting>& nestings() {
   static const std::vector<Nesting> all = {
       {"stribeck_friction", "coulomb_friction", {{"ratio", 1.0}}},
-      {"bouc_wen_hysteresis", "presliding_friction", {{"beta", 1.0}, {"n", 1.0}}},
+      {"bouc_wen_hysteresis", "presliding_friction", {{"gamma", 0.0}, {"n", 1.0}}},
       {"presliding_friction", "coulomb_friction", {{"z0", 5e-5}}}};
   return all;
 }

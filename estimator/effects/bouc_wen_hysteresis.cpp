@@ -1,8 +1,12 @@
-// The Bouc-Wen hysteresis k z, z' = v - b |v|_e |z|^(n-1) z - c v |z|^n, in the three numbers that
-// can be told apart: with s = z / z0 in -1 .. 1, z0 = (b + c)^(-1/n), f_h = k z0 and beta = b / (b
-// + c),
-//     f_h s,     z0 s' = v - |s|^(n-1) (beta |v|_e s + (1 - beta) v |s|)
-// |s| is rounded at 0 over the width r. Y. K. Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249-263.
+// The Bouc-Wen hysteresis k z, z' = v - b |v|_e |z|^(n-1) z - c v |z|^n, in the numbers that can be
+// told apart: with s = z / z0, z0 = b^(-1/n), f_h = k z0 and gamma = c / b,
+//     f_h s,     z0 s' = v - |s|^(n-1) (|v|_e s + gamma v |s|)
+// b > 0, so that every loop takes energy. Along a stroke ds/du is 1 - (1 + gamma) |s|^n on loading
+// and 1 + (1 - gamma) |s|^n on unloading: above -1 the loop softens and |s| ends at
+// (1 + gamma)^(-1/n), 1 for Dahl's friction (gamma 0); below -1 it hardens, and with n = 1 stays
+// under (exp(-(1 + gamma) u / z0) - 1) / -(1 + gamma) over a stroke of length u, as every way back
+// is steeper than the way there. |s| is rounded at 0 over the width r. Y. K. Wen, J. Eng. Mech.
+// Div. ASCE 102 (1976) 249-263; J. P. Noel and M. Schoukens' benchmark has gamma = -1.375.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 
@@ -10,9 +14,9 @@ namespace shaker::estimator {
 namespace {
 
 constexpr ParameterInfo kParameters[] = {
-    {"f_h", "m/s^2", 0.3, 0.0, 100.0, "yield force per unit mass, k z0", 0.0},
-    {"z0", "m", 2e-3, 5e-5, 0.1, "yield displacement, (b + c)^(-1/n)"},
-    {"beta", "-", 0.65, 0.0, 2.0, "b / (b + c): fat loop 1, lean 0.5"},
+    {"f_h", "m/s^2", 0.3, 0.0, 100.0, "force per unit mass at s = 1, k z0", 0.0},
+    {"z0", "m", 2e-3, 5e-5, 0.1, "displacement over which it yields, b^(-1/n)"},
+    {"gamma", "-", 0.5, -3.0, 5.0, "c / b: lean loop 1, fat 0, hardening below -1"},
     {"n", "-", 1.3, 1.0, 2.0, "sharpness of the knee"},
 };
 constexpr ConstantInfo kConstants[] = {
@@ -28,7 +32,7 @@ class BoucWenHysteresis final
  public:
   std::string_view name() const override { return "bouc_wen_hysteresis"; }
   std::string_view formula() const override {
-    return "f_h s,  z0 s' = v - |s|^(n-1) (beta |v|_e s + (1 - beta) v |s|)";
+    return "f_h s,  z0 s' = v - |s|^(n-1) (|v|_e s + gamma v |s|)";
   }
   std::string_view meaning() const override {
     return "a force that depends on the history of the motion";
@@ -41,9 +45,9 @@ class BoucWenHysteresis final
   static bool formula(const Local<T, 1>& at, const T* theta, const double* constants, T& f, T* h) {
     const T size = smooth_abs(at.w[0], constants[1]);
     const T power = exp((theta[3] - 1.0) * log(size));
-    const T loop = theta[2] * smooth_abs(at.v, constants[0]) * at.w[0];
+    const T loop = smooth_abs(at.v, constants[0]) * at.w[0];
     f = theta[0] * at.w[0];
-    h[0] = theta[1] * at.w_dot[0] - at.v + power * (loop + (1.0 - theta[2]) * at.v * size);
+    h[0] = theta[1] * at.w_dot[0] - at.v + power * (loop + theta[2] * at.v * size);
     return true;
   }
 };

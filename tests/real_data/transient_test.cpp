@@ -1,4 +1,6 @@
 // Records that are not periodic: what does the simple model of each lack?
+#include <cmath>
+
 #include "tests/real_data/measured.hpp"
 
 namespace shaker::estimator::discrepancy::testing {
@@ -61,6 +63,34 @@ TEST_F(RealRecords, PositioningAxisLacksCoulombFriction) {
   EXPECT_NEAR(d.effects[0].parameters.at(0).value, 0.204, 0.02);  // published: 20.4 N, over 100 kg
   EXPECT_LT(d.gap.after, 0.035);                                  // 9.4 N before
   EXPECT_LT(*d.gap.held_out_after, 0.5 * *d.gap.held_out_before);
+}
+
+// Noel and Schoukens' oscillator of 2 kg: 10 N s/m, 50 kN/m, and a loop that hardens.
+TEST_F(RealRecords, HystereticOscillatorLacksHysteresis) {
+  const Column x{"force_N", 0.5}, y{"displacement_m", 1.0};
+  Campaign campaign;
+  campaign.runs.push_back(
+      transient("boucwen_sim/boucwen_train_multisine.csv", x, y, Role::fit, 0, 3000));
+  campaign.runs.push_back(
+      transient("boucwen_sim/boucwen_test_multisine.csv", x, y, Role::held_out, 0, 3000));
+  config::ModelSpec model;
+  model.name = "linear oscillator";
+  model.effects = {line("linear_stiffness", "k", 4e4, 0.0, 1e9),
+                   line("viscous_damping", "c", 20.0, 0.0, 1e4)};
+  const auto d = diagnosed(campaign, model);
+  ASSERT_EQ(d.effects.size(), 1U);
+  EXPECT_EQ(d.effects[0].name, "bouc_wen_hysteresis");
+  const auto fitted = [&](const std::string& symbol) {
+    for (const ParameterEstimate& p : d.effects[0].parameters) {
+      if (p.name == symbol) return p.value;
+    }
+    return std::nan("");
+  };
+  EXPECT_NEAR(fitted("f_h"), 5e4 / 2.0 / 800.0, 0.8);
+  EXPECT_NEAR(fitted("z0"), 1.0 / 800.0, 2e-5);
+  EXPECT_NEAR(fitted("gamma"), -1.1 / 0.8, 0.02);
+  EXPECT_LT(d.gap.after, 0.05 * d.gap.before);
+  EXPECT_LT(*d.gap.held_out_after, 0.05 * *d.gap.held_out_before);
 }
 
 }  // namespace

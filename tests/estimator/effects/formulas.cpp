@@ -64,10 +64,10 @@ const std::map<std::string, Formula>& formulas() {
       {"bouc_wen_hysteresis",
        {[](const Seen& s) {
           const C size = smooth(s.w[0], s.c[1]), n = s.t[3];
-          return E{s.t[0] * s.w[0],
-                   s.t[1] * s.w_dot[0] -
-                       (s.v - s.t[2] * smooth(s.v, s.c[0]) * std::pow(size, n - 1.0) * s.w[0] -
-                        (1.0 - s.t[2]) * s.v * std::pow(size, n))};
+          return E{
+              s.t[0] * s.w[0],
+              s.t[1] * s.w_dot[0] - (s.v - smooth(s.v, s.c[0]) * std::pow(size, n - 1.0) * s.w[0] -
+                                     s.t[2] * s.v * std::pow(size, n))};
         },
         {0.7, 0.004, 0.65, 1.6},
         {0.01, 0.05}}},
