@@ -17,8 +17,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostSteps = 60;
-constexpr int kLaps = 2;   // of a march: the first forgets how it began
-constexpr int kFiner = 2;  // steps of a march between two points
+constexpr int kLaps = 2;              // of a march: the first forgets how it began
+constexpr double kDifference = 1e-4;  // of the motion, for slopes over it
+constexpr int kFiner = 2;             // steps of a march between two points
 
 VectorXd differentiated(const VectorXd& harmonics, double frequency) {
   VectorXd rate = VectorXd::Zero(harmonics.size());
@@ -41,6 +42,7 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
       memory_(s_ - model.mechanical()),
       padded_((points + 7) / 8 * 8),
       frequency_(frequency_hz),
+      motion_(motion),
       band_(points, std::max(1, memory_), stencil_.reach) {
   if (model.mechanical() != 1)
     throw std::invalid_argument(
@@ -190,6 +192,7 @@ bool ImposedMotion::solve_memory(std::span<const double> theta) {
 }
 
 bool ImposedMotion::at(std::span<const double> theta) {
+  theta_.assign(theta.begin(), theta.end());
   if (march_) {
     if (!march_->at(theta)) return false;
     const Index first = (kLaps - 1) * kFiner * n_;
@@ -217,6 +220,19 @@ bool ImposedMotion::at(std::span<const double> theta) {
     }
   }
   return force_.allFinite() && slope_.allFinite();
+}
+
+MatrixXd ImposedMotion::over_motion() const {
+  const double h = kDifference * motion_.tail(motion_.size() - 1).norm();
+  MatrixXd slope = MatrixXd::Zero(n_, motion_.size());
+  for (Index c = 0; c < motion_.size(); ++c) {
+    VectorXd more = motion_, less = motion_;
+    more[c] += h;
+    less[c] -= h;
+    ImposedMotion high(*model_, frequency_, more, n_), low(*model_, frequency_, less, n_);
+    if (high.at(theta_) && low.at(theta_)) slope.col(c) = (high.force() - low.force()) / (2.0 * h);
+  }
+  return slope;
 }
 
 }  // namespace shaker::estimator::discrepancy

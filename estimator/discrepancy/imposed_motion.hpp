@@ -30,6 +30,9 @@ class ImposedMotion {
   bool at(std::span<const double> theta);
   const Eigen::VectorXd& force() const { return force_; }
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
+  // Of the force of the last theta, over the harmonics of the motion, by differences: points x
+  // harmonics, the mean first. 0 where a motion nearby is inadmissible.
+  Eigen::MatrixXd over_motion() const;
   const Eigen::VectorXd& stroke() const { return u_; }
   const Eigen::VectorXd& velocity() const { return v_; }
 
@@ -44,6 +47,8 @@ class ImposedMotion {
   const Model* model_;
   int n_, s_, p_, memory_, padded_;
   double frequency_;
+  Eigen::VectorXd motion_;
+  std::vector<double> theta_;
   Stencil stencil_ = upwind_stencil(Scheme::order4);
   Eigen::VectorXd u_, v_, a_, force_;
   Eigen::MatrixXd slope_;

@@ -117,6 +117,10 @@ Eigen::MatrixXd Prediction::over_excitation(int driver_harmonics) {
   return analysis_ * curves;
 }
 
+Eigen::MatrixXd Prediction::over_motion() const {
+  return imposed_ ? Eigen::MatrixXd(analysis_ * imposed_->over_motion()) : Eigen::MatrixXd();
+}
+
 void Prediction::start_from(const Prediction& other) {
   if (transient_ && other.transient_) transient_->start_from(*other.transient_);
   if (!response_ || !other.response_) return;

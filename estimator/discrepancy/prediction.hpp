@@ -33,6 +33,8 @@ class Prediction {
   // (2 H + 1) x 2 Hx: over the excitation's cosines and sines, without its mean. Zero for an
   // imposed motion.
   Eigen::MatrixXd over_excitation(int driver_harmonics);
+  // (2 H + 1) x (2 Hx + 1): over the harmonics of an imposed motion, its mean first.
+  Eigen::MatrixXd over_motion() const;
 
   // Begins from another model's solution of the same run: as far as coordinates are shared.
   void start_from(const Prediction& other);

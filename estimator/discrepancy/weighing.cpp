@@ -44,18 +44,20 @@ RunDatum datum_of(const SteadyRun& run, const RunNoise& noise) {
 
 // How the response follows the driver, cycle by cycle.
 struct Following {
-  MatrixXd slope;      // of as many response harmonics as were predicted, over cosines and sines
-  MatrixXd wander;     // of the driver, without its mean, a row a cycle
+  MatrixXd slope;      // of as many response harmonics as were predicted, over the driver's
+  MatrixXd wander;     // of those harmonics of the driver, a row a cycle
   MatrixXd explained;  // of the response
   bool any() const { return slope.size() > 0; }
 };
 
 Following follow(const SteadyRun& run, Prediction& prediction) {
   Following f;
-  if (!run.driver_measured || run.kind != Kind::periodic) return f;
-  f.slope = prediction.over_excitation(run.driver_harmonics);
+  if (!run.driver_measured || run.kind == Kind::transient) return f;
+  // The mean of an excitation is an accelerometer's offset; that of a motion is where it works.
+  f.slope = run.kind == Kind::imposed_motion ? prediction.over_motion()
+                                             : prediction.over_excitation(run.driver_harmonics);
   const MatrixXd centred = run.driver.rowwise() - run.driver.colwise().mean();
-  f.wander = centred.rightCols(centred.cols() - 1);
+  f.wander = centred.rightCols(f.slope.cols());
   f.explained = MatrixXd::Zero(run.response.rows(), run.response.cols());
   const auto shared = std::min(f.explained.cols(), f.slope.rows());
   f.explained.leftCols(shared) = f.wander * f.slope.topRows(shared).transpose();
@@ -130,7 +132,7 @@ Weighed weigh(const std::vector<SteadyRun>& runs, HarmonicFit& fit) {
     if (following[r].any() && unfollowed > 0.0) {
       MatrixXd covariance = datum.error.cwiseAbs2().asDiagonal();
       const auto size = following[r].slope.cols();
-      const VectorXd variance = unfollowed * driver.runs[r].variance.segment(1, size);
+      const VectorXd variance = unfollowed * driver.runs[r].variance.tail(size);
       const MatrixXd slope = following[r].slope.topRows(shared);
       covariance.topLeftCorner(shared, shared) += slope * variance.asDiagonal() * slope.transpose();
       set_covariance(datum, covariance);

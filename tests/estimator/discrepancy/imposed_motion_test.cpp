@@ -133,5 +133,35 @@ TEST(ImposedMotion, NamesTheHysteresisOfADynamometersDamper) {
   EXPECT_LT(d->gap.after, 1.1 * d->gap.noise_floor);
 }
 
+// The sensor of the motion is noisy too, and its noise runs through the damper into the force.
+TEST(ImposedMotion, TakesNoiseOfTheMotionsSensorForNothingElse) {
+  std::mt19937_64 source(7);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 4; ++trial) {
+    Campaign campaign;
+    for (const double frequency : {0.5, 1.0, 2.0, 4.0}) {
+      Recording r;
+      r.name = "f" + std::to_string(campaign.runs.size());
+      r.kind = Kind::imposed_motion;
+      r.frequency_hz = frequency;
+      for (int i = 0; i < 10 * 200; ++i) {
+        const double phase = kTwoPi * i / 200.0;
+        const double v = -kTwoPi * frequency * 0.02 * std::sin(phase);
+        r.t.push_back(i / (200.0 * frequency));
+        r.displacement.push_back(0.05 + 0.02 * std::cos(phase) + 1e-4 * normal(source));
+        r.force.push_back(3.0 * v + 40.0 * 0.02 * std::cos(phase) + 0.01 * normal(source));
+      }
+      campaign.runs.push_back(std::move(r));
+    }
+    auto spec = estimator::testing::model_of({estimator::testing::effect("viscous_damping"),
+                                              estimator::testing::effect("linear_stiffness")});
+    spec.effects[1].constants["u0"] = 0.05;
+    const auto d = diagnose(campaign, spec);
+    ASSERT_TRUE(d) << d.error().what;
+    EXPECT_EQ(d->verdict, Verdict::adequate) << trial;
+    EXPECT_LT(d->gap.before, 1.6 * d->gap.noise_floor) << trial;
+  }
+}
+
 }  // namespace
 }  // namespace shaker::estimator::discrepancy
