@@ -39,7 +39,6 @@ Instruments::Instruments(const RigOptions& options, const Values& values, Nanose
       quadratic_(values.at("sensor_quadratic")),
       drift_(values.at("sensor_drift")),
       excitation_gain_(values.at("excitation_sensor_gain")),
-      lag_share_(1.0),
       period_s_(1.0 / options.sample_rate_hz),
       rate_(1.0 + 1e-6 * options.clock_offset_ppm),
       start_(start),
@@ -49,7 +48,12 @@ Instruments::Instruments(const RigOptions& options, const Values& values, Nanose
       noise_source_(options.seed),
       arrival_source_(options.seed ^ 0x9e3779b97f4a7c15u) {
   const double lag = values.at("sensor_lag");
-  if (lag > 0.0) lag_share_ = 1.0 - std::exp(-period_s_ / lag);
+  if (lag > 0.0) {
+    // Exact for what goes straight from sample to sample: a held sample would come half a period
+    // early.
+    lag_kept_ = std::exp(-period_s_ / lag);
+    lag_old_ = (1.0 - lag_kept_) * lag / period_s_ - lag_kept_;
+  }
   due_ = instant(++k_);
 }
 
@@ -77,7 +81,9 @@ double DeadTime::pass(double value) {
 
 double Instruments::through_transducer(double stroke) {
   const double delayed = stroke_delay_.pass(stroke);
-  lagged_ = lagged_ ? *lagged_ + lag_share_ * (delayed - *lagged_) : delayed;
+  if (!lagged_) lagged_ = before_lag_ = delayed;
+  lagged_ = lag_kept_ * *lagged_ + lag_old_ * before_lag_ + (1.0 - lag_kept_ - lag_old_) * delayed;
+  before_lag_ = delayed;
   const double bent = *lagged_ * (1.0 + quadratic_ * *lagged_);
   return gain_ * bent + offset_ + drift_ * static_cast<double>(k_) * period_s_;
 }

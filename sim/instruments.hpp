@@ -54,12 +54,14 @@ class Instruments {
   Nanoseconds instant(std::int64_t k) const;
 
   RigOptions options_;
-  double gain_, offset_, quadratic_, drift_, excitation_gain_, lag_share_;
+  double gain_, offset_, quadratic_, drift_, excitation_gain_;
+  double lag_kept_ = 0.0, lag_old_ = 0.0;  // shares of the last output and input in the next output
   double period_s_, rate_;
   Nanoseconds start_, due_;
   std::int64_t k_ = 0;
   DeadTime stroke_delay_, excitation_delay_;
   std::optional<double> lagged_, frozen_;
+  double before_lag_ = 0.0;
   std::optional<RigSample> on_its_way_;
   // Apart, so that turning one imperfection on leaves the others as they were.
   std::mt19937_64 noise_source_, arrival_source_;

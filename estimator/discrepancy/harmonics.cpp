@@ -8,19 +8,21 @@ namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-double angle(Eigen::Index order, Eigen::Index point, Eigen::Index points) {
-  return kTwoPi * static_cast<double>(order * point % points) / static_cast<double>(points);
-}
-
 }  // namespace
 
 Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
-  Eigen::MatrixXd table(points, harmonic_size(harmonics));
+  Eigen::VectorXd cosine(points), sine(points);
   for (Eigen::Index i = 0; i < points; ++i) {
-    table(i, 0) = 1.0;
-    for (Eigen::Index h = 1; h <= harmonics; ++h) {
-      table(i, 2 * h - 1) = std::cos(angle(h, i, points));
-      table(i, 2 * h) = std::sin(angle(h, i, points));
+    const double angle = kTwoPi * static_cast<double>(i) / points;
+    cosine[i] = std::cos(angle);
+    sine[i] = std::sin(angle);
+  }
+  Eigen::MatrixXd table(points, harmonic_size(harmonics));
+  table.col(0).setOnes();
+  for (Eigen::Index h = 1; h <= harmonics; ++h) {
+    for (Eigen::Index i = 0; i < points; ++i) {
+      table(i, 2 * h - 1) = cosine[h * i % points];
+      table(i, 2 * h) = sine[h * i % points];
     }
   }
   return table;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -117,8 +118,7 @@ class Search {
         // Not a reference: extending grows the vector.
         Hypothesis parent = found_.hypotheses[level[i]];
         if (parent.rounded) parent.fit = parent.rounded;
-        const Scoring scoring = score(*parent.fit, data_, all_, options_.fit);
-        for (const std::size_t h : extend(parent, scoring, size == 2 ? 5 : 3))
+        for (const std::size_t h : extend(parent, scored(parent.fit), size == 2 ? 5 : 3))
           next.push_back(h);
       }
       if (next.empty()) break;
@@ -137,12 +137,23 @@ class Search {
 
   // False when there is nothing to look for.
   bool judge_base() {
-    found_.base_scoring = score(*found_.base.fit, data_, all_, options_.fit);
+    // What has no coefficient is probed where it does something, which may be far away; later on
+    // only what lies near by.
+    FitOptions far = options_.fit;
+    far.from_rest = true;
+    found_.base_scoring = score(*found_.base.fit, data_, all_, far);
     progress_(0.2);
     found_.probability_base = probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
     describe(found_.base);
     return !found_.adequate || options_.simple_first;
+  }
+
+  // Each fit once: that the best is judged by is what it is extended by.
+  const Scoring& scored(const std::shared_ptr<const HarmonicFit>& fit) {
+    auto& known = scored_[fit];
+    if (!known) known = std::make_shared<const Scoring>(score(*fit, data_, all_, options_.fit));
+    return *known;
   }
 
   double probability(const Scoring& scoring) const {
@@ -279,7 +290,7 @@ class Search {
     chosen_ = true;
     const Hypothesis& best = found_.hypotheses[found_.best];
     if (before == best.fit) return;
-    Scoring scoring = score(best.rounded ? *best.rounded : *best.fit, data_, all_, options_.fit);
+    Scoring scoring = scored(best.rounded ? best.rounded : best.fit);
     if (best.rounded) {
       const Projector project(scoring.design.jacobian);
       scoring.residual = project(stacked_residual(*best.fit, *best.data));
@@ -404,6 +415,7 @@ class Search {
   const NamingOptions& options_;
   const std::function<void(double)>& progress_;
   std::set<std::vector<std::string>> known_;
+  std::map<std::shared_ptr<const HarmonicFit>, std::shared_ptr<const Scoring>> scored_;
   bool chosen_ = false;
 };
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "estimator/discrepancy/corners.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -89,7 +91,8 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
       effect != nullptr && effect->in_series() &&
       std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
     return MatrixXd(rows_of(data), 0);
-  const Model model(with_line(fit.spec, probe.line));
+  const config::ModelSpec spec = with_line(fit.spec, probe.line);
+  const Model model(spec);
   const std::vector<double> theta = carried_over(model, fit);
   const std::vector<int> columns = columns_of(model, probe);
   const bool whole = columns.empty();
@@ -97,9 +100,15 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
   Index at = 0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!fitted(data[r])) continue;
-    Prediction prediction(model, data[r], points_for(model, options));
+    // With corners as the fit has them: its solution is this one's too.
+    const bool sharp = fit.run_models[r] != fit.model;
+    const int points = points_for(model, options);
+    const std::optional<Model> rounded =
+        sharp ? std::optional<Model>(rounded_for(spec, data[r], fit.predictions[r].points()))
+              : std::nullopt;
+    Prediction prediction(rounded ? *rounded : model, data[r], points);
     prediction.start_from(fit.predictions[r]);
-    if (!prediction.at(theta)) return MatrixXd(rows_of(data), 0);
+    if (!prediction.at(theta, options.from_rest)) return MatrixXd(rows_of(data), 0);
     const Index size = data[r].response.size();
     if (whole)
       stacked.col(0).segment(at, size) =

@@ -4,27 +4,9 @@
 #include <numbers>
 
 #include "estimator/instrument/instrument.hpp"
-#include "estimator/math/simd_math.hpp"
 #include "estimator/periodic/dense.hpp"
 
 namespace shaker::estimator {
-namespace {
-
-// out row i = sum over j of kernel[i - j] * in row j, on the ring.
-SHAKER_SIMD_CLONES void convolve(int n, int width, const double* __restrict kernel,
-                                 const double* __restrict in, double* __restrict out) {
-  std::fill_n(out, n * width, 0.0);
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      const double k = kernel[i >= j ? i - j : i - j + n];
-      for (int m = 0; m < width; ++m)
-        out[i * width + m] += k * in[j * width + m];
-    }
-  }
-}
-
-}  // namespace
-
 PeriodicSystem::Observer::Observer(const PeriodicSystem& system,
                                    std::span<const Quantity> quantities)
     : n_(system.n_),
@@ -59,10 +41,11 @@ PeriodicSystem::Observer::Observer(const PeriodicSystem& system,
   cut(y_theta_, p_);
   cut(workspace_, std::max(observation_arrays(model), further));
   time_.resize(static_cast<std::size_t>(system.padded_));
-  kernels_.resize(static_cast<std::size_t>(1 + kMostParameters) * n_);
   factors_.resize(static_cast<std::size_t>(1 + kMostParameters) * (n_ / 2 + 1));
-  for (int k = 0; k < n_; ++k)
-    turns_.push_back(std::polar(1.0, 2.0 * std::numbers::pi * k / n_));
+  curve_.resize(n_);
+  spectrum_.resize(n_ / 2 + 1);
+  changed_.resize(n_ / 2 + 1);
+  fourier_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
 }
 
 void PeriodicSystem::Observer::resize(Series& series) const {
@@ -169,18 +152,6 @@ void PeriodicSystem::Observer::pointwise(const Model::Term& stage, std::span<con
   }
 }
 
-// The impulse response on the ring of a filter given by its factors on the harmonics.
-void PeriodicSystem::Observer::kernel(std::span<const std::complex<double>> factors,
-                                      double* out) const {
-  for (int j = 0; j < n_; ++j) {
-    double sum = factors[0].real();
-    for (int k = 1; 2 * k < n_; ++k)
-      sum += 2.0 * (factors[static_cast<std::size_t>(k)] * turns_[k * j % n_]).real();
-    if (n_ % 2 == 0) sum += factors[static_cast<std::size_t>(n_ / 2)].real() * (j % 2 ? -1.0 : 1.0);
-    out[j] = sum / n_;
-  }
-}
-
 void PeriodicSystem::Observer::filter(const Model::Term& stage, std::span<const double> theta,
                                       Series& series) {
   const Instrument& instrument = *stage.effect->instrument();
@@ -195,19 +166,44 @@ void PeriodicSystem::Observer::filter(const Model::Term& stage, std::span<const 
     for (std::size_t m = 0; m < own; ++m)
       factors_[(1 + m) * harmonics + k] = slopes[m];
   }
-  for (std::size_t m = 0; m <= own; ++m)
-    kernel({&factors_[m * harmonics], harmonics}, &kernels_[m * static_cast<std::size_t>(n_)]);
-  convolve(n_, stride_, kernels_.data(), series.rows.data(), before_.rows.data());
-  std::swap(series.rows, before_.rows);
-  for (std::size_t m = 0; m < own; ++m) {
-    convolve(n_, 1, &kernels_[(1 + m) * static_cast<std::size_t>(n_)], series.y.data(),
-             before_.y.data());
+  const auto change_row = [&](std::size_t column, std::size_t by) {
     for (int i = 0; i < n_; ++i)
-      series.rows[static_cast<std::size_t>(i) * stride_ + 1 + stage.first_parameter + m] +=
-          before_.y[i];
+      curve_[i] = series.rows[static_cast<std::size_t>(i) * stride_ + column];
+    to_harmonics();
+    from_harmonics(by);
+    for (int i = 0; i < n_; ++i)
+      series.rows[static_cast<std::size_t>(i) * stride_ + column] = curve_[i];
+  };
+  for (std::size_t m = 0; m < static_cast<std::size_t>(1 + p_); ++m)
+    change_row(m, 0);
+  std::copy_n(series.y.data(), n_, curve_.data());
+  to_harmonics();
+  for (std::size_t m = 0; m <= own; ++m) {
+    from_harmonics(m * harmonics);
+    if (m == 0) {
+      std::copy_n(curve_.data(), n_, series.y.data());
+      continue;
+    }
+    const std::size_t column = stage.first_parameter + m;
+    for (int i = 0; i < n_; ++i)
+      series.rows[static_cast<std::size_t>(i) * stride_ + column] += curve_[i];
   }
-  convolve(n_, 1, kernels_.data(), series.y.data(), before_.y.data());
-  std::copy_n(before_.y.data(), n_, series.y.data());
+}
+
+void PeriodicSystem::Observer::to_harmonics() {
+  fourier_.fwd(spectrum_.data(), curve_.data(), n_);
+}
+
+// Of the harmonics times the factors that begin at `first`. The highest harmonic of an even ring
+// has no phase: only the real part of its factor can act.
+void PeriodicSystem::Observer::from_harmonics(std::size_t first) {
+  const std::size_t harmonics = static_cast<std::size_t>(n_ / 2 + 1);
+  for (std::size_t k = 0; k < harmonics; ++k)
+    changed_[k] = spectrum_[k] * factors_[first + k];
+  changed_[0] = changed_[0].real();
+  if (n_ % 2 == 0)
+    changed_[harmonics - 1] = spectrum_[harmonics - 1] * factors_[first + harmonics - 1].real();
+  fourier_.inv(curve_.data(), changed_.data(), n_);
 }
 
 void PeriodicSystem::Observer::advance(double newton, std::span<const double> delta_theta) {

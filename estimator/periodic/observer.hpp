@@ -5,6 +5,7 @@
 
 #include <complex>
 #include <span>
+#include <unsupported/Eigen/FFT>
 #include <vector>
 
 #include "estimator/periodic/periodic_system.hpp"
@@ -41,7 +42,8 @@ class PeriodicSystem::Observer {
   void add_rows(int coordinate, int derivative, const double* slope, Series& out) const;
   void pointwise(const Model::Term& stage, std::span<const double> theta, Series& series);
   void filter(const Model::Term& stage, std::span<const double> theta, Series& series);
-  void kernel(std::span<const std::complex<double>> factors, double* out) const;
+  void to_harmonics();
+  void from_harmonics(std::size_t first);
 
   const PeriodicSystem* system_ = nullptr;  // whose turn it is; systems move
   int n_, s_, p_, stride_, padded_;
@@ -50,9 +52,11 @@ class PeriodicSystem::Observer {
   Series load_, before_;
   AlignedVector store_;
   std::vector<double*> y_u_, y_v_, y_a_, y_theta_, workspace_;
-  std::vector<double> time_, kernels_;
-  std::vector<std::complex<double>> turns_;  // exp(2 pi i k / n)
-  std::vector<std::complex<double>> factors_;
+  std::vector<double> time_;
+  std::vector<std::complex<double>> factors_;  // of a filter's harmonics, then their slopes
+  std::vector<double> curve_;                  // over the ring, and its harmonics
+  std::vector<std::complex<double>> spectrum_, changed_;
+  Eigen::FFT<double> fourier_;
 };
 
 }  // namespace shaker::estimator

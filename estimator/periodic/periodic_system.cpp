@@ -161,7 +161,10 @@ void PeriodicSystem::analyse_excitation() {
     return;
   }
   std::fill(quadrature_full_.begin(), quadrature_full_.end(), 0.0);
-  const auto turn = [&](int k) { return std::polar(1.0, 2.0 * std::numbers::pi * k / n_); };
+  std::vector<std::complex<double>> turns;
+  for (int k = 0; k < n_; ++k)
+    turns.push_back(std::polar(1.0, 2.0 * std::numbers::pi * k / n_));
+  const auto turn = [&](int k) { return turns[static_cast<std::size_t>(k)]; };
   for (int h = 1; 2 * h < n_; ++h) {
     std::complex<double> c = 0.0;
     for (int j = 0; j < n_; ++j)
