@@ -123,6 +123,18 @@ ordered_json location_json(const Location& location) {
   return entry;
 }
 
+ordered_json remaining_json(const RemainingForce& force, const std::string& length_unit) {
+  ordered_json entry{{"words", force.words}, {"unit", length_unit + "/s^2"}};
+  put(entry, "share", force.share);
+  put(entry, "stroke_step", force.stroke_step);
+  put(entry, "velocity_step", force.velocity_step);
+  entry["cells"] = ordered_json::array();
+  for (const ForceCell& cell : force.cells)
+    entry["cells"].push_back(
+        numbers({cell.stroke, cell.velocity, cell.force, cell.standard_error, cell.time}));
+  return entry;
+}
+
 ordered_json curves_json(const Diagnosis& d) {
   ordered_json list = ordered_json::array();
   for (const RunCurves& c : d.curves) {
@@ -200,6 +212,8 @@ std::string diagnosis_json(const Diagnosis& d) {
   test["observations"] = d.observations;
   document["test"] = std::move(test);
   document["location"] = location_json(d.location);
+  if (d.remaining)
+    document["remaining_force"] = remaining_json(*d.remaining, d.improved.length_unit);
   document["curves"] = curves_json(d);
   document["warnings"] = d.warnings;
   return document.dump(2, ' ', false, ordered_json::error_handler_t::replace);
@@ -213,6 +227,7 @@ std::string diagnosis_table(const Diagnosis& d) {
     text += fmt::format("held out: {} before, {} after\n", size(*d.gap.held_out_before, d.gap.unit),
                         size(*d.gap.held_out_after, d.gap.unit));
   if (d.verdict != Verdict::adequate) text += d.location.words + "\n";
+  if (d.remaining) text += d.remaining->words + "\n";
   for (const NamedEffect& e : d.effects)
     text += effect_lines(e);
   if (!d.warnings.empty()) text += "\n";

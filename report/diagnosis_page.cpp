@@ -183,9 +183,11 @@ std::string run_pictures(const Diagnosis& d) {
 std::string force_section(const Diagnosis& d) {
   std::string text = "<h2>Where the missing force lies</h2>\n";
   if (!d.location.words.empty()) text += fmt::format("<p>{}</p>\n", escaped(d.location.words));
+  if (d.remaining) text += fmt::format("<p>{}</p>\n", escaped(d.remaining->words));
   text += "<div class=\"pictures\">\n" + force_over_velocity(d) + force_over_stroke(d) +
           force_map(d, false);
   if (d.verdict == Verdict::unexplained && !d.effects.empty()) text += force_map(d, true);
+  text += remaining_map(d);
   return text + harmonics_bars(d) + force_over_phase(d) + "</div>\n";
 }
 

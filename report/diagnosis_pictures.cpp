@@ -217,6 +217,33 @@ std::string force_map(const Diagnosis& diagnosis, bool after) {
   return to_svg(map);
 }
 
+std::string remaining_map(const Diagnosis& diagnosis) {
+  if (!diagnosis.remaining || diagnosis.remaining->cells.empty()) return {};
+  const Shown shown = shown_length(diagnosis.improved.length_unit);
+  Extent stroke, velocity;
+  for (const auto& cell : diagnosis.remaining->cells) {
+    stroke.take({cell.stroke}, shown.factor);
+    velocity.take({cell.velocity}, shown.factor);
+  }
+  if (!(stroke.low < stroke.high) || !(velocity.low < velocity.high)) return {};
+  Map map;
+  map.title = "What is left as a force of stroke and velocity (dots: within its uncertainty)";
+  map.unit = diagnosis.improved.length_unit + "/s²";
+  map.x.label = fmt::format("stroke, {}", shown.unit);
+  map.y.label = fmt::format("velocity, {}/s", shown.unit);
+  map.x_edges = stroke.edges();
+  map.y_edges = velocity.edges();
+  map.values.assign(kCells * kCells, std::numeric_limits<double>::quiet_NaN());
+  map.dotted.assign(kCells * kCells, 0);
+  for (const auto& cell : diagnosis.remaining->cells) {
+    const std::size_t at = velocity.cell(cell.velocity * shown.factor) * kCells +
+                           stroke.cell(cell.stroke * shown.factor);
+    map.values[at] = cell.force;
+    map.dotted[at] = cell.significant() ? 0 : 1;
+  }
+  return to_svg(map);
+}
+
 std::string harmonics_bars(const Diagnosis& diagnosis) {
   const auto& share = diagnosis.location.share_of_harmonic;
   if (share.empty()) return {};

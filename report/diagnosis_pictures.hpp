@@ -26,6 +26,8 @@ std::string force_over_velocity(const Diagnosis& diagnosis);
 std::string force_over_phase(const Diagnosis& diagnosis);
 // Of all runs together, averaged over cells; `after` the named effects or before.
 std::string force_map(const Diagnosis& diagnosis, bool after);
+// What no parameter and no effect explains, with a dot where it may be nothing.
+std::string remaining_map(const estimator::discrepancy::Diagnosis& diagnosis);
 std::string harmonics_bars(const Diagnosis& diagnosis);
 
 }  // namespace shaker::report

@@ -36,7 +36,8 @@ constexpr string_view kOleo[] = {"orifice_damping",
                                  "warming_oil",
                                  "leaking_gas",
                                  "tyre"};
-constexpr string_view kLinear[] = {"linear_oscillator", "free_play", SHAKER_HIDDEN_PARTS};
+constexpr string_view kLinear[] = {"linear_oscillator", "free_play", "detent", "leaning_bearing",
+                                   SHAKER_HIDDEN_PARTS};
 constexpr string_view kBoucWen[] = {"bouc_wen_oscillator", SHAKER_HIDDEN_PARTS};
 #undef SHAKER_HIDDEN_PARTS
 

@@ -9,6 +9,7 @@
 #include "estimator/discrepancy/estimates.hpp"
 #include "estimator/discrepancy/gaps.hpp"
 #include "estimator/discrepancy/inverse_dynamics.hpp"
+#include "estimator/discrepancy/remaining_force.hpp"
 #include "estimator/discrepancy/rivals.hpp"
 #include "estimator/discrepancy/selection.hpp"
 #include "estimator/discrepancy/shares.hpp"
@@ -70,6 +71,8 @@ class Assembler {
                                        after_.predictions[r].value(), before.back(), after.back()));
     }
     said_.location = locate(before, after, data_);
+    if (said_.verdict == Verdict::unexplained)
+      said_.remaining = remaining_force(after_, after_data_, found_.by_gap);
     said_.location.share_of_harmonic = share_of_harmonic(before_, data_);
   }
 

@@ -81,6 +81,24 @@ struct Location {
   std::vector<double> share_of_harmonic;  // of the gap, from the mean on
 };
 
+// A cell of stroke and velocity where the motion has been: means over its part inside of it.
+struct ForceCell {
+  double stroke = 0.0, velocity = 0.0;
+  double force = 0.0, standard_error = 0.0;  // acceleration
+  double time = 0.0;                         // share of the cycles that is spent there
+  // More than twice its standard error away from 0.
+  bool significant() const { return force * force > 4.0 * standard_error * standard_error; }
+};
+
+// What is left of an unexplained gap as a force of stroke and velocity, its part that no parameter
+// can imitate (remaining_force.hpp).
+struct RemainingForce {
+  std::string words;   // "up to 0.24 m/s^2 on extension between 12 and 20 mm/s"
+  double share = 0.0;  // of the residuals' square that a force of stroke and velocity explains
+  double stroke_step = 0.0, velocity_step = 0.0;  // of the grid
+  std::vector<ForceCell> cells;
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::adequate;
   std::string campaign, model;
@@ -94,6 +112,7 @@ struct Diagnosis {
   double chi_squared_before = 0.0, chi_squared_after = 0.0;
   int observations = 0;
   Location location;
+  std::optional<RemainingForce> remaining;  // only when unexplained
   std::vector<RunCurves> curves;
   config::ModelSpec improved;  // the model file that comes out, starts at the estimates
   std::vector<std::string> warnings;

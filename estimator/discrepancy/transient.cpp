@@ -63,9 +63,9 @@ RunDatum datum_of(const std::shared_ptr<SampledRun>& run) {
   return datum;
 }
 
-// The balance of forces along the measured motion: its noise is that of the excitation and that of
-// the acceleration, which grows with the square of the frequency.
-RunDatum balance_of(const RunDatum& response) {
+}  // namespace
+
+RunDatum balance_of_forces(const RunDatum& response) {
   RunDatum datum = response;
   const SampledRun& run = *response.sampled;
   datum.by_force = true;
@@ -87,8 +87,6 @@ RunDatum balance_of(const RunDatum& response) {
   return datum;
 }
 
-}  // namespace
-
 Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
                                      const config::ModelSpec& spec) {
   const Model model(spec);
@@ -102,7 +100,7 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
   const bool imposed = recordings.front().kind == Kind::imposed_motion;
   if (!imposed) {
     for (const RunDatum& datum : runs.data)
-      runs.forces.push_back(balance_of(datum));
+      runs.forces.push_back(balance_of_forces(datum));
     runs.by_force = !has_spring(model, *sampled->front());
     if (runs.by_force) {
       runs.data = std::move(runs.forces);

@@ -30,6 +30,10 @@ struct TransientRuns {
 Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
                                      const config::ModelSpec& model);
 
+// The balance of forces along the measured motion in place of the response: its noise is that of
+// the excitation and that of the acceleration, which grows with the square of the frequency.
+RunDatum balance_of_forces(const RunDatum& response);
+
 // The base model's fit. Its start comes from the forces along the measured motion, which are
 // nearly linear in the parameters: a simulation begun elsewhere would be lost in phase.
 HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& runs,

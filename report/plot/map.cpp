@@ -67,6 +67,9 @@ std::string to_svg(const Map& map) {
                       "fill=\"{}\"><title>{:.3g} {}</title></rect>\n",
                       left, top, right - left + 0.3, bottom - top + 0.3, colour(value / largest),
                       value, escaped(map.unit)));
+      if (map.dotted.empty() || map.dotted[j * columns + i] == 0) continue;
+      frame.add(fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"1.1\" fill=\"#777\"/>\n",
+                            0.5 * (left + right), 0.5 * (top + bottom)));
     }
   }
   frame.add(scale(largest, map.unit, frame.right() + 14.0, frame.top(), frame.bottom()));

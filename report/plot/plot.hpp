@@ -62,6 +62,7 @@ struct Map {
   std::string title, unit;
   std::vector<double> x_edges, y_edges;  // one more than cells
   std::vector<double> values;            // row by row: y times x
+  std::vector<char> dotted;              // of each value, or empty: a dot in the cell's middle
   Axis x, y;
   int width = 560, height = 360;
 };

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "report/diagnosis_document.hpp"
+
 namespace shaker::report {
 namespace {
 
@@ -93,6 +95,22 @@ TEST(DiagnosisPage, SaysWhatItDoesNotKnow) {
   EXPECT_THAT(diagnosis_sentence(d), HasSubstr("coulomb_friction helps most, but a gap of 1.1"));
   d.effects.clear();
   EXPECT_THAT(diagnosis_sentence(d), HasSubstr("no effect of the catalogue explains"));
+}
+
+TEST(DiagnosisPage, ShowsTheShapeOfWhatStaysUnexplained) {
+  Diagnosis d = friction_found();
+  EXPECT_THAT(diagnosis_page(d), Not(HasSubstr("within its uncertainty")));
+  d.verdict = Verdict::unexplained;
+  d.remaining =
+      RemainingForce{"remaining force, up to 0.3 m/s^2 on extension", 0.9, 1e-3, 0.01, {}};
+  for (int i = 0; i < 20; ++i)
+    d.remaining->cells.push_back({1e-3 * i, 0.01 * i - 0.1, i < 10 ? 0.3 : 0.01, 0.02, 0.05});
+  const std::string page = diagnosis_page(d);
+  EXPECT_THAT(page, HasSubstr("remaining force, up to 0.3 m/s^2 on extension"));
+  EXPECT_THAT(page, HasSubstr("within its uncertainty"));
+  EXPECT_THAT(page, HasSubstr("<circle"));
+  EXPECT_THAT(diagnosis_json(d), HasSubstr("\"remaining_force\""));
+  EXPECT_THAT(diagnosis_table(d), HasSubstr("remaining force, up to 0.3"));
 }
 
 }  // namespace
