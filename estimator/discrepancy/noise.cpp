@@ -17,6 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kMostFreedom = 400.0;  // no prior is surer than that
+constexpr double kLeastFreedom = 0.5;
+constexpr Index kGroupsACovariate = 5;
 
 double inverse_trigamma(double y) {
   if (y > 1e7) return 1.0 / std::sqrt(y);
@@ -56,11 +58,38 @@ void add_slow_share(const MatrixXd& scaled, Index first, Index last, SlowShare& 
   }
 }
 
+double freedom_of(const Scatter& run, Index component) {
+  const double taken = run.spent.size() > 0 ? run.spent[component] : 0.0;
+  return std::max(kLeastFreedom, static_cast<double>(run.cycles.rows()) - 1.0 - taken);
+}
+
 double carry_over(const SlowShare& share) {
   if (share.slow_count < 4.0) return 1.0;
   const double ratio = (share.slow / share.slow_count) / (share.all / share.all_count);
   const double chance = 1.0 + 3.0 * std::sqrt(2.0 / share.slow_count);
   return ratio > chance ? ratio : 1.0;
+}
+
+// Each run has a level of its own, all share the colour: what shook one run more does not speak
+// for the others.
+Index covariates(Index groups, Index runs) {
+  if (groups >= kGroupsACovariate * (runs + 2)) return runs + 2;
+  return groups >= 12 ? 4 : 1;
+}
+
+void put_trend(MatrixXd& trend, Index group, Index run, double run_hz, double hz, Index runs) {
+  const double colour = std::log(hz);
+  if (trend.cols() == runs + 2) {
+    trend(group, run) = 1.0;
+    trend(group, runs) = colour;
+    trend(group, runs + 1) = colour * colour;
+    return;
+  }
+  trend(group, 0) = 1.0;
+  if (trend.cols() < 4) return;
+  trend(group, 1) = colour;
+  trend(group, 2) = colour * colour;
+  trend(group, 3) = std::log(run_hz);
 }
 
 }  // namespace
@@ -74,21 +103,23 @@ void moderate(const MatrixXd& trend, VectorXd& variance, VectorXd& freedom) {
     e[g] = std::log(variance[g]) - boost::math::digamma(half) + std::log(half);
     error[g] = boost::math::trigamma(half);
   }
-  const VectorXd weight = error.cwiseInverse();
-  const MatrixXd weighted = weight.cwiseSqrt().asDiagonal() * trend;
-  const VectorXd fitted = trend * weighted.colPivHouseholderQr().solve(
-                                      (weight.cwiseSqrt().array() * e.array()).matrix());
+  const VectorXd root = error.cwiseInverse().cwiseSqrt();
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(root.asDiagonal() * trend);
+  const VectorXd fitted = trend * qr.solve(root.cwiseProduct(e));
   const double excess =
-      (e - fitted).squaredNorm() / static_cast<double>(n - trend.cols()) - error.mean();
+      (e - fitted).squaredNorm() / static_cast<double>(n - qr.rank()) - error.mean();
   const double prior =
       excess > 0.0 ? std::min(kMostFreedom, 2.0 * inverse_trigamma(excess)) : kMostFreedom;
-  const double half = 0.5 * prior;
-  const double bias = boost::math::digamma(half) - std::log(half);
+  // The centre is itself an estimate, from neighbours that lend no more than they have.
+  const MatrixXd basis = qr.householderQ() * MatrixXd::Identity(n, qr.rank());
+  const double spread = boost::math::trigamma(0.5 * prior);
+  const double bias = boost::math::digamma(0.5 * prior) - std::log(0.5 * prior);
   for (Index g = 0; g < n; ++g) {
+    const double unsure = basis.row(g).squaredNorm() * (error[g] + spread);
+    const double lent = 2.0 * inverse_trigamma(spread + unsure);
     const double centre = std::exp(fitted[g] + bias);
-    variance[g] = (prior * centre + freedom[g] * variance[g]) / (prior + freedom[g]);
-    // Neighbours lend no more than they have.
-    freedom[g] = std::min(prior + freedom[g], freedom.sum());
+    variance[g] = (lent * centre + freedom[g] * variance[g]) / (lent + freedom[g]);
+    freedom[g] += lent;
   }
 }
 
@@ -99,7 +130,7 @@ CampaignNoise campaign_noise(const std::vector<Scatter>& runs) {
     groups += (run.cycles.cols() - 1) / 2;
   const auto count = static_cast<Index>(runs.size());
   VectorXd variance(groups), freedom(groups), mean_variance(count), mean_freedom(count);
-  MatrixXd trend(groups, groups >= 12 ? 4 : 1);
+  MatrixXd trend = MatrixXd::Zero(groups, covariates(groups, count));
   Index g = 0;
   double largest = 0.0;
   for (const Scatter& run : runs)
@@ -108,24 +139,17 @@ CampaignNoise campaign_noise(const std::vector<Scatter>& runs) {
   SlowShare of_means, of_harmonics;
   for (Index r = 0; r < count; ++r) {
     const Scatter& run = runs[static_cast<std::size_t>(r)];
-    const auto n = static_cast<double>(run.cycles.rows());
     const MatrixXd centred = run.cycles.rowwise() - run.cycles.colwise().mean();
     const VectorXd squares = centred.colwise().squaredNorm();
-    mean_variance[r] = std::max(squares[0] / (n - 1.0), least);
-    mean_freedom[r] = n - 1.0;
+    mean_freedom[r] = freedom_of(run, 0);
+    mean_variance[r] = std::max(squares[0] / mean_freedom[r], least);
     VectorXd scale(run.cycles.cols());
     scale[0] = std::sqrt(mean_variance[r]);
     for (Index c = 1; c + 1 < run.cycles.cols(); c += 2, ++g) {
-      variance[g] = std::max((squares[c] + squares[c + 1]) / (2.0 * (n - 1.0)), least);
-      freedom[g] = 2.0 * (n - 1.0);
+      freedom[g] = freedom_of(run, c) + freedom_of(run, c + 1);
+      variance[g] = std::max((squares[c] + squares[c + 1]) / freedom[g], least);
       scale[c] = scale[c + 1] = std::sqrt(variance[g]);
-      const double frequency = std::log(run.frequency_hz * harmonic_order(c));
-      trend(g, 0) = 1.0;
-      if (trend.cols() > 1) {
-        trend(g, 1) = frequency;
-        trend(g, 2) = frequency * frequency;
-        trend(g, 3) = std::log(run.frequency_hz);
-      }
+      put_trend(trend, g, r, run.frequency_hz, run.frequency_hz * harmonic_order(c), count);
     }
     const MatrixXd scaled = centred * scale.cwiseInverse().asDiagonal();
     add_slow_share(scaled, 0, 1, of_means);

@@ -29,6 +29,8 @@ struct CampaignNoise {
 struct Scatter {
   double frequency_hz = 0.0;
   Eigen::MatrixXd cycles;  // a row a cycle, in order of time; at least 3
+  // Degrees of freedom that were taken from each component besides its mean; empty: none.
+  Eigen::VectorXd spent = {};
 };
 
 CampaignNoise campaign_noise(const std::vector<Scatter>& runs);

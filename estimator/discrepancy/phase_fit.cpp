@@ -11,6 +11,9 @@ namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kSteadyShare = 0.02;  // of the amplitude: more is a ramp
+constexpr double kFarOff = 6.0;        // standard deviations of a block's phase
+constexpr double kNoTurn = 1e-9;       // of a turn: what rounding leaves
+constexpr std::size_t kFewestBlocks = 5;
 
 struct Block {
   double middle = 0.0, amplitude = 0.0, turns = 0.0;
@@ -75,6 +78,52 @@ std::pair<std::size_t, std::size_t> longest_steady(const std::vector<Block>& blo
   return {best, best + best_length};
 }
 
+// Turns of the blocks [first, last), counted on from block to block, over time: a straight line.
+struct Line {
+  double origin = 0.0, at_origin = 0.0, slope = 0.0;
+  double operator()(double t) const { return at_origin + slope * (t - origin); }
+};
+
+Line line_through(const std::vector<Block>& blocks, std::size_t first, std::size_t last) {
+  const auto count = static_cast<double>(last - first);
+  Line line;
+  line.origin = blocks[first].middle;
+  double st = 0.0, sp = 0.0, stt = 0.0, stp = 0.0;
+  for (std::size_t i = first; i < last; ++i) {
+    const double at = blocks[i].middle - line.origin;
+    st += at;
+    sp += blocks[i].turns;
+    stt += at * at;
+    stp += at * blocks[i].turns;
+  }
+  line.slope = (count * stp - st * sp) / (count * stt - st * st);
+  line.at_origin = (sp - line.slope * st) / count;
+  return line;
+}
+
+// The end of a ramp may be within the band of the amplitude, and its phase is yet off by so much
+// that it turns the whole line: an end block that lies far off the line through the others is left
+// out, one at a time.
+void leave_out_ramps(const std::vector<Block>& blocks, std::size_t& first, std::size_t& last) {
+  const std::size_t fewest = std::max(kFewestBlocks, (last - first) / 2);
+  while (last - first > fewest) {
+    const Line line = line_through(blocks, first + 1, last - 1);
+    std::vector<double> off;
+    for (std::size_t i = first + 1; i + 1 < last; ++i)
+      off.push_back(std::fabs(blocks[i].turns - line(blocks[i].middle)));
+    std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2),
+                     off.end());
+    const double limit = kFarOff * 1.48 * off[off.size() / 2] + kNoTurn;
+    const double front = std::fabs(blocks[first].turns - line(blocks[first].middle));
+    const double back = std::fabs(blocks[last - 1].turns - line(blocks[last - 1].middle));
+    if (std::max(front, back) <= limit) return;
+    if (front > back)
+      ++first;
+    else
+      --last;
+  }
+}
+
 }  // namespace
 
 PhaseFit fit_phase(const std::vector<double>& t, const std::vector<double>& driver,
@@ -82,32 +131,27 @@ PhaseFit fit_phase(const std::vector<double>& t, const std::vector<double>& driv
   PhaseFit fit;
   fit.frequency_hz = nominal_hz;
   for (int pass = 0; pass < 3; ++pass) {
-    const auto blocks = blocks_of(t, driver, fit.frequency_hz);
+    auto blocks = blocks_of(t, driver, fit.frequency_hz);
     if (blocks.size() < 2) return fit;
-    const auto [first, last] = longest_steady(blocks);
+    auto [first, last] = longest_steady(blocks);
     if (last < first + 2) return fit;
-    double st = 0.0, sp = 0.0, stt = 0.0, stp = 0.0, amplitude = 0.0;
-    double turns = blocks[first].turns;
-    const double origin = blocks[first].middle;
-    const double count = static_cast<double>(last - first);
-    for (std::size_t i = first; i < last; ++i) {
+    for (std::size_t i = first + 1; i < last; ++i) {
       const double expected =
-          i == first ? turns : turns + fit.frequency_hz * (blocks[i].middle - blocks[i - 1].middle);
-      turns = blocks[i].turns + std::round(expected - blocks[i].turns);
-      const double at = blocks[i].middle - origin;
-      st += at;
-      sp += turns;
-      stt += at * at;
-      stp += at * turns;
-      amplitude += blocks[i].amplitude / count;
+          blocks[i - 1].turns + fit.frequency_hz * (blocks[i].middle - blocks[i - 1].middle);
+      blocks[i].turns += std::round(expected - blocks[i].turns);
     }
-    fit.frequency_hz = (count * stp - st * sp) / (count * stt - st * st);
-    fit.offset = (sp - fit.frequency_hz * st) / count - fit.frequency_hz * origin;
-    fit.amplitude = amplitude;
+    leave_out_ramps(blocks, first, last);
+    const Line line = line_through(blocks, first, last);
+    fit.frequency_hz = line.slope;
+    fit.offset = line(0.0);
+    fit.amplitude = 0.0;
+    for (std::size_t i = first; i < last; ++i)
+      fit.amplitude += blocks[i].amplitude / static_cast<double>(last - first);
     const double half = 0.5 / fit.frequency_hz;
     fit.from = blocks[first].middle - half;
     fit.to = blocks[last - 1].middle + half;
-    if (!(std::fabs(fit.frequency_hz / nominal_hz - 1.0) < 0.1) || !(amplitude > 0.0)) return fit;
+    if (!(std::fabs(fit.frequency_hz / nominal_hz - 1.0) < 0.1) || !(fit.amplitude > 0.0))
+      return fit;
   }
   fit.ok = true;
   return fit;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/discrepancy/harmonics.hpp"
+#include "estimator/discrepancy/remaining_transient.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -14,6 +15,7 @@ using Eigen::VectorXd;
 constexpr double kAboveNoise = 16.0;  // squared ratio of a harmonic's amplitude to its error
 constexpr double kClock =
     1e-4;  // standard deviation of a quartz clock's rate, unless it is disciplined
+constexpr int kRounds = 4;
 constexpr int kFewest = 5, kBeyond = 2;
 
 // The last harmonic that rises above its noise, and two more for what an effect may add.
@@ -27,14 +29,14 @@ int harmonics_above_noise(const VectorXd& mean, const VectorXd& variance) {
   return std::min(most, std::max(kFewest, last + kBeyond));
 }
 
-RunDatum datum_of(const SteadyRun& run, const RunNoise& noise) {
+RunDatum datum_of(const SteadyRun& run, const VectorXd& mean, const RunNoise& noise) {
   RunDatum datum;
   datum.name = run.name;
   datum.kind = run.kind;
   datum.role = run.role;
   datum.frequency_hz = run.frequency_hz;
   datum.driver = run.mean_driver();
-  datum.response = run.mean();
+  datum.response = mean;
   const auto size = harmonic_size(harmonics_above_noise(datum.response, noise.variance));
   datum.response.conservativeResize(size);
   datum.error = noise.variance.head(size).cwiseSqrt();
@@ -82,6 +84,28 @@ double unfollowed_share(const std::vector<SteadyRun>& runs, const std::vector<Fo
   return sum > 0.0 ? std::clamp(met / sum, 0.0, 1.0) : 0.0;
 }
 
+// Takes what is left of each run's transient out of its cycles; returns what this adds to the
+// covariance of their means.
+std::vector<MatrixXd> take_transients(std::vector<Scatter>& scatter, const HarmonicFit& fit) {
+  const std::vector<Scatter> raw = scatter;
+  std::vector<MatrixXd> added(raw.size());
+  // Again: the transient is part of the scatter by which it is weighed first.
+  for (int round = 0; round < kRounds; ++round) {
+    const CampaignNoise noise = campaign_noise(scatter);
+    for (std::size_t r = 0; r < raw.size(); ++r) {
+      const auto count = static_cast<int>(raw[r].cycles.rows());
+      const auto harmonics = static_cast<int>((raw[r].cycles.cols() - 1) / 2);
+      WithoutTransient steady = without_transient(
+          raw[r].cycles, decaying_modes(fit.predictions[r], fit.theta, harmonics, count),
+          noise.runs[r].variance * count);
+      scatter[r].cycles = std::move(steady.cycles);
+      scatter[r].spent = std::move(steady.spent);
+      added[r] = std::move(steady.added);
+    }
+  }
+  return added;
+}
+
 // Change of the response when the time base is off by kClock.
 VectorXd influence_of_clock(const HarmonicFit& fit, const RunDatum& datum, std::size_t run) {
   constexpr double kStep = 1e-3;
@@ -106,7 +130,7 @@ Weighed weigh(const std::vector<SteadyRun>& runs) {
   Weighed weighed;
   weighed.carry_over = noise.carry_over;
   for (std::size_t r = 0; r < runs.size(); ++r)
-    weighed.data.push_back(datum_of(runs[r], noise.runs[r]));
+    weighed.data.push_back(datum_of(runs[r], runs[r].mean(), noise.runs[r]));
   return weighed;
 }
 
@@ -122,21 +146,23 @@ Weighed weigh(const std::vector<SteadyRun>& runs, HarmonicFit& fit) {
     scatter.push_back({runs[r].frequency_hz, std::move(own)});
     of_driver.push_back({runs[r].frequency_hz, runs[r].driver});
   }
+  const std::vector<MatrixXd> added = take_transients(scatter, fit);
   const CampaignNoise noise = campaign_noise(scatter);
   const CampaignNoise driver = campaign_noise(of_driver);
   Weighed weighed;
   weighed.carry_over = noise.carry_over;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    RunDatum datum = datum_of(runs[r], noise.runs[r]);
+    RunDatum datum = datum_of(runs[r], scatter[r].cycles.colwise().mean(), noise.runs[r]);
     const auto shared = std::min(datum.response.size(), following[r].slope.rows());
+    MatrixXd covariance = datum.error.cwiseAbs2().asDiagonal();
+    covariance += added[r].topLeftCorner(datum.response.size(), datum.response.size());
     if (following[r].any() && unfollowed > 0.0) {
-      MatrixXd covariance = datum.error.cwiseAbs2().asDiagonal();
       const auto size = following[r].slope.cols();
       const VectorXd variance = unfollowed * driver.runs[r].variance.tail(size);
       const MatrixXd slope = following[r].slope.topRows(shared);
       covariance.topLeftCorner(shared, shared) += slope * variance.asDiagonal() * slope.transpose();
-      set_covariance(datum, covariance);
     }
+    set_covariance(datum, covariance);
     datum.clock = influence_of_clock(fit, datum, r);
     weighed.data.push_back(std::move(datum));
   }

@@ -79,8 +79,10 @@ class Variation {
  public:
   Variation(const PeriodicSystem& system, std::span<const double> theta);
   int size() const { return size_; }
-  // The monodromy matrix of u and v / (2 pi f); false when the equations are singular.
-  bool monodromy(double tolerance, MatrixXd& out, double& error);
+  // The monodromy matrix of u and v / (2 pi f); false when the equations are singular. `course`
+  // gets, unless it is null, what the observed coordinate at each grid point owes to the state at
+  // the first one, a row a point.
+  bool monodromy(double tolerance, MatrixXd& out, double& error, MatrixXd* course = nullptr);
 
  private:
   bool interval(int i, double from, double length, int depth, double tolerance, MatrixXd& out);
@@ -253,10 +255,13 @@ bool Variation::interval(int i, double from, double length, int depth, double to
   return true;
 }
 
-bool Variation::monodromy(double tolerance, MatrixXd& out, double& error) {
+bool Variation::monodromy(double tolerance, MatrixXd& out, double& error, MatrixXd* course) {
   out.setIdentity(size_, size_);
+  const auto seen = static_cast<std::size_t>(system_.model().observed());
+  if (course != nullptr) course->setZero(system_.points(), size_);
   MatrixXd one;
   for (int i = 0; i < system_.points(); ++i) {
+    if (course != nullptr && kind_[seen] != Kind::algebraic) course->row(i) = out.row(place_[seen]);
     steps_ = 0;
     if (!interval(i, 0.0, 1.0, 0, tolerance / system_.points(), one)) return false;
     out = one * out;
@@ -283,6 +288,29 @@ Result<Floquet> floquet(const PeriodicSystem& system, std::span<const double> th
     return std::abs(a) != std::abs(b) ? std::abs(a) > std::abs(b) : a.imag() > b.imag();
   });
   return result;
+}
+
+Result<std::vector<FloquetMode>> floquet_modes(const PeriodicSystem& system,
+                                               std::span<const double> theta, double tolerance) {
+  Variation variation(system, theta);
+  MatrixXd monodromy, course;
+  double error = 0.0;
+  if (!variation.monodromy(tolerance, monodromy, error, &course))
+    return Error{ErrorKind::not_converged,
+                 "the decay towards the periodic solution cannot be told: the equations do not "
+                 "determine the highest derivatives along it"};
+  const Eigen::EigenSolver<MatrixXd> eigen(monodromy);
+  const Eigen::MatrixXcd shapes = course * eigen.eigenvectors();
+  std::vector<FloquetMode> modes;
+  for (Index k = 0; k < monodromy.rows(); ++k) {
+    const std::complex<double> multiplier = eigen.eigenvalues()[k];
+    if (multiplier.imag() < 0.0) continue;
+    modes.push_back({multiplier, {shapes.col(k).begin(), shapes.col(k).end()}});
+  }
+  std::sort(modes.begin(), modes.end(), [](const FloquetMode& a, const FloquetMode& b) {
+    return std::abs(a.multiplier) > std::abs(b.multiplier);
+  });
+  return modes;
 }
 
 }  // namespace shaker::estimator

@@ -36,4 +36,16 @@ struct Floquet {
 Result<Floquet> floquet(const PeriodicSystem& system, std::span<const double> theta,
                         double tolerance = 1e-9);
 
+// A disturbance that only shrinks or grows: in the k-th period it is the real part of any complex
+// number times multiplier^k times `shape`. Conjugate pairs are given once.
+struct FloquetMode {
+  std::complex<double> multiplier;
+  std::vector<std::complex<double>> shape;  // of the observed coordinate, a value a grid point
+};
+
+// Largest modulus first; as floquet() otherwise.
+Result<std::vector<FloquetMode>> floquet_modes(const PeriodicSystem& system,
+                                               std::span<const double> theta,
+                                               double tolerance = 1e-6);
+
 }  // namespace shaker::estimator

@@ -56,6 +56,17 @@ TEST(SteadyCycles, RecoversHarmonicsAgainstTheExcitationsOwnPhase) {
   EXPECT_NEAR(run->mean_driver()[2], 0.0, 1e-3);
 }
 
+// The last of a ramp has nearly the whole amplitude, and another phase.
+TEST(SteadyCycles, IsNotTurnedByTheEndOfARamp) {
+  Recording r = recording({.seconds = 9.0});
+  for (std::size_t i = 0; i < r.t.size() && r.t[i] < 0.5; ++i)
+    r.excitation[i] += 0.03 * std::sin(kTwoPi * 2.003 * r.t[i] + 0.4);
+  const auto run = steady_cycles(r);
+  ASSERT_TRUE(run) << run.error().what;
+  EXPECT_NEAR(run->frequency_hz, 2.003, 1e-5);
+  EXPECT_NEAR(run->mean_driver()[2], 0.0, 1e-3);
+}
+
 TEST(SteadyCycles, DropsTheTransientAndKeepsTheRest) {
   const auto run = steady_cycles(recording({.seconds = 15.0, .transient = 1e-3}));
   ASSERT_TRUE(run) << run.error().what;

@@ -81,6 +81,27 @@ TEST(Floquet, OfALinearOscillatorIsItsFreeDecayOverAPeriod) {
   EXPECT_NEAR(got.largest(), std::abs(expected), 1e-10);
 }
 
+TEST(FloquetModes, OfALinearOscillatorAreItsFreeDecay) {
+  const Model model(testing::linear_oscillator());
+  const double c = 0.8, k = 30.0, f = 1.7;
+  PeriodicSystem system(model, {Scheme::order4, 64, true});
+  system.set_excitation(f, 2.0);
+  const std::vector<double> theta = {c, k};
+  ASSERT_EQ(system.solve_from_rest(theta).status, SolveStatus::converged);
+  const auto modes = floquet_modes(system, theta);
+  ASSERT_TRUE(modes);
+  ASSERT_EQ(modes->size(), 1u);  // a pair
+  Complex exponent(-c / 2, std::sqrt(k - c * c / 4));
+  const FloquetMode& mode = modes->front();
+  if (std::exp(exponent / f).imag() < 0.0) exponent = std::conj(exponent);
+  EXPECT_NEAR(std::abs(mode.multiplier - std::exp(exponent / f)), 0.0, 1e-6);
+  ASSERT_EQ(mode.shape.size(), 64u);
+  for (std::size_t i = 0; i < 64; ++i)
+    EXPECT_NEAR(std::abs(mode.shape[i] / mode.shape[0] -
+                         std::exp(exponent * (static_cast<double>(i) / 64.0 / f))),
+                0.0, 1e-6);
+}
+
 TEST(Floquet, IsTheSameOnEveryScheme) {
   const Model model(testing::oleo());
   const auto reference = multipliers(model, testing::kOleoSi, 2.0, 3.048);
