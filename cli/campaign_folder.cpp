@@ -37,7 +37,7 @@ std::optional<double> metres(const std::string& unit) {
 }
 
 struct Factors {
-  double time = 1.0, displacement = 1.0, excitation = 1.0, force = 1.0;
+  double time = 1.0, displacement = 1.0, excitation = 1.0, acceleration = 1.0, force = 1.0;
 };
 
 // A unit as campaign.json says it: a name that is known, or a label of the campaign's own with the
@@ -62,7 +62,14 @@ class Units {
     Factors factors;
     for (auto [name, factor] :
          {std::pair{"time", &factors.time}, std::pair{"displacement", &factors.displacement},
-          std::pair{"excitation", &factors.excitation}, std::pair{"force", &factors.force}}) {
+          std::pair{"excitation", &factors.excitation},
+          std::pair{"acceleration", &factors.acceleration}, std::pair{"force", &factors.force}}) {
+      // An accelerometer counts as the table's does unless it is said otherwise.
+      const bool alike = name == std::string("acceleration") && !units_.contains(name);
+      if (alike) {
+        *factor = factors.excitation;
+        continue;
+      }
       const auto unit = unit_of(name);
       if (!unit) return unit.error();
       if (unit->scale) {
@@ -153,7 +160,9 @@ void scale(std::vector<double>& column, double factor) {
 
 std::vector<std::vector<std::string>> columns_wanted(Kind kind) {
   if (kind == Kind::imposed_motion) return {{"t", "displacement", "force"}};
-  return {{"t", "excitation", "displacement", "acceleration"},
+  return {{"t", "excitation", "displacement", "acceleration", "force"},
+          {"t", "excitation", "displacement", "acceleration"},
+          {"t", "excitation", "displacement", "force"},
           {"t", "excitation", "displacement"},
           {"t", "displacement"}};
 }
@@ -191,7 +200,7 @@ Result<Recording> read_run(const json& run, const std::filesystem::path& folder,
   scale(recording.t, factors.time);
   scale(recording.displacement, factors.displacement);
   scale(recording.excitation, factors.excitation);
-  scale(recording.acceleration, factors.excitation);
+  scale(recording.acceleration, factors.acceleration);
   scale(recording.force, factors.force);
   return recording;
 }

@@ -162,7 +162,18 @@ class Assembler {
 
 Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates) {
-  return Assembler(found, data, runs, candidates).run();
+  if (data.size() == runs.size()) return Assembler(found, data, runs, candidates).run();
+  // What is shown is the displacement; further channels stand behind it.
+  const auto shown = [&](const std::vector<RunDatum>& all) {
+    return std::vector<RunDatum>(all.begin(),
+                                 all.begin() + static_cast<std::ptrdiff_t>(runs.size()));
+  };
+  Naming of_runs = found;
+  for (Hypothesis& h : of_runs.hypotheses) {
+    if (h.data) h.data = std::make_shared<const std::vector<RunDatum>>(shown(*h.data));
+  }
+  const std::vector<RunDatum> main = shown(data);
+  return Assembler(of_runs, main, runs, candidates).run();
 }
 
 }  // namespace shaker::estimator::discrepancy

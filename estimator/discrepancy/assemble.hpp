@@ -9,7 +9,7 @@
 
 namespace shaker::estimator::discrepancy {
 
-// `runs` in the order of `data`.
+// `runs` in the order of `data`, behind which there may be their further channels.
 Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates);
 

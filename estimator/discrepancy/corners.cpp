@@ -57,7 +57,9 @@ VectorXd derivative(const VectorXd& harmonics, double frequency_hz) {
 
 Pace pace_of(const RunDatum& datum) {
   constexpr int kPoints = 256;
-  const VectorXd& whole = datum.kind == Kind::imposed_motion ? datum.driver : datum.response;
+  const VectorXd& whole = datum.kind == Kind::imposed_motion ? datum.driver
+                          : datum.motion.size() > 0          ? datum.motion
+                                                             : datum.response;
   const Index size = std::min(whole.size(), harmonic_size(kSmoothHarmonics));
   const VectorXd v = derivative(whole.head(size), datum.frequency_hz);
   const VectorXd a = derivative(v, datum.frequency_hz);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/assemble.hpp"
+#include "estimator/discrepancy/extra_channels.hpp"
 #include "estimator/discrepancy/harmonics.hpp"
 #include "estimator/discrepancy/model_error.hpp"
 #include "estimator/discrepancy/naming.hpp"
@@ -103,6 +104,7 @@ Result<void> agree(const std::vector<RunDatum>& data, HarmonicFit& fit) {
 MotionRange range_of(const std::vector<RunDatum>& data) {
   MotionRange range{1e300, -1e300, 0.0, 0.0};
   for (const RunDatum& datum : data) {
+    if (datum.quantity != Quantity::displacement) continue;
     if (datum.sampled) {
       range.low = std::min(range.low, datum.sampled->u.minCoeff());
       range.high = std::max(range.high, datum.sampled->u.maxCoeff());
@@ -174,7 +176,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
       Diagnosis said = assemble(second, *softened, runs, catalogue);
       said.chi_squared_before = first.base.fit->chi_squared;
       double floor = 0.0, fitted = 0.0;
-      for (std::size_t r = 0; r < data.size(); ++r) {
+      for (std::size_t r = 0; r < said.runs.size(); ++r) {
         said.runs[r].noise_floor = root_mean_square(data[r].error);
         if (data[r].role != Role::fit) continue;
         floor += std::pow(said.runs[r].noise_floor, 2);
@@ -210,6 +212,12 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   if (!base.trouble.empty()) return Error{ErrorKind::not_converged, base.trouble};
   if (campaign.runs.front().kind == Kind::periodic) {
     if (auto good = agree(weighed.data, base); !good) return good.error();
+    auto more = extra_channels(*runs, base, weighed.data, warnings);
+    if (!more.empty()) {
+      weighed.data.insert(weighed.data.end(), more.begin(), more.end());
+      base = fit_harmonics(model, weighed.data, base.theta, nullptr, first);
+      if (!base.trouble.empty()) return Error{ErrorKind::not_converged, base.trouble};
+    }
   }
 
   const auto catalogue = candidates(model, range_of(weighed.data), campaign.runs.front().kind);
@@ -262,6 +270,11 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   said.gap.unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
   said.warnings.insert(said.warnings.begin(), runs->warnings.begin(), runs->warnings.end());
   said.warnings.insert(said.warnings.begin(), campaign.warnings.begin(), campaign.warnings.end());
+  if (std::any_of(campaign.runs.begin(), campaign.runs.end(), [](const Recording& r) {
+        return !r.acceleration.empty() || (r.kind == Kind::transient && !r.force.empty());
+      }))
+    said.warnings.push_back(
+        "the channels acceleration and force are not used: they are for runs with a period");
   if (runs->data.size() == 1)
     said.warnings.push_back("there is one run only, and nothing can be held out");
   progress("done", 1.0);

@@ -11,7 +11,7 @@ constexpr double kFarFromNoise = 3.0;  // root mean square of what is left, over
 double left_by(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   double sum = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    if (data[r].role == Role::fit)
+    if (data[r].role == Role::fit && data[r].quantity == Quantity::displacement)
       sum += std::pow(root_mean_square(data[r].response - fit.predictions[r].value()), 2);
   }
   return std::sqrt(sum);
@@ -20,9 +20,21 @@ double left_by(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
 double noise_of(const std::vector<RunDatum>& data) {
   double sum = 0.0;
   for (const RunDatum& datum : data) {
-    if (datum.role == Role::fit) sum += std::pow(root_mean_square(datum.error), 2);
+    if (datum.role == Role::fit && datum.quantity == Quantity::displacement)
+      sum += std::pow(root_mean_square(datum.error), 2);
   }
   return std::sqrt(sum);
+}
+
+// Mean square of what a fit leaves of one channel's components.
+double left_of(const HarmonicFit& fit, const std::vector<RunDatum>& data, Quantity quantity) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit || data[r].quantity != quantity) continue;
+    sum += (data[r].response - fit.predictions[r].value()).squaredNorm();
+    count += static_cast<double>(data[r].response.size());
+  }
+  return count > 0.0 ? sum / count : 0.0;
 }
 
 }  // namespace
@@ -43,14 +55,8 @@ std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
                             : left_by(*best, data) / noise_of(data);
   if (far < kFarFromNoise) return std::nullopt;
   std::vector<RunDatum> softened = data;
-  double sum = 0.0, count = 0.0;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (data[r].role != Role::fit) continue;
-    sum += (data[r].response - best->predictions[r].value()).squaredNorm();
-    count += static_cast<double>(data[r].response.size());
-  }
-  const double left = sum / count;
   for (RunDatum& datum : softened) {
+    const double left = left_of(*best, data, datum.quantity);
     if (datum.whitening.size() == 0) {
       datum.error = (datum.error.array().square() + left).sqrt();
       continue;

@@ -43,6 +43,7 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
   x.array() -= datum.driver[0];
   response_->set_excitation_points(datum.frequency_hz,
                                    {x.data(), static_cast<std::size_t>(points)});
+  if (datum.quantity != Quantity::displacement) response_->set_channels({&datum.quantity, 1});
   rows_.resize(points, 1 + model.parameter_count());
 }
 

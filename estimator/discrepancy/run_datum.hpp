@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/discrepancy/campaign.hpp"
+#include "estimator/instrument/observation.hpp"
 
 namespace shaker::estimator::discrepancy {
 
@@ -25,6 +26,10 @@ struct RunDatum {
   Eigen::VectorXd freedom;   // degrees of freedom behind each
   // Of a run that is not periodic; null for a periodic one.
   std::shared_ptr<const SampledRun> sampled;
+  // What is compared of a periodic response, and, where that is not the displacement, the harmonics
+  // of the displacement itself (extra_channels.hpp).
+  Quantity quantity = Quantity::displacement;
+  Eigen::VectorXd motion;
   bool by_force = false;  // forces along the measured motion are compared, not the response
   // L^-1 of the errors' covariance L L': errors of the excitation run through the damper into
   // several harmonics at once. Empty: the errors are independent.

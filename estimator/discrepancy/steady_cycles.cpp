@@ -207,7 +207,9 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
   run.response.resize(count, wide);
   run.driver = Eigen::MatrixXd::Zero(count, harmonic_size(run.driver_harmonics));
   const bool accelerometer = r.acceleration.size() == r.t.size();
+  const bool load_cell = run.kind == Kind::periodic && r.force.size() == r.t.size();
   if (accelerometer) run.acceleration.resize(count, wide);
+  if (load_cell) run.force.resize(count, wide);
   Eigen::Index kept = 0;
   std::vector<double> tau;
   Eigen::VectorXd curve;
@@ -234,11 +236,16 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
       if (!fit_cycle(tau, &r.acceleration[from], run.harmonics, curve)) continue;
       run.acceleration.row(kept) = curve;
     }
+    if (load_cell) {
+      if (!fit_cycle(tau, &r.force[from], run.harmonics, curve)) continue;
+      run.force.row(kept) = curve;
+    }
     ++kept;
   }
   run.response.conservativeResize(kept, Eigen::NoChange);
   run.driver.conservativeResize(kept, Eigen::NoChange);
   if (accelerometer) run.acceleration.conservativeResize(kept, Eigen::NoChange);
+  if (load_cell) run.force.conservativeResize(kept, Eigen::NoChange);
   if (run.kind == Kind::periodic) run.driver.col(0).setZero();  // an accelerometer's offset
   run.cycles_recorded = static_cast<int>(count);
   if (kept < count)
@@ -248,6 +255,7 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
   drop_front(run.response, drop);
   drop_front(run.driver, drop);
   drop_front(run.acceleration, drop);
+  drop_front(run.force, drop);
   run.cycles_dropped = run.cycles_recorded - run.cycles();
   if (run.cycles() < options.fewest_cycles)
     return unfit(r, fmt::format("only {} of {} whole cycles are steady; at least {} are needed: "

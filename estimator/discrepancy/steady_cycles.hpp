@@ -31,8 +31,8 @@ struct SteadyRun {
   // A row a cycle. `response` is what is predicted (displacement, or the force of imposed motion);
   // `driver` is what is imposed (excitation, or displacement).
   Eigen::MatrixXd response, driver;
-  Eigen::MatrixXd acceleration;  // empty when there is no such channel
-  bool driver_measured = true;   // false: the driver is the commanded pure cosine
+  Eigen::MatrixXd acceleration, force;  // of a periodic response; empty without such a channel
+  bool driver_measured = true;          // false: the driver is the commanded pure cosine
   int cycles_recorded = 0, cycles_dropped = 0;
   double samples_a_cycle = 0.0;
   int subharmonic = 0;    // repeats only every so many cycles; 0: every one
