@@ -23,6 +23,7 @@ using Eigen::VectorXd;
 
 constexpr int kCells = 24;        // of the stroke and of the velocity
 constexpr double kLinear = 0.02;  // of the largest force: what grid and linearisation leave open
+constexpr int kAtOnce = 64;       // right-hand sides of a solution: all of them would be large
 constexpr int kLaps = 2;          // of a march along a cycle: the first forgets how it began
 
 VectorXd derivative(const VectorXd& harmonics, double frequency_hz) {
@@ -87,19 +88,25 @@ MatrixXd reach_of(const PeriodicSystem& from, const std::vector<double>& theta, 
   system.set_excitation_points(from.frequency(), from.excitation());
   std::copy(from.state().begin(), from.state().end(), system.state().begin());
   if (!system.linearise(theta) || !system.factorise()) return {};
-  const auto width = static_cast<std::size_t>(n);
-  std::vector<double> rows(width * width * static_cast<std::size_t>(s), 0.0);
-  for (std::size_t i = 0; i < width; ++i)
-    rows[i * static_cast<std::size_t>(s) * width + i] = -1.0;
-  system.solve_factorised(rows, n);
-  MatrixXd moves(n, n);
-  const auto seen = static_cast<std::size_t>(from.model().observed());
-  for (std::size_t i = 0; i < width; ++i) {
-    for (std::size_t k = 0; k < width; ++k)
-      moves(static_cast<Index>(i), static_cast<Index>(k)) =
-          rows[(i * static_cast<std::size_t>(s) + seen) * width + k];
+  const MatrixXd analysis = analysis_matrix(harmonics, n);
+  MatrixXd reach(analysis.rows(), n);
+  std::vector<double> rows;
+  for (int first = 0; first < n; first += kAtOnce) {
+    const int width = std::min(kAtOnce, n - first);
+    const auto row_of = [&](int point, int coordinate) {
+      return &rows[static_cast<std::size_t>((point * s + coordinate) * width)];
+    };
+    rows.assign(static_cast<std::size_t>(n * s * width), 0.0);
+    for (int k = 0; k < width; ++k)
+      row_of(first + k, 0)[k] = -1.0;
+    system.solve_factorised(rows, width);
+    MatrixXd moves(n, width);
+    for (int i = 0; i < n; ++i)
+      moves.row(i) =
+          Eigen::Map<const Eigen::RowVectorXd>(row_of(i, from.model().observed()), width);
+    reach.middleCols(first, width) = analysis * moves;
   }
-  return analysis_matrix(harmonics, n) * moves;
+  return reach;
 }
 
 std::optional<Course> of_cycle(const HarmonicFit& fit, const std::vector<RunDatum>& data,

@@ -1,13 +1,16 @@
 // Groups of bars.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "report/plot/frame.hpp"
 
 namespace shaker::report {
 namespace {
 
-constexpr double kGap = 0.25;  // of a group's width
+constexpr double kGap = 0.25;     // of a group's width
+constexpr double kMargin = 14.0;  // right of the axes
+constexpr double kLetter = 6.2;   // width
 
 }  // namespace
 
@@ -27,7 +30,13 @@ std::string to_svg(const Bars& bars) {
   Range range = range_of(y, values);
   if (!y.logarithmic && !y.from && range.from > -0.06 * (range.to - range.from)) range.from = 0.0;
 
-  Frame frame(bars.title, bars.width, bars.height, legend);
+  // What a line says stands beside it: bars may be anywhere inside.
+  std::size_t longest = 0;
+  std::vector<Mark> lines = bars.marks;
+  for (Mark& line : lines)
+    longest = std::max(longest, std::exchange(line.text, {}).size());
+  Frame frame(bars.title, bars.width, bars.height, legend,
+              kMargin + kLetter * static_cast<double>(longest));
   frame.y_axis(y, range);
   const double group = (frame.right() - frame.left()) / static_cast<double>(bars.labels.size());
   const double width = group * (1.0 - kGap) / static_cast<double>(bars.series.size());
@@ -49,7 +58,10 @@ std::string to_svg(const Bars& bars) {
         frame.left() + group * (static_cast<double>(i) + 0.5), frame.bottom() + 17.0,
         escaped(bars.labels[i])));
   }
-  frame.marks(bars.marks);
+  frame.marks(lines);
+  for (const Mark& mark : bars.marks)
+    frame.add(fmt::format("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
+                          frame.right() + 4.0, frame.y(mark.at) + 4.0, escaped(mark.text)));
   return frame.close();
 }
 
