@@ -159,6 +159,8 @@ protocol::EstimateDocument estimate_from(const Json& d) {
   estimate.iterations = static_cast<int>(count_of(d, "iterations"));
   estimate.converged = flag_of(d, "converged");
   estimate.usable = flag_of(d, "usable");
+  estimate.gap = number_of(d, "gap");
+  estimate.noise_floor = number_of(d, "noise_floor");
   for (const Json& warning : list_of(d, "warnings")) {
     if (warning.is_string()) estimate.warnings.push_back(printable(warning.get<std::string>()));
   }

@@ -6,6 +6,7 @@
 // length.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,14 @@ struct ParameterChange {
   std::string sentence() const;  // for the operator
 };
 
+// Root mean squares over the mean cycles of all runs that repeat, m. NaN where too few cycles tell
+// the noise.
+struct ModelGap {
+  double size = std::numeric_limits<double>::quiet_NaN();         // measured less simulated
+  double noise_floor = std::numeric_limits<double>::quiet_NaN();  // what scatter alone explains
+  int worst_run = 0;                                              // as a multiple of its own noise
+};
+
 struct Estimate {
   std::string model;
   std::vector<ParameterEstimate> parameters;
@@ -50,6 +59,7 @@ struct Estimate {
   int iterations = 0;
   bool converged = false;
   bool usable = false;                   // converged, determined, inside the bounds
+  ModelGap gap;                          // what the intervals do not count: a model that is wrong
   std::vector<std::string> warnings;     // sentences for the operator
   std::vector<ParameterChange> changes;  // that the test saw at this cycle
 };

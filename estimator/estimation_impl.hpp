@@ -117,6 +117,10 @@ struct Estimator::Impl {
   bool start_from_equations();
   void refit_on_data_branch(const std::vector<double>& start);
   std::vector<std::string> branch_warnings();
+  // --- is anything left but noise: estimation_gap.cpp
+  double mean_cycle_variance(std::size_t run) const;
+  ModelGap model_gap() const;
+  std::vector<std::string> gap_warnings(const ModelGap& gap) const;
   // Normal priors (3.8): adds them to the normal equations; noise variance `variance` as of now.
   void add_priors();
   double prior_sum() const { return prior_sum_at(fit.theta); }

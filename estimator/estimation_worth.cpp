@@ -390,6 +390,9 @@ Estimate Estimator::describe() const {
   const std::vector<std::string> branch = impl_->branch_warnings();
   e.warnings.insert(e.warnings.end(), branch.begin(), branch.end());
   e.usable = e.usable && branch.empty();
+  e.gap = impl_->model_gap();
+  for (std::string& sentence : impl_->gap_warnings(e.gap))
+    e.warnings.push_back(std::move(sentence));
   return e;
 }
 

@@ -182,6 +182,7 @@ void fill(Filler& out, const EstimateDocument& d) {
   out.put("iterations", d.iterations).put("cycles_skipped", d.cycles_skipped);
   out.name("clock", d.clock).number("latency_s", d.latency_s);
   out.put("converged", d.converged).put("usable", d.usable);
+  out.number("gap", d.gap).number("noise_floor", d.noise_floor);
   Json warnings = Json::array();
   const auto warned = out.bounded("warnings", d.warnings.size(), kMaxWarnings);
   for (std::size_t i = 0; i < warned; ++i)

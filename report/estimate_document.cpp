@@ -59,6 +59,10 @@ protocol::EstimateDocument to_document(const estimator::Estimate& estimate) {
   document.runs_used = estimate.runs;
   document.iterations = estimate.iterations;
   document.converged = estimate.converged;
+  if (estimate.gap.noise_floor > 0.0) {
+    document.gap = estimate.gap.size;
+    document.noise_floor = estimate.gap.noise_floor;
+  }
   document.warnings.reserve(estimate.warnings.size());
   for (const std::string& warning : estimate.warnings)
     document.warnings.push_back(in_words(warning));

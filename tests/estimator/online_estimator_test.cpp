@@ -104,6 +104,36 @@ TEST(OnlineEstimator, EndsWhereTheBatchOfAllItsCyclesEnds) {
   EXPECT_EQ(last.observations, fit.observations);
 }
 
+Estimate after_ten_cycles_of_two_runs(const config::ModelSpec& model) {
+  Rig rig;
+  OnlineEstimator online(model);
+  Estimate last;
+  for (int run = 0; run < 2; ++run) {
+    for (long index = 0; index < 10; ++index)
+      last = online.add(rig.cycle(run, index)).value();
+  }
+  return last;
+}
+
+TEST(OnlineEstimator, SaysThatARightModelLeavesOnlyTheScatter) {
+  const Estimate estimate = after_ten_cycles_of_two_runs(started_off());
+  EXPECT_NEAR(estimate.gap.noise_floor, 2e-5 / std::sqrt(10.0), 0.6e-6);
+  EXPECT_NEAR(estimate.gap.size, estimate.gap.noise_floor, 1.5e-6);
+  EXPECT_TRUE(estimate.warnings.empty()) << estimate.warnings.front();
+}
+
+TEST(OnlineEstimator, WarnsThatAWrongModelLeavesMoreThanTheScatter) {
+  auto wrong = started_off();  // a gas that others' parameters cannot make good for
+  wrong.effects[1].parameters["theta4"].start = 1.2;
+  wrong.effects[1].parameters["theta4"].fixed = true;
+  const Estimate estimate = after_ten_cycles_of_two_runs(wrong);
+  EXPECT_NEAR(estimate.gap.noise_floor, 2e-5 / std::sqrt(10.0), 0.6e-6);
+  EXPECT_GT(estimate.gap.size, 3.0 * estimate.gap.noise_floor);
+  ASSERT_EQ(estimate.warnings.size(), 1u);
+  EXPECT_NE(estimate.warnings[0].find("the model misses the mean cycles by"), std::string::npos);
+  EXPECT_NE(estimate.warnings[0].find("the most in run 2 (1 Hz)"), std::string::npos);
+}
+
 TEST(OnlineEstimator, LeavesOutABadCycleAndGoesOn) {
   Rig rig;
   OnlineEstimator online(started_off());

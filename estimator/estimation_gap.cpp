@@ -1,0 +1,77 @@
+// How far the fitted model stays from the mean cycles, against what their noise explains.
+//
+// The residuals' own variance (3.28) calls noise whatever the model cannot follow; the scatter of
+// cycles about their mean knows nothing of the model. Both are compared as root mean squares over
+// the cycle, which needs no assumption on the colour of the noise.
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "estimator/estimation_impl.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr double kFewestRepeats =
+    8.0;  // cycles beyond the first of each run, before anything is said
+constexpr double kTellingRatio = 3.0;  // noise with a slow wander reaches 2
+constexpr double kTellingProbability = 1e-3;
+
+}  // namespace
+
+// Variance of a point of the mean cycle; negative where a single cycle tells none.
+double Estimator::Impl::mean_cycle_variance(std::size_t r) const {
+  const RunData& data = runs[r].data;
+  const double repeats = data.cycles - 1.0;
+  if (!(repeats >= 1.0)) return -1.0;
+  const double scatter = data.scatter / (repeats * static_cast<double>(data.displacement.size()));
+  // The accelerometer's error moves the simulated cycle, about as the excitation moves the
+  // measured.
+  const double excited =
+      motion_of_data(r) / std::max(data.amplitude, 1e-300) * data.excitation_error;
+  return scatter / data.cycles + excited * excited;
+}
+
+ModelGap Estimator::Impl::model_gap() const {
+  ModelGap gap;
+  if (covariances || fit.status == FitStatus::no_solution) return gap;
+  double sum = 0.0, noise = 0.0, points = 0.0, repeats = 0.0, worst = 0.0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const double variance = mean_cycle_variance(r);
+    if (variance < 0.0) continue;
+    const auto count = static_cast<double>(runs[r].count());
+    const double left = misfit(r, systems[r]) * motion_of_data(r);
+    sum += count * left * left;
+    noise += count * variance;
+    points += count;
+    repeats += runs[r].data.cycles - 1.0;
+    if (left * left > worst * variance) {
+      worst = left * left / variance;
+      gap.worst_run = static_cast<int>(r);
+    }
+  }
+  if (repeats < kFewestRepeats || !(noise > 0.0)) return gap;
+  gap.size = std::sqrt(sum / points);
+  gap.noise_floor = std::sqrt(noise / points);
+  return gap;
+}
+
+std::vector<std::string> Estimator::Impl::gap_warnings(const ModelGap& gap) const {
+  constexpr auto kRemedy =
+      "the model lacks something, or a sensor is not what it should be, and the intervals do not "
+      "count that; shakerctl diagnose looks for it";
+  if (gap.size > kTellingRatio * gap.noise_floor)
+    return {fmt::format(
+        "the model misses the mean cycles by {:.3g} mm, {:.0f} times what their scatter explains "
+        "({:.2g} mm), the most in run {} ({:g} Hz): {}",
+        gap.size * 1e3, gap.size / gap.noise_floor, gap.noise_floor * 1e3, gap.worst_run + 1,
+        runs[static_cast<std::size_t>(gap.worst_run)].data.frequency_hz, kRemedy)};
+  if (fit.lack_of_fit < kTellingProbability)
+    return {fmt::format(
+        "noise alone would leave residuals as large as these with a probability of {:.1g}: {}",
+        fit.lack_of_fit, kRemedy)};
+  return {};
+}
+
+}  // namespace shaker::estimator
