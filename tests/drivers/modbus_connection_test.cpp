@@ -85,7 +85,7 @@ TEST_P(ModbusWire, TakesTheLargestBlocks) {
 
 TEST_P(ModbusWire, GivesEveryExceptionItsSentence) {
   config::ModbusLink link = server_.link();
-  link.response_timeout_s = 0.3;
+  link.response_timeout_s = 1.0;
   auto connection = make(link, clock_);
   ASSERT_TRUE(connection->connect());
   for (const int code : {0x01, 0x02, 0x03, 0x04, 0x06, 0x07, 0x08, 0x09, 0x0A, 0x0B}) {
