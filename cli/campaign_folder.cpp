@@ -232,6 +232,12 @@ Result<Campaign> read_document(const json& document, const std::filesystem::path
   for (std::size_t i = 0; i < runs->size(); ++i) {
     auto run = read_run((*runs)[i], folder, fmt::format("{}: /runs/{}", where, i), *factors);
     if (!run) return run.error();
+    for (const Recording& other : campaign.runs) {
+      if (other.name == run->name)
+        return invalid(where, fmt::format("/runs/{}/name \"{}\" is the name of another run too; "
+                                          "names tell them apart in the answer",
+                                          i, run->name));
+    }
     campaign.runs.push_back(std::move(*run));
   }
   return campaign;

@@ -11,6 +11,7 @@
 #include "estimator/discrepancy/harmonics.hpp"
 #include "estimator/discrepancy/model_error.hpp"
 #include "estimator/discrepancy/naming.hpp"
+#include "estimator/discrepancy/plausibility.hpp"
 #include "estimator/discrepancy/steady_cycles.hpp"
 #include "estimator/discrepancy/transient.hpp"
 #include "estimator/discrepancy/weighing.hpp"
@@ -199,6 +200,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   std::vector<std::string> warnings = campaign.warnings;
   auto runs = cut_all(campaign, warnings);
   if (!runs) return runs.error();
+  if (auto good = plausible(*runs, model, warnings); !good) return good.error();
   const FitOptions fitting{options.points};
   FitOptions first = fitting;
   first.from_rest = true;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/discrepancy/channel_faults.hpp"
 #include "estimator/discrepancy/harmonics.hpp"
 #include "estimator/discrepancy/phase_fit.hpp"
 #include "estimator/discrepancy/succession.hpp"
@@ -16,6 +17,7 @@ namespace shaker::estimator::discrepancy {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kAmplitudeApart = 0.25;   // a quarter more or less than was said
 constexpr double kSamplesAHarmonic = 2.6;  // least samples a cycle for each harmonic that is fitted
 
 Error bad(const Recording& r, const std::string& why) {
@@ -70,43 +72,16 @@ Result<void> check(const Recording& r) {
     if (auto good = check_column(r, driver_of(r), driver_name(r)); !good) return good;
     const auto [low, high] = std::minmax_element(driver_of(r).begin(), driver_of(r).end());
     if (!(*high - *low > 1e-12 * (1.0 + std::fabs(*high))))
-      return bad(r, fmt::format("the {} never changes; without motion there is nothing to diagnose",
-                                driver_name(r)));
+      return unfit(r,
+                   fmt::format("the {} never changes; without motion there is nothing to diagnose",
+                               driver_name(r)));
   } else if (!(r.amplitude > 0.0)) {
     return bad(r, "there is no excitation column, and no amplitude above 0 that was commanded");
   }
   const auto [low, high] = std::minmax_element(response_of(r).begin(), response_of(r).end());
-  if (!(*high > *low)) return bad(r, fmt::format("the {} never changes", response_name(r)));
+  if (!(*high > *low))
+    return unfit(r, fmt::format("the {} never changes; is the sensor alive?", response_name(r)));
   return {};
-}
-
-// A curve that stays on its extreme value three times as long as its quantisation explains, again
-// and again, has met the end of the sensor's range.
-bool clipped(std::span<const double> y, double samples_a_cycle, double cycles, bool top) {
-  const double sign = top ? 1.0 : -1.0;
-  double extreme = -std::numeric_limits<double>::infinity();
-  double low = std::numeric_limits<double>::infinity();
-  for (const double value : y) {
-    extreme = std::max(extreme, sign * value);
-    low = std::min(low, sign * value);
-  }
-  double next = low;
-  for (const double value : y) {
-    if (sign * value < extreme) next = std::max(next, sign * value);
-  }
-  const double flat = 2.0 * std::sqrt(2.0 * (extreme - next) / (0.5 * (extreme - low))) / kTwoPi;
-  const double longest = std::max(4.0, 3.0 * std::min(flat, 0.05) * samples_a_cycle);
-  int runs = 0;
-  double length = 0.0;
-  for (std::size_t i = 0; i <= y.size(); ++i) {
-    if (i < y.size() && sign * y[i] == extreme) {
-      length += 1.0;
-      continue;
-    }
-    runs += length >= longest ? 1 : 0;
-    length = 0.0;
-  }
-  return runs >= 3 && runs >= 0.3 * cycles;
 }
 
 // Least-squares harmonics of the samples of one cycle; false when the samples do not carry them.
@@ -189,8 +164,9 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
   run.frequency_hz = phase.frequency_hz;
   const Cut cycles = cut(r, phase);
   if (cycles.first.size() < static_cast<std::size_t>(options.fewest_cycles))
-    return unfit(r, fmt::format("{} whole cycles at {:g} Hz; at least {} are needed",
-                                cycles.first.size(), run.frequency_hz, options.fewest_cycles));
+    return unfit(r, fmt::format("{} whole cycle{} at {:g} Hz; at least {} are needed",
+                                cycles.first.size(), cycles.first.size() == 1 ? "" : "s",
+                                run.frequency_hz, options.fewest_cycles));
   run.samples_a_cycle = cycles.samples;
   run.harmonics = std::min(options.harmonics, static_cast<int>(cycles.samples / kSamplesAHarmonic));
   run.driver_harmonics = run.driver_measured ? std::min(run.kind == Kind::imposed_motion
@@ -251,6 +227,12 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
   if (kept < count)
     run.warnings.push_back(fmt::format("run {}: {} of {} cycles lack samples and are left out",
                                        r.name, count - kept, count));
+  if (const double slip = clock_slip(run.response); slip != 0.0)
+    return unfit(r, fmt::format("with every cycle the {} slips by {:.2g} degrees against the {}, "
+                                "evenly and at one amplitude: the channels are not on one clock "
+                                "({:.2g} % apart); record both on one",
+                                response_name(r), 360.0 * std::fabs(slip), driver_name(r),
+                                100.0 * std::fabs(slip)));
   const auto drop = static_cast<Eigen::Index>(cycles_of_transient(run.response));
   drop_front(run.response, drop);
   drop_front(run.driver, drop);
@@ -261,14 +243,26 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
     return unfit(r, fmt::format("only {} of {} whole cycles are steady; at least {} are needed: "
                                 "record the run for longer",
                                 run.cycles(), count, options.fewest_cycles));
-  const auto& y = response_of(r);
-  const std::span<const double> steady(&y[cycles.first.front()],
-                                       cycles.last.back() - cycles.first.front());
-  for (const bool top : {true, false}) {
-    if (clipped(steady, cycles.samples, static_cast<double>(count), top))
-      return unfit(r, fmt::format("the {} stays on its {} value: the sensor is clipped; record the "
-                                  "run within the sensor's range",
-                                  response_name(r), top ? "highest" : "lowest"));
+  const auto in_range = [&](const std::vector<double>& y, const char* name) -> Result<void> {
+    const std::span<const double> steady(&y[cycles.first.front()],
+                                         cycles.last.back() - cycles.first.front());
+    for (const bool top : {true, false}) {
+      if (clipped(steady, cycles.samples, static_cast<double>(count), top))
+        return unfit(r, fmt::format("the {} stays on its {} value: the sensor is clipped; record "
+                                    "the run within the sensor's range",
+                                    name, top ? "highest" : "lowest"));
+    }
+    return {};
+  };
+  if (auto good = in_range(response_of(r), response_name(r)); !good) return good.error();
+  if (run.driver_measured) {
+    if (auto good = in_range(driver_of(r), driver_name(r)); !good) return good.error();
+    if (r.kind == Kind::periodic && r.amplitude > 0.0 &&
+        std::fabs(std::log(phase.amplitude / r.amplitude)) > kAmplitudeApart)
+      run.warnings.push_back(
+          fmt::format("run {}: the {} has an amplitude of {:.4g}, the campaign says {:.4g}; the "
+                      "measured one counts",
+                      r.name, driver_name(r), phase.amplitude, r.amplitude));
   }
   const Succession after = examine(run.response);
   run.subharmonic = after.subharmonic;

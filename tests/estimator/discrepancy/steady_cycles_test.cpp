@@ -120,6 +120,44 @@ TEST(SteadyCycles, RefusesAClippedSensor) {
   EXPECT_THAT(run.error().what, ::testing::HasSubstr("clipped"));
 }
 
+TEST(SteadyCycles, RefusesASensorThatIsAtItsEndAllTheTime) {
+  Recording r = recording({});
+  for (std::size_t i = 200; i < r.displacement.size(); ++i)  // after one cycle
+    r.displacement[i] = 0.13;
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("clipped"));
+}
+
+TEST(SteadyCycles, RefusesAClippedAccelerometer) {
+  Recording r = recording({});
+  for (double& x : r.excitation)
+    x = std::min(x, 2.4);
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("the excitation stays on its highest value"));
+}
+
+TEST(SteadyCycles, RefusesADisplacementWhoseClockRunsFast) {
+  Recording r = recording({});
+  const Recording fast = recording({.frequency = 2.003 * 1.004});
+  r.displacement = fast.displacement;
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what,
+              ::testing::HasSubstr("slips by 1.4 degrees against the excitation"));
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("not on one clock (0.4 % apart)"));
+}
+
+TEST(SteadyCycles, SaysThatTheAmplitudeIsNotTheOneThatWasSet) {
+  Recording r = recording({});
+  r.amplitude = 9.0;
+  const auto run = steady_cycles(r);
+  ASSERT_TRUE(run) << run.error().what;
+  ASSERT_EQ(run->warnings.size(), 1u);
+  EXPECT_THAT(run->warnings[0], ::testing::HasSubstr("an amplitude of 3, the campaign says 9"));
+}
+
 TEST(SteadyCycles, TakesCoarseQuantisationForWhatItIs) {
   Recording r = recording({});
   for (double& u : r.displacement)
