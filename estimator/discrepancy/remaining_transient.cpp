@@ -19,7 +19,8 @@ constexpr double kDead = 1e-3;  // of a cycle's disturbance in the next one: not
 // says what a mode is worth that the cycles do not tell.
 constexpr double kLargest = 0.1;
 
-constexpr double kLinear = 0.2;  // of the mean's noise: so much of its square may be left
+constexpr double kLinear = 0.2;      // of the mean's noise: so much of its square may be left
+constexpr double kSquareLeft = 0.3;  // of it, after a course of any shape was taken out
 constexpr Eigen::Index kFewestForSquare = 5;
 
 // Weights of the cycles whose sum is the steady one when the cycles hold `course` besides, in any
@@ -80,6 +81,10 @@ WithoutTransient less_modes(const MatrixXd& cycles, const DecayingModes& modes,
   out.cycles = (steady.left * out.cycles).rowwise() + mean;
   out.added = in_steady * covariance * in_steady.transpose();
   out.added.diagonal() += (steady.weight.squaredNorm() - 1.0 / static_cast<double>(n)) * variance;
+  // Of the square, in a shape that nobody knows, and of what is left of it once it was taken out.
+  const double square = std::pow(out.first, 2) / cycles.colwise().mean().tail(size - 1).norm();
+  const double left_of_it = (with_square ? kSquareLeft : 1.0) * square * course.mean();
+  out.added.diagonal().array() += left_of_it * left_of_it;
   return out;
 }
 
