@@ -36,6 +36,9 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   if (!campaign) return fail(common, kBadInput, campaign.error().what);
   estimator::discrepancy::DiagnoseOptions wanted;
   wanted.false_alarm_rate = options.false_alarm_rate;
+  using estimator::discrepancy::CalibrationCache;
+  CalibrationCache calibrations(CalibrationCache::user_folder());
+  wanted.calibrations = &calibrations;
   const auto found = estimator::discrepancy::diagnose(*campaign, *model, wanted, progress_line());
   if (!found) {
     return fail(common, found.error().kind == ErrorKind::invalid ? kBadInput : kNotUsable,

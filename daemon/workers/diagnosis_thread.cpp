@@ -171,6 +171,7 @@ Result<Diagnosis> DiagnosisThread::find(const DiagnosisJob& job, std::string& na
   if (!campaign) return campaign.error();
   estimator::discrepancy::DiagnoseOptions options;
   options.false_alarm_rate = job.false_alarm_rate;
+  options.calibrations = &calibrations_;
   return estimator::discrepancy::diagnose(
       *campaign, *model, options,
       [&](std::string_view stage, double share) { tell(name, stage, share); });

@@ -18,6 +18,7 @@
 #include "base/result.hpp"
 #include "config/model.hpp"
 #include "daemon/workers/waker.hpp"
+#include "estimator/discrepancy/calibration_cache.hpp"
 #include "estimator/discrepancy/campaign.hpp"
 #include "estimator/discrepancy/diagnosis.hpp"
 #include "protocol/documents.hpp"
@@ -56,7 +57,8 @@ class DiagnosisThread {
   std::string why_cancelled_;
   std::vector<protocol::Document> documents_;
   std::atomic<bool> cancelled_ = false;
-  std::jthread thread_;  // last
+  estimator::discrepancy::CalibrationCache calibrations_;  // of this process
+  std::jthread thread_;                                    // last
 };
 
 }  // namespace shaker::daemon

@@ -7,6 +7,8 @@
 // false alarms over the whole catalogue is the one that was asked for, whatever the catalogue.
 #pragma once
 
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -31,6 +33,9 @@ struct Design {
 class Calibration {
  public:
   Calibration(const Design& design, int draws, std::uint64_t seed);
+  // As it was drawn before; each ascending.
+  Calibration(std::vector<double> lengths, std::vector<double> gains, std::vector<double> smaller)
+      : lengths_(std::move(lengths)), gains_(std::move(gains)), smaller_(std::move(smaller)) {}
 
   // Probability of a residual's length, and of the best signature's gain, at least as large by
   // chance; beyond the draws by the tail of a fitted gamma distribution.
@@ -38,6 +43,10 @@ class Calibration {
   double of_best_gain(double gain) const;
   // Of the smaller of the two.
   double combined(double chi_squared, double gain) const;
+
+  const std::vector<double>& lengths() const { return lengths_; }
+  const std::vector<double>& gains() const { return gains_; }
+  const std::vector<double>& smaller() const { return smaller_; }
 
  private:
   std::vector<double> lengths_, gains_, smaller_;  // ascending

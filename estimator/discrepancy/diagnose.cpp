@@ -229,6 +229,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   naming.false_alarm_rate = options.false_alarm_rate;
   naming.draws = options.draws;
   naming.seed = options.seed;
+  naming.calibrations = options.calibrations;
   progress("scoring the catalogue", 0.2);
   Diagnosis said = searched(std::move(base), weighed.data, *runs, catalogue, naming, progress);
   said.campaign = campaign.name;
@@ -264,6 +265,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   naming.false_alarm_rate = options.false_alarm_rate;
   naming.draws = std::min(options.draws, kRecordDraws);
   naming.seed = options.seed;
+  naming.calibrations = options.calibrations;
   progress("scoring the catalogue", 0.2);
   const std::vector<SteadyRun> none(runs->data.size());
   Diagnosis said = searched(std::move(base), runs->data, none, catalogue, naming, progress);

@@ -12,6 +12,7 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
+#include "estimator/discrepancy/calibration_cache.hpp"
 #include "estimator/discrepancy/campaign.hpp"
 #include "estimator/discrepancy/diagnosis.hpp"
 
@@ -23,6 +24,7 @@ struct DiagnoseOptions {
   int points = 256;                // of a periodic solution
   int draws = 4000;                // of the calibration
   std::uint64_t seed = 1;
+  CalibrationCache* calibrations = nullptr;  // outlives the call; null: drawn anew each time
 };
 
 // `share` of the work that is done, 0..1. To leave early it may throw, anything but

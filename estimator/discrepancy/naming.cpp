@@ -157,6 +157,9 @@ class Search {
   }
 
   double probability(const Scoring& scoring) const {
+    if (options_.calibrations != nullptr)
+      return options_.calibrations->get(scoring.design, options_.draws, options_.seed)
+          ->combined(scoring.chi_squared, scoring.best_gain());
     const Calibration calibration(scoring.design, options_.draws, options_.seed);
     return calibration.combined(scoring.chi_squared, scoring.best_gain());
   }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/discrepancy/calibration.hpp"
+#include "estimator/discrepancy/calibration_cache.hpp"
 #include "estimator/discrepancy/scoring.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -37,6 +37,7 @@ struct NamingOptions {
   double false_alarm_rate = 0.01;
   int draws = 4000;
   std::uint64_t seed = 1;
+  CalibrationCache* calibrations = nullptr;  // null: drawn anew each time
 };
 
 struct Naming {

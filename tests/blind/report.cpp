@@ -112,10 +112,47 @@ std::string confusion(const std::vector<Scored>& all) {
   return text;
 }
 
+// How often a name is right against how sure it is said to be. What is hidden but in no catalogue
+// makes every name wrong.
+std::string calibration_of_names(const std::vector<Scored>& all) {
+  constexpr double kEdges[] = {0.0, 0.1, 0.5, 0.8, 0.95, 0.99, 1.0 + 1e-9};
+  constexpr std::size_t kBins = std::size(kEdges) - 1;
+  struct Row {
+    Share first, further;
+    double stated_first = 0.0, stated_further = 0.0;
+  };
+  std::vector<Row> rows(kBins);
+  for (const Scored& s : all) {
+    for (std::size_t e = 0; e < s.answer.effects.size(); ++e) {
+      const Named& named = s.answer.effects[e];
+      std::size_t bin = 0;
+      while (bin + 1 < kBins && named.probability >= kEdges[bin + 1])
+        ++bin;
+      const bool right =
+          (" + " + s.hidden.kind + " + ").find(" + " + named.name + " + ") != std::string::npos;
+      (e == 0 ? rows[bin].first : rows[bin].further).count(right);
+      (e == 0 ? rows[bin].stated_first : rows[bin].stated_further) += named.probability;
+    }
+  }
+  std::string text =
+      "| stated probability | first name: stated, right | further names: stated, right |\n"
+      "|---|---|---|\n";
+  const auto cell = [](const Share& share, double stated) {
+    if (share.of == 0) return std::string("-");
+    return fmt::format("{:.1f} %, {}", 100.0 * stated / share.of, share.text());
+  };
+  for (std::size_t b = kBins; b-- > 0;)
+    text += fmt::format("| {:.2f} .. {:.2f} | {} | {} |\n", kEdges[b], std::min(1.0, kEdges[b + 1]),
+                        cell(rows[b].first, rows[b].stated_first),
+                        cell(rows[b].further, rows[b].stated_further));
+  return text;
+}
+
 }  // namespace
 
 std::string report(const std::vector<Scored>& scored, double false_alarm_rate) {
-  return figures(scored, false_alarm_rate) + "\n" + by_kind(scored) + "\n" + confusion(scored);
+  return figures(scored, false_alarm_rate) + "\n" + calibration_of_names(scored) + "\n" +
+         by_kind(scored) + "\n" + confusion(scored);
 }
 
 }  // namespace shaker::blind
