@@ -49,10 +49,10 @@ int main(int argc, char** argv) {
       for (const auto& rival : effect.confusable_with)
         names += " ~" + rival;
     }
-    fmt::print(stderr, "{:5} of {}  {}  {}: {}{}{}  gap {:.2f} -> {:.2f}  {:.2f} s\n", ++done,
-               cases.size(), s.null ? (s.detected ? "!" : " ") : (s.in_set ? " " : "!"),
+    fmt::print(stderr, "{:5} of {}  {}  {}: {}{}{}  gap {:.2f} -> {:.2f} ({:.2f})  {:.2f} s\n",
+               ++done, cases.size(), s.null ? (s.detected ? "!" : " ") : (s.in_set ? " " : "!"),
                s.hidden.label(), s.answer.verdict, names, s.answer.trouble, s.answer.gap_before,
-               s.answer.gap_after, s.answer.seconds);
+               s.answer.gap_after, s.answer.noise_after, s.answer.seconds);
   });
   std::filesystem::remove_all(folder);
   const std::string text = report(scored, 0.01);

@@ -253,8 +253,9 @@ std::string diagnosis_page(const Diagnosis& d) {
         ranking_table(d);
   }
   page += fmt::format(
-      "<p class=\"note\">Gaps are root mean squares over the cycle; the noise floor is what the "
-      "scatter from cycle to cycle leaves in the mean. False alarms over the whole catalogue: "
+      "<p class=\"note\">Gaps are root mean squares over the cycle; noise alone stays below "
+      "the noise floor in 95 of 100 such campaigns, after as many parameters have been fitted to "
+      "it. False alarms over the whole catalogue: "
       "{:.2g} %.</p>\n</body></html>\n",
       100.0 * d.false_alarm_rate);
   return page;

@@ -9,6 +9,7 @@
 #include "estimator/discrepancy/estimates.hpp"
 #include "estimator/discrepancy/gaps.hpp"
 #include "estimator/discrepancy/inverse_dynamics.hpp"
+#include "estimator/discrepancy/noise_floor.hpp"
 #include "estimator/discrepancy/remaining_force.hpp"
 #include "estimator/discrepancy/rivals.hpp"
 #include "estimator/discrepancy/selection.hpp"
@@ -24,9 +25,11 @@ using Eigen::VectorXd;
 class Assembler {
  public:
   Assembler(const Naming& found, const std::vector<RunDatum>& data,
-            const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates)
+            const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates,
+            const std::vector<RunDatum>& measured)
       : found_(found),
         data_(data),
+        measured_(measured),
         runs_(runs),
         candidates_(candidates),
         selection_(found, data),
@@ -51,6 +54,7 @@ class Assembler {
     said_.parameters_after = describe(after_, data_);
     said_.improved = at_estimates(after_);
     tell_gaps({before_, data_}, {after_, after_data_}, data_, runs_, said_);
+    tell_noise(after_, measured_, said_);
     forces();
     ranking();
     effects();
@@ -147,6 +151,7 @@ class Assembler {
 
   const Naming& found_;
   const std::vector<RunDatum>& data_;
+  const std::vector<RunDatum>& measured_;
   const std::vector<SteadyRun>& runs_;
   const std::vector<Candidate>& candidates_;
   const Selection selection_;
@@ -161,8 +166,9 @@ class Assembler {
 }  // namespace
 
 Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
-                   const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates) {
-  if (data.size() == runs.size()) return Assembler(found, data, runs, candidates).run();
+                   const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates,
+                   const std::vector<RunDatum>& measured) {
+  if (data.size() == runs.size()) return Assembler(found, data, runs, candidates, measured).run();
   // What is shown is the displacement; further channels stand behind it.
   const auto shown = [&](const std::vector<RunDatum>& all) {
     return std::vector<RunDatum>(all.begin(),
@@ -173,7 +179,7 @@ Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
     if (h.data) h.data = std::make_shared<const std::vector<RunDatum>>(shown(*h.data));
   }
   const std::vector<RunDatum> main = shown(data);
-  return Assembler(of_runs, main, runs, candidates).run();
+  return Assembler(of_runs, main, runs, candidates, measured).run();
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -15,6 +15,9 @@ using Eigen::VectorXd;
 
 constexpr int kLevels = 3;
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
+constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
+constexpr double kFarFromNoise = 4.0;  // of chi-squared a datum: corners alone do not mend that
+constexpr double kTouched = 0.01;      // of chi-squared, by the next finer grid: worth a refit
 constexpr double kStatedAt = 256.0;  // points at which a width is as stated where there is no cycle
 constexpr int kSmoothHarmonics = 6;  // of the motion: those above carry noise
 
@@ -77,6 +80,21 @@ Pace pace_of(const RunDatum& datum) {
   return pace;
 }
 
+// The next finer grid changes the prediction by a share of what is left that could matter.
+bool worth_sharpening(const HarmonicFit& first, const std::vector<RunDatum>& data, int points) {
+  if (first.chi_squared < kFarFromNoise * first.observations) return true;
+  double change = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit) continue;
+    const Model model(rounded_for(first.spec, data[r], points));
+    Prediction finer(model, data[r], points);
+    finer.start_from(first.predictions[r]);
+    if (!finer.at(first.theta, false)) return true;
+    change += whitened(data[r], finer.value() - first.predictions[r].value()).squaredNorm();
+  }
+  return change > kTouched * first.chi_squared;
+}
+
 }  // namespace
 
 bool has_corners(const config::ModelSpec& spec) {
@@ -107,6 +125,8 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
                                  const FitOptions& options) {
   FitOptions level = options;
   level.sharp = true;
+  level.max_iterations = kMostSteps;
+  if (!worth_sharpening(first, data, 2 * options.points)) return std::nullopt;
   std::vector<std::shared_ptr<HarmonicFit>> fits;
   for (int k = 0; k < kLevels; ++k, level.points *= 2) {
     const HarmonicFit& near = fits.empty() ? first : *fits.back();

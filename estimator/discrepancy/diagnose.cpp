@@ -174,16 +174,8 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
       second.probability_base = first.probability_base;
       second.probability_best = first.probability_best;
       progress("drawing up", 0.95);
-      Diagnosis said = assemble(second, *softened, runs, catalogue);
+      Diagnosis said = assemble(second, *softened, runs, catalogue, data);
       said.chi_squared_before = first.base.fit->chi_squared;
-      double floor = 0.0, fitted = 0.0;
-      for (std::size_t r = 0; r < said.runs.size(); ++r) {
-        said.runs[r].noise_floor = root_mean_square(data[r].error);
-        if (data[r].role != Role::fit) continue;
-        floor += std::pow(said.runs[r].noise_floor, 2);
-        fitted += 1.0;
-      }
-      said.gap.noise_floor = std::sqrt(floor / fitted);
       said.warnings.push_back(
           "the model is far from the data even with the best that the catalogue offers: effects "
           "are weighed by the share of the gap that they close, and not by the noise");
@@ -191,7 +183,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
     }
   }
   progress("drawing up", 0.95);
-  return assemble(first, data, runs, catalogue);
+  return assemble(first, data, runs, catalogue, data);
 }
 
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,

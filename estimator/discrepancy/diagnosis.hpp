@@ -34,9 +34,11 @@ struct NamedEffect {
   std::optional<double> held_out_gain;  // share of the held-out gap that it closes
 };
 
-// Root mean squares over the cycle, in the response's unit.
+// Root mean squares over the cycle, in the response's unit. `noise` is what noise alone is expected
+// to leave in the mean cycle, `noise_floor` the level below which it stays in 95 of 100 such
+// campaigns, after the parameters have been fitted to it (noise_floor.hpp).
 struct Gap {
-  double noise_floor = 0.0, before = 0.0, after = 0.0;
+  double noise = 0.0, noise_floor = 0.0, before = 0.0, after = 0.0;
   std::optional<double> held_out_before, held_out_after;
   std::string unit;
 };
@@ -46,7 +48,8 @@ struct RunGap {
   Role role = Role::fit;
   double frequency_hz = 0.0, amplitude = 0.0;
   int cycles = 0;
-  double before = 0.0, after = 0.0, noise_floor = 0.0;
+  double before = 0.0, after = 0.0;
+  double noise = 0.0, noise_floor = 0.0;  // as for the whole
 };
 
 // One entry of the catalogue, as it was scored on the model as it came.

@@ -51,28 +51,26 @@ void tell_gaps(const Fitted& before, const Fitted& after, const std::vector<RunD
                const std::vector<SteadyRun>& runs, Diagnosis& said) {
   const double clock_before = clock_error(before.fit, data);
   const double clock_after = clock_error(after.fit, after.data);
-  std::vector<VectorXd> left_before, left_after, noise;
+  std::vector<VectorXd> left_before, left_after;
   for (std::size_t r = 0; r < data.size(); ++r) {
     const VectorXd b = noise_of(before, data, clock_before, r);
     const VectorXd a = noise_of(after, data, clock_after, r);
     const RunDatum& datum = data[r];
-    RunGap gap{datum.name,
-               datum.role,
-               datum.frequency_hz,
-               datum.driver.size() > 2 ? std::hypot(datum.driver[1], datum.driver[2]) : 0.0,
-               runs[r].cycles(),
-               root_mean_square(b),
-               root_mean_square(a),
-               root_mean_square(datum.error)};
+    RunGap gap;
+    gap.name = datum.name;
+    gap.role = datum.role;
+    gap.frequency_hz = datum.frequency_hz;
+    if (datum.driver.size() > 2) gap.amplitude = std::hypot(datum.driver[1], datum.driver[2]);
+    gap.cycles = runs[r].cycles();
+    gap.before = root_mean_square(b);
+    gap.after = root_mean_square(a);
     said.runs.push_back(std::move(gap));
     if (datum.role != Role::fit) continue;
     left_before.push_back(b);
     left_after.push_back(a);
-    noise.push_back(datum.error);
   }
   said.gap.before = mean_square(left_before);
   said.gap.after = mean_square(left_after);
-  said.gap.noise_floor = mean_square(noise);
   const auto out_before = held_out(before.fit, data);
   const auto out_after = held_out(after.fit, after.data);
   if (!out_before.empty() && !out_after.empty()) {

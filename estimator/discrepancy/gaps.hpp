@@ -15,7 +15,7 @@ struct Fitted {
   const std::vector<RunDatum>& data;
 };
 
-// Fills gap and runs of `said`. `runs` in the order of `data`.
+// Fills gap and runs of `said`, but for the noise. `runs` in the order of `data`.
 void tell_gaps(const Fitted& before, const Fitted& after, const std::vector<RunDatum>& data,
                const std::vector<SteadyRun>& runs, Diagnosis& said);
 

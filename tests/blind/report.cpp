@@ -22,12 +22,15 @@ struct Share {
 };
 
 std::string figures(const std::vector<Scored>& all, double rate) {
-  Share alarms, in_set, first, sure, told, outside, detected, gap, pairs, explained_outside;
+  Share alarms, in_set, first, sure, told, outside, detected, gap, noise, pairs, explained_outside;
   double seconds = 0.0, slowest = 0.0;
   for (const Scored& s : all) {
     seconds += s.answer.seconds / static_cast<double>(all.size());
     slowest = std::max(slowest, s.answer.seconds);
-    if (s.answer.verdict == "explained") gap.count(s.answer.gap_after <= 1.1);
+    if (s.answer.verdict == "explained") {
+      gap.count(s.answer.gap_after <= 1.1);
+      noise.count(s.answer.noise_after <= 1.1);
+    }
     if (s.null) {
       alarms.count(s.detected);
       continue;
@@ -58,6 +61,7 @@ std::string figures(const std::vector<Scored>& all, double rate) {
   row("two at once: both named or in a reported set", "", pairs.text());
   row("in no catalogue, and seen: `unexplained`", "90 %", outside.text());
   row("`explained`: gap after at most 1.1 x noise floor", "all", gap.text());
+  row("`explained`: gap after at most 1.1 x the expected noise", "", noise.text());
   row("processor time of a diagnosis, mean and slowest", "2 s",
       fmt::format("{:.2f} s, {:.2f} s", seconds, slowest));
   return text;

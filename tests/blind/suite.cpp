@@ -128,6 +128,7 @@ Answer answer(const Case& hidden, const fs::path& sealed) {
     given.effects.push_back({effect.name, effect.probability, effect.confusable_with});
   given.gap_before = found.gap.before / found.gap.noise_floor;
   given.gap_after = found.gap.after / found.gap.noise_floor;
+  given.noise_after = found.gap.after / found.gap.noise;
   return given;
 }
 

@@ -39,6 +39,7 @@ struct Answer {
   std::string trouble;  // that error
   std::vector<Named> effects;
   double gap_before = 0.0, gap_after = 0.0;  // over the noise floor
+  double noise_after = 0.0;                  // gap after over the expected noise
   double seconds = 0.0;                      // of processor time
 };
 

@@ -66,8 +66,8 @@ inline std::vector<Document> plain_documents() {
           "/data/first_light_20260301T120000Z.diagnosis",
           R"({"format": "shaker-diagnosis/1", "verdict": "adequate", "effects": [],
               "runs": [{"name": "r01", "role": "fit", "before": 1e-5, "after": 1e-5,
-                        "noise_floor": 1e-5}],
-              "gap": {"noise_floor": 1e-5, "before": 1e-5, "after": 1e-5, "unit": "m"},
+                        "noise": 8e-6, "noise_floor": 1e-5}],
+              "gap": {"noise": 8e-6, "noise_floor": 1e-5, "before": 1e-5, "after": 1e-5, "unit": "m"},
               "ranking": [], "parameters_before": [], "parameters_after": [],
               "false_alarm_rate": 0.01, "warnings": []})"}};
 }
