@@ -19,7 +19,8 @@ constexpr int kMostSteps = 25;                        // of a fit that begins at
 constexpr double kFarFromNoise = 4.0;  // of chi-squared a datum: corners alone do not mend that
 constexpr double kTouched = 0.01;      // of chi-squared, by the next finer grid: worth a refit
 constexpr double kStatedAt = 256.0;  // points at which a width is as stated where there is no cycle
-constexpr int kSmoothHarmonics = 6;  // of the motion: those above carry noise
+constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
+constexpr int kSmoothHarmonics = 6;          // of the motion: those above carry noise
 
 struct Corner {
   std::size_t line;
@@ -41,6 +42,14 @@ std::vector<Corner> corners_of(const config::ModelSpec& spec) {
     }
   }
   return corners;
+}
+
+// A force that jumps must be spread over half a step for its solution to be smooth on the grid; one
+// that only bends (a valve that opens, a chamber, a stop) is a derivative milder: there a width of
+// a whole step would be as large as the force at which a valve opens.
+double share_of_step(const Corner& corner) {
+  if (corner.symbol == "e") return kJump;
+  return corner.symbol == "w" ? kBend : 1.0;
 }
 
 // Largest speed, acceleration where the motion turns round, and jerk of a run.
@@ -115,8 +124,8 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
       if (corner.unit == "m/s") passed = pace.turning * step;
       if (corner.unit == "m/s^2") passed = pace.jerk * step;
     }
-    rounded.effects[corner.line].constants[corner.symbol] =
-        std::clamp(passed, kSharpest * corner.width, kBluntest * corner.width);
+    rounded.effects[corner.line].constants[corner.symbol] = std::clamp(
+        passed * share_of_step(corner), kSharpest * corner.width, kBluntest * corner.width);
   }
   return rounded;
 }

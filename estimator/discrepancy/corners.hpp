@@ -1,9 +1,10 @@
 // Corners of a model (dry friction, valves, stops) made as sharp as a grid can follow.
 //
 // Effects round their corners over a stated width, which a plant does not; against quiet data that
-// alone looks like one more effect. Here a width is what the motion passes in one step of the grid,
-// run by run: that is resolved, and its influence is even and smooth in the width. Three grids,
-// each of twice the points of the last, then give the solution of width 0 by extrapolation.
+// alone looks like one more effect. Here a width is a share of what the motion passes in one step
+// of the grid, run by run: that is resolved, and its influence is even and smooth in the width.
+// Three grids, each of twice the points of the last, then give the solution of width 0 by
+// extrapolation.
 #pragma once
 
 #include <memory>
@@ -17,8 +18,8 @@ namespace shaker::estimator::discrepancy {
 // Some effect of the model has a corner, or a memory, whose grid error is treated alike.
 bool has_corners(const config::ModelSpec& spec);
 
-// The model with corners as wide as `datum`'s motion passes in one of `points` steps; what the
-// model file itself states stays.
+// The model with corners as sharp as `datum`'s motion allows in `points` steps; what the model file
+// itself states stays.
 config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points);
 
 // A fit on the finest of the grids to data from which what is left to the limit has been taken
