@@ -123,9 +123,10 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
       if (corner.unit == "m") passed = pace.speed * step;
       if (corner.unit == "m/s") passed = pace.turning * step;
       if (corner.unit == "m/s^2") passed = pace.jerk * step;
+      passed *= share_of_step(corner);
     }
-    rounded.effects[corner.line].constants[corner.symbol] = std::clamp(
-        passed * share_of_step(corner), kSharpest * corner.width, kBluntest * corner.width);
+    rounded.effects[corner.line].constants[corner.symbol] =
+        std::clamp(passed, kSharpest * corner.width, kBluntest * corner.width);
   }
   return rounded;
 }
