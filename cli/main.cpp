@@ -195,6 +195,9 @@ void add_offline(CLI::App& app, Options& o) {
       ->check(CLI::PositiveNumber);
   estimating->add_flag("--stagewise", o.estimate.stagewise,
                        "Parameters and noise covariance in turn instead of together");
+  estimating->add_flag(
+      "--unbiased", o.estimate.unbiased,
+      "Take off the bias that the model's bend gives the estimate, where it is small");
   estimating->footer(
       "CSV columns: t,y (the excitation is then amplitude cos(2 pi frequency t)), or\n"
       "t,excitation,displacement. t in seconds; any number of periods. With --channels also\n"
@@ -294,6 +297,7 @@ void add_worth(CLI::App& app, Options& o) {
       ->check(CLI::Range(0U, 256U))
       ->capture_default_str();
   repeating->add_flag("--profile", m.profile, "Profile-likelihood intervals, too");
+  repeating->add_flag("--unbiased", m.unbiased, "Take the bias of second order off each estimate");
 }
 
 }  // namespace

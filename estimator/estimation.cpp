@@ -108,6 +108,22 @@ void Estimator::recall() {
   impl_->solve_all(true);
 }
 
+bool Estimator::look_at(const std::vector<double>& theta) {
+  const std::vector<double> unchanged(theta.size(), 0.0);
+  for (std::size_t r = 0; r < impl_->systems.size(); ++r) {
+    PeriodicSystem& system = impl_->systems[r];
+    if (system.solve(theta).status != SolveStatus::converged) return false;
+    // The Newton step that is left: second differences see it.
+    system.advance(1.0, unchanged);
+  }
+  return true;
+}
+
+double Estimator::unit_noise() const {
+  if (impl_->covariances) return 1.0;
+  return impl_->options.noise > 0.0 ? impl_->options.noise : impl_->fit.noise;
+}
+
 void Estimator::start_from(const Estimator& other) {
   for (std::size_t r = 0; r < impl_->systems.size(); ++r)
     impl_->systems[r].interpolate_from(other.impl_->systems.at(r));

@@ -141,6 +141,11 @@ class Estimator {
 
   // Whitened residuals and rows of all data at the last fit; priors are not among them.
   Linearised linearised() const;
+  // Moves the periodic solutions to another theta, near the last fit's, for `linearised()` there,
+  // until `recall`. False when there are none.
+  bool look_at(const std::vector<double>& theta);
+  // Standard deviation of a whitened datum, as the last fit has it.
+  double unit_noise() const;
 
   // The last fit in full, with names, units, intervals and warnings.
   Estimate describe() const;

@@ -12,6 +12,7 @@
 #include "estimator/optimise/several_starts.hpp"
 #include "estimator/worth/intervals.hpp"
 #include "estimator/worth/posterior.hpp"
+#include "estimator/worth/second_order.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
@@ -211,6 +212,8 @@ int estimate(const Common& common, const EstimateOptions& options) {
     return fail(common, kBadInput,
                 "--accuracy refines the fit of the displacement alone; leave it or the choice of "
                 "channels out");
+  if (wants_channels(options) && options.unbiased)
+    return fail(common, kBadInput, "--unbiased knows the displacement alone");
   if (wants_channels(options)) return estimate_channels(common, options);
   if (options.loss != "squared" && options.intervals != "linear") {
     return fail(common, kBadInput,
@@ -218,6 +221,11 @@ int estimate(const Common& common, const EstimateOptions& options) {
                             "out",
                             options.intervals));
   }
+  if (options.unbiased && (options.loss != "squared" || options.intervals != "linear"))
+    return fail(
+        common, kBadInput,
+        "--unbiased belongs to the squared loss and linear intervals; the others follow the "
+        "model's bend by themselves");
   InputOptions reading = options;
   reading.harmonics = options.objective == "harmonics";
   if (reading.harmonics && (options.loss != "squared" || options.starts > 1))
@@ -244,6 +252,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
     const auto loss = *estimator::loss_from_name(options.loss);
     if (loss != estimator::Loss::squared)
       replace_by_robust(estimate, fit_robust(model, input->runs, fit.theta, loss, *how), model);
+    if (options.unbiased) take_off_bias(estimate, second_order(estimator, model));
     std::optional<estimator::Posterior> sampled;
     if (options.intervals == "posterior") {
       if (fit.status != estimator::FitStatus::converged)
@@ -266,6 +275,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
       json["objective"] = objective_name(options, input->model);
       json["intervals"] = options.intervals;
       json["loss"] = options.loss;
+      if (options.unbiased) json["unbiased"] = true;
       if (sampled) json["posterior"] = to_json(*sampled, document.covariance_order);
       fmt::print("{}\n", json.dump());
     } else {

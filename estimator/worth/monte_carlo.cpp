@@ -10,6 +10,7 @@
 
 #include "estimator/worth/parallel.hpp"
 #include "estimator/worth/profile.hpp"
+#include "estimator/worth/second_order.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -28,7 +29,7 @@ std::vector<int> free_parameters(const Model& model) {
 // What one replication leaves behind.
 struct Outcome {
   FitStatus status = FitStatus::not_converged;
-  bool on_bound = false;
+  bool on_bound = false, uncorrected = false;
   double noise = 0.0;
   std::vector<double> theta, error;
   std::vector<char> inside, inside_profile;
@@ -62,11 +63,14 @@ class Worker {
     out.status = fit.status;
     out.noise = fit.noise;
     if (fit.status != FitStatus::converged) return out;
+    Fit published = fit;
+    if (options_.unbiased)
+      out.uncorrected = !take_off_bias(published, second_order(estimator_, model_));
     for (const int k : free_) {
       const auto at = static_cast<std::size_t>(k);
-      const double error = fit.theta[at] - options_.truth[at];
+      const double error = published.theta[at] - options_.truth[at];
       out.on_bound = out.on_bound || fit.at_bound[at] != 0;
-      out.theta.push_back(fit.theta[at]);
+      out.theta.push_back(published.theta[at]);
       out.error.push_back(fit.standard_error[at]);
       out.inside.push_back(std::fabs(error) <= fit.quantile * fit.standard_error[at]);
     }
@@ -121,6 +125,7 @@ void score(const std::vector<Outcome>& outcomes, const std::vector<int>& free,
     if (o.status != FitStatus::converged) continue;
     ++result.converged;
     result.on_bound += o.on_bound;
+    result.uncorrected += o.uncorrected;
     noise += o.noise;
     for (std::size_t k = 0; k < q; ++k)
       mean[k] += o.theta[k];
@@ -216,12 +221,14 @@ Result<MonteCarloResult> monte_carlo(const Model& model, const MonteCarloOptions
                                                ? "these runs do not determine all free parameters"
                                                : fit.trouble};
   result.bound = fit.covariance;
+  const auto bent = second_order(without_noise, model);
   for (std::size_t k = 0; k < q; ++k) {
     const auto at = static_cast<std::size_t>(free[k]);
     ParameterScore p;
     p.parameter = free[k];
     p.truth = options.truth[at];
     p.bound = std::sqrt(fit.covariance[k * q + k]);
+    p.second_bound = bent ? bent->bound[at] : kNaN;
     p.discretisation = (fit.theta[at] - p.truth) / p.bound;
     p.profile_coverage = options.profile ? 0.0 : kNaN;
     result.parameters.push_back(p);

@@ -34,6 +34,8 @@ struct MonteCarloOptions {
   std::uint64_t seed = 1;
   unsigned threads = 0;  // 0: as many as there are; the result is the same, bit by bit
   bool profile = false;  // profile intervals, too
+  // The bias of second order taken off where it is small enough (second_order.hpp).
+  bool unbiased = false;
   EstimationOptions estimation;
 };
 
@@ -43,6 +45,7 @@ struct ParameterScore {
   double bias = 0.0;              // mean error
   double scatter = 0.0;           // standard deviation of the estimates
   double bound = 0.0;             // Cramer-Rao: smallest standard deviation without bias
+  double second_bound = 0.0;      // Bhattacharyya's, of second order; NaN: not to be had
   double stated = 0.0;            // root mean square of the standard errors given
   double coverage = 0.0;          // share of linear intervals that held the truth
   double profile_coverage = 0.0;  // NaN when not asked for
@@ -56,7 +59,8 @@ struct MonteCarloResult {
   long replications = 0;
   long converged = 0;  // the rest counts nowhere above but here
   long undetermined = 0, on_bound = 0;
-  double noise = 0.0;  // mean of the estimated ones
+  long uncorrected = 0;  // bias left in, because it is too large for its series
+  double noise = 0.0;    // mean of the estimated ones
   double seconds = 0.0;
 };
 

@@ -1,0 +1,171 @@
+#include "estimator/worth/second_order.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+namespace shaker::estimator {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kStep = 0.1;  // standard errors
+
+// The problem in coordinates in which V is the unit matrix: directions, slopes and bends, each in
+// units of the noise.
+struct Bent {
+  MatrixXd directions;         // columns: a change of the free parameters by one standard error
+  MatrixXd slope;              // data x q
+  std::vector<MatrixXd> bend;  // [k]: data x q, second derivatives along k and each other
+};
+
+class Looker {
+ public:
+  Looker(Estimator& estimator, const Model& model)
+      : estimator_(estimator), all_(estimator.last().theta) {
+    for (int k = 0; k < model.parameter_count(); ++k) {
+      if (!model.parameters()[static_cast<std::size_t>(k)].fixed) free_.push_back(k);
+    }
+  }
+  Index count() const { return static_cast<Index>(free_.size()); }
+  std::size_t index(Index k) const {
+    return static_cast<std::size_t>(free_[static_cast<std::size_t>(k)]);
+  }
+
+  // Rows of the Jacobian over the free parameters at theta + change.
+  bool rows(const VectorXd& change, MatrixXd& out) {
+    std::vector<double> theta = all_;
+    for (Index k = 0; k < count(); ++k)
+      theta[index(k)] += change[k];
+    if (!estimator_.look_at(theta)) return false;
+    const Linearised at = estimator_.linearised();
+    const auto data = static_cast<Index>(at.residual.size());
+    const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
+        full(at.jacobian.data(), data, static_cast<Index>(all_.size()));
+    out.resize(data, count());
+    for (Index k = 0; k < count(); ++k)
+      out.col(k) = full.col(static_cast<Index>(index(k)));
+    return true;
+  }
+
+ private:
+  Estimator& estimator_;
+  std::vector<double> all_;
+  std::vector<int> free_;
+};
+
+std::optional<Bent> bent(Looker& look, const MatrixXd& covariance, double noise) {
+  const Eigen::LLT<MatrixXd> factor(covariance);
+  if (factor.info() != Eigen::Success || !(noise > 0.0)) return std::nullopt;
+  Bent out;
+  out.directions = factor.matrixL();
+  MatrixXd there, back;
+  for (Index k = 0; k < look.count(); ++k) {
+    const VectorXd step = kStep * out.directions.col(k);
+    if (!look.rows(step, there) || !look.rows(-step, back)) return std::nullopt;
+    out.bend.push_back((there - back) * out.directions / (2.0 * kStep * noise));
+  }
+  if (!look.rows(VectorXd::Zero(look.count()), there)) return std::nullopt;
+  out.slope = there * out.directions / noise;
+  return out;
+}
+
+// Diagonal of Bhattacharyya's bound in the coordinates of `b`, turned back: standard deviations.
+VectorXd bound(const Bent& b) {
+  const Index q = b.slope.cols();
+  std::vector<std::pair<Index, Index>> pairs;
+  for (Index i = 0; i < q; ++i) {
+    for (Index j = i; j < q; ++j)
+      pairs.emplace_back(i, j);
+  }
+  const auto second = static_cast<Index>(pairs.size());
+  const MatrixXd gram = b.slope.transpose() * b.slope;
+  MatrixXd all(q + second, q + second);
+  all.topLeftCorner(q, q) = gram;
+  const auto bend = [&](std::pair<Index, Index> at) {
+    return b.bend[static_cast<std::size_t>(at.first)].col(at.second);
+  };
+  for (Index m = 0; m < second; ++m) {
+    const auto& left = pairs[static_cast<std::size_t>(m)];
+    all.col(q + m).head(q) = b.slope.transpose() * bend(left);
+    all.row(q + m).head(q) = all.col(q + m).head(q).transpose();
+    for (Index n = 0; n < second; ++n) {
+      const auto& right = pairs[static_cast<std::size_t>(n)];
+      all(q + m, q + n) = bend(left).dot(bend(right)) +
+                          gram(left.first, right.first) * gram(left.second, right.second) +
+                          gram(left.first, right.second) * gram(left.second, right.first);
+    }
+  }
+  const MatrixXd inverse = all.ldlt().solve(MatrixXd::Identity(q + second, q));
+  return (b.directions * inverse.topRows(q) * b.directions.transpose()).diagonal().cwiseSqrt();
+}
+
+}  // namespace
+
+std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model) {
+  const Fit& fit = estimator.last();
+  const auto set = [](char flag) { return flag != 0; };
+  if (fit.status != FitStatus::converged || fit.covariance.empty() ||
+      std::any_of(fit.at_bound.begin(), fit.at_bound.end(), set))
+    return std::nullopt;
+  Looker look(estimator, model);
+  const Index q = look.count();
+  const MatrixXd covariance = Eigen::Map<const MatrixXd>(fit.covariance.data(), q, q);
+  const std::optional<Bent> b = bent(look, covariance, estimator.unit_noise());
+  estimator.recall();
+  if (!b) return std::nullopt;
+  VectorXd trace = VectorXd::Zero(b->slope.rows());
+  for (Index k = 0; k < q; ++k)
+    trace += b->bend[static_cast<std::size_t>(k)].col(k);
+  // Priors are data, too, and straight ones. The covariance itself may hold more than noise.
+  const MatrixXd slope = b->slope * b->directions.inverse();
+  MatrixXd information = slope.transpose() * slope;
+  for (Index k = 0; k < q; ++k) {
+    const ModelParameter& p = model.parameters()[look.index(k)];
+    if (p.prior_mean)
+      information(k, k) += 1.0 / (*p.prior_standard_deviation * *p.prior_standard_deviation);
+  }
+  const VectorXd bias = -0.5 * information.ldlt().solve(slope.transpose() * trace);
+  const VectorXd least = bound(*b);
+  SecondOrder out;
+  out.bias.assign(fit.theta.size(), 0.0);
+  out.bound.assign(fit.theta.size(), 0.0);
+  for (Index k = 0; k < q; ++k) {
+    out.bias[look.index(k)] = bias[k];
+    out.bound[look.index(k)] = least[k];
+    out.largest_bias =
+        std::max(out.largest_bias, std::fabs(bias[k]) / fit.standard_error[look.index(k)]);
+  }
+  return out;
+}
+
+bool take_off_bias(Fit& fit, const std::optional<SecondOrder>& effect) {
+  if (!effect || !(effect->largest_bias <= kLargestBias)) return false;
+  for (std::size_t k = 0; k < fit.theta.size(); ++k)
+    fit.theta[k] -= effect->bias[k];
+  return true;
+}
+
+void take_off_bias(Estimate& estimate, const std::optional<SecondOrder>& effect) {
+  if (effect && effect->largest_bias <= kLargestBias) {
+    for (std::size_t k = 0; k < estimate.parameters.size(); ++k) {
+      ParameterEstimate& p = estimate.parameters[k];
+      p.value -= effect->bias[k];
+      p.lower -= effect->bias[k];
+      p.upper -= effect->bias[k];
+    }
+    return;
+  }
+  estimate.warnings.push_back(
+      effect ? fmt::format("the bias of the estimate is about {:.2f} standard errors, too much to "
+                           "be taken off reliably (at most {:g}); it was left in: see the profile "
+                           "intervals, or measure at a larger amplitude",
+                           effect->largest_bias, kLargestBias)
+             : "the bias could not be told at this estimate; it was left in");
+}
+
+}  // namespace shaker::estimator
