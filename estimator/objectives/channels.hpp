@@ -41,6 +41,9 @@ struct ChannelRun {
   // Sum over cycles and points of the products of single cycles' errors about the mean, m x m, row
   // by row; empty: none. It stands for (cycles - 1) times as many points as the run has.
   std::vector<double> scatter;
+  // Standard error of the cosine and sine parts of the measured excitation's harmonics, as in
+  // RunData: it moves all channels together and widens theta's covariance. 0: known exactly.
+  double excitation_error = 0.0;
 };
 
 enum class NoiseModel { known, independent, joint };
