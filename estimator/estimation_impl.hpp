@@ -132,6 +132,8 @@ struct Estimator::Impl {
   double noise_variance() const;
 
   void finish();
+  // Sensitivities and normal equations at theta from nothing; false when a solution is lost.
+  bool look_anew();
   // From the sum of squared residuals and `gram`; false when the rows of the systems are needed.
   bool finish_from(double residual_sum);
   void finish_errors();

@@ -50,10 +50,24 @@ void multiply(const std::vector<double>& a, const std::vector<double>& b, std::v
 
 void Estimator::Impl::finish() {
   const bool solved = fit.status != FitStatus::no_solution;
-  if (!finish_from(solved ? residual_sum() : 0.0)) {
-    finish_by_svd(scratch_vector, free.size());
-    finish_errors();
+  if (finish_from(solved ? residual_sum() : 0.0)) return;
+  // Data that do not determine a parameter are a grave thing to say: not before the sensitivities
+  // have been made anew, without what the corrections at the kinks remember of the steps before.
+  if (look_anew() && finish_from(residual_sum())) return;
+  finish_by_svd(scratch_vector, free.size());
+  finish_errors();
+}
+
+bool Estimator::Impl::look_anew() {
+  constexpr int kRounds = 3;  // the corrections feed on the sensitivities of the round before
+  for (PeriodicSystem& system : systems) {
+    system.begin();
+    for (int round = 0; round < kRounds; ++round) {
+      if (system.solve(fit.theta).status != SolveStatus::converged) return false;
+    }
   }
+  accumulate(systems, false);
+  return true;
 }
 
 bool Estimator::Impl::finish_from(double residuals) {

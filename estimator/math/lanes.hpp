@@ -29,6 +29,11 @@ inline const Lanes* as_lanes(const double* p) {
   return reinterpret_cast<const Lanes*>(p);
 }
 
+// 0 in lanes that are infinite or no number.
+SHAKER_INLINE void keep_finite(Lanes& x) {
+  x = x - x == 0.0 ? x : Lanes{};
+}
+
 // Bit l: lane l of the mask.
 SHAKER_INLINE unsigned bits_of(const LaneMask& mask) {
   unsigned set = 0;

@@ -234,15 +234,19 @@ SHAKER_SIMD_CLONES void learn(const SensitivityZero& z, int group) {
   const double sign = z.acceleration < 0.0 ? -1.0 : 1.0;
   const double over = -1.0 / z.inertia;
   const Lanes own = as_lanes(z.kappa_theta)[group];
-  const Lanes jump3 = over * z.kappa * size * first;
-  const Lanes jump4 = over * (z.kappa * (sign * z.jerk * first + 2.0 * size * second) +
-                              own * (size * z.acceleration) + z.damping * jump3);
-  const Lanes jump5 =
+  Lanes jump3 = over * z.kappa * size * first;
+  Lanes jump4 = over * (z.kappa * (sign * z.jerk * first + 2.0 * size * second) +
+                        own * (size * z.acceleration) + z.damping * jump3);
+  Lanes jump5 =
       over *
       (z.kappa * (sign * z.snap * first + 3.0 * sign * z.jerk * second + 3.0 * size * third) +
        own * (3.0 * size * z.jerk) + z.damping * jump4 + z.stiffness * jump3);
   const LaneMask lane = LaneMask{0, 1, 2, 3, 4, 5, 6, 7} + 8 * group;
   const LaneMask mine = (lane >= 1) & (lane <= z.parameters);
+  // One failed step's overflow would stay in the jumps for ever, as each is made from the last.
+  keep_finite(jump3);
+  keep_finite(jump4);
+  keep_finite(jump5);
   *jump[0] = mine ? jump3 : Lanes{};
   *jump[1] = mine ? jump4 : Lanes{};
   *jump[2] = mine ? jump5 : Lanes{};

@@ -71,8 +71,8 @@ SHAKER_INLINE void find_root(const Slopes& at, const Lanes& start, const Lanes& 
   const Lanes jerk = rate * rate * (2.0 * c2 + 6.0 * t * c3);
   const Lanes size = magnitude(acceleration);
   const Lanes over = -1.0 / zero.inertia;
-  const Lanes jump4 = over * kappa * acceleration * size;
-  const Lanes jump5 = over * (3.0 * kappa * size * jerk + zero.damping * jump4);
+  Lanes jump4 = over * kappa * acceleration * size;
+  Lanes jump5 = over * (3.0 * kappa * size * jerk + zero.damping * jump4);
   keep(where, t, zero.fraction);
   keep(where, acceleration, zero.acceleration);
   keep(where, jerk, zero.jerk);
@@ -143,8 +143,8 @@ SHAKER_SIMD_CLONES void locate(const Located& in, LaneZero& zero) {
 
 SHAKER_SIMD_CLONES void put_jumps(const Located& in, const LaneZero& zero) {
   const LaneMask where = in.moving & zero.here;
-  const Lanes jump4 = where ? zero.jump4 : Lanes{};
-  const Lanes jump5 = where ? zero.jump5 : Lanes{};
+  Lanes jump4 = where ? zero.jump4 : Lanes{};
+  Lanes jump5 = where ? zero.jump5 : Lanes{};
   for (int r = 0; r < 2 * in.ring.reach; ++r) {
     const int offset = r - in.ring.reach + 1;
     scatter_add(in.ring, zero, offset, jump4 * zero.first[1][r] + jump5 * zero.first[2][r], in.v);
@@ -269,13 +269,17 @@ SHAKER_SIMD_CLONES void learn(const Learned& in, const LaneZero& zero) {
     const Lanes second = curvature[0] + x * third_before;
     const Lanes first = slope[0] + x * (curvature[0] + 0.5 * x * third_before);
     const Lanes own = in.kappa_theta[k];
-    const Lanes jump3 = over * in.kappa * size * first;
-    const Lanes jump4 = over * (in.kappa * (sign * zero.jerk * first + 2.0 * size * second) +
-                                own * (size * zero.acceleration) + zero.damping * jump3);
-    const Lanes jump5 =
+    Lanes jump3 = over * in.kappa * size * first;
+    Lanes jump4 = over * (in.kappa * (sign * zero.jerk * first + 2.0 * size * second) +
+                          own * (size * zero.acceleration) + zero.damping * jump3);
+    Lanes jump5 =
         over * (in.kappa * (sign * zero.snap * first + 3.0 * sign * zero.jerk * second +
                             3.0 * size * third) +
                 own * (3.0 * size * zero.jerk) + zero.damping * jump4 + zero.stiffness * jump3);
+    // One failed step's overflow would stay in the jumps for ever, as each is made from the last.
+    keep_finite(jump3);
+    keep_finite(jump4);
+    keep_finite(jump5);
     keep(where, jump3, *jump[0]);
     keep(where, jump4, *jump[1]);
     keep(where, jump5, *jump[2]);

@@ -69,6 +69,26 @@ TEST(MonteCarlo, ProfilesHoldTheTruthOnFigure13WhereLinearIntervalsDoNot) {
   EXPECT_LT(result->parameters[3].coverage, result->parameters[3].profile_coverage - 0.02);
 }
 
+// In both figures some repetitions of these used to fail: on figure 13 because a curved valley
+// takes hundreds of steps, on figure 14 because one overflow had stayed in the sensitivities'
+// corrections.
+TEST(MonteCarlo, ConvergesInEveryRepetitionOfFigures13And14) {
+  const Model model(testing::oleo(32.178));
+  auto options = figure(2, 5, 0.5488);
+  options.profile = false;
+  options.replications = 2500;
+  const auto valley = monte_carlo(model, options);
+  ASSERT_TRUE(valley);
+  EXPECT_EQ(valley->converged, 2500);
+  EXPECT_GT(valley->on_bound, 0);
+  options = figure(1, 10, 0.5566);
+  options.profile = false;
+  options.replications = 7600;
+  const auto slow = monte_carlo(model, options);
+  ASSERT_TRUE(slow);
+  EXPECT_EQ(slow->converged, 7600);
+}
+
 TEST(MonteCarlo, GivesTheSameForAnyNumberOfThreads) {
   const Model model(testing::oleo(32.178));
   auto options = figure(2, 10, 0.5698);
