@@ -274,21 +274,9 @@ Result<Campaign> read_database(const std::filesystem::path& file) {
   if (!runs) return runs.error();
   Campaign campaign;
   campaign.name = row->name;
-  for (record::AcceptedCycles& run : *runs) {
-    if (run.t.empty()) {
-      campaign.warnings.push_back(
-          fmt::format("run {} has no accepted cycle and is left out", run.name));
-      continue;
-    }
-    Recording recording;
-    recording.name = std::move(run.name);
-    recording.frequency_hz = run.frequency_hz;
-    recording.amplitude = run.amplitude;
-    recording.t = std::move(run.t);
-    recording.displacement = std::move(run.displacement);
-    recording.excitation = std::move(run.excitation);
-    campaign.runs.push_back(std::move(recording));
-  }
+  for (record::AcceptedCycles& run : *runs)
+    add_cycles(campaign, std::move(run.name), {run.frequency_hz, run.amplitude}, std::move(run.t),
+               std::move(run.displacement), std::move(run.excitation));
   if (campaign.runs.empty()) return invalid(file.string(), "holds no accepted cycle");
   return campaign;
 }

@@ -40,21 +40,9 @@ Result<Campaign> campaign_of(const record::CampaignReader& reader, const std::st
   if (!runs) return runs.error();
   Campaign campaign;
   campaign.name = name;
-  for (record::AcceptedCycles& run : *runs) {
-    if (run.t.empty()) {
-      campaign.warnings.push_back(
-          fmt::format("run {} has no accepted cycle and is left out", run.name));
-      continue;
-    }
-    Recording recording;
-    recording.name = std::move(run.name);
-    recording.frequency_hz = run.frequency_hz;
-    recording.amplitude = run.amplitude;
-    recording.t = std::move(run.t);
-    recording.displacement = std::move(run.displacement);
-    recording.excitation = std::move(run.excitation);
-    campaign.runs.push_back(std::move(recording));
-  }
+  for (record::AcceptedCycles& run : *runs)
+    add_cycles(campaign, std::move(run.name), {run.frequency_hz, run.amplitude}, std::move(run.t),
+               std::move(run.displacement), std::move(run.excitation));
   if (campaign.runs.empty())
     return Error{ErrorKind::invalid,
                  fmt::format("The campaign {} holds no accepted cycle: there is nothing to "

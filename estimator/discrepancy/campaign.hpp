@@ -37,4 +37,13 @@ struct Campaign {
   std::vector<std::string> warnings;  // of whoever read it
 };
 
+// A run of accepted cycles, end to end, as a campaign's database gives it; one without any is left
+// out, with a warning.
+struct CycleSetting {
+  double frequency_hz = 0.0, amplitude = 0.0;
+};
+void add_cycles(Campaign& campaign, std::string name, const CycleSetting& setting,
+                std::vector<double> t, std::vector<double> displacement,
+                std::vector<double> excitation);
+
 }  // namespace shaker::estimator::discrepancy
