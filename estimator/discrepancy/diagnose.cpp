@@ -28,6 +28,16 @@ Error invalid(std::string why) {
   return {ErrorKind::invalid, std::move(why)};
 }
 
+// Without a fit of the base model there is nothing to compare with.
+Error not_fitted(const HarmonicFit& fit) {
+  return {ErrorKind::not_converged,
+          fit.trouble +
+              "; nothing can be said of what is missing before the model itself is fitted: "
+              "give start values nearer to the damper's (shakerctl estimate tries several), "
+              "fix what these runs cannot determine, or look for a channel with coarse "
+              "steps or a wrong scale"};
+}
+
 Result<void> check(const Campaign& campaign, const DiagnoseOptions& options) {
   if (campaign.runs.empty()) return invalid("the campaign has no run");
   if (!(options.false_alarm_rate > 0.0 && options.false_alarm_rate < 0.5))
@@ -199,18 +209,17 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   progress("fitting the model", 0.1);
   Weighed weighed = weigh(*runs);
   HarmonicFit rough = fit_harmonics(model, weighed.data, {}, nullptr, first);
-  if (!std::isfinite(rough.chi_squared) || !rough.trouble.empty())
-    return Error{ErrorKind::not_converged, rough.trouble};
+  if (!std::isfinite(rough.chi_squared) || !rough.trouble.empty()) return not_fitted(rough);
   weighed = weigh(*runs, rough);
   HarmonicFit base = fit_harmonics(model, weighed.data, rough.theta, nullptr, first);
-  if (!base.trouble.empty()) return Error{ErrorKind::not_converged, base.trouble};
+  if (!base.trouble.empty()) return not_fitted(base);
   if (campaign.runs.front().kind == Kind::periodic) {
     if (auto good = agree(weighed.data, base); !good) return good.error();
     auto more = extra_channels(*runs, base, weighed.data, warnings);
     if (!more.empty()) {
       weighed.data.insert(weighed.data.end(), more.begin(), more.end());
       base = fit_harmonics(model, weighed.data, base.theta, nullptr, first);
-      if (!base.trouble.empty()) return Error{ErrorKind::not_converged, base.trouble};
+      if (!base.trouble.empty()) return not_fitted(base);
     }
   }
 
@@ -244,11 +253,10 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   progress("fitting the model", 0.05);
   const FitOptions fitting{options.points};
   HarmonicFit base = fit_transient(model, *runs, fitting);
-  if (!base.trouble.empty() || !std::isfinite(base.chi_squared))
-    return Error{ErrorKind::not_converged, base.trouble};
+  if (!base.trouble.empty() || !std::isfinite(base.chi_squared)) return not_fitted(base);
   if (auto good = use_repetitions(*runs, base); !good) return good.error();
   base = fit_harmonics(model, runs->data, base.theta, nullptr, fitting);
-  if (!base.trouble.empty()) return Error{ErrorKind::not_converged, base.trouble};
+  if (!base.trouble.empty()) return not_fitted(base);
   const auto catalogue =
       shown_by_transients(candidates(model, range_of(runs->data), kind), model, runs->by_force);
   NamingOptions naming;
