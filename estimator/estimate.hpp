@@ -36,8 +36,8 @@ struct ParameterChange {
   std::string sentence() const;  // for the operator
 };
 
-// Root mean squares over the mean cycles of all runs that repeat, m. NaN where too few cycles tell
-// the noise.
+// Root mean squares over the mean cycles of all runs that repeat, in the model's unit of length.
+// NaN where too few cycles tell the noise.
 struct ModelGap {
   double size = std::numeric_limits<double>::quiet_NaN();         // measured less simulated
   double noise_floor = std::numeric_limits<double>::quiet_NaN();  // what scatter alone explains

@@ -4,7 +4,9 @@
 // cycles about their mean knows nothing of the model. Both are compared as root mean squares over
 // the cycle, which needs no assumption on the colour of the noise.
 #include <cmath>
-#include <limits>
+#include <numbers>
+#include <span>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -18,6 +20,19 @@ constexpr double kFewestRepeats =
 constexpr double kTellingRatio = 3.0;  // noise with a slow wander reaches 2
 constexpr double kTellingProbability = 1e-3;
 
+double root_mean_square(std::span<const double> values) {
+  double sum = 0.0;
+  for (const double value : values)
+    sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+// A length for an operator: metres are read as millimetres.
+std::string length(double value, const std::string& unit) {
+  return unit == "m" ? fmt::format("{:.3g} mm", value * 1e3)
+                     : fmt::format("{:.3g} {}", value, unit);
+}
+
 }  // namespace
 
 // Variance of a point of the mean cycle; negative where a single cycle tells none.
@@ -28,8 +43,9 @@ double Estimator::Impl::mean_cycle_variance(std::size_t r) const {
   const double scatter = data.scatter / (repeats * static_cast<double>(data.displacement.size()));
   // The accelerometer's error moves the simulated cycle, about as the excitation moves the
   // measured.
+  const double motion = motion_of_data(r), excitation = root_mean_square(systems[r].excitation());
   const double excited =
-      motion_of_data(r) / std::max(data.amplitude, 1e-300) * data.excitation_error;
+      excitation > 0.0 ? motion / (excitation * std::numbers::sqrt2) * data.excitation_error : 0.0;
   return scatter / data.cycles + excited * excited;
 }
 
@@ -63,9 +79,10 @@ std::vector<std::string> Estimator::Impl::gap_warnings(const ModelGap& gap) cons
       "count that; shakerctl diagnose looks for it";
   if (gap.size > kTellingRatio * gap.noise_floor)
     return {fmt::format(
-        "the model misses the mean cycles by {:.3g} mm, {:.0f} times what their scatter explains "
-        "({:.2g} mm), the most in run {} ({:g} Hz): {}",
-        gap.size * 1e3, gap.size / gap.noise_floor, gap.noise_floor * 1e3, gap.worst_run + 1,
+        "the model misses the mean cycles by {}, {:.0f} times what their scatter explains "
+        "({}), the most in run {} ({:g} Hz): {}",
+        length(gap.size, model.length_unit()), gap.size / gap.noise_floor,
+        length(gap.noise_floor, model.length_unit()), gap.worst_run + 1,
         runs[static_cast<std::size_t>(gap.worst_run)].data.frequency_hz, kRemedy)};
   if (fit.lack_of_fit < kTellingProbability)
     return {fmt::format(

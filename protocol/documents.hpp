@@ -79,7 +79,8 @@ struct EstimateDocument {
   std::optional<std::string> clock;            // which clock stamped the samples
   std::optional<double> latency_s;             // last sample of the cycle to this document
   bool converged = false, usable = false;
-  // Root mean squares over the mean cycles, m: measured less simulated, and what scatter explains.
+  // Root mean squares over the mean cycles, in the model's length: measured less simulated, and
+  // what scatter explains.
   std::optional<double> gap, noise_floor;
   std::vector<std::string> warnings;
 };

@@ -27,8 +27,8 @@ std::string figures(const protocol::EstimateDocument& d) {
       d.degrees_of_freedom, d.cycles_used, d.cycles_used == 1 ? "" : "s", d.runs_used,
       d.runs_used == 1 ? "" : "s", d.iterations, d.iterations == 1 ? "" : "s");
   if (d.gap && d.noise_floor)
-    text += fmt::format("gap to the mean cycles {:.3g} mm   noise explains {:.2g} mm\n",
-                        *d.gap * 1e3, *d.noise_floor * 1e3);
+    text += fmt::format("gap to the mean cycles {:.3g}   noise explains {:.2g}\n", *d.gap,
+                        *d.noise_floor);
   if (d.usable) {
     text += "usable\n";
   } else {

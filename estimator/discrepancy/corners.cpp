@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "estimator/discrepancy/harmonics.hpp"
 #include "estimator/effects/catalogue.hpp"
@@ -56,16 +55,6 @@ double share_of_step(const Corner& corner) {
 struct Pace {
   double speed = 0.0, turning = 0.0, jerk = 0.0;
 };
-
-VectorXd derivative(const VectorXd& harmonics, double frequency_hz) {
-  VectorXd d = VectorXd::Zero(harmonics.size());
-  for (Index c = 1; c + 1 < harmonics.size(); c += 2) {
-    const double omega = 2.0 * std::numbers::pi * frequency_hz * harmonic_order(c);
-    d[c] = omega * harmonics[c + 1];
-    d[c + 1] = -omega * harmonics[c];
-  }
-  return d;
-}
 
 Pace pace_of(const RunDatum& datum) {
   constexpr int kPoints = 256;

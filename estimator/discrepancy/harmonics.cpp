@@ -10,6 +10,16 @@ constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 }  // namespace
 
+Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz) {
+  Eigen::VectorXd rate = Eigen::VectorXd::Zero(harmonics.size());
+  for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
+    const double omega = kTwoPi * frequency_hz * harmonic_order(c);
+    rate[c] = omega * harmonics[c + 1];
+    rate[c + 1] = -omega * harmonics[c];
+  }
+  return rate;
+}
+
 Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
   Eigen::VectorXd cosine(points), sine(points);
   for (Eigen::Index i = 0; i < points; ++i) {

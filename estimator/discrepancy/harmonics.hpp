@@ -14,6 +14,9 @@ inline int harmonic_order(Eigen::Index component) {
   return static_cast<int>((component + 1) / 2);
 }
 
+// Over time, of what repeats `frequency_hz` times a second.
+Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz);
+
 // (2 H + 1) x n: turns n equally spaced points of a period into its harmonics.
 Eigen::MatrixXd analysis_matrix(int harmonics, int points);
 // n x (2 H + 1): and back.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -21,16 +20,6 @@ constexpr int kLaps = 2;              // of a march: the first forgets how it be
 constexpr double kDifference = 1e-4;  // of the motion, for slopes over it
 constexpr int kFiner = 2;             // steps of a march between two points
 
-VectorXd differentiated(const VectorXd& harmonics, double frequency) {
-  VectorXd rate = VectorXd::Zero(harmonics.size());
-  for (Index c = 1; c + 1 < harmonics.size(); c += 2) {
-    const double omega = 2.0 * std::numbers::pi * frequency * harmonic_order(c);
-    rate[c] = omega * harmonics[c + 1];
-    rate[c + 1] = -omega * harmonics[c];
-  }
-  return rate;
-}
-
 }  // namespace
 
 ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const VectorXd& motion,
@@ -48,10 +37,10 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
     throw std::invalid_argument(
         fmt::format("{}: a motion can only be imposed on a model of one coordinate", model.name()));
   const Eigen::MatrixXd table = synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), n_);
-  const VectorXd rate = differentiated(motion, frequency_);
+  const VectorXd rate = derivative(motion, frequency_);
   u_ = table * motion;
   v_ = table * rate;
-  a_ = table * differentiated(rate, frequency_);
+  a_ = table * derivative(rate, frequency_);
   force_.resize(n_);
   slope_.resize(n_, p_);
   if (parts_in_series(model)) {
@@ -62,7 +51,7 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
     march_ = std::make_unique<MotionMarch>(
         model,
         Motion{1.0 / (frequency_ * kFiner * n_), laps(motion), laps(rate),
-               laps(differentiated(rate, frequency_)), VectorXd()},
+               laps(derivative(rate, frequency_)), VectorXd()},
         false);
     return;
   }

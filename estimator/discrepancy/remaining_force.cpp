@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <stdexcept>
 
 #include "estimator/discrepancy/force_surface.hpp"
@@ -25,16 +24,6 @@ constexpr int kCells = 24;        // of the stroke and of the velocity
 constexpr double kLinear = 0.02;  // of the largest force: what grid and linearisation leave open
 constexpr int kAtOnce = 64;       // right-hand sides of a solution: all of them would be large
 constexpr int kLaps = 2;          // of a march along a cycle: the first forgets how it began
-
-VectorXd derivative(const VectorXd& harmonics, double frequency_hz) {
-  VectorXd d = VectorXd::Zero(harmonics.size());
-  for (Index c = 1; c + 1 < harmonics.size(); c += 2) {
-    const double omega = 2.0 * std::numbers::pi * frequency_hz * harmonic_order(c);
-    d[c] = omega * harmonics[c + 1];
-    d[c + 1] = -omega * harmonics[c];
-  }
-  return d;
-}
 
 // One run as it was measured, with what the model makes of it there.
 struct Course {

@@ -134,6 +134,17 @@ TEST(OnlineEstimator, WarnsThatAWrongModelLeavesMoreThanTheScatter) {
   EXPECT_NE(estimate.warnings[0].find("the most in run 2 (1 Hz)"), std::string::npos);
 }
 
+TEST(OnlineEstimator, SaysTheGapInTheModelsUnitOfLength) {
+  auto wrong = started_off();
+  wrong.effects[1].parameters["theta4"].start = 1.2;
+  wrong.effects[1].parameters["theta4"].fixed = true;
+  wrong.length_unit = "ft";
+  const Estimate estimate = after_ten_cycles_of_two_runs(wrong);
+  ASSERT_EQ(estimate.warnings.size(), 1u);
+  EXPECT_EQ(estimate.warnings[0].find("mm"), std::string::npos) << estimate.warnings[0];
+  EXPECT_NE(estimate.warnings[0].find(" ft, "), std::string::npos) << estimate.warnings[0];
+}
+
 TEST(OnlineEstimator, LeavesOutABadCycleAndGoesOn) {
   Rig rig;
   OnlineEstimator online(started_off());
