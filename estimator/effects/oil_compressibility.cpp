@@ -1,6 +1,8 @@
 // The orifice in series with an oil spring, in place of theta1 |v| v: d is the spring's
-// compression,
-//     k_o d - theta1 |v| v,     theta1 |v - d'| (v - d') = k_o d
+// compression, q the flow that is left for the orifice,
+//     k_o d - theta1 |v| v,     theta1 (|q| + q_l) q = k_o d,     q = v - d'
+// Flow is laminar below q_l: purely turbulent, an orifice would let the oil relax at once where its
+// force goes through zero.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 
@@ -9,6 +11,7 @@ namespace {
 
 constexpr ParameterInfo kParameters[] = {
     {"k_o", "1/s^2", 2e4, 1e3, 1e6, "stiffness of the oil over mass"},
+    {"q_l", "m/s", 0.01, 1e-4, 0.1, "speed below which the flow is laminar"},
 };
 constexpr InternalInfo kInternals[] = {
     {"d", "m", 1, 0.0, "compression of the oil"},
@@ -16,11 +19,11 @@ constexpr InternalInfo kInternals[] = {
 constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
 
 class OilCompressibility final
-    : public DualEffect<OilCompressibility, kSeesV | kSeesW | kSeesWDot, 2, 1> {
+    : public DualEffect<OilCompressibility, kSeesV | kSeesW | kSeesWDot, 3, 1> {
  public:
   std::string_view name() const override { return "oil_compressibility"; }
   std::string_view formula() const override {
-    return "k_o d - theta1 |v| v,  theta1 |v - d'| (v - d') = k_o d";
+    return "k_o d - theta1 |v| v,  theta1 (|v - d'| + q_l) (v - d') = k_o d";
   }
   std::string_view meaning() const override { return "oil that gives before it flows"; }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
@@ -30,8 +33,8 @@ class OilCompressibility final
   template <class T>
   static bool formula(const Local<T, 1>& at, const T* theta, const double*, T& f, T* h) {
     const T flow = at.v - at.w_dot[0];
-    f = theta[0] * at.w[0] - theta[1] * abs(at.v) * at.v;
-    h[0] = theta[0] * at.w[0] - theta[1] * abs(flow) * flow;
+    f = theta[0] * at.w[0] - theta[2] * abs(at.v) * at.v;
+    h[0] = theta[0] * at.w[0] - theta[2] * (abs(flow) + theta[1]) * flow;
     return true;
   }
 };

@@ -93,7 +93,7 @@ bool invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit, Matri
 }
 
 // An excitation that is a little wrong moves all points of all channels together, and theta by
-// H^-1 J^T V^-1 S; its independent parts add up, as in estimation_worth.cpp.
+// H^-1 J^T V^-1 S; its independent parts add up, as in estimation_covariance.cpp.
 MatrixXd excitation_part(ChannelProblem& problem, const ChannelLook& look,
                          const std::vector<double>& theta, const MatrixXd& v,
                          const MatrixXd& inverse) {

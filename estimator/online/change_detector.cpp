@@ -6,13 +6,15 @@
 #include <functional>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "estimator/statistics.hpp"
 
 namespace shaker::estimator::online {
 namespace {
 
 constexpr std::array kBack = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};
-constexpr double kAlike = 6.0;       // 2 ln 20
-constexpr double kAlikeShare = 0.3;  // right after a change the response is still a transient
+constexpr double kFelt = 1e-10;  // of an eigenvalue, beside a unit diagonal
 constexpr double kBelieved =
     30.0;  // cycles that the stated scatter is worth beside the watched one
 
@@ -102,6 +104,7 @@ std::optional<Change> ChangeDetector::test(double variance) const {
   Eigen::VectorXd score = Eigen::VectorXd::Zero(parameters_);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters_, parameters_);
   std::vector<Change> best(static_cast<std::size_t>(parameters_));  // of each parameter
+  Evidence evidence;                                                // where the best of all is
   int summed = 0;
   for (const int back : kBack) {
     if (cycles_ - back < kReference || back > static_cast<int>(window_.size())) break;
@@ -119,14 +122,43 @@ std::optional<Change> ChangeDetector::test(double variance) const {
       Change& own = best[static_cast<std::size_t>(k)];
       if (statistic <= own.statistic) continue;
       own = Change{k, back, c[k] / v(k, k), std::sqrt(variance * excess_here / v(k, k)), statistic};
+      if (statistic > evidence.statistic) evidence = {statistic, back, c, v};
     }
   }
   std::ranges::sort(best, std::greater(), &Change::statistic);
   if (best.empty() || best.front().statistic <= threshold_) return std::nullopt;
+  return named(best, evidence, variance);
+}
+
+// `best`: of each parameter, likeliest first.
+Change ChangeDetector::named(const std::vector<Change>& best, const Evidence& at,
+                             double variance) const {
+  double unit = 0.0;
+  for (int k = 0; k < parameters_; ++k)
+    unit += variance * excess(k, variance) / parameters_;
+  // Over diagonal units, so that parameters' sizes do not matter.
+  const Eigen::VectorXd scale = at.v.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd c = at.c.cwiseProduct(scale);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(scale.asDiagonal() * at.v *
+                                                            scale.asDiagonal());
+  double joint = 0.0;
+  int felt = 0;
+  for (int k = 0; k < parameters_; ++k) {
+    const double along = axes.eigenvectors().col(k).dot(c);
+    if (!(axes.eigenvalues()[k] > kFelt)) continue;
+    joint += along * along / axes.eigenvalues()[k] / unit;
+    ++felt;
+  }
+  const auto explains = [&](const Change& change) {
+    const double left = joint - c[change.parameter] * c[change.parameter] / unit;
+    return felt < 2 || chi_squared_above(std::max(0.0, left), felt - 1.0) > kNamedLevel;
+  };
   Change found = best.front();
-  const double alike = std::max(kAlike, kAlikeShare * found.statistic);
-  for (std::size_t i = 1; i < best.size() && best[i].statistic > found.statistic - alike; ++i)
-    found.alternatives.push_back(best[i]);
+  found.alone = explains(found);
+  for (auto other = best.begin() + 1; other != best.end(); ++other) {
+    if (explains(*other) || (!found.alone && other->statistic > threshold_))
+      found.alternatives.push_back(*other);
+  }
   return found;
 }
 

@@ -15,6 +15,11 @@
 // temperature of the sensor). The scatter is watched through successive differences, which a jump
 // does not disturb, and G is divided by its excess.
 //
+// Whose jump it was is a second question. With all parameters free to jump the statistic is
+// F = c^T v^-1 c / s^2, and F - G_j is chi-squared with one degree of freedom less than there are
+// parameters if j alone jumped: j is named when that is not significant at kNamedLevel. So the
+// parameter that jumped, alone, stays unnamed about that often, however alike the others look.
+//
 // The threshold belongs to a stated rate of false alarms, calibrated by simulation: see
 // glr_threshold. Pure arithmetic; one thread; allocates while its window fills only.
 #pragma once
@@ -38,9 +43,13 @@ struct Change {
   double jump = 0.0;    // of the parameter
   double standard_error = 0.0;
   double statistic = 0.0;  // G
-  // Other parameters whose own best jump is nearly as likely: G less by 2 ln 20 at most, or by 30
-  // %: the response to a change takes a few cycles to be periodic again, and looks odd until then.
-  std::vector<Change> alternatives = {};  // likeliest first
+  // Other parameters whose own jump, alone, explains what was seen as well as any jump of all of
+  // them does; likeliest first. Where none does, not even the one above (`alone` is false), those
+  // whose own jump would have been an alarm too.
+  std::vector<Change> alternatives = {};
+  // One parameter's jump is enough. If not, several changed, or the response has not settled since
+  // (it is judged again with the cycles to come), or the model lacks what changed.
+  bool alone = true;
 };
 
 class ChangeDetector {
@@ -57,13 +66,21 @@ class ChangeDetector {
   long cycles() const { return cycles_; }
 
   static constexpr long kReference = 12;  // cycles before a change that a test needs at least
+  static constexpr double kNamedLevel = 0.01;
 
  private:
   struct Cycle {
     Eigen::VectorXd score;
     Eigen::MatrixXd information;
   };
+  struct Evidence {  // at one instant
+    double statistic = 0.0;
+    int back = 0;
+    Eigen::VectorXd c;
+    Eigen::MatrixXd v;
+  };
   std::optional<Change> test(double variance) const;
+  Change named(const std::vector<Change>& best, const Evidence& at, double variance) const;
   double excess(int parameter, double variance) const;
   void watch_scatter(const Cycle& cycle);
 

@@ -19,6 +19,8 @@ namespace online {
 namespace {
 
 constexpr std::size_t kRemembered = 80;  // more than the detector looks back
+// Cycles of a run after which little is left of a transient that the steady gate did not see.
+constexpr long kYoung = 64;
 
 }  // namespace
 
@@ -108,6 +110,10 @@ std::string sentence(const std::vector<ParameterChange>& changes) {
   for (std::size_t i = 1; i < changes.size(); ++i)
     text += fmt::format("{}{} by {:+.3g} {}", i == 1 ? "; so far this would look alike: " : ", ",
                         changes[i].name, changes[i].jump, changes[i].unit);
+  if (changes.front().cycle < kYoung)
+    text +=
+        "; so early in a run it may be the rest of a slow transient (less than 4 % a cycle passes "
+        "for steady), which dies out where a change stays";
   return text;
 }
 

@@ -44,7 +44,8 @@ class ChangeWatch {
   std::deque<long> indices_;             // of the last cycles, newest last
 };
 
-// For the operator: the first of them, and what would look alike.
+// For the operator: the first of them, what would look alike, and, early in a run, that a slow
+// transient would too.
 std::string sentence(const std::vector<ParameterChange>& changes);
 
 }  // namespace shaker::estimator::online

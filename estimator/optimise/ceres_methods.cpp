@@ -15,6 +15,8 @@
 namespace shaker::estimator::optimise {
 namespace {
 
+constexpr double kCollapsed = 0.999;  // of the start's phi is left
+
 // Ceres tells glog of every restart, whatever its own logging says: nothing for an operator.
 class Quiet {
  public:
@@ -27,21 +29,35 @@ class Quiet {
   int before_ = FLAGS_minloglevel;
 };
 
+// Over y = x / step.
 class Objective final : public ceres::FirstOrderFunction {
  public:
-  explicit Objective(Scaled& scaled) : scaled_(scaled) {}
-  int NumParameters() const override { return static_cast<int>(scaled_.unit().size()); }
+  Objective(Scaled& scaled, const Eigen::VectorXd& step) : scaled_(scaled), step_(step) {}
+  int NumParameters() const override { return static_cast<int>(step_.size()); }
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
-    if (!scaled_.at(parameters, gradient != nullptr)) return false;
+    const Eigen::VectorXd x =
+        Eigen::Map<const Eigen::VectorXd>(parameters, step_.size()).cwiseProduct(step_);
+    if (!scaled_.at(x.data(), gradient != nullptr)) return false;
     *cost = scaled_.here().phi / scaled_.phi_unit();
     if (gradient != nullptr)
-      Eigen::Map<Eigen::VectorXd>(gradient, NumParameters()) = scaled_.gradient();
+      Eigen::Map<Eigen::VectorXd>(gradient, step_.size()) = scaled_.gradient().cwiseProduct(step_);
     return true;
   }
 
  private:
   Scaled& scaled_;
+  Eigen::VectorXd step_;
 };
+
+// That change the residuals by as much as there is of them at the start.
+Eigen::VectorXd natural_steps(const Point& point, const Scaled& scaled) {
+  Eigen::VectorXd step = Eigen::VectorXd::Ones(scaled.unit().size());
+  for (Eigen::Index k = 0; k < step.size(); ++k) {
+    const double felt = point.jacobian.col(k).norm() * scaled.unit()[k];
+    if (felt > point.e.norm()) step[k] = point.e.norm() / felt;
+  }
+  return step;
+}
 
 Summary line_search(const char* method, LeastSquaresProblem& problem, const Eigen::VectorXd& start,
                     const Options& options, ceres::LineSearchDirectionType direction) {
@@ -50,8 +66,6 @@ Summary line_search(const char* method, LeastSquaresProblem& problem, const Eige
   point.theta = start;
   if (!evaluator.at(point, true)) return evaluator.finish(method, Status::inadmissible, point);
   Scaled scaled(evaluator, point);
-  Eigen::VectorXd x = scaled.to(point.theta);
-  ceres::GradientProblem objective(new Objective(scaled));  // takes ownership
   ceres::GradientProblemSolver::Options solver;
   solver.line_search_direction_type = direction;
   solver.line_search_type = ceres::WOLFE;
@@ -62,8 +76,17 @@ Summary line_search(const char* method, LeastSquaresProblem& problem, const Eige
   solver.parameter_tolerance = 0.1 * options.step_tolerance;
   solver.logging_type = ceres::SILENT;
   const Quiet quiet;
+  // Ceres' first step is of length one. Where a parameter's own size is far too long a step (a
+  // linear oscillator near its resonance) its search for the length collapses at the start, and
+  // gets on with shorter units.
   ceres::GradientProblemSolver::Summary found;
-  ceres::Solve(solver, objective, x.data(), &found);
+  const Eigen::VectorXd own = Eigen::VectorXd::Ones(scaled.unit().size());
+  for (const Eigen::VectorXd& step : {own, natural_steps(point, scaled)}) {
+    Eigen::VectorXd x = scaled.to(point.theta).cwiseQuotient(step);
+    ceres::GradientProblem objective(new Objective(scaled, step));  // takes ownership
+    ceres::Solve(solver, objective, x.data(), &found);
+    if (found.final_cost < kCollapsed * found.initial_cost) break;
+  }
   evaluator.summary().iterations = static_cast<int>(found.iterations.size()) - 1;
   return judge(method, scaled, found.termination_type == ceres::NO_CONVERGENCE);
 }

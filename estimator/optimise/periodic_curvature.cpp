@@ -2,50 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/model_arrays.hpp"
 #include "estimator/optimise/periodic_problem.hpp"
 
 namespace shaker::estimator::optimise {
 namespace {
 
 constexpr double kStep = 2e-5;  // of the parameter along which the slopes are displaced
-
-// Arrays of points for Model::evaluate, away from the system's own.
-class Displaced {
- public:
-  Displaced(const Model& model, int n)
-      : model_(model), n_(n), s_(model.coordinates()), p_(model.parameter_count()) {
-    stride_ = (static_cast<std::size_t>(n) + 7) / 8 * 8;
-    const int arrays = 3 * s_ + 1 + s_ + 3 * s_ * s_ + s_ * p_ + 8 + p_;
-    store_.assign(stride_ * static_cast<std::size_t>(arrays), 0.0);
-    double* next = store_.data();
-    const auto take = [&](std::vector<double*>& list, int count) {
-      for (int i = 0; i < count; ++i, next += stride_)
-        list.push_back(next);
-    };
-    take(u, s_);
-    take(v, s_);
-    take(a, s_);
-    take(x, 1);
-    take(g, s_);
-    take(g_u, s_ * s_);
-    take(g_v, s_ * s_);
-    take(g_a, s_ * s_);
-    take(g_theta, s_ * p_);
-    take(scratch, 8 + p_);
-  }
-  bool evaluate(const std::vector<double>& theta) {
-    return model_.evaluate(
-        {n_, u.data(), v.data(), a.data(), x[0]}, theta.data(),
-        {g.data(), g_u.data(), g_v.data(), g_a.data(), g_theta.data(), scratch.data()});
-  }
-  std::vector<double*> u, v, a, x, g, g_u, g_v, g_a, g_theta, scratch;
-
- private:
-  const Model& model_;
-  int n_, s_, p_;
-  std::size_t stride_ = 0;
-  AlignedVector store_;
-};
 
 // Sensitivities of stroke, velocity and acceleration to one parameter: index point * s +
 // coordinate.
@@ -91,7 +54,8 @@ bool PeriodicProblem::add_curvature(std::size_t r, const std::vector<double>& th
   for (const int k : free_)
     tangents.push_back(tangent(system, k));
   std::vector<double> rows(static_cast<std::size_t>(n * s * pairs), 0.0);
-  Displaced at(model_, n);
+  ModelArrays at;  // away from the system's own
+  at.shape(model_, n);
   std::vector<double> moved = theta;
   int first_pair = 0;
   for (int l = 0; l < count; ++l) {
@@ -110,7 +74,7 @@ bool PeriodicProblem::add_curvature(std::size_t r, const std::vector<double>& th
           at.a[c][i] = system.acceleration(i, c) + shift * step * w.a[index];
         }
       }
-      if (!at.evaluate(moved)) return false;
+      if (!at.evaluate(model_, n, moved.data())) return false;
       const double factor = -weight / (12.0 * step);  // right-hand side: minus the derivative
       for (int k = 0; k <= l; ++k) {
         const Tangent& t = tangents[static_cast<std::size_t>(k)];

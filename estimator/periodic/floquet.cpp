@@ -7,7 +7,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/math/aligned.hpp"
-#include "estimator/periodic/point_arrays.hpp"
+#include "estimator/model_arrays.hpp"
 
 namespace shaker::estimator {
 namespace {

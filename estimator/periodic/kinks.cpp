@@ -6,6 +6,27 @@
 #include "estimator/math/lanes.hpp"
 
 namespace shaker::estimator {
+namespace {
+
+// Acceleration and jerk at a zero, against the largest acceleration beside it (jerk: a step).
+constexpr double kSteepest = 2.0, kSharpest = 4.0;
+
+// What is beyond is cut. Each step takes the jumps from the acceleration of the step before, in
+// which the jumps before are: where kappa |a| h^2 is not small (a trial step into the gas's wall),
+// they would grow as the square of themselves from step to step, until they overflow.
+double held_within(double x, double most) {
+  return std::fabs(x) <= most ? x : std::copysign(most, x);
+}
+
+template <class Zero>
+void set_jumps(Zero& zero, double kappa) {
+  const double size = std::fabs(zero.acceleration);
+  const double over = -1.0 / zero.inertia;
+  zero.jump4 = over * kappa * zero.acceleration * size;
+  zero.jump5 = over * (3.0 * kappa * size * zero.jerk + zero.damping * zero.jump4);
+}
+
+}  // namespace
 
 KinkCorrection::KinkCorrection(const Stencil& stencil, int points, int parameters,
                                KinkLayout layout)
@@ -46,7 +67,9 @@ void KinkCorrection::correct_state(double kappa, double rate, double* v, double*
   for (int i = 0; i < n_ && count_ < kMost; ++i) {
     if ((at(v, i) < 0.0) == (at(v, i + 1) < 0.0)) continue;
     Zero& zero = zeros_[static_cast<std::size_t>(count_++)];
-    zero.known = zero.known && zero.base == i;
+    // What a step without a number has left is not gone on from.
+    zero.known = zero.known && zero.base == i && std::isfinite(zero.fraction + zero.jump5);
+    if (!zero.known && !std::isfinite(zero.damping + zero.inertia)) zero = Zero{};
     zero.base = i;
     locate(zero, v, a);
     zero.known = true;
@@ -87,6 +110,10 @@ void KinkCorrection::locate(Zero& zero, const double* v, const double* a) const 
             corrected(v1, zero.first, 1) - y * y * y * (zero.jump4 / 6.0 + y * zero.jump5 / 24.0),
             corrected(a0, zero.second, 0),
             corrected(a1, zero.second, 1) - y * y * (zero.jump4 / 2.0 + y * zero.jump5 / 6.0));
+  const double most = std::max(std::fabs(a0), std::fabs(a1));
+  zero.acceleration = held_within(zero.acceleration, kSteepest * most);
+  zero.jerk = held_within(zero.jerk, kSharpest * most * rate_);
+  set_jumps(zero, kappa_);
   weigh(zero);
 }
 
@@ -106,10 +133,7 @@ void KinkCorrection::find_root(Zero& zero, double v0, double v1, double a0, doub
   zero.fraction = t;
   zero.acceleration = rate_ * (m0 + t * (2.0 * c2 + 3.0 * t * c3));
   zero.jerk = rate_ * rate_ * (2.0 * c2 + 6.0 * t * c3);
-  const double size = std::fabs(zero.acceleration);
-  const double over = -1.0 / zero.inertia;
-  zero.jump4 = over * kappa_ * zero.acceleration * size;
-  zero.jump5 = over * (3.0 * kappa_ * size * zero.jerk + zero.damping * zero.jump4);
+  set_jumps(zero, kappa_);
   zero.snap = 6.0 * rate_ * rate_ * rate_ * c3 + 0.5 * zero.jump4;
 }
 
@@ -243,7 +267,8 @@ SHAKER_SIMD_CLONES void learn(const SensitivityZero& z, int group) {
        own * (3.0 * size * z.jerk) + z.damping * jump4 + z.stiffness * jump3);
   const LaneMask lane = LaneMask{0, 1, 2, 3, 4, 5, 6, 7} + 8 * group;
   const LaneMask mine = (lane >= 1) & (lane <= z.parameters);
-  // One failed step's overflow would stay in the jumps for ever, as each is made from the last.
+  // What a step without a number has left in the rows would stay in the jumps for ever, as each is
+  // made from the last.
   keep_finite(jump3);
   keep_finite(jump4);
   keep_finite(jump5);

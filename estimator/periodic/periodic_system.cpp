@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 
 #include "estimator/math/simd_math.hpp"
+#include "estimator/model_arrays.hpp"
 #include "estimator/periodic/dense.hpp"
 #include "estimator/periodic/observer.hpp"
-#include "estimator/periodic/point_arrays.hpp"
 #include "estimator/periodic/scalar_step.hpp"
 
 namespace shaker::estimator {

@@ -9,7 +9,6 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kAlign = 8;
 constexpr int kNewtonSteps = 12;     // for effects that are not linear in acceleration
 constexpr double kSolved = 1e-13;    // change of q, relative, at which Newton has converged
 constexpr double kSingular = 1e-14;  // pivot against the largest of its matrix
@@ -37,27 +36,9 @@ StateEquations::StateEquations(const Model& model, std::vector<double> force)
 
 void StateEquations::reserve(int n, Workspace& work) const {
   if (n <= work.lanes) return;
-  const int c = coordinates_, p = parameters();
-  const auto stride = index((n + kAlign - 1) / kAlign * kAlign);
+  const int c = coordinates_;
   work.lanes = n;
-  work.numbers.assign(stride * index(4 * c + 3 * c * c + c * p + model_.scratch_arrays()), 0.0);
-  double* next = work.numbers.data();
-  const auto take = [&](std::vector<double*>& arrays, int count) {
-    arrays.resize(index(count));
-    for (double*& array : arrays) {
-      array = next;
-      next += stride;
-    }
-  };
-  take(work.u, c);
-  take(work.v, c);
-  take(work.a, c);
-  take(work.g, c);
-  take(work.g_u, c * c);
-  take(work.g_v, c * c);
-  take(work.g_a, c * c);
-  take(work.g_theta, c * p);
-  take(work.scratch, model_.scratch_arrays());
+  work.at.shape(model_, n);
   work.matrix.resize(index(c * c));
   work.column.resize(index(c));
   work.pivot.resize(index(c));
@@ -88,21 +69,13 @@ bool StateEquations::derivatives_know_accelerations() const {
     std::vector<double> first;
     for (int side = 0; side < 2; ++side) {
       for (int e = 0; e < c; ++e) {
-        *work.u[index(e)] = model_.rest(e) + 1e-3 * (probe + e);
-        *work.v[index(e)] = 0.1 * (probe - 1) + 0.02 * e;
-        *work.a[index(e)] = side == 0 ? 0.0 : 0.7 + 0.3 * e;
+        *work.at.u[index(e)] = model_.rest(e) + 1e-3 * (probe + e);
+        *work.at.v[index(e)] = 0.1 * (probe - 1) + 0.02 * e;
+        *work.at.a[index(e)] = side == 0 ? 0.0 : 0.7 + 0.3 * e;
       }
-      ModelPoints at;
-      at.n = 1;
-      at.u = work.u.data();
-      at.v = work.v.data();
-      at.a = work.a.data();
-      at.x = &x;
-      const ModelForces out{work.g.data(),   work.g_u.data(),     work.g_v.data(),
-                            work.g_a.data(), work.g_theta.data(), work.scratch.data()};
-      if (!model_.evaluate(at, theta.data(), out)) return true;
+      if (!work.at.evaluate(model_, 1, theta.data(), &x)) return true;
       std::vector<double> now;
-      for (const auto* arrays : {&work.g_u, &work.g_v, &work.g_a, &work.g_theta}) {
+      for (const auto* arrays : {&work.at.g_u, &work.at.g_v, &work.at.g_a, &work.at.g_theta}) {
         for (const double* array : *arrays)
           now.push_back(*array);
       }
@@ -117,22 +90,14 @@ bool StateEquations::evaluate(int n, const double* const* s, const double* x, co
                               Workspace& work) const {
   const int c = coordinates_;
   for (int e = 0; e < c; ++e) {
-    std::copy_n(s[e], n, work.u[index(e)]);
-    if (velocity_of(e) >= 0) std::copy_n(s[velocity_of(e)], n, work.v[index(e)]);
+    std::copy_n(s[e], n, work.at.u[index(e)]);
+    if (velocity_of(e) >= 0) std::copy_n(s[velocity_of(e)], n, work.at.v[index(e)]);
   }
-  ModelPoints at;
-  at.n = n;
-  at.u = work.u.data();
-  at.v = work.v.data();
-  at.a = work.a.data();
-  at.x = x;
-  const ModelForces out{work.g.data(),   work.g_u.data(),     work.g_v.data(),
-                        work.g_a.data(), work.g_theta.data(), work.scratch.data()};
-  if (!model_.evaluate(at, theta, out)) return false;
+  if (!work.at.evaluate(model_, n, theta, x)) return false;
   for (int d = 0; d < c; ++d) {
     if (force_[index(d)] == 0.0) continue;
     for (int i = 0; i < n; ++i)
-      work.g[index(d)][i] -= force_[index(d)];
+      work.at.g[index(d)][i] -= force_[index(d)];
   }
   return true;
 }
@@ -144,7 +109,7 @@ bool StateEquations::factor(int lane, Workspace& work) const {
   double largest = 0.0;
   for (int d = 0; d < c; ++d) {
     for (int e = 0; e < c; ++e) {
-      const auto& part = velocity_of(e) >= 0 ? work.g_a : work.g_v;
+      const auto& part = velocity_of(e) >= 0 ? work.at.g_a : work.at.g_v;
       m[index(d * c + e)] = part[index(d * c + e)][lane];
       largest = std::max(largest, std::fabs(m[index(d * c + e)]));
     }
@@ -189,10 +154,10 @@ bool StateEquations::solve_lanes(int n, Workspace& work, double* largest, double
   for (int i = 0; i < n; ++i) {
     if (!factor(i, work)) return false;
     for (int d = 0; d < c; ++d)
-      work.column[index(d)] = -work.g[index(d)][i];
+      work.column[index(d)] = -work.at.g[index(d)][i];
     substitute(work);
     for (int e = 0; e < c; ++e) {
-      double& q = velocity_of(e) >= 0 ? work.a[index(e)][i] : work.v[index(e)][i];
+      double& q = velocity_of(e) >= 0 ? work.at.a[index(e)][i] : work.at.v[index(e)][i];
       q += work.column[index(e)];
       *largest = std::max(*largest, std::fabs(work.column[index(e)]));
       *scale = std::max(*scale, std::fabs(q));
@@ -221,18 +186,18 @@ void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
     factor(i, work);
     for (int k = 0; k < c; ++k) {
       for (int d = 0; d < c; ++d)
-        work.column[index(d)] = -work.g_u[index(d * c + k)][i];
+        work.column[index(d)] = -work.at.g_u[index(d * c + k)][i];
       substitute(work);
       write(k, m, h_s, i);
       if (velocity_of(k) < 0) continue;
       for (int d = 0; d < c; ++d)
-        work.column[index(d)] = -work.g_v[index(d * c + k)][i];
+        work.column[index(d)] = -work.at.g_v[index(d * c + k)][i];
       substitute(work);
       write(velocity_of(k), m, h_s, i);
     }
     for (int k = 0; k < p; ++k) {
       for (int d = 0; d < c; ++d)
-        work.column[index(d)] = -work.g_theta[index(d * p + k)][i];
+        work.column[index(d)] = -work.at.g_theta[index(d * p + k)][i];
       substitute(work);
       write(k, p, h_theta, i);
     }
@@ -245,14 +210,14 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
   reserve(n, work);
   const int c = coordinates_;
   for (int e = 0; e < c; ++e) {
-    std::fill_n(work.a[index(e)], n, 0.0);
-    if (velocity_of(e) < 0) std::fill_n(work.v[index(e)], n, 0.0);
+    std::fill_n(work.at.a[index(e)], n, 0.0);
+    if (velocity_of(e) < 0) std::fill_n(work.at.v[index(e)], n, 0.0);
   }
   if (!evaluate(n, s, x, theta, work)) return false;
 
   if (c == 1 && once_) {  // the oleo: no matrices
-    const double* g = work.g[0];
-    const double* g_a = work.g_a[0];
+    const double* g = work.at.g[0];
+    const double* g_a = work.at.g_a[0];
     std::copy_n(s[1], n, rate[0]);
     for (int i = 0; i < n; ++i)
       rate[1][i] = -g[i] / g_a[i];
@@ -260,13 +225,13 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
     std::fill_n(h_s[0], n, 0.0);
     std::fill_n(h_s[1], n, 1.0);
     for (int i = 0; i < n; ++i) {
-      h_s[2][i] = -work.g_u[0][i] / g_a[i];
-      h_s[3][i] = -work.g_v[0][i] / g_a[i];
+      h_s[2][i] = -work.at.g_u[0][i] / g_a[i];
+      h_s[3][i] = -work.at.g_v[0][i] / g_a[i];
     }
     const int p = parameters();
     for (int k = 0; k < p; ++k) {
       std::fill_n(h_theta[k], n, 0.0);
-      const double* column = work.g_theta[index(k)];
+      const double* column = work.at.g_theta[index(k)];
       for (int i = 0; i < n; ++i)
         h_theta[p + k][i] = -column[i] / g_a[i];
     }
@@ -283,9 +248,9 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
   for (int e = 0; e < c; ++e) {
     if (velocity_of(e) >= 0) {
       std::copy_n(s[velocity_of(e)], n, rate[e]);
-      std::copy_n(work.a[index(e)], n, rate[velocity_of(e)]);
+      std::copy_n(work.at.a[index(e)], n, rate[velocity_of(e)]);
     } else {
-      std::copy_n(work.v[index(e)], n, rate[e]);
+      std::copy_n(work.at.v[index(e)], n, rate[e]);
     }
   }
   if (h_s != nullptr) derivatives(n, work, h_s, h_theta);

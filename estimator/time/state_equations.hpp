@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "estimator/math/aligned.hpp"
 #include "estimator/model.hpp"
+#include "estimator/model_arrays.hpp"
 
 namespace shaker::estimator {
 
@@ -42,8 +42,7 @@ class StateEquations {
    private:
     friend class StateEquations;
     int lanes = 0;
-    AlignedVector numbers;
-    std::vector<double*> u, v, a, g, g_u, g_v, g_a, g_theta, scratch;
+    ModelArrays at;
     std::vector<double> matrix, column;  // of one lane
     std::vector<int> pivot;
   };

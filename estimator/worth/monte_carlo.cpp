@@ -119,12 +119,16 @@ void score(const std::vector<Outcome>& outcomes, const std::vector<int>& free,
            MonteCarloResult& result) {
   const std::size_t q = free.size();
   std::vector<double> mean(q, 0.0);
-  double noise = 0.0;
+  double noise = 0.0, profiles_on_bound = 0.0, held_on_bound = 0.0;
   for (const Outcome& o : outcomes) {
     if (o.status == FitStatus::undetermined) ++result.undetermined;
     if (o.status != FitStatus::converged) continue;
     ++result.converged;
     result.on_bound += o.on_bound;
+    for (const char held : o.inside_profile) {
+      profiles_on_bound += o.on_bound;
+      held_on_bound += o.on_bound && held != 0;
+    }
     result.uncorrected += o.uncorrected;
     noise += o.noise;
     for (std::size_t k = 0; k < q; ++k)
@@ -132,6 +136,8 @@ void score(const std::vector<Outcome>& outcomes, const std::vector<int>& free,
   }
   const auto count = static_cast<double>(result.converged);
   result.noise = noise / count;
+  result.on_bound_profile_coverage =
+      profiles_on_bound > 0.0 ? held_on_bound / profiles_on_bound : kNaN;
   for (double& m : mean)
     m /= count;
   result.covariance.assign(q * q, 0.0);

@@ -59,6 +59,9 @@ struct MonteCarloResult {
   long replications = 0;
   long converged = 0;  // the rest counts nowhere above but here
   long undetermined = 0, on_bound = 0;
+  // Of the profile intervals of those that ended on a bound, the share that held the truth; NaN
+  // when there is none. They are extreme draws: 95 % is expected of all, not of them.
+  double on_bound_profile_coverage = 0.0;
   long uncorrected = 0;  // bias left in, because it is too large for its series
   double noise = 0.0;    // mean of the estimated ones
   double seconds = 0.0;

@@ -15,20 +15,20 @@ namespace shaker::estimator {
 
 // make() gives a workspace; work(workspace, i) is called once for each i in [0, count). The first
 // exception is thrown again here, after all threads have ended. threads 0: as many as there are.
+// `chunk`: pieces that a thread takes at a time; 1 for few and long ones.
 template <class Make, class Work>
-void in_parallel(long count, unsigned threads, Make make, Work work) {
-  constexpr long kChunk = 16;
+void in_parallel(long count, unsigned threads, Make make, Work work, long chunk = 16) {
   if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
   threads = static_cast<unsigned>(
-      std::clamp<long>(std::min<long>(threads, (count + kChunk - 1) / kChunk), 1, 256));
+      std::clamp<long>(std::min<long>(threads, (count + chunk - 1) / chunk), 1, 256));
   std::atomic<long> next{0};
   std::mutex mutex;
   std::exception_ptr trouble;
   const auto run = [&] {
     try {
       auto workspace = make();
-      for (long first = next.fetch_add(kChunk); first < count; first = next.fetch_add(kChunk)) {
-        for (long i = first; i < std::min(first + kChunk, count); ++i)
+      for (long first = next.fetch_add(chunk); first < count; first = next.fetch_add(chunk)) {
+        for (long i = first; i < std::min(first + chunk, count); ++i)
           work(workspace, i);
       }
     } catch (...) {

@@ -5,35 +5,16 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/estimator/benchmark_jobs.hpp"
 #include "tests/estimator/counting_allocator.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-const std::vector<double> kStart = {5.334, 5.25, 1.701, 1.05};
-
-RunData job1() {
-  RunData run;
-  run.frequency_hz = 2.0;
-  run.amplitude = 10.0;
-  for (const auto& row : testing::read_csv("oleo_j1.csv"))
-    run.displacement.push_back(row[1]);
-  return run;
-}
-
-std::vector<RunData> job2() {
-  std::vector<RunData> runs;
-  for (const auto& row : testing::read_csv("oleo_j2.csv")) {
-    if (runs.size() <= static_cast<std::size_t>(row[0])) {
-      runs.emplace_back();
-      runs.back().frequency_hz = row[1];
-      runs.back().amplitude = row[2];
-    }
-    runs.back().displacement.push_back(row[4]);
-  }
-  return runs;
-}
+using testing::job1;
+using testing::job2;
+using testing::kJobStart;
 
 double error(const std::vector<double>& theta, const std::string& reference) {
   const auto exact = testing::read_csv(reference, false).at(0);
@@ -49,7 +30,7 @@ TEST(AccurateEstimator, FindsTheExactOptimumToTheAccuracyThatIsAskedFor) {
     AccurateOptions options;
     options.accuracy = accuracy;
     AccurateEstimator estimator(model, {job1()}, options);
-    const Fit& fit = estimator.fit(kStart);
+    const Fit& fit = estimator.fit(kJobStart);
     ASSERT_EQ(fit.status, FitStatus::converged);
     EXPECT_TRUE(estimator.reached());
     const double truly = error(fit.theta, "oleo_j1_reference.csv");
@@ -64,7 +45,7 @@ TEST(AccurateEstimator, TakesRunsTogether) {
   AccurateOptions options;
   options.accuracy = 1e-8;
   AccurateEstimator estimator(model, job2(), options);
-  const Fit& fit = estimator.fit(kStart);
+  const Fit& fit = estimator.fit(kJobStart);
   EXPECT_TRUE(estimator.reached());
   EXPECT_LT(error(fit.theta, "oleo_j2_reference.csv"), 1e-8);
 }
@@ -75,7 +56,7 @@ TEST(AccurateEstimator, SaysWhenTheGridsAllowedAreNotEnough) {
   options.accuracy = 1e-9;
   options.most_points = 100;
   AccurateEstimator estimator(model, {job1()}, options);
-  EXPECT_EQ(estimator.fit(kStart).status, FitStatus::converged);
+  EXPECT_EQ(estimator.fit(kJobStart).status, FitStatus::converged);
   EXPECT_FALSE(estimator.reached());
   EXPECT_EQ(estimator.points(), 80);
 }
@@ -83,9 +64,9 @@ TEST(AccurateEstimator, SaysWhenTheGridsAllowedAreNotEnough) {
 TEST(AccurateEstimator, DoesNotAllocateOnceItHasRun) {
   const Model model(testing::oleo(32.2));
   AccurateEstimator estimator(model, {job1()});
-  estimator.fit(kStart);
+  estimator.fit(kJobStart);
   const long before = testing::allocation_count();
-  estimator.fit(kStart);
+  estimator.fit(kJobStart);
   EXPECT_EQ(testing::allocation_count(), before);
 }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/ceres_estimation.hpp"
+#include "tests/estimator/benchmark_jobs.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
@@ -8,16 +9,11 @@ namespace {
 
 TEST(CeresEstimator, EndsAtTheSameOptimum) {
   const Model model(testing::oleo(32.2));
-  RunData run;
-  run.frequency_hz = 2.0;
-  run.amplitude = 10.0;
-  for (const auto& row : testing::read_csv("oleo_j1.csv"))
-    run.displacement.push_back(row[1]);
-  const std::vector<double> start = {5.334, 5.25, 1.701, 1.05};
+  const RunData run = testing::job1();
   CeresEstimator ceres(model, {run});
   Estimator own(model, {run});
-  const CeresFit theirs = ceres.fit(start);
-  const Fit& ours = own.fit(start);
+  const CeresFit theirs = ceres.fit(testing::kJobStart);
+  const Fit& ours = own.fit(testing::kJobStart);
   ASSERT_TRUE(theirs.converged);
   for (std::size_t k = 0; k < 4; ++k)
     EXPECT_NEAR(theirs.theta[k] / ours.theta[k], 1.0, 1e-7);

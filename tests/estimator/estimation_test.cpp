@@ -5,36 +5,17 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/estimator/benchmark_jobs.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::job1;
+using testing::job2;
 using testing::kOleoFeet;
 using testing::kOleoSi;
-
-RunData job1() {
-  RunData run;
-  run.frequency_hz = 2.0;
-  run.amplitude = 10.0;
-  for (const auto& row : testing::read_csv("oleo_j1.csv"))
-    run.displacement.push_back(row[1]);
-  return run;
-}
-
-std::vector<RunData> job2() {
-  std::vector<RunData> runs;
-  for (const auto& row : testing::read_csv("oleo_j2.csv")) {
-    if (runs.size() <= static_cast<std::size_t>(row[0])) {
-      runs.emplace_back();
-      runs.back().frequency_hz = row[1];
-      runs.back().amplitude = row[2];
-    }
-    runs.back().displacement.push_back(row[4]);
-  }
-  return runs;
-}
 
 struct Reference {
   std::vector<double> theta, covariance;

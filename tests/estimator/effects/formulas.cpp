@@ -108,10 +108,11 @@ const std::map<std::string, Formula>& formulas() {
         {0.4}}},
       {"oil_compressibility",
        {[](const Seen& s) {
-          return E{s.t[0] * s.w[0] - orifice(s.t[1], s.v),
-                   s.t[0] * s.w[0] - orifice(s.t[1], s.v - s.w_dot[0])};
+          const C flow = s.v - s.w_dot[0];
+          return E{s.t[0] * s.w[0] - orifice(s.t[2], s.v),
+                   s.t[0] * s.w[0] - orifice(s.t[2], flow) - s.t[2] * s.t[1] * flow};
         },
-        {2e3, 16.7},
+        {2e3, 0.02, 16.7},
         {}}},
       {"gas_heat_transfer",
        {[](const Seen& s) {

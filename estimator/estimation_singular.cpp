@@ -1,0 +1,80 @@
+// Covariance and undetermined parameters where the Gram matrix is too badly conditioned to tell: by
+// the singular values of the Jacobian.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Dense>
+
+#include "estimator/estimation_impl.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+// Below this share of the largest singular value of the scaled Jacobian a direction is lost in the
+// rounding of a periodic solution (1e-11 of the stroke) and its sensitivities.
+constexpr double kSmallestSingular = 1e-8;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+// Badly conditioned: singular values of the scaled Jacobian itself, and the directions it lacks.
+void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_t q) {
+  const auto columns = static_cast<Eigen::Index>(q);
+  Eigen::Index count = 0;
+  for (const RunState& run : runs)
+    count += static_cast<Eigen::Index>(run.count());
+  const Eigen::Index rows = count + (priors ? columns : 0);
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(rows, columns);
+  Eigen::Index at = 0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    for_each_datum(r, false, [&](const double* row, double, double weight) {
+      for (std::size_t k = 0; k < q; ++k)
+        jacobian(at, static_cast<Eigen::Index>(k)) =
+            scale[k] > 0.0 ? std::sqrt(weight) * row[1 + free[k]] / scale[k] : 0.0;
+      ++at;
+    });
+  }
+  for (Eigen::Index k = 0; priors && k < columns; ++k) {
+    const auto at_k = static_cast<std::size_t>(k);
+    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(free[at_k])];
+    if (p.prior_mean && scale[at_k] > 0.0)
+      jacobian(count + k, k) =
+          std::sqrt(noise_variance()) / (*p.prior_standard_deviation * scale[at_k]);
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd& sigma = svd.singularValues();
+  const auto rank = std::min<Eigen::Index>(sigma.size(), columns);
+  fit.condition = sigma[0] / sigma[rank - 1];
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(columns, columns);
+  for (Eigen::Index i = 0; i < rank; ++i) {
+    const Eigen::VectorXd direction = svd.matrixV().col(i);
+    if (sigma[i] > kSmallestSingular * sigma[0]) {
+      inverse += direction * direction.transpose() / (sigma[i] * sigma[i]);
+      continue;
+    }
+    std::vector<double> lost(fit.theta.size(), 0.0);
+    for (std::size_t k = 0; k < q; ++k) {
+      const double part = direction[static_cast<Eigen::Index>(k)];
+      if (std::fabs(part) <= 0.05) continue;
+      fit.determined[free[k]] = 0;
+      lost[free[k]] = scale[k] > 0.0 ? part / scale[k] : part;
+    }
+    fit.lost.push_back(std::move(lost));
+  }
+  for (std::size_t k = 0; k < q; ++k) {
+    for (std::size_t l = 0; l < q; ++l) {
+      const bool known =
+          scale[k] > 0.0 && scale[l] > 0.0 && fit.determined[free[k]] && fit.determined[free[l]];
+      fit.covariance[k * q + l] =
+          known ? inverse(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) /
+                      (scale[k] * scale[l])
+                : kNaN;
+    }
+    if (!(scale[k] > 0.0)) fit.determined[free[k]] = 0;
+  }
+  if (std::find(fit.determined.begin(), fit.determined.end(), 0) != fit.determined.end())
+    fit.status = FitStatus::undetermined;
+}
+
+}  // namespace shaker::estimator

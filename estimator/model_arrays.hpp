@@ -1,0 +1,71 @@
+// The arrays of points that Model::evaluate reads and fills, cut out of one store.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "estimator/math/aligned.hpp"
+#include "estimator/model.hpp"
+
+namespace shaker::estimator {
+
+struct PointArrays {
+  std::vector<double*>&u, &v, &a, &g, &g_u, &g_v, &g_a, &g_theta, &scratch;
+};
+
+inline std::size_t point_arrays(const Model& model) {
+  const int s = model.coordinates();
+  return static_cast<std::size_t>(4 * s + 3 * s * s + s * model.parameter_count() +
+                                  model.scratch_arrays());
+}
+
+// point_arrays() of them, the first at `first`, each `apart` doubles after the one before.
+inline void cut_point_arrays(const Model& model, double* first, std::ptrdiff_t apart,
+                             const PointArrays& out) {
+  const auto take = [&](std::vector<double*>& list, int count) {
+    for (int i = 0; i < count; ++i, first += apart)
+      list.push_back(first);
+  };
+  const int s = model.coordinates();
+  for (std::vector<double*>* list : {&out.u, &out.v, &out.a, &out.g})
+    take(*list, s);
+  for (std::vector<double*>* list : {&out.g_u, &out.g_v, &out.g_a})
+    take(*list, s * s);
+  take(out.g_theta, s * model.parameter_count());
+  take(out.scratch, model.scratch_arrays());
+}
+
+// Their owner, for whoever has no layout of his own. `x` is the excitation.
+struct ModelArrays {
+  AlignedVector store;
+  std::vector<double*> u, v, a, g, g_u, g_v, g_a, g_theta, scratch;
+  double* x = nullptr;
+
+  // All zero; for `points` points at most.
+  void shape(const Model& model, int points) {
+    const auto apart = (static_cast<std::size_t>(points) + 7) / 8 * 8;
+    store.assign(apart * (point_arrays(model) + 1), 0.0);
+    for (std::vector<double*>* list : {&u, &v, &a, &g, &g_u, &g_v, &g_a, &g_theta, &scratch})
+      list->clear();
+    cut_point_arrays(model, store.data() + apart, static_cast<std::ptrdiff_t>(apart),
+                     {u, v, a, g, g_u, g_v, g_a, g_theta, scratch});
+    x = store.data();
+  }
+
+  // At the first n points; false where the model is inadmissible there.
+  bool evaluate(const Model& model, int n, const double* theta) const {
+    return evaluate(model, n, theta, x);
+  }
+  bool evaluate(const Model& model, int n, const double* theta, const double* excitation) const {
+    ModelPoints at;
+    at.n = n;
+    at.u = u.data();
+    at.v = v.data();
+    at.a = a.data();
+    at.x = excitation;
+    return model.evaluate(
+        at, theta, {g.data(), g_u.data(), g_v.data(), g_a.data(), g_theta.data(), scratch.data()});
+  }
+};
+
+}  // namespace shaker::estimator

@@ -1,0 +1,103 @@
+// What LaneKinks does at one zero of the velocity, for all lanes: where it lies and what its jumps
+// are worth (lane_kink_location.cpp), what the sensitivities do there
+// (lane_kink_sensitivities.cpp). Internal to lane_kinks.cpp.
+#pragma once
+
+#include <array>
+
+#include "estimator/periodic/lane_kinks.hpp"
+
+namespace shaker::estimator::lane_kinks {
+
+inline constexpr int kOrders = LaneZero::kOrders;
+inline constexpr int kRows = LaneZero::kRows;
+
+struct Ring {
+  int n, reach;
+  int wrapped(int i) const { return i < 0 ? i + n : i >= n ? i - n : i; }
+};
+
+SHAKER_INLINE LaneMask mask_of(unsigned lanes) {
+  const LaneMask bit = {1, 2, 4, 8, 16, 32, 64, 128};
+  return (bit & (LaneMask{} + static_cast<std::int64_t>(lanes))) != 0;
+}
+
+SHAKER_INLINE Lanes magnitude(const Lanes& x) {
+  return x < 0.0 ? -x : x;
+}
+
+SHAKER_INLINE void keep(const LaneMask& where, const Lanes& value, Lanes& target) {
+  target = where ? value : target;
+}
+
+// Values at point base + offset of each lane.
+SHAKER_INLINE void gather(const Ring& ring, const LaneZero& zero, int offset, const Lanes* values,
+                          Lanes& out) {
+  if (zero.together) {
+    out = values[ring.wrapped(zero.base[0] + offset)];
+    return;
+  }
+  for (int l = 0; l < kLanes; ++l)
+    out[l] = values[ring.wrapped(zero.base[static_cast<std::size_t>(l)] + offset)][l];
+}
+
+SHAKER_INLINE void scatter_add(const Ring& ring, const LaneZero& zero, int offset,
+                               const Lanes& change, Lanes* values) {
+  if (zero.together) {
+    values[ring.wrapped(zero.base[0] + offset)] += change;
+    return;
+  }
+  for (int l = 0; l < kLanes; ++l)
+    values[ring.wrapped(zero.base[static_cast<std::size_t>(l)] + offset)][l] += change[l];
+}
+
+// --- lane_kink_location.cpp
+
+struct Located {
+  Ring ring;
+  const std::array<KinkPartners, kRows>* partners;
+  Lanes rate, kappa;
+  LaneMask moving;
+  Lanes *v, *a;
+};
+
+// Where the cubic through v, a at both neighbours is zero: kinks.cpp says more.
+void locate(const Located& in, LaneZero& zero);
+// Adds what the zero's jumps do to velocity and acceleration around it.
+void put_jumps(const Located& in, const LaneZero& zero);
+// The first point, from `from` on, after which some velocity changes its sign, and in which lanes;
+// n when there is none.
+int next_change(int n, int from, const Lanes* v, unsigned& lanes);
+
+// --- lane_kink_sensitivities.cpp
+
+// Inertia, stiffness and smooth damping at the zero.
+void take_slopes(const Ring& ring, const LaneMask& moving, const Lanes& kappa, const Lanes* g_u,
+                 const Lanes* g_v, const Lanes* g_a, const Lanes* v, LaneZero& zero);
+
+struct Learned {
+  Ring ring;
+  const Stencil* stencil;
+  Lanes rate, kappa;
+  LaneMask moving;
+  const Lanes* rows;
+  int columns, sensitivities;
+  const Lanes* kappa_theta;
+  Lanes* jumps;  // [order][sensitivity]
+};
+
+// The jumps of the sensitivities anew, from the rows that were solved with the old ones.
+void learn(const Learned& in, const LaneZero& zero);
+
+struct Corrected {
+  Ring ring;
+  LaneMask where;
+  const Lanes *g_v, *g_a, *jumps;
+  int sensitivities;
+  double* const* left;
+};
+
+// Adds what the jumps do to the right-hand sides.
+void correct(const Corrected& in, const LaneZero& zero);
+
+}  // namespace shaker::estimator::lane_kinks

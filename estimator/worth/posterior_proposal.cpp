@@ -1,0 +1,80 @@
+#include "estimator/worth/posterior_proposal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "estimator/worth/posterior_valley.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kTails = 5.0;        // degrees of freedom
+constexpr double kWide = 4.0;         // covariance of the component that no round forgets
+constexpr double kWideShare = 0.1;    // of the draws
+constexpr double kValleyShare = 0.8;  // of the draws, where there is a valley
+
+}  // namespace
+
+VectorXd heavy_tailed(Eigen::Index size, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  std::gamma_distribution<double> gamma(0.5 * kTails, 2.0);
+  VectorXd z(size);
+  for (double& value : z)
+    value = normal(random);
+  return z * std::sqrt(kTails / gamma(random));
+}
+
+double heavy_tailed_density(const VectorXd& at, const VectorXd& centre, const MatrixXd& root) {
+  const VectorXd z = root.triangularView<Eigen::Lower>().solve(at - centre);
+  const auto d = static_cast<double>(at.size());
+  const double constant = std::tgamma(0.5 * (kTails + d)) / std::tgamma(0.5 * kTails) /
+                          std::pow(kTails * std::numbers::pi, 0.5 * d);
+  return constant * std::pow(1.0 + z.squaredNorm() / kTails, -0.5 * (kTails + d)) /
+         root.diagonal().prod();
+}
+
+Proposal::Proposal(const VectorXd& mode, const MatrixXd& covariance)
+    : mode_(mode),
+      wide_(Eigen::LLT<MatrixXd>(kWide * covariance).matrixL()),
+      narrow_(Eigen::LLT<MatrixXd>(1.2 * covariance).matrixL()),
+      centres_({mode}) {}
+
+void Proposal::adapt(std::vector<VectorXd> centres, const MatrixXd& covariance) {
+  const auto d = static_cast<double>(mode_.size());
+  // Silverman's width for so many centres.
+  const double width =
+      std::pow(4.0 / (static_cast<double>(centres.size()) * (d + 2.0)), 1.0 / (d + 4.0));
+  const Eigen::LLT<MatrixXd> factor(width * width * covariance);
+  if (factor.info() != Eigen::Success) return;
+  narrow_ = factor.matrixL();
+  centres_ = std::move(centres);
+}
+
+void Proposal::follow(std::shared_ptr<const Valley> valley) {
+  valley_ = std::move(valley);
+}
+
+VectorXd Proposal::draw(std::mt19937_64& random) const {
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  if (valley_ && uniform(random) < kValleyShare) return valley_->draw(random);
+  const VectorXd z = heavy_tailed(mode_.size(), random);
+  if (uniform(random) < kWideShare) return mode_ + wide_ * z;
+  const auto which =
+      static_cast<std::size_t>(uniform(random) * static_cast<double>(centres_.size()));
+  return centres_[std::min(which, centres_.size() - 1)] + narrow_ * z;
+}
+
+double Proposal::log_density(const VectorXd& at) const {
+  double sum = kWideShare * heavy_tailed_density(at, mode_, wide_);
+  for (const VectorXd& centre : centres_)
+    sum += (1.0 - kWideShare) / static_cast<double>(centres_.size()) *
+           heavy_tailed_density(at, centre, narrow_);
+  if (valley_) sum = kValleyShare * valley_->density(at) + (1.0 - kValleyShare) * sum;
+  return std::log(std::max(sum, 1e-300));
+}
+
+}  // namespace shaker::estimator
