@@ -7,13 +7,38 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "tests/blind/records.hpp"
 #include "tests/blind/suite.hpp"
 
+namespace {
+
+using namespace shaker::blind;
+
+// Campaigns without a period instead of the rig's.
+int run_records(const std::vector<RecordCase>& all, const std::string& label) {
+  std::vector<ScoredRecord> scored;
+  for (const RecordCase& wanted : all) {
+    if (wanted.label().find(label) == std::string::npos) continue;
+    scored.push_back({wanted, answer(wanted)});
+    const Answer& a = scored.back().answer;
+    std::string names;
+    for (const auto& effect : a.effects)
+      names += fmt::format(" {} ({:.3f})", effect.name, effect.probability);
+    fmt::print(stderr, "{}: {}{}{}  {:.4f} by chance  gap {:.2f} -> {:.2f} ({:.2f})  {:.2f} s\n",
+               wanted.label(), a.verdict, names, a.trouble, a.by_chance, a.gap_before, a.gap_after,
+               a.noise_after, a.seconds);
+  }
+  fmt::print("{}", report(scored));
+  return 0;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  using namespace shaker::blind;
   CLI::App app("Hides effects in the virtual rig and counts how often the workflow finds them.",
                "blind_suite");
   int nulls = 200, threads = 1, every = 1;
+  int records = 0;
   std::string kind, label, output;
   app.add_option("--nulls", nulls, "campaigns in which nothing is hidden")->capture_default_str();
   app.add_option("--threads", threads, "that work at once")->capture_default_str();
@@ -21,7 +46,12 @@ int main(int argc, char** argv) {
   app.add_option("--kind", kind, "only cases of this kind");
   app.add_option("--label", label, "only cases whose label holds this: \"large, wide, quiet\"");
   app.add_option("--output", output, "write the tables into this file too");
+  app.add_option("--records", records,
+                 "so many campaigns without a period instead, with something hidden; with "
+                 "\"--kind nothing\" with nothing hidden");
   CLI11_PARSE(app, argc, argv);
+  if (records > 0)
+    return run_records(kind == "nothing" ? record_nulls(records) : record_effects(records), label);
 
   std::vector<Case> cases;
   const auto all = all_cases(nulls);

@@ -4,6 +4,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "bench/oleo_in_feet.hpp"
 #include "config/model.hpp"
 #include "estimator/batch_estimation.hpp"
 #include "estimator/effects/catalogue.hpp"
@@ -17,20 +18,9 @@ namespace {
 
 using namespace shaker;
 using namespace shaker::estimator;
-
-const std::vector<double> kStart = {5.08 * 1.05, 5.0 * 1.05, 1.62 * 1.05, 1.05};
-
-const Model& model() {
-  static const Model oleo(paper::oleo_in_feet(32.2));
-  return oleo;
-}
-
-EstimationOptions on_points(int points) {
-  EstimationOptions o;
-  o.grid = {Scheme::order6, points, true};
-  o.tolerance = 1e-8;
-  return o;
-}
+using bench::kStart;
+using bench::model;
+using bench::on_points;
 
 // The model's own response with a ripple in place of noise.
 RunData made_up_run(double frequency, double amplitude, int samples) {

@@ -202,6 +202,12 @@ std::string diagnosis_sentence(const Diagnosis& d) {
           "like it with probability {:.2g}.",
           before, d.probability_before);
     case Verdict::explained:
+      // Read from the records, and in the noise floor already.
+      if (d.effects.size() == 1 && d.effects[0].name == "sensor_quantisation")
+        return fmt::format(
+            "{} is all that is missing: with its steps in the noise floor the gap is {:.2f} times "
+            "that, and noise alone makes one like it with probability {:.2g}.",
+            names_of(d), after, d.probability_after);
       return fmt::format(
           "{} {} missing: with {} the gap shrinks from {:.3g} to {:.3g} times the noise floor.",
           names_of(d), d.effects.size() == 1 ? "was" : "were",

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include "config/campaign.hpp"
 #include "estimator/discrepancy/diagnose.hpp"
 #include "record/accepted_cycles.hpp"
 #include "report/diagnosis_document.hpp"
@@ -20,7 +21,7 @@ namespace {
 
 using estimator::discrepancy::Campaign;
 using estimator::discrepancy::Diagnosis;
-using estimator::discrepancy::Recording;
+using estimator::discrepancy::recording_of;
 
 constexpr int kNice = 10;
 
@@ -35,19 +36,19 @@ void step_back() {
   ::setpriority(PRIO_PROCESS, 0, kNice);  // 0: this thread, on Linux
 }
 
-Result<Campaign> campaign_of(const record::CampaignReader& reader, const std::string& name) {
+Result<Campaign> campaign_of(const record::CampaignReader& reader, const record::CampaignRow& row) {
   auto runs = record::accepted_cycles(reader);
   if (!runs) return runs.error();
   Campaign campaign;
-  campaign.name = name;
+  campaign.name = row.name;
+  const double mass = config::reference_mass(row.spec_json);
   for (record::AcceptedCycles& run : *runs)
-    add_cycles(campaign, std::move(run.name), {run.frequency_hz, run.amplitude}, std::move(run.t),
-               std::move(run.displacement), std::move(run.excitation));
+    add_cycles(campaign, recording_of(std::move(run)), mass);
   if (campaign.runs.empty())
     return Error{ErrorKind::invalid,
                  fmt::format("The campaign {} holds no accepted cycle: there is nothing to "
                              "diagnose; run it again.",
-                             name)};
+                             row.name)};
   return campaign;
 }
 
@@ -155,7 +156,7 @@ Result<Diagnosis> DiagnosisThread::find(const DiagnosisJob& job, std::string& na
         fmt::format("The model counts in \"{}\" and the campaign in m: these do not match; "
                     "give a model in metres.",
                     model->length_unit)};
-  const auto campaign = campaign_of(*reader, name);
+  const auto campaign = campaign_of(*reader, *row);
   if (!campaign) return campaign.error();
   estimator::discrepancy::DiagnoseOptions options;
   options.false_alarm_rate = job.false_alarm_rate;

@@ -18,8 +18,8 @@
 #include "base/result.hpp"
 #include "config/model.hpp"
 #include "daemon/workers/waker.hpp"
-#include "estimator/discrepancy/calibration_cache.hpp"
 #include "estimator/discrepancy/campaign.hpp"
+#include "estimator/discrepancy/detect/calibration_cache.hpp"
 #include "estimator/discrepancy/diagnosis.hpp"
 #include "protocol/documents.hpp"
 

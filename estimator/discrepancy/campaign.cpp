@@ -6,20 +6,21 @@
 
 namespace shaker::estimator::discrepancy {
 
-void add_cycles(Campaign& campaign, std::string name, const CycleSetting& setting,
-                std::vector<double> t, std::vector<double> displacement,
-                std::vector<double> excitation) {
-  if (t.empty()) {
-    campaign.warnings.push_back(fmt::format("run {} has no accepted cycle and is left out", name));
+void add_cycles(Campaign& campaign, Recording run, double reference_mass) {
+  if (run.t.empty()) {
+    campaign.warnings.push_back(
+        fmt::format("run {} has no accepted cycle and is left out", run.name));
     return;
   }
-  Recording run;
-  run.name = std::move(name);
-  run.frequency_hz = setting.frequency_hz;
-  run.amplitude = setting.amplitude;
-  run.t = std::move(t);
-  run.displacement = std::move(displacement);
-  run.excitation = std::move(excitation);
+  if (!run.force.empty() && !(reference_mass > 0.0)) {
+    campaign.warnings.push_back(fmt::format(
+        "run {}: its load cell is not used, because the mass that it carries is not known: give "
+        "\"reference_mass\", in kg, in the campaign's file",
+        run.name));
+    run.force.clear();
+  }
+  for (double& force : run.force)
+    force /= reference_mass;
   campaign.runs.push_back(std::move(run));
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace shaker::estimator::discrepancy {
@@ -37,13 +38,25 @@ struct Campaign {
   std::vector<std::string> warnings;  // of whoever read it
 };
 
+// The recording of a run of accepted cycles, whoever read them: any struct with the columns of
+// `record::AcceptedCycles`, which this room does not know.
+template <class Cycles>
+Recording recording_of(Cycles run) {
+  Recording recording;
+  recording.name = std::move(run.name);
+  recording.frequency_hz = run.frequency_hz;
+  recording.amplitude = run.amplitude;
+  recording.t = std::move(run.t);
+  recording.displacement = std::move(run.displacement);
+  recording.excitation = std::move(run.excitation);
+  recording.acceleration = std::move(run.acceleration);
+  recording.force = std::move(run.force);
+  return recording;
+}
+
 // A run of accepted cycles, end to end, as a campaign's database gives it; one without any is left
-// out, with a warning.
-struct CycleSetting {
-  double frequency_hz = 0.0, amplitude = 0.0;
-};
-void add_cycles(Campaign& campaign, std::string name, const CycleSetting& setting,
-                std::vector<double> t, std::vector<double> displacement,
-                std::vector<double> excitation);
+// out, with a warning. Its force is of a load cell, N: over the mass that the cell carries, kg, or
+// left out with a warning where that is not known (0).
+void add_cycles(Campaign& campaign, Recording run, double reference_mass);
 
 }  // namespace shaker::estimator::discrepancy

@@ -6,15 +6,16 @@
 
 #include <fmt/format.h>
 
-#include "estimator/discrepancy/assemble.hpp"
-#include "estimator/discrepancy/extra_channels.hpp"
-#include "estimator/discrepancy/harmonics.hpp"
-#include "estimator/discrepancy/model_error.hpp"
-#include "estimator/discrepancy/naming.hpp"
-#include "estimator/discrepancy/plausibility.hpp"
-#include "estimator/discrepancy/steady_cycles.hpp"
-#include "estimator/discrepancy/transient.hpp"
-#include "estimator/discrepancy/weighing.hpp"
+#include "estimator/discrepancy/answer/assemble.hpp"
+#include "estimator/discrepancy/answer/read_effects.hpp"
+#include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/discrepancy/name/model_error.hpp"
+#include "estimator/discrepancy/name/naming.hpp"
+#include "estimator/discrepancy/weigh/excitation_noise.hpp"
+#include "estimator/discrepancy/weigh/extra_channels.hpp"
+#include "estimator/discrepancy/weigh/first_look.hpp"
+#include "estimator/discrepancy/weigh/transient.hpp"
+#include "estimator/discrepancy/weigh/weighing.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -52,33 +53,6 @@ Result<void> check(const Campaign& campaign, const DiagnoseOptions& options) {
                    [](const Recording& r) { return r.role == Role::fit; }))
     return invalid("every run is held out; at least one must have the role \"fit\"");
   return {};
-}
-
-// Runs that can be used, as cycles; what is wrong with the others is a warning.
-Result<std::vector<SteadyRun>> cut_all(const Campaign& campaign,
-                                       std::vector<std::string>& warnings) {
-  std::vector<SteadyRun> runs;
-  std::string first_trouble;
-  for (const Recording& recording : campaign.runs) {
-    auto run = steady_cycles(recording);
-    if (!run && run.error().kind == ErrorKind::invalid) return run.error();
-    if (!run) {
-      if (first_trouble.empty()) first_trouble = run.error().what;
-      warnings.push_back(run.error().what + " (this run is left out)");
-      continue;
-    }
-    warnings.insert(warnings.end(), run->warnings.begin(), run->warnings.end());
-    if (run->subharmonic > 0) {
-      if (first_trouble.empty()) first_trouble = run->warnings.back();
-      warnings.push_back(
-          fmt::format("run {} is left out: it has no periodic solution of one cycle", run->name));
-      continue;
-    }
-    runs.push_back(std::move(*run));
-  }
-  if (std::none_of(runs.begin(), runs.end(), [](const auto& r) { return r.role == Role::fit; }))
-    return Error{ErrorKind::not_converged, "no run can be used: " + first_trouble};
-  return runs;
 }
 
 // Two runs that were driven alike and answered differently cannot both be right.
@@ -199,23 +173,23 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
                                   const DiagnoseOptions& options, const Progress& progress) {
   progress("cutting cycles", 0.0);
-  std::vector<std::string> warnings = campaign.warnings;
-  auto runs = cut_all(campaign, warnings);
-  if (!runs) return runs.error();
-  if (auto good = plausible(*runs, model, warnings); !good) return good.error();
   const FitOptions fitting{options.points};
   FitOptions first = fitting;
   first.from_rest = true;
+  auto looked = first_look(campaign, model, first);
+  if (!looked) return looked.error();
+  std::vector<SteadyRun>& runs = looked->look.runs;
+  HarmonicFit& rough = looked->look.fit;
+  std::vector<std::string> warnings = campaign.warnings;
+  warnings.insert(warnings.end(), looked->warnings.begin(), looked->warnings.end());
   progress("fitting the model", 0.1);
-  Weighed weighed = weigh(*runs);
-  HarmonicFit rough = fit_harmonics(model, weighed.data, {}, nullptr, first);
-  if (!std::isfinite(rough.chi_squared) || !rough.trouble.empty()) return not_fitted(rough);
-  weighed = weigh(*runs, rough);
+  if (!looked->look.fitted()) return not_fitted(rough);
+  Weighed weighed = weigh(runs, rough);
   HarmonicFit base = fit_harmonics(model, weighed.data, rough.theta, nullptr, first);
   if (!base.trouble.empty()) return not_fitted(base);
   if (campaign.runs.front().kind == Kind::periodic) {
     if (auto good = agree(weighed.data, base); !good) return good.error();
-    auto more = extra_channels(*runs, base, weighed.data, warnings);
+    auto more = extra_channels(runs, base, weighed.data, warnings);
     if (!more.empty()) {
       weighed.data.insert(weighed.data.end(), more.begin(), more.end());
       base = fit_harmonics(model, weighed.data, base.theta, nullptr, first);
@@ -232,13 +206,14 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   naming.seed = options.seed;
   naming.calibrations = options.calibrations;
   progress("scoring the catalogue", 0.2);
-  Diagnosis said = searched(std::move(base), weighed.data, *runs, catalogue, naming, progress);
+  Diagnosis said = searched(std::move(base), weighed.data, runs, catalogue, naming, progress);
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
   said.gap.unit = campaign.runs.front().kind == Kind::imposed_motion ? model.length_unit + "/s^2"
                                                                      : model.length_unit;
   said.warnings.insert(said.warnings.begin(), warnings.begin(), warnings.end());
-  warn_of_design(*runs, weighed.carry_over, said);
+  warn_of_design(runs, weighed.carry_over, said);
+  name_read_effects(*looked, weighed.coarseness, said);
   progress("done", 1.0);
   return said;
 }
@@ -255,8 +230,14 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   HarmonicFit base = fit_transient(model, *runs, fitting);
   if (!base.trouble.empty() || !std::isfinite(base.chi_squared)) return not_fitted(base);
   if (auto good = use_repetitions(*runs, base); !good) return good.error();
-  base = fit_harmonics(model, runs->data, base.theta, nullptr, fitting);
-  if (!base.trouble.empty()) return not_fitted(base);
+  // Twice: how the response follows the excitation depends on the fit.
+  const std::vector<RunDatum> own = runs->data;
+  for (int round = 0; round < 2; ++round) {
+    const bool counted = count_excitation_noise(*runs, own, base);
+    base = fit_harmonics(model, runs->data, base.theta, nullptr, fitting);
+    if (!base.trouble.empty()) return not_fitted(base);
+    if (!counted) break;
+  }
   const auto catalogue =
       shown_by_transients(candidates(model, range_of(runs->data), kind), model, runs->by_force);
   NamingOptions naming;

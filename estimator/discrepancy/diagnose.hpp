@@ -12,8 +12,8 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
-#include "estimator/discrepancy/calibration_cache.hpp"
 #include "estimator/discrepancy/campaign.hpp"
+#include "estimator/discrepancy/detect/calibration_cache.hpp"
 #include "estimator/discrepancy/diagnosis.hpp"
 
 namespace shaker::estimator::discrepancy {

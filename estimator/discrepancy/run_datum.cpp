@@ -26,30 +26,37 @@ void set_covariance(RunDatum& datum, const MatrixXd& covariance) {
   if (factors.info() != Eigen::Success || !datum.error.allFinite())
     throw std::invalid_argument(
         fmt::format("run {}: the noise has no positive definite covariance", datum.name));
-  datum.whitening = factors.matrixL().solve(MatrixXd(scale.asDiagonal()));
+  datum.whitening =
+      std::make_shared<const MatrixXd>(factors.matrixL().solve(MatrixXd(scale.asDiagonal())));
 }
 
 MatrixXd covariance_of(const RunDatum& datum) {
-  if (datum.whitening.size() == 0) return datum.error.cwiseAbs2().asDiagonal();
-  const auto size = datum.whitening.rows();
+  if (!datum.whitening) return datum.error.cwiseAbs2().asDiagonal();
+  const auto size = datum.whitening->rows();
   const MatrixXd factor =
-      datum.whitening.triangularView<Eigen::Lower>().solve(MatrixXd::Identity(size, size));
+      datum.whitening->triangularView<Eigen::Lower>().solve(MatrixXd::Identity(size, size));
   return factor * factor.transpose();
 }
 
 MatrixXd whitened(const RunDatum& datum, const MatrixXd& columns) {
-  if (datum.whitening.size() == 0) return datum.error.cwiseInverse().asDiagonal() * columns;
-  return datum.whitening.triangularView<Eigen::Lower>() * columns;
+  if (!datum.whitening) return datum.error.cwiseInverse().asDiagonal() * columns;
+  return datum.whitening->triangularView<Eigen::Lower>() * columns;
 }
 
 VectorXd coloured(const RunDatum& datum, const VectorXd& white) {
-  if (datum.whitening.size() == 0) return datum.error.cwiseProduct(white);
-  return datum.whitening.triangularView<Eigen::Lower>().solve(white);
+  if (!datum.whitening) return datum.error.cwiseProduct(white);
+  return datum.whitening->triangularView<Eigen::Lower>().solve(white);
+}
+
+VectorXd over_covariance(const RunDatum& datum, const VectorXd& left) {
+  const VectorXd white = whitened(datum, left);
+  if (!datum.whitening) return white.cwiseQuotient(datum.error);
+  return datum.whitening->triangularView<Eigen::Lower>().transpose() * white;
 }
 
 double log_scale(const RunDatum& datum) {
-  if (datum.whitening.size() == 0) return datum.error.array().log().sum();
-  return -datum.whitening.diagonal().array().log().sum();
+  if (!datum.whitening) return datum.error.array().log().sum();
+  return -datum.whitening->diagonal().array().log().sum();
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -32,8 +32,9 @@ struct RunDatum {
   Eigen::VectorXd motion;
   bool by_force = false;  // forces along the measured motion are compared, not the response
   // L^-1 of the errors' covariance L L': errors of the excitation run through the damper into
-  // several harmonics at once. Empty: the errors are independent.
-  Eigen::MatrixXd whitening;
+  // several harmonics at once. Null: the errors are independent. Shared by copies: a record's is
+  // large.
+  std::shared_ptr<const Eigen::MatrixXd> whitening;
   // What the response would change by if the time base were off by one standard deviation, the
   // same one for all runs. Empty: it is taken as right.
   Eigen::VectorXd clock;
@@ -46,6 +47,8 @@ Eigen::MatrixXd covariance_of(const RunDatum& datum);
 // Columns in units of the noise, and one of them back.
 Eigen::MatrixXd whitened(const RunDatum& datum, const Eigen::MatrixXd& columns);
 Eigen::VectorXd coloured(const RunDatum& datum, const Eigen::VectorXd& white);
+// The covariance's inverse times `left`.
+Eigen::VectorXd over_covariance(const RunDatum& datum, const Eigen::VectorXd& left);
 // Logarithm of the covariance's determinant, halved.
 double log_scale(const RunDatum& datum);
 

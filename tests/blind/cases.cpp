@@ -1,6 +1,12 @@
 #include "tests/blind/cases.hpp"
 
 namespace shaker::blind {
+namespace {
+
+// Not a parameter of the plant: RigOptions::quantum_m.
+constexpr const char* kQuantum = "sensor_quantum";
+
+}  // namespace
 
 // Sizes are of the kind that a lab meets: small ones move the stroke by some micrometres to some
 // tens of them, large ones by tenths of a millimetre to millimetres.
@@ -48,7 +54,7 @@ std::span<const Kind> kinds() {
         {{"relief_force", 0.3}, {"relief_share", 0.2}}}},
       {"oil_compressibility",
        true,
-       {{{"oil_stiffness", 3000}}, {{"oil_stiffness", 1000}}, {{"oil_stiffness", 300}}}},
+       {{{"oil_stiffness", 10000}}, {{"oil_stiffness", 3000}}, {{"oil_stiffness", 1000}}}},
       {"gas_heat_transfer",
        true,
        {{{"gas_heat_tau", 2.0}}, {{"gas_heat_tau", 0.5}}, {{"gas_heat_tau", 0.1}}}},
@@ -99,6 +105,10 @@ std::span<const Kind> kinds() {
       {"sensor_nonlinearity",
        true,
        {{{"sensor_quadratic", 0.1}}, {{"sensor_quadratic", 0.3}}, {{"sensor_quadratic", 1.0}}}},
+      {"sensor_drift",
+       true,
+       {{{"sensor_drift", 1e-6}}, {{"sensor_drift", -1e-5}}, {{"sensor_drift", 1e-4}}}},
+      {"sensor_quantisation", true, {{{kQuantum, 1e-4}}, {{kQuantum, 4e-4}}, {{kQuantum, 1e-3}}}},
       {"exciter_gain",
        true,
        {{{"excitation_sensor_gain", 1.01}},
@@ -145,7 +155,9 @@ std::span<const Pair> pairs() {
       {"sensor_delay", "coulomb_friction", {{"sensor_delay", 5e-3}, {"coulomb_friction", 0.2}}},
       {"metering_pin",
        "presliding_friction",
-       {{"metering_k1", 0.4}, {"presliding_friction", 0.3}, {"presliding_distance", 2e-3}}}};
+       {{"metering_k1", 0.4}, {"presliding_friction", 0.3}, {"presliding_distance", 2e-3}}},
+      {"sensor_drift", "rebound_damping", {{"sensor_drift", 2e-5}, {"rebound_factor", 1.5}}},
+      {"sensor_quantisation", "coulomb_friction", {{kQuantum, 5e-4}, {"coulomb_friction", 0.3}}}};
   return all;
 }
 
@@ -183,6 +195,8 @@ sim::CampaignRecording recording(const Design& design, const Noise& noise, const
                                  std::uint64_t seed) {
   sim::CampaignRecording campaign;
   campaign.rig.parameters = truth;
+  if (const auto step = campaign.rig.parameters.extract(std::string(kQuantum)))
+    campaign.rig.quantum_m = step.mapped();
   campaign.rig.noise_m = noise.displacement;
   campaign.rig.noise_m_s2 = noise.excitation;
   campaign.rig.clock_offset_ppm = 50.0;

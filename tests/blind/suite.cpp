@@ -47,8 +47,8 @@ discrepancy::Campaign recorded(const Case& hidden) {
   return campaign;
 }
 
-config::ModelSpec base_model() {
-  auto model = config::load_model(fs::path(SHAKER_SOURCE_DIR) / "config/examples/model-oleo.json");
+config::ModelSpec base_model(const std::string& example) {
+  auto model = config::load_model(fs::path(SHAKER_SOURCE_DIR) / "config/examples" / example);
   if (!model.ok()) throw std::runtime_error(model.error().what);
   return model.value();
 }
@@ -76,6 +76,15 @@ bool mentions(const Named& named, const std::string& name) {
          std::ranges::find(named.confusable_with, name) != named.confusable_with.end();
 }
 
+// Of what is hidden and not of its place (FNV-1a), so that a new kind leaves the draws of all
+// others as they were.
+std::uint64_t seed_of(std::string_view what) {
+  std::uint32_t hash = 2166136261U;
+  for (const char c : what)
+    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  return hash % 1000000U;
+}
+
 }  // namespace
 
 std::string Case::label() const {
@@ -86,8 +95,10 @@ std::string Case::label() const {
 
 std::vector<Case> all_cases(int nulls) {
   std::vector<Case> cases;
-  const auto add = [&](std::string kind, std::string size, int design, int noise, Truth truth) {
-    const auto seed = 1000 + cases.size();
+  const auto add = [&](std::string kind, std::string size, int design, int noise, Truth truth,
+                       int repetition = 0) {
+    const std::uint64_t seed =
+        seed_of(fmt::format("{} {} {} {} {}", kind, size, design, noise, repetition));
     cases.push_back(Case{std::move(kind), std::move(size), design, noise, std::move(truth), seed});
   };
   const int n_designs = static_cast<int>(designs().size());
@@ -105,14 +116,17 @@ std::vector<Case> all_cases(int nulls) {
     }
   }
   for (int i = 0; i < nulls; ++i)
-    add("nothing", "", i % n_designs, (i / n_designs) % n_noises, {});
+    add("nothing", "", i % n_designs, (i / n_designs) % n_noises, {}, i);
   return cases;
 }
 
 Answer answer(const Case& hidden, const fs::path& sealed) {
   seal(hidden, sealed);
-  const auto campaign = recorded(hidden);
-  static const config::ModelSpec model = base_model();
+  return asked(recorded(hidden), "model-oleo.json");
+}
+
+Answer asked(const discrepancy::Campaign& campaign, const std::string& example) {
+  const config::ModelSpec model = base_model(example);
   Answer given;
   const double before = processor_seconds();
   const auto diagnosed = discrepancy::diagnose(campaign, model);
@@ -126,6 +140,7 @@ Answer answer(const Case& hidden, const fs::path& sealed) {
   given.verdict = discrepancy::name(found.verdict);
   for (const auto& effect : found.effects)
     given.effects.push_back({effect.name, effect.probability, effect.confusable_with});
+  given.by_chance = found.probability_before;
   given.gap_before = found.gap.before / found.gap.noise_floor;
   given.gap_after = found.gap.after / found.gap.noise_floor;
   given.noise_after = found.gap.after / found.gap.noise;

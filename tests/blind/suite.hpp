@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/discrepancy/campaign.hpp"
 #include "tests/blind/cases.hpp"
 
 namespace shaker::blind {
@@ -25,7 +26,7 @@ struct Case {
 };
 
 // All kinds x sizes x noises x designs, `nulls` campaigns in which nothing is hidden, and all pairs
-// x noises x designs. The order is fixed; seeds follow from the place.
+// x noises x designs. The order is fixed; seeds follow from what is hidden.
 std::vector<Case> all_cases(int nulls);
 
 struct Named {
@@ -39,9 +40,13 @@ struct Answer {
   std::string trouble;  // that error
   std::vector<Named> effects;
   double gap_before = 0.0, gap_after = 0.0;  // over the noise floor
+  double by_chance = 0.0;                    // probability of such a gap from noise alone
   double noise_after = 0.0;                  // gap after over the expected noise
   double seconds = 0.0;                      // of processor time
 };
+
+// What the workflow says of records with an example's base model ("model-oleo.json").
+Answer asked(const estimator::discrepancy::Campaign& campaign, const std::string& example);
 
 // Records the campaign, seals the truth in `sealed`, and asks the workflow.
 Answer answer(const Case& hidden, const std::filesystem::path& sealed);

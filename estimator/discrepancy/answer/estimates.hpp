@@ -1,0 +1,18 @@
+// A fit's estimates, to be told and to be kept.
+#pragma once
+
+#include <vector>
+
+#include "config/model.hpp"
+#include "estimator/discrepancy/fit/harmonic_fit.hpp"
+#include "estimator/estimate.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// Every parameter with its standard error and 95 % interval.
+std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data);
+
+// The model file that starts at the estimates.
+config::ModelSpec at_estimates(const HarmonicFit& fit);
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,16 @@
+// What the records themselves show of their instruments, beside what the search found: a zero that
+// drifts, and a grid that is coarse against the noise.
+#pragma once
+
+#include "estimator/discrepancy/diagnosis.hpp"
+#include "estimator/discrepancy/weigh/first_look.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// Adds them to the effects, the parameters, the ranking and the improved model. `said` is of the
+// records without the drift; its gap before, and its parameters before, become those with it. The
+// verdict stays what the rest deserves: nothing else missing makes it `explained`.
+// `coarseness`: Weighed::coarseness. Nothing is named that the model holds already.
+void name_read_effects(const FirstLook& first, double coarseness, Diagnosis& said);
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,22 @@
+// What a recorded channel shows of itself that no model can explain: a sensor at the end of its
+// range, and two channels on two clocks.
+#pragma once
+
+#include <span>
+
+#include <Eigen/Dense>
+
+namespace shaker::estimator::discrepancy {
+
+// A curve that stays on its extreme value three times as long as its quantisation explains, again
+// and again, has met the end of the sensor's range. `top`: the highest value, else the lowest.
+// `quantum`: step of the grid that the values stand on; 0: not known.
+bool clipped(std::span<const double> y, double samples_a_cycle, double cycles, bool top,
+             double quantum = 0.0);
+
+// By how many turns the response slips against what drives it with every cycle, when it does so
+// evenly and keeps its amplitude: no damper does that, a second clock does. 0: it does not.
+// `response`: harmonics, a row a cycle (steady_cycles.hpp).
+double clock_slip(const Eigen::MatrixXd& response);
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,67 @@
+#include "estimator/discrepancy/cycles/harmonics.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+
+}  // namespace
+
+Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz) {
+  Eigen::VectorXd rate = Eigen::VectorXd::Zero(harmonics.size());
+  for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
+    const double omega = kTwoPi * frequency_hz * harmonic_order(c);
+    rate[c] = omega * harmonics[c + 1];
+    rate[c + 1] = -omega * harmonics[c];
+  }
+  return rate;
+}
+
+Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
+  Eigen::VectorXd cosine(points), sine(points);
+  for (Eigen::Index i = 0; i < points; ++i) {
+    const double angle = kTwoPi * static_cast<double>(i) / points;
+    cosine[i] = std::cos(angle);
+    sine[i] = std::sin(angle);
+  }
+  Eigen::MatrixXd table(points, harmonic_size(harmonics));
+  table.col(0).setOnes();
+  for (Eigen::Index h = 1; h <= harmonics; ++h) {
+    for (Eigen::Index i = 0; i < points; ++i) {
+      table(i, 2 * h - 1) = cosine[h * i % points];
+      table(i, 2 * h) = sine[h * i % points];
+    }
+  }
+  return table;
+}
+
+Eigen::MatrixXd analysis_matrix(int harmonics, int points) {
+  Eigen::MatrixXd table = (2.0 / points) * synthesis_matrix(harmonics, points).transpose();
+  table.row(0) *= 0.5;
+  return table;
+}
+
+void shift_origin(Eigen::Ref<Eigen::VectorXd> harmonics, double turns) {
+  for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
+    const double turn = kTwoPi * harmonic_order(c) * turns;
+    const double a = harmonics[c];
+    const double b = harmonics[c + 1];
+    harmonics[c] = a * std::cos(turn) + b * std::sin(turn);
+    harmonics[c + 1] = b * std::cos(turn) - a * std::sin(turn);
+  }
+}
+
+void low_pass(Eigen::Ref<Eigen::VectorXd> harmonics, double omega_lag) {
+  for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
+    const double wt = harmonic_order(c) * omega_lag;
+    const double a = harmonics[c];
+    const double b = harmonics[c + 1];
+    harmonics[c] = (a - wt * b) / (1.0 + wt * wt);
+    harmonics[c + 1] = (b + wt * a) / (1.0 + wt * wt);
+  }
+}
+
+}  // namespace shaker::estimator::discrepancy

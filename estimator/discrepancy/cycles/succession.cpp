@@ -1,0 +1,115 @@
+#include "estimator/discrepancy/cycles/succession.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <boost/math/distributions/fisher_f.hpp>
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kTrendProbability = 1e-3;
+constexpr double kSubharmonicProbability = 1e-6;
+
+double upper_tail(double ratio, double numerator, double denominator) {
+  if (!(ratio > 0.0) || !std::isfinite(ratio)) return ratio > 0.0 ? 0.0 : 1.0;
+  return boost::math::cdf(
+      boost::math::complement(boost::math::fisher_f(numerator, denominator), ratio));
+}
+
+// Standard deviation of each component from the differences of neighbours, which a slow drift
+// hardly touches; cosine and sine of a harmonic share theirs.
+VectorXd scale_of(const MatrixXd& cycles, double expected) {
+  const Index n = cycles.rows();
+  const MatrixXd step = cycles.bottomRows(n - 1) - cycles.topRows(n - 1);
+  VectorXd variance = step.colwise().squaredNorm().transpose() / (2.0 * static_cast<double>(n - 1));
+  for (Index c = 1; c + 1 < variance.size(); c += 2)
+    variance[c] = variance[c + 1] = 0.5 * (variance[c] + variance[c + 1]);
+  const double least = 1e-20 * (1e-30 + cycles.cwiseAbs2().maxCoeff());
+  return variance.cwiseMax(std::max(least, expected * expected)).cwiseSqrt();
+}
+
+// Share of the scatter that follows the given courses over the cycles, as an F test's probability.
+// `least`: square of a row's scatter that is expected anyhow.
+double probability_of(const MatrixXd& scaled, const MatrixXd& courses, double least) {
+  const auto n = static_cast<double>(scaled.rows());
+  const auto p = static_cast<double>(scaled.cols());
+  const auto q = static_cast<double>(courses.cols());
+  MatrixXd basis(scaled.rows(), courses.cols() + 1);
+  basis << VectorXd::Ones(scaled.rows()), courses;
+  const MatrixXd centred = scaled.rowwise() - scaled.colwise().mean();
+  const MatrixXd left = scaled - basis * basis.colPivHouseholderQr().solve(scaled);
+  const double rest = left.squaredNorm();
+  const double explained = centred.squaredNorm() - rest;
+  const double freedom = n - 1.0 - q;
+  if (freedom < 1.0) return 1.0;
+  return upper_tail((explained / q) / std::max(rest / freedom, least), p * q, p * freedom);
+}
+
+double trend_probability(const MatrixXd& scaled, double least) {
+  return probability_of(scaled, VectorXd::LinSpaced(scaled.rows(), -1.0, 1.0), least);
+}
+
+constexpr Index kSunk = 2, kFewestToSpare = 8;
+
+}  // namespace
+
+int cycles_of_transient(const MatrixXd& cycles, double least) {
+  const Index n = cycles.rows();
+  if (n < 4) return 0;
+  const Index half = n / 2;
+  const VectorXd scale = scale_of(cycles.bottomRows(n - half), least);
+  const double expected = (least * scale.cwiseInverse()).squaredNorm();
+  const MatrixXd scaled = cycles * scale.cwiseInverse().asDiagonal();
+  const Eigen::RowVectorXd reference = scaled.bottomRows(n - half).colwise().mean();
+  const auto p = static_cast<double>(cycles.cols());
+  // The scale is itself an estimate: of so many degrees of freedom from neighbours' differences.
+  const auto late = static_cast<double>(n - half);
+  const double freedom = std::max(2.5, 1.3 * (late - 1.0));
+  const double limit =
+      freedom / (freedom - 2.0) * (1.0 + 1.0 / late) * (p + 6.0 * std::sqrt(2.0 * p));
+  const Index most = std::min<Index>(2 * n / 3, n - 3);
+  Index drop = 0;
+  for (Index k = 0; k < half; ++k) {
+    if ((scaled.row(k) - reference).squaredNorm() > limit) drop = k + 1;
+  }
+  while (drop < most && n - drop > 4 &&
+         trend_probability(scaled.bottomRows(n - drop), expected) < kTrendProbability)
+    ++drop;
+  // What has sunk into one cycle's noise still stands out of the mean's: it goes on decaying.
+  if (drop > 0 && n - drop > kFewestToSpare) drop += kSunk;
+  // A trend that dropping does not cure is no transient: keep the cycles.
+  if (drop == most && drop > half) drop = half;
+  return static_cast<int>(std::min(drop, most));
+}
+
+Succession examine(const MatrixXd& cycles, double least) {
+  Succession found;
+  const Index n = cycles.rows();
+  if (n < 5) return found;
+  const VectorXd scale = scale_of(cycles, least);
+  const MatrixXd scaled = cycles * scale.cwiseInverse().asDiagonal();
+  const double expected = (least * scale.cwiseInverse()).squaredNorm();
+  found.trend = trend_probability(scaled, expected) < kTrendProbability;
+  for (const int every : {2, 3, 4}) {
+    if (n < 3 * every) continue;
+    MatrixXd courses(n, every == 2 ? 1 : 2);
+    for (Index k = 0; k < n; ++k) {
+      const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / every;
+      courses(k, 0) = std::cos(angle);
+      if (every > 2) courses(k, 1) = std::sin(angle);
+    }
+    if (probability_of(scaled, courses, expected) < kSubharmonicProbability) {
+      found.subharmonic = every;
+      break;
+    }
+  }
+  return found;
+}
+
+}  // namespace shaker::estimator::discrepancy

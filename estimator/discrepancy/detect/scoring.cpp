@@ -1,0 +1,225 @@
+#include "estimator/discrepancy/detect/scoring.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "estimator/discrepancy/fit/corners.hpp"
+#include "estimator/effects/catalogue.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A signature of which less than this is left after projection is one with the parameters.
+constexpr double kVisible = 1e-6;
+
+bool fitted(const RunDatum& datum) {
+  return datum.role == Role::fit;
+}
+
+Index rows_of(const std::vector<RunDatum>& data) {
+  Index rows = 0;
+  for (const RunDatum& datum : data)
+    rows += fitted(datum) ? datum.response.size() : 0;
+  return rows;
+}
+
+int sign_of(const ParameterInfo& p) {
+  if (p.lower >= p.absent) return 1;
+  if (p.upper <= p.absent) return -1;
+  return 0;
+}
+
+const ParameterInfo* info_of(const Effect& effect, const std::string& symbol) {
+  for (const ParameterInfo& p : effect.parameters()) {
+    if (p.symbol == symbol) return &p;
+  }
+  return nullptr;
+}
+
+// Columns of the probe's coefficients in the Jacobian of the model that holds it.
+std::vector<int> columns_of(const Model& model, const Probe& probe) {
+  std::vector<int> columns;
+  const auto& parameters = model.parameters();
+  for (const std::string& symbol : probe.coefficients) {
+    for (std::size_t k = parameters.size(); k-- > 0;) {
+      const std::string& name = parameters[k].name;
+      const bool same =
+          name == symbol || (name.size() > symbol.size() && name.ends_with("." + symbol));
+      if (!same || parameters[k].effect != probe.line.effect) continue;
+      columns.push_back(static_cast<int>(k));
+      break;
+    }
+  }
+  return columns;
+}
+
+// Memory makes a model several times as dear; for a signature half the points will do.
+int points_for(const Model& model, const FitOptions& options) {
+  return model.coordinates() > model.mechanical() ? options.points / 2 : options.points;
+}
+
+// Multiplies by (I + k k')^-1/2, k the whitened influence of the time base: what it may be off by
+// is noise that all runs share.
+MatrixXd less_clock(const MatrixXd& stacked, const std::vector<RunDatum>& data) {
+  VectorXd k = VectorXd::Zero(stacked.rows());
+  Index at = 0;
+  for (const RunDatum& datum : data) {
+    if (!fitted(datum)) continue;
+    if (datum.clock.size() > 0) k.segment(at, datum.clock.size()) = whitened(datum, datum.clock);
+    at += datum.response.size();
+  }
+  const double size = k.squaredNorm();
+  if (size == 0.0) return stacked;
+  const double share = (1.0 - 1.0 / std::sqrt(1.0 + size)) / size;
+  return stacked - share * k * (k.transpose() * stacked);
+}
+
+// Whitened signatures of a probe, a column a coefficient, or one of the whole difference that it
+// makes; no columns when the model with it has no solution.
+MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                       const Probe& probe, const FitOptions& options) {
+  // A load path has one play.
+  const auto same = [&](const config::EffectSpec& line) {
+    return line.effect == probe.line.effect;
+  };
+  if (const Effect* effect = find_effect(probe.line.effect);
+      effect != nullptr && effect->in_series() &&
+      std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
+    return MatrixXd(rows_of(data), 0);
+  const config::ModelSpec spec = with_line(fit.spec, probe.line);
+  const Model model(spec);
+  const std::vector<double> theta = carried_over(model, fit);
+  const std::vector<int> columns = columns_of(model, probe);
+  const bool whole = columns.empty();
+  MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
+  Index at = 0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    // With corners as the fit has them: its solution is this one's too.
+    const bool sharp = fit.run_models[r] != fit.model;
+    const int points = points_for(model, options);
+    const std::optional<Model> rounded =
+        sharp ? std::optional<Model>(rounded_for(spec, data[r], fit.predictions[r].points()))
+              : std::nullopt;
+    Prediction prediction(rounded ? *rounded : model, data[r], points);
+    prediction.start_from(fit.predictions[r]);
+    if (!prediction.at(theta, options.from_rest)) return MatrixXd(rows_of(data), 0);
+    const Index size = data[r].response.size();
+    if (whole)
+      stacked.col(0).segment(at, size) =
+          whitened(data[r], prediction.value() - fit.predictions[r].value());
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      stacked.col(static_cast<Index>(k)).segment(at, size) =
+          whitened(data[r], prediction.jacobian().col(columns[k]));
+    at += size;
+  }
+  return less_clock(stacked, data);
+}
+
+}  // namespace
+
+double Scoring::best_gain() const {
+  double best = 0.0;
+  for (const Score& s : scores)
+    best = std::max(best, s.gain);
+  return best;
+}
+
+config::ModelSpec with_line(const config::ModelSpec& spec, const config::EffectSpec& line) {
+  config::ModelSpec larger = spec;
+  larger.effects.push_back(line);
+  return larger;
+}
+
+std::vector<double> carried_over(const Model& model, const HarmonicFit& fit) {
+  std::vector<double> theta = model.start();
+  const auto& mine = model.parameters();
+  const auto& theirs = fit.model->parameters();
+  for (std::size_t k = 0; k < mine.size(); ++k) {
+    for (std::size_t l = 0; l < theirs.size(); ++l) {
+      if (theirs[l].name == mine[k].name && theirs[l].effect == mine[k].effect)
+        theta[k] = std::clamp(fit.theta[l], mine[k].lower, mine[k].upper);
+    }
+  }
+  return theta;
+}
+
+VectorXd stacked_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  VectorXd all(rows_of(data));
+  Index at = 0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    all.segment(at, data[r].response.size()) = whitened_residual(fit, data, r);
+    at += data[r].response.size();
+  }
+  return less_clock(all, data);
+}
+
+MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                          const std::vector<int>& columns) {
+  MatrixXd all(rows_of(data), static_cast<Index>(columns.size()));
+  Index at = 0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    all.middleRows(at, data[r].response.size()) = whitened_jacobian(fit, data, r, columns);
+    at += data[r].response.size();
+  }
+  return less_clock(all, data);
+}
+
+Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+              const std::vector<Candidate>& candidates, const FitOptions& options) {
+  Scoring scoring;
+  scoring.design.jacobian = stacked_jacobian(fit, data, fit.free);
+  scoring.design.freedom.resize(rows_of(data));
+  Index at = 0;
+  for (const RunDatum& datum : data) {
+    if (!fitted(datum)) continue;
+    scoring.design.freedom.segment(at, datum.freedom.size()) = datum.freedom;
+    at += datum.freedom.size();
+  }
+  const Projector project(scoring.design.jacobian);
+  scoring.residual = project(stacked_residual(fit, data));
+  scoring.chi_squared = fit.chi_squared;
+  for (const Candidate& candidate : candidates) {
+    for (std::size_t p = 0; p < candidate.probes.size(); ++p) {
+      const Probe& probe = candidate.probes[p];
+      const MatrixXd whole = signatures_of(fit, data, probe, options);
+      const MatrixXd seen = project(whole);
+      for (Index k = 0; k < whole.cols(); ++k) {
+        Signature signature;
+        const double length = whole.col(k).norm();
+        const double left = seen.col(k).norm();
+        if (std::isfinite(length) && left > kVisible * length && left > 0.0) {
+          signature.direction = seen.col(k) / left;
+          signature.visible = left;
+          signature.hidden = 1.0 - left / length;
+        }
+        const ParameterInfo* info =
+            probe.coefficients.empty()
+                ? nullptr
+                : info_of(*candidate.effect, probe.coefficients[static_cast<std::size_t>(k)]);
+        signature.sign = info != nullptr ? sign_of(*info) : 1;
+        Score s;
+        s.candidate = &candidate;
+        s.probe = p;
+        s.coefficient = static_cast<std::size_t>(k);
+        s.signature = whole.col(k);
+        if (signature.visible > 0.0) {
+          s.value = signature.direction.dot(scoring.residual) / signature.visible;
+          s.gain = gain_of(signature, scoring.residual);
+        }
+        scoring.scores.push_back(std::move(s));
+        scoring.design.signatures.push_back(std::move(signature));
+      }
+    }
+  }
+  return scoring;
+}
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,35 @@
+// Corners of a model (dry friction, valves, stops) made as sharp as a grid can follow.
+//
+// Effects round their corners over a stated width, which a plant does not; against quiet data that
+// alone looks like one more effect. Here a width is a share of what the motion passes in one step
+// of the grid, run by run: that is resolved, and its influence is even and smooth in the width.
+// Three grids, each of twice the points of the last, then give the solution of width 0 by
+// extrapolation.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "estimator/discrepancy/fit/harmonic_fit.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// Some effect of the model has a corner, or a memory, whose grid error is treated alike.
+bool has_corners(const config::ModelSpec& spec);
+
+// The model with corners as sharp as `datum`'s motion allows in `points` steps; what the model file
+// itself states stays.
+config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points);
+
+// A fit on the finest of the grids to data from which what is left to the limit has been taken
+// away, and with what the extrapolation leaves open in their covariance.
+struct Sharpened {
+  std::shared_ptr<const HarmonicFit> fit;
+  std::shared_ptr<const std::vector<RunDatum>> data;
+};
+// Nothing when the corners cannot be made sharper than one grid allows.
+std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
+                                 const FitOptions& options);
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,162 @@
+#include "estimator/discrepancy/fit/prediction.hpp"
+
+#include <algorithm>
+
+#include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/discrepancy/fit/excitation_influence.hpp"
+#include "estimator/discrepancy/records/transient_run.hpp"
+#include "estimator/discrepancy/records/transient_seen.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+using Eigen::Index;
+
+namespace {
+constexpr int kMostSteps = 12;  // of Newton's method from a solution nearby
+}
+
+Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
+    : model_(&model), points_(points), sampled_(datum.sampled) {
+  if (sampled_) {
+    points_ = static_cast<int>(sampled_->samples());
+    if (!datum.by_force) {
+      transient_ = std::make_unique<TransientResponse>(model, datum);
+      return;
+    }
+    check_instruments(model);
+    const bool inertia = datum.kind == Kind::transient;
+    march_ = std::make_unique<MotionMarch>(
+        model, Motion{sampled_->dt, sampled_->u, sampled_->v, sampled_->a, sampled_->excitation},
+        inertia);
+    transform_ = std::make_unique<CosineTransform>(sampled_->samples());
+    // What is missing from the balance is missing from the excitation.
+    if (inertia) excitation_ = datum.response;
+    return;
+  }
+  analysis_ = analysis_matrix(datum.harmonics(), points);
+  if (datum.kind == Kind::imposed_motion) {
+    imposed_ = std::make_unique<ImposedMotion>(model, datum.frequency_hz, datum.driver, points);
+    return;
+  }
+  response_ = std::make_unique<PeriodicSystem>(model, GridOptions{Scheme::order6, points, true});
+  const auto orders = static_cast<int>((datum.driver.size() - 1) / 2);
+  Eigen::VectorXd x = synthesis_matrix(orders, points) * datum.driver;
+  x.array() -= datum.driver[0];
+  response_->set_excitation_points(datum.frequency_hz,
+                                   {x.data(), static_cast<std::size_t>(points)});
+  if (datum.quantity != Quantity::displacement) response_->set_channels({&datum.quantity, 1});
+  rows_.resize(points, 1 + model.parameter_count());
+}
+
+bool Prediction::solve(const std::vector<double>& theta, bool from_rest) {
+  if (solved_ && response_->solve(theta, kMostSteps).status == SolveStatus::converged) return true;
+  if (solved_ && !from_rest) return false;
+  const SolveReport report = response_->solve_from_rest(theta);
+  return report.status == SolveStatus::converged && report.amplitude_reached >= 1.0;
+}
+
+bool Prediction::at_sampled(const std::vector<double>& theta) {
+  if (transient_) {
+    if (!transient_->at(theta)) return false;
+    value_ = transient_->value();
+    jacobian_ = transient_->jacobian();
+    return true;
+  }
+  if (!march_->at(theta)) return false;
+  Eigen::MatrixXd all(points_, 1 + march_->slope().cols());
+  all << march_->force(), march_->slope();
+  const Eigen::MatrixXd series = transform_->analyse(all, sampled_->keep);
+  value_ = series.col(0);
+  if (excitation_.size() > 0) value_ += excitation_;
+  jacobian_ = series.rightCols(series.cols() - 1);
+  return true;
+}
+
+bool Prediction::at(const std::vector<double>& theta, bool from_rest) {
+  if (sampled_) return at_sampled(theta);
+  if (imposed_) {
+    if (!imposed_->at(theta)) return false;
+    value_ = analysis_ * imposed_->force();
+    jacobian_ = analysis_ * imposed_->slope();
+    return true;
+  }
+  if (!solve(theta, from_rest)) {
+    if (!kept_.empty()) {
+      response_->begin();
+      std::copy(kept_.begin(), kept_.end(), response_->state().begin());
+    }
+    return false;
+  }
+  solved_ = true;
+  kept_.assign(response_->state().begin(), response_->state().end());
+  read();
+  return true;
+}
+
+void Prediction::read() {
+  for (int i = 0; i < points_; ++i) {
+    rows_(i, 0) = response_->observed(i);
+    const auto row = response_->observed_row(i);
+    for (int k = 0; k < model_->parameter_count(); ++k)
+      rows_(i, 1 + k) = row[static_cast<std::size_t>(1 + k)];
+  }
+  const Eigen::MatrixXd all = analysis_ * rows_;
+  value_ = all.col(0);
+  jacobian_ = all.rightCols(all.cols() - 1);
+}
+
+Eigen::MatrixXd Prediction::over_excitation(int driver_harmonics) {
+  std::vector<double> response;
+  const int columns = 2 * driver_harmonics;
+  if (!response_ || !response_->excitation_response(driver_harmonics, response))
+    return Eigen::MatrixXd::Zero(value_.size(), columns);
+  const int s = model_->coordinates();
+  Eigen::MatrixXd curves(points_, columns);
+  for (Index i = 0; i < points_; ++i) {
+    for (Index k = 0; k < columns; ++k)
+      curves(i, k) = response[static_cast<std::size_t>((i * s + model_->observed()) * columns + k)];
+  }
+  return analysis_ * curves;
+}
+
+Eigen::MatrixXd Prediction::over_record(const std::vector<double>& theta, Index count) const {
+  if (!transient_ || sampled_->excitation.size() == 0) return Eigen::MatrixXd(value_.size(), 0);
+  return discrepancy::over_excitation(*model_, theta, *sampled_, transient_->states(),
+                                      value_.size(), count);
+}
+
+Eigen::MatrixXd Prediction::over_motion() const {
+  return imposed_ ? Eigen::MatrixXd(analysis_ * imposed_->over_motion()) : Eigen::MatrixXd();
+}
+
+void Prediction::start_from(const Prediction& other) {
+  if (transient_ && other.transient_) transient_->start_from(*other.transient_);
+  if (!response_ || !other.response_) return;
+  const int n = points_, m = other.points_;
+  const auto from = other.response_->state();
+  const auto to = response_->state();
+  const int mine = model_->coordinates();
+  const int theirs = other.model_->coordinates();
+  for (int c = 0; c < mine; ++c) {
+    int shared = 0;
+    while (shared < theirs && other.model_->coordinate_name(shared) != model_->coordinate_name(c))
+      ++shared;
+    for (int i = 0; i < n; ++i) {
+      double& value = to[static_cast<std::size_t>(i * mine + c)];
+      value = model_->rest(c);
+      if (shared == theirs) continue;
+      // Cubic through the four points about it.
+      const double at = static_cast<double>(i) * m / n;
+      const int j = static_cast<int>(at);
+      const double t = at - j;
+      const double weights[4] = {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2,
+                                 -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6};
+      value = 0.0;
+      for (int k = 0; k < 4; ++k)
+        value += weights[k] * from[static_cast<std::size_t>((j - 1 + k + m) % m * theirs + shared)];
+    }
+  }
+  solved_ = other.solved_;
+}
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,73 @@
+// A model's prediction of a run's harmonics and its derivatives over the parameters: of the
+// periodic response to an excitation, or of the force along an imposed motion; of a run that is not
+// periodic the same in the cosines of its record.
+//
+// The periodic solution is kept, so that the next, nearby theta costs two or three Newton steps.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "estimator/discrepancy/fit/imposed_motion.hpp"
+#include "estimator/discrepancy/fit/imposed_motion_march.hpp"
+#include "estimator/discrepancy/fit/transient_response.hpp"
+#include "estimator/discrepancy/run_datum.hpp"
+#include "estimator/model.hpp"
+#include "estimator/periodic/periodic_system.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+class Prediction {
+ public:
+  // `model` must outlive it. As many harmonics are predicted as the datum has.
+  Prediction(const Model& model, const RunDatum& datum, int points);
+
+  // False when there is no admissible periodic solution at theta; what was predicted before stays.
+  // `from_rest`: where the last solution does not lead to it, the long way is tried too.
+  bool at(const std::vector<double>& theta, bool from_rest = true);
+  const Eigen::VectorXd& value() const { return value_; }
+  // (2 H + 1) x parameters.
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }
+  // (2 H + 1) x 2 Hx: over the excitation's cosines and sines, without its mean. Zero for an
+  // imposed motion.
+  Eigen::MatrixXd over_excitation(int driver_harmonics);
+  // Of a record's response: over the first `count` cosines of its excitation, where `at` succeeded;
+  // no columns for anything else.
+  Eigen::MatrixXd over_record(const std::vector<double>& theta, Eigen::Index count) const;
+  // (2 H + 1) x (2 Hx + 1): over the harmonics of an imposed motion, its mean first.
+  Eigen::MatrixXd over_motion() const;
+
+  // Begins from another model's solution of the same run: as far as coordinates are shared.
+  void start_from(const Prediction& other);
+
+  const Model& model() const { return *model_; }
+  int points() const { return points_; }
+  const PeriodicSystem* response() const { return response_.get(); }  // null for imposed motion
+  const ImposedMotion* imposed() const { return imposed_.get(); }     // null for a response
+  // Of a run that is not periodic, null for others: its record.
+  const SampledRun* sampled() const { return sampled_.get(); }
+
+ private:
+  bool solve(const std::vector<double>& theta, bool from_rest);
+  void read();
+  bool at_sampled(const std::vector<double>& theta);
+
+  const Model* model_;
+  int points_;
+  std::unique_ptr<PeriodicSystem> response_;
+  std::unique_ptr<ImposedMotion> imposed_;
+  std::shared_ptr<const SampledRun> sampled_;
+  std::unique_ptr<TransientResponse> transient_;  // of a sampled run: its response,
+  std::unique_ptr<MotionMarch> march_;            // or the force along its motion
+  std::unique_ptr<CosineTransform> transform_;
+  Eigen::VectorXd excitation_;  // of a sampled run whose forces are compared, in cosines
+  Eigen::MatrixXd analysis_;
+  bool solved_ = false;
+  std::vector<double> kept_;  // state of the last success
+  Eigen::VectorXd value_;
+  Eigen::MatrixXd jacobian_, rows_;
+};
+
+}  // namespace shaker::estimator::discrepancy

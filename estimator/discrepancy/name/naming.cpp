@@ -1,0 +1,192 @@
+#include "estimator/discrepancy/name/naming.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/discrepancy/name/nesting.hpp"
+#include "estimator/discrepancy/name/refits.hpp"
+#include "estimator/discrepancy/name/standing.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+constexpr double kWorthRefitting = 5.0;      // of chi-squared: less is chance
+constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
+constexpr double kWorthGoingOn = 0.5;  // of chi-squared, that one more effect must leave at most
+
+struct Ordered {
+  const Candidate* candidate;
+  const Probe* probe;
+  double gain;
+};
+
+// The best shape of each candidate, best candidate first.
+std::vector<Ordered> ordered(const Scoring& scoring) {
+  std::vector<Ordered> best;
+  for (const Score& s : scoring.scores) {
+    auto found = std::find_if(best.begin(), best.end(),
+                              [&](const Ordered& o) { return o.candidate == s.candidate; });
+    if (found == best.end()) {
+      best.push_back({s.candidate, &s.candidate->probes[s.probe], s.gain});
+    } else if (s.gain > found->gain) {
+      found->probe = &s.candidate->probes[s.probe];
+      found->gain = s.gain;
+    }
+  }
+  std::erase_if(best, [](const Ordered& o) { return o.gain < kWorthRefitting; });
+  std::stable_sort(best.begin(), best.end(),
+                   [](const Ordered& a, const Ordered& b) { return a.gain > b.gain; });
+  return best;
+}
+
+class Search {
+ public:
+  Search(Naming& found, const std::vector<RunDatum>& data, const std::vector<Candidate>& all,
+         const NamingOptions& options, const std::function<void(double)>& progress)
+      : found_(found),
+        data_(data),
+        all_(all),
+        options_(options),
+        progress_(progress),
+        refits_(*found.base.fit, data, options.fit),
+        standing_(found, data, all, options, refits_) {}
+
+  void run() {
+    if (!judge_base()) return;
+    std::vector<std::size_t> level = extend(found_.base, found_.base_scoring, options_.refits);
+    standing_.choose();
+    if (!standing_.settled() && !options_.simple_first) {
+      begin_elsewhere(level);
+      standing_.choose();
+    }
+    for (int size = 2; size <= options_.most_effects && !standing_.settled(); ++size) {
+      progress_(0.4 + 0.2 * size);
+      std::vector<std::size_t> next;
+      standing_.sort_by_evidence(level);
+      if (options_.simple_first) put_simple_first(level);
+      for (std::size_t i = 0; i < level.size() && i < 2U; ++i) {
+        // Not a reference: extending grows the vector.
+        const Hypothesis parent = found_.hypotheses[level[i]];
+        const auto& scoring = standing_.scored(parent.rounded ? parent.rounded : parent.fit);
+        for (const std::size_t h : extend(parent, scoring, size == 2 ? 5 : 3))
+          next.push_back(h);
+      }
+      if (next.empty()) break;
+      level = std::move(next);
+      const double before = standing_.left_by_best();
+      standing_.choose();
+      prune();
+      if (!options_.simple_first && standing_.left_by_best() > kWorthGoingOn * before) break;
+    }
+  }
+
+ private:
+  // False when there is nothing to look for.
+  bool judge_base() {
+    // What has no coefficient is probed where it does something, which may be far away; later on
+    // only what lies near by.
+    FitOptions far = options_.fit;
+    far.from_rest = true;
+    found_.base_scoring = score(*found_.base.fit, data_, all_, far);
+    progress_(0.2);
+    found_.probability_base = standing_.probability(found_.base_scoring);
+    found_.adequate = found_.probability_base > options_.false_alarm_rate;
+    refits_.describe(found_.base);
+    return !found_.adequate || options_.simple_first;
+  }
+
+  std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {
+    std::vector<std::size_t> made;
+    int tried = 0;
+    for (const Ordered& next : ordered(scoring)) {
+      // What has no coefficient is scored at a guess of its shape, far from where it would end: the
+      // score says little, so that all of these are tried once.
+      const bool guessed = next.probe->coefficients.empty() && parent.effects.empty();
+      if (tried >= most && !guessed) continue;
+      const std::string added(next.candidate->effect->name());
+      // Of two that hold one another only one is wanted; but on a damper that no model explains the
+      // simple one is named first, and the richer one may add what is still missing.
+      const auto stands = [&](const std::string& e) {
+        const bool adds = options_.simple_first && simpler_than(added) == e;
+        return e == added || (related(e, added) && !adds);
+      };
+      if (std::any_of(parent.effects.begin(), parent.effects.end(), stands)) continue;
+      std::vector<std::string> effects = parent.effects;
+      effects.insert(std::upper_bound(effects.begin(), effects.end(), added), added);
+      if (standing_.find(effects) != nullptr) continue;
+      tried += guessed ? 0 : 1;
+      made.push_back(found_.hypotheses.size());
+      found_.hypotheses.push_back(refits_.with(parent, *next.probe));
+    }
+    std::erase_if(
+        made, [&](std::size_t h) { return !std::isfinite(found_.hypotheses[h].fit->chi_squared); });
+    return made;
+  }
+
+  void put_simple_first(std::vector<std::size_t>& level) const {
+    double most = 0.0;
+    const auto closed = [&](std::size_t h) {
+      return found_.base.fit->chi_squared - found_.hypotheses[h].fit->chi_squared;
+    };
+    for (const std::size_t h : level) {
+      if (found_.hypotheses[h].disqualified.empty()) most = std::max(most, closed(h));
+    }
+    const auto simple = [&](std::size_t h) {
+      return found_.hypotheses[h].disqualified.empty() && closed(h) > kNearlyAsMuch * most;
+    };
+    std::stable_sort(level.begin(), level.end(), [&](std::size_t a, std::size_t b) {
+      if (!simple(a) || !simple(b)) return simple(a) && !simple(b);
+      return found_.hypotheses[a].fit->free.size() < found_.hypotheses[b].fit->free.size();
+    });
+  }
+
+  // Where the base model is bent far, an effect may have no gain at its fit, or end in a valley of
+  // its own: before two are believed, each one is tried from where it is at work.
+  void begin_elsewhere(std::vector<std::size_t>& level) {
+    for (const Candidate& candidate : all_) {
+      const std::string effect(candidate.effect->name());
+      const Hypothesis* known = standing_.find({effect});
+      const double own = known != nullptr ? known->fit->chi_squared : standing_.left_by_best();
+      const auto probe = candidate.probes[candidate.probes.size() / 2];
+      auto h = refits_.elsewhere(probe, kWorthGoingOn * std::min(own, standing_.left_by_best()));
+      if (h) standing_.keep(std::move(*h), level);
+    }
+  }
+
+  // Backward: an effect that a larger set does not need any more. A smaller set that was on the way
+  // may have ended elsewhere: from the larger one's parameters it is fitted again.
+  void prune() {
+    for (bool changed = standing_.chosen(); changed;) {
+      const std::size_t before = found_.best;
+      const Hypothesis full = found_.hypotheses[found_.best];
+      if (full.effects.size() < 2) return;
+      std::vector<std::size_t> made;
+      for (std::size_t out = found_.base.fit->spec.effects.size();
+           out < full.fit->spec.effects.size(); ++out)
+        standing_.keep(refits_.without(full, out), made);
+      standing_.choose();
+      changed = found_.best != before;
+    }
+  }
+
+  Naming& found_;
+  const std::vector<RunDatum>& data_;
+  const std::vector<Candidate>& all_;
+  const NamingOptions& options_;
+  const std::function<void(double)>& progress_;
+  const Refits refits_;
+  Standing standing_;
+};
+
+}  // namespace
+
+Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
+                    const std::vector<Candidate>& candidates, const NamingOptions& options,
+                    const std::function<void(double)>& progress) {
+  Naming found;
+  found.base.fit = std::make_shared<const HarmonicFit>(std::move(base));
+  Search(found, data, candidates, options, progress).run();
+  return found;
+}
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,42 @@
+// Which effects are missing: candidates refitted in full, forward, in pairs, then backward.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "estimator/discrepancy/detect/calibration_cache.hpp"
+#include "estimator/discrepancy/detect/scoring.hpp"
+#include "estimator/discrepancy/name/hypothesis.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+struct NamingOptions {
+  FitOptions fit;
+  int most_effects = 3;
+  int refits = 8;  // of single effects
+  // What is simple goes first: of hypotheses that close nearly as much of the gap, the one with the
+  // fewest parameters is extended (model_error.hpp).
+  bool simple_first = false;
+  double false_alarm_rate = 0.01;
+  int draws = 4000;
+  std::uint64_t seed = 1;
+  CalibrationCache* calibrations = nullptr;  // null: drawn anew each time
+};
+
+struct Naming {
+  Hypothesis base;
+  Scoring base_scoring;
+  double probability_base = 1.0;       // that noise alone makes the base model's gap
+  std::vector<Hypothesis> hypotheses;  // everything that was refitted
+  std::size_t best = 0;                // of hypotheses; meaningless when there is none
+  double probability_best = 0.0;       // that noise alone makes what is left
+  bool adequate = false;               // nothing is missing
+  bool explained = false;              // the best leaves nothing but noise
+  bool by_gap = false;                 // the errors are what the model leaves (model_error.hpp)
+};
+
+Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
+                    const std::vector<Candidate>& candidates, const NamingOptions& options,
+                    const std::function<void(double)>& progress);
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,192 @@
+#include "estimator/discrepancy/name/refits.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "estimator/discrepancy/detect/scoring.hpp"
+#include "estimator/discrepancy/fit/corners.hpp"
+#include "estimator/discrepancy/name/evidence.hpp"
+#include "estimator/effects/catalogue.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+constexpr double kWorthCentring = 5.0;  // of chi-squared: less is chance
+constexpr int kMemorySteps = 60;
+constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
+
+// Index of an effect's parameter in a model, the last line of that effect's; -1: none.
+int find_parameter(const Model& model, const std::string& effect, std::string_view symbol) {
+  const auto& parameters = model.parameters();
+  for (std::size_t k = parameters.size(); k-- > 0;) {
+    if (parameters[k].effect == effect &&
+        (parameters[k].name == symbol || parameters[k].name.ends_with("." + std::string(symbol))))
+      return static_cast<int>(k);
+  }
+  return -1;
+}
+
+// An effect that a fit switches off, or drives to the end of what physics allows, is not what is
+// missing. What merely shapes it may end anywhere.
+std::string disqualification(const HarmonicFit& fit, std::size_t first_added) {
+  if (!fit.converged) return fit.trouble.empty() ? "the fit did not settle" : fit.trouble;
+  for (std::size_t i = first_added; i < fit.spec.effects.size(); ++i) {
+    const std::string& name = fit.spec.effects[i].effect;
+    const Effect* effect = find_effect(name);
+    if (effect == nullptr) continue;
+    bool switchable = false, present = false;
+    for (const ParameterInfo& info : effect->parameters()) {
+      const int k = find_parameter(*fit.model, name, info.symbol);
+      if (k < 0 || std::isnan(info.absent)) continue;
+      switchable = true;
+      const double value = fit.theta[static_cast<std::size_t>(k)];
+      if (value == info.absent) continue;
+      present = true;
+      if (fit.at_bound(k))
+        return fmt::format("{} of {} ended at {:.4g} {}, the end of what is physically admissible",
+                           info.symbol, name, value, info.unit);
+    }
+    if (switchable && !present)
+      return fmt::format("{} was switched off by the fit: its sign would not be admissible", name);
+  }
+  return {};
+}
+
+// Lines with what switches an effect on well inside of its range: as the catalogue begins it, and
+// halfway between its absence and a bound that is near.
+std::vector<config::EffectSpec> starts_of(const Probe& probe) {
+  const Effect* effect = find_effect(probe.line.effect);
+  std::vector<config::EffectSpec> starts = {probe.line};
+  if (effect == nullptr || probe.coefficients.empty()) return starts;
+  starts.push_back(probe.line);
+  for (const ParameterInfo& info : effect->parameters()) {
+    const std::string symbol(info.symbol);
+    if (std::isnan(info.absent)) continue;
+    starts[0].parameters[symbol].start = info.start;
+    starts[1].parameters[symbol].start =
+        info.start == info.absent ? info.absent
+                                  : 0.5 * (info.absent + std::min(info.upper, 10.0 * info.start));
+  }
+  return starts;
+}
+
+}  // namespace
+
+const HarmonicFit& rounded(const Hypothesis& h) {
+  return h.rounded ? *h.rounded : *h.fit;
+}
+
+Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
+  const HarmonicFit& parent = rounded(smaller);
+  Hypothesis h;
+  h.fitted_constants = smaller.fitted_constants;
+  h.effects = smaller.effects;
+  h.effects.push_back(probe.line.effect);
+  std::sort(h.effects.begin(), h.effects.end());
+  const auto spec = with_line(parent.spec, probe.line);
+  h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
+  finish(h);
+  return h;
+}
+
+std::optional<Hypothesis> Refits::elsewhere(const Probe& probe, double most) const {
+  FitOptions quick = options_;
+  quick.points /= kQuickShare;
+  quick.max_iterations = kQuickSteps;
+  std::shared_ptr<const HarmonicFit> best;
+  for (const config::EffectSpec& line : starts_of(probe)) {
+    const auto spec = with_line(base_.spec, line);
+    auto fit = std::make_shared<HarmonicFit>(
+        fit_harmonics(spec, data_, carried_over(Model(spec), base_), &base_, quick));
+    if (fit->chi_squared < (best ? best->chi_squared : most)) best = std::move(fit);
+  }
+  if (!best) return std::nullopt;
+  Hypothesis h;
+  h.effects = {probe.line.effect};
+  h.fit = refitted(best->spec, best->theta, best.get());
+  finish(h);
+  return h;
+}
+
+void Refits::finish(Hypothesis& h) const {
+  centre(h, h.fit->spec.effects.size() - 1);
+  h.disqualified = disqualification(*h.fit, first_added());
+  if (std::isfinite(h.fit->chi_squared)) describe(h);
+}
+
+Hypothesis Refits::without(const Hypothesis& larger, std::size_t line) const {
+  const HarmonicFit& parent = rounded(larger);
+  Hypothesis h;
+  h.fitted_constants = larger.fitted_constants;
+  h.effects = larger.effects;
+  std::erase(h.effects, parent.spec.effects[line].effect);
+  config::ModelSpec spec = parent.spec;
+  spec.effects.erase(spec.effects.begin() + static_cast<std::ptrdiff_t>(line));
+  h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
+  h.disqualified = disqualification(*h.fit, first_added());
+  if (std::isfinite(h.fit->chi_squared)) describe(h);
+  return h;
+}
+
+bool Refits::recentred(Hypothesis& h) const {
+  const auto& lines = h.fit->spec.effects;
+  if (h.rounded || h.effects.size() < 2) return false;
+  for (std::size_t line = first_added(); line + 1 < lines.size(); ++line) {
+    if (!lines[line].constants.contains("u0")) continue;
+    const double before = h.fit->chi_squared;
+    centre(h, line);
+    if (before - h.fit->chi_squared < kWorthCentring) return false;
+    h.disqualified = disqualification(*h.fit, first_added());
+    describe(h);
+    return true;
+  }
+  return false;
+}
+
+void Refits::describe(Hypothesis& h) const {
+  const auto added = h.fitted_constants + static_cast<int>(h.fit->free.size() - base_.free.size());
+  const std::vector<RunDatum>& data = h.data ? *h.data : data_;
+  h.log_evidence = log_evidence(*h.fit, data, added);
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit) continue;
+    h.log_evidence -= log_scale(data[r]) - log_scale(data_[r]);
+  }
+  h.cross_validated = cross_validate(*h.fit, data);
+}
+
+bool Refits::sharpened(Hypothesis& h) const {
+  if (h.rounded || h.fit->chi_squared < static_cast<double>(h.fit->observations) ||
+      !has_corners(h.fit->spec))
+    return false;
+  auto sharp = sharpen(*h.fit, data_, options_);
+  if (!sharp || sharp->fit->chi_squared > h.fit->chi_squared) return false;
+  h.rounded = h.fit;
+  h.fit = sharp->fit;
+  h.data = sharp->data;
+  h.disqualified = disqualification(*h.fit, first_added());
+  describe(h);
+  return true;
+}
+
+std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spec,
+                                                    const std::vector<double>& start,
+                                                    const HarmonicFit* near) const {
+  return std::make_shared<const HarmonicFit>(
+      fit_harmonics(spec, data_, start, near, options_for(spec)));
+}
+
+// Models with memory are compared on half the points, and sharpened when it matters.
+FitOptions Refits::options_for(const config::ModelSpec& spec) const {
+  FitOptions wanted = options_;
+  wanted.sharp = true;
+  const Model model(spec);
+  if (model.coordinates() > model.mechanical()) {
+    wanted.points /= 2;
+    wanted.max_iterations = kMemorySteps;
+  }
+  return wanted;
+}
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,51 @@
+// Hypotheses made: the base model with effects added, fitted in full.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "estimator/discrepancy/detect/candidates.hpp"
+#include "estimator/discrepancy/name/hypothesis.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// Its arguments must outlive it.
+class Refits {
+ public:
+  Refits(const HarmonicFit& base, const std::vector<RunDatum>& data, const FitOptions& options)
+      : base_(base), data_(data), options_(options) {}
+
+  // One more effect, or one less; with the evidence for it.
+  Hypothesis with(const Hypothesis& smaller, const Probe& probe) const;
+  // The effect alone, begun where it is at work; nothing when a few steps from there do not come
+  // below `most`.
+  std::optional<Hypothesis> elsewhere(const Probe& probe, double most) const;
+  Hypothesis without(const Hypothesis& larger, std::size_t line) const;
+  // Evidence and cross-validation of what has been fitted.
+  void describe(Hypothesis& h) const;
+  // The place of rest of an effect that others have joined since, fitted again. False when there is
+  // none, or nothing to gain.
+  bool recentred(Hypothesis& h) const;
+  // Corners made as sharp as fine grids allow. False when there is no corner, or nothing to gain.
+  bool sharpened(Hypothesis& h) const;
+
+ private:
+  void finish(Hypothesis& h) const;
+  // Where a line's force has a place of rest that the model file does not give, that place is
+  // fitted too (centring.cpp).
+  void centre(Hypothesis& h, std::size_t line) const;
+  std::shared_ptr<const HarmonicFit> about(const HarmonicFit& fit, std::size_t line, double place,
+                                           const std::vector<double>& theta, int iterations) const;
+  std::shared_ptr<const HarmonicFit> refitted(const config::ModelSpec& spec,
+                                              const std::vector<double>& start,
+                                              const HarmonicFit* near) const;
+  FitOptions options_for(const config::ModelSpec& spec) const;
+  std::size_t first_added() const { return base_.spec.effects.size(); }
+
+  const HarmonicFit& base_;
+  const std::vector<RunDatum>& data_;
+  const FitOptions& options_;
+};
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,156 @@
+#include "estimator/discrepancy/name/standing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/discrepancy/name/nesting.hpp"
+#include "estimator/discrepancy/weigh/left_over.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+constexpr double kWorthReplacing = 5.0;  // of chi-squared: less is chance
+constexpr double kRival = 400.0;         // of chi-squared, times the best one's
+constexpr std::size_t kMostRivals = 4;
+// Of log evidence that a simpler effect may be behind the richer one: with the richer one's
+// interval holding the special case, and without.
+constexpr double kReducedBehind = 10.0, kSimplerBehind = 1.0;
+
+}  // namespace
+
+void Standing::choose() {
+  const std::shared_ptr<const HarmonicFit> before =
+      chosen_ ? found_.hypotheses[found_.best].fit : nullptr;
+  if (!any_best()) return;
+  sharpen_rivals();
+  for (int round = 0; round < 4 && any_best(); ++round) {
+    Hypothesis& best = found_.hypotheses[found_.best];
+    const bool centred = refits_.recentred(best);
+    if (!refits_.sharpened(best) && !centred) break;
+  }
+  any_best();
+  prefer_simpler();
+  chosen_ = true;
+  if (before != found_.hypotheses[found_.best].fit) judge_best();
+}
+
+// The test looks at all data together, in units of the noise; what is left in the response's own
+// unit is looked at too.
+void Standing::judge_best() {
+  const Hypothesis& best = found_.hypotheses[found_.best];
+  Scoring scoring = scored(best.rounded ? best.rounded : best.fit);
+  if (best.rounded) {
+    const Projector project(scoring.design.jacobian);
+    scoring.residual = project(stacked_residual(*best.fit, *best.data));
+    scoring.chi_squared = best.fit->chi_squared;
+    for (std::size_t k = 0; k < scoring.scores.size(); ++k) {
+      const Signature& signature = scoring.design.signatures[k];
+      scoring.scores[k].gain = signature.visible > 0.0 ? gain_of(signature, scoring.residual) : 0.0;
+    }
+  }
+  found_.probability_best = probability(scoring);
+  found_.explained = found_.probability_best > options_.false_alarm_rate;
+  small_gap_ = found_.explained &&
+               gap_over_floor({*best.fit, best.data ? *best.data : data_}, data_) <= kExplainedGap;
+}
+
+bool Standing::any_best() {
+  bool any = false;
+  for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
+    const Hypothesis& now = found_.hypotheses[h];
+    if (!now.disqualified.empty() || !std::isfinite(now.fit->chi_squared)) continue;
+    if (!any || now.log_evidence > found_.hypotheses[found_.best].log_evidence) found_.best = h;
+    any = true;
+  }
+  return any;
+}
+
+// Where the best would gain by sharper corners, so might those close behind: a rounded corner
+// must not decide between them.
+void Standing::sharpen_rivals() {
+  const Hypothesis& best = found_.hypotheses[found_.best];
+  const double limit = kRival * best.fit->chi_squared;
+  const std::size_t size = best.effects.size();
+  std::vector<std::size_t> rivals;
+  for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
+    const Hypothesis& now = found_.hypotheses[h];
+    if (now.disqualified.empty() && !now.rounded && now.effects.size() <= size &&
+        now.fit->chi_squared < limit)
+      rivals.push_back(h);
+  }
+  sort_by_evidence(rivals);
+  for (std::size_t i = 0; i < rivals.size() && i < kMostRivals; ++i)
+    refits_.sharpened(found_.hypotheses[rivals[i]]);
+}
+
+// A richer effect gives way to the simpler one that it holds where the data do not exclude that.
+void Standing::prefer_simpler() {
+  for (bool changed = true; changed;) {
+    changed = false;
+    const Hypothesis& best = found_.hypotheses[found_.best];
+    for (const std::string& effect : best.effects) {
+      std::vector<std::string> wanted = best.effects;
+      std::replace(wanted.begin(), wanted.end(), effect, std::string(simpler_than(effect)));
+      std::sort(wanted.begin(), wanted.end());
+      Hypothesis* simpler = find(wanted);
+      if (simpler == nullptr || !simpler->disqualified.empty()) continue;
+      refits_.sharpened(*simpler);
+      const double behind = best.log_evidence - simpler->log_evidence;
+      if (behind > (reduces(*best.fit, effect) ? kReducedBehind : kSimplerBehind)) continue;
+      found_.best = static_cast<std::size_t>(simpler - found_.hypotheses.data());
+      changed = true;
+      break;
+    }
+  }
+}
+
+// Where shares of the gap are weighed, the errors are what a first search left, and a fit that
+// leaves no more than them says nothing.
+bool Standing::settled() const {
+  return chosen_ && found_.explained && small_gap_ && !options_.simple_first;
+}
+
+double Standing::left_by_best() const {
+  return chosen_ ? found_.hypotheses[found_.best].fit->chi_squared : found_.base.fit->chi_squared;
+}
+
+const Scoring& Standing::scored(const std::shared_ptr<const HarmonicFit>& fit) {
+  auto& known = scored_[fit];
+  if (!known) known = std::make_shared<const Scoring>(score(*fit, data_, all_, options_.fit));
+  return *known;
+}
+
+double Standing::probability(const Scoring& scoring) const {
+  if (options_.calibrations != nullptr)
+    return options_.calibrations->get(scoring.design, options_.draws, options_.seed)
+        ->combined(scoring.chi_squared, scoring.best_gain());
+  const Calibration calibration(scoring.design, options_.draws, options_.seed);
+  return calibration.combined(scoring.chi_squared, scoring.best_gain());
+}
+
+Hypothesis* Standing::find(const std::vector<std::string>& effects) {
+  const auto known = std::find_if(found_.hypotheses.begin(), found_.hypotheses.end(),
+                                  [&](const Hypothesis& h) { return h.effects == effects; });
+  return known == found_.hypotheses.end() ? nullptr : &*known;
+}
+
+void Standing::keep(Hypothesis h, std::vector<std::size_t>& made) {
+  if (!std::isfinite(h.fit->chi_squared)) return;
+  Hypothesis* known = find(h.effects);
+  if (known == nullptr) {
+    made.push_back(found_.hypotheses.size());
+    found_.hypotheses.push_back(std::move(h));
+    return;
+  }
+  const bool mends = h.disqualified.empty() && !known->disqualified.empty();
+  if (h.fit->chi_squared < rounded(*known).chi_squared - kWorthReplacing || mends)
+    *known = std::move(h);
+}
+
+void Standing::sort_by_evidence(std::vector<std::size_t>& level) const {
+  std::stable_sort(level.begin(), level.end(), [&](std::size_t a, std::size_t b) {
+    return found_.hypotheses[a].log_evidence > found_.hypotheses[b].log_evidence;
+  });
+}
+
+}  // namespace shaker::estimator::discrepancy

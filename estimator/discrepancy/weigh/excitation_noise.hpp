@@ -1,0 +1,18 @@
+// The noise of a record's measured excitation: the model is driven by it and the damper is not, so
+// that it stands in the residual as the model responds to it, over many cosines at once.
+#pragma once
+
+#include <vector>
+
+#include "estimator/discrepancy/fit/harmonic_fit.hpp"
+#include "estimator/discrepancy/weigh/transient.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// Gives the errors of `runs` the covariance of that noise, run through the response of `fit`
+// linearised, besides `own`: the data with the noise of their response alone. Runs with a
+// repetition keep theirs. False when no run has such noise.
+bool count_excitation_noise(TransientRuns& runs, const std::vector<RunDatum>& own,
+                            const HarmonicFit& fit);
+
+}  // namespace shaker::estimator::discrepancy

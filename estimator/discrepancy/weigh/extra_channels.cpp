@@ -1,0 +1,172 @@
+#include "estimator/discrepancy/weigh/extra_channels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "estimator/discrepancy/weigh/noise.hpp"
+#include "estimator/discrepancy/weigh/weighing.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kGain = 0.005;       // standard error of a channel's own gain
+constexpr double kDifference = 1e-3;  // of the driver, for slopes over it
+constexpr double kMostOff = 0.5;      // of the channel's size, from what the model expects of it
+
+struct Channel {
+  std::string name;
+  const MatrixXd SteadyRun::*rows;
+  std::vector<Quantity> maybe;
+};
+
+// What samples say wrong of each harmonic of a channel that jumps, as acceleration and load do
+// where dry friction turns. Harmonics of a jump fall like J / h, and a jump is known to half a
+// sample: of N samples a cycle, each of its harmonics is off by up to 2 pi J / N times that
+// half, 1.8 J / N root mean square. J is that of the upper quarter of the harmonics, without their
+// noise; a channel without jumps has next to none.
+double error_of_jumps(const RunDatum& datum, double samples_a_cycle) {
+  const Index harmonics = (datum.response.size() - 1) / 2;
+  const Index from = harmonics - harmonics / 4;
+  double squares = 0.0;
+  for (Index h = from; h <= harmonics; ++h) {
+    const auto order = static_cast<double>(h);
+    for (const Index c : {2 * h - 1, 2 * h})
+      squares +=
+          order * order * (datum.response[c] * datum.response[c] - datum.error[c] * datum.error[c]);
+  }
+  const double jump = std::sqrt(std::max(squares, 0.0) / static_cast<double>(harmonics - from + 1));
+  return 1.8 * jump / samples_a_cycle;
+}
+
+// Of one channel, in the order of the runs that have it; `like` gets their places.
+std::vector<RunDatum> data_of(const Channel& channel, const std::vector<SteadyRun>& runs,
+                              const std::vector<RunDatum>& data, std::vector<std::size_t>& like) {
+  std::vector<SteadyRun> some;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if ((runs[r].*channel.rows).rows() == 0) continue;
+    some.push_back(runs[r]);
+    some.back().name = fmt::format("{} ({})", runs[r].name, channel.name);
+    some.back().response = runs[r].*channel.rows;
+    like.push_back(r);
+  }
+  if (some.empty()) return {};
+  std::vector<RunDatum> weighed = weigh(some).data;
+  for (std::size_t k = 0; k < weighed.size(); ++k) {
+    RunDatum& datum = weighed[k];
+    datum.motion = data[like[k]].response;
+    VectorXd moving = datum.response;
+    moving[0] = 0.0;
+    MatrixXd covariance = datum.error.cwiseAbs2().asDiagonal();
+    covariance += kGain * kGain * moving * moving.transpose();
+    covariance.diagonal().array() += std::pow(error_of_jumps(datum, some[k].samples_a_cycle), 2.0);
+    covariance(0, 0) += moving.squaredNorm() + datum.response[0] * datum.response[0];
+    set_covariance(datum, covariance);
+  }
+  return weighed;
+}
+
+// Of the channel over the driver's cosines and sines, by differences.
+MatrixXd over_driver(const RunDatum& datum, const HarmonicFit& fit, std::size_t like) {
+  const Model& model = *fit.run_models[like];
+  const int points = fit.predictions[like].points();
+  Prediction here(model, datum, points);
+  here.start_from(fit.predictions[like]);
+  MatrixXd slope = MatrixXd::Zero(datum.response.size(), datum.driver.size() - 1);
+  if (!here.at(fit.theta)) return slope;
+  const double h = kDifference * datum.driver.norm();
+  for (Index c = 1; c < datum.driver.size(); ++c) {
+    RunDatum moved = datum;
+    moved.driver[c] += h;
+    Prediction there(model, moved, points);
+    there.start_from(here);
+    if (there.at(fit.theta)) slope.col(c - 1) = (there.value() - here.value()) / h;
+  }
+  return slope;
+}
+
+// What the driver's own noise makes of the channel, as if none of its scatter were real: to be on
+// the safe side.
+void add_noise_of_driver(std::vector<RunDatum>& data, const std::vector<std::size_t>& like,
+                         const std::vector<SteadyRun>& runs, const HarmonicFit& fit) {
+  std::vector<Scatter> scatter;
+  for (const std::size_t r : like)
+    scatter.push_back({runs[r].frequency_hz, runs[r].driver});
+  const CampaignNoise noise = campaign_noise(scatter);
+  for (std::size_t k = 0; k < data.size(); ++k) {
+    if (!runs[like[k]].driver_measured) continue;
+    const MatrixXd slope = over_driver(data[k], fit, like[k]);
+    const VectorXd variance = noise.runs[k].variance.tail(slope.cols());
+    set_covariance(data[k],
+                   covariance_of(data[k]) + slope * variance.asDiagonal() * slope.transpose());
+  }
+}
+
+// How far the channel is from a quantity of the fitted model, over its size, in the worst run.
+double off(std::vector<RunDatum>& data, const std::vector<std::size_t>& like,
+           const HarmonicFit& fit, Quantity quantity) {
+  double worst = 0.0;
+  for (std::size_t k = 0; k < data.size(); ++k) {
+    data[k].quantity = quantity;
+    Prediction prediction(*fit.run_models[like[k]], data[k], fit.predictions[like[k]].points());
+    prediction.start_from(fit.predictions[like[k]]);
+    if (!prediction.at(fit.theta)) return std::numeric_limits<double>::infinity();
+    const Index moving = data[k].response.size() - 1;
+    worst = std::max(worst, (data[k].response - prediction.value()).tail(moving).norm() /
+                                data[k].response.tail(moving).norm());
+  }
+  return worst;
+}
+
+}  // namespace
+
+std::vector<RunDatum> extra_channels(const std::vector<SteadyRun>& runs, const HarmonicFit& fit,
+                                     const std::vector<RunDatum>& data,
+                                     std::vector<std::string>& notes) {
+  const Channel channels[] = {{"force", &SteadyRun::force, {Quantity::damper_force}},
+                              {"acceleration",
+                               &SteadyRun::acceleration,
+                               {Quantity::acceleration, Quantity::absolute_acceleration}}};
+  std::vector<RunDatum> all;
+  for (const Channel& channel : channels) {
+    std::vector<std::size_t> like;
+    std::vector<RunDatum> some = data_of(channel, runs, data, like);
+    if (some.empty()) continue;
+    Quantity nearest = channel.maybe.front();
+    double least = std::numeric_limits<double>::infinity();
+    for (const Quantity quantity : channel.maybe) {
+      const double distance = off(some, like, fit, quantity);
+      if (distance < least) {
+        least = distance;
+        nearest = quantity;
+      }
+    }
+    if (!(least < kMostOff)) {
+      notes.push_back(fmt::format(
+          "the channel {} is not used: it is {:.0f} % off what the model expects of {}; check its "
+          "sign, its unit and what it measures",
+          channel.name, 100.0 * least,
+          nearest == Quantity::damper_force ? "the load between damper and mass"
+                                            : "the damper's acceleration"));
+      continue;
+    }
+    for (RunDatum& datum : some)
+      datum.quantity = nearest;
+    add_noise_of_driver(some, like, runs, fit);
+    all.insert(all.end(), some.begin(), some.end());
+    notes.push_back(fmt::format(
+        "the channel {} is used beside the displacement, as {}", channel.name,
+        nearest == Quantity::damper_force   ? "load between damper and mass"
+        : nearest == Quantity::acceleration ? "acceleration of the mass against the table"
+                                            : "absolute acceleration of the mass"));
+  }
+  return all;
+}
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,169 @@
+#include "estimator/discrepancy/cycles/steady_cycles.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+
+struct Shape {
+  double frequency = 2.003;
+  double seconds = 8.0;
+  double rate = 311.0;  // no whole number of samples a cycle
+  double transient = 0.0;
+  double noise = 1e-5;
+  double subharmonic = 0.0;
+  double drift = 0.0;
+};
+
+// Excitation 3 cos(wt + 0.4); displacement 0.15 + 0.01 cos(phase - 0.7) + 0.002 cos(3 phase).
+Recording recording(const Shape& s) {
+  std::mt19937_64 source(7);
+  std::normal_distribution<double> normal;
+  Recording r;
+  r.name = "r1";
+  r.frequency_hz = 2.0;
+  r.amplitude = 3.0;
+  for (int i = 0; i < static_cast<int>(s.seconds * s.rate); ++i) {
+    const double t = i / s.rate;
+    const double phase = kTwoPi * s.frequency * t + 0.4;
+    r.t.push_back(t);
+    r.excitation.push_back(3.0 * std::cos(phase) + 5e-3 * normal(source));
+    r.displacement.push_back(0.15 + 0.01 * std::cos(phase - 0.7) + 0.002 * std::cos(3.0 * phase) +
+                             s.transient * std::exp(-t) + s.drift * t +
+                             s.subharmonic * std::cos(0.5 * phase) + s.noise * normal(source));
+  }
+  return r;
+}
+
+TEST(SteadyCycles, RecoversHarmonicsAgainstTheExcitationsOwnPhase) {
+  const auto run = steady_cycles(recording({}));
+  ASSERT_TRUE(run) << run.error().what;
+  EXPECT_NEAR(run->frequency_hz, 2.003, 2e-5);
+  EXPECT_GE(run->cycles(), 13);
+  const Eigen::VectorXd mean = run->mean();
+  EXPECT_NEAR(mean[0], 0.15, 2e-6);
+  EXPECT_NEAR(mean[1], 0.01 * std::cos(0.7), 3e-6);
+  EXPECT_NEAR(mean[2], 0.01 * std::sin(0.7), 3e-6);
+  EXPECT_NEAR(mean[5], 0.002, 3e-6);
+  EXPECT_NEAR(run->mean_driver()[1], 3.0, 1e-3);
+  EXPECT_NEAR(run->mean_driver()[2], 0.0, 1e-3);
+}
+
+// The last of a ramp has nearly the whole amplitude, and another phase.
+TEST(SteadyCycles, IsNotTurnedByTheEndOfARamp) {
+  Recording r = recording({.seconds = 9.0});
+  for (std::size_t i = 0; i < r.t.size() && r.t[i] < 0.5; ++i)
+    r.excitation[i] += 0.03 * std::sin(kTwoPi * 2.003 * r.t[i] + 0.4);
+  const auto run = steady_cycles(r);
+  ASSERT_TRUE(run) << run.error().what;
+  EXPECT_NEAR(run->frequency_hz, 2.003, 1e-5);
+  EXPECT_NEAR(run->mean_driver()[2], 0.0, 1e-3);
+}
+
+TEST(SteadyCycles, DropsTheTransientAndKeepsTheRest) {
+  const auto run = steady_cycles(recording({.seconds = 15.0, .transient = 1e-3}));
+  ASSERT_TRUE(run) << run.error().what;
+  // exp(-t) falls below the noise of a cycle's mean, 1e-5 / sqrt(155), after seven seconds.
+  EXPECT_GT(run->cycles_dropped, 8);
+  EXPECT_GT(run->cycles(), 8);
+  EXPECT_NEAR(run->mean()[0], 0.15, 2e-6);
+}
+
+TEST(SteadyCycles, SaysWhenTheCyclesDrift) {
+  const auto run = steady_cycles(recording({.drift = 2e-5}));
+  ASSERT_TRUE(run) << run.error().what;
+  EXPECT_TRUE(run->drifting);
+}
+
+TEST(SteadyCycles, SeesAResponseThatRepeatsEverySecondCycleOnly) {
+  const auto run = steady_cycles(recording({.subharmonic = 1e-4}));
+  ASSERT_TRUE(run) << run.error().what;
+  EXPECT_EQ(run->subharmonic, 2);
+}
+
+TEST(SteadyCycles, NeedsThreeCycles) {
+  const auto run = steady_cycles(recording({.seconds = 1.4}));
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("run r1"));
+}
+
+TEST(SteadyCycles, RefusesAnExcitationThatNeverChanges) {
+  Recording r = recording({});
+  std::fill(r.excitation.begin(), r.excitation.end(), 0.1);
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("never changes"));
+}
+
+TEST(SteadyCycles, RefusesChannelsThatAreNotOnOneClock) {
+  Recording r = recording({});
+  r.excitation.pop_back();
+  EXPECT_THAT(steady_cycles(r).error().what, ::testing::HasSubstr("one clock"));
+  r = recording({});
+  r.t[100] = r.t[99];
+  EXPECT_THAT(steady_cycles(r).error().what, ::testing::HasSubstr("does not increase"));
+}
+
+TEST(SteadyCycles, RefusesAClippedSensor) {
+  Recording r = recording({});
+  for (double& u : r.displacement)
+    u = std::min(u, 0.157);
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("clipped"));
+}
+
+TEST(SteadyCycles, RefusesASensorThatIsAtItsEndAllTheTime) {
+  Recording r = recording({});
+  for (std::size_t i = 200; i < r.displacement.size(); ++i)  // after one cycle
+    r.displacement[i] = 0.13;
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("clipped"));
+}
+
+TEST(SteadyCycles, RefusesAClippedAccelerometer) {
+  Recording r = recording({});
+  for (double& x : r.excitation)
+    x = std::min(x, 2.4);
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("the excitation stays on its highest value"));
+}
+
+TEST(SteadyCycles, RefusesADisplacementWhoseClockRunsFast) {
+  Recording r = recording({});
+  const Recording fast = recording({.frequency = 2.003 * 1.004});
+  r.displacement = fast.displacement;
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what,
+              ::testing::HasSubstr("slips by 1.4 degrees against the excitation"));
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("not on one clock (0.4 % apart)"));
+}
+
+TEST(SteadyCycles, SaysThatTheAmplitudeIsNotTheOneThatWasSet) {
+  Recording r = recording({});
+  r.amplitude = 9.0;
+  const auto run = steady_cycles(r);
+  ASSERT_TRUE(run) << run.error().what;
+  ASSERT_EQ(run->warnings.size(), 1u);
+  EXPECT_THAT(run->warnings[0], ::testing::HasSubstr("an amplitude of 3, the campaign says 9"));
+}
+
+TEST(SteadyCycles, TakesCoarseQuantisationForWhatItIs) {
+  Recording r = recording({});
+  for (double& u : r.displacement)
+    u = 5e-5 * std::round(u / 5e-5);
+  EXPECT_TRUE(steady_cycles(r));
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy

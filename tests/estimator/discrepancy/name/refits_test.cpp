@@ -1,0 +1,89 @@
+#include "estimator/discrepancy/name/refits.hpp"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "estimator/discrepancy/cycles/steady_cycles.hpp"
+#include "estimator/discrepancy/weigh/weighing.hpp"
+#include "tests/estimator/discrepancy/campaigns.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+// The oleo fitted to a quiet campaign of the virtual rig in which something is hidden.
+class Hidden {
+ public:
+  explicit Hidden(const std::map<std::string, double>& truth) {
+    const Campaign campaign =
+        testing::recorded(truth, {{1.0, 3.0}, {2.0, 1.5}, {2.0, 4.0}, {4.0, 6.0}}, 5, "oleo", 5e-6);
+    std::vector<SteadyRun> runs;
+    for (const Recording& recording : campaign.runs)
+      runs.push_back(steady_cycles(recording).value());
+    FitOptions far;
+    far.from_rest = true;
+    Weighed weighed = weigh(runs);
+    HarmonicFit rough = fit_harmonics(estimator::testing::oleo(), weighed.data, {}, nullptr, far);
+    weighed = weigh(runs, rough);
+    data_ = std::move(weighed.data);
+    base_.fit = std::make_shared<const HarmonicFit>(
+        fit_harmonics(estimator::testing::oleo(), data_, rough.theta, nullptr, far));
+    refits_ = std::make_unique<Refits>(*base_.fit, data_, options_);
+  }
+  const Hypothesis& base() const { return base_; }
+  const Refits& refits() const { return *refits_; }
+  double observations() const { return base_.fit->observations; }
+
+ private:
+  const FitOptions options_;
+  std::vector<RunDatum> data_;
+  Hypothesis base_;
+  std::unique_ptr<Refits> refits_;
+};
+
+Candidate candidate(const std::string& effect) {
+  const MotionRange range{0.13, 0.17, 0.3, 10.0};
+  const auto all = candidates(estimator::testing::oleo(), range, Kind::periodic);
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [&](const Candidate& c) { return c.effect->name() == effect; });
+  EXPECT_NE(found, all.end()) << effect;
+  return *found;
+}
+
+// About a wrong place it would leave a linear and a quadratic force to be named beside it.
+TEST(Refits, FindsWhereASpringIsAtRest) {
+  const Hidden hidden({{"cubic_stiffness", 3000.0}, {"cubic_stiffness_centre", 0.16}});
+  const Candidate cubic = candidate("cubic_stiffness");
+  const double places[] = {0.14, 0.15, 0.16, 0.166};
+  ASSERT_EQ(cubic.probes.size(), std::size(places));
+  for (const std::size_t p : {1U, 3U}) {
+    EXPECT_NEAR(cubic.probes[p].line.constants.at("u0"), places[p], 1e-12);
+    const Hypothesis found = hidden.refits().with(hidden.base(), cubic.probes[p]);
+    EXPECT_LT(found.fit->chi_squared, 1.5 * hidden.observations());
+    EXPECT_NEAR(found.fit->spec.effects.back().constants.at("u0"), 0.16, 5e-4);
+    EXPECT_NEAR(found.fit->theta.back(), 3000.0, 150.0);
+    EXPECT_EQ(found.fitted_constants, 1);
+    EXPECT_TRUE(found.disqualified.empty()) << found.disqualified;
+  }
+}
+
+TEST(Refits, BeginsElsewhereOnlyWhereThatClosesEnoughOfTheGap) {
+  const Hidden hidden({{"metering_k1", 0.5}});
+  const Candidate pin = candidate("metering_pin");
+  const Probe& probe = pin.probes[pin.probes.size() / 2];
+  const double before = hidden.base().fit->chi_squared;
+  ASSERT_GT(before, 100.0 * hidden.observations());
+  const auto found = hidden.refits().elsewhere(probe, 0.5 * before);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->effects, std::vector<std::string>{"metering_pin"});
+  EXPECT_LT(found->fit->chi_squared, 1.5 * hidden.observations());
+  EXPECT_TRUE(found->disqualified.empty()) << found->disqualified;
+  EXPECT_FALSE(hidden.refits().elsewhere(probe, 0.1 * hidden.observations()));
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,201 @@
+#include "estimator/discrepancy/weigh/transient.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/discrepancy/records/transient_cosines.hpp"
+#include "tests/estimator/discrepancy/records.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using testing::drop;
+using testing::sweep;
+using testing::Truth;
+
+config::ModelSpec oscillator() {
+  auto model = estimator::testing::model_of({estimator::testing::effect("linear_stiffness"),
+                                             estimator::testing::effect("viscous_damping")});
+  model.effects[0].parameters["k"].start = 80.0;
+  return model;
+}
+
+Campaign campaign_of(std::vector<Recording> runs, std::size_t held_out = 0) {
+  Campaign campaign;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    runs[i].name = "r" + std::to_string(i + 1);
+    runs[i].role = i + held_out < runs.size() ? Role::fit : Role::held_out;
+  }
+  campaign.runs = std::move(runs);
+  return campaign;
+}
+
+Campaign drops(const Truth& truth, std::uint64_t seed) {
+  return campaign_of({drop(truth, 1.2, seed), drop(truth, 1.8, seed + 1),
+                      drop(truth, 2.4, seed + 2), drop(truth, 2.1, seed + 3)},
+                     1);
+}
+
+Campaign sweeps(const Truth& truth, std::uint64_t seed) {
+  return campaign_of({sweep("linear", truth, 0.5, 4.0, 3.0, 12.0, seed),
+                      sweep("linear", truth, 3.0, 1.0, 2.0, 12.0, seed + 1),
+                      sweep("linear", truth, 0.8, 3.0, 2.5, 12.0, seed + 2)},
+                     1);
+}
+
+TEST(TransientCosines, ReturnACurveAndItsDerivatives) {
+  constexpr Eigen::Index kSamples = 120;
+  const double length = 3.0, step = length / kSamples;
+  Eigen::MatrixXd curves(kSamples, 2);
+  Eigen::VectorXd rate(kSamples), bend(kSamples);
+  for (Eigen::Index i = 0; i < kSamples; ++i) {
+    const double t = (static_cast<double>(i) + 0.5) * step;
+    const double w = 4.0 * std::numbers::pi / length;
+    curves(i, 0) = 2.0 + std::cos(w * t);
+    curves(i, 1) = t;
+    rate[i] = -w * std::sin(w * t);
+    bend[i] = -w * w * std::cos(w * t);
+  }
+  const CosineTransform transform(kSamples);
+  const Eigen::MatrixXd series = transform.analyse(curves, kSamples);
+  EXPECT_NEAR(series(0, 0), 2.0, 1e-12);
+  EXPECT_NEAR(series(4, 0), 1.0, 1e-12);
+  EXPECT_NEAR(series(0, 1), 0.5 * length, 1e-12);
+  EXPECT_LT((transform.synthesise(series.col(1)) - curves.col(1)).norm(), 1e-11);
+  EXPECT_LT((transform.synthesise(series.col(0), 1, length) - rate).norm(), 1e-9);
+  EXPECT_LT((transform.synthesise(series.col(0), 2, length) - bend).norm(), 1e-8);
+  EXPECT_EQ(fast_length(24841), 24576);
+}
+
+TEST(Transient, NoiseIsTheFloorAboveAllThatMoves) {
+  const auto runs = sampled_runs(sweeps({}, 3).runs);
+  ASSERT_TRUE(runs) << runs.error().what;
+  for (const auto& run : *runs) {
+    // White: power of a cosine is twice the variance over the samples (6000 of them).
+    const double expected = 2.0 * 2e-5 * 2e-5 / 6000.0;
+    EXPECT_NEAR(run->variance[2] / expected, 1.0, 0.25);
+    EXPECT_LT(run->samples(), 1500) << "decimated";
+    EXPECT_GT(run->highest_frequency(), 4.0);
+  }
+}
+
+TEST(Transient, NamesNothingWhereNothingIsMissing) {
+  for (const std::uint64_t seed : {11, 23}) {
+    const auto d = diagnose(drops({}, seed), estimator::testing::oleo());
+    ASSERT_TRUE(d) << d.error().what;
+    EXPECT_EQ(d->verdict, Verdict::adequate) << d->probability_before;
+    EXPECT_TRUE(d->effects.empty());
+    EXPECT_LT(d->gap.before, 1.2 * d->gap.noise_floor);
+  }
+}
+
+TEST(Transient, NamesTheFrictionHiddenInADrop) {
+  const auto d = diagnose(drops({{"coulomb_friction", 0.2}}, 5), estimator::testing::oleo());
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_NE(d->verdict, Verdict::adequate);
+  ASSERT_FALSE(d->effects.empty());
+  EXPECT_EQ(d->effects[0].name, "coulomb_friction");
+  EXPECT_NEAR(d->effects[0].parameters.at(0).value, 0.2, 0.01);
+  EXPECT_LT(d->gap.after, 0.1 * d->gap.before);
+  ASSERT_TRUE(d->gap.held_out_after);
+  EXPECT_LT(*d->gap.held_out_after, 0.15 * *d->gap.held_out_before);
+}
+
+TEST(Transient, NamesTheStiffeningSpringOfASweptOscillator) {
+  const auto d = diagnose(sweeps({{"cubic_stiffness", 800.0}}, 7), oscillator());
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_EQ(d->effects.size(), 1U);
+  EXPECT_EQ(d->effects[0].name, "cubic_stiffness");
+  EXPECT_NEAR(d->effects[0].parameters.at(0).value, 800.0, 8.0);
+  EXPECT_LT(d->gap.after, 1.1 * d->gap.noise_floor);
+}
+
+// A dynamometer that follows a motion without a period: friction and viscous damping.
+Recording shaken(double friction, std::uint64_t seed) {
+  std::mt19937_64 source(seed);
+  std::normal_distribution<double> normal;
+  std::vector<double> amplitude, frequency, phase;
+  for (int k = 0; k < 12; ++k) {
+    frequency.push_back(0.3 + 0.21 * k + 0.05 * normal(source));
+    amplitude.push_back(4e-3 * std::fabs(normal(source)) / (1.0 + 0.2 * k));
+    phase.push_back(6.28 * normal(source));
+  }
+  Recording r;
+  r.kind = Kind::imposed_motion;
+  r.role_given = true;
+  for (int i = 0; i < 4000; ++i) {
+    const double t = i / 200.0;
+    double u = 0.0, v = 0.0;
+    for (std::size_t k = 0; k < frequency.size(); ++k) {
+      const double w = 2.0 * std::numbers::pi * frequency[k];
+      u += amplitude[k] * std::sin(w * t + phase[k]);
+      v += amplitude[k] * w * std::cos(w * t + phase[k]);
+    }
+    r.t.push_back(t);
+    r.displacement.push_back(u);
+    r.force.push_back(3.0 * v + friction * (v > 0.0 ? 1.0 : -1.0) + 0.002 * normal(source));
+  }
+  return r;
+}
+
+TEST(Transient, NamesFrictionAlongAnImposedMotionWithoutAPeriod) {
+  const auto model = estimator::testing::model_of({estimator::testing::effect("viscous_damping")});
+  const auto quiet = diagnose(campaign_of({shaken(0.0, 1), shaken(0.0, 2)}, 1), model);
+  ASSERT_TRUE(quiet) << quiet.error().what;
+  EXPECT_TRUE(quiet->effects.empty());
+  const auto d = diagnose(campaign_of({shaken(0.3, 1), shaken(0.3, 2)}, 1), model);
+  ASSERT_TRUE(d) << d.error().what;
+  ASSERT_FALSE(d->effects.empty());
+  EXPECT_EQ(d->effects[0].name, "coulomb_friction");
+  EXPECT_NEAR(d->effects[0].parameters.at(0).value, 0.3, 0.01);
+  EXPECT_LT(d->gap.after, 0.2 * d->gap.before);
+}
+
+void refused(const Campaign& campaign, const std::string& words) {
+  const auto d = diagnose(campaign, oscillator());
+  ASSERT_FALSE(d);
+  EXPECT_THAT(d.error().what, ::testing::HasSubstr(words));
+}
+
+TEST(Transient, SaysWhatIsWrongWithARecord) {
+  const Campaign good = sweeps({}, 1);
+  Campaign bad = good;
+  bad.runs[0].excitation.pop_back();
+  refused(bad, "not on one clock");
+  bad = good;
+  std::swap(bad.runs[0].t[10], bad.runs[0].t[11]);
+  refused(bad, "time does not increase");
+  bad = good;
+  for (double& x : bad.runs[1].excitation)
+    x = 1.5;
+  refused(bad, "never changes");
+  bad = good;
+  const double limit =
+      0.5 * *std::max_element(good.runs[0].displacement.begin(), good.runs[0].displacement.end());
+  for (double& u : bad.runs[0].displacement)
+    u = std::min(u, limit);
+  refused(bad, "clipped");
+  bad = good;
+  for (std::size_t i = 2000; i < bad.runs[0].t.size(); ++i)
+    bad.runs[0].t[i] += 3.0;
+  refused(bad, "samples are missing between");
+  bad = good;
+  bad.runs[1].kind = Kind::periodic;
+  refused(bad, "different kinds");
+  bad = good;
+  bad.runs[1] = bad.runs[0];
+  bad.runs[1].name = "again";
+  for (double& u : bad.runs[1].displacement)
+    u *= 1.3;
+  refused(bad, "contradict each other");
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy
