@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/csv.hpp"
+#include "config/campaign.hpp"
 #include "record/accepted_cycles.hpp"
 
 namespace shaker::cli {
@@ -19,6 +20,7 @@ namespace {
 using estimator::discrepancy::Campaign;
 using estimator::discrepancy::Kind;
 using estimator::discrepancy::Recording;
+using estimator::discrepancy::recording_of;
 using estimator::discrepancy::Role;
 using nlohmann::json;
 
@@ -274,9 +276,9 @@ Result<Campaign> read_database(const std::filesystem::path& file) {
   if (!runs) return runs.error();
   Campaign campaign;
   campaign.name = row->name;
+  const double mass = config::reference_mass(row->spec_json);
   for (record::AcceptedCycles& run : *runs)
-    add_cycles(campaign, std::move(run.name), {run.frequency_hz, run.amplitude}, std::move(run.t),
-               std::move(run.displacement), std::move(run.excitation));
+    add_cycles(campaign, recording_of(std::move(run)), mass);
   if (campaign.runs.empty()) return invalid(file.string(), "holds no accepted cycle");
   return campaign;
 }

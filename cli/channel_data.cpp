@@ -10,6 +10,7 @@
 
 #include "cli/csv.hpp"
 #include "cli/run_data.hpp"
+#include "config/campaign.hpp"
 #include "record/campaign_database.hpp"
 
 namespace shaker::cli {
@@ -41,7 +42,7 @@ Result<ChannelInput> describe(const std::vector<std::string>& channels,
       if (!mass || !(*mass > 0.0))
         return bad(
             "the model's forces are per unit mass, a load cell's are not: give the mass that "
-            "it carries with --mass, in kg");
+            "it carries with --mass, in kg, or in the campaign's file as \"reference_mass\"");
       out.quantities.push_back(Quantity::damper_force);
       out.units.emplace_back("N");
       scale = *mass;
@@ -115,6 +116,7 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
   run.frequency_hz = as_one->frequency_hz;
   run.amplitude = as_one->amplitude;
   run.excitation = as_one->excitation;
+  run.excitation_error = as_one->excitation_error;
   run.tau = as_one->tau;
   if (run.tau.empty())
     fold(series, as_one->displacement.size(), run);
@@ -208,6 +210,7 @@ Result<ChannelRun> from_samples(const estimator::RunData& mean,
   run.frequency_hz = mean.frequency_hz;
   run.amplitude = mean.amplitude;
   run.excitation = mean.excitation;
+  run.excitation_error = mean.excitation_error;
   fold(series, n, run);
   return run;
 }
@@ -239,11 +242,21 @@ Result<ChannelInput> from_database(const InputOptions& options,
   return out;
 }
 
+// Of the campaign's file, as its database keeps it.
+std::optional<double> mass_of(const std::filesystem::path& database) {
+  const auto reader = record::CampaignReader::open(database);
+  const auto row = reader ? reader->campaign() : reader.error();
+  if (!row) return {};  // said by whoever reads the cycles
+  const double mass = config::reference_mass(row->spec_json);
+  return mass > 0.0 ? std::optional(mass) : std::nullopt;
+}
+
 }  // namespace
 
 Result<ChannelInput> read_channels(const InputOptions& options,
                                    const std::vector<std::string>& channels,
                                    std::optional<double> mass) {
+  if (!mass && is_database(options.file)) mass = mass_of(options.file);
   auto described = describe(channels, mass);
   if (!described) return described.error();
   return is_database(options.file) ? from_database(options, channels, std::move(*described))

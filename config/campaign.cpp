@@ -107,6 +107,7 @@ Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& 
   reader.optional("ramp_s", campaign.ramp_s, at_least(0).at_most(600));
   reader.optional("forgetting", campaign.forgetting, at_least(0.5).at_most(1));
   read_change_detection(reader, findings, campaign.change_detection);
+  reader.optional("reference_mass", campaign.reference_mass, above(0).at_most(1e6));
   reader.finish();
   if (!findings.empty()) return findings.error();
   return campaign;
@@ -116,6 +117,13 @@ Result<CampaignSpec> load_campaign(const std::filesystem::path& file) {
   const auto text = read_text(file);
   if (!text) return text.error();
   return parse_campaign(*text, file.string(), file.parent_path());
+}
+
+double reference_mass(const std::string& text) {
+  const auto root = nlohmann::json::parse(text, nullptr, false);
+  return root.is_object() && root.contains("reference_mass") && root["reference_mass"].is_number()
+             ? root["reference_mass"].get<double>()
+             : 0.0;
 }
 
 std::string to_json_text(const CampaignSpec& campaign) {
@@ -136,6 +144,7 @@ std::string to_json_text(const CampaignSpec& campaign) {
                {"settle_tolerance", campaign.settle_tolerance},
                {"ramp_s", campaign.ramp_s},
                {"forgetting", campaign.forgetting}};
+  if (campaign.reference_mass > 0.0) root["reference_mass"] = campaign.reference_mass;
   if (const auto& change = campaign.change_detection) {
     if (change->false_alarms_per_hour > 0.0)
       root["change_detection"] = {{"false_alarms_per_hour", change->false_alarms_per_hour}};

@@ -35,6 +35,8 @@ struct CampaignSpec {
   double ramp_s = 0.0;            // 0: the rig's own
   double forgetting = 1.0;        // weight of a cycle in the estimate for each cycle of its age
   std::optional<ChangeDetectionSpec> change_detection;  // none: no test
+  double reference_mass =
+      0.0;  // that a load cell carries, kg; 0: not said, a load cell is recorded
   std::string origin;
 
   // Of the test, in one cycle of the run in which cycles are shortest; 0 without a test.
@@ -44,6 +46,8 @@ struct CampaignSpec {
 Result<CampaignSpec> load_campaign(const std::filesystem::path& file);
 Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& origin,
                                     const std::filesystem::path& directory);
+// The reference mass of a campaign's file, whatever else it holds; 0 where it says none.
+double reference_mass(const std::string& text);
 // The whole campaign with its model inline; round-trips through parse_campaign.
 std::string to_json_text(const CampaignSpec& campaign);
 

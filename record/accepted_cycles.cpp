@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "record/channel_columns.hpp"
+
 namespace shaker::record {
 namespace {
 
@@ -36,6 +38,36 @@ AcceptedCycles joined(const RunRow& row, std::vector<CycleRow> cycles) {
   return run;
 }
 
+// As many periods of raw samples as there are cycles, where the run has a channel beside the
+// displacement and the excitation; otherwise the run stays as it is.
+Result<void> with_channels(const CampaignReader& reader, int index, double cycles,
+                           AcceptedCycles& run) {
+  using protocol::Channel;
+  // A look at the last instants first: most campaigns have no such channel.
+  for (const double span : {0.0, cycles / run.frequency_hz}) {
+    const auto samples = reader.last_samples(index, span);
+    if (!samples) return samples.error();
+    const auto has = [&](Channel channel) {
+      return std::ranges::find(*samples, channel, &SampleRow::channel) != samples->end();
+    };
+    std::vector<Channel> wanted = {Channel::displacement, Channel::excitation};
+    if (has(Channel::acceleration)) wanted.push_back(Channel::acceleration);
+    if (has(Channel::force)) wanted.push_back(Channel::force);
+    if (wanted.size() == 2 || !has(Channel::excitation)) return {};
+    if (span == 0.0) continue;
+    ChannelColumns columns = channel_columns(*samples, wanted);
+    if (columns.t.empty()) return {};
+    run.t = std::move(columns.t);
+    run.displacement = std::move(columns.values[0]);
+    run.excitation = std::move(columns.values[1]);
+    for (std::size_t k = 2; k < wanted.size(); ++k) {
+      auto& column = wanted[k] == Channel::force ? run.force : run.acceleration;
+      column = std::move(columns.values[k]);
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<std::vector<AcceptedCycles>> accepted_cycles(const CampaignReader& reader) {
@@ -45,7 +77,11 @@ Result<std::vector<AcceptedCycles>> accepted_cycles(const CampaignReader& reader
   for (const RunRow& row : *rows) {
     auto cycles = reader.cycles(row.index);
     if (!cycles) return cycles.error();
+    const auto accepted = std::ranges::count(*cycles, true, &CycleRow::accepted);
     runs.push_back(joined(row, std::move(*cycles)));
+    if (accepted == 0) continue;
+    const auto added = with_channels(reader, row.index, static_cast<double>(accepted), runs.back());
+    if (!added) return added.error();
   }
   return runs;
 }

@@ -17,6 +17,11 @@ struct AcceptedCycles {
   // s, m, m/s^2; empty when the run has no accepted cycle. Where the excitation was not measured it
   // is the cosine of the amplitude that was set.
   std::vector<double> t, displacement, excitation;
+  // Of the sprung mass, m/s^2, and the load cell, N; empty where the run did not record it. With
+  // one of them all columns are raw samples, on the times of the displacement's, of the end of the
+  // run and as long as its accepted cycles together: cycles are kept of the displacement and the
+  // excitation only.
+  std::vector<double> acceleration, force;
 };
 
 // One entry a run, in order.

@@ -84,6 +84,8 @@ class CampaignReader {
   Result<std::vector<RunRow>> runs() const;
   Result<std::vector<CycleRow>> cycles(int run) const;
   Result<std::vector<SampleRow>> samples(int run) const;
+  // Those of the last `span_s` seconds of a run, and up to a block more.
+  Result<std::vector<SampleRow>> last_samples(int run, double span_s) const;
   Result<std::vector<std::string>> documents() const;
 
  private:

@@ -128,6 +128,28 @@ Result<std::vector<SampleRow>> CampaignReader::samples(int run) const {
   });
 }
 
+Result<std::vector<SampleRow>> CampaignReader::last_samples(int run, double span_s) const {
+  using Rows = std::vector<SampleRow>;
+  return impl_->query<Rows>([&]() -> Result<Rows> {
+    std::vector<Rows> blocks;  // the last one first
+    SQLite::Statement row(*impl_->database,
+                          "SELECT data FROM sample WHERE run = ? ORDER BY id DESC");
+    row.bind(1, run);
+    const auto span = static_cast<std::int64_t>(1e9 * span_s);
+    while (row.executeStep()) {
+      Rows block;
+      if (!unpack(bytes_of(row.getColumn(0)), block)) return impl_->damaged("a block of samples");
+      if (block.empty()) continue;
+      blocks.push_back(std::move(block));
+      if (blocks.back().front().t_ns < blocks.front().back().t_ns - span) break;
+    }
+    Rows rows;
+    for (auto block = blocks.rbegin(); block != blocks.rend(); ++block)
+      rows.insert(rows.end(), block->begin(), block->end());
+    return rows;
+  });
+}
+
 Result<std::vector<std::string>> CampaignReader::documents() const {
   using Rows = std::vector<std::string>;
   return impl_->query<Rows>([&]() -> Result<Rows> {

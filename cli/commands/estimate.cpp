@@ -90,6 +90,28 @@ nlohmann::ordered_json to_json(const estimator::Posterior& posterior,
   return list;
 }
 
+nlohmann::ordered_json sampling_of(const estimator::Posterior& posterior) {
+  const bool ensembles = posterior.method == estimator::PosteriorMethod::ensembles;
+  nlohmann::ordered_json out = {{"method", ensembles ? "ensembles" : "importance"},
+                                {"draws", posterior.samples},
+                                {"effective_samples", posterior.effective_samples},
+                                {"converged", posterior.converged}};
+  if (std::isfinite(posterior.pareto_k)) out["pareto_k"] = posterior.pareto_k;
+  if (ensembles && std::isfinite(posterior.r_hat)) out["r_hat"] = posterior.r_hat;
+  return out;
+}
+
+std::string sampling_sentence(const estimator::Posterior& posterior) {
+  if (posterior.method == estimator::PosteriorMethod::importance)
+    return fmt::format("by importance sampling ({} draws; tail of their weights {:.2f})",
+                       posterior.samples, posterior.pareto_k);
+  return fmt::format(
+      "by ensembles of walkers ({} draws; split R-hat {:.3f}), begun where importance sampling "
+      "ended "
+      "(tail of its weights {:.2f})",
+      posterior.samples, posterior.r_hat, posterior.pareto_k);
+}
+
 std::string posterior_table(const estimator::Posterior& posterior,
                             const std::vector<std::string>& names) {
   std::vector<std::vector<std::string>> rows = {
@@ -100,7 +122,7 @@ std::string posterior_table(const estimator::Posterior& posterior,
                     fmt::format("{:.6g}", p.mode), fmt::format("{:.3g}", p.standard_deviation),
                     fmt::format("{:.0f}", p.effective_samples)});
   }
-  return fmt::format("\nPosterior, by sampling:\n\n{}",
+  return fmt::format("\nPosterior, {}:\n\n{}", sampling_sentence(posterior),
                      report::text_table(rows, std::vector<bool>(rows.front().size(), true)));
 }
 
@@ -276,7 +298,10 @@ int estimate(const Common& common, const EstimateOptions& options) {
       json["intervals"] = options.intervals;
       json["loss"] = options.loss;
       if (options.unbiased) json["unbiased"] = true;
-      if (sampled) json["posterior"] = to_json(*sampled, document.covariance_order);
+      if (sampled) {
+        json["posterior"] = to_json(*sampled, document.covariance_order);
+        json["posterior_sampling"] = sampling_of(*sampled);
+      }
       fmt::print("{}\n", json.dump());
     } else {
       fmt::print("{}", report::estimate_table(document));

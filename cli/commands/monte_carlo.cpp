@@ -2,6 +2,7 @@
 #include "estimator/worth/monte_carlo.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -157,6 +158,9 @@ void print(const est::Model& model, const est::MonteCarloOptions& options,
       "noise, which is discretisation alone.\n",
       result.converged, result.replications, result.on_bound,
       100.0 * options.estimation.confidence);
+  if (std::isfinite(result.on_bound_profile_coverage))
+    fmt::print("Of the profile intervals of those on a bound {:.1f} % held the truth.\n",
+               100.0 * result.on_bound_profile_coverage);
   if (options.unbiased)
     fmt::print("The bias was left in {} of them: too large for its series.\n", result.uncorrected);
 }

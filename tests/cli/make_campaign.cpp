@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   campaign.name = "known";
   campaign.started_utc = "2026-03-01T12:00:00.000Z";
   campaign.rig = "none";
-  campaign.spec_json = "{}";
+  campaign.spec_json = R"({"reference_mass": 1})";
   campaign.model_json = config::to_json_text(*model);
   campaign.auxiliary = {{protocol::Channel::aux1, {"gas_pressure", "Pa"}}};
   auto writer = record::CampaignWriter::create(argv[1], campaign);

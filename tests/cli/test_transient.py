@@ -1,12 +1,11 @@
 """estimate --transient and drop on the command line, against this file's own Runge-Kutta steps."""
 import json
-import os
 import pathlib
-import subprocess
 import tempfile
 import unittest
 
-SHAKERCTL = os.environ["SHAKERCTL"]
+from support import run
+
 THETA = [16.6667, 1.524, 5.31496, 1.0]
 GRAVITY, SPEED, STEP = 9.80665, 3.0, 2e-4
 MODEL = {"name": "oleo", "gravity": GRAVITY, "length_unit": "m", "effects": [
@@ -33,10 +32,6 @@ def drop():
         d = force(u4, v4)
         u, v = u + STEP / 6 * (v + 2 * v2 + 2 * v3 + v4), v + STEP / 6 * (a + 2 * b + 2 * c + d)
     return path
-
-
-def run(*words):
-    return subprocess.run([SHAKERCTL, *map(str, words)], capture_output=True, text=True, timeout=120)
 
 
 class Drop(unittest.TestCase):

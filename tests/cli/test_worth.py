@@ -1,19 +1,11 @@
 """What estimates are worth, on the command line: monte-carlo, plan, and estimate's options."""
 import json
-import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-EXAMPLES = ROOT / "config" / "examples"
-SHAKERCTL = os.environ["SHAKERCTL"]
-
-
-def run(*words):
-    return subprocess.run([SHAKERCTL, *map(str, words)], capture_output=True, text=True, timeout=120)
+from support import EXAMPLES, ROOT, run
 
 
 class MonteCarlo(unittest.TestCase):

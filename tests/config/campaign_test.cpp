@@ -38,7 +38,7 @@ TEST(Campaign, SurvivesBeingWrittenAndReadAgain) {
   const auto campaign = parse_campaign(
       R"({"name": "c", "model": {"name": "m", "effects": [{"effect": "gravity"}]},
           "runs": [{"name": "x", "frequency_hz": 2.25, "amplitude": 3, "cycles": 7}],
-          "points_per_cycle": 32, "settle_cycles_max": 9, "settle_tolerance": 2.5, "ramp_s": 1.5})",
+          "reference_mass": 512.5, "points_per_cycle": 32, "settle_cycles_max": 9, "settle_tolerance": 2.5, "ramp_s": 1.5})",
       "c.json", ".");
   ASSERT_TRUE(campaign) << campaign.error().what;
   const auto again = parse_campaign(to_json_text(*campaign), "again", ".");
@@ -50,9 +50,17 @@ TEST(Campaign, SurvivesBeingWrittenAndReadAgain) {
   EXPECT_EQ(again->runs.at(0).amplitude, 3.0);
   EXPECT_EQ(again->runs.at(0).cycles, 7);
   EXPECT_EQ(again->points_per_cycle, 32);
+  EXPECT_EQ(again->reference_mass, 512.5);
+  EXPECT_EQ(reference_mass(to_json_text(*campaign)), 512.5);
   EXPECT_EQ(again->settle_cycles_max, 9);
   EXPECT_EQ(again->settle_tolerance, 2.5);
   EXPECT_EQ(again->ramp_s, 1.5);
+}
+
+TEST(Campaign, SaysNoReferenceMassWhereThereIsNone) {
+  EXPECT_EQ(reference_mass("{}"), 0.0);
+  EXPECT_EQ(reference_mass(R"({"reference_mass": "heavy"})"), 0.0);
+  EXPECT_EQ(reference_mass("[1"), 0.0);
 }
 
 TEST(Campaign, PassesOnWhatIsWrongWithItsModelFile) {

@@ -1,0 +1,259 @@
+"""shakerctl estimate, export and compare."""
+import csv
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import unittest
+
+from support import DATA, EXAMPLES, MAKE_CAMPAIGN, OLEO_FEET, Scratch, run
+
+
+def reference(name):
+    rows = {}
+    for line in (DATA / name).read_text().splitlines():
+        key, *numbers = line.split(",")
+        rows[key] = [float(number) for number in numbers]
+    return rows
+
+
+class Estimate(Scratch):
+    def test_data_without_motion_get_words_and_no_figures(self):
+        rows = "".join(f"{i * 0.005},{3 * math.cos(4 * math.pi * i * 0.005)},%s\n" % "{}" for i in range(200))
+        flat = self.write("flat.csv", "t,excitation,displacement\n" + rows.replace("{}", "0.15"))
+        model = EXAMPLES / "model-oleo.json"
+        result = run("estimate", flat, "--model", model, "--frequency", 2)
+        self.assertEqual(result.returncode, 5, result.stderr)
+        theta1 = next(line for line in result.stdout.splitlines() if line.startswith("theta1"))
+        self.assertIn("not determined", theta1)
+        self.assertNotRegex(theta1, r"e\+1\d")
+        document = json.loads(run("estimate", flat, "--model", model, "--frequency", 2, "--json").stdout)
+        self.assertFalse(document["usable"])
+        self.assertNotIn("standard_error", document["parameters"][0])
+        self.assertFalse(document["parameters"][0]["determined"])
+        huge = self.write("huge.csv", "t,excitation,displacement\n" + "".join(
+            f"{i * 0.005},{3 * math.cos(4 * math.pi * i * 0.005)},{1e300 * math.sin(i)}\n" for i in range(200)))
+        result = run("estimate", huge, "--model", model, "--frequency", 2)
+        self.assertEqual(result.returncode, 5, result.stderr)
+        self.assertNotRegex(result.stdout, r"\binf\b")
+
+    def estimate(self, file, *words):
+        return run("estimate", file, "--model", self.model, "--frequency", 2, "--amplitude", 10, *words)
+
+    def test_finds_the_optimum_of_an_independent_solver(self):
+        result = self.estimate(DATA / "oleo_j1.csv", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = json.loads(result.stdout)
+        expected = reference("oleo_j1_reference.csv")
+        self.assertEqual(document["type"], "estimate")
+        self.assertTrue(document["usable"])
+        for parameter, theta in zip(document["parameters"], expected["theta"], strict=True):
+            self.assertAlmostEqual(parameter["value"] / theta, 1.0, delta=1e-6)
+        errors = [math.sqrt(expected["cov"][5 * i]) for i in range(4)]
+        for parameter, error in zip(document["parameters"], errors, strict=True):
+            self.assertAlmostEqual(parameter["standard_error"] / error, 1.0, delta=1e-3)
+        self.assertAlmostEqual(document["sum_of_squares"] / expected["ssr"][0], 1.0, delta=1e-4)
+
+    def test_refines_the_grid_to_the_accuracy_that_is_asked_for(self):
+        result = self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = json.loads(result.stdout)
+        for parameter, theta in zip(document["parameters"], reference("oleo_j1_reference.csv")["theta"], strict=True):
+            self.assertAlmostEqual(parameter["value"] / theta, 1.0, delta=1e-9)
+        self.assertTrue(document["grid"]["reached"])
+        self.assertLess(document["grid"]["error"], 1e-9)
+        self.assertRegex(self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9").stdout,
+                         r"on \d+ points a period, which changes no parameter by more than \d")
+
+    def test_an_accuracy_of_several_channels_is_refused_not_forgotten(self):
+        result = self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9", "--objective", "joint_covariance")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--accuracy", result.stderr)
+
+    def test_prints_a_table(self):
+        result = self.estimate(DATA / "oleo_j1.csv")
+        self.assertEqual(result.returncode, 0)
+        self.assertRegex(result.stdout, r"theta1 +5\.072 ± 0\.039 +4\.99\d \.\. 5\.15\d  1/ft")
+
+    def test_takes_a_measured_excitation_of_any_phase_and_windows_files(self):
+        """The record shifted in time, its cosine given as a column with the accelerometer's offset."""
+        rows = list(csv.DictReader((DATA / "oleo_j1.csv").open()))
+        shift = 0.1234
+        lines = ["t,excitation,displacement"]
+        for period in range(3):
+            for row in rows:
+                t = float(row["t"]) + 0.5 * period
+                x = 10 * math.cos(4 * math.pi * t) + 0.3
+                lines.append(f"{t + shift!r},{x!r},{row['y']}")
+        file = self.write("x.csv", "\ufeff" + "\r\n".join(lines) + "\r\n")
+        result = run("estimate", file, "--model", self.model, "--frequency", 2, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        expected = reference("oleo_j1_reference.csv")["theta"]
+        for parameter, theta in zip(json.loads(result.stdout)["parameters"], expected, strict=True):
+            self.assertAlmostEqual(parameter["value"] / theta, 1.0, delta=1e-4)
+
+    def test_bad_input_is_2_with_its_place(self):
+        good = (DATA / "oleo_j1.csv").read_text().splitlines()
+        broken = good[:5] + [good[5].split(",")[0] + ",oops"] + good[6:]
+        file = self.write("bad.csv", "\n".join(broken))
+        result = self.estimate(file)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn(f'{file}:6:2: "oops" is not a number (y)', result.stderr)
+        file = self.write("back.csv", "\n".join(good[:5] + [good[4]] + good[5:]))
+        self.assertIn("time does not increase", self.estimate(file).stderr)
+        file = self.write("few.csv", "\n".join(good[:6]))
+        self.assertIn("5 points; at least 8", self.estimate(file).stderr)
+        self.assertIn("columns t,excitation,displacement or t,y",
+                      self.estimate(self.write("cols.csv", "a,b\n1,2\n")).stderr)
+        self.assertIn("--frequency", run("estimate", DATA / "oleo_j1.csv", "--model", self.model).stderr)
+        self.assertIn("--model", run("estimate", DATA / "oleo_j1.csv", "--frequency", 2).stderr)
+        self.assertIn("--amplitude", run("estimate", DATA / "oleo_j1.csv", "--frequency", 2,
+                                         "--model", self.model).stderr)
+        self.assertIn("cannot be read", self.estimate(self.path / "missing.csv").stderr)
+
+    def test_several_starts_cure_a_start_that_ends_where_nothing_moves(self):
+        bad = json.loads(self.model.read_text())
+        for effect, name, value in ((0, "theta1", 0.1), (1, "theta2", 60), (1, "theta3", 0.2)):
+            bad["effects"][effect]["parameters"][name]["start"] = value
+        words = ("estimate", DATA / "oleo_j1.csv", "--model", self.write("bad.json", json.dumps(bad)),
+                 "--frequency", 2, "--amplitude", 10)
+        self.assertEqual(run(*words).returncode, 5)
+        result = run(*words, "--starts", 8, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = json.loads(result.stdout)
+        best = reference("oleo_j1_reference.csv")["theta"]
+        for parameter, value in zip(document["parameters"], best):
+            self.assertAlmostEqual(parameter["value"] / value, 1.0, delta=1e-4)
+        self.assertEqual(document["minima"][0]["status"], "converged")
+        self.assertIn("Where the starts ended", run(*words, "--starts", 8).stdout)
+
+    def test_a_constant_record_gives_no_usable_estimate(self):
+        lines = ["t,y"] + [f"{i / 80},0.53" for i in range(40)]
+        result = self.estimate(self.write("flat.csv", "\n".join(lines)))
+        self.assertIn(result.returncode, (2, 5))
+        self.assertTrue(result.stderr)
+
+    def test_a_start_without_a_periodic_solution_is_said(self):
+        model = json.loads(json.dumps(OLEO_FEET))
+        model["effects"][1]["parameters"]["theta3"] = {"start": 1e3}
+        self.model.write_text(json.dumps(model))
+        result = self.estimate(DATA / "oleo_j1.csv")
+        self.assertEqual(result.returncode, 5, result.stdout + result.stderr)
+        self.assertTrue(result.stderr)
+
+
+class Database(Scratch):
+    """Two noise-free runs of an independent solver, with a known scatter put on their cycles."""
+
+    def setUp(self):
+        super().setUp()
+        runs = {}
+        for row in csv.DictReader((DATA / "oleo_j2.csv").open()):
+            runs.setdefault(row["run"], []).append(row)
+        self.rows = list(runs.values())
+        table = "".join(",".join([run[0]["f"], run[0]["a"]] + [row["y"] for row in run]) + "\n"
+                        for run in self.rows)
+        made = subprocess.run([MAKE_CAMPAIGN, self.path, self.write("table.csv", table), self.model],
+                              capture_output=True, text=True, check=True)
+        self.database = pathlib.Path(made.stdout.strip())
+
+    def test_estimates_from_all_runs_jointly(self):
+        result = run("estimate", self.database, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = json.loads(result.stdout)
+        self.assertEqual(document["campaign"], "known")
+        self.assertEqual(document["runs_used"], len(self.rows))
+        self.assertEqual(document["cycles_used"], 3 * len(self.rows))
+        for parameter, theta in zip(document["parameters"], reference("oleo_j2_reference.csv")["theta"],
+                                    strict=True):
+            self.assertAlmostEqual(parameter["value"] / theta, 1.0, delta=1e-5)
+
+    def test_another_model_may_be_tried(self):
+        other = json.loads(json.dumps(OLEO_FEET))
+        other["effects"][1]["parameters"]["theta4"] = {"start": 1.0, "fixed": True}
+        result = run("estimate", self.database, "--model", self.write("o.json", json.dumps(other)), "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertTrue(json.loads(result.stdout)["parameters"][3]["fixed"])
+        self.assertEqual(run("estimate", self.database, "--frequency", 2).returncode, 2)
+
+    def test_exports_cycles_that_can_be_estimated_from(self):
+        out = self.path / "out"
+        result = run("export", self.database, "--directory", out, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        files = json.loads(result.stdout)["files"]
+        self.assertEqual(len(files), len(self.rows))
+        self.assertEqual(files[0]["cycles"], 3)
+        with open(files[0]["file"]) as file:
+            rows = list(csv.DictReader(file))
+        points = len(self.rows[0])
+        self.assertEqual(len(rows), 3 * points)
+        self.assertTrue(all(row["accepted"] == "1" for row in rows))
+        self.assertAlmostEqual(float(rows[points]["displacement"]),
+                               float(self.rows[0][0]["y"]) - 1e-5, delta=1e-15)
+        frequency = float(self.rows[0][0]["f"])
+        self.assertAlmostEqual(float(rows[points]["t"]) - float(rows[0]["t"]), 1 / frequency, delta=1e-12)
+        every = run("export", self.database, "--directory", out, "--all")
+        self.assertEqual(every.returncode, 0)
+        with open(files[0]["file"]) as file:
+            self.assertEqual(len(list(file)), 1 + 4 * points)
+        self.assertEqual([p.name for p in out.glob("*.part")], [])
+
+    def test_exports_raw_samples(self):
+        result = run("export", self.database, "--directory", self.path, "--samples")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual((self.path / "known_r01_samples.csv").read_text(),
+                         "t,channel,value,quality,unit\n0.000000000,displacement,0.125,good,m\n"
+                         "0.001000000,excitation,-2.5,suspect,m/s^2\n"
+                         "0.002000000,gas_pressure,1000000,good,Pa\n")
+
+    def test_what_is_not_a_campaign_is_2(self):
+        for file in (self.path / "missing.db", self.write("text.db", "hello")):
+            with self.subTest(file=file.name):
+                result = run("export", file)
+                self.assertEqual(result.returncode, 2)
+                self.assertIn(file.name, result.stderr)
+                self.assertEqual(run("estimate", file).returncode, 2)
+
+    def test_a_folder_that_cannot_be_written_is_said(self):
+        result = run("export", self.database, "--directory", "/proc/nowhere")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("cannot be written", result.stderr)
+
+
+class Compare(Scratch):
+    def compare(self, *words):
+        result = run("compare", *words, "--json")
+        return result.returncode, json.loads(result.stdout)
+
+    def test_methods_agree_on_a_record(self):
+        code, document = self.compare(DATA / "oleo_j1.csv", "--model", self.model, "--frequency", 2,
+                                      "--amplitude", 10)
+        self.assertEqual(code, 0)
+        self.assertEqual(document["parameters"], ["theta1", "theta2", "theta3", "theta4"])
+        least = reference("oleo_j1_reference.csv")["ssr"][0]
+        self.assertGreaterEqual(len(document["methods"]), 12)
+        for row in document["methods"]:
+            self.assertAlmostEqual(row["sum_of_squares"] / least, 1.0, delta=1e-3, msg=row["method"])
+            self.assertGreaterEqual(row["periodic_solutions"], row["iterations"], row["method"])
+
+    def test_a_bad_start_of_the_papers_data_tells_methods_apart(self):
+        code, document = self.compare("--figure", 12, "--start", "0.1,20,0.5,1", "--method",
+                                      "automatic", "--method", "gauss_newton")
+        self.assertEqual(code, 0)
+        automatic, pure = document["methods"]
+        self.assertEqual(automatic["status"], "converged")
+        for value, printed in zip(automatic["theta"], (4.6911, 4.9864, 1.6184, 1.0029)):
+            self.assertAlmostEqual(value, printed, delta=2e-4)
+        self.assertNotEqual(pure["status"], "converged")
+
+    def test_wrong_use_is_said(self):
+        self.assertIn("choose from", run("compare", "--figure", 12, "--method", "magic").stderr)
+        self.assertIn("free parameters", run("compare", "--figure", 12, "--start", "1,2").stderr)
+        self.assertIn("outside", run("compare", "--figure", 12, "--start", "1,2,3,-4").stderr)
+        self.assertIn("--figure", run("compare").stderr)
+        self.assertEqual(run("compare", "--figure", 9).returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], "-v"])
