@@ -4,16 +4,14 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <random>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "bench/oleo_in_feet.hpp"
 #include "bench/plain_reference.hpp"
 #include "estimator/accurate_estimation.hpp"
 #include "estimator/batch_estimation.hpp"
@@ -22,62 +20,19 @@
 #include "estimator/paper/figures.hpp"
 #include "estimator/periodic/accurate_solution.hpp"
 #include "estimator/periodic/sweep.hpp"
+#include "tests/estimator/benchmark_jobs.hpp"
 
 namespace {
 
 using namespace shaker;
 using namespace shaker::estimator;
 
-const std::vector<double> kStart = {5.08 * 1.05, 5.0 * 1.05, 1.62 * 1.05, 1.05};
-
-std::vector<std::vector<double>> read(const std::string& name, bool header = true) {
-  std::ifstream file(std::filesystem::path(SHAKER_TEST_DATA) / name);
-  std::vector<std::vector<double>> rows;
-  std::string line;
-  if (header) std::getline(file, line);
-  while (std::getline(file, line)) {
-    std::vector<double> row;
-    std::stringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');)
-      row.push_back(std::stod(cell));
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
-std::vector<RunData> job1() {
-  RunData run;
-  run.frequency_hz = 2.0;
-  run.amplitude = 10.0;
-  for (const auto& row : read("oleo_j1.csv"))
-    run.displacement.push_back(row[1]);
-  return {run};
-}
-
-std::vector<RunData> job2() {
-  std::vector<RunData> runs;
-  for (const auto& row : read("oleo_j2.csv")) {
-    if (runs.size() <= static_cast<std::size_t>(row[0])) {
-      runs.emplace_back();
-      runs.back().frequency_hz = row[1];
-      runs.back().amplitude = row[2];
-    }
-    runs.back().displacement.push_back(row[4]);
-  }
-  return runs;
-}
-
-const Model& model() {
-  static const Model oleo(paper::oleo_in_feet(32.2));
-  return oleo;
-}
-
-EstimationOptions options(int points) {
-  EstimationOptions o;
-  o.grid = {Scheme::order6, points, true};
-  o.tolerance = 1e-8;
-  return o;
-}
+using bench::kStart;
+using bench::model;
+using bench::on_points;
+using estimator::testing::job1;
+using estimator::testing::job2;
+using estimator::testing::read_csv;
 
 double largest_error(const std::vector<double>& theta, const std::vector<double>& exact) {
   double worst = 0.0;
@@ -104,7 +59,7 @@ const std::vector<double> kExact2 = {5.07789253929859125, 5.00626746885634505, 1
 
 // One estimate with covariance from a start 5 % off, to 1e-8 of theta.
 void J1_shakerd(benchmark::State& state) {
-  Estimator estimator(model(), job1(), options(static_cast<int>(state.range(0))));
+  Estimator estimator(model(), {job1()}, on_points(static_cast<int>(state.range(0))));
   const Fit* fit = nullptr;
   for (auto _ : state) {
     fit = &estimator.fit(kStart);
@@ -116,7 +71,7 @@ void J1_shakerd(benchmark::State& state) {
 BENCHMARK(J1_shakerd)->Arg(80)->Arg(120)->Arg(160)->Arg(240)->Unit(benchmark::kMicrosecond);
 
 void J1_ceres(benchmark::State& state) {
-  CeresEstimator estimator(model(), job1(), options(static_cast<int>(state.range(0))));
+  CeresEstimator estimator(model(), {job1()}, on_points(static_cast<int>(state.range(0))));
   CeresFit fit;
   for (auto _ : state)
     fit = estimator.fit(kStart);
@@ -129,7 +84,7 @@ BENCHMARK(J1_ceres)->Arg(80)->Unit(benchmark::kMicrosecond);
 // points with which that scheme comes within a millionth of theta; `ratio` to an estimate of ours
 // of the same accuracy, taken in turn, so that it is of the same minutes of the same machine.
 void J1_plain_reference(benchmark::State& state, Scheme scheme) {
-  const RunData run = job1()[0];
+  const RunData run = job1();
   std::unique_ptr<bench::PlainReference> theirs;
   int points = 0;
   for (double error = 1.0; error > 1e-6;) {
@@ -137,7 +92,7 @@ void J1_plain_reference(benchmark::State& state, Scheme scheme) {
     theirs = std::make_unique<bench::PlainReference>(model(), run, scheme, points, 1e-8);
     error = largest_error(theirs->fit(kStart), kExact1);
   }
-  Estimator ours(model(), {run}, options(80));
+  Estimator ours(model(), {run}, on_points(80));
   double own = 1e300, other = 1e300;
   const auto least = [](double& time, auto&& work) {
     const double before = cpu_seconds();
@@ -161,8 +116,8 @@ BENCHMARK_CAPTURE(J1_plain_reference, fourier, Scheme::fourier)->Unit(benchmark:
 
 // Ceres around our own solver, kinks' correction and all.
 void J1_ratio_to_ceres_around_our_solver(benchmark::State& state) {
-  Estimator ours(model(), job1(), options(80));
-  CeresEstimator theirs(model(), job1(), options(80));
+  Estimator ours(model(), {job1()}, on_points(80));
+  CeresEstimator theirs(model(), {job1()}, on_points(80));
   double own = 1e300, other = 1e300;
   for (auto _ : state) {
     const double a = cpu_seconds();
@@ -182,7 +137,7 @@ BENCHMARK(J1_ratio_to_ceres_around_our_solver)->Unit(benchmark::kMicrosecond);
 void J1_to_accuracy(benchmark::State& state) {
   AccurateOptions asked;
   asked.accuracy = std::pow(10.0, -static_cast<double>(state.range(0)));
-  AccurateEstimator estimator(model(), job1(), asked);
+  AccurateEstimator estimator(model(), {job1()}, asked);
   for (auto _ : state)
     benchmark::DoNotOptimize(estimator.fit(kStart).theta.data());
   report_error(state, estimator.finest().last().theta, kExact1);
@@ -192,7 +147,7 @@ void J1_to_accuracy(benchmark::State& state) {
 BENCHMARK(J1_to_accuracy)->Arg(6)->Arg(9)->Unit(benchmark::kMicrosecond);
 
 void J2_shakerd(benchmark::State& state) {
-  Estimator estimator(model(), job2(), options(128));
+  Estimator estimator(model(), job2(), on_points(128));
   const Fit* fit = nullptr;
   for (auto _ : state) {
     fit = &estimator.fit(kStart);
@@ -203,7 +158,7 @@ void J2_shakerd(benchmark::State& state) {
 BENCHMARK(J2_shakerd)->Unit(benchmark::kMicrosecond);
 
 void J2_ceres(benchmark::State& state) {
-  CeresEstimator estimator(model(), job2(), options(128));
+  CeresEstimator estimator(model(), job2(), on_points(128));
   CeresFit fit;
   for (auto _ : state)
     fit = estimator.fit(kStart);
@@ -214,7 +169,7 @@ BENCHMARK(J2_ceres)->Unit(benchmark::kMicrosecond);
 // J1 a thousand times with fresh noise, on one and on two threads. Real time, for the threads, and
 // the least of it: where others use the cores too, the mean tells of them.
 void J3_shakerd(benchmark::State& state) {
-  Estimator estimator(model(), job1(), options(80));
+  Estimator estimator(model(), {job1()}, on_points(80));
   estimator.fit(paper::kExactTheta);
   const auto clean = estimator.predicted(0);
   const auto [low, high] = std::minmax_element(clean.begin(), clean.end());
@@ -225,7 +180,7 @@ void J3_shakerd(benchmark::State& state) {
     for (const double y : clean)
       records.push_back(y + noise(generator));
   }
-  BatchEstimator batch(model(), job1()[0], options(80), static_cast<int>(state.range(0)));
+  BatchEstimator batch(model(), job1(), on_points(80), static_cast<int>(state.range(0)));
   const BatchFit* fit = nullptr;
   double least = 1e300;
   for (auto _ : state) {
@@ -248,7 +203,7 @@ BENCHMARK(J3_shakerd)
 // One periodic solution from nothing with four sensitivities, the grid refined until both are
 // within a millionth.
 void J4_shakerd(benchmark::State& state) {
-  const auto reference = read("oleo_j4_reference.csv", false);
+  const auto reference = read_csv("oleo_j4_reference.csv", false);
   AccurateSolution solution(model());
   solution.set_excitation(2.0, 10.0);
   AccuracyReport report;
@@ -278,7 +233,7 @@ BENCHMARK(J4_shakerd)->Unit(benchmark::kMicrosecond);
 // 200 frequencies, eight stretches of the sweep abreast.
 void J5_shakerd(benchmark::State& state) {
   const int points = static_cast<int>(state.range(0));
-  const auto reference = read("oleo_j5_reference.csv", false);
+  const auto reference = read_csv("oleo_j5_reference.csv", false);
   std::vector<double> frequencies;
   for (const auto& row : reference)
     frequencies.push_back(row[0]);

@@ -282,4 +282,10 @@ class EngineBench {
   long count_ = 0;
 };
 
+// How and why the last run ended.
+inline std::string last_stop(const EngineBench& bench) {
+  const auto stops = bench.outlet.all<protocol::RunStopDocument>();
+  return stops.empty() ? "none" : stops.back().status + ": " + stops.back().reason;
+}
+
 }  // namespace shaker::testing

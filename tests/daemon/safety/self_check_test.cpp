@@ -1,0 +1,169 @@
+// What the engine finds before it moves the damper: the self check and the gentle start.
+#include "daemon/safety/self_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/engine_bench.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+using testing::bench_campaign;
+using testing::EngineBench;
+using ::testing::HasSubstr;
+using testing::last_stop;
+
+class SelfCheck : public ::testing::Test {
+ protected:
+  // The reason why the campaign ended, and nothing was ordered from the exciter.
+  std::string failure(EngineBench& bench, double within_s = 6.0) {
+    if (!bench.engine.start(bench_campaign()).ok()) return "refused";
+    if (!bench.run_until(State::idle, within_s)) return "not failed";
+    EXPECT_TRUE(bench.exciter.sets.empty());
+    EXPECT_EQ(bench.outlet.closed, 1);
+    EXPECT_EQ(bench.outlet.states(), "CHECK IDLE");
+    return last_stop(bench);
+  }
+};
+
+TEST_F(SelfCheck, FindsAnAbsentSensor) {
+  EngineBench bench;
+  bench.silent = true;
+  EXPECT_THAT(failure(bench), HasSubstr("the displacement sensor is silent"));
+  EXPECT_EQ(bench.outlet.alarms("check_sensor"), 1);
+}
+
+TEST_F(SelfCheck, FindsNotANumber) {
+  EngineBench bench;
+  bench.nan = true;
+  EXPECT_THAT(failure(bench), HasSubstr("not a number"));
+}
+
+TEST_F(SelfCheck, FindsAMissingExcitationChannelThatTheRigFileNames) {
+  EngineBench bench;
+  bench.excitation_silent = true;
+  EXPECT_THAT(failure(bench), HasSubstr("the excitation sensor is silent"));
+}
+
+TEST_F(SelfCheck, FindsANoisySensor) {
+  EngineBench bench;
+  bench.noise = 0.004;
+  EXPECT_THAT(failure(bench, 24.0), HasSubstr("wait until the damper has come to rest"));
+}
+
+TEST_F(SelfCheck, WaitsForADamperThatStillRings) {
+  EngineBench bench;
+  const double quiet = bench.noise;
+  bench.noise = 0.004;
+  ASSERT_TRUE(bench.engine.start(bench_campaign()).ok());
+  bench.run(9.3);
+  EXPECT_EQ(bench.engine.state(), State::check);
+  bench.noise = quiet;
+  EXPECT_TRUE(bench.run_until(State::ramp, 2.5));
+}
+
+TEST_F(SelfCheck, FindsASlowSensor) {
+  EngineBench bench;
+  bench.run(0.1);
+  auto campaign = bench_campaign();
+  campaign.runs[0].frequency_hz = 4.0;
+  ASSERT_TRUE(bench.engine.start(campaign).ok());
+  bench.silent = true;  // 50 samples/s instead, fed by hand
+  for (int i = 0; i < 300 && bench.engine.state() == State::check; ++i) {
+    bench.run(0.02);
+    const drivers::Sample sample{.t = bench.clock.now(), .value = 0.15 + 1e-5 * (i % 3)};
+    bench.engine.on_samples({&sample, 1});
+  }
+  EXPECT_EQ(bench.engine.state(), State::idle);
+  EXPECT_THAT(last_stop(bench), HasSubstr("the fastest run needs 80.0"));
+}
+
+TEST_F(SelfCheck, FindsAnExciterThatDoesNotAnswer) {
+  EngineBench bench;
+  bench.exciter.silent = true;
+  EXPECT_THAT(failure(bench), HasSubstr("the exciter does not answer"));
+}
+
+TEST_F(SelfCheck, FindsAnExciterWithAFault) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.engine.start(bench_campaign()).ok());
+  bench.exciter.fault = 7;
+  ASSERT_TRUE(bench.run_until(State::idle, 6.0));
+  EXPECT_THAT(last_stop(bench), HasSubstr("the exciter reports fault 7"));
+}
+
+TEST_F(SelfCheck, ReadsTheDrivesOwnDeadManBack) {
+  const std::pair<std::optional<double>, const char*> cases[] = {{std::nullopt, "deadman_unknown"},
+                                                                 {0.0, "deadman_off"}};
+  for (const auto& [timeout, code] : cases) {
+    EngineBench bench;
+    bench.exciter.heartbeat_timeout_s = timeout;
+    ASSERT_TRUE(bench.measuring());
+    EXPECT_EQ(bench.outlet.alarms(code), 1);
+  }
+  EngineBench bench;
+  bench.exciter.heartbeat_timeout_s = 0.15;
+  EXPECT_THAT(failure(bench), HasSubstr("below twice the heartbeat period of 0.1 s"));
+}
+
+// --- what the first gentle motion shows
+
+class GentleStart : public ::testing::Test {
+ protected:
+  std::string failure(EngineBench& bench) {
+    bench.run(0.3);
+    if (!bench.engine.start(bench_campaign()).ok()) return "refused";
+    if (!bench.run_until(State::fault, 20.0)) return "not failed";
+    for (const auto& s : bench.exciter.sets)
+      EXPECT_LE(s.amplitude, 1.0);  // never the full level
+    EXPECT_FALSE(bench.exciter.status().running);
+    return last_stop(bench);
+  }
+};
+
+TEST_F(GentleStart, FindsAWrongPolarity) {
+  EngineBench bench;
+  bench.polarity = -1.0;
+  EXPECT_THAT(failure(bench), HasSubstr("leads the excitation by 144.0 degrees"));
+  EXPECT_EQ(bench.outlet.alarms("polarity"), 1);
+}
+
+TEST_F(GentleStart, FindsAFrozenSensor) {
+  EngineBench bench;
+  bench.run(0.2);
+  bench.frozen = true;
+  EXPECT_THAT(failure(bench), HasSubstr("the table moves and the stroke does not"));
+}
+
+TEST_F(GentleStart, FindsASensorThatIsQuietButDead) {
+  EngineBench bench;
+  bench.gain = 0.0;
+  EXPECT_THAT(failure(bench), HasSubstr("the table moves and the stroke does not"));
+}
+
+TEST_F(GentleStart, FindsATableThatDoesNotMove) {
+  EngineBench bench;
+  bench.exciter.moves_part = 0.0;
+  EXPECT_THAT(failure(bench), HasSubstr("asked for 1 m/s^2 and the table moves with 0 m/s^2"));
+  EXPECT_EQ(bench.outlet.alarms("exciter_no_motion"), 1);
+}
+
+TEST_F(GentleStart, SaysWhenThePolarityCannotBeTold) {
+  EngineBench bench;
+  bench.lag_turns = 0.002;
+  ASSERT_TRUE(bench.measuring());
+  EXPECT_EQ(bench.outlet.alarms("polarity_undetermined"), 1);
+}
+
+TEST(PolarityRule, LagIsRightLeadIsWrongAndTheEndsAreOpen) {
+  EXPECT_EQ(polarity(0.1), Polarity::right);
+  EXPECT_EQ(polarity(0.4), Polarity::right);  // above the resonance
+  EXPECT_EQ(polarity(0.6), Polarity::wrong);
+  EXPECT_EQ(polarity(0.9), Polarity::wrong);
+  for (const double lag : {0.0, 0.003, 0.497, 0.5, 0.503, 0.998}) {
+    EXPECT_EQ(polarity(lag), Polarity::undetermined) << lag;
+  }
+}
+
+}  // namespace
+}  // namespace shaker::daemon
