@@ -22,7 +22,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kMostValleys = 2;  // that are looked for
-constexpr double kPlainTail = 0.4, kPlainShare = 0.2;
+constexpr double kPlainTail = 0.4, kPlainShare = 0.2, kPlainWidth = 1.2;
 constexpr int kValleyRounds = 2;  // of importance sampling along one
 
 struct Sampled {
@@ -32,11 +32,19 @@ struct Sampled {
 };
 
 // Draws that never came to the far end of a valley do not miss it: tails that the sampling itself
-// calls good are believed only where Laplace's approximation holds so well that there is none.
-bool plain(const ImportanceSample& sample, const PosteriorOptions& options) {
+// calls good are believed only where Laplace's approximation holds so well that there is none: no
+// parameter scatters much more than it says. And a proposal that follows draws looks good wherever
+// they came, so those draws have to be as good as its own.
+bool plain(const ImportanceSample& sample, const MatrixXd& covariance,
+           const PosteriorOptions& options) {
+  if (!sample.good) return false;
   const auto draws = static_cast<double>(sample.draws.theta.size());
-  return sample.good && sample.pareto_k <= std::min(kPlainTail, options.largest_pareto_k) &&
-         sample.fewest_effective >= kPlainShare * draws;
+  const double most = std::min(kPlainTail, options.largest_pareto_k);
+  return std::max(sample.pareto_k, sample.followed_k) <= most &&
+         std::min(sample.fewest_effective / draws, sample.followed_share) >= kPlainShare &&
+         (sample.draws.covariance.diagonal().array() <=
+          kPlainWidth * kPlainWidth * covariance.diagonal().array())
+             .all();
 }
 
 // From a proposal along a valley, where one can be followed and helps; from what there is, else.
@@ -68,7 +76,7 @@ Sampled sample(const std::function<LogDensity()>& make, const VectorXd& mode,
         "the covariance around the mode is not positive definite, so there is no place to sample "
         "from; the data do not determine all parameters");
   ImportanceSample first = sample_by_importance(make, mode, covariance, options);
-  const bool sure = plain(first, options), easy = sure || options.most_steps == 0;
+  const bool sure = plain(first, covariance, options), easy = sure || options.most_steps == 0;
   if (!easy) first = along_valleys(make, std::move(first), mode, covariance, options);
   Sampled out;
   out.how.pareto_k = first.pareto_k;
@@ -167,8 +175,9 @@ void replace_by_posterior(Estimate& estimate, const Posterior& posterior) {
                 posterior.r_hat)
           : fmt::format(
                 "the tail of their weights has the shape {:.2f} ({:g} is the most that is believed "
-                "without walkers, and a fifth of the draws must be independent)",
-                posterior.pareto_k, kPlainTail);
+                "without walkers, a fifth of the draws must be independent, and no parameter may "
+                "scatter more than {:g} times as much as the linearised errors say)",
+                posterior.pareto_k, kPlainTail, kPlainWidth);
   estimate.warnings.push_back(fmt::format(
       "the sampling of the posterior has not converged: its {} draws are worth {:.0f}, and {}; "
       "take "

@@ -9,14 +9,15 @@
 //
 // Method, first: importance sampling. Draws come from a multivariate t around the mode with the
 // covariance of the linearised problem (Laplace's approximation with heavy tails), then once or
-// more from a mixture fitted to the weighted draws before. Draws are independent of each other, so
-// that every number of threads gives bitwise the same answer, nothing has to burn in, and the
-// method itself says when it fails: the weights' tail, fitted by a generalised Pareto distribution
-// (Vehtari et al. 2024), has shape k; above 0.7 the means have no useful error. More is drawn until
-// the means are worth enough draws.
+// more from a bent one and a mixture fitted to the weighted draws before. Draws are independent of
+// each other, so that every number of threads gives bitwise the same answer, nothing has to burn
+// in, and the method itself says when it fails: the weights' tail, fitted by a generalised Pareto
+// distribution (Vehtari et al. 2024), has shape k; above 0.7 the means have no useful error. More
+// is drawn until the means are worth enough draws.
 //
 // That may fail to notice a part of the posterior where no draw ever came. So it is believed only
-// where Laplace's approximation is good (k up to 0.4, a fifth of the draws independent). Elsewhere
+// where Laplace's approximation is good (k up to 0.4, a fifth of the draws independent, both in the
+// round before as well, and no parameter scatters more than 1.2 times as much). Elsewhere
 // (a curved valley, as on figure 13), and where k is too large or no number of draws suffices,
 // draws come along the valley (posterior_valley.hpp), and Markov chains go on from them: four
 // ensembles of walkers, until they agree (split R-hat, Vehtari et al. 2021). `method` says which it

@@ -196,7 +196,7 @@ EnsembleSample sample_by_ensembles(const std::function<LogDensity()>& make_densi
     out.steps = done * size;
     if (out.good) return out;
     // Jumps follow what has been found. The draws that are kept next all come after this.
-    proposal.adapt(even_choice(out.draws, kProposalCentres), out.draws.covariance);
+    proposal.adapt(out.draws);
     for (Ensemble& ensemble : ensembles) {
       for (Walker& walker : ensemble.walkers)
         walker.log_draw = proposal.log_density(walker.theta);

@@ -69,7 +69,7 @@ ImportanceSample sample_by_importance(const std::function<LogDensity()>& make_de
                                       const VectorXd& mode, const Eigen::MatrixXd& covariance,
                                       const PosteriorOptions& options,
                                       std::shared_ptr<const Valley> valley) {
-  ImportanceSample out{Proposal(mode, covariance), {}, 0.0, 0.0, 0, false};
+  ImportanceSample out(Proposal(mode, covariance));
   out.proposal.follow(std::move(valley));
   Round round;
   int number = 0;
@@ -78,7 +78,9 @@ ImportanceSample sample_by_importance(const std::function<LogDensity()>& make_de
     extend(round, make_density, out.proposal, number, options.samples, options);
     judge(round, options, out);
     if (number + 1 >= options.rounds || !(out.draws.effective > 1.0)) break;
-    out.proposal.adapt(even_choice(out.draws, kProposalCentres), out.draws.covariance);
+    out.proposal.adapt(out.draws);
+    out.followed_k = out.pareto_k;
+    out.followed_share = out.fewest_effective / static_cast<double>(round.theta.size());
   }
   // More draws help where they are too few, not where the proposal is too narrow.
   while (!out.good && out.draws.effective > 1.0 && out.pareto_k <= options.largest_pareto_k) {

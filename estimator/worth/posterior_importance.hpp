@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "estimator/worth/posterior_draws.hpp"
@@ -12,10 +13,15 @@
 namespace shaker::estimator {
 
 struct ImportanceSample {
+  explicit ImportanceSample(Proposal first) : proposal(std::move(first)) {}
   Proposal proposal;  // of the last round
   Draws draws;        // of the last round; weights smoothed (posterior_weights.hpp)
   double pareto_k = 0.0;
   double fewest_effective = 0.0;  // draws for the mean, of the parameter that has fewest
+  // Of the round whose draws the proposal follows, the share being what `fewest_effective` is of
+  // all; these where it follows none.
+  double followed_k = -std::numeric_limits<double>::infinity();
+  double followed_share = 1.0;
   long inadmissible = 0;
   bool good = false;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimator/worth/posterior_bend.hpp"
 #include "estimator/worth/posterior_valley.hpp"
 
 namespace shaker::estimator {
@@ -15,6 +16,8 @@ using Eigen::VectorXd;
 constexpr double kTails = 5.0;        // degrees of freedom
 constexpr double kWide = 4.0;         // covariance of the component that no round forgets
 constexpr double kWideShare = 0.1;    // of the draws
+constexpr std::size_t kCentres = 60;  // of the mixture that follows draws
+constexpr double kBendShare = 0.7;    // of the draws that follow draws
 constexpr double kValleyShare = 0.8;  // of the draws, where there is a valley
 
 }  // namespace
@@ -43,15 +46,17 @@ Proposal::Proposal(const VectorXd& mode, const MatrixXd& covariance)
       narrow_(Eigen::LLT<MatrixXd>(1.2 * covariance).matrixL()),
       centres_({mode}) {}
 
-void Proposal::adapt(std::vector<VectorXd> centres, const MatrixXd& covariance) {
+void Proposal::adapt(const Draws& draws) {
+  std::vector<VectorXd> centres = even_choice(draws, kCentres);
   const auto d = static_cast<double>(mode_.size());
   // Silverman's width for so many centres.
   const double width =
       std::pow(4.0 / (static_cast<double>(centres.size()) * (d + 2.0)), 1.0 / (d + 4.0));
-  const Eigen::LLT<MatrixXd> factor(width * width * covariance);
+  const Eigen::LLT<MatrixXd> factor(width * width * draws.covariance);
   if (factor.info() != Eigen::Success) return;
   narrow_ = factor.matrixL();
   centres_ = std::move(centres);
+  bend_ = std::make_shared<const Bend>(draws);
 }
 
 void Proposal::follow(std::shared_ptr<const Valley> valley) {
@@ -61,18 +66,21 @@ void Proposal::follow(std::shared_ptr<const Valley> valley) {
 VectorXd Proposal::draw(std::mt19937_64& random) const {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   if (valley_ && uniform(random) < kValleyShare) return valley_->draw(random);
+  const bool wide = uniform(random) < kWideShare;
+  if (!wide && bend_ && uniform(random) < kBendShare) return bend_->draw(random);
   const VectorXd z = heavy_tailed(mode_.size(), random);
-  if (uniform(random) < kWideShare) return mode_ + wide_ * z;
+  if (wide) return mode_ + wide_ * z;
   const auto which =
       static_cast<std::size_t>(uniform(random) * static_cast<double>(centres_.size()));
   return centres_[std::min(which, centres_.size() - 1)] + narrow_ * z;
 }
 
 double Proposal::log_density(const VectorXd& at) const {
-  double sum = kWideShare * heavy_tailed_density(at, mode_, wide_);
+  double following = 0.0;
   for (const VectorXd& centre : centres_)
-    sum += (1.0 - kWideShare) / static_cast<double>(centres_.size()) *
-           heavy_tailed_density(at, centre, narrow_);
+    following += heavy_tailed_density(at, centre, narrow_) / static_cast<double>(centres_.size());
+  if (bend_) following = kBendShare * bend_->density(at) + (1.0 - kBendShare) * following;
+  double sum = kWideShare * heavy_tailed_density(at, mode_, wide_) + (1.0 - kWideShare) * following;
   if (valley_) sum = kValleyShare * valley_->density(at) + (1.0 - kValleyShare) * sum;
   return std::log(std::max(sum, 1e-300));
 }

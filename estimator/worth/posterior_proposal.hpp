@@ -1,7 +1,8 @@
-// Where draws of a posterior come from: a mixture of multivariate t of one shape around its
-// centres, and a wide one around the mode that no round forgets; most of all from a valley, where
-// one is known. Private to the sources of posterior.hpp. `const` members may be called by several
-// threads at once.
+// Where draws of a posterior come from. First a multivariate t around the mode; then, following
+// draws, a bent one (posterior_bend.hpp) and, for what has another shape, a mixture of t's around
+// some of the draws; always a wide t around the mode, that no round forgets; most of all a valley,
+// where one is known. Private to the sources of posterior.hpp. `const` members may be called by
+// several threads at once.
 #pragma once
 
 #include <memory>
@@ -10,10 +11,11 @@
 
 #include <Eigen/Dense>
 
+#include "estimator/worth/posterior_draws.hpp"
+
 namespace shaker::estimator {
 
-inline constexpr std::size_t kProposalCentres = 60;  // of the mixture that follows draws
-
+class Bend;
 class Valley;
 
 // Student's t with few degrees of freedom in so many directions, uncorrelated; and its density
@@ -27,9 +29,9 @@ class Proposal {
   // Laplace's approximation with heavy tails. `covariance` is positive definite.
   Proposal(const Eigen::VectorXd& mode, const Eigen::MatrixXd& covariance);
 
-  // Follows draws before: t's around `centres`, of a width that suits their number. Stays as it is
-  // where `covariance` is not positive definite.
-  void adapt(std::vector<Eigen::VectorXd> centres, const Eigen::MatrixXd& covariance);
+  // Follows draws before, that `weigh` has seen. Stays as it is where their covariance is not
+  // positive definite.
+  void adapt(const Draws& draws);
 
   // Draws come along the valley from now on, but for a share.
   void follow(std::shared_ptr<const Valley> valley);
@@ -42,6 +44,7 @@ class Proposal {
   Eigen::VectorXd mode_;
   Eigen::MatrixXd wide_, narrow_;  // Cholesky's
   std::vector<Eigen::VectorXd> centres_;
+  std::shared_ptr<const Bend> bend_;
   std::shared_ptr<const Valley> valley_;
 };
 

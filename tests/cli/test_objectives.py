@@ -116,11 +116,11 @@ class Objectives(Scratch):
         self.assertAlmostEqual(free["parameters"][3]["value"] / plain["parameters"][3]["value"], 1.0, delta=1e-6)
 
     def test_posterior_intervals_are_close_to_students_where_the_model_is_nearly_linear(self):
+        """Nearly: as wide as Student's, but bent in the direction in which the gas's parameters make up for each other."""
         document = self.document("--intervals", "posterior")
         self.assertEqual(len(document["posterior"]), 4)
         sampling = document["posterior_sampling"]
-        self.assertIn(sampling["method"], ("importance", "ensembles"))
-        self.assertTrue(sampling["converged"])
+        self.assertEqual((sampling["method"], sampling["converged"]), ("importance", True))
         self.assertLess(sampling["pareto_k"], 0.7)
         self.assertGreaterEqual(sampling["effective_samples"], 400)
         for p, sampled in zip(document["parameters"], document["posterior"], strict=True):

@@ -72,5 +72,17 @@ TEST_F(FigureThirteen, IsStillRefusedWhereNeitherValleyNorWalkersAreAllowed) {
   EXPECT_FALSE(sampled(options).converged);
 }
 
+// After many rounds the weights look good, while the far end of the valley is still missed.
+TEST_F(FigureThirteen, IsNotBelievedForTheWeightsOfManyRounds) {
+  PosteriorOptions options;
+  options.most_steps = 0;
+  options.rounds = 8;
+  const Posterior found = sampled(options);
+  ASSERT_LT(found.pareto_k, 0.4) << "the case shows nothing";
+  ASSERT_GT(found.effective_samples, 0.2 * static_cast<double>(found.samples));
+  ASSERT_LT(found.parameters[3].standard_deviation, 0.9 * reference_[3][kDeviation]);
+  EXPECT_FALSE(found.converged);
+}
+
 }  // namespace
 }  // namespace shaker::estimator
