@@ -110,12 +110,14 @@ SHAKER_SIMD_CLONES void locate(const Located& in, LaneZero& zero) {
 
 SHAKER_SIMD_CLONES void put_jumps(const Located& in, const LaneZero& zero) {
   const LaneMask where = in.moving & zero.here;
-  Lanes jump4 = where ? zero.jump4 : Lanes{};
-  Lanes jump5 = where ? zero.jump5 : Lanes{};
+  const Lanes &jump4 = zero.jump4, &jump5 = zero.jump5;
   for (int r = 0; r < 2 * in.ring.reach; ++r) {
     const int offset = r - in.ring.reach + 1;
-    scatter_add(in.ring, zero, offset, jump4 * zero.first[1][r] + jump5 * zero.first[2][r], in.v);
-    scatter_add(in.ring, zero, offset, jump4 * zero.second[1][r] + jump5 * zero.second[2][r], in.a);
+    const Lanes speed = jump4 * zero.first[1][r] + jump5 * zero.first[2][r];
+    const Lanes acceleration = jump4 * zero.second[1][r] + jump5 * zero.second[2][r];
+    // A lane without this zero may hold no numbers, of a record before: none of them, not 0 times.
+    scatter_add(in.ring, zero, offset, where ? speed : Lanes{}, in.v);
+    scatter_add(in.ring, zero, offset, where ? acceleration : Lanes{}, in.a);
   }
 }
 

@@ -1,6 +1,8 @@
 #include "estimator/batch_estimation.hpp"
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <random>
 
@@ -66,15 +68,70 @@ TEST(BatchEstimator, GivesTheSameBitsOnAnyNumberOfThreadsAndBesideAnyNeighbours)
     EXPECT_EQ(batch.fit(data, kJobStart).theta, expected.theta);
     EXPECT_EQ(batch.fit(data, kJobStart).standard_error, expected.standard_error);
   }
-  // Record 7 again, beside others; one of them is no oleo's at all, and nothing fits it.
-  auto mixed = records(9, 2);
-  std::copy_n(data.begin() + 40 * 7, 40, mixed.begin() + 40 * 3);
-  for (std::size_t j = 0; j < 40; ++j)
-    mixed[40 * 5 + j] = j % 2 == 0 ? 10.0 : -10.0;
-  const BatchFit& fit = alone.fit(mixed, kJobStart);
-  EXPECT_GT(fit.sum_of_squares[5], 3000.0);  // of 4000, in the data's unit squared
-  for (std::size_t k = 0; k < 4; ++k)
-    EXPECT_EQ(fit.theta_of(3)[k], expected.theta_of(7)[k]);
+}
+
+// No parameters have this sum of squares less than infinite: it overflows.
+std::vector<double> hopeless() {
+  std::vector<double> record;
+  for (int j = 0; j < 40; ++j)
+    record.push_back(j % 3 == 0 ? -1e200 : 1e200);
+  return record;
+}
+
+// No oleo's: the best response is none at all.
+std::vector<double> sawtooth() {
+  std::vector<double> record;
+  for (int j = 0; j < 40; ++j)
+    record.push_back(j % 2 == 0 ? 10.0 : -10.0);
+  return record;
+}
+
+void replace(std::vector<double>& all, std::size_t record, const std::vector<double>& by) {
+  std::copy(by.begin(), by.end(), all.begin() + static_cast<std::ptrdiff_t>(40 * record));
+}
+
+// Bit by bit: standard errors may be none.
+void expect_same(const BatchFit& a, std::size_t i, const BatchFit& b, std::size_t j) {
+  const auto bits = [](const double& x) { return std::bit_cast<std::uint64_t>(x); };
+  EXPECT_EQ(a.status[i], b.status[j]);
+  EXPECT_EQ(a.iterations[i], b.iterations[j]);
+  EXPECT_EQ(bits(a.sum_of_squares[i]), bits(b.sum_of_squares[j]));
+  EXPECT_EQ(bits(a.noise[i]), bits(b.noise[j]));
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(bits(a.theta_of(i)[k]), bits(b.theta_of(j)[k]));
+    EXPECT_EQ(bits(a.standard_error[4 * i + k]), bits(b.standard_error[4 * j + k]));
+  }
+}
+
+TEST(BatchEstimator, GivesUpTheSameWayInAnyLaneAndDisturbsNoNeighbour) {
+  const Model model(testing::oleo(32.2));
+  const auto data = records(20);
+  BatchEstimator one(model, job1(), on_points(80), 1);
+  const BatchFit undisturbed = one.fit(data, kJobStart);
+  const BatchFit given_up = one.fit(hopeless(), kJobStart);
+  EXPECT_EQ(given_up.status[0], FitStatus::not_converged);
+  EXPECT_EQ(given_up.sum_of_squares[0], std::numeric_limits<double>::infinity());
+  const BatchFit worst = one.fit(sawtooth(), kJobStart);
+  EXPECT_GT(worst.sum_of_squares[0], 3000.0);  // of 4000, in the data's unit squared
+  // In three packs of eight lanes: among good ones, beside another, and in a pack that is not full.
+  auto mixed = data;
+  for (const std::size_t record : {0UL, 5UL, 14UL, 19UL})
+    replace(mixed, record, hopeless());
+  for (const std::size_t record : {6UL, 12UL})
+    replace(mixed, record, sawtooth());
+  for (const int threads : {1, 2, 3}) {
+    BatchEstimator batch(model, job1(), on_points(80), threads);
+    const BatchFit& fit = batch.fit(mixed, kJobStart);
+    for (std::size_t i = 0; i < 20; ++i) {
+      SCOPED_TRACE(i);
+      if (i == 0 || i == 5 || i == 14 || i == 19)
+        expect_same(fit, i, given_up, 0);
+      else if (i == 6 || i == 12)
+        expect_same(fit, i, worst, 0);
+      else
+        expect_same(fit, i, undisturbed, i);
+    }
+  }
 }
 
 TEST(BatchEstimator, DoesNotAllocateOnceItHasRun) {
