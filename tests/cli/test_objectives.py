@@ -116,7 +116,7 @@ class Objectives(Scratch):
         self.assertAlmostEqual(free["parameters"][3]["value"] / plain["parameters"][3]["value"], 1.0, delta=1e-6)
 
     def test_posterior_intervals_are_close_to_students_where_the_model_is_nearly_linear(self):
-        """Nearly: as wide as Student's, but bent in the direction in which the gas's parameters make up for each other."""
+        """As wide as Student's, but bent where the parameters of the gas make up for each other."""
         document = self.document("--intervals", "posterior")
         self.assertEqual(len(document["posterior"]), 4)
         sampling = document["posterior_sampling"]
