@@ -103,10 +103,15 @@ VectorXd box_step(const HarmonicFit& fit, const Normal& n, double lambda) {
   return step;
 }
 
+MatrixXd nothing_known(const HarmonicFit& fit) {
+  const auto q = static_cast<Index>(fit.free.size());
+  return MatrixXd::Constant(q, q, std::numeric_limits<double>::quiet_NaN());
+}
+
 void finish(HarmonicFit& fit, const Normal& n) {
   fit.chi_squared = n.chi_squared;
   const auto q = static_cast<Index>(fit.free.size());
-  fit.covariance = MatrixXd::Constant(q, q, std::numeric_limits<double>::quiet_NaN());
+  fit.covariance = nothing_known(fit);
   if (q == 0) return;
   const VectorXd scale = n.gram.diagonal().cwiseMax(1e-300).cwiseSqrt();
   const MatrixXd unit =
@@ -232,6 +237,7 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
         "give starting values nearer to the damper's",
         spec.name);
     fit.chi_squared = std::numeric_limits<double>::infinity();
+    fit.covariance = nothing_known(fit);
     return fit;
   }
   iterate(fit, data, options);

@@ -34,7 +34,7 @@ struct HarmonicFit {
   std::vector<Prediction> predictions;                   // one a run, in the campaign's order
   std::vector<double> theta;
   std::vector<int> free;       // parameters that were fitted
-  Eigen::MatrixXd covariance;  // free x free
+  Eigen::MatrixXd covariance;  // free x free; NaN where there is no solution
   double chi_squared = 0.0;    // over the runs that were fitted
   double condition = 0.0;      // of the whitened Jacobian with columns of unit length
   int observations = 0;
