@@ -23,14 +23,20 @@ class Blind : public ::testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
   std::filesystem::path folder_;
 
-  std::vector<Scored> ask(const std::vector<std::string>& names, std::string_view size) {
+  static std::vector<Case> cases_of(const std::vector<std::string>& names, std::string_view size) {
     std::vector<Case> chosen;
     for (const Case& c : all_cases(4)) {
       const bool wanted = std::ranges::find(names, c.kind) != names.end();
       const bool usual = c.kind == "nothing" || (c.design == 1 && c.noise == 1);
       if (wanted && c.size == size && usual) chosen.push_back(c);
     }
-    return run(chosen, folder_, 1, [](const Scored&) {});
+    return chosen;
+  }
+  std::vector<Scored> ask(const std::vector<Case>& cases) {
+    return run(cases, folder_, 1, [](const Scored&) {});
+  }
+  std::vector<Scored> ask(const std::vector<std::string>& names, std::string_view size) {
+    return ask(cases_of(names, size));
   }
 };
 
@@ -49,6 +55,23 @@ TEST_F(Blind, NamesFrictionAndDampingFirst) {
   }
   EXPECT_EQ(count, 6.0);
   EXPECT_LE(std::sqrt(squares / count), 1.1);
+}
+
+// Draws of the noise in which a round corner of dry friction leaves no more than noise does, and a
+// static peak at slow motion mends what it leaves.
+TEST_F(Blind, NamesDryFrictionWhereARoundCornerLooksLikeAStaticPeak) {
+  const Case friction = cases_of({"coulomb_friction"}, "medium").at(0);
+  std::vector<Case> draws;
+  for (const std::uint64_t seed : {1401U, 1429U, 1439U}) {
+    draws.push_back(friction);
+    draws.back().seed = seed;
+  }
+  for (const Scored& s : ask(draws)) {
+    EXPECT_EQ(s.answer.verdict, "explained") << s.hidden.label() << s.answer.trouble;
+    EXPECT_TRUE(s.named_first) << s.hidden.label();
+    ASSERT_EQ(s.answer.effects.size(), 1U) << s.hidden.label();
+    EXPECT_GT(s.answer.effects[0].probability, 0.95) << s.hidden.label();
+  }
 }
 
 TEST_F(Blind, NamesNothingWhereNothingIsMissing) {

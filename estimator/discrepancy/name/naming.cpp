@@ -48,7 +48,8 @@ class Search {
         all_(all),
         options_(options),
         progress_(progress),
-        refits_(*found.base.fit, data, options.fit),
+        refits_(*found.base.fit, data, options.fit,
+                options.simple_first ? Errors::left_over : Errors::noise),
         standing_(found, data, all, options, refits_) {}
 
   void run() {

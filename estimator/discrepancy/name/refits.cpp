@@ -54,6 +54,10 @@ std::string disqualification(const HarmonicFit& fit, std::size_t first_added) {
   return {};
 }
 
+bool on_samples(const RunDatum& datum) {
+  return datum.sampled != nullptr;
+}
+
 // Lines with what switches an effect on well inside of its range: as the catalogue begins it, and
 // halfway between its absence and a bound that is near.
 std::vector<config::EffectSpec> starts_of(const Probe& probe) {
@@ -156,12 +160,21 @@ void Refits::describe(Hypothesis& h) const {
   h.cross_validated = cross_validate(*h.fit, data);
 }
 
+// Whether or not the round corner leaves more than noise: it moves parameters by standard errors
+// all the same. And whether or not the sharp one leaves more: a round one's error may fit the
+// noise, and the more parameters there are the better. A record has no finer grid than its samples,
+// though, and how far its extrapolation is from the limit depends on the width that it begins with:
+// there it is believed only where it fits better.
 bool Refits::sharpened(Hypothesis& h) const {
-  if (h.rounded || h.fit->chi_squared < static_cast<double>(h.fit->observations) ||
-      !has_corners(h.fit->spec))
-    return false;
+  if (h.rounded || !has_corners(h.fit->spec)) return false;
+  const bool record = std::any_of(data_.begin(), data_.end(), on_samples);
+  const bool settled = h.fit->chi_squared < static_cast<double>(h.fit->observations);
+  if (settled && (record || errors_ == Errors::left_over)) return false;
   auto sharp = sharpen(*h.fit, data_, options_);
-  if (!sharp || sharp->fit->chi_squared > h.fit->chi_squared) return false;
+  if (!sharp) return false;
+  const bool believed =
+      record ? sharp->fit->chi_squared <= h.fit->chi_squared : sharp->fit->converged;
+  if (!believed) return false;
   h.rounded = h.fit;
   h.fit = sharp->fit;
   h.data = sharp->data;

@@ -10,11 +10,18 @@
 
 namespace shaker::estimator::discrepancy {
 
+// What the data's errors are made of.
+enum class Errors {
+  noise,
+  left_over  // what the best of a first search left besides: that of a corner is small beside it
+};
+
 // Its arguments must outlive it.
 class Refits {
  public:
-  Refits(const HarmonicFit& base, const std::vector<RunDatum>& data, const FitOptions& options)
-      : base_(base), data_(data), options_(options) {}
+  Refits(const HarmonicFit& base, const std::vector<RunDatum>& data, const FitOptions& options,
+         Errors errors = Errors::noise)
+      : base_(base), data_(data), options_(options), errors_(errors) {}
 
   // One more effect, or one less; with the evidence for it.
   Hypothesis with(const Hypothesis& smaller, const Probe& probe) const;
@@ -27,7 +34,8 @@ class Refits {
   // The place of rest of an effect that others have joined since, fitted again. False when there is
   // none, or nothing to gain.
   bool recentred(Hypothesis& h) const;
-  // Corners made as sharp as fine grids allow. False when there is no corner, or nothing to gain.
+  // Corners made as sharp as fine grids allow. False when there is no corner, or where finer grids
+  // change nothing or do not settle.
   bool sharpened(Hypothesis& h) const;
 
  private:
@@ -46,6 +54,7 @@ class Refits {
   const HarmonicFit& base_;
   const std::vector<RunDatum>& data_;
   const FitOptions& options_;
+  const Errors errors_;
 };
 
 }  // namespace shaker::estimator::discrepancy

@@ -15,12 +15,13 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-// The oleo fitted to a quiet campaign of the virtual rig in which something is hidden.
+// The oleo fitted to a campaign of the virtual rig in which something is hidden.
 class Hidden {
  public:
-  explicit Hidden(const std::map<std::string, double>& truth) {
-    const Campaign campaign =
-        testing::recorded(truth, {{1.0, 3.0}, {2.0, 1.5}, {2.0, 4.0}, {4.0, 6.0}}, 5, "oleo", 5e-6);
+  explicit Hidden(const std::map<std::string, double>& truth, double noise = 5e-6,
+                  std::uint64_t seed = 5) {
+    const Campaign campaign = testing::recorded(
+        truth, {{1.0, 3.0}, {2.0, 1.5}, {2.0, 4.0}, {4.0, 6.0}}, seed, "oleo", noise);
     std::vector<SteadyRun> runs;
     for (const Recording& recording : campaign.runs)
       runs.push_back(steady_cycles(recording).value());
@@ -83,6 +84,24 @@ TEST(Refits, BeginsElsewhereOnlyWhereThatClosesEnoughOfTheGap) {
   EXPECT_LT(found->fit->chi_squared, 1.5 * hidden.observations());
   EXPECT_TRUE(found->disqualified.empty()) << found->disqualified;
   EXPECT_FALSE(hidden.refits().elsewhere(probe, 0.1 * hidden.observations()));
+}
+
+// A corner that is round fits worse by no more than noise hides, and bends the friction all the
+// same.
+TEST(Refits, SharpensACornerThatLeavesNoMoreThanNoise) {
+  const Hidden hidden({{"coulomb_friction", 0.1}}, 2e-5, 6);
+  Hypothesis friction =
+      hidden.refits().with(hidden.base(), candidate("coulomb_friction").probes.at(0));
+  const double chi_squared = friction.fit->chi_squared;
+  const double round = friction.fit->theta.back();
+  ASSERT_LT(chi_squared, hidden.observations());
+  ASSERT_TRUE(hidden.refits().sharpened(friction));
+  EXPECT_LT(friction.fit->chi_squared, chi_squared - 20.0);
+  const auto last = static_cast<int>(friction.fit->theta.size()) - 1;
+  const double error = friction.fit->standard_error(last);
+  EXPECT_GT(round - friction.fit->theta.back(), 2.0 * error);
+  EXPECT_NEAR(friction.fit->theta.back(), 0.1, 2.0 * error);
+  EXPECT_EQ(rounded(friction).theta.back(), round);
 }
 
 }  // namespace
