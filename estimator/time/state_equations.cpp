@@ -177,14 +177,14 @@ void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
   };
   for (int e = 0; e < c; ++e) {
     if (velocity_of(e) < 0) continue;
-    for (int k = 0; k < m; ++k)
+    for (int k = 0; h_s != nullptr && k < m; ++k)
       std::fill_n(h_s[e * m + k], n, k == velocity_of(e) ? 1.0 : 0.0);
-    for (int k = 0; k < p; ++k)
+    for (int k = 0; h_theta != nullptr && k < p; ++k)
       std::fill_n(h_theta[e * p + k], n, 0.0);
   }
   for (int i = 0; i < n; ++i) {
     factor(i, work);
-    for (int k = 0; k < c; ++k) {
+    for (int k = 0; h_s != nullptr && k < c; ++k) {
       for (int d = 0; d < c; ++d)
         work.column[index(d)] = -work.at.g_u[index(d * c + k)][i];
       substitute(work);
@@ -195,7 +195,7 @@ void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
       substitute(work);
       write(velocity_of(k), m, h_s, i);
     }
-    for (int k = 0; k < p; ++k) {
+    for (int k = 0; h_theta != nullptr && k < p; ++k) {
       for (int d = 0; d < c; ++d)
         work.column[index(d)] = -work.at.g_theta[index(d * p + k)][i];
       substitute(work);
@@ -221,15 +221,16 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
     std::copy_n(s[1], n, rate[0]);
     for (int i = 0; i < n; ++i)
       rate[1][i] = -g[i] / g_a[i];
-    if (h_s == nullptr) return true;
-    std::fill_n(h_s[0], n, 0.0);
-    std::fill_n(h_s[1], n, 1.0);
-    for (int i = 0; i < n; ++i) {
-      h_s[2][i] = -work.at.g_u[0][i] / g_a[i];
-      h_s[3][i] = -work.at.g_v[0][i] / g_a[i];
+    if (h_s != nullptr) {
+      std::fill_n(h_s[0], n, 0.0);
+      std::fill_n(h_s[1], n, 1.0);
+      for (int i = 0; i < n; ++i) {
+        h_s[2][i] = -work.at.g_u[0][i] / g_a[i];
+        h_s[3][i] = -work.at.g_v[0][i] / g_a[i];
+      }
     }
     const int p = parameters();
-    for (int k = 0; k < p; ++k) {
+    for (int k = 0; h_theta != nullptr && k < p; ++k) {
       std::fill_n(h_theta[k], n, 0.0);
       const double* column = work.at.g_theta[index(k)];
       for (int i = 0; i < n; ++i)
@@ -253,7 +254,7 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
       std::copy_n(work.at.v[index(e)], n, rate[e]);
     }
   }
-  if (h_s != nullptr) derivatives(n, work, h_s, h_theta);
+  if (h_s != nullptr || h_theta != nullptr) derivatives(n, work, h_s, h_theta);
   return true;
 }
 

@@ -47,9 +47,10 @@ class StateEquations {
     std::vector<int> pivot;
   };
 
-  // Overwrites rate (states arrays of n) and, unless nullptr, h_s (states * states arrays, row by
-  // row) and h_theta (states * parameters). `x`: the excitation of each lane. False when a lane is
-  // inadmissible (1 - theta3 u <= 0), or its equations singular; the output is then unspecified.
+  // Overwrites rate (states arrays of n) and, each unless it is nullptr, h_s (states * states
+  // arrays, row by row) and h_theta (states * parameters). `x`: the excitation of each lane. False
+  // when a lane is inadmissible (1 - theta3 u <= 0), or its equations singular; the output is then
+  // unspecified.
   bool rates(int n, const double* const* s, const double* x, const double* theta, Workspace& work,
              double* const* rate, double* const* h_s, double* const* h_theta) const;
 

@@ -27,9 +27,8 @@ std::optional<Linear> linearised(const StateEquations& equations, const std::vec
   const Index n = states.rows(), m = states.cols();
   const auto wide = static_cast<std::size_t>((n + 7) / 8 * 8);
   const auto count = static_cast<std::size_t>(m);
-  const auto parameters = static_cast<std::size_t>(equations.parameters());
-  AlignedVector store(wide * (count * (3 + count + parameters) + 1));
-  std::vector<double*> s, rate, moved, h_s, h_theta;
+  AlignedVector store(wide * (count * (3 + count) + 1));
+  std::vector<double*> s, rate, moved, h_s;
   double* next = store.data();
   const auto take = [&](std::vector<double*>& list, std::size_t arrays) {
     for (std::size_t k = 0; k < arrays; ++k, next += wide)
@@ -39,7 +38,6 @@ std::optional<Linear> linearised(const StateEquations& equations, const std::vec
   take(rate, count);
   take(moved, count);
   take(h_s, count * count);
-  take(h_theta, count * parameters);
   for (Index j = 0; j < m; ++j) {
     for (Index i = 0; i < static_cast<Index>(wide); ++i)
       s[static_cast<std::size_t>(j)][i] = states(std::min(i, n - 1), j);
@@ -48,8 +46,7 @@ std::optional<Linear> linearised(const StateEquations& equations, const std::vec
     next[i] = excitation[std::min(i, n - 1)];
   StateEquations::Workspace work;
   const auto lanes = static_cast<int>(n);
-  if (!equations.rates(lanes, s.data(), next, theta.data(), work, rate.data(), h_s.data(),
-                       h_theta.data()))
+  if (!equations.rates(lanes, s.data(), next, theta.data(), work, rate.data(), h_s.data(), nullptr))
     return std::nullopt;
   const double step = 1e-3 * std::max(excitation.cwiseAbs().maxCoeff(), 1e-12);
   for (std::size_t i = 0; i < wide; ++i)
