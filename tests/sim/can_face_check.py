@@ -2,6 +2,7 @@
 import atexit
 import json
 import pathlib
+import socket
 import struct
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import time
 import can
 
 INTERFACE = "vcan0"
+SO_RCVBUFFORCE = 33  # not in Python's socket module
 
 
 def setpoint(enable, beat):
@@ -25,6 +27,8 @@ def main(program):
     with tempfile.TemporaryDirectory() as folder:
         status = pathlib.Path(folder) / "status.json"
         bus = can.interface.Bus(INTERFACE, bustype="socketcan")
+        # A busy machine reads late: the kernel keeps all that the rig sends meanwhile.
+        bus.socket.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, 16 << 20)
         oleosim = subprocess.Popen([program, "--can", INTERFACE, "--port", "0", "--status-file",
                                     str(status)], stdout=subprocess.PIPE, text=True)
         atexit.register(oleosim.kill)
@@ -40,9 +44,10 @@ def main(program):
             message = bus.recv(0.05)
             if message:
                 frames.append(message)
-        bus.send(setpoint(False, beat + 1))
         oleosim.terminate()
         assert oleosim.wait(timeout=10) == 0
+        while message := bus.recv(0.2):
+            frames.append(message)
     strokes = [struct.unpack("<fHB", m.data) for m in frames if m.arbitration_id == 385]
     tables = [struct.unpack(">iH", m.data) for m in frames if m.arbitration_id == 386]
     states = [struct.unpack("<HHHH", m.data) for m in frames if m.arbitration_id == 257]
