@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/objectives/harmonic_data.hpp"
 #include "record/campaign_database.hpp"
 
@@ -63,7 +64,7 @@ void put_excitation(const std::vector<double>& tau, const std::vector<double>& x
     right += x[static_cast<std::size_t>(i)] * row;
   }
   const Eigen::MatrixXd full = normal.selfadjointView<Eigen::Lower>();
-  Eigen::VectorXd c = full.completeOrthogonalDecomposition().solve(right);
+  Eigen::VectorXd c = estimator::shortest_least_squares(full, right);
   double rest = 0.0;
   for (Eigen::Index i = 0; i < rows; ++i) {
     fill(tau[static_cast<std::size_t>(i)]);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "estimator/estimation_impl.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/periodic/multi_period.hpp"
 
 namespace shaker::estimator {
@@ -55,8 +56,7 @@ void check_harmonics(const RunData& run, const Reject& reject) {
     reject(
         "the covariance of its Fourier coefficients is not symmetric, or has a zero on its "
         "diagonal");
-  const double smallest =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  const double smallest = spectrum_of(unit).values[0];
   if (!(smallest > 1e-13))
     reject(
         fmt::format("the covariance of its {} Fourier coefficients is singular; the scatter of N "

@@ -2,11 +2,12 @@
 // the singular values of the Jacobian.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Dense>
 
 #include "estimator/estimation_impl.hpp"
+#include "estimator/math/dense.hpp"
+#include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 // Below this share of the largest singular value of the scaled Jacobian a direction is lost in the
 // rounding of a periodic solution (1e-11 of the stroke) and its sensitivities.
 constexpr double kSmallestSingular = 1e-8;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
@@ -42,13 +42,13 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
       jacobian(count + k, k) =
           std::sqrt(noise_variance()) / (*p.prior_standard_deviation * scale[at_k]);
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd& sigma = svd.singularValues();
+  const SingularValues svd = singular_values_of(jacobian);
+  const Eigen::VectorXd& sigma = svd.values;
   const auto rank = std::min<Eigen::Index>(sigma.size(), columns);
   fit.condition = sigma[0] / sigma[rank - 1];
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(columns, columns);
   for (Eigen::Index i = 0; i < rank; ++i) {
-    const Eigen::VectorXd direction = svd.matrixV().col(i);
+    const Eigen::VectorXd direction = svd.v.col(i);
     if (sigma[i] > kSmallestSingular * sigma[0]) {
       inverse += direction * direction.transpose() / (sigma[i] * sigma[i]);
       continue;

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/estimation_impl.hpp"
+#include "estimator/math/numbers.hpp"
 #include "estimator/statistics.hpp"
 
 namespace shaker::estimator {
@@ -15,7 +16,6 @@ namespace {
 
 // The Gram matrix squares the condition; beyond this it is left for the singular values.
 constexpr double kGramCondition = 1e4;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double cached_quantile(double confidence, double degrees) {
   if (!(degrees > 0.0)) return kNaN;

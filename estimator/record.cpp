@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
+
+#include "estimator/math/dense.hpp"
+#include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -13,7 +15,6 @@ namespace {
 constexpr int kHarmonics = 8;
 constexpr int kHarmonicsForFrequency = 3;
 constexpr int kExcitationPoints = 64;
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 Error invalid(std::string why) {
   return {ErrorKind::invalid, std::move(why)};
@@ -60,7 +61,7 @@ double fit_harmonics(const Record& r, double f, int harmonics, Eigen::VectorXd& 
       basis(i, 2 * h) = std::sin(angle);
     }
   }
-  c = basis.colPivHouseholderQr().solve(x);
+  c = least_squares(basis, x);
   return (x - basis * c).squaredNorm();
 }
 

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/math/numbers.hpp"
 #include "estimator/math/simd_math.hpp"
 
 namespace shaker::estimator::formula {
 namespace {
 
 constexpr int kBlock = Tape::kBlock;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 SHAKER_INLINE double exponential(double x) {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "estimator/math/dense.hpp"
+#include "estimator/math/numbers.hpp"
 #include "estimator/statistics.hpp"
 
 namespace shaker::estimator {
@@ -14,7 +16,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSmallestEigenvalue = 1e-14;  // of the information with unit diagonal
 
 // What each channel spends on parameters: the trace of its own information over all of it.
@@ -65,8 +66,8 @@ bool invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit, Matri
   const VectorXd scale = (root.array() > 0.0).select(root, 1.0);
   const MatrixXd unit =
       scale.cwiseInverse().asDiagonal() * gram * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
-  const VectorXd& values = eigen.eigenvalues();
+  const Spectrum eigen = spectrum_of(unit);
+  const VectorXd& values = eigen.values;
   const double largest = values[values.size() - 1];
   fit.condition = std::sqrt(largest / std::max(values[0], 1e-300));
   bool good = true;
@@ -74,7 +75,7 @@ bool invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit, Matri
     good = false;
     std::vector<double> lost(fit.theta.size(), 0.0);
     for (Index k = 0; k < values.size(); ++k) {
-      const double part = eigen.eigenvectors()(k, i);
+      const double part = eigen.vectors(k, i);
       if (std::fabs(part) <= 0.05) continue;
       const std::size_t all = problem.index(k);
       fit.determined[all] = 0;

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/statistics.hpp"
 
 namespace shaker::estimator::online {
@@ -139,14 +140,13 @@ Change ChangeDetector::named(const std::vector<Change>& best, const Evidence& at
   // Over diagonal units, so that parameters' sizes do not matter.
   const Eigen::VectorXd scale = at.v.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::VectorXd c = at.c.cwiseProduct(scale);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(scale.asDiagonal() * at.v *
-                                                            scale.asDiagonal());
+  const Spectrum axes = spectrum_of(scale.asDiagonal() * at.v * scale.asDiagonal());
   double joint = 0.0;
   int felt = 0;
   for (int k = 0; k < parameters_; ++k) {
-    const double along = axes.eigenvectors().col(k).dot(c);
-    if (!(axes.eigenvalues()[k] > kFelt)) continue;
-    joint += along * along / axes.eigenvalues()[k] / unit;
+    const double along = axes.vectors.col(k).dot(c);
+    if (!(axes.values[k] > kFelt)) continue;
+    joint += along * along / axes.values[k] / unit;
     ++felt;
   }
   const auto explains = [&](const Change& change) {

@@ -7,6 +7,8 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::online {
 namespace {
 
@@ -25,7 +27,7 @@ void fold_in(MeasuredCycle& mean, const MeasuredCycle& cycle, double share) {
 }
 
 Eigen::VectorXd solve(const Eigen::MatrixXd& lambda, const Eigen::VectorXd& eta) {
-  return lambda.completeOrthogonalDecomposition().solve(eta);
+  return shortest_least_squares(lambda, eta);
 }
 
 }  // namespace
@@ -63,7 +65,7 @@ double InformationFilter::noise() const {
 Eigen::MatrixXd InformationFilter::covariance() const {
   const double s = noise();
   const auto p = lambda_.rows();
-  return s * s * lambda_.completeOrthogonalDecomposition().solve(Eigen::MatrixXd::Identity(p, p));
+  return s * s * shortest_least_squares(lambda_, Eigen::MatrixXd::Identity(p, p));
 }
 
 bool InformationFilter::sum_up(const std::vector<double>& theta, Eigen::MatrixXd& lambda,

@@ -7,6 +7,8 @@
 #include <Eigen/SVD>
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::optimise {
 
 Evaluator::Evaluator(LeastSquaresProblem& problem, const Options& options)
@@ -108,15 +110,15 @@ LinearStep linear_step(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& e
   for (Eigen::Index k = 0; k < scale.size(); ++k)
     scale[k] = scale[k] > 0.0 ? scale[k] : 1.0;
   const Eigen::MatrixXd unit = jacobian * scale.cwiseInverse().asDiagonal();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(unit, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd projected = svd.matrixU().transpose() * e;
+  const SingularValues svd = singular_values_of(unit);
+  const Eigen::VectorXd projected = svd.u.transpose() * e;
   double explained = 0.0;
-  for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i) {
-    const double sigma = svd.singularValues()[i];
-    if (!(sigma > kRankTolerance * svd.singularValues()[0])) break;
+  for (Eigen::Index i = 0; i < svd.values.size(); ++i) {
+    const double sigma = svd.values[i];
+    if (!(sigma > kRankTolerance * svd.values[0])) break;
     ++out.rank;
     explained += projected[i] * projected[i];
-    out.step += projected[i] / sigma * svd.matrixV().col(i);
+    out.step += projected[i] / sigma * svd.v.col(i);
   }
   out.step = out.step.cwiseQuotient(scale);
   const double norm = e.norm();

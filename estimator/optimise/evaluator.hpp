@@ -9,6 +9,8 @@
 
 namespace shaker::estimator::optimise {
 
+constexpr double kPhiRounding = 1e-15;  // of phi: what a smaller change would be lost in
+
 // One theta with what is known there.
 struct Point {
   Eigen::VectorXd theta, e;

@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::optimise {
 
 Eigen::MatrixXd rows_and_columns(const Eigen::MatrixXd& matrix, const std::vector<int>& free) {
@@ -29,11 +31,11 @@ Eigen::VectorXd downhill_solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& 
 
 Eigen::VectorXd downhill_solve_above(const Eigen::MatrixXd& h, const Eigen::VectorXd& right,
                                      double floor) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(h);
-  Eigen::VectorXd inverse = eigen.eigenvalues().cwiseAbs();
+  const Spectrum eigen = spectrum_of(h);
+  Eigen::VectorXd inverse = eigen.values.cwiseAbs();
   for (Eigen::Index k = 0; k < inverse.size(); ++k)
     inverse[k] = inverse[k] > floor ? 1.0 / inverse[k] : 0.0;
-  const Eigen::MatrixXd& v = eigen.eigenvectors();
+  const Eigen::MatrixXd& v = eigen.vectors;
   return v * (inverse.asDiagonal() * (v.transpose() * right));
 }
 

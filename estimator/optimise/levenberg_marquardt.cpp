@@ -8,6 +8,7 @@
 
 #include <Eigen/QR>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/optimise/evaluator.hpp"
 #include "estimator/optimise/methods.hpp"
 
@@ -16,7 +17,6 @@ namespace {
 
 constexpr double kFirstLambda = 1e-3;
 constexpr double kLargestLambda = 1e20;
-constexpr double kRounding = 1e-15;
 
 Eigen::VectorXd damped(const Eigen::MatrixXd& j, const Eigen::VectorXd& e,
                        const Eigen::VectorXd& scale, double lambda) {
@@ -26,7 +26,7 @@ Eigen::VectorXd damped(const Eigen::MatrixXd& j, const Eigen::VectorXd& e,
   stacked.bottomRows(l) = std::sqrt(lambda) * Eigen::MatrixXd::Identity(l, l);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(m + l);
   right.head(m) = e;
-  return stacked.colPivHouseholderQr().solve(right).cwiseQuotient(scale);
+  return least_squares(stacked, right).cwiseQuotient(scale);
 }
 
 }  // namespace
@@ -73,7 +73,7 @@ Summary levenberg_marquardt(LeastSquaresProblem& problem, const Eigen::VectorXd&
       continue;
     }
     // Neither promise nor fact above rounding: the bottom is reached.
-    if (admissible && std::fabs(predicted) <= kRounding * point.phi)
+    if (admissible && std::fabs(predicted) <= kPhiRounding * point.phi)
       return evaluator.finish(kName, Status::converged, point);
     lambda *= grow;
     grow *= 2.0;

@@ -10,7 +10,6 @@
 namespace shaker::estimator::optimise {
 namespace {
 
-constexpr double kRounding = 1e-15;
 constexpr double kSmallest = 1e-14;  // of |D theta|
 
 // In scaled parameters: j = J D^-1, the answer is D p.
@@ -65,7 +64,7 @@ Summary trust_region(LeastSquaresProblem& problem, const Eigen::VectorXd& start,
     const Eigen::VectorXd taken = admissible ? (next.theta - point.theta).eval() : step;
     const double predicted = point.phi - 0.5 * (point.e - point.jacobian * taken).squaredNorm();
     const double ratio = admissible ? (point.phi - next.phi) / std::max(predicted, 1e-300) : -1.0;
-    if (admissible && std::fabs(predicted) <= kRounding * point.phi)
+    if (admissible && std::fabs(predicted) <= kPhiRounding * point.phi)
       return evaluator.finish(kName, Status::converged, next.phi < point.phi ? next : point);
     if (ratio < 0.25) delta = 0.25 * std::min(delta, scaled.norm());
     if (ratio > 0.75) delta = std::max(delta, 3.0 * scaled.norm());

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "estimator/math/numbers.hpp"
+
 namespace shaker::estimator {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 // Points for each harmonic kept. Cubic forces need four for products not to fold back; forces that
 // are no polynomials have a tail, which this keeps below what is left out anyway.
 constexpr int kPointsPerHarmonic = 8;
@@ -111,9 +111,9 @@ bool HarmonicReduction::linearise(std::span<const double> theta) {
 // Damped Newton on the harmonics; the columns of sensitivities come with the last step.
 SolveReport HarmonicReduction::newton(std::span<const double> theta) {
   SolveReport report;
-  constexpr int kMostSteps = 40;
+  constexpr int kMostRounds = 40;
   if (!linearise(theta)) return {SolveStatus::inadmissible};
-  for (; report.iterations < kMostSteps; ++report.iterations) {
+  for (; report.iterations < kMostRounds; ++report.iterations) {
     const double size = right_.col(0).norm();
     const Eigen::MatrixXd solved = -jacobian_.partialPivLu().solve(right_);
     if (!solved.allFinite()) return {SolveStatus::singular, report.iterations};

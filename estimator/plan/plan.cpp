@@ -10,13 +10,14 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
+#include "estimator/math/numbers.hpp"
 #include "estimator/worth/determination.hpp"
 #include "estimator/worth/parallel.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kGrid = 160;
 // A set that leaves a combination open still has an order: as if every parameter were known to a
 // factor of a thousand.
@@ -24,10 +25,6 @@ constexpr double kWeakPrior = 1e-6;
 // Smallest share of an eigenvalue of the unit-diagonal information that is more than rounding.
 constexpr double kLost = 1e-12;
 constexpr int kGreedyStarts = 6;
-
-double size_of(double theta) {
-  return theta != 0.0 ? std::fabs(theta) : 1.0;
-}
 
 std::vector<double> point_of(const Model& model, const PlanOptions& options) {
   return options.theta.empty() ? model.start() : options.theta;
@@ -268,22 +265,22 @@ PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
   const Eigen::VectorXd root = m.diagonal().cwiseMax(1e-300).cwiseSqrt();
   const Eigen::MatrixXd unit =
       root.cwiseInverse().asDiagonal() * m * root.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
+  const Spectrum eigen = spectrum_of(unit);
   Fit fit;  // as an estimate from this set would stand
   fit.theta = theta;
   fit.determined.assign(theta.size(), 1);
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(q, q);
   for (Eigen::Index i = 0; i < q; ++i) {
-    const Eigen::VectorXd axis = root.cwiseInverse().asDiagonal() * eigen.eigenvectors().col(i);
-    const double share = eigen.eigenvalues()[i] / eigen.eigenvalues()[q - 1];
-    if (share > kLost && eigen.eigenvalues()[q - 1] > 0.0) {
-      inverse += axis * axis.transpose() / eigen.eigenvalues()[i];
+    const Eigen::VectorXd axis = root.cwiseInverse().asDiagonal() * eigen.vectors.col(i);
+    const double share = eigen.values[i] / eigen.values[q - 1];
+    if (share > kLost && eigen.values[q - 1] > 0.0) {
+      inverse += axis * axis.transpose() / eigen.values[i];
       continue;
     }
     set.determined = false;
     std::vector<double> lost(theta.size(), 0.0);
     for (Eigen::Index k = 0; k < q; ++k) {
-      if (std::fabs(eigen.eigenvectors()(k, i)) <= 0.05) continue;
+      if (std::fabs(eigen.vectors(k, i)) <= 0.05) continue;
       const auto at = static_cast<std::size_t>(plan.free[static_cast<std::size_t>(k)]);
       lost[at] = axis[k] * judge.scale()[k];
       fit.determined[at] = 0;

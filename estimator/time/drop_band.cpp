@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/statistics.hpp"
 #include "estimator/time/drop.hpp"
 
@@ -72,9 +73,8 @@ double quantile_of(std::vector<double>& sorted, double probability) {
 // Student's distribution: normal draws over the root of an independent chi-square share.
 void sample(const DropTest& test, const std::vector<double>& theta,
             const DropUncertainty& uncertainty, const Matrix& v, DropPrediction& out) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(v);
-  const Matrix root =
-      eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Spectrum eigen = spectrum_of(v);
+  const Matrix root = eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
   std::mt19937_64 random(uncertainty.seed);
   std::normal_distribution<double> normal;
   std::chi_squared_distribution<double> chi(std::max(1.0, uncertainty.degrees_of_freedom));

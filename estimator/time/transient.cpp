@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/time/transient_impl.hpp"
 
 namespace shaker::estimator {
@@ -67,7 +68,7 @@ std::pair<double, double> local_fit(const std::vector<double>& t, const std::vec
       a(i, j) = power;
     b[i] = y[k];
   }
-  const Eigen::VectorXd c = a.colPivHouseholderQr().solve(b);
+  const Eigen::VectorXd c = least_squares(a, b);
   return {c[0], terms > 1 ? c[1] / span : 0.0};
 }
 

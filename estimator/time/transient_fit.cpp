@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/time/transient_impl.hpp"
 
 namespace shaker::estimator {
@@ -158,10 +159,11 @@ Eigen::VectorXd TransientEstimator::Impl::pure_step() const {
   Eigen::VectorXd scale = r.colwise().norm();
   for (double& s : scale)
     s = s > 0.0 ? 1.0 / s : 1.0;
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd(r * scale.asDiagonal(),
-                                        Eigen::ComputeThinU | Eigen::ComputeThinV);
-  svd.setThreshold(kSmallest);
-  return scale.asDiagonal() * svd.solve(right);
+  const SingularValues svd = singular_values_of(r * scale.asDiagonal());
+  Eigen::VectorXd along = svd.u.transpose() * right;
+  for (Eigen::Index k = 0; k < along.size(); ++k)
+    along[k] = svd.values[k] > kSmallest * svd.values[0] ? along[k] / svd.values[k] : 0.0;
+  return scale.asDiagonal() * (svd.v * along);
 }
 
 bool TransientEstimator::Impl::leaves_the_box(const Eigen::VectorXd& step) const {
@@ -196,7 +198,7 @@ Eigen::VectorXd TransientEstimator::Impl::box_step(double lambda) const {
       b -= damped.col(k) * step[k];
       a.col(k).setZero();
     }
-    const Eigen::VectorXd solved = a.colPivHouseholderQr().solve(b);
+    const Eigen::VectorXd solved = least_squares(a, b);
     bool inside = true;
     for (std::size_t k = 0; k < unknowns.size(); ++k) {
       if (held[k]) continue;

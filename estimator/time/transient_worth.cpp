@@ -2,11 +2,12 @@
 // determine, from the triangle R of the Jacobian.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "estimator/math/dense.hpp"
+#include "estimator/math/numbers.hpp"
 #include "estimator/statistics.hpp"
 #include "estimator/time/transient_impl.hpp"
 #include "estimator/worth/determination.hpp"
@@ -14,7 +15,6 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Below this share of the largest singular value of the scaled Jacobian a direction is lost in what
 // the integration's tolerance leaves of a sensitivity.
 constexpr double kSmallestSingular = 1e-8;
@@ -60,9 +60,8 @@ void TransientEstimator::Impl::finish_worth() {
   for (Eigen::Index k = 0; k < q; ++k) {
     if (scale[k] > 0.0) inverse_scale[k] = 1.0 / scale[k];
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r * inverse_scale.asDiagonal(),
-                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const auto& sigma = svd.singularValues();
+  const SingularValues svd = singular_values_of(r * inverse_scale.asDiagonal());
+  const auto& sigma = svd.values;
   fit.condition = sigma[0] / sigma[q - 1];
   const double smallest = options.time.gradient == Gradient::finite_differences
                               ? kSmallestOfDifferences
@@ -70,7 +69,7 @@ void TransientEstimator::Impl::finish_worth() {
   std::vector<char> known(unknowns.size(), 1);
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(q, q);
   for (Eigen::Index i = 0; i < q; ++i) {
-    const Eigen::VectorXd direction = svd.matrixV().col(i);
+    const Eigen::VectorXd direction = svd.v.col(i);
     if (sigma[i] > smallest * sigma[0]) {
       inverse += direction * direction.transpose() / (sigma[i] * sigma[i]);
       continue;

@@ -7,14 +7,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "estimator/math/dense.hpp"
+#include "estimator/math/numbers.hpp"
+
 namespace shaker::estimator {
 namespace {
 
 constexpr double kPart = 0.1;  // of the largest: what is not worth mentioning
-
-double size_of(double theta) {
-  return theta != 0.0 ? std::fabs(theta) : 1.0;
-}
 
 std::vector<std::size_t> free_and_determined(const Model& model, const Fit& fit) {
   std::vector<std::size_t> list;
@@ -37,13 +36,13 @@ void add_weak(const Model& model, const Fit& fit, std::vector<Direction>& out) {
                         size_of(fit.theta[free[static_cast<std::size_t>(l)]]));
   }
   if (!relative.allFinite()) return;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(relative);
+  const Spectrum eigen = spectrum_of(relative);
   for (Eigen::Index i = q - 1; i >= 0; --i) {
-    const double deviation = std::sqrt(std::max(eigen.eigenvalues()[i], 0.0));
+    const double deviation = std::sqrt(std::max(eigen.values[i], 0.0));
     if (!(deviation > kWeak)) break;
     Direction direction;
     direction.change.assign(fit.theta.size(), 0.0);
-    Eigen::VectorXd axis = deviation * eigen.eigenvectors().col(i);
+    Eigen::VectorXd axis = deviation * eigen.vectors.col(i);
     Eigen::Index largest = 0;
     axis.cwiseAbs().maxCoeff(&largest);
     if (axis[largest] < 0.0) axis = -axis;

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include <fmt/format.h>
 
+#include "estimator/math/numbers.hpp"
 #include "estimator/worth/parallel.hpp"
 #include "estimator/worth/profile.hpp"
 #include "estimator/worth/second_order.hpp"
@@ -16,7 +16,6 @@ namespace shaker::estimator {
 namespace {
 
 constexpr int kAccuratePoints = 1600;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<int> free_parameters(const Model& model) {
   std::vector<int> free;

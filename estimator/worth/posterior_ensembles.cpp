@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "estimator/worth/parallel.hpp"
 #include "estimator/worth/posterior_convergence.hpp"
+#include "estimator/worth/posterior_likelihood.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -15,7 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNowhere = -std::numeric_limits<double>::infinity();
 constexpr std::size_t kEnsembles = 4;
 constexpr std::size_t kFewestWalkers = 16;  // or four for each parameter
 constexpr long kFirstSweeps = 200;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <random>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator {
 namespace {
 
@@ -19,9 +21,9 @@ MatrixXd root_of(const MatrixXd& covariance) {
   const VectorXd scale = (size.array() > 0.0).select(size, 1.0);
   const MatrixXd unit =
       scale.cwiseInverse().asDiagonal() * covariance * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
-  const VectorXd stretch = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return scale.asDiagonal() * eigen.eigenvectors() * stretch.asDiagonal();
+  const Spectrum eigen = spectrum_of(unit);
+  const VectorXd stretch = eigen.values.cwiseMax(0.0).cwiseSqrt();
+  return scale.asDiagonal() * eigen.vectors * stretch.asDiagonal();
 }
 
 bool inside(const VectorXd& theta, const Box& box) {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "estimator/worth/parallel.hpp"
+#include "estimator/worth/posterior_likelihood.hpp"
 #include "estimator/worth/posterior_weights.hpp"
 
 namespace shaker::estimator {
@@ -13,8 +13,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-constexpr double kNowhere = -std::numeric_limits<double>::infinity();
 
 // Draws of one proposal with ln of their weights.
 struct Round {

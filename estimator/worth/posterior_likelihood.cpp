@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -14,7 +13,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kStepsOnTheWay = 8;
-constexpr double kNowhere = -std::numeric_limits<double>::infinity();
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 // Likelihood times priors of a model's runs, for posterior.hpp. Private to its sources.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,9 @@
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {
+
+// The logarithm of the density where there is none.
+inline constexpr double kNowhere = -std::numeric_limits<double>::infinity();
 
 // A workspace of one thread. Each run is solved from the fit's own solution, so that the answer
 // depends on theta alone and is of the branch that was fitted. The arguments must outlive it.

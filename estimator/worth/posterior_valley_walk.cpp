@@ -1,8 +1,8 @@
 // The walk along a valley: trace_valley of posterior_valley.hpp.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "estimator/worth/posterior_likelihood.hpp"
 #include "estimator/worth/posterior_valley.hpp"
 
 namespace shaker::estimator {
@@ -12,7 +12,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNowhere = -std::numeric_limits<double>::infinity();
 constexpr double kDifference = 0.25;  // for slopes and curvatures, in deviations of the others
 constexpr double kFound = 0.05;       // last Newton step, in the same
 constexpr double kLongest = 2.0;      // Newton step

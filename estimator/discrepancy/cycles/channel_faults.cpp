@@ -5,11 +5,12 @@
 #include <limits>
 #include <numbers>
 
+#include "estimator/math/numbers.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kTwoPi = 2.0 * kPi;
 constexpr double kWithin = 1.5;  // times as long as a cosine's crest
 constexpr Eigen::Index kFewestCycles = 5;
 constexpr double kLeastSlip = 0.01;  // turns in all

@@ -1,15 +1,10 @@
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator::discrepancy {
-namespace {
-
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-
-}  // namespace
-
 Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz) {
   Eigen::VectorXd rate = Eigen::VectorXd::Zero(harmonics.size());
   for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Dense>
+
+#include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kSteadyShare = 0.02;  // of the amplitude: more is a ramp
 constexpr double kFarOff = 6.0;        // standard deviations of a block's phase
 constexpr double kNoTurn = 1e-9;       // of a turn: what rounding leaves

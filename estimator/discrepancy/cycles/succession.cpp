@@ -6,6 +6,8 @@
 
 #include <boost/math/distributions/fisher_f.hpp>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -43,7 +45,7 @@ double probability_of(const MatrixXd& scaled, const MatrixXd& courses, double le
   MatrixXd basis(scaled.rows(), courses.cols() + 1);
   basis << VectorXd::Ones(scaled.rows()), courses;
   const MatrixXd centred = scaled.rowwise() - scaled.colwise().mean();
-  const MatrixXd left = scaled - basis * basis.colPivHouseholderQr().solve(scaled);
+  const MatrixXd left = scaled - basis * least_squares(basis, scaled);
   const double rest = left.squaredNorm();
   const double explained = centred.squaredNorm() - rest;
   const double freedom = n - 1.0 - q;

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
-
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 // Cyclic times of one cycle's samples; empty when too many are missing.
 std::vector<double> cyclic_times(const Recording& run, const PhaseFit& phase,

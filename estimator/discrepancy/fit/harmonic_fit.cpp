@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/fit/corners.hpp"
+#include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -116,11 +117,11 @@ void finish(HarmonicFit& fit, const Normal& n) {
   const VectorXd scale = n.gram.diagonal().cwiseMax(1e-300).cwiseSqrt();
   const MatrixXd unit =
       scale.cwiseInverse().asDiagonal() * n.gram * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(unit);
-  const VectorXd values = eigen.eigenvalues().cwiseMax(1e-16);
+  const Spectrum eigen = spectrum_of(unit);
+  const VectorXd values = eigen.values.cwiseMax(1e-16);
   fit.condition = std::sqrt(values[q - 1] / values[0]);
   const MatrixXd inverse =
-      eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+      eigen.vectors * values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
   fit.covariance = scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -35,10 +37,10 @@ struct Trial {
 };
 
 Trial tried(const MatrixXd& prior, const MatrixXd& reach, const VectorXd& residual) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(reach * prior * reach.transpose());
+  const Spectrum eigen = spectrum_of(reach * prior * reach.transpose());
   Trial trial;
-  trial.power = eigen.eigenvalues();
-  trial.along = (eigen.eigenvectors().transpose() * residual).cwiseAbs2();
+  trial.power = eigen.values;
+  trial.along = (eigen.vectors.transpose() * residual).cwiseAbs2();
   const double least = 1e-12 * trial.power.maxCoeff();
   for (Index k = 0; k < trial.power.size(); ++k) {
     if (trial.power[k] > least) continue;
@@ -151,12 +153,13 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise) const 
   // Posterior over the coefficients; its covariance by the eigenvectors of what is seen.
   const MatrixXd root = prior.llt().matrixL();
   const MatrixXd through = reach * root;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(through.transpose() * through);
-  const VectorXd precision = eigen.eigenvalues().cwiseMax(0.0).array() / noise + 1.0;
-  const MatrixXd back = root * eigen.eigenvectors();
+  const Spectrum eigen = spectrum_of(through.transpose() * through);
+  const VectorXd precision = eigen.values.cwiseMax(0.0).array() / noise + 1.0;
+  const MatrixXd back = root * eigen.vectors;
   SurfaceFit fit;
-  fit.mean = back * (eigen.eigenvectors().transpose() * (through.transpose() * seen))
-                        .cwiseQuotient(noise * precision);
+  fit.mean =
+      back *
+      (eigen.vectors.transpose() * (through.transpose() * seen)).cwiseQuotient(noise * precision);
   fit.root = back * precision.cwiseSqrt().cwiseInverse().asDiagonal();
   const double before = residual.squaredNorm();
   const double after = (seen - reach * fit.mean).squaredNorm() + unreached;

@@ -12,6 +12,7 @@
 #include "estimator/discrepancy/locate/remaining_words.hpp"
 #include "estimator/discrepancy/records/transient_cosines.hpp"
 #include "estimator/discrepancy/weigh/transient.hpp"
+#include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -204,12 +205,12 @@ MatrixXd less_parameters(const Grid& grid, const MatrixXd& slopes, const MatrixX
   MatrixXd weighted = root.asDiagonal() * slopes;
   for (Index k = 0; k < weighted.cols(); ++k)
     weighted.col(k) /= std::max(weighted.col(k).norm(), 1e-300);
-  const Eigen::JacobiSVD<MatrixXd> svd(weighted, Eigen::ComputeThinU);
-  const VectorXd& values = svd.singularValues();
+  const SingularValues svd = singular_values_of(weighted);
+  const VectorXd& values = svd.values;
   Index rank = 0;
   while (rank < values.size() && values[rank] > 1e-8 * values[0])
     ++rank;
-  const MatrixXd basis = svd.matrixU().leftCols(rank);
+  const MatrixXd basis = svd.u.leftCols(rank);
   const MatrixXd scaled = root.asDiagonal() * forces;
   return root.cwiseInverse().asDiagonal() * (scaled - basis * (basis.transpose() * scaled));
 }

@@ -6,6 +6,7 @@
 
 #include "estimator/discrepancy/detect/scoring.hpp"
 #include "estimator/discrepancy/name/refits.hpp"
+#include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -40,7 +41,7 @@ std::optional<Step> step_of(const HarmonicFit& fit, const HarmonicFit& lower,
   const double along = seen.dot(residual);
   step.place = along / visible;
   step.gain = along * along / visible;
-  step.theta = jacobian.completeOrthogonalDecomposition().solve(change);
+  step.theta = shortest_least_squares(jacobian, change);
   return step;
 }
 

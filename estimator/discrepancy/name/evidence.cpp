@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -51,15 +53,14 @@ std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<R
     // M^-1, with M = I - J (sum J'J)^-1 J'.
     // It is the identity but along the few columns of J.
     const MatrixXd root = j * Eigen::LLT<MatrixXd>(fit.covariance).matrixL().toDenseMatrix();
-    const Eigen::JacobiSVD<MatrixXd> few(root, Eigen::ComputeThinU);
-    const VectorXd values = (1.0 - few.singularValues().array().square()).max(1e-8);
-    const VectorXd along = few.matrixU().transpose() * e;
+    const SingularValues few = singular_values_of(root);
+    const VectorXd values = (1.0 - few.values.array().square()).max(1e-8);
+    const VectorXd along = few.u.transpose() * e;
     sum -= 0.5 * (e.squaredNorm() - along.squaredNorm() +
                   along.cwiseAbs2().cwiseQuotient(values).sum() - values.array().log().sum());
     if (left_out != nullptr) {
       // What only this run tells, the others cannot predict at all.
-      (*left_out)[r] =
-          e + few.matrixU() * (along.cwiseQuotient(values.cwiseMax(kPredictable)) - along);
+      (*left_out)[r] = e + few.u * (along.cwiseQuotient(values.cwiseMax(kPredictable)) - along);
     }
   }
   return sum;

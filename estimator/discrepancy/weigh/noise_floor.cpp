@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -94,8 +96,8 @@ NoiseFloor noise_floor(const HarmonicFit& fit, const std::vector<RunDatum>& data
   }
   const VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatrixXd unit = scale.asDiagonal() * gram * scale.asDiagonal();
-  const MatrixXd step = scale.asDiagonal() * unit.completeOrthogonalDecomposition().solve(
-                                                 MatrixXd(scale.asDiagonal() * moved));
+  const MatrixXd step =
+      scale.asDiagonal() * shortest_least_squares(unit, scale.asDiagonal() * moved);
   std::vector<double> all(static_cast<std::size_t>(draws), 0.0), own(all.size());
   double squares = 0.0, runs = 0.0;
   NoiseFloor found;

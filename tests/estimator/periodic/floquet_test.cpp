@@ -131,9 +131,9 @@ TEST(Floquet, GivesAMasslessCoordinateOneMultiplier) {
   const double k = 50.0, c = 2.0, k0 = 20.0, f = 3.0;
   const Floquet got = multipliers(model, {k, c, k0}, f, 1.0, {Scheme::order6, 96, true});
   ASSERT_EQ(got.multipliers.size(), 3u);
-  Eigen::Matrix3d a;
+  Eigen::MatrixXd a(3, 3);
   a << 0, 1, 0, -(k + k0), 0, k, k / c, 0, -k / c;
-  const Eigen::Vector3cd exponents = a.eigenvalues();
+  const Eigen::VectorXcd exponents = a.eigenvalues();
   for (int i = 0; i < 3; ++i) {
     double nearest = 1.0;
     for (const Complex& m : got.multipliers)
@@ -177,7 +177,7 @@ TEST(Floquet, OfTheOleoOnItsTyreIsWhatDisturbedPeriodsShow) {
   };
   const State start = {system.value(0, 0), system.value(0, 1), system.velocity(0, 0),
                        system.velocity(0, 1)};
-  Eigen::Matrix4d monodromy;
+  Eigen::MatrixXd monodromy(4, 4);
   for (int k = 0; k < 4; ++k) {
     State up = start, down = start;
     const double h = 1e-5;
@@ -187,7 +187,7 @@ TEST(Floquet, OfTheOleoOnItsTyreIsWhatDisturbedPeriodsShow) {
     for (int i = 0; i < 4; ++i)
       monodromy(i, k) = (a[i] - b[i]) / (2 * h);
   }
-  const Eigen::Vector4cd expected = monodromy.eigenvalues();
+  const Eigen::VectorXcd expected = monodromy.eigenvalues();
   for (int k = 0; k < 4; ++k) {
     double nearest = 1.0;
     for (const Complex& m : got->multipliers)
