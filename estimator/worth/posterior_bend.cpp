@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/worth/posterior_proposal.hpp"
 
 namespace shaker::estimator {
@@ -34,9 +35,9 @@ Bend::Bend(const Draws& draws) : mean_(draws.mean), scatter_(draws.mean.size()) 
   // Of correlations, so that the parameters' units do not matter; ascending, the softest is last.
   const VectorXd deviation = draws.covariance.diagonal().cwiseSqrt();
   const MatrixXd unit = deviation.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(unit * draws.covariance * unit);
-  const VectorXd length = solver.eigenvalues().reverse().cwiseMax(kNothing).cwiseSqrt();
-  const MatrixXd vectors = solver.eigenvectors().rowwise().reverse();
+  const Spectrum spectrum = spectrum_of(unit * draws.covariance * unit);
+  const VectorXd length = spectrum.values.reverse().cwiseMax(kNothing).cwiseSqrt();
+  const MatrixXd vectors = spectrum.vectors.rowwise().reverse();
   directions_ = deviation.asDiagonal() * vectors * length.asDiagonal();
   inverse_ = length.cwiseInverse().asDiagonal() * vectors.transpose() * unit;
   volume_ = deviation.prod() * length.prod();
