@@ -17,7 +17,7 @@ void expect_nothing_named(RecordNoise noise, int count) {
 }
 
 TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderWhiteNoise) {
-  expect_nothing_named(RecordNoise::white, 3);
+  expect_nothing_named(RecordNoise::white, 6);
 }
 
 TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderNoiseOfTheMeasuredExcitation) {

@@ -23,6 +23,7 @@ constexpr int kMostSteps = 8;     // of the integration between two samples
 constexpr int kFiner = 4;         // times as many points of the excitation as samples
 constexpr int kMostRounds = 8;    // of closing the arcs
 constexpr double kClosed = 1e-4;  // of a state's size: a linear correction does the rest
+constexpr double kFelt = 0.1;     // of all data's standard errors together: what steps may move
 constexpr double kUnstable = 2.6;
 constexpr double kStable = 1.2;  // rate of the fastest decay times the step
 
@@ -117,7 +118,8 @@ void TransientResponse::begin_from_data() {
   }
 }
 
-// Explicit steps must be shorter than the fastest decay: friction on a narrow edge is stiff.
+// As many as are accurate. Explicit steps must be shorter than the fastest decay besides: friction
+// on a narrow edge is stiff.
 int TransientResponse::steps_between_samples(const std::vector<double>& theta) const {
   constexpr int kPoints = 8;
   const int seen = model_->observed(), speed = equations_.velocity_of(seen);
@@ -154,7 +156,8 @@ int TransientResponse::steps_between_samples(const std::vector<double>& theta) c
       }
     }
   }
-  const int steps = std::max(1, static_cast<int>(std::ceil(fastest * run_->dt / kStable)));
+  const int steps =
+      std::max(least_steps_, static_cast<int>(std::ceil(fastest * run_->dt / kStable)));
   if (steps <= kMostSteps) return steps;
   return fastest * run_->dt / kMostSteps < kUnstable ? kMostSteps : 0;
 }
@@ -265,6 +268,50 @@ void TransientResponse::see(const std::vector<double>& theta) {
   observe_samples(*model_, theta, *run_, samples_, slopes_, m_);
 }
 
+// Newton's method on the arcs' starts. False where it does not come to an end.
+bool TransientResponse::close(const std::vector<double>& theta) {
+  double before = 1e300;
+  int worse = 0;
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (!integrate(theta)) {
+      if (round > 0 || !solved_) return false;
+      begin_from_data();
+      solved_ = false;
+      continue;
+    }
+    condense();
+    see(theta);
+    if (!samples_.allFinite() || !slopes_.allFinite()) return false;
+    const double moved = correct();
+    if (!value_.allFinite() || !jacobian_.allFinite()) return false;
+    if (moved < kClosed) {
+      solved_ = true;
+      theta_ = theta;
+      return true;
+    }
+    worse += moved > 0.9 * before ? 1 : 0;
+    if (worse > 2) break;
+    before = moved;
+  }
+  return false;
+}
+
+// Shorter steps until half of one moves the response by less than the data feel: a record long
+// after its start adds up the phase that each step loses.
+void TransientResponse::settle_steps(const std::vector<double>& theta) {
+  steps_settled_ = true;
+  while (steps_ < kMostSteps) {
+    const int coarse = least_steps_;
+    const VectorXd value = value_;
+    least_steps_ = std::min(2 * steps_, kMostSteps);
+    const bool closed = close(theta);
+    if (closed && whitened(datum_, value_ - value).norm() > kFelt) continue;
+    least_steps_ = coarse;
+    solved_ = close(theta);
+    return;
+  }
+}
+
 bool TransientResponse::at(const std::vector<double>& theta) {
   std::vector<std::vector<double>> kept;
   for (const Arc& arc : arcs_)
@@ -288,30 +335,9 @@ bool TransientResponse::at(const std::vector<double>& theta) {
         arcs_[a].start[static_cast<std::size_t>(j)] += moved[j];
     }
   }
-  double before = 1e300;
-  int worse = 0;
-  for (int round = 0; round < kMostRounds; ++round) {
-    if (!integrate(theta)) {
-      if (round > 0 || !solved_) return give_up();
-      begin_from_data();
-      solved_ = false;
-      continue;
-    }
-    condense();
-    see(theta);
-    if (!samples_.allFinite() || !slopes_.allFinite()) return give_up();
-    const double moved = correct();
-    if (!value_.allFinite() || !jacobian_.allFinite()) return give_up();
-    if (moved < kClosed) {
-      solved_ = true;
-      theta_ = theta;
-      return true;
-    }
-    worse += moved > 0.9 * before ? 1 : 0;
-    if (worse > 2) break;
-    before = moved;
-  }
-  return give_up();
+  if (!close(theta)) return give_up();
+  if (!steps_settled_) settle_steps(theta);
+  return solved_ || give_up();
 }
 
 MatrixXd TransientResponse::states() const {
@@ -328,6 +354,8 @@ MatrixXd TransientResponse::states() const {
 
 void TransientResponse::start_from(const TransientResponse& other) {
   if (arcs_.size() != other.arcs_.size() || !other.solved_) return;
+  least_steps_ = other.least_steps_;
+  steps_settled_ = other.steps_settled_;
   const auto& mine = equations_.names();
   const auto& theirs = other.equations_.names();
   for (std::size_t j = 0; j < mine.size(); ++j) {

@@ -43,6 +43,8 @@ class TransientResponse {
   // 0: too stiff for steps that one can wait for.
   int steps_between_samples(const std::vector<double>& theta) const;
   bool integrate(const std::vector<double>& theta);
+  bool close(const std::vector<double>& theta);
+  void settle_steps(const std::vector<double>& theta);
   // Condensed onto the initial state and the parameters: predicted samples and their slopes.
   void condense();
   void see(const std::vector<double>& theta);
@@ -60,7 +62,8 @@ class TransientResponse {
   std::vector<Arc> arcs_;
   std::vector<std::size_t> first_;  // sample of each arc
   std::unique_ptr<TimeIntegration> integration_;
-  int steps_ = 0;
+  int steps_ = 0, least_steps_ = 1;  // of the integration between two samples
+  bool steps_settled_ = false;
   Eigen::VectorXd scale_;  // of each state
   std::vector<double> theta_;
   bool solved_ = false;
