@@ -42,7 +42,7 @@ class Crash(unittest.TestCase):
             self.assertEqual(Schemas().faults(alarm), [])
             self.assertIn(f"{samples} samples", alarm["text"])
             self.assertIn("endless", alarm["text"])
-            self.assertIn(alarm["text"], self.daemon.log_text())
+            self.daemon.until_logged(alarm["text"])
             self.assertEqual(after.ask("status")["result"]["state"]["state"], "IDLE")
             after.close()
             self.assertEqual(len(self.daemon.databases()), life)

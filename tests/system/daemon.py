@@ -176,6 +176,14 @@ class Daemon:
     def log_text(self):
         return (self.directory / "log").read_text()
 
+    def until_logged(self, text, timeout=20):
+        """The daemon logs by a thread of its own: a line may be later than what it tells of."""
+        end = time.monotonic() + timeout
+        while text not in self.log_text():
+            if time.monotonic() > end:
+                raise AssertionError(f"{text!r} was not logged:\n{self.log_text()}")
+            time.sleep(0.02)
+
     def kill(self):
         self.process.kill()
         self.process.wait()

@@ -92,7 +92,7 @@ class Requests(unittest.TestCase):
             self.assertEqual(slow.lines[-1], last[-1])
             self.assertEqual(self.schemas.faults(last[-1]), [])
             self.assertGreater(last[-1]["count"], 0)
-        self.assertIn("read too slowly", self.daemon.log_text())
+        self.daemon.until_logged("read too slowly")
         self.assertIn("result", self.client.ask("ping"))
 
     def test_the_seventeenth_client_is_told(self):
