@@ -45,7 +45,8 @@ struct ModelPoints {
   const double* x_quadrature = nullptr;
   const double* carrier_cos = nullptr;
   const double* carrier_sin = nullptr;
-  double carrier_amplitude = 0.0;
+  double carrier_amplitude = 0.0, carrier_omega = 0.0;
+  const double* harmonics = nullptr;
 };
 
 // Residual and partial derivatives at n points, all overwritten. g has s arrays; the Jacobians s*s,

@@ -24,6 +24,8 @@ Points local_points(const ModelPoints& at, const double* u, const double* v, con
   points.carrier_cos = at.carrier_cos;
   points.carrier_sin = at.carrier_sin;
   points.carrier_amplitude = at.carrier_amplitude;
+  points.carrier_omega = at.carrier_omega;
+  points.harmonics = at.harmonics;
   return points;
 }
 

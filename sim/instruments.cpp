@@ -19,6 +19,8 @@ constexpr Parameter kParameters[] = {
      "rigid"},
     {"excitation_sensor_gain", "1", 1.0, 0.1, 10.0, "gain of the recorded excitation"},
     {"excitation_sensor_delay", "s", 0.0, 0.0, 1.0, "dead time of the recorded excitation"},
+    {"excitation_sensor_phase", "rad", 0.0, -3.0, 3.0,
+     "by how much the recorded excitation's fundamental is late"},
     {"excitation_unrecorded", "1", 0.0, 0.0, 1.0,
      "1: the record of the excitation lacks the table's harmonics"},
     {"excitation_h2", "1", 0.0, -1.0, 1.0, "2nd harmonic of the table over its fundamental"},

@@ -55,8 +55,8 @@ double TableMotion::acceleration(double t) const {
   return a * wave;
 }
 
-double TableMotion::fundamental(double t) const {
-  return amplitude(t) * std::cos(phase(t));
+double TableMotion::fundamental(double t, double lag) const {
+  return amplitude(t) * std::cos(phase(t) - lag);
 }
 
 double TableMotion::velocity(double t) const {

@@ -20,7 +20,7 @@ class TableMotion {
 
   // Upward acceleration, m/s^2; defined from the last go_to on.
   double acceleration(double t) const;
-  double fundamental(double t) const;  // of which the part without harmonics
+  double fundamental(double t, double lag = 0.0) const;  // of which the part without harmonics
   // Its integrals without a constant, m/s and m: exact while frequency and amplitude stand, and on
   // the ramps what a transducer that cannot measure a standing offset would say. 0 at rest.
   double velocity(double t) const;

@@ -130,8 +130,10 @@ double VirtualRig::Impl::between_the_ends() const {
 }
 
 double VirtualRig::Impl::recorded_excitation() const {
-  return instrument_values.at("excitation_unrecorded") > 0.5 ? moving_table().fundamental(now())
-                                                             : moving_table().acceleration(now());
+  const TableMotion& table = moving_table();
+  const double seen = table.fundamental(now(), instrument_values.at("excitation_sensor_phase"));
+  if (instrument_values.at("excitation_unrecorded") > 0.5) return seen;
+  return seen + (table.acceleration(now()) - table.fundamental(now()));
 }
 
 AuxiliaryValues VirtualRig::Impl::take_auxiliary() {

@@ -5,7 +5,7 @@
 namespace shaker::estimator {
 
 std::span<const Effect* const> catalogue() {
-  static const std::array<const Effect*, 36> effects = {
+  static const auto effects = std::to_array<const Effect*>({
       // of the damper
       &orifice_damping(),
       &gas_spring(),
@@ -36,6 +36,7 @@ std::span<const Effect* const> catalogue() {
       // of the exciter
       &exciter_gain(),
       &exciter_phase(),
+      &exciter_delay(),
       &exciter_distortion(),
       // of the instrument
       &sensor_gain(),
@@ -45,7 +46,7 @@ std::span<const Effect* const> catalogue() {
       &sensor_quantisation(),
       &sensor_nonlinearity(),
       &sensor_drift(),
-  };
+  });
   return effects;
 }
 

@@ -45,6 +45,7 @@ const Effect& tyre();
 // Of the exciter.
 const Effect& exciter_gain();
 const Effect& exciter_phase();
+const Effect& exciter_delay();
 const Effect& exciter_distortion();
 
 // Of the instrument (instrument/).

@@ -25,11 +25,15 @@ namespace shaker::estimator {
 inline constexpr unsigned kSeesU = 1, kSeesV = 2, kSeesA = 4, kSeesX = 8, kSeesW = 16,
                           kSeesWDot = 32, kSeesWDdot = 64;
 
+inline constexpr std::array<double, 2 * kCarriedHarmonics> kNoHarmonics{};
+
 template <class T, int Internals>
 struct Local {
   T u, v, a, x;
   std::array<T, (Internals > 0 ? Internals : 1)> w, w_dot, w_ddot;
-  double x_quadrature = 0.0, carrier_cos = 0.0, carrier_sin = 0.0, carrier_amplitude = 0.0;
+  double x_quadrature = 0.0, carrier_cos = 0.0, carrier_sin = 0.0, carrier_amplitude = 0.0,
+         carrier_omega = 0.0;
+  const double* harmonics = kNoHarmonics.data();
 };
 
 template <class Formula, unsigned Sees, int Parameters, int Internals = 0>
@@ -86,6 +90,8 @@ class DualEffect : public Effect {
       local.carrier_cos = at.carrier_cos[i];
       local.carrier_sin = at.carrier_sin[i];
       local.carrier_amplitude = at.carrier_amplitude;
+      local.carrier_omega = at.carrier_omega;
+      local.harmonics = at.harmonics;
     }
   }
 

@@ -64,6 +64,7 @@ struct Borrowed {
 
 inline constexpr int kMostParameters = 16;  // own and borrowed, of one effect
 inline constexpr int kMostInternals = 2;
+inline constexpr int kCarriedHarmonics = 5;  // of the excitation, that effects see one by one
 
 // n points of one coordinate. Arrays are 64-byte aligned and readable up to the next multiple of 8.
 // Those of the excitation are null unless the effect says that it wants them.
@@ -77,12 +78,15 @@ struct Points {
   const double* const* w_dot = nullptr;
   const double* const* w_ddot = nullptr;
   // Excitation: acceleration x; the same with every harmonic a quarter of its period late
-  // (quadrature); its fundamental is amplitude * carrier_cos.
+  // (quadrature); its fundamental is amplitude * carrier_cos. Harmonic h <= kCarriedHarmonics of x
+  // is harmonics[2 h - 2] cos(h phase) + harmonics[2 h - 1] sin(h phase), phase being the
+  // carrier's, which turns by carrier_omega (rad/s).
   const double* x = nullptr;
   const double* x_quadrature = nullptr;
   const double* carrier_cos = nullptr;
   const double* carrier_sin = nullptr;
-  double carrier_amplitude = 0.0;
+  double carrier_amplitude = 0.0, carrier_omega = 0.0;
+  const double* harmonics = nullptr;
 };
 
 // Force, rows and their partial derivatives at the points. `evaluate` adds to f, f_u, f_v, f_a and

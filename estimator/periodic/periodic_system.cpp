@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/math/numbers.hpp"
 #include "estimator/math/simd_math.hpp"
 #include "estimator/model_arrays.hpp"
 #include "estimator/periodic/dense.hpp"
@@ -154,13 +155,16 @@ void PeriodicSystem::set_excitation_points(double frequency_hz, std::span<const 
   analyse_excitation();
 }
 
-// Quadrature (each harmonic a quarter of its period late) and the fundamental's carrier.
+// Quadrature (each harmonic a quarter of its period late), the fundamental's carrier, and the first
+// harmonics over the carrier's phase.
 void PeriodicSystem::analyse_excitation() {
   if (!model_->needs_carrier()) {
     x_ = x_full_;
     return;
   }
   std::fill(quadrature_full_.begin(), quadrature_full_.end(), 0.0);
+  harmonics_full_.fill(0.0);
+  std::complex<double> phase = 1.0, phase_back = 1.0;  // of the carrier; its conjugate, h times
   std::vector<std::complex<double>> turns;
   for (int k = 0; k < n_; ++k)
     turns.push_back(std::polar(1.0, 2.0 * std::numbers::pi * k / n_));
@@ -171,13 +175,19 @@ void PeriodicSystem::analyse_excitation() {
       c += x_full_[j] * std::conj(turn(h * j % n_)) * (2.0 / n_);
     for (int i = 0; i < n_; ++i)
       quadrature_full_[i] += (c * turn(h * i % n_)).imag();
-    if (h > 1) continue;
-    carrier_full_ = std::abs(c);
-    const std::complex<double> phase = carrier_full_ > 0.0 ? c / carrier_full_ : 1.0;
-    for (int i = 0; i < n_; ++i) {
-      carrier_cos_[i] = (phase * turn(i)).real();
-      carrier_sin_[i] = (phase * turn(i)).imag();
+    if (h == 1) {
+      carrier_full_ = std::abs(c);
+      if (carrier_full_ > 0.0) phase = c / carrier_full_;
     }
+    if (h > kCarriedHarmonics) continue;
+    phase_back *= std::conj(phase);
+    const std::complex<double> over_carrier = c * phase_back;
+    harmonics_full_[static_cast<std::size_t>(2 * h - 2)] = over_carrier.real();
+    harmonics_full_[static_cast<std::size_t>(2 * h - 1)] = -over_carrier.imag();
+  }
+  for (int i = 0; i < n_; ++i) {
+    carrier_cos_[i] = (phase * turn(i)).real();
+    carrier_sin_[i] = (phase * turn(i)).imag();
   }
   set_share(1.0);
 }
@@ -188,6 +198,8 @@ void PeriodicSystem::set_share(double share) {
   carrier_ = share * carrier_full_;
   for (std::size_t i = 0; i < quadrature_.size(); ++i)
     quadrature_[i] = share * quadrature_full_[i];
+  for (std::size_t i = 0; i < harmonics_.size(); ++i)
+    harmonics_[i] = share * harmonics_full_[i];
 }
 
 ModelPoints PeriodicSystem::model_points() const {
@@ -202,6 +214,8 @@ ModelPoints PeriodicSystem::model_points() const {
     points.carrier_cos = carrier_cos_.data();
     points.carrier_sin = carrier_sin_.data();
     points.carrier_amplitude = carrier_;
+    points.carrier_omega = kTwoPi * frequency_;
+    points.harmonics = harmonics_.data();
   }
   return points;
 }

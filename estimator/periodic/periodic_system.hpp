@@ -10,6 +10,7 @@
 // fixed grid back from third order, second for sensitivities, to about its declared one.
 #pragma once
 
+#include <array>
 #include <complex>
 #include <memory>
 #include <span>
@@ -168,6 +169,7 @@ class PeriodicSystem {
   AlignedVector quadrature_full_, quadrature_, carrier_cos_,
       carrier_sin_;  // if the model wants them
   double carrier_full_ = 0.0, carrier_ = 0.0;
+  std::array<double, 2 * kCarriedHarmonics> harmonics_full_{}, harmonics_{};
   AlignedVector store_;  // all arrays of points
   std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
   std::unique_ptr<KinkCorrection> kinks_;  // null when there is none to correct

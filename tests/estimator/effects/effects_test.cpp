@@ -83,6 +83,9 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
   points.carrier_cos = in.at[5];
   points.carrier_sin = in.at[6];
   points.carrier_amplitude = 3.0;
+  points.carrier_omega = 17.0;
+  const std::vector<double> harmonics = {3.0, 0.1, -0.2, 0.3, 0.25, -0.15, 0.05, 0.12, -0.07, 0.02};
+  points.harmonics = harmonics.data();
   points.w = in.at.data() + 7;
   points.w_dot = in.at.data() + 7 + k;
   points.w_ddot = in.at.data() + 7 + 2 * k;
@@ -138,6 +141,8 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
     seen.carrier_cos = points.carrier_cos[i];
     seen.carrier_sin = points.carrier_sin[i];
     seen.carrier_amplitude = 3.0;
+    seen.carrier_omega = 17.0;
+    seen.harmonics = harmonics;
     for (std::size_t m = 0; m < k; ++m) {
       seen.w.push_back(points.w[m][i]);
       seen.w_dot.push_back(points.w_dot[m][i]);

@@ -174,6 +174,24 @@ const std::map<std::string, Formula>& formulas() {
         },
         {0.07},
         {}}},
+      {"exciter_delay",
+       {[](const Seen& s) {
+          const C carrier(s.carrier_cos, s.carrier_sin);
+          C ahead = 0.0;
+          double now = 0.0;
+          for (std::size_t h = 1; h <= 5; ++h) {
+            const double p = s.harmonics[2 * h - 2], q = s.harmonics[2 * h - 1];
+            const C power = std::pow(carrier, static_cast<double>(h));
+            const double c = power.real(), d = power.imag();
+            const C turn = static_cast<double>(h) * s.carrier_omega * s.t[0];
+            now += p * c + q * d;
+            ahead += p * (c * std::cos(turn) - d * std::sin(turn)) +
+                     q * (d * std::cos(turn) + c * std::sin(turn));
+          }
+          return E{now - ahead};
+        },
+        {0.004},
+        {}}},
       {"exciter_distortion",
        {[](const Seen& s) {
           const C carrier(s.carrier_cos, s.carrier_sin);

@@ -18,7 +18,9 @@ struct Seen {
   std::vector<C> w, w_dot, w_ddot;
   std::vector<C> t;
   std::vector<double> c;
-  double x_quadrature = 0.0, carrier_cos = 0.0, carrier_sin = 0.0, carrier_amplitude = 0.0;
+  double x_quadrature = 0.0, carrier_cos = 0.0, carrier_sin = 0.0, carrier_amplitude = 0.0,
+         carrier_omega = 0.0;
+  std::vector<double> harmonics;
 };
 
 struct Formula {

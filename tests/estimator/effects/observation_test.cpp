@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/math/numbers.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 #include "tests/estimator/fixtures.hpp"
 
@@ -144,6 +145,35 @@ TEST(Observation, ShowsAGainAndADelayOfTheDisplacement) {
   }
   for (int i = 0; i < 128; ++i)
     EXPECT_NEAR(b.observed(i), 1.05 * a.observed((i + 126) % 128), 1e-9);
+}
+
+// The late record of a distorted excitation, and its delay: the motion that the true one makes.
+TEST(Observation, UndoesTheDelayOfARecordedExcitation) {
+  constexpr int kPoints = 128;
+  constexpr double kFrequency = 2.0, kLate = 0.006;
+  const auto recorded = [&](double late) {
+    std::vector<double> x;
+    for (int i = 0; i < kPoints; ++i) {
+      const double phase = kTwoPi * (static_cast<double>(i) / kPoints - kFrequency * late);
+      x.push_back(3.0 * std::cos(phase - 0.4) + 0.3 * std::sin(2.0 * phase) +
+                  0.2 * std::cos(3.0 * phase) + 0.1 * std::cos(5.0 * phase + 1.0));
+    }
+    return x;
+  };
+  const Model plain(oleo_with({}));
+  const Model late(oleo_with({with("exciter_delay", {{"d", kLate}})}));
+  PeriodicSystem a(plain, {Scheme::order6, kPoints, true});
+  PeriodicSystem b(late, {Scheme::order6, kPoints, true});
+  a.set_excitation_points(kFrequency, recorded(0.0));
+  b.set_excitation_points(kFrequency, recorded(kLate));
+  for (PeriodicSystem* system : {&a, &b}) {
+    system->set_channels(kAll);
+    ASSERT_EQ(system->solve_from_rest(system->model().start()).status, SolveStatus::converged);
+  }
+  for (int i = 0; i < kPoints; ++i) {
+    for (int c = 0; c < static_cast<int>(std::size(kAll)); ++c)
+      EXPECT_NEAR(b.observed(i, c), a.observed(i, c), 1e-8);
+  }
 }
 
 // Newton's law, by another way than the channel's: what carries the mass is what accelerates it.
