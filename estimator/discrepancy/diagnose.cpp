@@ -11,6 +11,7 @@
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/name/model_error.hpp"
 #include "estimator/discrepancy/name/naming.hpp"
+#include "estimator/discrepancy/name/unknown_colour.hpp"
 #include "estimator/discrepancy/weigh/excitation_noise.hpp"
 #include "estimator/discrepancy/weigh/extra_channels.hpp"
 #include "estimator/discrepancy/weigh/first_look.hpp"
@@ -136,6 +137,16 @@ void warn_of_design(const std::vector<SteadyRun>& runs, double carry_over, Diagn
                     std::sqrt(carry_over)));
 }
 
+Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>& runs,
+                         const std::vector<Candidate>& catalogue) {
+  Diagnosis said = assemble(of.found, of.data, runs, catalogue, of.data);
+  said.warnings.push_back(
+      "what is left is more than the noise above the response, but follows neither stroke nor "
+      "velocity nor any effect of the catalogue: it is taken for noise of low frequency; two "
+      "records of one excitation would show whether it is");
+  return said;
+}
+
 // Searched; where even the best leaves far more than noise, searched again with what it leaves as
 // error. Progress from 0.2 to 0.9.
 Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
@@ -146,7 +157,13 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   };
   const config::ModelSpec spec = base.spec;
   const std::vector<double> theta = base.theta;
-  const Naming first = name_effects(std::move(base), data, catalogue, naming, named(0.2, 0.6));
+  Naming first = judge(std::move(base), data, catalogue, naming);
+  if (const auto coloured = nothing_but_colour(first, data, catalogue, naming))
+    return said_of_colour(*coloured, runs, catalogue);
+  search(first, data, catalogue, naming, named(0.2, 0.6));
+  if (const auto coloured =
+          explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
+    return said_of_colour(*coloured, runs, catalogue);
   if (const auto softened = with_model_error(first, data)) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
     if (again.trouble.empty()) {

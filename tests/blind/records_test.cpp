@@ -20,6 +20,10 @@ TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderWhiteNoise) {
   expect_nothing_named(RecordNoise::white, 6);
 }
 
+TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderColouredNoise) {
+  expect_nothing_named(RecordNoise::coloured, 4);
+}
+
 TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderNoiseOfTheMeasuredExcitation) {
   expect_nothing_named(RecordNoise::excitation, 3);
 }

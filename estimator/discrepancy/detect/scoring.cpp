@@ -79,48 +79,6 @@ MatrixXd less_clock(const MatrixXd& stacked, const std::vector<RunDatum>& data) 
   return stacked - share * k * (k.transpose() * stacked);
 }
 
-// Whitened signatures of a probe, a column a coefficient, or one of the whole difference that it
-// makes; no columns when the model with it has no solution.
-MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                       const Probe& probe, const FitOptions& options) {
-  // A load path has one play.
-  const auto same = [&](const config::EffectSpec& line) {
-    return line.effect == probe.line.effect;
-  };
-  if (const Effect* effect = find_effect(probe.line.effect);
-      effect != nullptr && effect->in_series() &&
-      std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
-    return MatrixXd(rows_of(data), 0);
-  const config::ModelSpec spec = with_line(fit.spec, probe.line);
-  const Model model(spec);
-  const std::vector<double> theta = carried_over(model, fit);
-  const std::vector<int> columns = columns_of(model, probe);
-  const bool whole = columns.empty();
-  MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
-  Index at = 0;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (!fitted(data[r])) continue;
-    // With corners as the fit has them: its solution is this one's too.
-    const bool sharp = fit.run_models[r] != fit.model;
-    const int points = points_for(model, options);
-    const std::optional<Model> rounded =
-        sharp ? std::optional<Model>(rounded_for(spec, data[r], fit.predictions[r].points()))
-              : std::nullopt;
-    Prediction prediction(rounded ? *rounded : model, data[r], points);
-    prediction.start_from(fit.predictions[r]);
-    if (!prediction.at(theta, options.from_rest)) return MatrixXd(rows_of(data), 0);
-    const Index size = data[r].response.size();
-    if (whole)
-      stacked.col(0).segment(at, size) =
-          whitened(data[r], prediction.value() - fit.predictions[r].value());
-    for (std::size_t k = 0; k < columns.size(); ++k)
-      stacked.col(static_cast<Index>(k)).segment(at, size) =
-          whitened(data[r], prediction.jacobian().col(columns[k]));
-    at += size;
-  }
-  return less_clock(stacked, data);
-}
-
 }  // namespace
 
 double Scoring::best_gain() const {
@@ -170,6 +128,46 @@ MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& d
     at += data[r].response.size();
   }
   return less_clock(all, data);
+}
+
+MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                       const Probe& probe, const FitOptions& options) {
+  // A load path has one play.
+  const auto same = [&](const config::EffectSpec& line) {
+    return line.effect == probe.line.effect;
+  };
+  if (const Effect* effect = find_effect(probe.line.effect);
+      effect != nullptr && effect->in_series() &&
+      std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
+    return MatrixXd(rows_of(data), 0);
+  const config::ModelSpec spec = with_line(fit.spec, probe.line);
+  const Model model(spec);
+  const std::vector<double> theta = carried_over(model, fit);
+  const std::vector<int> columns = columns_of(model, probe);
+  const bool whole = columns.empty();
+  MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
+  Index at = 0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    // With corners as the fit has them: its solution is this one's too.
+    const bool sharp = fit.run_models[r] != fit.model;
+    const int points = points_for(model, options);
+    const std::optional<Model> rounded =
+        sharp ? std::optional<Model>(rounded_for(spec, data[r], fit.predictions[r].points()))
+              : std::nullopt;
+    Prediction prediction(rounded ? *rounded : model, data[r], points);
+    prediction.start_from(fit.predictions[r]);
+    if (!prediction.at(theta, options.from_rest)) return MatrixXd(rows_of(data), 0);
+    const Index size = data[r].response.size();
+    if (whole)
+      stacked.col(0).segment(at, size) =
+          whitened(data[r], prediction.value() - fit.predictions[r].value());
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      stacked.col(static_cast<Index>(k)).segment(at, size) =
+          whitened(data[r], prediction.jacobian().col(columns[k]));
+    at += size;
+  }
+  return less_clock(stacked, data);
 }
 
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,

@@ -34,6 +34,11 @@ struct Scoring {
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
               const std::vector<Candidate>& candidates, const FitOptions& options);
 
+// Whitened signatures of a probe, a column a coefficient, or one of the whole difference that it
+// makes; no columns when the model with it has no solution.
+Eigen::MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                              const Probe& probe, const FitOptions& options);
+
 // Residuals and Jacobian of the runs that are fitted, one below the other.
 Eigen::VectorXd stacked_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data);
 Eigen::MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,

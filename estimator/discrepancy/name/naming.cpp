@@ -52,8 +52,20 @@ class Search {
                 options.simple_first ? Errors::left_over : Errors::noise),
         standing_(found, data, all, options, refits_) {}
 
+  // False when there is nothing to look for.
+  bool judge_base() {
+    // What has no coefficient is probed where it does something, which may be far away; later on
+    // only what lies near by.
+    FitOptions far = options_.fit;
+    far.from_rest = true;
+    found_.base_scoring = score(*found_.base.fit, data_, all_, far);
+    found_.probability_base = standing_.probability(found_.base_scoring);
+    found_.adequate = found_.probability_base > options_.false_alarm_rate;
+    refits_.describe(found_.base);
+    return !found_.adequate || options_.simple_first;
+  }
+
   void run() {
-    if (!judge_base()) return;
     std::vector<std::size_t> level = extend(found_.base, found_.base_scoring, options_.refits);
     standing_.choose();
     if (!standing_.settled() && !options_.simple_first) {
@@ -82,20 +94,6 @@ class Search {
   }
 
  private:
-  // False when there is nothing to look for.
-  bool judge_base() {
-    // What has no coefficient is probed where it does something, which may be far away; later on
-    // only what lies near by.
-    FitOptions far = options_.fit;
-    far.from_rest = true;
-    found_.base_scoring = score(*found_.base.fit, data_, all_, far);
-    progress_(0.2);
-    found_.probability_base = standing_.probability(found_.base_scoring);
-    found_.adequate = found_.probability_base > options_.false_alarm_rate;
-    refits_.describe(found_.base);
-    return !found_.adequate || options_.simple_first;
-  }
-
   std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {
     std::vector<std::size_t> made;
     int tried = 0;
@@ -181,12 +179,27 @@ class Search {
 
 }  // namespace
 
+Naming judge(HarmonicFit base, const std::vector<RunDatum>& data,
+             const std::vector<Candidate>& candidates, const NamingOptions& options) {
+  Naming found;
+  found.base.fit = std::make_shared<const HarmonicFit>(std::move(base));
+  Search(found, data, candidates, options, {}).judge_base();
+  return found;
+}
+
+void search(Naming& judged, const std::vector<RunDatum>& data,
+            const std::vector<Candidate>& candidates, const NamingOptions& options,
+            const std::function<void(double)>& progress) {
+  if (judged.adequate && !options.simple_first) return;
+  Search(judged, data, candidates, options, progress).run();
+}
+
 Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
                     const std::vector<Candidate>& candidates, const NamingOptions& options,
                     const std::function<void(double)>& progress) {
-  Naming found;
-  found.base.fit = std::make_shared<const HarmonicFit>(std::move(base));
-  Search(found, data, candidates, options, progress).run();
+  Naming found = judge(std::move(base), data, candidates, options);
+  progress(0.2);
+  search(found, data, candidates, options, progress);
   return found;
 }
 

@@ -1,0 +1,33 @@
+// The colour of a record's noise, which its spectrum above the response does not tell.
+//
+// What a fit leaves of a record is either noise or a force that the model lacks. Noise knows
+// nothing of the motion; so what is left is taken for noise, of whatever colour it has, where
+// neither an effect of the catalogue nor any smooth force over stroke and velocity lies along it
+// more than chance would.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "estimator/discrepancy/fit/harmonic_fit.hpp"
+#include "estimator/discrepancy/run_datum.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// Of which noise the spectrum is not known. That of the measured excitation has the response's
+// covariance (excitation_noise.hpp), whatever its size.
+enum class ColourOf { response, excitation };
+
+// The data with noise of the spectrum that `fit` leaves, in bands that widen with frequency;
+// nowhere less than the noise that they had. `fitted`: those that it was fitted to.
+std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
+                                         const std::vector<RunDatum>& fitted,
+                                         const std::vector<RunDatum>& data, ColourOf of);
+
+// Probability that noise with the data's errors lies as much along the responses to a smooth force
+// over stroke and velocity as what `fit` leaves does (Fisher's F, the noise's size being what is
+// left beside them). Nothing where such a force cannot be added to the model.
+std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                                          const FitOptions& options);
+
+}  // namespace shaker::estimator::discrepancy

@@ -1,0 +1,114 @@
+#include "estimator/discrepancy/weigh/noise_colour.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/discrepancy/weigh/transient.hpp"
+#include "tests/estimator/discrepancy/records.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using testing::sweep;
+using testing::Truth;
+
+constexpr double kDeviation = 5e-5;  // of the sensor's noise, m
+
+config::ModelSpec oscillator() {
+  auto model = estimator::testing::model_of({estimator::testing::effect("linear_stiffness"),
+                                             estimator::testing::effect("viscous_damping")});
+  model.effects[0].parameters["k"].start = 80.0;
+  return model;
+}
+
+// The sensor's noise falls from 1.6 Hz on (at 500 Hz), where the response is.
+Recording coloured(Recording record, std::uint64_t seed) {
+  constexpr double kKept = 0.98;
+  std::mt19937_64 source(seed);
+  std::normal_distribution<double> normal;
+  double noise = normal(source);
+  for (double& u : record.displacement) {
+    noise = kKept * noise + std::sqrt(1.0 - kKept * kKept) * normal(source);
+    u += kDeviation * noise;
+  }
+  return record;
+}
+
+Campaign sweeps(const Truth& truth, std::uint64_t seed) {
+  Campaign campaign;
+  campaign.runs = {coloured(sweep("linear", truth, 0.5, 4.0, 3.0, 12.0, seed), seed + 100),
+                   coloured(sweep("linear", truth, 3.0, 1.0, 2.0, 12.0, seed + 1), seed + 101),
+                   coloured(sweep("linear", truth, 0.8, 3.0, 2.5, 12.0, seed + 2), seed + 102)};
+  for (std::size_t i = 0; i < campaign.runs.size(); ++i)
+    campaign.runs[i].name = "r" + std::to_string(i + 1);
+  campaign.runs.back().role = Role::held_out;
+  return campaign;
+}
+
+struct Fit {
+  TransientRuns runs;
+  HarmonicFit fit;
+};
+
+Fit fit_of(const Truth& truth, std::uint64_t seed) {
+  auto runs = transient_runs(sweeps(truth, seed).runs, oscillator());
+  HarmonicFit fit = fit_transient(oscillator(), *runs, {});
+  return {std::move(*runs), std::move(fit)};
+}
+
+TEST(NoiseColour, IsTheSpectrumOfWhatAFitLeaves) {
+  const Fit of = fit_of({}, 1);
+  const auto data = with_spectrum_left(of.fit, of.runs.data, of.runs.data, ColourOf::response);
+  ASSERT_EQ(data.size(), of.runs.data.size());
+  for (const RunDatum& datum : data) {
+    // Of a first-order colour with a corner at w0: a cosine's power is
+    // 2 (2 w0 deviation^2 / (w^2 + w0^2)) / length. Some hundred cosines, in bands.
+    const double w0 = -std::log(0.98) * 500.0, length = datum.sampled->length();
+    double found = 0.0, expected = 0.0;
+    for (Eigen::Index k = 0; k < datum.error.size(); ++k) {
+      const double w = std::numbers::pi * static_cast<double>(k) / length;
+      found += datum.error[k] * datum.error[k];
+      expected += 4.0 * w0 * kDeviation * kDeviation / (w * w + w0 * w0) / length;
+    }
+    EXPECT_NEAR(found / expected, 1.0, 0.35);
+  }
+}
+
+TEST(NoiseColour, LiesAlongNoSmoothForceUnlessOneIsMissing) {
+  int unlikely = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Fit of = fit_of({}, 10 * seed);
+    const auto data = with_spectrum_left(of.fit, of.runs.data, of.runs.data, ColourOf::response);
+    const auto chance = chance_along_motion(of.fit, data, {});
+    ASSERT_TRUE(chance);
+    unlikely += *chance < 0.02 ? 1 : 0;
+  }
+  EXPECT_LE(unlikely, 1);
+  const Fit of = fit_of({{"cubic_stiffness", 800.0}}, 7);
+  const auto data = with_spectrum_left(of.fit, of.runs.data, of.runs.data, ColourOf::response);
+  EXPECT_LT(chance_along_motion(of.fit, data, {}).value_or(1.0), 1e-9);
+}
+
+TEST(NoiseColour, RaisesNoAlarmAndHidesNoEffect) {
+  const auto nothing = diagnose(sweeps({}, 3), oscillator());
+  ASSERT_TRUE(nothing) << nothing.error().what;
+  EXPECT_EQ(nothing->verdict, Verdict::adequate) << nothing->probability_before;
+  EXPECT_TRUE(nothing->effects.empty());
+  EXPECT_THAT(nothing->warnings, ::testing::Contains(::testing::HasSubstr("low frequency")));
+
+  const auto stiff = diagnose(sweeps({{"cubic_stiffness", 800.0}}, 5), oscillator());
+  ASSERT_TRUE(stiff) << stiff.error().what;
+  EXPECT_EQ(stiff->verdict, Verdict::explained);
+  ASSERT_EQ(stiff->effects.size(), 1U);
+  EXPECT_EQ(stiff->effects[0].name, "cubic_stiffness");
+  EXPECT_NEAR(stiff->effects[0].parameters.at(0).value, 800.0, 30.0);
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy
