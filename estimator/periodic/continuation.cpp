@@ -40,15 +40,15 @@ Continuation::Continuation(const Model& model, std::vector<double> theta,
                            ContinuationOptions options)
     : model_(&model), theta_(std::move(theta)), options_(options) {}
 
-GridOptions Continuation::ring() const {
+GridOptions Continuation::ring(int periods) const {
   GridOptions grid = options_.grid;
-  grid.points *= options_.periods;
+  grid.points *= periods;
   return grid;
 }
 
 Arc Continuation::make_arc(const Branch& branch) const {
-  const GridOptions grid = ring();
-  return Arc(*model_, theta_, grid, cosine_shape(grid.points, options_.periods), options_.periods,
+  const GridOptions grid = ring(branch.periods);
+  return Arc(*model_, theta_, grid, cosine_shape(grid.points, branch.periods), branch.periods,
              branch.along, branch.held, std::fabs(branch.to - branch.from));
 }
 
@@ -61,7 +61,7 @@ Branch Continuation::over_amplitude(double frequency_hz, double from, double to)
 }
 
 Branch Continuation::from_rest(Along along, double held, double from, double to) {
-  PeriodicSystem system(*model_, ring());
+  PeriodicSystem system(*model_, ring(options_.periods));
   const double frequency = along == Along::frequency ? from : held;
   std::vector<double> points = cosine_shape(system.points(), options_.periods);
   for (double& x : points)
@@ -112,7 +112,7 @@ BranchPoint Continuation::describe(Arc& arc, const ArcPoint& at, double turning)
     if (here <= before && here <= after)
       point.least = std::min(point.least, extreme(before, here, after));
   }
-  for (int k = 0; k <= options_.harmonics * options_.periods; ++k) {
+  for (int k = 0; k <= options_.harmonics * arc.periods(); ++k) {
     std::complex<double> sum = 0.0;
     for (int i = 0; i < n; ++i)
       sum += system.value(i, c) * std::polar(1.0, -2.0 * std::numbers::pi * (k * i % n) / n);
@@ -161,7 +161,9 @@ void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& br
     const ArcPoint chord = difference(point, before);
     const double length = std::sqrt(arc.dot(chord, chord));
     next.arclength = branch.points.back().arclength + length;
-    look_between(arc, branch.points.back(), next, tangent, branch);
+    // There the value turns too, which is no fold: the other half is this one, a period later.
+    const bool joins = branch.periods % 2 == 0 && half_ring(before, point) < 0.0;
+    if (!joins) look_between(arc, branch.points.back(), next, tangent, branch);
     branch.points.push_back(std::move(next));
     if (out) {
       branch.complete = std::fabs(point.value - branch.to) < std::fabs(point.value - branch.from);
@@ -170,7 +172,7 @@ void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& br
       if (!branch.complete) branch.ended += "; beyond the last fold nothing hangs on this curve";
       return;
     }
-    if (options_.periods % 2 == 0 && half_ring(before, point) < 0.0) {
+    if (joins) {
       branch.ended = fmt::format("joins the solutions of half the period again at {}",
                                  at(branch.along, point.value));
       return;

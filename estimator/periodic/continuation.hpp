@@ -27,7 +27,7 @@ namespace shaker::estimator {
 
 struct ContinuationOptions {
   GridOptions grid{Scheme::order6, 256, true};  // points of one excitation period
-  int periods = 1;           // of the excitation, after which the solution repeats
+  int periods = 1;           // of the excitation, after which a new curve's solutions repeat
   int harmonics = 5;         // of the observed coordinate, kept with every point
   double first_step = 0.01;  // lengths: 1 is the whole range, or the motion's own size
   double least_step = 1e-6;
@@ -83,8 +83,7 @@ class Continuation {
                     std::span<const double> start);
 
   // The branch with twice the period that leaves `branch` at a period doubling, along the critical
-  // multiplier's direction; followed until the value leaves the interval of `branch`. This
-  // continuation's own `periods` must be the branch's.
+  // multiplier's direction; followed until the value leaves the interval of `branch`.
   Branch doubled(const Branch& branch, const SpecialPoint& at);
 
   // All solutions on the branch at one value, solved there exactly, in the order of the branch.
@@ -93,7 +92,7 @@ class Continuation {
   const ContinuationOptions& options() const { return options_; }
 
  private:
-  GridOptions ring() const;
+  GridOptions ring(int periods) const;
   Arc make_arc(const Branch& branch) const;
   Branch from_rest(Along along, double held, double from, double to);
   void walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& branch);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
 
 #include "estimator/periodic/continuation.hpp"
 
@@ -18,6 +19,11 @@ std::complex<double> harmonic(std::span<const double> record, int h) {
            std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(h * j % n) /
                                static_cast<double>(n));
   return sum * ((h == 0 ? 1.0 : 2.0) / static_cast<double>(n));
+}
+
+// The last harmonic of the ring that a record is looked at for.
+int last_harmonic(std::span<const double> record, int periods) {
+  return std::min(12 * periods, (static_cast<int>(record.size()) - 1) / 2);
 }
 
 }  // namespace
@@ -48,7 +54,7 @@ void start_from_record(PeriodicSystem& system, std::span<const double> record, i
 }
 
 double subharmonic_share(std::span<const double> record, int periods) {
-  const int last = std::min(12 * periods, (static_cast<int>(record.size()) - 1) / 2);
+  const int last = last_harmonic(record, periods);
   double between = 0.0, all = 1e-300;
   for (int h = 1; h <= last; ++h) {
     const double energy = std::norm(harmonic(record, h));
@@ -65,15 +71,27 @@ double subharmonic_share(const PeriodicSystem& system, int periods) {
   return subharmonic_share(record, periods);
 }
 
+bool subharmonic_stands_out(std::span<const double> record, int periods) {
+  constexpr double kAboveNoise = 4.0;  // one record in 300 of white noise gets there
+  std::vector<double> energy;
+  for (int h = 1; h <= last_harmonic(record, periods); ++h) {
+    if (h % periods != 0) energy.push_back(std::norm(harmonic(record, h)));
+  }
+  if (energy.empty()) return false;
+  const double all = std::accumulate(energy.begin(), energy.end(), 0.0);
+  const auto middle = energy.begin() + static_cast<std::ptrdiff_t>(energy.size() / 2);
+  std::nth_element(energy.begin(), middle, energy.end());
+  const double of_noise = *middle / std::numbers::ln2 * static_cast<double>(energy.size());
+  return all > kAboveNoise * of_noise;
+}
+
 // On twice the ring the critical disturbance, which changes sign from one period to the next,
 // repeats: there it is the null vector of dg/dz. The first step goes along it, in the plane across
 // it, so that Newton's method cannot fall back onto the branch of half the period.
 Branch Continuation::doubled(const Branch& branch, const SpecialPoint& at) {
-  Continuation twice(*model_, theta_, options_);
-  twice.options_.periods = 2 * options_.periods;
-  Branch out{branch.along, branch.held, branch.from, branch.to, twice.options_.periods,
+  Branch out{branch.along, branch.held, branch.from, branch.to, 2 * branch.periods,
              {},           {},          false,       {}};
-  Arc arc = twice.make_arc(out);
+  Arc arc = make_arc(out);
   const std::vector<double>& one = at.point.at.z;
   ArcPoint point{one, at.point.at.value};
   point.z.insert(point.z.end(), one.begin(), one.end());
@@ -94,7 +112,7 @@ Branch Continuation::doubled(const Branch& branch, const SpecialPoint& at) {
     for (std::size_t k = 0; k < 2 * n; ++k)
       guess.z[k] += first * direction.z[k];
     if (arc.correct(guess, direction, start, 20) == 0) continue;
-    twice.walk(arc, start, direction, out);
+    walk(arc, start, direction, out);
     return out;
   }
   out.ended = "no solution of twice the period was found next to the period doubling";

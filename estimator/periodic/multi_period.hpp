@@ -27,4 +27,8 @@ void start_from_record(PeriodicSystem& system, std::span<const double> record, i
 double subharmonic_share(std::span<const double> record, int periods);
 double subharmonic_share(const PeriodicSystem& system, int periods);
 
+// Whether that share of a measured record is more than noise: noise is about as strong in all of
+// the harmonics in between, a response in the first few.
+bool subharmonic_stands_out(std::span<const double> record, int periods);
+
 }  // namespace shaker::estimator
