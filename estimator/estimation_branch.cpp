@@ -21,7 +21,9 @@ namespace {
 
 constexpr double kFarFromData = 0.1;  // misfit from which another branch is thought of
 constexpr double kClearlyBetter = 0.5;
+constexpr double kLost = 0.1;  // of the data's subharmonic share
 constexpr double kStill = 1e-12;
+constexpr double kNone = 1e300;  // misfit where there is no solution
 constexpr int kEquationSteps = 12;
 
 }  // namespace
@@ -53,10 +55,35 @@ double Estimator::Impl::misfit(std::size_t r, const PeriodicSystem& system) cons
   return std::sqrt(sum / static_cast<double>(run.readings.size())) / motion;
 }
 
+bool Estimator::Impl::lost_subharmonic(std::size_t r, const PeriodicSystem& system) const {
+  const RunState& run = runs[r];
+  return run.data.periods > 1 && !run.harmonic() &&
+         subharmonic_share(system, run.data.periods) <
+             kLost * subharmonic_share(run.data.displacement, run.data.periods) &&
+         subharmonic_stands_out(run.data.displacement, run.data.periods);
+}
+
 bool Estimator::Impl::fits_badly() const {
   if (fit.status == FitStatus::no_solution) return true;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    if (misfit(r, systems[r]) > kFarFromData) return true;
+    if (misfit(r, systems[r]) > kFarFromData || lost_subharmonic(r, systems[r])) return true;
+  }
+  return false;
+}
+
+// From the solution reached from rest, if there is one (its misfit `from_rest`), to one nearer to
+// the data; false, with the state as it was, where there is none. With parameters that are off the
+// measured motion may be out of the model's reach (an oleo shorter than the stroke): then it is
+// approached part of the way.
+bool Estimator::Impl::solve_near_data(std::size_t r, double from_rest) {
+  PeriodicSystem& system = systems[r];
+  const std::vector<double> rest(system.state().begin(), system.state().end());
+  for (const double share : {1.0, 0.85, 0.7, 0.5}) {
+    if (!start_from_data(r, system, share)) return false;
+    const bool converged = system.solve(fit.theta).status == SolveStatus::converged;
+    if (converged && misfit(r, system) < from_rest) return true;
+    std::copy(rest.begin(), rest.end(), system.state().begin());
+    if (converged || from_rest == kNone) return false;
   }
   return false;
 }
@@ -69,18 +96,10 @@ SolveReport Estimator::Impl::solve_run(std::size_t r, bool warm) {
   }
   SolveReport report = system.solve_from_rest(fit.theta);
   const bool converged = report.status == SolveStatus::converged;
-  const double from_rest = converged ? misfit(r, system) : 1e300;
-  if (from_rest <= kFarFromData) return report;
-  const std::vector<double> rest(system.state().begin(), system.state().end());
-  if (start_from_data(r, system)) {
-    const SolveReport from_data = system.solve(fit.theta);
-    if (from_data.status == SolveStatus::converged && misfit(r, system) < from_rest)
-      return from_data;
-  }
-  if (converged) {
-    std::copy(rest.begin(), rest.end(), system.state().begin());
-    return system.solve(fit.theta);
-  }
+  const double from_rest = converged ? misfit(r, system) : kNone;
+  if (from_rest <= kFarFromData && !lost_subharmonic(r, system)) return report;
+  if (solve_near_data(r, from_rest)) return {};
+  if (converged) return system.solve(fit.theta);
   if (report.status == SolveStatus::no_convergence) report = solve_through_folds(system, fit.theta);
   return report;
 }
@@ -100,6 +119,7 @@ bool Estimator::Impl::solve_all(bool warm) {
 // such motion (several coordinates) or the model refuses it.
 bool Estimator::Impl::start_from_equations() {
   const std::size_t q = free.size();
+  if (model.coordinates() != 1) return false;
   for (std::size_t r = 0; r < systems.size(); ++r) {
     if (!start_from_data(r, systems[r])) return false;
   }
@@ -175,9 +195,7 @@ std::vector<std::string> Estimator::Impl::branch_warnings() {
           "{}: the fitted periodic solution is unstable (a Floquet multiplier of {:.3g}), so the "
           "rig cannot have been on it; start from other parameters, or check the model",
           where, stability->largest()));
-    if (run.data.periods > 1 && !run.harmonic() &&
-        subharmonic_share(systems[r], run.data.periods) <
-            0.1 * subharmonic_share(run.data.displacement, run.data.periods))
+    if (lost_subharmonic(r, systems[r]))
       warnings.push_back(fmt::format(
           "{}: the data repeat after {} periods of the excitation, the fitted solution after one; "
           "start from other parameters",

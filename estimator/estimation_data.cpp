@@ -201,7 +201,7 @@ void Estimator::Impl::prepare_readings(RunState& run, int points) {
 
 // Tables that turn the data into their first harmonics and those into a state on the grid.
 void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
-  if (model.coordinates() != 1 || !run.data.tau.empty()) return;
+  if (!run.data.tau.empty()) return;
   const int count =
       static_cast<int>(run.harmonic() ? run.data.harmonics.size() : run.data.displacement.size());
   const int terms = 1 + 2 * std::min(kStartHarmonics * run.data.periods, (count - 1) / 2);
@@ -240,7 +240,7 @@ void Estimator::Impl::prepare_projector(RunState& run, int points) {
   run.projector.assign(analysis.data(), analysis.data() + analysis.size());
 }
 
-bool Estimator::Impl::start_from_data(std::size_t r, PeriodicSystem& system) {
+bool Estimator::Impl::start_from_data(std::size_t r, PeriodicSystem& system, double share) {
   RunState& run = runs[r];
   if (run.synthesis.empty()) return false;
   system.begin();
@@ -253,13 +253,16 @@ bool Estimator::Impl::start_from_data(std::size_t r, PeriodicSystem& system) {
       run.coefficients[t] += table[t] * run.data.displacement[j];
   }
   const auto state = system.state();
-  const std::size_t every = run.synthesis.size() / terms / state.size();
-  for (std::size_t i = 0; i < state.size(); ++i) {
+  const auto coordinates = static_cast<std::size_t>(model.coordinates());
+  const auto points = static_cast<std::size_t>(system.points());
+  const std::size_t every = run.synthesis.size() / terms / points;
+  for (std::size_t i = 0; i < points; ++i) {
     const double* table = &run.synthesis[i * every * terms];
     double sum = 0.0;
     for (std::size_t t = 0; t < terms; ++t)
       sum += table[t] * run.coefficients[t];
-    state[i] = sum;
+    double& z = state[i * coordinates + static_cast<std::size_t>(model.observed())];
+    z += share * (sum - z);
   }
   return true;
 }

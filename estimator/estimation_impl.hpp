@@ -85,7 +85,9 @@ struct Estimator::Impl {
   void prepare_readings(RunState& run, int points);
   void prepare_harmonics(RunState& run, int points);
   void prepare_projector(RunState& run, int points);
-  bool start_from_data(std::size_t run, PeriodicSystem& system);
+  // Moves the observed coordinate from where it stands to the data's first harmonics, or a `share`
+  // of the way; the others keep what they have. False for data that give no such start.
+  bool start_from_data(std::size_t run, PeriodicSystem& system, double share = 1.0);
 
   // Adds up gram, gradient and sum of squares over all runs; residuals include the Newton step of z
   // when `with_newton` (the lifted method).
@@ -110,6 +112,9 @@ struct Estimator::Impl {
   bool solve_all(bool warm);
   // --- which of several solutions: estimation_branch.cpp
   SolveReport solve_run(std::size_t run, bool warm);
+  bool solve_near_data(std::size_t run, double from_rest);
+  // The data repeat only after all their periods, `system` sooner.
+  bool lost_subharmonic(std::size_t run, const PeriodicSystem& system) const;
   double motion_of_data(std::size_t run) const;  // root mean square about the mean; 0: none
   // Root mean square of data less a solution, over the motion of the data; 0 for coefficients.
   double misfit(std::size_t run, const PeriodicSystem& system) const;

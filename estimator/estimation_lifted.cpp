@@ -29,6 +29,7 @@ double newton_step(const PeriodicSystem& system) {
 bool Estimator::Impl::fit_lifted(bool warm) {
   last_step = std::numeric_limits<double>::infinity();
   if (!warm) {
+    if (model.coordinates() != 1) return false;  // the data tell nothing of the others
     auto& first = coarse.empty() ? systems : coarse;
     for (std::size_t r = 0; r < runs.size(); ++r) {
       if (!start_from_data(r, first[r])) return false;
