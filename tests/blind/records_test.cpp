@@ -22,6 +22,7 @@ TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderWhiteNoise) {
 
 TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderColouredNoise) {
   expect_nothing_named(RecordNoise::coloured, 4);
+  expect_nothing_named(RecordNoise::coloured_excitation, 2);
 }
 
 TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderNoiseOfTheMeasuredExcitation) {

@@ -10,6 +10,20 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kTrifle = 0.01;  // of a cosine's variance: not worth a covariance
+constexpr Index kNarrowest = 24;  // cosines of a band of the excitation
+constexpr int kRounds = 25;       // towards its most probable spectrum
+
+// What lies above the band that is compared moves nothing in it.
+Index moving(const SampledRun& run, const RunDatum& datum) {
+  return std::min(run.excitation_noise.size(), 5 * datum.response.size() / 4);
+}
+
+// Of the response over the excitation's cosines; no columns where it does not follow them.
+MatrixXd slope_over(const Prediction& prediction, const std::vector<double>& theta, Index count) {
+  MatrixXd slope = prediction.over_record(theta, count);
+  if (!slope.allFinite()) return {};
+  return slope;
+}
 
 }  // namespace
 
@@ -20,10 +34,9 @@ bool count_excitation_noise(TransientRuns& runs, const std::vector<RunDatum>& ow
     runs.data[r] = own[r];
     const SampledRun& run = *own[r].sampled;
     if (own[r].by_force || run.excitation_noise.size() == 0 || runs.repeated.contains(r)) continue;
-    // What lies above the band that is compared moves nothing in it.
-    const Index count = std::min(run.excitation_noise.size(), 5 * own[r].response.size() / 4);
-    const MatrixXd slope = fit.predictions[r].over_record(fit.theta, count);
-    if (slope.cols() == 0 || !slope.allFinite()) continue;
+    const Index count = moving(run, own[r]);
+    const MatrixXd slope = slope_over(fit.predictions[r], fit.theta, count);
+    if (slope.cols() == 0) continue;
     const MatrixXd spread = slope * run.excitation_noise.head(count).cwiseSqrt().asDiagonal();
     const VectorXd variance = own[r].error.cwiseAbs2();
     if ((spread.rowwise().squaredNorm().array() < kTrifle * variance.array()).all()) continue;
@@ -33,6 +46,53 @@ bool count_excitation_noise(TransientRuns& runs, const std::vector<RunDatum>& ow
     any = true;
   }
   return any;
+}
+
+MatrixXd excitation_covariance(const Prediction& prediction, const std::vector<double>& theta,
+                               const RunDatum& datum, const VectorXd& left) {
+  const SampledRun& run = *datum.sampled;
+  if (datum.by_force || run.excitation_noise.size() == 0) return {};
+  const MatrixXd slope = slope_over(prediction, theta, moving(run, datum));
+  if (slope.cols() == 0) return {};
+  const MatrixXd moves = whitened(datum, slope);
+  const VectorXd white = whitened(datum, left);
+  const Index n = white.size();
+  struct Band {
+    Index from, count;
+    MatrixXd share;  // of the whitened covariance, for a power of 1
+    double power;
+  };
+  std::vector<Band> bands;
+  const double size = white.squaredNorm() / static_cast<double>(n);
+  for (Index from = 0; from < slope.cols();) {
+    Index to = std::min(slope.cols(), from + std::max(kNarrowest, from / 4));
+    if (slope.cols() - to < kNarrowest) to = slope.cols();
+    const auto of = moves.middleCols(from, to - from);
+    bands.push_back({from, to - from, of * of.transpose(),
+                     size * run.excitation_noise.segment(from, to - from).mean()});
+    from = to;
+  }
+  for (int round = 0; round < kRounds; ++round) {
+    MatrixXd whole = MatrixXd::Identity(n, n);
+    for (const Band& band : bands)
+      whole += band.power * band.share;
+    const Eigen::LLT<MatrixXd> factors(whole);
+    if (factors.info() != Eigen::Success) return {};
+    const MatrixXd inverse = factors.solve(MatrixXd::Identity(n, n));
+    const VectorXd weighed = inverse * white;
+    for (Band& band : bands) {
+      const double more =
+          weighed.dot(band.share * weighed) - inverse.cwiseProduct(band.share).sum();
+      band.power =
+          std::max(0.0, band.power * (1.0 + band.power * more / static_cast<double>(band.count)));
+    }
+  }
+  MatrixXd covariance = MatrixXd::Zero(n, n);
+  for (const Band& band : bands) {
+    const auto of = slope.middleCols(band.from, band.count);
+    covariance.noalias() += band.power * of * of.transpose();
+  }
+  return covariance;
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -15,4 +15,12 @@ namespace shaker::estimator::discrepancy {
 bool count_excitation_noise(TransientRuns& runs, const std::vector<RunDatum>& own,
                             const HarmonicFit& fit);
 
+// Covariance of what `fit` leaves of a run (`left`), besides the datum's own, if all of it came
+// from noise of the measured excitation: with the spectrum of that noise, in bands, under which it
+// is most probable (restricted maximum likelihood by expectation and maximisation). 0 x 0 where the
+// excitation was not measured.
+Eigen::MatrixXd excitation_covariance(const Prediction& prediction,
+                                      const std::vector<double>& theta, const RunDatum& datum,
+                                      const Eigen::VectorXd& left);
+
 }  // namespace shaker::estimator::discrepancy

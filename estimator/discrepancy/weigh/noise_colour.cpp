@@ -10,6 +10,7 @@
 
 #include "estimator/discrepancy/detect/scoring.hpp"
 #include "estimator/discrepancy/records/transient_run.hpp"
+#include "estimator/discrepancy/weigh/excitation_noise.hpp"
 #include "estimator/statistics.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -102,19 +103,18 @@ std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
   for (std::size_t r = 0; r < data.size(); ++r) {
     const VectorXd left = fitted[r].response - fit.predictions[r].value();
     if (left.size() != data[r].response.size()) continue;
-    const double larger = of == ColourOf::response
-                              ? 1.0
-                              : std::max(1.0, whitened(data[r], left).squaredNorm() /
-                                                  static_cast<double>(left.size()));
-    const VectorXd known = larger * data[r].error.cwiseAbs2();
-    const VectorXd power = band_powers(left, out[r].freedom);
-    const VectorXd more = (power - known).cwiseMax(0.0);
-    if (!data[r].whitening) {
-      out[r].error = (known + more).cwiseSqrt();
+    MatrixXd covariance;
+    if (of == ColourOf::excitation)
+      covariance = excitation_covariance(fit.predictions[r], fit.theta, data[r], left);
+    if (covariance.size() == 0 && !data[r].whitening) {
+      const VectorXd power = band_powers(left, out[r].freedom);
+      out[r].error = data[r].error.cwiseMax(power.cwiseSqrt());
       continue;
     }
-    MatrixXd covariance = larger * covariance_of(data[r]);
-    covariance.diagonal() += more;
+    if (covariance.size() == 0) covariance = MatrixXd::Zero(left.size(), left.size());
+    covariance += covariance_of(data[r]);
+    const VectorXd known = covariance.diagonal();
+    covariance.diagonal() += (band_powers(left, out[r].freedom) - known).cwiseMax(0.0);
     set_covariance(out[r], covariance);
   }
   return out;

@@ -25,7 +25,7 @@ std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
                                          const std::vector<RunDatum>& data, ColourOf of);
 
 // Probability that noise with the data's errors lies as much along the responses to a smooth force
-// over stroke and velocity as what `fit` leaves does (Fisher's F, the noise's size being what is
+// over stroke and velocity as what `fit`, fitted to them, leaves does (Fisher's F, the noise's size being what is
 // left beside them). Nothing where such a force cannot be added to the model.
 std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                           const FitOptions& options);

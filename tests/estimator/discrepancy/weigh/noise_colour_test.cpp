@@ -27,16 +27,20 @@ config::ModelSpec oscillator() {
   return model;
 }
 
-// The sensor's noise falls from 1.6 Hz on (at 500 Hz), where the response is.
-Recording coloured(Recording record, std::uint64_t seed) {
+// Noise that falls from 1.6 Hz on (at 500 Hz), where the response is.
+void add_coloured(std::vector<double>& values, double deviation, std::uint64_t seed) {
   constexpr double kKept = 0.98;
   std::mt19937_64 source(seed);
   std::normal_distribution<double> normal;
   double noise = normal(source);
-  for (double& u : record.displacement) {
+  for (double& value : values) {
     noise = kKept * noise + std::sqrt(1.0 - kKept * kKept) * normal(source);
-    u += kDeviation * noise;
+    value += deviation * noise;
   }
+}
+
+Recording coloured(Recording record, std::uint64_t seed) {
+  add_coloured(record.displacement, kDeviation, seed);
   return record;
 }
 
@@ -93,6 +97,34 @@ TEST(NoiseColour, LiesAlongNoSmoothForceUnlessOneIsMissing) {
   const Fit of = fit_of({{"cubic_stiffness", 800.0}}, 7);
   const auto data = with_spectrum_left(of.fit, of.runs.data, of.runs.data, ColourOf::response);
   EXPECT_LT(chance_along_motion(of.fit, data, {}).value_or(1.0), 1e-9);
+}
+
+// Of the measured excitation, which the model follows and the mass does not.
+TEST(NoiseColour, OfTheExcitationGoesThroughTheModel) {
+  TransientRuns runs;
+  {
+    std::vector<Recording> records = {sweep("linear", {}, 0.5, 4.0, 3.0, 12.0, 1),
+                                      sweep("linear", {}, 3.0, 1.0, 2.0, 12.0, 2)};
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      records[i].name = "r" + std::to_string(i + 1);
+      add_coloured(records[i].excitation, 0.02, 50 + i);
+    }
+    auto read = transient_runs(records, oscillator());
+    ASSERT_TRUE(read) << read.error().what;
+    runs = std::move(*read);
+  }
+  const HarmonicFit fit = fit_transient(oscillator(), runs, {});
+  const auto data = with_spectrum_left(fit, runs.data, runs.data, ColourOf::excitation);
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    ASSERT_TRUE(data[r].whitening);
+    const Eigen::VectorXd left = data[r].response - fit.predictions[r].value();
+    const auto count = static_cast<double>(left.size());
+    EXPECT_GT(whitened(runs.data[r], left).squaredNorm() / count, 5.0);
+    const double white = whitened(data[r], left).squaredNorm() / count;
+    EXPECT_NEAR(white, 1.0, 0.25);
+  }
+  const HarmonicFit again = fit_harmonics(oscillator(), data, fit.theta, &fit, {});
+  EXPECT_GT(chance_along_motion(again, data, {}).value_or(0.0), 1e-3);
 }
 
 TEST(NoiseColour, RaisesNoAlarmAndHidesNoEffect) {
