@@ -177,7 +177,7 @@ void Engine::Impl::reject(const AssembledCycle& cycle, const GateVerdict& verdic
   }
 }
 
-// The likeliest first; the others would look alike.
+// The likeliest first, then what would look alike or, where none alone explains it, an alarm too.
 void Engine::Impl::changed(const std::vector<estimator::ParameterChange>& changes) {
   if (changes.empty()) return;
   const estimator::ParameterChange& change = changes.front();
@@ -189,6 +189,7 @@ void Engine::Impl::changed(const std::vector<estimator::ParameterChange>& change
   document.value = change.jump;
   document.standard_error = change.standard_error;
   document.parameter = change.name;
+  document.alone = change.alone;
   for (std::size_t i = 1; i < changes.size(); ++i)
     document.alternatives.push_back(changes[i].name);
   const auto index = static_cast<std::size_t>(std::max(0, change.run));

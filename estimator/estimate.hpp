@@ -33,6 +33,8 @@ struct ParameterChange {
   double jump = 0.0, standard_error = 0.0;
   double before = 0.0;  // what it was taken for
   double statistic = 0.0, threshold = 0.0;
+  // This parameter's change alone explains all that was seen.
+  bool alone = true;
   std::string sentence() const;  // for the operator
 };
 

@@ -195,7 +195,7 @@ void fill(Filler& out, const AlarmDocument& d) {
   out.name("action", d.action).name("channel", d.channel);
   out.number("value", d.value).number("limit", d.limit);
   out.name("parameter", d.parameter).name("run", d.run);
-  out.put("cycle", d.cycle).number("standard_error", d.standard_error);
+  out.put("cycle", d.cycle).number("standard_error", d.standard_error).put("alone", d.alone);
   if (d.alternatives.empty()) return;
   Json names = Json::array();
   const auto count = out.bounded("alternatives", d.alternatives.size(), kMaxWarnings);

@@ -93,10 +93,12 @@ struct AlarmDocument {
   std::optional<std::string> channel;
   std::optional<double> value, limit;
   // Of parameter_change: which one, in which run, about since which of its cycles; `value` is then
-  // the jump. Others whose change would look alike.
+  // the jump. Whether that alone explains what was seen; others whose change would look alike, or,
+  // where none alone explains it, would have been an alarm too.
   std::optional<std::string> parameter = std::nullopt, run = std::nullopt;
   std::optional<std::int64_t> cycle = std::nullopt;
   std::optional<double> standard_error = std::nullopt;  // of the jump
+  std::optional<bool> alone = std::nullopt;
   std::vector<std::string> alternatives = {};
 };
 

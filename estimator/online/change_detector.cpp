@@ -128,12 +128,11 @@ std::optional<Change> ChangeDetector::test(double variance) const {
   }
   std::ranges::sort(best, std::greater(), &Change::statistic);
   if (best.empty() || best.front().statistic <= threshold_) return std::nullopt;
-  return named(best, evidence, variance);
+  return named(std::move(best), evidence, variance);
 }
 
 // `best`: of each parameter, likeliest first.
-Change ChangeDetector::named(const std::vector<Change>& best, const Evidence& at,
-                             double variance) const {
+Change ChangeDetector::named(std::vector<Change> best, const Evidence& at, double variance) const {
   double unit = 0.0;
   for (int k = 0; k < parameters_; ++k)
     unit += variance * excess(k, variance) / parameters_;
@@ -156,7 +155,8 @@ Change ChangeDetector::named(const std::vector<Change>& best, const Evidence& at
   Change found = best.front();
   found.alone = explains(found);
   for (auto other = best.begin() + 1; other != best.end(); ++other) {
-    if (explains(*other) || (!found.alone && other->statistic > threshold_))
+    other->alone = explains(*other);
+    if (other->alone || (!found.alone && other->statistic > threshold_))
       found.alternatives.push_back(*other);
   }
   return found;

@@ -44,11 +44,11 @@ struct Change {
   double standard_error = 0.0;
   double statistic = 0.0;  // G
   // Other parameters whose own jump, alone, explains what was seen as well as any jump of all of
-  // them does; likeliest first. Where none does, not even the one above (`alone` is false), those
-  // whose own jump would have been an alarm too.
+  // them does; likeliest first. Where the one above does not (`alone` is false), also those whose
+  // own jump would have been an alarm too.
   std::vector<Change> alternatives = {};
-  // One parameter's jump is enough. If not, several changed, or the response has not settled since
-  // (it is judged again with the cycles to come), or the model lacks what changed.
+  // This parameter's jump is enough. If no parameter's is, several changed, or the response has not
+  // settled since (it is judged again with the cycles to come), or the model lacks what changed.
   bool alone = true;
 };
 
@@ -80,7 +80,7 @@ class ChangeDetector {
     Eigen::MatrixXd v;
   };
   std::optional<Change> test(double variance) const;
-  Change named(const std::vector<Change>& best, const Evidence& at, double variance) const;
+  Change named(std::vector<Change> best, const Evidence& at, double variance) const;
   double excess(int parameter, double variance) const;
   void watch_scatter(const Cycle& cycle);
 

@@ -1,6 +1,7 @@
 #include "estimator/online/change_watch.hpp"
 
 #include <cmath>
+#include <string_view>
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
@@ -101,15 +102,45 @@ ParameterChange ChangeWatch::described(const Change& change, const MeasuredCycle
           .standard_error = change.standard_error,
           .before = reference_[index],
           .statistic = change.statistic,
-          .threshold = threshold_};
+          .threshold = threshold_,
+          .alone = change.alone};
 }
+
+namespace {
+
+// ", theta2 by -0.1 m/s^2" and so on, of those that alone explain the change or of the others;
+// their first after `lead`.
+std::string others(const std::vector<ParameterChange>& changes, bool alone, std::string_view lead) {
+  std::string text;
+  for (std::size_t i = 1; i < changes.size(); ++i) {
+    const ParameterChange& other = changes[i];
+    if (other.alone == alone)
+      text += fmt::format("{}{} by {:+.3g} {}", text.empty() ? lead : ", ", other.name, other.jump,
+                          other.unit);
+  }
+  return text;
+}
+
+std::string explanation(const std::vector<ParameterChange>& changes) {
+  const std::string& name = changes.front().name;
+  if (changes.front().alone)
+    return fmt::format("; {} alone explains it{}", name,
+                       others(changes, true, "; so far this would look alike: "));
+  const std::string better =
+      others(changes, true, fmt::format("; {} alone does not explain it, but this would: ", name));
+  return (better.empty()
+              ? "; no parameter alone explains it (several changed, the response has not "
+                "settled since, or the model lacks what changed)"
+              : better) +
+         others(changes, false, "; an alarm by themselves would be: ");
+}
+
+}  // namespace
 
 std::string sentence(const std::vector<ParameterChange>& changes) {
   if (changes.empty()) return {};
   std::string text = changes.front().sentence();
-  for (std::size_t i = 1; i < changes.size(); ++i)
-    text += fmt::format("{}{} by {:+.3g} {}", i == 1 ? "; so far this would look alike: " : ", ",
-                        changes[i].name, changes[i].jump, changes[i].unit);
+  text += explanation(changes);
   if (changes.front().cycle < kYoung)
     text +=
         "; so early in a run it may be the rest of a slow transient (less than 4 % a cycle passes "

@@ -24,8 +24,9 @@ class ChangeWatch {
 
   // `theta`: the present estimate, all parameters. What changed as of this cycle; usually nothing.
   // One change gives several entries where one dwell cannot tell whose it was: the likeliest first,
-  // then the others whose change would look alike, each with its own jump. A cycle without a
-  // periodic solution is passed over.
+  // then the others whose change would look alike, each with its own jump; and where no parameter
+  // alone explains it, the others that an alarm could have named. A cycle without a periodic
+  // solution is passed over.
   std::vector<ParameterChange> add(const MeasuredCycle& cycle, const std::vector<double>& theta);
   void reset();
 
@@ -44,8 +45,8 @@ class ChangeWatch {
   std::deque<long> indices_;             // of the last cycles, newest last
 };
 
-// For the operator: the first of them, what would look alike, and, early in a run, that a slow
-// transient would too.
+// For the operator: the first of them, whether it alone explains what was seen, what else would,
+// and, early in a run, that a slow transient would too.
 std::string sentence(const std::vector<ParameterChange>& changes);
 
 }  // namespace shaker::estimator::online

@@ -13,6 +13,7 @@ namespace shaker::daemon {
 namespace {
 
 using ::testing::Contains;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::Optional;
@@ -81,6 +82,9 @@ TEST(ParameterChange, NamesTheDampingOfADamperThatHeatsUp) {
   EXPECT_EQ(alarms[0].parameter, "theta1") << alarms[0].text;
   EXPECT_LT(*alarms[0].value, 0.0) << alarms[0].text;
   EXPECT_EQ(alarms[0].severity, "warning");
+  ASSERT_TRUE(alarms[0].alone);
+  EXPECT_THAT(alarms[0].text, HasSubstr(*alarms[0].alone ? "; theta1 alone explains it"
+                                                         : "alone does not explain it"));
   EXPECT_THAT(alarms[0].run, Optional(std::string("slow")));
   ASSERT_TRUE(alarms[0].cycle && alarms[0].standard_error);
   // It creeps from the first cycle on; the test needs twelve for a reference.

@@ -117,6 +117,7 @@ inline std::vector<Document> nasty_documents() {
   changed.run = rubbish;
   changed.cycle = 51;
   changed.standard_error = nan;
+  changed.alone = false;
   changed.alternatives = {"theta2", huge};
   all.push_back(changed);
   all.push_back(DiagnosisProgressDocument{rubbish, huge, nan});

@@ -21,6 +21,7 @@ class Change(unittest.TestCase):
         alarm = client.until(lambda line: line.get("code") == "parameter_change", 60)
         self.assertIn("theta2", [alarm["parameter"], *alarm.get("alternatives", [])])
         self.assertLess(alarm["value"] + 3 * alarm["standard_error"], 0.0)
+        self.assertIn("alone explains it" if alarm["alone"] else "alone", alarm["text"])
         self.assertEqual(alarm["run"], "dwell")
         self.assertEqual(alarm["severity"], "warning")
         last = max(line["cycle"] for line in client.of_type("cycle"))
