@@ -157,10 +157,9 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   };
   const config::ModelSpec spec = base.spec;
   const std::vector<double> theta = base.theta;
-  Naming first = judge(std::move(base), data, catalogue, naming);
+  const Naming first = name_effects(std::move(base), data, catalogue, naming, named(0.2, 0.6));
   if (const auto coloured = nothing_but_colour(first, data, catalogue, naming))
     return said_of_colour(*coloured, runs, catalogue);
-  search(first, data, catalogue, naming, named(0.2, 0.6));
   if (const auto coloured =
           explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
     return said_of_colour(*coloured, runs, catalogue);

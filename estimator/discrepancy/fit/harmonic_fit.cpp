@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/fit/corners.hpp"
+#include "estimator/math/box_minimum.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -63,45 +64,26 @@ bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
   return true;
 }
 
-// Solves (gram + lambda diag) step = gradient inside the box: what would leave it is put on the
-// bound and the rest solved again.
+// Minimises the quadratic of (gram + lambda diag) step = gradient inside the box.
 VectorXd box_step(const HarmonicFit& fit, const Normal& n, double lambda) {
   const auto q = static_cast<Index>(fit.free.size());
-  std::vector<char> held(fit.free.size(), 0);
-  VectorXd step = VectorXd::Zero(q);
   const VectorXd scale = n.gram.diagonal().cwiseMax(1e-300).cwiseSqrt();
-  for (Index round = 0; round <= q; ++round) {
-    MatrixXd a = scale.cwiseInverse().asDiagonal() * n.gram * scale.cwiseInverse().asDiagonal();
-    VectorXd b = n.gradient.cwiseQuotient(scale);
-    for (Index k = 0; k < q; ++k)
-      a(k, k) += lambda + 1e-14;
-    for (Index k = 0; k < q; ++k) {
-      if (!held[static_cast<std::size_t>(k)]) continue;
-      b -= a.col(k) * (step[k] * scale[k]);
-    }
-    for (Index k = 0; k < q; ++k) {
-      if (!held[static_cast<std::size_t>(k)]) continue;
-      a.row(k).setZero();
-      a.col(k).setZero();
-      a(k, k) = 1.0;
-      b[k] = step[k] * scale[k];
-    }
-    const VectorXd solved = a.ldlt().solve(b).cwiseQuotient(scale);
-    bool inside = true;
-    for (Index k = 0; k < q; ++k) {
-      if (held[static_cast<std::size_t>(k)]) continue;
-      const auto parameter = static_cast<std::size_t>(fit.free[static_cast<std::size_t>(k)]);
-      const ModelParameter& p = fit.model->parameters()[parameter];
-      const double target = fit.theta[parameter] + solved[k];
-      step[k] = std::clamp(target, p.lower, p.upper) - fit.theta[parameter];
-      if (target < p.lower || target > p.upper) {
-        held[static_cast<std::size_t>(k)] = 1;
-        inside = false;
-      }
-    }
-    if (inside) break;
+  MatrixXd a = scale.cwiseInverse().asDiagonal() * n.gram * scale.cwiseInverse().asDiagonal();
+  a.diagonal().array() += lambda + 1e-14;
+  VectorXd to_lower(q), to_upper(q);
+  for (Index k = 0; k < q; ++k) {
+    const auto parameter = static_cast<std::size_t>(fit.free[static_cast<std::size_t>(k)]);
+    const ModelParameter& p = fit.model->parameters()[parameter];
+    to_lower[k] = p.lower - fit.theta[parameter];
+    to_upper[k] = p.upper - fit.theta[parameter];
   }
-  return step;
+  const VectorXd step = box_minimum(a, n.gradient.cwiseQuotient(scale),
+                                    scale.cwiseProduct(to_lower), scale.cwiseProduct(to_upper));
+  return step.cwiseQuotient(scale).cwiseMax(to_lower).cwiseMin(to_upper);
+}
+
+const char* solution_of(const std::vector<RunDatum>& data) {
+  return data.front().sampled ? "motion through the record" : "periodic solution";
 }
 
 MatrixXd nothing_known(const HarmonicFit& fit) {
@@ -234,9 +216,9 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
   }
   if (!predict_all(fit, data, fit.theta, true)) {
     fit.trouble = fmt::format(
-        "{}: there is no periodic solution at the start of the estimation; "
-        "give starting values nearer to the damper's",
-        spec.name);
+        "{}: there is no {} at the start of the estimation; give starting values nearer to the "
+        "damper's",
+        spec.name, solution_of(data));
     fit.chi_squared = std::numeric_limits<double>::infinity();
     fit.covariance = nothing_known(fit);
     return fit;
@@ -244,7 +226,7 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
   iterate(fit, data, options);
   if (!predict_all(fit, data, fit.theta, false)) {
     fit.converged = false;
-    fit.trouble = fmt::format("{}: a held-out run has no periodic solution", spec.name);
+    fit.trouble = fmt::format("{}: a held-out run has no {}", spec.name, solution_of(data));
   } else if (!fit.converged) {
     fit.trouble = fmt::format("{}: the fit did not settle in {} steps", spec.name, fit.iterations);
   }

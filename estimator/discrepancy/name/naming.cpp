@@ -52,8 +52,7 @@ class Search {
                 options.simple_first ? Errors::left_over : Errors::noise),
         standing_(found, data, all, options, refits_) {}
 
-  // False when there is nothing to look for.
-  bool judge_base() {
+  void judge_base() {
     // What has no coefficient is probed where it does something, which may be far away; later on
     // only what lies near by.
     FitOptions far = options_.fit;
@@ -62,7 +61,6 @@ class Search {
     found_.probability_base = standing_.probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
     refits_.describe(found_.base);
-    return !found_.adequate || options_.simple_first;
   }
 
   void run() {
@@ -187,19 +185,13 @@ Naming judge(HarmonicFit base, const std::vector<RunDatum>& data,
   return found;
 }
 
-void search(Naming& judged, const std::vector<RunDatum>& data,
-            const std::vector<Candidate>& candidates, const NamingOptions& options,
-            const std::function<void(double)>& progress) {
-  if (judged.adequate && !options.simple_first) return;
-  Search(judged, data, candidates, options, progress).run();
-}
-
 Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
                     const std::vector<Candidate>& candidates, const NamingOptions& options,
                     const std::function<void(double)>& progress) {
   Naming found = judge(std::move(base), data, candidates, options);
   progress(0.2);
-  search(found, data, candidates, options, progress);
+  if (!found.adequate || options.simple_first)
+    Search(found, data, candidates, options, progress).run();
   return found;
 }
 

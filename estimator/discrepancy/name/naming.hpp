@@ -38,11 +38,7 @@ struct Naming {
 // The base model only: whether anything is missing.
 Naming judge(HarmonicFit base, const std::vector<RunDatum>& data,
              const std::vector<Candidate>& candidates, const NamingOptions& options);
-// What is missing from a base model that was judged.
-void search(Naming& judged, const std::vector<RunDatum>& data,
-            const std::vector<Candidate>& candidates, const NamingOptions& options,
-            const std::function<void(double)>& progress);
-// Both.
+// And what is missing.
 Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
                     const std::vector<Candidate>& candidates, const NamingOptions& options,
                     const std::function<void(double)>& progress);

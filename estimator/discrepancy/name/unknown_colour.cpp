@@ -4,14 +4,34 @@
 #include <utility>
 
 #include "estimator/discrepancy/weigh/noise_colour.hpp"
+#include "estimator/statistics.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
+
+constexpr double kChosenByChance = 1e-7;  // three effects of some forty may be chosen
+
+const Hypothesis* best_of(const Naming& found) {
+  if (found.best >= found.hypotheses.size()) return nullptr;
+  const Hypothesis& best = found.hypotheses[found.best];
+  return best.disqualified.empty() ? &best : nullptr;
+}
 
 bool along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                   const NamingOptions& options) {
   const auto chance = chance_along_motion(fit, data, options.fit);
   return !chance || *chance <= options.false_alarm_rate;
+}
+
+// The best hypothesis leaves far less than the base model, by more than the choice among all of the
+// catalogue's sets does by chance.
+bool closed_by_effects(const Naming& searched, const std::vector<RunDatum>& data) {
+  const Hypothesis* best = best_of(searched);
+  if (best == nullptr) return false;
+  const HarmonicFit& base = *searched.base.fit;
+  const double gain = spectrum_gain(*best->fit, base, data);
+  const auto more = static_cast<double>(best->fit->free.size() - base.free.size());
+  return more > 0.0 && chi_squared_above(std::max(gain, 0.0), more) < kChosenByChance;
 }
 
 std::vector<ColourOf> possible(const std::vector<RunDatum>& data) {
@@ -39,13 +59,15 @@ std::optional<OfUnknownColour> without_force(const HarmonicFit& left,
 
 }  // namespace
 
-std::optional<OfUnknownColour> nothing_but_colour(const Naming& judged,
+std::optional<OfUnknownColour> nothing_but_colour(const Naming& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,
                                                   const NamingOptions& options) {
-  if (judged.adequate || !data.front().sampled) return std::nullopt;
+  if (searched.adequate || searched.explained || !data.front().sampled ||
+      closed_by_effects(searched, data))
+    return std::nullopt;
   for (const ColourOf of : possible(data)) {
-    if (auto found = without_force(*judged.base.fit, data, data, of, catalogue, options))
+    if (auto found = without_force(*searched.base.fit, data, data, of, catalogue, options))
       return found;
   }
   return std::nullopt;
@@ -55,22 +77,20 @@ std::optional<OfUnknownColour> explained_but_for_colour(
     const Naming& searched, const std::vector<RunDatum>& data,
     const std::vector<Candidate>& catalogue, const NamingOptions& options,
     const std::function<void(double)>& progress) {
-  if (searched.adequate || searched.explained || !data.front().sampled ||
-      searched.best >= searched.hypotheses.size())
+  const Hypothesis* best = best_of(searched);
+  if (searched.adequate || searched.explained || !data.front().sampled || best == nullptr)
     return std::nullopt;
-  const Hypothesis& left = searched.hypotheses[searched.best];
-  if (!left.disqualified.empty()) return std::nullopt;
   const HarmonicFit& base = *searched.base.fit;
   for (const ColourOf of : possible(data)) {
     auto out =
-        without_force(*left.fit, left.data ? *left.data : data, data, of, catalogue, options);
+        without_force(*best->fit, best->data ? *best->data : data, data, of, catalogue, options);
     if (!out) continue;
     HarmonicFit again = fit_harmonics(base.spec, out->data, base.theta, &base, options.fit);
     if (!again.trouble.empty()) continue;
     out->found = name_effects(std::move(again), out->data, catalogue, options, progress);
     if (!out->found.explained) continue;
-    const Hypothesis& best = out->found.hypotheses[out->found.best];
-    if (!along_motion(*best.fit, best.data ? *best.data : out->data, options)) return out;
+    const Hypothesis& now = out->found.hypotheses[out->found.best];
+    if (!along_motion(*now.fit, now.data ? *now.data : out->data, options)) return out;
   }
   return std::nullopt;
 }

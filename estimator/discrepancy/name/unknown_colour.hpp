@@ -18,8 +18,9 @@ struct OfUnknownColour {
 };
 
 // Nothing is missing, and what the base model leaves is noise. Nothing for runs with a period, and
-// where the noise above the response is enough.
-std::optional<OfUnknownColour> nothing_but_colour(const Naming& judged,
+// where the noise above the response is enough. After the search: what bends the base model far may
+// have no gain where that fits best, and all of it elsewhere.
+std::optional<OfUnknownColour> nothing_but_colour(const Naming& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,
                                                   const NamingOptions& options);

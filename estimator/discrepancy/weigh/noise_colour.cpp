@@ -120,6 +120,20 @@ std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
   return out;
 }
 
+double spectrum_gain(const HarmonicFit& one, const HarmonicFit& other,
+                     const std::vector<RunDatum>& data) {
+  double gain = 0.0;
+  VectorXd count;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit) continue;
+    const auto powers = [&](const HarmonicFit& fit) -> VectorXd {
+      return band_powers(data[r].response - fit.predictions[r].value(), count).cwiseMax(1e-300);
+    };
+    gain += (powers(other).array().log() - powers(one).array().log()).sum();
+  }
+  return gain;
+}
+
 std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                           const FitOptions& options) {
   const Range range = range_of(data);

@@ -24,9 +24,15 @@ std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
                                          const std::vector<RunDatum>& fitted,
                                          const std::vector<RunDatum>& data, ColourOf of);
 
+// Logarithm by which the spectrum that `one` leaves is more probable than that of `other`, doubled
+// (Whittle's likelihood, in those bands): of two fits that leave the same noise about the number of
+// parameters that one has more. Of the runs that were fitted.
+double spectrum_gain(const HarmonicFit& one, const HarmonicFit& other,
+                     const std::vector<RunDatum>& data);
+
 // Probability that noise with the data's errors lies as much along the responses to a smooth force
-// over stroke and velocity as what `fit`, fitted to them, leaves does (Fisher's F, the noise's size being what is
-// left beside them). Nothing where such a force cannot be added to the model.
+// over stroke and velocity as what `fit`, fitted to them, leaves does (Fisher's F, the noise's size
+// being what is left beside them). Nothing where such a force cannot be added to the model.
 std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                           const FitOptions& options);
 

@@ -99,6 +99,24 @@ TEST(NoiseColour, LiesAlongNoSmoothForceUnlessOneIsMissing) {
   EXPECT_LT(chance_along_motion(of.fit, data, {}).value_or(1.0), 1e-9);
 }
 
+// By about as much as there are parameters more, where these mend nothing.
+TEST(NoiseColour, IsLessBesideAFitThatHoldsWhatWasMissing) {
+  auto richer = oscillator();
+  richer.effects.push_back(estimator::testing::effect("cubic_stiffness"));
+  for (const double hidden : {0.0, 800.0}) {
+    const Fit of = fit_of({{"cubic_stiffness", hidden}}, 3);
+    std::vector<double> start = of.fit.theta;
+    start.push_back(0.0);
+    const HarmonicFit more = fit_harmonics(richer, of.runs.data, start, &of.fit, {});
+    ASSERT_TRUE(more.trouble.empty()) << more.trouble;
+    const double gain = spectrum_gain(more, of.fit, of.runs.data);
+    if (hidden > 0.0)
+      EXPECT_GT(gain, 200.0);
+    else
+      EXPECT_LT(std::fabs(gain), 10.0);
+  }
+}
+
 // Of the measured excitation, which the model follows and the mass does not.
 TEST(NoiseColour, OfTheExcitationGoesThroughTheModel) {
   TransientRuns runs;

@@ -117,6 +117,26 @@ TEST(Transient, NamesTheStiffeningSpringOfASweptOscillator) {
   EXPECT_LT(d->gap.after, 1.1 * d->gap.noise_floor);
 }
 
+// A spring that the model lacks moves the oleo's rest: several bounds stop the first step at once.
+TEST(Transient, FitsAModelFarFromTheRecords) {
+  const Truth hidden = {{"cubic_stiffness", 4000.0}};
+  auto model = estimator::testing::oleo();
+  model.effects[1].parameters["theta4"].upper = 2.0;
+  const auto runs = transient_runs(campaign_of({sweep("oleo", hidden, 0.5, 4.0, 2.0, 12.0, 1),
+                                                sweep("oleo", hidden, 0.7, 3.5, 2.5, 12.0, 2)})
+                                       .runs,
+                                   model);
+  ASSERT_TRUE(runs) << runs.error().what;
+  const HarmonicFit fit = fit_transient(model, *runs, {});
+  EXPECT_TRUE(fit.trouble.empty()) << fit.trouble;
+  for (std::size_t r = 0; r < runs->data.size(); ++r) {
+    const Eigen::VectorXd& seen = runs->data[r].response;
+    const Eigen::VectorXd left = seen - fit.predictions[r].value();
+    const auto moving = seen.size() - 1;  // without the mean
+    EXPECT_LT(left.tail(moving).norm(), 0.1 * seen.tail(moving).norm());
+  }
+}
+
 // A dynamometer that follows a motion without a period: friction and viscous damping.
 Recording shaken(double friction, std::uint64_t seed) {
   std::mt19937_64 source(seed);

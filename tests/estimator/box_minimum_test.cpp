@@ -1,0 +1,78 @@
+#include "estimator/math/box_minimum.hpp"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace shaker::estimator {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+double value(const MatrixXd& a, const VectorXd& b, const VectorXd& x) {
+  return 0.5 * x.dot(a * x) - b.dot(x);
+}
+
+// Every choice of who stands on which bound, one after the other.
+double least_of_all(const MatrixXd& a, const VectorXd& b, const VectorXd& low,
+                    const VectorXd& high) {
+  const Index n = b.size();
+  const auto choices = static_cast<int>(std::pow(3, n));
+  double least = std::numeric_limits<double>::infinity();
+  for (int choice = 0; choice < choices; ++choice) {
+    MatrixXd m = a;
+    VectorXd right = b;
+    for (Index k = 0, rest = choice; k < n; ++k, rest /= 3) {
+      if (rest % 3 == 0) continue;
+      m.row(k).setZero();
+      m(k, k) = 1.0;
+      right[k] = rest % 3 == 1 ? low[k] : high[k];
+    }
+    const VectorXd x = m.fullPivLu().solve(right);
+    if (((x - low).array() < -1e-9).any() || ((high - x).array() < -1e-9).any()) continue;
+    least = std::min(least, value(a, b, x));
+  }
+  return least;
+}
+
+TEST(BoxMinimum, IsTheBestOfAllChoicesOfBounds) {
+  std::mt19937_64 source(5);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 200; ++trial) {
+    constexpr Index n = 5;
+    MatrixXd root(n, n);
+    VectorXd b(n), low(n), high(n);
+    for (Index i = 0; i < n; ++i) {
+      b[i] = 3.0 * normal(source);
+      low[i] = trial % 4 == 0 && i == 2 ? 0.0 : -std::fabs(normal(source));
+      high[i] = std::fabs(normal(source));
+      for (Index j = 0; j < n; ++j)
+        root(i, j) = normal(source);
+    }
+    // As badly conditioned as parameters that look alike make it.
+    root.col(1) = root.col(0) + 1e-3 * root.col(1);
+    const MatrixXd a = root.transpose() * root + 1e-9 * MatrixXd::Identity(n, n);
+    const VectorXd x = box_minimum(a, b, low, high);
+    EXPECT_TRUE(((x - low).array() >= 0.0).all() && ((high - x).array() >= 0.0).all());
+    const double least = least_of_all(a, b, low, high);
+    EXPECT_NEAR(value(a, b, x), least, 1e-7 * (1.0 + std::fabs(least)));
+  }
+}
+
+TEST(BoxMinimum, WithoutBoundsIsTheSolution) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  MatrixXd a(2, 2);
+  a << 4.0, 1.0, 1.0, 3.0;
+  const VectorXd b = VectorXd::Ones(2);
+  const VectorXd x =
+      box_minimum(a, b, VectorXd::Constant(2, -infinite), VectorXd::Constant(2, infinite));
+  EXPECT_NEAR(x[0], 2.0 / 11.0, 1e-15);
+  EXPECT_NEAR(x[1], 3.0 / 11.0, 1e-15);
+}
+
+}  // namespace
+}  // namespace shaker::estimator
