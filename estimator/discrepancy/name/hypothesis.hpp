@@ -19,6 +19,7 @@ struct Hypothesis {
   // that it was fitted to.
   std::shared_ptr<const HarmonicFit> rounded;
   std::shared_ptr<const std::vector<RunDatum>> data;  // null: as given
+  std::shared_ptr<const HarmonicFit> blunt;           // a fit that could not be made sharper
   int fitted_constants = 0;  // places of rest that were fitted besides the parameters
   double log_evidence = 0.0;
   std::optional<double> cross_validated;  // log probability of each run given the others, summed

@@ -166,15 +166,17 @@ void Refits::describe(Hypothesis& h) const {
 // though, and how far its extrapolation is from the limit depends on the width that it begins with:
 // there it is believed only where it fits better.
 bool Refits::sharpened(Hypothesis& h) const {
-  if (h.rounded || !has_corners(h.fit->spec)) return false;
+  if (h.rounded || h.blunt == h.fit || !has_corners(h.fit->spec)) return false;
   const bool record = std::any_of(data_.begin(), data_.end(), on_samples);
   const bool settled = h.fit->chi_squared < static_cast<double>(h.fit->observations);
   if (settled && (record || errors_ == Errors::left_over)) return false;
   auto sharp = sharpen(*h.fit, data_, options_);
-  if (!sharp) return false;
   const bool believed =
-      record ? sharp->fit->chi_squared <= h.fit->chi_squared : sharp->fit->converged;
-  if (!believed) return false;
+      sharp && (record ? sharp->fit->chi_squared <= h.fit->chi_squared : sharp->fit->converged);
+  if (!believed) {
+    h.blunt = h.fit;
+    return false;
+  }
   h.rounded = h.fit;
   h.fit = sharp->fit;
   h.data = sharp->data;
