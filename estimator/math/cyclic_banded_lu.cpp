@@ -3,7 +3,97 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/math/lanes.hpp"
+
 namespace shaker::estimator {
+namespace {
+
+struct Band {
+  double* rows;   // each of `width`, its diagonal at `half`
+  double* lower;  // multipliers, `half` a pivot
+  int* pivot;
+  int* end;  // one beyond the last column of a row of the upper factor
+  int size, half, width;
+
+  // Such that column c of row r is row(r)[c].
+  double* row(int r) const { return rows + static_cast<std::ptrdiff_t>(r) * (width - 1) + half; }
+};
+
+SHAKER_SIMD_CLONES void exchange(int count, double* __restrict a, double* __restrict b) {
+  for (int c = 0; c < count; ++c)
+    std::swap(a[c], b[c]);
+}
+
+SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {
+  int end = 0;  // beyond it nothing has been filled in yet
+  for (int k = 0; k < band.size; ++k) {
+    const int last = std::min(band.size - 1, k + band.half);
+    int best = k;
+    for (int r = k + 1; r <= last; ++r) {
+      if (std::fabs(band.row(r)[k]) > std::fabs(band.row(best)[k])) best = r;
+    }
+    band.pivot[k] = best;
+    end = std::max(end, std::min(band.size, best + band.half + 1));
+    band.end[k] = end;
+    if (best != k) exchange(end - k, band.row(k) + k, band.row(best) + k);
+    const double* __restrict upper = band.row(k);
+    if (!(std::fabs(upper[k]) > 0.0)) return false;
+    double* lower = band.lower + static_cast<std::ptrdiff_t>(k) * band.half - (k + 1);
+    for (int r = k + 1; r <= last; ++r) {
+      double* __restrict target = band.row(r);
+      const double multiplier = target[k] / upper[k];
+      lower[r] = multiplier;
+      if (multiplier == 0.0) continue;
+      for (int c = k + 1; c < end; ++c)
+        target[c] -= multiplier * upper[c];
+    }
+  }
+  return true;
+}
+
+// In place, of right-hand sides in rows of `Groups` lanes.
+template <int Groups>
+SHAKER_INLINE void substitute(const Band& band, Lanes* rows) {
+  for (int k = 0; k < band.size; ++k) {
+    Lanes* own = rows + static_cast<std::ptrdiff_t>(k) * Groups;
+    if (band.pivot[k] != k) {
+      Lanes* other = rows + static_cast<std::ptrdiff_t>(band.pivot[k]) * Groups;
+      for (int g = 0; g < Groups; ++g)
+        std::swap(own[g], other[g]);
+    }
+    Lanes known[Groups];
+    for (int g = 0; g < Groups; ++g)
+      known[g] = own[g];
+    const double* lower = band.lower + static_cast<std::ptrdiff_t>(k) * band.half;
+    const int below = std::min(band.size - 1 - k, band.half);
+    for (int r = 0; r < below; ++r) {
+      for (int g = 0; g < Groups; ++g)
+        own[(r + 1) * Groups + g] -= lower[r] * known[g];
+    }
+  }
+  for (int k = band.size - 1; k >= 0; --k) {
+    Lanes* own = rows + static_cast<std::ptrdiff_t>(k) * Groups;
+    const double* upper = band.row(k);
+    Lanes sum[Groups];
+    for (int g = 0; g < Groups; ++g)
+      sum[g] = own[g];
+    for (int c = k + 1; c < band.end[k]; ++c) {
+      for (int g = 0; g < Groups; ++g)
+        sum[g] -= upper[c] * own[(c - k) * Groups + g];
+    }
+    for (int g = 0; g < Groups; ++g)
+      own[g] = sum[g] / upper[k];
+  }
+}
+
+SHAKER_SIMD_CLONES void substitute_narrow(const Band& band, Lanes* rows) {
+  substitute<1>(band, rows);
+}
+SHAKER_SIMD_CLONES void substitute_wide(const Band& band, Lanes* rows) {
+  substitute<2>(band, rows);
+}
+
+}  // namespace
 
 CyclicBandedLu::CyclicBandedLu(int n, int block, int reach)
     : n_(n),
@@ -13,78 +103,37 @@ CyclicBandedLu::CyclicBandedLu(int n, int block, int reach)
       width_(3 * half_ + 1),
       band_(static_cast<std::size_t>(size_) * width_),
       lower_(static_cast<std::size_t>(size_) * half_),
-      pivot_(size_) {}
+      pivot_(size_),
+      end_(size_),
+      folded_rows_(static_cast<std::size_t>(size_) * 2 * kLanes) {}
 
 void CyclicBandedLu::clear() {
   std::fill(band_.begin(), band_.end(), 0.0);
 }
 
-void CyclicBandedLu::add(int i, int row, int offset, int column, double value) {
-  const int j = (i + offset + n_) % n_;
-  const int r = folded(i) * block_ + row;
-  const int c = folded(j) * block_ + column;
-  band(r)[c - r + half_] += value;
-}
-
 bool CyclicBandedLu::factorise() {
-  for (int k = 0; k < size_; ++k) {
-    const int last = std::min(size_ - 1, k + half_);
-    int best = k;
-    for (int r = k + 1; r <= last; ++r) {
-      if (std::fabs(band(r)[k - r + half_]) > std::fabs(band(best)[k - best + half_])) best = r;
-    }
-    pivot_[k] = best;
-    const int end = std::min(size_ - 1, k + 2 * half_);
-    if (best != k) {
-      for (int c = k; c <= end; ++c)
-        std::swap(band(k)[c - k + half_], band(best)[c - best + half_]);
-    }
-    const double pivot = band(k)[half_];
-    if (!(std::fabs(pivot) > 0.0)) return false;
-    const double* upper = band(k) + half_ - k;
-    for (int r = k + 1; r <= last; ++r) {
-      double* target = band(r) + half_ - r;
-      const double multiplier = target[k] / pivot;
-      lower_[static_cast<std::size_t>(k) * half_ + (r - k - 1)] = multiplier;
-      if (multiplier == 0.0) continue;
-      for (int c = k + 1; c <= end; ++c)
-        target[c] -= multiplier * upper[c];
-    }
-  }
-  return true;
+  return factorise_band(
+      {band_.data(), lower_.data(), pivot_.data(), end_.data(), size_, half_, width_});
 }
 
 void CyclicBandedLu::solve(double* rows, int stride, int width) {
-  folded_rows_.resize(static_cast<std::size_t>(size_) * width);
-  const auto at = [&](int r) { return folded_rows_.data() + static_cast<std::size_t>(r) * width; };
-  for (int i = 0; i < n_; ++i) {
-    for (int c = 0; c < block_; ++c)
-      std::copy_n(rows + static_cast<std::size_t>(i * block_ + c) * stride, width,
-                  at(folded(i) * block_ + c));
-  }
-  for (int k = 0; k < size_; ++k) {
-    if (pivot_[k] != k) std::swap_ranges(at(k), at(k) + width, at(pivot_[k]));
-    const int last = std::min(size_ - 1, k + half_);
-    for (int r = k + 1; r <= last; ++r) {
-      const double multiplier = lower_[static_cast<std::size_t>(k) * half_ + (r - k - 1)];
-      for (int w = 0; w < width; ++w)
-        at(r)[w] -= multiplier * at(k)[w];
-    }
-  }
-  for (int k = size_ - 1; k >= 0; --k) {
-    const int end = std::min(size_ - 1, k + 2 * half_);
-    const double* upper = band(k) + half_ - k;
-    for (int c = k + 1; c <= end; ++c) {
-      for (int w = 0; w < width; ++w)
-        at(k)[w] -= upper[c] * at(c)[w];
-    }
-    for (int w = 0; w < width; ++w)
-      at(k)[w] /= upper[k];
-  }
-  for (int i = 0; i < n_; ++i) {
-    for (int c = 0; c < block_; ++c)
-      std::copy_n(at(folded(i) * block_ + c), width,
-                  rows + static_cast<std::size_t>(i * block_ + c) * stride);
+  const Band band{band_.data(), lower_.data(), pivot_.data(), end_.data(), size_, half_, width_};
+  for (int first = 0; first < width;) {
+    const int count = std::min(width - first, 2 * kLanes);
+    const int lanes = count > kLanes ? 2 * kLanes : kLanes;
+    const auto each = [&](auto&& copied) {
+      for (int i = 0; i < n_; ++i) {
+        for (int c = 0; c < block_; ++c)
+          copied(rows + static_cast<std::ptrdiff_t>(i * block_ + c) * stride + first,
+                 folded_rows_.data() + static_cast<std::ptrdiff_t>(folded(i) * block_ + c) * lanes);
+      }
+    };
+    each([&](const double* from, double* to) {
+      std::fill(std::copy_n(from, count, to), to + lanes, 0.0);
+    });
+    (lanes > kLanes ? substitute_wide : substitute_narrow)(band, as_lanes(folded_rows_.data()));
+    each([&](double* to, const double* from) { std::copy_n(from, count, to); });
+    first += count;
   }
 }
 

@@ -5,7 +5,10 @@
 // Gaussian elimination with row exchanges keeps; so it is as stable as a dense LU.
 #pragma once
 
+#include <cstddef>
 #include <vector>
+
+#include "estimator/math/aligned.hpp"
 
 namespace shaker::estimator {
 
@@ -18,7 +21,12 @@ class CyclicBandedLu {
 
   void clear();
   // Adds to the matrix: equation `row` of block i, unknown `column` of block (i + offset) mod n.
-  void add(int i, int row, int offset, int column, double value);
+  void add(int i, int row, int offset, int column, double value) {
+    int j = i + offset;
+    j += j < 0 ? n_ : j >= n_ ? -n_ : 0;
+    const int r = folded(i) * block_ + row;
+    band(r)[folded(j) * block_ + column - r + half_] += value;
+  }
   // False when a pivot vanishes.
   bool factorise();
   // Solves for `width` right-hand sides at once, in place. `rows` holds n * block rows of `stride`
@@ -33,7 +41,8 @@ class CyclicBandedLu {
   std::vector<double> band_;   // row r holds columns r - half_ .. r + 2 half_
   std::vector<double> lower_;  // multipliers, half_ a pivot
   std::vector<int> pivot_;
-  std::vector<double> folded_rows_;
+  std::vector<int> end_;  // how far a row of the upper factor reaches: exchanges fill it
+  AlignedVector folded_rows_;
 };
 
 }  // namespace shaker::estimator

@@ -90,11 +90,12 @@ bool PeriodicSystem::factorise_banded() {
       for (int e = 0; e < s_; ++e) {
         const int de = d * s_ + e;
         const Stencil& stencil = stencil_of(e);
+        banded_->add(i, d, 0, e, g_u_[de][i]);
+        const double over_v = g_v_[de][i] * f1, over_a = g_a_[de][i] * f1 * f1;
+        if (over_v == 0.0 && over_a == 0.0) continue;
         for (int k = -reach; k <= reach; ++k)
           banded_->add(i, d, k, e,
-                       g_a_[de][i] * stencil.second[k + reach] * f1 * f1 +
-                           g_v_[de][i] * stencil.first[k + reach] * f1);
-        banded_->add(i, d, 0, e, g_u_[de][i]);
+                       over_a * stencil.second[k + reach] + over_v * stencil.first[k + reach]);
       }
     }
   }
