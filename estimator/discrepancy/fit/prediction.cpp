@@ -12,8 +12,9 @@ namespace shaker::estimator::discrepancy {
 using Eigen::Index;
 
 namespace {
-constexpr int kMostSteps = 12;  // of Newton's method from a solution nearby
-}
+constexpr int kMostSteps = 12;      // of Newton's method from a solution nearby
+constexpr int kPatientSteps = 100;  // where the long way would be next
+}  // namespace
 
 Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
     : model_(&model), points_(points), sampled_(datum.sampled) {
@@ -49,7 +50,9 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
 }
 
 bool Prediction::solve(const std::vector<double>& theta, bool from_rest) {
-  if (solved_ && response_->solve(theta, kMostSteps).status == SolveStatus::converged) return true;
+  // Damped steps towards sharp corners are many, and still a hundredth of those from rest.
+  const int most = from_rest ? kPatientSteps : kMostSteps;
+  if (solved_ && response_->solve(theta, most).status == SolveStatus::converged) return true;
   if (solved_ && !from_rest) return false;
   const SolveReport report = response_->solve_from_rest(theta);
   return report.status == SolveStatus::converged && report.amplitude_reached >= 1.0;
