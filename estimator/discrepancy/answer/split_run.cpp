@@ -140,6 +140,7 @@ class Search {
   // Nothing when the run cannot be made.
   Apart separation_by(const Imagined& run) const {
     Prediction mine = of(named_, run);
+    mine.start_from(named_.predictions[run.like]);
     if (!mine.at(named_.theta)) return {};
     Reach reach;
     reach.add(*mine.response(), named_.model->observed());
