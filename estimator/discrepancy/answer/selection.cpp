@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "estimator/discrepancy/name/nesting.hpp"
+
 namespace shaker::estimator::discrepancy {
 
 using Eigen::VectorXd;
@@ -13,7 +15,24 @@ namespace {
 constexpr double kFirstEffect = 0.75;  // of the gap's square, by the first effect
 constexpr double kHalved = 0.5;        // of chi-squared, by one more effect
 constexpr double kOfGap = 0.6;         // of the gap's square, by one more where that is weighed
+constexpr double kRicher = 0.1;  // of the gap's square, by what holds the simple one and does more
 constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
+
+}  // namespace
+
+namespace {
+
+// The same effects, but for one in the place of a simpler one that it holds.
+bool richer(const Hypothesis& h, const Hypothesis& simple) {
+  std::vector<std::string> less;
+  for (const std::string& effect : h.effects) {
+    const bool shared =
+        std::find(simple.effects.begin(), simple.effects.end(), effect) != simple.effects.end();
+    less.push_back(shared ? effect : std::string(simpler_than(effect)));
+  }
+  std::sort(less.begin(), less.end());
+  return h.effects != simple.effects && less == simple.effects;
+}
 
 }  // namespace
 
@@ -78,14 +97,17 @@ bool Selection::drop_unlikely(const std::function<double(const std::string&)>& p
   return true;
 }
 
-// The next larger hypothesis that closes enough of what `smallest` leaves. Of those that close
-// nearly as much, the one with the fewest parameters: friction before hysteresis that can do what
-// friction does.
+// The next larger hypothesis that closes enough of what `smallest` leaves: an effect more, or a
+// richer one in the place of the simple one that it holds, where that closes nearly all. Of those
+// that close nearly as much, the one with the fewest parameters: friction before hysteresis that
+// can do what friction does.
 const Hypothesis* Selection::after(const Hypothesis& smallest) const {
   const double next_effect = found_.by_gap ? kOfGap : kHalved;
   const double limit = &smallest == &found_.base ? kFirstEffect : next_effect;
   const auto larger = [&](const Hypothesis& h) {
-    return counts(h) && h.effects.size() == smallest.effects.size() + 1 &&
+    if (!counts(h)) return false;
+    if (richer(h, smallest)) return left_of(h, smallest) < kRicher;
+    return h.effects.size() == smallest.effects.size() + 1 &&
            std::includes(h.effects.begin(), h.effects.end(), smallest.effects.begin(),
                          smallest.effects.end());
   };
