@@ -18,10 +18,6 @@ constexpr double kOfGap = 0.6;         // of the gap's square, by one more where
 constexpr double kRicher = 0.1;  // of the gap's square, by what holds the simple one and does more
 constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
 
-}  // namespace
-
-namespace {
-
 // The same effects, but for one in the place of a simpler one that it holds.
 bool richer(const Hypothesis& h, const Hypothesis& simple) {
   std::vector<std::string> less;
