@@ -34,20 +34,22 @@ TEST_P(CyclicSystems, AreSolvedAsByADenseFactorisation) {
           lu.add(i, r, k, c, value);
           dense(i * block + r, (i + k + n) % n * block + c) += value;
         }
-  constexpr int kStride = 5;
-  constexpr int kWidth = 3;
-  std::vector<double> rows(static_cast<std::size_t>(size) * kStride);
-  Eigen::MatrixXd right(size, kWidth);
-  for (int i = 0; i < size; ++i)
-    for (int w = 0; w < kWidth; ++w)
-      rows[i * kStride + w] = right(i, w) = normal(random);
   ASSERT_TRUE(lu.factorise());
-  lu.solve(rows.data(), kStride, kWidth);
-  const Eigen::MatrixXd want = dense.partialPivLu().solve(right);
-  const double scale = want.cwiseAbs().maxCoeff();
-  for (int i = 0; i < size; ++i)
-    for (int w = 0; w < kWidth; ++w)
-      EXPECT_NEAR(rows[i * kStride + w], want(i, w), 1e-9 * scale) << i << " " << w;
+  // Right-hand sides are taken eight or sixteen at a time.
+  for (const int width : {3, 11, 20}) {
+    const int stride = width + 2;
+    std::vector<double> rows(static_cast<std::size_t>(size) * stride);
+    Eigen::MatrixXd right(size, width);
+    for (int i = 0; i < size; ++i)
+      for (int w = 0; w < width; ++w)
+        rows[i * stride + w] = right(i, w) = normal(random);
+    lu.solve(rows.data(), stride, width);
+    const Eigen::MatrixXd want = dense.partialPivLu().solve(right);
+    const double scale = want.cwiseAbs().maxCoeff();
+    for (int i = 0; i < size; ++i)
+      for (int w = 0; w < width; ++w)
+        EXPECT_NEAR(rows[i * stride + w], want(i, w), 1e-9 * scale) << i << " " << w;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, CyclicSystems,
