@@ -1,33 +1,51 @@
 // The short form of the blind suite's records; `blind_suite --records` runs all of it.
 #include "tests/blind/records.hpp"
 
+#include <cctype>
+#include <ostream>
+
 #include <gtest/gtest.h>
 
 namespace shaker::blind {
+
+// What GoogleTest prints of a case.
+inline void PrintTo(const RecordCase& wanted, std::ostream* out) {
+  *out << wanted.label();
+}
+
 namespace {
 
-// The first `count` of them, shapes and plants in turn.
-void expect_nothing_named(RecordNoise noise, int count) {
-  for (const RecordCase& wanted : record_nulls(30)) {
-    if (wanted.noise != noise) continue;
-    if (count-- == 0) return;
-    const Answer a = answer(wanted);
-    EXPECT_EQ(a.verdict, "adequate") << wanted.label() << a.trouble;
+// Of each noise the first few, shapes and plants in turn.
+std::vector<RecordCase> some_nulls() {
+  std::vector<RecordCase> some;
+  const auto take = [&](RecordNoise noise, int count) {
+    for (const RecordCase& wanted : record_nulls(30)) {
+      if (wanted.noise == noise && count-- > 0) some.push_back(wanted);
+    }
+  };
+  take(RecordNoise::white, 6);
+  take(RecordNoise::coloured, 4);
+  take(RecordNoise::excitation, 3);
+  take(RecordNoise::coloured_excitation, 2);
+  return some;
+}
+
+std::string test_name(const ::testing::TestParamInfo<RecordCase>& of) {
+  std::string name;
+  for (const char c : of.param.label()) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
   }
+  return name;
 }
 
-TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderWhiteNoise) {
-  expect_nothing_named(RecordNoise::white, 6);
+class BlindRecord : public ::testing::TestWithParam<RecordCase> {};
+
+TEST_P(BlindRecord, IsAdequateWhereNothingIsMissing) {
+  const Answer a = answer(GetParam());
+  EXPECT_EQ(a.verdict, "adequate") << a.trouble;
 }
 
-TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderColouredNoise) {
-  expect_nothing_named(RecordNoise::coloured, 4);
-  expect_nothing_named(RecordNoise::coloured_excitation, 2);
-}
-
-TEST(BlindRecords, NameNothingWhereNothingIsMissingUnderNoiseOfTheMeasuredExcitation) {
-  expect_nothing_named(RecordNoise::excitation, 3);
-}
+INSTANTIATE_TEST_SUITE_P(Some, BlindRecord, ::testing::ValuesIn(some_nulls()), test_name);
 
 }  // namespace
 }  // namespace shaker::blind
