@@ -41,8 +41,8 @@ std::vector<ColourOf> possible(const std::vector<RunDatum>& data) {
   return {ColourOf::response, ColourOf::excitation};
 }
 
-// The model of `spec` judged with the spectrum that `left` leaves, once it is fitted to that;
-// nothing where more is missing than noise.
+// The model of `left`, fitted again with what it leaves as the noise's spectrum; nothing where it
+// lacks more than noise.
 std::optional<OfUnknownColour> without_force(const HarmonicFit& left,
                                              const std::vector<RunDatum>& fitted,
                                              const std::vector<RunDatum>& data, ColourOf of,
