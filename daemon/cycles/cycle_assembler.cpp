@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -77,6 +78,19 @@ HarmonicFit CycleAssembler::fit_reference(Nanoseconds begin, Nanoseconds end) {
   return best;
 }
 
+// A fit's phase is sharpest, and free of the frequency's error, in the middle of its block.
+double CycleAssembler::turns_at_middle(const HarmonicFit& fit, Nanoseconds begin,
+                                       Nanoseconds end) const {
+  return fit.turns() + seconds((end - begin) / 2) * tracker_.frequency_hz();
+}
+
+bool CycleAssembler::revise_first() {
+  const Nanoseconds end = first_block_ + from_seconds(1.0 / options_.nominal_hz);
+  const HarmonicFit fit = fit_reference(first_block_, end);
+  if (fit.ok) tracker_.revise(1, turns_at_middle(fit, first_block_, end));
+  return fit.ok;
+}
+
 // The first period gives the phase; cycles begin at the next turn with samples on both its sides.
 bool CycleAssembler::begin() {
   const Nanoseconds period = from_seconds(1.0 / options_.nominal_hz);
@@ -84,6 +98,8 @@ bool CycleAssembler::begin() {
   const HarmonicFit fit = fit_reference(next_block_, next_block_ + period);
   if (fit.ok) {
     tracker_.add(next_block_ + period / 2, fit.turns() + 0.5);
+    first_block_ = next_block_;
+    first_only_ = true;
     if (!options_.excitation_measured) {
       offset_turns_ =
           seconds(next_block_ - from_) * options_.nominal_hz - tracker_.turns_at(next_block_);
@@ -108,16 +124,24 @@ const AssembledCycle* CycleAssembler::poll() {
   if (displacement_.empty() || displacement_.latest() < needed) return nullptr;
   if (reference().empty() || reference().latest() < end_at) return nullptr;
 
-  const HarmonicFit fit = fit_reference(begin_at, end_at);
+  HarmonicFit fit = fit_reference(begin_at, end_at);
+  const Nanoseconds middle = begin_at + (end_at - begin_at) / 2;
+  double at_middle = turns_at_middle(fit, begin_at, end_at);
   if (fit.ok) {
-    // A fit's phase is sharpest, and free of the frequency's error, in the middle of its block.
-    const Nanoseconds half = (end_at - begin_at) / 2;
-    tracker_.add(begin_at + half, fit.turns() + seconds(half) * tracker_.frequency_hz());
+    tracker_.add(middle, at_middle);
+    // The first two were fitted at the nominal frequency, and know it better together.
+    const bool second = std::exchange(first_only_, false) && tracker_.observations() == 2;
+    if (second && revise_first()) {
+      fit = fit_reference(begin_at, end_at);
+      at_middle = turns_at_middle(fit, begin_at, end_at);
+      tracker_.revise(0, at_middle);
+    }
     begin_at = tracker_.time_of(turn_start(next_turn_));
     end_at = tracker_.time_of(turn_start(next_turn_ + 1.0));
   }
   cycle_.last_sample = std::max(displacement_.latest(), reference().latest());
   assemble(begin_at, end_at, fit);
+  describe_excitation(fit, at_middle - seconds(middle - begin_at) * tracker_.frequency_hz());
   next_turn_ += 1.0;
   return &cycle_;
 }
@@ -164,11 +188,16 @@ void CycleAssembler::assemble(Nanoseconds begin_at, Nanoseconds end_at, const Ha
         fmt::format("{} samples are too few for {} points", cycle_.samples, options_.points);
     return;
   }
-  for (std::size_t i = 0; i < cycle_.measured.excitation.size(); ++i) {
-    cycle_.measured.excitation[i] = fit.periodic_part(static_cast<double>(i) / options_.points);
-  }
   describe_stroke();
   cycle_.whole = true;
+}
+
+// At the phase that it really had. Where that wanders, the line which cuts the cycles comes late,
+// and the stroke of its zero belongs to another phase of the excitation.
+void CycleAssembler::describe_excitation(const HarmonicFit& fit, double turns_at_begin) {
+  for (std::size_t i = 0; i < cycle_.measured.excitation.size(); ++i)
+    cycle_.measured.excitation[i] =
+        fit.periodic_part(turns_at_begin + static_cast<double>(i) / options_.points);
 }
 
 void CycleAssembler::count_gaps(double period) {

@@ -2,11 +2,12 @@
 //
 // tau = 0 is the positive peak of the excitation's fundamental. Where an excitation channel is
 // measured its phase is followed period by period (PhaseTracker) and the cycle's excitation is
-// given as its fundamental with harmonics 2 to 5, without a mean: a table does not accelerate on
-// average, so a mean is the accelerometer's offset, and what lies above the fifth harmonic is
-// mostly noise. Where it is not measured, the frequency comes from the stroke's own fundamental and
-// tau = 0 from the commanded phase, which knows nothing of the drive's delay: damping is then
-// biased, and the engine says so with every estimate.
+// given as its fundamental with harmonics 2 to 5, at the phase that it had in this cycle (a phase
+// that wanders is followed by the line some cycles late), without a mean: a table does not
+// accelerate on average, so a mean is the accelerometer's offset, and what lies above the fifth
+// harmonic is mostly noise. Where it is not measured, the frequency comes from the stroke's own
+// fundamental and tau = 0 from the commanded phase, which knows nothing of the drive's delay:
+// damping is then biased, and the engine says so with every estimate.
 //
 // Stamps may wander (a kernel's receive time) or be right about a sampling that wanders itself.
 // Each cycle is resampled with the stamps as they are and put back onto a regular clock, and the
@@ -64,16 +65,18 @@ class CycleAssembler {
   const PhaseTracker& tracker() const { return tracker_; }
 
  private:
-  struct Block;
   const ChannelBuffer& reference() const {
     return options_.excitation_measured ? excitation_ : displacement_;
   }
   bool begin();
   bool extract(const ChannelBuffer& from, Nanoseconds begin, Nanoseconds end, Nanoseconds origin);
+  double turns_at_middle(const HarmonicFit& fit, Nanoseconds begin, Nanoseconds end) const;
+  bool revise_first();
   HarmonicFit fit_reference(Nanoseconds begin, Nanoseconds end);
   void assemble(Nanoseconds begin, Nanoseconds end, const HarmonicFit& reference_fit);
   void count_gaps(double period);
   bool resample_best(double period);
+  void describe_excitation(const HarmonicFit& fit, double turns_at_begin);
   void describe_stroke();
   double turn_start(double turn) const { return turn - offset_turns_; }
 
@@ -83,7 +86,8 @@ class CycleAssembler {
   HarmonicFitter fitter_{0};
   std::vector<double> t_, value_, smooth_, scratch_, other_;
   std::size_t extracted_ = 0;
-  Nanoseconds from_{}, next_block_{};
+  Nanoseconds from_{}, next_block_{}, first_block_{};
+  bool first_only_ = false;  // what the tracker knows: one phase, fitted at the nominal frequency
   double next_turn_ = 0.0;
   double offset_turns_ = 0.0;  // of tau's zero against the reference channel's phase
   AssembledCycle cycle_;

@@ -44,6 +44,12 @@ void PhaseTracker::add(Nanoseconds t, double turns) {
   fit();
 }
 
+void PhaseTracker::revise(std::size_t back, double turns) {
+  double& known = window_[(next_ + kWindow - 1 - back) % kWindow].turns;
+  known += std::remainder(turns - known, 1.0);
+  fit();
+}
+
 void PhaseTracker::fit() {
   double st = 0.0, sp = 0.0;
   for (std::size_t i = 0; i < count_; ++i) {

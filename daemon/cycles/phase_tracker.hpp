@@ -28,9 +28,13 @@ class PhaseTracker {
   // One observation: at `t` the fundamental stands `turns` after its positive peak (any whole
   // part).
   void add(Nanoseconds t, double turns);
+  // The observation before `back` others was fitted again, and is this. Precondition: back <
+  // observations().
+  void revise(std::size_t back, double turns);
 
   bool locked() const { return count_ >= 2; }
   bool started() const { return count_ >= 1; }
+  std::size_t observations() const { return count_; }  // in the line
   double frequency_hz() const { return frequency_; }
   double turns_at(Nanoseconds t) const;     // unwrapped; precondition: started()
   Nanoseconds time_of(double turns) const;  // its inverse

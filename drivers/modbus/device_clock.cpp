@@ -7,13 +7,16 @@ namespace shaker::drivers::modbus {
 namespace {
 
 constexpr double kMs = 1e6;
-constexpr double kBucket = 250.0 * kMs;       // 40 of them: the envelope is that of 10 s
-constexpr std::size_t kFewestForASlope = 12;  // 3 s: before, the rates are taken for equal
-constexpr double kSteepest = 1500e-6;         // 1000 ppm, and room for the estimate's own error
-constexpr double kSmoothing = 1000.0 * kMs;   // time in which a better envelope is gone over to
-constexpr double kSnap = 1.0 * kMs;           // beyond it a correction is not worth smoothing
-constexpr double kEarliest = 2.0 * kMs;       // no clock drifts so far between two samples
-constexpr double kOldest = 250.0 * kMs;       // no device keeps a sample for longer
+constexpr double kShortestBucket = 250.0 * kMs;  // 12 of them, 3 s: before, the rates are taken
+constexpr std::size_t kFewestForASlope = 12;     // for equal
+constexpr double kLongestBucket = 2000.0 * kMs;  // 40 of them: a busy PC answers late for seconds
+constexpr double kSteepest = 1500e-6;            // 1000 ppm, and room for the estimate's own error
+// A better envelope is gone over to in this part of what the last one was drawn from: as long as
+// that it was believed. But within a second at least.
+constexpr double kSmoothing = 0.2, kShortestSmoothing = 1000.0 * kMs;
+constexpr double kSnap = 1.0 * kMs;      // beyond it a correction is not worth smoothing
+constexpr double kEarliest = 2.0 * kMs;  // no clock drifts so far between two samples
+constexpr double kOldest = 250.0 * kMs;  // no device keeps a sample for longer
 
 double cross(double ax, double ay, double bx, double by) {
   return ax * by - ay * bx;
@@ -43,7 +46,9 @@ std::optional<Nanoseconds> DeviceClock::stamp(std::uint32_t raw, Nanoseconds ask
       const double error = wanted - applied_;
       // From the first samples on it is their mean correction: 1/n before the smoothing time is
       // over.
-      const double part = std::min(1.0, step / std::min(kSmoothing, device_));
+      const double smoothing =
+          std::max(kShortestSmoothing, kSmoothing * (device_ - point(0).device));
+      const double part = std::min(1.0, step / std::min(smoothing, device_));
       applied_ += std::abs(error) > kSnap ? error : part * error;
     }
   }
@@ -59,6 +64,7 @@ void DeviceClock::begin(Nanoseconds received) {
   base_ = received;
   device_ = applied_ = slope_ = 0.0;
   first_ = count_ = 0;
+  bucket_ = kShortestBucket;
   remember(0.0);
 }
 
@@ -78,13 +84,28 @@ void DeviceClock::remember(double offset) {
     if (offset < last.offset) last = {device_, offset};
     return;
   }
-  bucket_end_ = device_ + kBucket;
+  if (count_ == kWindow && bucket_ < kLongestBucket) merge();
+  bucket_end_ = device_ + bucket_;
   if (count_ == kWindow) {
     first_ = (first_ + 1) % kWindow;
     --count_;
   }
   points_[(first_ + count_) % kWindow] = {device_, offset};
   ++count_;
+}
+
+// Two buckets become one, so that the same memory holds twice the time.
+void DeviceClock::merge() {
+  std::array<Point, kWindow> merged;
+  for (std::size_t i = 0; i < kWindow / 2; ++i) {
+    const Point& a = point(2 * i);
+    const Point& b = point(2 * i + 1);
+    merged[i] = b.offset < a.offset ? b : a;
+  }
+  points_ = merged;
+  first_ = 0;
+  count_ = kWindow / 2;
+  bucket_ *= 2.0;
 }
 
 // Of all lines below the points the one that is nearest to them on average: the edge of their lower

@@ -53,6 +53,7 @@ class DeviceClock {
   void begin(Nanoseconds received);
   double advance(std::uint32_t raw, Nanoseconds received);
   void remember(double offset);
+  void merge();
   double slope() const;
   double envelope(double slope) const;
   const Point& point(std::size_t i) const { return points_[(first_ + i) % kWindow]; }
@@ -65,7 +66,7 @@ class DeviceClock {
   double device_ = 0.0;   // ns since the beginning
   double applied_ = 0.0;  // offset in use, ns
   double slope_ = 0.0;    // of it, per ns
-  double bucket_end_ = 0.0;
+  double bucket_ = 0.0, bucket_end_ = 0.0;
   std::array<Point, kWindow> points_{};  // the quickest poll of each bucket, a ring
   std::size_t first_ = 0, count_ = 0;
 };

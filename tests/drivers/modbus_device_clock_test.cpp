@@ -27,6 +27,15 @@ class Poller {
     for (const double end = true_ + duration_s; true_ < end; true_ += 0.004)
       poll();
   }
+  // The PC computes: for a second each, every answer is late by as much.
+  void run_busy(double duration_s) {
+    std::exponential_distribution<double> floor(1.0 / 300e-6);
+    for (double second = 0.0; second < duration_s; second += 1.0) {
+      busy_ = floor(random_);
+      run(1.0);
+    }
+    busy_ = 0.0;
+  }
   void pause(double duration_s) { true_ += duration_s; }
   void set_device_clock(double s) { start_ = s - rate_ * true_; }
   void forget() {
@@ -40,7 +49,7 @@ class Poller {
     return static_cast<std::uint32_t>(std::fmod(ticks, std::ldexp(1.0, counter_.bits)));
   }
   void poll() {
-    double late = 30e-6 + quick_(random_);
+    double late = 30e-6 + busy_ + quick_(random_);
     if (slow_(random_)) late += 5e-3 * share_(random_);
     const double took = true_ + late;
     const auto received = std::max(received_ + 1us, from_seconds(5000.0 + took));
@@ -56,7 +65,7 @@ class Poller {
 
   const DeviceClock::Counter counter_;
   const double rate_;
-  double start_, true_ = 0.0;
+  double start_, true_ = 0.0, busy_ = 0.0;
   Nanoseconds newest_{}, received_{};
   std::mt19937 random_{20260301};
   std::exponential_distribution<double> quick_{1e4};
@@ -103,6 +112,22 @@ TEST(DeviceClock, FollowsAClockOfAnotherRate) {
     EXPECT_LT(scatter(poller.error), 5e-6) << ppm;
     EXPECT_NEAR(poller.error.back(), 30e-6, 20e-6) << ppm;
     EXPECT_EQ(poller.clock.beginnings(), 1u) << ppm;
+  }
+}
+
+// What the phase of a cycle feels is how fast the error changes: 4e-5 with an envelope of ten
+// seconds.
+TEST(DeviceClock, HoldsItsRateOnABusyPc) {
+  for (const double ppm : {0.0, 50.0}) {
+    Poller poller(kMicroseconds, ppm);
+    poller.run_busy(30.0);
+    poller.forget();
+    poller.run_busy(120.0);
+    std::vector<double> rate;  // over half a second each
+    for (std::size_t i = 125; i < poller.error.size(); i += 125)
+      rate.push_back((poller.error[i] - poller.error[i - 125]) / 0.5);
+    EXPECT_LT(scatter(rate), 8e-6) << ppm;
+    EXPECT_LT(scatter(poller.error), 3e-5) << ppm;
   }
 }
 

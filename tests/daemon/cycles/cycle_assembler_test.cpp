@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <cmath>
+#include <complex>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -129,6 +131,33 @@ TEST_F(CycleAssemblerTest, ASamplingThatWandersWithTrueStampsIsNotSmoothed) {
   EXPECT_EQ(e.rejected, 0);
   EXPECT_LT(e.point_rms, 1e-7);
   EXPECT_LT(e.scatter, 1e-7);
+}
+
+// Radians of the fundamental of equally spaced points.
+double phase_of(const std::vector<double>& points) {
+  std::complex<double> c = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    c += points[i] * std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(i) /
+                                         static_cast<double>(points.size()));
+  return std::arg(c);
+}
+
+// A device's clock that is followed by its answers wanders so when the rig's PC is busy. A line
+// through the phases of 32 cycles comes too late for that, by 1e-3 rad.
+TEST_F(CycleAssemblerTest, AClockThatWandersLeavesTheStrokeInPhaseWithItsExcitation) {
+  const auto e = assemble(oleo(), {.drift_s = 1e-4}, 60);
+  ASSERT_GE(e.cycles.size(), 58u);
+  std::vector<double> exact;
+  for (int i = 0; i < 64; ++i)
+    exact.push_back(oleo().stroke(i / 64.0));
+  double excitation = 0.0;
+  for (std::size_t k = 4; k < e.cycles.size(); ++k) {
+    const auto& m = e.cycles[k].measured;
+    const double lag = phase_of(m.displacement) - phase_of(m.excitation);
+    EXPECT_NEAR(lag, phase_of(exact), 7e-5) << k;
+    excitation = std::max(excitation, std::abs(phase_of(m.excitation)));
+  }
+  EXPECT_GT(excitation, 5e-4) << "the line did come late";
 }
 
 TEST_F(CycleAssemblerTest, ASlowSensorIsInterpolatedWithoutALag) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
 
 #include "base/clock.hpp"
@@ -16,6 +17,7 @@ struct StreamOptions {
   double phase_turns = 0.0;   // of the excitation at t = 0
   double jitter = 0.0;        // uniform, +- so many samples
   bool stamps_wander = true;  // the stamp is wrong; else the sampling itself wanders
+  double drift_s = 0.0;       // all stamps go so much to and fro, in six seconds
   double dropout = 0.0;
   double noise_m = 0.0, noise_m_s2 = 0.0;
   unsigned seed = 1;
@@ -45,7 +47,8 @@ class SampleStream {
       const double u = stroke_(tau(taken)) + o_.noise_m * normal_(random_);
       const double x = excitation_(tau(taken)) + o_.noise_m_s2 * normal_(random_);
       if (0.5 * (uniform_(random_) + 1.0) < o_.dropout) continue;
-      take(from_seconds(clock + wander), u, x);
+      const double drift = o_.drift_s * std::sin(2.0 * std::numbers::pi * clock / 6.0);
+      take(from_seconds(clock + drift + wander), u, x);
     }
   }
 
