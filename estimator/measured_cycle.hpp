@@ -5,8 +5,8 @@
 
 namespace shaker::estimator {
 
-// n = displacement.size() points at tau_i = i / n; tau = 0 is the excitation's positive peak, or near
-// it where its phase wanders: `excitation` is as it was, amplitude * cos(2 pi tau) when steady.
+// n = displacement.size() points at tau_i = i / n; tau = 0 is the excitation's peak, or near it
+// where its phase wanders: `excitation` is as it was, amplitude * cos(2 pi tau) when steady.
 struct MeasuredCycle {
   int run = 0;                       // index of the run in the campaign
   long index = 0;                    // count of cycles in the run
