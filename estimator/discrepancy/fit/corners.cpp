@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/discrepancy/fit/corner_limit.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -12,7 +13,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr int kLevels = 3;
+constexpr int kLevels = 3, kRounds = 2;
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
 constexpr double kFarFromNoise = 4.0;  // of chi-squared a datum: corners alone do not mend that
@@ -93,6 +94,38 @@ bool worth_sharpening(const HarmonicFit& first, const std::vector<RunDatum>& dat
   return change > kTouched * first.chi_squared;
 }
 
+// A record has no finer grid than its samples: three widths, which go with 1, 2, 4.
+std::optional<CornerLimit> limit_on_samples(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
+                                            const HarmonicFit& at, std::size_t run) {
+  std::vector<VectorXd> y;
+  for (std::size_t k = fits.size(); k-- > 0;) {
+    if (!fits[k]->predictions[run].at(at.theta)) return std::nullopt;
+    y.push_back(fits[k]->predictions[run].value());
+  }
+  const VectorXd even = (4.0 * y[0] - y[1]) / 3.0;
+  if (y.size() < 3) return CornerLimit{even, y[0] - y[1]};
+  const VectorXd limit = (8.0 * y[0] - 6.0 * y[1] + y[2]) / 3.0;
+  return CornerLimit{limit, limit - even};
+}
+
+// What is left to corners of no width at the parameters of `at`, taken away from the data, with
+// what stays open in their covariance. Null where a grid has no solution.
+std::shared_ptr<const std::vector<RunDatum>> less_corners(
+    const std::vector<std::shared_ptr<HarmonicFit>>& fits, const HarmonicFit& at,
+    const std::vector<RunDatum>& data, int points) {
+  auto corrected = std::make_shared<std::vector<RunDatum>>(data);
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const Prediction& near = at.predictions[r];
+    const auto limit = data[r].sampled ? limit_on_samples(fits, at, r)
+                                       : corner_limit(at.spec, data[r], at.theta, near, points);
+    if (!limit) return nullptr;
+    RunDatum& datum = (*corrected)[r];
+    datum.response -= limit->value - near.value();
+    set_covariance(datum, covariance_of(datum) + limit->open * limit->open.transpose());
+  }
+  return corrected;
+}
+
 }  // namespace
 
 bool has_corners(const config::ModelSpec& spec) {
@@ -135,31 +168,18 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
     fits.push_back(std::move(fit));
   }
   if (fits.size() < 2) return std::nullopt;
-  // All levels at the finest one's parameters; widths and steps go with 1, 2, 4.
-  auto corrected = std::make_shared<std::vector<RunDatum>>(data);
-  HarmonicFit& fine = *fits.back();
-  const std::size_t levels = fits.size();
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    const VectorXd y1 = fine.predictions[r].value();
-    bool solved = true;
-    for (std::size_t k = 0; k + 1 < levels; ++k)
-      solved = fits[k]->predictions[r].at(fine.theta) && solved;
-    if (!solved) return std::nullopt;
-    const VectorXd y2 = fits[levels - 2]->predictions[r].value();
-    const VectorXd even = (4.0 * y1 - y2) / 3.0;
-    const VectorXd limit =
-        levels < 3 ? even : (8.0 * y1 - 6.0 * y2 + fits[levels - 3]->predictions[r].value()) / 3.0;
-    const VectorXd open = levels < 3 ? VectorXd(y1 - y2) : VectorXd(limit - even);
-    RunDatum& datum = (*corrected)[r];
-    datum.response -= limit - y1;
-    set_covariance(datum, covariance_of(datum) + open * open.transpose());
+  // The limit moves with the parameters, and they with it: of periodic runs, where it is cheap, it
+  // is taken again.
+  const int rounds = data.front().sampled ? 1 : kRounds;
+  level.points = fits.back()->predictions.front().points();
+  Sharpened sharp{fits.back(), nullptr};
+  for (int round = 0; round < rounds; ++round) {
+    sharp.data = less_corners(fits, *sharp.fit, data, options.points);
+    if (!sharp.data) return std::nullopt;
+    sharp.fit = std::make_shared<const HarmonicFit>(
+        fit_harmonics(first.spec, *sharp.data, sharp.fit->theta, sharp.fit.get(), level));
+    if (!std::isfinite(sharp.fit->chi_squared)) return std::nullopt;
   }
-  level.points = fine.predictions.front().points();
-  Sharpened sharp;
-  sharp.fit = std::make_shared<const HarmonicFit>(
-      fit_harmonics(first.spec, *corrected, fine.theta, &fine, level));
-  sharp.data = std::move(corrected);
-  if (!std::isfinite(sharp.fit->chi_squared)) return std::nullopt;
   return sharp;
 }
 

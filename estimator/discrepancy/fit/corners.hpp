@@ -3,8 +3,8 @@
 // Effects round their corners over a stated width, which a plant does not; against quiet data that
 // alone looks like one more effect. Here a width is a share of what the motion passes in one step
 // of the grid, run by run: that is resolved, and its influence is even and smooth in the width.
-// Three grids, each of twice the points of the last, then give the solution of width 0 by
-// extrapolation.
+// Three grids, each of twice the points of the last, then lead to the parameters, and the solution
+// of width 0 is taken there (corner_limit.hpp); of a record, by extrapolation from the three.
 #pragma once
 
 #include <memory>

@@ -1,0 +1,37 @@
+// A periodic prediction with corners of width 0, as no grid has them.
+//
+// Dry friction that is turned round over a width e creeps where a real damper sticks, and slips off
+// a little late: the error goes with e and with e log e, and only then with their squares. So the
+// run is solved with widths 4, 2, 1, ... times the finest, each on a grid whose steps go with the
+// width, and every term is eliminated in turn (Neville's scheme, the logarithm as a double root).
+// Grids are refined until what the last elimination changes is small beside the noise, or beside
+// what is left of the run.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "config/model.hpp"
+#include "estimator/discrepancy/fit/prediction.hpp"
+#include "estimator/discrepancy/run_datum.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+struct CornerLimit {
+  Eigen::VectorXd value;  // of the run's harmonics
+  Eigen::VectorXd open;   // by how much the last elimination moved them
+};
+
+// The rungs of a ladder, the coarsest first, each of half the width of the one before; the entry of
+// the scheme that the last elimination moved least, in units of the datum's noise. Two at least.
+CornerLimit eliminated(const std::vector<Eigen::VectorXd>& rungs, const RunDatum& datum);
+
+// Of a periodic run. `points`: of the coarsest grid; `near`: a solution nearby. Nothing where a
+// grid of the first few has no solution.
+std::optional<CornerLimit> corner_limit(const config::ModelSpec& spec, const RunDatum& datum,
+                                        const std::vector<double>& theta, const Prediction& near,
+                                        int points);
+
+}  // namespace shaker::estimator::discrepancy
