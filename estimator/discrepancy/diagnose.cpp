@@ -12,6 +12,7 @@
 #include "estimator/discrepancy/name/model_error.hpp"
 #include "estimator/discrepancy/name/naming.hpp"
 #include "estimator/discrepancy/name/unknown_colour.hpp"
+#include "estimator/discrepancy/name/weighed_again.hpp"
 #include "estimator/discrepancy/weigh/excitation_noise.hpp"
 #include "estimator/discrepancy/weigh/extra_channels.hpp"
 #include "estimator/discrepancy/weigh/first_look.hpp"
@@ -147,8 +148,24 @@ Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>
   return said;
 }
 
-// Searched; where even the best leaves far more than noise, searched again with what it leaves as
-// error. Progress from 0.2 to 0.9.
+// Of a search by shares of the gap: it stays unexplained.
+Diagnosis said_of_gap(Naming by_gap, const Naming& first, const std::vector<RunDatum>& softened,
+                      const std::vector<RunDatum>& data, const std::vector<SteadyRun>& runs,
+                      const std::vector<Candidate>& catalogue) {
+  by_gap.adequate = by_gap.explained = false;
+  by_gap.by_gap = true;
+  by_gap.probability_base = first.probability_base;
+  by_gap.probability_best = first.probability_best;
+  Diagnosis said = assemble(by_gap, softened, runs, catalogue, data);
+  said.chi_squared_before = first.base.fit->chi_squared;
+  said.warnings.push_back(
+      "the model is far from the data even with the best that the catalogue offers: effects "
+      "are weighed by the share of the gap that they close, and not by the noise");
+  return said;
+}
+
+// Searched; where even the best leaves more than noise, searched again with errors as the best
+// tells them, and where it leaves far more, with what it leaves as error. Progress from 0.2 to 0.9.
 Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
                    const NamingOptions& naming, const Progress& progress) {
@@ -163,23 +180,24 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (const auto coloured =
           explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
     return said_of_colour(*coloured, runs, catalogue);
+  const auto by_own_errors = [&](const Hypothesis* guide) {
+    return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, naming,
+                                   named(0.6, 0.9));
+  };
+  const auto said_of_own = [&](const WeighedAgain& again) {
+    progress("drawing up", 0.95);
+    return assemble(again.found, again.data, runs, catalogue, again.data);
+  };
+  if (const auto again = by_own_errors(guide_of(first))) return said_of_own(*again);
   if (const auto softened = with_model_error(first, data)) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
     if (again.trouble.empty()) {
       NamingOptions by_gap = naming;
       by_gap.simple_first = true;
       Naming second = name_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
-      second.adequate = second.explained = false;
-      second.by_gap = true;
-      second.probability_base = first.probability_base;
-      second.probability_best = first.probability_best;
+      if (const auto own = by_own_errors(guide_near_noise(second, data))) return said_of_own(*own);
       progress("drawing up", 0.95);
-      Diagnosis said = assemble(second, *softened, runs, catalogue, data);
-      said.chi_squared_before = first.base.fit->chi_squared;
-      said.warnings.push_back(
-          "the model is far from the data even with the best that the catalogue offers: effects "
-          "are weighed by the share of the gap that they close, and not by the noise");
-      return said;
+      return said_of_gap(std::move(second), first, *softened, data, runs, catalogue);
     }
   }
   progress("drawing up", 0.95);

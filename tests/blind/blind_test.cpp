@@ -87,6 +87,15 @@ TEST_F(Blind, ExplainsDryFrictionThatSticks) {
   }
 }
 
+// The base model's modes take the transient of another damper out of the cycles.
+TEST_F(Blind, ExplainsALargeEffectByTheErrorsThatItTellsItself) {
+  for (const Scored& s : ask({"presliding_friction"}, "large", 0, 2)) {
+    EXPECT_EQ(s.answer.verdict, "explained") << s.hidden.label() << s.answer.trouble;
+    EXPECT_TRUE(s.named_first) << s.hidden.label();
+    EXPECT_LE(s.answer.gap_after, 1.1) << s.hidden.label();
+  }
+}
+
 TEST_F(Blind, NamesNothingWhereNothingIsMissing) {
   const auto all = ask({"nothing"}, "");
   ASSERT_EQ(all.size(), 4U);

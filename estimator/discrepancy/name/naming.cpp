@@ -64,8 +64,11 @@ class Search {
   }
 
   void run() {
-    std::vector<std::size_t> level = extend(found_.base, found_.base_scoring, options_.refits);
+    std::vector<std::size_t> level = begin_known();
+    for (const std::size_t h : extend(found_.base, found_.base_scoring, options_.refits))
+      level.push_back(h);
     standing_.choose();
+    if (options_.known != nullptr) prune();
     if (!standing_.settled() && !options_.simple_first) {
       begin_elsewhere(level);
       standing_.choose();
@@ -92,6 +95,13 @@ class Search {
   }
 
  private:
+  std::vector<std::size_t> begin_known() {
+    std::vector<std::size_t> made;
+    if (options_.known != nullptr) standing_.keep(refits_.again(*options_.known), made);
+    if (!made.empty() && options_.known->effects.size() > 1) made.clear();
+    return made;
+  }
+
   std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {
     std::vector<std::size_t> made;
     int tried = 0;

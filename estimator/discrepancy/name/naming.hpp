@@ -17,6 +17,8 @@ struct NamingOptions {
   // What is simple goes first: of hypotheses that close nearly as much of the gap, the one with the
   // fewest parameters is extended (model_error.hpp).
   bool simple_first = false;
+  // Of an earlier search on the same runs: fitted again from where it was, before any other.
+  const Hypothesis* known = nullptr;
   double false_alarm_rate = 0.01;
   int draws = 4000;
   std::uint64_t seed = 1;

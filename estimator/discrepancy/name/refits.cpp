@@ -134,6 +134,16 @@ Hypothesis Refits::without(const Hypothesis& larger, std::size_t line) const {
   return h;
 }
 
+Hypothesis Refits::again(const Hypothesis& known) const {
+  Hypothesis h;
+  h.fitted_constants = known.fitted_constants;
+  h.effects = known.effects;
+  h.fit = refitted(rounded(known).spec, known.fit->theta, &rounded(known));
+  h.disqualified = disqualification(*h.fit, first_added());
+  if (std::isfinite(h.fit->chi_squared)) describe(h);
+  return h;
+}
+
 bool Refits::recentred(Hypothesis& h) const {
   const auto& lines = h.fit->spec.effects;
   if (h.rounded || h.effects.size() < 2) return false;

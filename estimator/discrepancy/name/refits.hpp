@@ -29,6 +29,8 @@ class Refits {
   // below `most`.
   std::optional<Hypothesis> elsewhere(const Probe& probe, double most) const;
   Hypothesis without(const Hypothesis& larger, std::size_t line) const;
+  // One that was fitted to other errors of the same runs, from where it was.
+  Hypothesis again(const Hypothesis& known) const;
   // Evidence and cross-validation of what has been fitted.
   void describe(Hypothesis& h) const;
   // The place of rest of an effect that others have joined since, fitted again. False when there is
