@@ -79,10 +79,12 @@ int main(int argc, char** argv) {
       for (const auto& rival : effect.confusable_with)
         names += " ~" + rival;
     }
-    fmt::print(stderr, "{:5} of {}  {}  {}: {}{}{}  gap {:.2f} -> {:.2f} ({:.2f})  {:.2f} s\n",
+    fmt::print(stderr,
+               "{:5} of {}  {}  {}: {}{}{}  {:.4f} by chance  gap {:.2f} -> {:.2f} ({:.2f})  "
+               "{:.2f} s\n",
                ++done, cases.size(), s.null ? (s.detected ? "!" : " ") : (s.in_set ? " " : "!"),
-               s.hidden.label(), s.answer.verdict, names, s.answer.trouble, s.answer.gap_before,
-               s.answer.gap_after, s.answer.noise_after, s.answer.seconds);
+               s.hidden.label(), s.answer.verdict, names, s.answer.trouble, s.answer.by_chance,
+               s.answer.gap_before, s.answer.gap_after, s.answer.noise_after, s.answer.seconds);
   });
   std::filesystem::remove_all(folder);
   const std::string text = report(scored, 0.01);

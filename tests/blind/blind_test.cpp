@@ -105,6 +105,22 @@ TEST_F(Blind, NamesNothingWhereNothingIsMissing) {
   }
 }
 
+TEST(Evenness, TellsEvenChancesFromLeaningOnes) {
+  std::vector<double> even, leaning;
+  for (int i = 0; i < 200; ++i) {
+    even.push_back((i + 0.5) / 200.0);
+    leaning.push_back(std::pow((i + 0.5) / 200.0, 1.3));
+  }
+  EXPECT_NEAR(evenness(even).distance, 0.0025, 1e-12);
+  EXPECT_EQ(evenness(even).chance, 1.0);
+  EXPECT_LT(evenness(leaning).chance, 0.05);
+  // The table's 5 % point of 100 draws is 1.36 / 10.
+  std::vector<double> shifted;
+  for (int i = 0; i < 100; ++i)
+    shifted.push_back(std::min(1.0, (i + 0.5) / 100.0 + 0.1294));
+  EXPECT_NEAR(evenness(shifted).chance, 0.05, 0.005);
+}
+
 TEST_F(Blind, SaysThatItCannotNameWhatIsInNoCatalogue) {
   for (const Scored& s : ask({"detent"}, "large"))
     EXPECT_EQ(s.answer.verdict, "unexplained") << s.hidden.label() << s.answer.trouble;

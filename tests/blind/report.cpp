@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -8,6 +9,8 @@
 
 namespace shaker::blind {
 namespace {
+
+constexpr std::size_t kFewestChances = 20;
 
 struct Share {
   int hits = 0, of = 0;
@@ -152,11 +155,55 @@ std::string calibration_of_names(const std::vector<Scored>& all) {
   return text;
 }
 
+// Where nothing is hidden the stated probability of such a gap by chance is even on 0..1.
+std::string chances_of_nulls(const std::vector<Scored>& all) {
+  constexpr int kTenths = 10;
+  std::vector<double> chances;
+  std::vector<int> counts(kTenths, 0);
+  Share hundredth, twentieth;
+  for (const Scored& s : all) {
+    if (!s.null || s.answer.verdict == "refused") continue;
+    const double p = s.answer.by_chance;
+    chances.push_back(p);
+    ++counts[static_cast<std::size_t>(std::clamp(static_cast<int>(kTenths * p), 0, kTenths - 1))];
+    hundredth.count(p <= 0.01);
+    twentieth.count(p <= 0.05);
+  }
+  if (chances.size() < kFewestChances) return {};
+  std::string tenths;
+  for (const int count : counts)
+    tenths += fmt::format("{}{}", tenths.empty() ? "" : " ", count);
+  const Evenness even = evenness(chances);
+  return fmt::format(
+      "| nothing hidden: the probability by chance that is stated | found |\n|---|---|\n"
+      "| in each tenth of 0..1 | {} |\n| at most 0.01 | {} |\n| at most 0.05 | {} |\n"
+      "| Kolmogorov: largest distance from an even one, and its chance | {:.3f}, {:.2f} |\n\n",
+      tenths, hundredth.text(), twentieth.text(), even.distance, even.chance);
+}
+
 }  // namespace
 
+// Kolmogorov's distribution, for few draws after Stephens (J. R. Stat. Soc. B 32, 1970).
+Evenness evenness(std::vector<double> chances) {
+  std::sort(chances.begin(), chances.end());
+  const auto n = static_cast<double>(chances.size());
+  Evenness even;
+  for (std::size_t i = 0; i < chances.size(); ++i) {
+    const auto below = static_cast<double>(i);
+    even.distance =
+        std::max({even.distance, (below + 1.0) / n - chances[i], chances[i] - below / n});
+  }
+  const double t = (std::sqrt(n) + 0.12 + 0.11 / std::sqrt(n)) * even.distance;
+  double sum = 0.0;
+  for (int k = 1; k <= 100; ++k)
+    sum += (k % 2 == 1 ? 2.0 : -2.0) * std::exp(-2.0 * k * k * t * t);
+  even.chance = t < 0.2 ? 1.0 : std::clamp(sum, 0.0, 1.0);  // the series ends late there
+  return even;
+}
+
 std::string report(const std::vector<Scored>& scored, double false_alarm_rate) {
-  return figures(scored, false_alarm_rate) + "\n" + calibration_of_names(scored) + "\n" +
-         by_kind(scored) + "\n" + confusion(scored);
+  return figures(scored, false_alarm_rate) + "\n" + chances_of_nulls(scored) +
+         calibration_of_names(scored) + "\n" + by_kind(scored) + "\n" + confusion(scored);
 }
 
 }  // namespace shaker::blind

@@ -68,7 +68,15 @@ Scored score(const Case& hidden, const Answer& answer, const std::filesystem::pa
 std::vector<Scored> run(const std::vector<Case>& cases, const std::filesystem::path& folder,
                         int threads, const std::function<void(const Scored&)>& done);
 
-// Tables in Markdown: the figures that are wanted, a row a kind, and the confusion matrix.
+// How far probabilities by chance are from an even distribution on 0..1 (Kolmogorov's test).
+struct Evenness {
+  double distance = 0.0;  // largest, of the cumulative distributions
+  double chance = 1.0;    // of at least that
+};
+Evenness evenness(std::vector<double> chances);
+
+// Tables in Markdown: the figures that are wanted, the chances where nothing is hidden, a row a
+// kind, and the confusion matrix.
 std::string report(const std::vector<Scored>& scored, double false_alarm_rate);
 
 }  // namespace shaker::blind
