@@ -25,7 +25,7 @@ struct Share {
 };
 
 std::string figures(const std::vector<Scored>& all, double rate) {
-  Share alarms, in_set, first, sure, told, outside, detected, gap, noise, pairs, explained_outside;
+  Share alarms, in_set, first, sure, told, outside, detected, gap, noise, pairs;
   double seconds = 0.0, slowest = 0.0;
   for (const Scored& s : all) {
     seconds += s.answer.seconds / static_cast<double>(all.size());
