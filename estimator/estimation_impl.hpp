@@ -95,6 +95,10 @@ struct Estimator::Impl {
   void normal_equations();  // from `products`
   // Solves (gram + lambda diag) delta = gradient inside the box. False when gram is not definite.
   bool box_step(double lambda);
+  bool solve_free(double lambda);
+  bool stays_inside(double lambda) const;
+  template <int Most>
+  bool box_minimum_step(double lambda);
   double relative_step() const;
 
   bool fit_lifted(bool warm);
@@ -109,6 +113,8 @@ struct Estimator::Impl {
   void packs_to_systems();
   void fit_nested(const std::vector<double>& start, bool warm, bool damped);
   bool cap_step(const std::vector<double>& start);
+  bool nothing_to_gain();
+  double squares_of_data() const;
   bool solve_all(bool warm);
   // --- which of several solutions: estimation_branch.cpp
   SolveReport solve_run(std::size_t run, bool warm);

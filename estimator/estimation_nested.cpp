@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kNearlyUndamped = 1e-5;
 constexpr int kEnoughAtBottom = 8;
+constexpr double kNothing = 1e-6;  // of the sum of squares
 // A curved valley, along which two parameters can hardly be told apart (figure 13), is walked in
 // hundreds of short steps; full Gauss-Newton steps settle soon or never.
 constexpr int kPatience = 8;
@@ -29,6 +30,8 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
   accumulate(systems, false);
   double previous = std::numeric_limits<double>::infinity();
   int at_bottom = 0;
+  SolveReport last;
+  std::size_t last_run = 0;
   const int most = options.max_iterations * (damped ? kPatience : 1);
   for (int iteration = 1; iteration <= most; ++iteration) {
     fit.iterations = iteration;
@@ -55,22 +58,26 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
       fit.theta[k] += delta_full[k];
     bool accepted = true;
     for (std::size_t r = 0; r < systems.size() && accepted; ++r) {
-      accepted = systems[r].solve(fit.theta).status == SolveStatus::converged;
+      last = systems[r].solve(fit.theta);
+      last_run = r;
+      accepted = last.status == SolveStatus::converged;
       if (!accepted && !damped) {
         const auto report = systems[r].solve_from_rest(fit.theta);
         accepted = report.status == SolveStatus::converged;
         if (!accepted) fit.trouble = fmt::format("run {}: {}", r + 1, report.sentence());
       }
     }
-    if (accepted) accumulate(systems, false);
+    const bool solved = accepted;
+    if (solved) accumulate(systems, false);
     // At the bottom rounding decides whether the objective goes up or down: steps that short are
-    // taken as they come, and after some of them the bottom is reached.
+    // taken as they come, and after some of them the bottom is reached. Steps that are short
+    // because there is no solution further on are at no bottom.
     const bool bottom = step <= 1e3 * options.tolerance;
     if (damped) {
       const double slack = bottom ? 1e-9 : 1e-13;
       const double after = objective();
       accepted = accepted && after <= before + slack * std::fabs(before) + 1e-300;
-      at_bottom = bottom ? at_bottom + 1 : 0;
+      at_bottom = bottom && solved ? at_bottom + 1 : 0;
     }
     if (!accepted) {
       if (!damped) {
@@ -83,7 +90,7 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
         systems[r].solve(fit.theta);
       }
       accumulate(systems, false);
-      if (at_bottom > kEnoughAtBottom) {
+      if (at_bottom > kEnoughAtBottom && nothing_to_gain()) {
         fit.status = FitStatus::converged;
         return;
       }
@@ -105,10 +112,41 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
         used_lambda <= kNearlyUndamped && !capped ? step : std::numeric_limits<double>::infinity();
   }
   fit.status = FitStatus::not_converged;
-  fit.trouble = fmt::format(
-      "no convergence in {} iterations; the last step still changed a "
-      "parameter by {:.1e} of its value",
-      fit.iterations, relative_step());
+  fit.trouble =
+      last.status == SolveStatus::converged
+          ? fmt::format(
+                "no convergence in {} iterations; the last step still changed a parameter by "
+                "{:.1e} of its value",
+                fit.iterations, relative_step())
+          : fmt::format(
+                "no convergence in {} iterations: it ends where a better fit would have no "
+                "periodic solution; run {} ({:g} Hz): {}",
+                fit.iterations, last_run + 1, runs[last_run].data.frequency_hz, last.sentence());
+}
+
+// Whether the (nearly) undamped step promises nothing: nothing of the sum of squares, or a
+// prediction that hardly moves. Beside a fold of the solutions all steps are short, as the
+// sensitivities have no bound there, while the slope still points on. Changes `delta`.
+bool Estimator::Impl::nothing_to_gain() {
+  if (!box_step(kNearlyUndamped)) return false;
+  double gain = 0.0;
+  for (std::size_t k = 0; k < free.size(); ++k)
+    gain += delta[k] * gradient[k];
+  return gain <= std::max(kNothing * sum_of_squares,
+                          options.tolerance * options.tolerance * squares_of_data());
+}
+
+double Estimator::Impl::squares_of_data() const {
+  double sum = 0.0;
+  for (const RunState& run : runs) {
+    for (const double c : run.whitened)
+      sum += c * c;
+    for (std::size_t j = 0; j < run.data.displacement.size(); ++j) {
+      const double sample = run.data.sample_weight.empty() ? 1.0 : run.data.sample_weight[j];
+      sum += run.inverse_variance * sample * run.data.displacement[j] * run.data.displacement[j];
+    }
+  }
+  return sum;
 }
 
 }  // namespace shaker::estimator

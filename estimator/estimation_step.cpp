@@ -3,8 +3,15 @@
 #include <cmath>
 
 #include "estimator/estimation_impl.hpp"
+#include "estimator/math/box_minimum.hpp"
 
 namespace shaker::estimator {
+namespace {
+
+constexpr int kFew = 8;  // parameters, for which a step allocates nothing
+constexpr double kLeastPivot = 1e-13;
+
+}  // namespace
 
 void Estimator::Impl::accumulate(std::vector<PeriodicSystem>& level, bool with_newton) {
   const std::size_t size = 1 + fit.theta.size();
@@ -41,8 +48,7 @@ void Estimator::Impl::normal_equations() {
   if (priors) add_priors();
 }
 
-// Cholesky on the parameters that are not held; a parameter that would leave its box is put on the
-// bound and held, and the rest solved again.
+// Minimises the quadratic of (gram + lambda diag) delta = gradient inside the box.
 bool Estimator::Impl::box_step(double lambda) {
   const std::size_t q = free.size();
   const auto& parameters = model.parameters();
@@ -51,75 +57,112 @@ bool Estimator::Impl::box_step(double lambda) {
     const double theta = fit.theta[free[k]];
     held[k] = pinned[k] || (theta <= p.lower && gradient[k] < 0.0) ||
               (theta >= p.upper && gradient[k] > 0.0);
-    delta[k] = 0.0;
   }
-  for (std::size_t round = 0; round <= q; ++round) {
-    for (std::size_t k = 0; k < q; ++k) {
-      scratch_vector[k] = gradient[k];
-      for (std::size_t l = 0; l <= k; ++l) {
-        double value = gram[k * q + l];
-        if (k == l) value *= 1.0 + lambda;
-        if (held[k] || held[l]) {
-          if (held[l] && !held[k]) scratch_vector[k] -= value * delta[l];
-          if (held[k] && !held[l]) scratch_vector[l] -= value * delta[k];
-          value = k == l ? 1.0 : 0.0;
-        }
-        factors[k * q + l] = value;
-      }
-    }
-    for (std::size_t k = 0; k < q; ++k) {
-      if (held[k]) scratch_vector[k] = delta[k];
-    }
-    // Cholesky, then forward and back substitution, in place.
-    for (std::size_t k = 0; k < q; ++k) {
-      const double diagonal = factors[k * q + k];
-      double sum = diagonal;
-      for (std::size_t m = 0; m < k; ++m)
-        sum -= factors[k * q + m] * factors[k * q + m];
-      if (!(sum > 1e-13 * diagonal)) return false;
-      const double inverse = 1.0 / std::sqrt(sum);
-      factors[k * q + k] = inverse;  // of the factor's diagonal
-      for (std::size_t r = k + 1; r < q; ++r) {
-        double value = factors[r * q + k];
-        for (std::size_t m = 0; m < k; ++m)
-          value -= factors[r * q + m] * factors[k * q + m];
-        factors[r * q + k] = value * inverse;
-      }
-    }
-    for (std::size_t k = 0; k < q; ++k) {
-      for (std::size_t m = 0; m < k; ++m)
-        scratch_vector[k] -= factors[k * q + m] * scratch_vector[m];
-      scratch_vector[k] *= factors[k * q + k];
-    }
-    for (std::size_t k = q; k-- > 0;) {
-      for (std::size_t r = k + 1; r < q; ++r)
-        scratch_vector[k] -= factors[r * q + k] * scratch_vector[r];
-      scratch_vector[k] *= factors[k * q + k];
-    }
-    bool inside = true;
-    for (std::size_t k = 0; k < q; ++k) {
-      if (held[k]) continue;
-      const ModelParameter& p = parameters[free[k]];
-      const double target = fit.theta[free[k]] + scratch_vector[k];
-      delta[k] = std::clamp(target, p.lower, p.upper) - fit.theta[free[k]];
-      if (target < p.lower || target > p.upper) {
-        held[k] = 1;
-        inside = false;
-      }
-    }
-    if (inside) break;
-  }
+  if (!solve_free(lambda)) return false;
+  if (!stays_inside(lambda) &&
+      !(q <= kFew ? box_minimum_step<kFew>(lambda) : box_minimum_step<Eigen::Dynamic>(lambda)))
+    return false;
   std::fill(delta_full.begin(), delta_full.end(), 0.0);
   for (std::size_t k = 0; k < q; ++k)
     delta_full[free[k]] = delta[k];
   return true;
 }
 
+// By Cholesky, those that are held staying where they are.
+bool Estimator::Impl::solve_free(double lambda) {
+  const std::size_t q = free.size();
+  for (std::size_t k = 0; k < q; ++k) {
+    delta[k] = held[k] ? 0.0 : gradient[k];
+    for (std::size_t l = 0; l < k; ++l)
+      factors[k * q + l] = held[k] || held[l] ? 0.0 : gram[k * q + l];
+    factors[k * q + k] = held[k] ? 1.0 : (1.0 + lambda) * gram[k * q + k];
+  }
+  for (std::size_t k = 0; k < q; ++k) {
+    const double diagonal = factors[k * q + k];
+    double sum = diagonal;
+    for (std::size_t m = 0; m < k; ++m)
+      sum -= factors[k * q + m] * factors[k * q + m];
+    if (!(sum > kLeastPivot * diagonal)) return false;
+    const double inverse = 1.0 / std::sqrt(sum);
+    factors[k * q + k] = inverse;  // of the factor's diagonal
+    for (std::size_t r = k + 1; r < q; ++r) {
+      double value = factors[r * q + k];
+      for (std::size_t m = 0; m < k; ++m)
+        value -= factors[r * q + m] * factors[k * q + m];
+      factors[r * q + k] = value * inverse;
+    }
+  }
+  for (std::size_t k = 0; k < q; ++k) {
+    for (std::size_t m = 0; m < k; ++m)
+      delta[k] -= factors[k * q + m] * delta[m];
+    delta[k] *= factors[k * q + k];
+  }
+  for (std::size_t k = q; k-- > 0;) {
+    for (std::size_t r = k + 1; r < q; ++r)
+      delta[k] -= factors[r * q + k] * delta[r];
+    delta[k] *= factors[k * q + k];
+  }
+  return true;
+}
+
+// Whether `delta` is the minimum in the box already: nothing leaves it, and what is held would.
+bool Estimator::Impl::stays_inside(double lambda) const {
+  const std::size_t q = free.size();
+  for (std::size_t k = 0; k < q; ++k) {
+    if (pinned[k]) continue;
+    const ModelParameter& p = model.parameters()[free[k]];
+    const double theta = fit.theta[free[k]];
+    if (!held[k]) {
+      if (theta + delta[k] < p.lower || theta + delta[k] > p.upper) return false;
+      continue;
+    }
+    double slope = gradient[k] - lambda * gram[k * q + k] * delta[k];
+    for (std::size_t l = 0; l < q; ++l)
+      slope -= gram[std::max(k, l) * q + std::min(k, l)] * delta[l];
+    if (theta <= p.lower ? slope > 0.0 : slope < 0.0) return false;
+  }
+  return true;
+}
+
+template <int Most>
+bool Estimator::Impl::box_minimum_step(double lambda) {
+  const auto q = static_cast<Eigen::Index>(free.size());
+  BoxVector<Most> scale(q), b(q), lower(q), upper(q), x(q);
+  BoxMatrix<Most> a(q, q);
+  for (Eigen::Index k = 0; k < q; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const ModelParameter& p = model.parameters()[free[at]];
+    const double diagonal = gram[at * free.size() + at];
+    scale[k] = diagonal > 0.0 ? std::sqrt(diagonal) : 1.0;
+    b[k] = gradient[at] / scale[k];
+    lower[k] = pinned[at] ? 0.0 : (p.lower - fit.theta[free[at]]) * scale[k];
+    upper[k] = pinned[at] ? 0.0 : (p.upper - fit.theta[free[at]]) * scale[k];
+    for (Eigen::Index l = 0; l <= k; ++l)
+      a(k, l) = a(l, k) =
+          gram[at * free.size() + static_cast<std::size_t>(l)] / (scale[k] * scale[l]);
+    a(k, k) *= 1.0 + lambda;
+  }
+  if (!box_minimum<Most>(a, b, lower, upper, kLeastPivot, x)) return false;
+  for (Eigen::Index k = 0; k < q; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const ModelParameter& p = model.parameters()[free[at]];
+    const double theta = fit.theta[free[at]];
+    delta[at] = x[k] <= lower[k]   ? p.lower - theta
+                : x[k] >= upper[k] ? p.upper - theta
+                                   : x[k] / scale[k];
+    if (pinned[at]) delta[at] = 0.0;
+  }
+  return true;
+}
+
+// Of what a parameter was or becomes, whichever is more: one that leaves a bound at zero has moved
+// by all of itself, not by any number of times.
 double Estimator::Impl::relative_step() const {
   double worst = 0.0;
   for (std::size_t k = 0; k < free.size(); ++k) {
-    const double theta = std::fabs(fit.theta[free[k]]);
-    worst = std::max(worst, std::fabs(delta[k]) / std::max(theta, 1e-12));
+    const double theta = fit.theta[free[k]];
+    const double size = std::max({std::fabs(theta), std::fabs(theta + delta[k]), 1e-12});
+    worst = std::max(worst, std::fabs(delta[k]) / size);
   }
   return worst;
 }

@@ -1,54 +1,68 @@
 #include "estimator/math/box_minimum.hpp"
 
-#include <vector>
-
 namespace shaker::estimator {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr Index kMostRounds = 20;   // a variable: many times what was ever needed
 constexpr double kNoSlope = 1e-12;  // of the slope at 0
 
 enum class Held { no, low, high };
 
-// With the others where they are.
-VectorXd minimum_of_free(const MatrixXd& a, const VectorXd& b, const VectorXd& x,
-                         const std::vector<Index>& free) {
-  const auto n = static_cast<Index>(free.size());
-  const VectorXd slope = b - a * x;
-  MatrixXd part(n, n);
-  VectorXd right(n);
-  for (Index i = 0; i < n; ++i) {
-    right[i] = slope[free[static_cast<std::size_t>(i)]];
-    for (Index j = 0; j < n; ++j)
-      part(i, j) = a(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]);
+template <int Most>
+struct Search {
+  const BoxMatrix<Most>& a;
+  const BoxVector<Most>& b;
+  const BoxVector<Most>& lower;
+  const BoxVector<Most>& upper;
+  Eigen::Matrix<Held, Eigen::Dynamic, 1, 0, Most, 1> held;
+  Eigen::Matrix<Index, Eigen::Dynamic, 1, 0, Most, 1> free;
+  BoxVector<Most> x, target, slope, part_step;
+  BoxMatrix<Most> part;
+
+  // What stands on a bound and is pushed outwards.
+  void begin() {
+    const Index n = b.size();
+    x = target = BoxVector<Most>::Zero(n);
+    held.resize(n);
+    for (Index k = 0; k < n; ++k)
+      held[k] = lower[k] >= 0.0 && b[k] < 0.0   ? Held::low
+                : upper[k] <= 0.0 && b[k] > 0.0 ? Held::high
+                                                : Held::no;
   }
-  const VectorXd step = part.ldlt().solve(right);
-  VectorXd target = x;
-  for (Index i = 0; i < n; ++i)
-    target[free[static_cast<std::size_t>(i)]] += step[i];
-  return target;
-}
 
-}  // namespace
-
-VectorXd box_minimum(const MatrixXd& a, const VectorXd& b, const VectorXd& lower,
-                     const VectorXd& upper) {
-  const Index n = b.size();
-  VectorXd x = VectorXd::Zero(n);
-  std::vector<Held> held(static_cast<std::size_t>(n), Held::no);
-  for (Index round = 0; round < kMostRounds * (n + 1); ++round) {
-    std::vector<Index> free;
-    for (Index k = 0; k < n; ++k) {
-      if (held[static_cast<std::size_t>(k)] == Held::no) free.push_back(k);
+  // `target`, the minimum over the free ones, the others staying where they are.
+  bool find_target(double least_pivot) {
+    Index count = 0;
+    free.resize(b.size());
+    for (Index k = 0; k < b.size(); ++k) {
+      if (held[k] == Held::no) free[count++] = k;
     }
-    const VectorXd target = minimum_of_free(a, b, x, free);
+    free.conservativeResize(count);
+    target = x;
+    if (count == 0) return true;
+    slope = b - a * x;
+    part.resize(count, count);
+    part_step.resize(count);
+    for (Index i = 0; i < count; ++i) {
+      part_step[i] = slope[free[i]];
+      for (Index j = 0; j < count; ++j)
+        part(i, j) = a(free[i], free[j]);
+    }
+    const Eigen::LDLT<BoxMatrix<Most>> factors(part);
+    part_step = factors.solve(part_step).eval();
+    for (Index i = 0; i < count; ++i)
+      target[free[i]] += part_step[i];
+    return factors.vectorD().minCoeff() > least_pivot * part.diagonal().maxCoeff();
+  }
+
+  // As far towards it as the first bound, which then holds its variable. False: all the way.
+  bool meets_bound() {
     double share = 1.0;
     Index first = -1;
-    for (const Index k : free) {
+    for (Index i = 0; i < free.size(); ++i) {
+      const Index k = free[i];
       if (target[k] >= lower[k] && target[k] <= upper[k]) continue;
       const double bound = target[k] < lower[k] ? lower[k] : upper[k];
       const double own = (bound - x[k]) / (target[k] - x[k]);
@@ -57,25 +71,59 @@ VectorXd box_minimum(const MatrixXd& a, const VectorXd& b, const VectorXd& lower
       first = k;
     }
     x += share * (target - x);
-    if (first >= 0) {
-      const bool low = target[first] < lower[first];
-      x[first] = low ? lower[first] : upper[first];
-      held[static_cast<std::size_t>(first)] = low ? Held::low : Held::high;
-      continue;
-    }
-    const VectorXd slope = b - a * x;
+    if (first < 0) return false;
+    const bool low = target[first] < lower[first];
+    x[first] = low ? lower[first] : upper[first];
+    held[first] = low ? Held::low : Held::high;
+    return true;
+  }
+
+  // The one that is pushed inwards most. False: none is.
+  bool release() {
+    slope = b - a * x;
     double steepest = kNoSlope * b.cwiseAbs().maxCoeff();
     Index inwards = -1;
-    for (Index k = 0; k < n; ++k) {
-      const Held how = held[static_cast<std::size_t>(k)];
-      const double inward = how == Held::low ? slope[k] : how == Held::high ? -slope[k] : 0.0;
-      if (inward <= steepest) continue;
+    for (Index k = 0; k < b.size(); ++k) {
+      const double inward = held[k] == Held::low    ? slope[k]
+                            : held[k] == Held::high ? -slope[k]
+                                                    : 0.0;
+      if (inward <= steepest || !(lower[k] < upper[k])) continue;
       steepest = inward;
       inwards = k;
     }
-    if (inwards < 0) break;
-    held[static_cast<std::size_t>(inwards)] = Held::no;
+    if (inwards < 0) return false;
+    held[inwards] = Held::no;
+    return true;
   }
+};
+
+}  // namespace
+
+template <int Most>
+bool box_minimum(const BoxMatrix<Most>& a, const BoxVector<Most>& b, const BoxVector<Most>& lower,
+                 const BoxVector<Most>& upper, double least_pivot, BoxVector<Most>& x) {
+  Search<Most> search{a, b, lower, upper, {}, {}, {}, {}, {}, {}, {}};
+  search.begin();
+  bool definite = true;
+  for (Index round = 0; round < kMostRounds * (b.size() + 1); ++round) {
+    definite = search.find_target(least_pivot) && definite;
+    if (search.meets_bound()) continue;
+    if (!search.release()) break;
+  }
+  x = search.x;
+  return definite;
+}
+
+template bool box_minimum<8>(const BoxMatrix<8>&, const BoxVector<8>&, const BoxVector<8>&,
+                             const BoxVector<8>&, double, BoxVector<8>&);
+template bool box_minimum<Eigen::Dynamic>(const Eigen::MatrixXd&, const Eigen::VectorXd&,
+                                          const Eigen::VectorXd&, const Eigen::VectorXd&, double,
+                                          Eigen::VectorXd&);
+
+Eigen::VectorXd box_minimum(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
+                            const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
+  Eigen::VectorXd x;
+  box_minimum<Eigen::Dynamic>(a, b, lower, upper, 0.0, x);
   return x;
 }
 

@@ -68,6 +68,8 @@ std::string SolveReport::sentence() const {
     case SolveStatus::no_convergence:
       break;
   }
+  // Newton's method alone, from a solution near by.
+  if (amplitude_reached >= 1.0) return "no periodic solution was found at this excitation";
   return fmt::format(
       "no periodic solution was found at this excitation; the continuation in amplitude got to "
       "{:.3g} % of it{}",

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/box_minimum.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/time/transient_impl.hpp"
 
@@ -174,45 +175,35 @@ bool TransientEstimator::Impl::leaves_the_box(const Eigen::VectorXd& step) const
   return false;
 }
 
-// (4.8) inside the box: an unknown that would leave it is put on its bound and held, and the rest
-// solved again.
-Eigen::VectorXd TransientEstimator::Impl::box_step(double lambda) const {
+// (4.8).
+Eigen::VectorXd TransientEstimator::Impl::damped_step(double lambda) const {
   const auto q = static_cast<Eigen::Index>(unknowns.size());
   Eigen::MatrixXd damped(2 * q, q);
   damped.topRows(q) = r;
   damped.bottomRows(q) = (std::sqrt(lambda) * r.colwise().norm()).asDiagonal();
   Eigen::VectorXd wanted = Eigen::VectorXd::Zero(2 * q);
   wanted.head(q) = right;
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(q);
-  std::vector<char> held(unknowns.size(), 0);
-  const Eigen::VectorXd downhill = r.transpose() * right;
-  for (std::size_t k = 0; k < unknowns.size(); ++k) {
-    const double now = value(k), pull = downhill[static_cast<Eigen::Index>(k)];
-    held[k] = (now <= unknowns[k].lower && pull < 0.0) || (now >= unknowns[k].upper && pull > 0.0);
+  return least_squares(damped, wanted);
+}
+
+// (4.8) inside the box.
+Eigen::VectorXd TransientEstimator::Impl::box_step(double lambda) const {
+  const auto q = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::VectorXd scale = r.colwise().norm();
+  for (double& s : scale)
+    s = s > 0.0 ? s : 1.0;
+  const Eigen::MatrixXd unit = r * scale.cwiseInverse().asDiagonal();
+  Eigen::MatrixXd a = unit.transpose() * unit;
+  a.diagonal().array() += lambda;
+  Eigen::VectorXd lower(q), upper(q);
+  for (Eigen::Index k = 0; k < q; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    lower[k] = unknowns[at].lower - value(at);
+    upper[k] = unknowns[at].upper - value(at);
   }
-  for (Eigen::Index round = 0; round <= q; ++round) {
-    Eigen::MatrixXd a = damped;
-    Eigen::VectorXd b = wanted;
-    for (Eigen::Index k = 0; k < q; ++k) {
-      if (!held[static_cast<std::size_t>(k)]) continue;
-      b -= damped.col(k) * step[k];
-      a.col(k).setZero();
-    }
-    const Eigen::VectorXd solved = least_squares(a, b);
-    bool inside = true;
-    for (std::size_t k = 0; k < unknowns.size(); ++k) {
-      if (held[k]) continue;
-      const auto at = static_cast<Eigen::Index>(k);
-      const double target = value(k) + solved[at];
-      step[at] = std::clamp(target, unknowns[k].lower, unknowns[k].upper) - value(k);
-      if (target < unknowns[k].lower || target > unknowns[k].upper) {
-        held[k] = 1;
-        inside = false;
-      }
-    }
-    if (inside) break;
-  }
-  return step;
+  const Eigen::VectorXd step = box_minimum(a, unit.transpose() * right, scale.cwiseProduct(lower),
+                                           scale.cwiseProduct(upper));
+  return step.cwiseQuotient(scale).cwiseMax(lower).cwiseMin(upper);
 }
 
 // No step more than doubles a parameter, as in the periodic estimator.
@@ -247,8 +238,8 @@ void TransientEstimator::Impl::iterate(bool damped) {
   linearise(closing);
   for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
     fit.iterations = iteration;
-    Eigen::VectorXd step = damped ? box_step(lambda) : pure_step();
-    if (!damped && leaves_the_box(step)) step = box_step(0.0);
+    Eigen::VectorXd step = damped ? damped_step(lambda) : pure_step();
+    if (leaves_the_box(step)) step = box_step(lambda);
     if (damped) cap(step, start);
     const double before = merit();
     const auto theta = fit.theta;

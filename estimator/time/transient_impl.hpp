@@ -70,6 +70,7 @@ struct TransientEstimator::Impl {
   void iterate(bool damped);
   Eigen::VectorXd pure_step() const;
   bool leaves_the_box(const Eigen::VectorXd& step) const;
+  Eigen::VectorXd damped_step(double lambda) const;
   Eigen::VectorXd box_step(double lambda) const;
   void cap(Eigen::VectorXd& step, const std::vector<double>& start) const;
   void keep_iterate();

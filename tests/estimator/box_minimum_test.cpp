@@ -74,5 +74,36 @@ TEST(BoxMinimum, WithoutBoundsIsTheSolution) {
   EXPECT_NEAR(x[1], 3.0 / 11.0, 1e-15);
 }
 
+TEST(BoxMinimum, IsTheSameOnTheStack) {
+  MatrixXd a(2, 2);
+  a << 1.0, 0.9, 0.9, 1.0;
+  const VectorXd b = (VectorXd(2) << 1.0, -0.2).finished();
+  const VectorXd low = (VectorXd(2) << -2.0, 0.0).finished();
+  const VectorXd high = (VectorXd(2) << 0.1, 3.0).finished();
+  const VectorXd x = box_minimum(a, b, low, high);
+  EXPECT_NEAR(x[0], 0.1, 1e-15);
+  EXPECT_NEAR(x[1], 0.0, 1e-15);
+  const BoxMatrix<8> small = a;
+  BoxVector<8> few;
+  EXPECT_TRUE(box_minimum<8>(small, b, low, high, 1e-13, few));
+  EXPECT_EQ(few[0], x[0]);
+  EXPECT_EQ(few[1], x[1]);
+}
+
+TEST(BoxMinimum, SaysThatTwoFreeOnesAreNotToldApart) {
+  const BoxMatrix<8> alike = BoxMatrix<8>::Ones(2, 2);
+  const BoxVector<8> b = BoxVector<8>::Ones(2), far = BoxVector<8>::Constant(2, 9.0);
+  BoxVector<8> x;
+  EXPECT_FALSE(box_minimum<8>(alike, b, -far, far, 1e-13, x));
+  // With one of them held there is no doubt.
+  BoxVector<8> low = -far;
+  low[0] = 0.0;
+  BoxVector<8> high = far;
+  high[0] = 0.0;
+  EXPECT_TRUE(box_minimum<8>(alike, BoxVector<8>(-b), low, high, 1e-13, x));
+  EXPECT_EQ(x[0], 0.0);
+  EXPECT_NEAR(x[1], -1.0, 1e-15);
+}
+
 }  // namespace
 }  // namespace shaker::estimator
