@@ -148,6 +148,7 @@ struct Estimator::Impl {
   // From the sum of squared residuals and `gram`; false when the rows of the systems are needed.
   bool finish_from(double residual_sum);
   void finish_errors();
+  void forget_undetermined();
   double residual_sum() const;
   void finish_noise();
   void adjust_for_estimated_covariance();

@@ -15,6 +15,9 @@ namespace {
 // Below this share of the largest singular value of the scaled Jacobian a direction is lost in the
 // rounding of a periodic solution (1e-11 of the stroke) and its sensitivities.
 constexpr double kSmallestSingular = 1e-8;
+// Part in a lost direction of unit length from which a parameter is in it: above what rounding and
+// the weakest of the directions that are left put there.
+constexpr double kInvolved = 1e-3;
 
 }  // namespace
 
@@ -56,20 +59,21 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
     std::vector<double> lost(fit.theta.size(), 0.0);
     for (std::size_t k = 0; k < q; ++k) {
       const double part = direction[static_cast<Eigen::Index>(k)];
-      if (std::fabs(part) <= 0.05) continue;
+      if (std::fabs(part) <= kInvolved) continue;
       fit.determined[free[k]] = 0;
       lost[free[k]] = scale[k] > 0.0 ? part / scale[k] : part;
     }
     fit.lost.push_back(std::move(lost));
   }
+  // What the data do not feel spends none of their degrees of freedom.
+  fit.degrees_of_freedom += static_cast<long>(fit.lost.size());
+  finish_noise();
+  // The pseudo-inverse: variances of what is determined do not depend on what is not.
   for (std::size_t k = 0; k < q; ++k) {
     for (std::size_t l = 0; l < q; ++l) {
-      const bool known =
-          scale[k] > 0.0 && scale[l] > 0.0 && fit.determined[free[k]] && fit.determined[free[l]];
-      fit.covariance[k * q + l] =
-          known ? inverse(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) /
-                      (scale[k] * scale[l])
-                : kNaN;
+      const double unit = inverse(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));
+      const bool felt = scale[k] > 0.0 && scale[l] > 0.0;
+      fit.covariance[k * q + l] = felt ? unit / (scale[k] * scale[l]) : 0.0;
     }
     if (!(scale[k] > 0.0)) fit.determined[free[k]] = 0;
   }

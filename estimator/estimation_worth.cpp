@@ -93,10 +93,22 @@ void Estimator::Impl::finish_errors() {
       value *= variance;
   }
   if (excitation_noise) add_excitation_error(inverse_gram);
+  forget_undetermined();
   fit.quantile = cached_quantile(options.confidence, fit.interval_degrees);
   for (std::size_t k = 0; k < q; ++k) {
     fit.standard_error[free[k]] =
         fit.determined[free[k]] ? std::sqrt(fit.covariance[k * q + k]) : kNaN;
+  }
+}
+
+// Only now: what widens the covariance of the others takes the whole of it.
+void Estimator::Impl::forget_undetermined() {
+  const std::size_t q = free.size();
+  for (std::size_t k = 0; k < q; ++k) {
+    for (std::size_t l = 0; l < q; ++l) {
+      if (!fit.determined[free[k]] || !fit.determined[free[l]])
+        fit.covariance[k * q + l] = inverse_gram[k * q + l] = kNaN;
+    }
   }
 }
 

@@ -17,6 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kSmallestEigenvalue = 1e-14;  // of the information with unit diagonal
+constexpr double kInvolved = 1e-3;  // part in a lost direction, from which a parameter is in it
 
 // What each channel spends on parameters: the trace of its own information over all of it.
 VectorXd spent_on_parameters(const ChannelProblem& problem, const ChannelLook& look,
@@ -60,8 +61,9 @@ Uncertainty of_estimated_noise(const VectorXd& spent, double points, bool joint)
   return out;
 }
 
-// False, and the lost directions marked, when the information is singular.
-bool invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit, MatrixXd& inverse) {
+// The pseudo-inverse: variances of what is determined do not depend on what is not. Marks what is
+// not, where the information is singular.
+MatrixXd invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit) {
   const VectorXd root = gram.diagonal().cwiseMax(0.0).cwiseSqrt();
   const VectorXd scale = (root.array() > 0.0).select(root, 1.0);
   const MatrixXd unit =
@@ -70,27 +72,25 @@ bool invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit, Matri
   const VectorXd& values = eigen.values;
   const double largest = values[values.size() - 1];
   fit.condition = std::sqrt(largest / std::max(values[0], 1e-300));
-  bool good = true;
-  for (Index i = 0; i < values.size() && values[i] <= kSmallestEigenvalue * largest; ++i) {
-    good = false;
+  fit.lost.clear();
+  MatrixXd inverse = MatrixXd::Zero(unit.rows(), unit.cols());
+  for (Index i = 0; i < values.size(); ++i) {
+    const VectorXd direction = eigen.vectors.col(i);
+    if (values[i] > kSmallestEigenvalue * largest) {
+      inverse += direction * direction.transpose() / values[i];
+      continue;
+    }
     std::vector<double> lost(fit.theta.size(), 0.0);
     for (Index k = 0; k < values.size(); ++k) {
-      const double part = eigen.vectors(k, i);
-      if (std::fabs(part) <= 0.05) continue;
+      if (std::fabs(direction[k]) <= kInvolved) continue;
       const std::size_t all = problem.index(k);
       fit.determined[all] = 0;
-      fit.standard_error[all] = kNaN;
-      lost[all] = part / scale[k];
+      lost[all] = direction[k] / scale[k];
     }
     fit.lost.push_back(std::move(lost));
-  }
-  if (!good) {
     fit.status = FitStatus::undetermined;
-    return false;
   }
-  inverse = unit.ldlt().solve(MatrixXd::Identity(unit.rows(), unit.cols()));
-  inverse = scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
-  return true;
+  return scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
 }
 
 // An excitation that is a little wrong moves all points of all channels together, and theta by
@@ -150,10 +150,10 @@ void finish(ChannelProblem& problem, const ChannelLikelihood& likelihood, const 
     fit.lack_of_fit = chi_squared_above(factor.solve(look.moment).trace(),
                                         static_cast<double>(fit.degrees_of_freedom));
   if (q == 0) return;
-  MatrixXd gram, inverse, better = v;
+  MatrixXd gram, better = v;
   VectorXd gradient;
   likelihood.normal_equations(look, fit.theta, v, gram, gradient);
-  if (!invert(problem, gram, fit, inverse)) return;
+  MatrixXd inverse = invert(problem, gram, fit);
   fit.interval_degrees = std::numeric_limits<double>::infinity();
   if (!likelihood.known()) {
     // Each channel loses the degrees of freedom that it spends.
@@ -163,13 +163,18 @@ void finish(ChannelProblem& problem, const ChannelLikelihood& likelihood, const 
     out.noise_covariance.assign(better.data(), better.data() + better.size());
     fit.noise = std::sqrt(better(0, 0));
     likelihood.normal_equations(look, fit.theta, better, gram, gradient);
-    if (!invert(problem, gram, fit, inverse)) return;
+    inverse = invert(problem, gram, fit);
     const Uncertainty more = of_estimated_noise(spent, points, likelihood.joint());
     inverse *= more.factor;
     fit.interval_degrees = more.degrees;
   }
   fit.quantile = student_t_quantile(0.5 + 0.5 * confidence, fit.interval_degrees);
   inverse += excitation_part(problem, look, fit.theta, better, inverse);
+  for (Index k = 0; k < q; ++k) {
+    if (fit.determined[problem.index(k)]) continue;
+    inverse.row(k).setConstant(kNaN);
+    inverse.col(k).setConstant(kNaN);
+  }
   fit.covariance.assign(inverse.data(), inverse.data() + inverse.size());
   for (Index k = 0; k < q; ++k)
     fit.standard_error[problem.index(k)] = std::sqrt(inverse(k, k));

@@ -142,6 +142,41 @@ class Estimate(Scratch):
         self.assertEqual(result.returncode, 5, result.stdout + result.stderr)
         self.assertTrue(result.stderr)
 
+    def test_what_is_determined_keeps_its_row_beside_what_is_not(self):
+        """At one frequency a mass and a spring look alike; the damper is known as without the mass."""
+        omega, noise = 2 * math.pi, [((7919 * i) % 401 - 200) * 1e-6 for i in range(400)]
+        response = 2.0 / complex(60 - omega**2, 3 * omega)
+        record = self.write("two.csv", "t,excitation,displacement\n" + "".join(
+            f"{i / 200},{2 * math.cos(omega * i / 200)},"
+            f"{abs(response) * math.cos(omega * i / 200 + math.atan2(response.imag, response.real)) + noise[i]}\n"
+            for i in range(400)))
+        effects = [{"effect": "viscous_damping"}, {"effect": "linear_stiffness"}]
+        rows = []
+        for more in ([], [{"effect": "added_mass"}]):
+            model = self.write("m.json", json.dumps({"name": "m", "effects": effects + more}))
+            result = run("estimate", record, "--model", model, "--frequency", 1, "--json")
+            document = json.loads(result.stdout)
+            self.assertEqual(document["usable"], not more)
+            rows.append({parameter["name"]: parameter for parameter in document["parameters"]})
+        alone, alike = rows
+        for name in ("k", "m_a"):
+            self.assertFalse(alike[name]["determined"])
+            self.assertNotIn("standard_error", alike[name])
+        self.assertTrue(alike["c"]["determined"])
+        for figure in ("value", "standard_error"):
+            self.assertAlmostEqual(alike["c"][figure] / alone["c"][figure], 1.0, delta=1e-6, msg=figure)
+        for end, expected in zip(alike["c"]["interval"], alone["c"]["interval"], strict=True):
+            self.assertAlmostEqual(end / expected, 1.0, delta=1e-8)
+        # In closed form: c's slope of the response a / D is |a| omega / |D|^2.
+        error = alone["c"]["standard_error"]
+        s = document["noise_standard_deviation"]
+        size = abs(complex(60 - omega**2, 3 * omega))**2
+        self.assertAlmostEqual(error / (s * math.sqrt(2 / 400) * size / (2 * omega)), 1.0, delta=1e-3)
+        table = run("estimate", record, "--model", model, "--frequency", 1).stdout
+        row = next(line for line in table.splitlines() if line.startswith("c "))
+        self.assertIn("±", row)
+        self.assertNotIn("not determined", row)
+
 
 class Database(Scratch):
     """Two noise-free runs of an independent solver, with a known scatter put on their cycles."""

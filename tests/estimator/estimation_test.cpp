@@ -1,6 +1,8 @@
 #include "estimator/estimation.hpp"
 
 #include <cmath>
+#include <complex>
+#include <numbers>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -184,6 +186,77 @@ TEST(Estimator, SaysWhichParametersTheDataDoNotDetermine) {
   const Estimate estimate = estimator.describe();
   EXPECT_FALSE(estimate.usable);
   EXPECT_THAT(estimate.warnings[0], HasSubstr("do not determine"));
+}
+
+// Two dampers alike beside a spring: the spring's worth is that of a model with one damper,
+// whatever widens it, and in closed form. With D = k - w^2 + i w c and the response A / D, the
+// slopes over k and c stand at right angles, so s sqrt(2 / n) |D|^2 / A is the error from noise s
+// in n samples and e |D| / A that from an error e of the excitation's parts.
+TEST(Estimator, KnowsWhatIsDeterminedBesideWhatIsNot) {
+  const double omega = 2.0 * std::numbers::pi, a = 2.0, c = 3.0, k = 60.0, s = 1e-4, e = 1e-3;
+  const std::complex<double> d(k - omega * omega, omega * c);
+  RunData run;
+  run.frequency_hz = 1.0;
+  run.amplitude = a;
+  run.excitation_error = e;
+  for (int i = 0; i < 64; ++i)
+    run.displacement.push_back(std::real(a / d * std::polar(1.0, omega * i / 64.0)));
+  EstimationOptions options = with(Method::lifted);
+  options.noise = s;
+  auto spec = testing::linear_oscillator();
+  const Model one(spec);
+  spec.effects.insert(spec.effects.begin(), testing::effect("viscous_damping"));
+  const Model two(spec);
+  Estimator alike(two, {run}, options), alone(one, {run}, options);
+  const Fit& fit = alike.fit({1.0, 1.0, 50.0});
+  const Fit& reduced = alone.fit({2.0, 50.0});
+  EXPECT_EQ(fit.status, FitStatus::undetermined);
+  EXPECT_FALSE(fit.determined[0]);
+  EXPECT_FALSE(fit.determined[1]);
+  ASSERT_TRUE(fit.determined[2]);
+  EXPECT_NEAR(fit.theta[2], k, 1e-5);
+  EXPECT_EQ(fit.degrees_of_freedom, reduced.degrees_of_freedom);
+  const double noise = s * std::sqrt(2.0 / 64.0) * std::norm(d) / a, table = e * std::abs(d) / a;
+  EXPECT_NEAR(fit.standard_error[2] / std::hypot(noise, table), 1.0, 1e-4);
+  EXPECT_NEAR(fit.standard_error[2] / reduced.standard_error[1], 1.0, 1e-6);
+  EXPECT_NEAR(fit.covariance[8] / reduced.covariance[3], 1.0, 1e-6);
+  EXPECT_TRUE(std::isnan(fit.covariance[0]));
+  EXPECT_TRUE(std::isnan(fit.covariance[2]));
+  EXPECT_NEAR(fit.quantile, reduced.quantile, 1e-12);
+  const Estimate estimate = alike.describe();
+  EXPECT_FALSE(estimate.usable);
+  EXPECT_TRUE(estimate.parameters[2].determined);
+  EXPECT_LT(estimate.parameters[2].lower, k);
+  EXPECT_GT(estimate.parameters[2].upper, k);
+}
+
+// The same from coefficients whose covariance is that of few cycles.
+TEST(Estimator, KnowsWhatIsDeterminedFromCoefficientsToo) {
+  const double omega = 2.0 * std::numbers::pi;
+  const std::complex<double> response =
+      2.0 / std::complex<double>(60.0 - omega * omega, omega * 3.0);
+  RunData run;
+  run.frequency_hz = 1.0;
+  run.amplitude = 2.0;
+  run.excitation_error = 1e-3;
+  run.harmonics = {1e-5, response.real() + 2e-5, -response.imag() - 1e-5, 2e-5, -3e-5};
+  run.harmonic_covariance.assign(25, 0.0);
+  for (std::size_t i = 0; i < 5; ++i)
+    run.harmonic_covariance[6 * i] = 4e-10;
+  run.covariance_degrees = 19.0;
+  auto spec = testing::linear_oscillator();
+  const Model one(spec);
+  spec.effects.insert(spec.effects.begin(), testing::effect("viscous_damping"));
+  const Model two(spec);
+  Estimator alike(two, {run}, with(Method::lifted)), alone(one, {run}, with(Method::lifted));
+  const Fit& fit = alike.fit({1.0, 1.0, 50.0});
+  const Fit& reduced = alone.fit({2.0, 50.0});
+  EXPECT_EQ(fit.status, FitStatus::undetermined);
+  ASSERT_TRUE(fit.determined[2]);
+  EXPECT_NEAR(fit.theta[2] / reduced.theta[1], 1.0, 1e-8);
+  EXPECT_NEAR(fit.standard_error[2] / reduced.standard_error[1], 1.0, 1e-6);
+  EXPECT_NEAR(fit.interval_degrees / reduced.interval_degrees, 1.0, 1e-6);
+  EXPECT_NEAR(fit.lack_of_fit, reduced.lack_of_fit, 1e-6);
 }
 
 TEST(Estimator, WarnsOfAnAmplitudeThatHardlyDeterminesTheSpring) {

@@ -124,6 +124,28 @@ TEST(Channels, OfOneDisplacementAreLeastSquares) {
   EXPECT_NEAR(found.fit.noise / squares.noise, 1.0, 1e-6);  // (3.28)
 }
 
+// Two dampers alike: the spring beside them is known as with one of them.
+TEST(Channels, KnowWhatIsDeterminedBesideWhatIsNot) {
+  const Case linear = cases()[0];
+  const ChannelRun run = measured("linear", reference("linear"), linear.quantities.size());
+  auto spec = linear.model;
+  const Model one(spec);
+  spec.effects.insert(spec.effects.begin(), spec.effects[0]);
+  const Model two(spec);
+  const auto start = start_near(reference("linear").at("truth"));
+  const ChannelFit alone = fit_channels(one, linear.quantities, {run}, start);
+  const ChannelFit alike =
+      fit_channels(two, linear.quantities, {run}, {0.5 * start[0], 0.5 * start[0], start[1]});
+  EXPECT_EQ(alike.fit.status, FitStatus::undetermined);
+  EXPECT_FALSE(alike.fit.determined[0]);
+  EXPECT_FALSE(alike.fit.determined[1]);
+  EXPECT_TRUE(std::isnan(alike.fit.standard_error[0]));
+  ASSERT_TRUE(alike.fit.determined[2]);
+  EXPECT_NEAR(alike.fit.theta[2] / alone.fit.theta[1], 1.0, 1e-7);
+  EXPECT_NEAR(alike.fit.standard_error[2] / alone.fit.standard_error[1], 1.0, 1e-5);
+  EXPECT_NEAR(alike.fit.quantile, alone.fit.quantile, 1e-5);
+}
+
 TEST(Channels, CountForWhatTheyAreWorthWhateverTheirUnits) {
   const Model model(testing::oleo());
   const auto known = reference("oleo");
