@@ -108,8 +108,10 @@ bool Estimator::Impl::solve_all(bool warm) {
   for (std::size_t r = 0; r < systems.size(); ++r) {
     const SolveReport report = solve_run(r, warm);
     if (report.status == SolveStatus::converged) continue;
-    fit.trouble =
-        fmt::format("run {} ({:g} Hz): {}", r + 1, runs[r].data.frequency_hz, report.sentence());
+    const bool at_rest = report.status == SolveStatus::no_equilibrium;
+    fit.trouble = fmt::format("run {} ({:g} Hz): {}; give starting values nearer to the damper's{}",
+                              r + 1, runs[r].data.frequency_hz, report.sentence(),
+                              at_rest ? "" : ", or check the excitation's size and unit");
     return false;
   }
   return true;

@@ -190,6 +190,22 @@ void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& br
                              at(branch.along, point.value));
 }
 
+namespace {
+
+// At the whole excitation, which stands between two points of an arc: from their chord, or beyond.
+bool solve_between(PeriodicSystem& system, std::span<const double> theta, const ArcPoint& below,
+                   const ArcPoint& above) {
+  const double share = (1.0 - below.value) / (above.value - below.value);
+  for (const double along : {share, 1.0}) {
+    for (std::size_t i = 0; i < above.z.size(); ++i)
+      system.state()[i] = below.z[i] + along * (above.z[i] - below.z[i]);
+    if (system.solve(theta).status == SolveStatus::converged) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 SolveReport solve_through_folds(PeriodicSystem& system, std::span<const double> theta) {
   constexpr double kLittle = 1e-3;
   const std::vector<double> shape(system.excitation().begin(), system.excitation().end());
@@ -214,17 +230,16 @@ SolveReport solve_through_folds(PeriodicSystem& system, std::span<const double> 
   report.amplitude_reached = kLittle;
   report.status = SolveStatus::no_convergence;
   for (int count = 0; count < 1000 && point.value >= 0.5 * kLittle; ++count) {
+    const ArcPoint last = point;
     const double before = direction.value;
     if (!arc.advance(point, direction, step, {1e-6, 0.2})) break;
-    report.amplitude_reached = std::max(report.amplitude_reached, std::min(point.value, 1.0));
     report.turned_back = report.turned_back || (before > 0.0 && direction.value < 0.0);
     if (point.value >= 1.0) {
-      std::copy(point.z.begin(), point.z.end(), system.state().begin());
-      const double reached = report.amplitude_reached;
-      report = system.solve(theta);
-      report.amplitude_reached = report.status == SolveStatus::converged ? 1.0 : reached;
+      if (solve_between(system, theta, last, point)) return {};
+      report.amplitude_reached = std::max(report.amplitude_reached, last.value);
       return report;
     }
+    report.amplitude_reached = std::max(report.amplitude_reached, point.value);
     arc.set_scale(point, direction);
   }
   return report;

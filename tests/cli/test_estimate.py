@@ -142,6 +142,22 @@ class Estimate(Scratch):
         self.assertEqual(result.returncode, 5, result.stdout + result.stderr)
         self.assertTrue(result.stderr)
 
+    def test_an_excitation_past_the_gas_column_is_said_with_how_far_it_got(self):
+        """An excitation ten times too large, as in wrong units."""
+        rows = "".join(f"{i / 200},{80 * math.cos(math.pi * i / 100)},{0.1 * math.cos(math.pi * i / 100 - 0.5)}\n"
+                       for i in range(400))
+        record = self.write("hard.csv", "t,excitation,displacement\n" + rows)
+        model = self.write("short.json", json.dumps({"name": "short", "gravity": 9.80665, "effects": [
+            {"effect": "orifice_damping", "parameters": {"theta1": {"start": 16}}},
+            {"effect": "gas_spring", "parameters": {"theta2": {"start": 1.5}, "theta3": {"start": 9.9},
+                                                    "theta4": {"start": 1}}},
+            {"effect": "gravity"}]}))
+        result = run("estimate", record, "--model", model, "--frequency", 1)
+        self.assertEqual(result.returncode, 5, result.stdout + result.stderr)
+        self.assertRegex(result.stderr, r"run 1 \(1 Hz\): no periodic solution .* got to (1\d|\d)(\.\d)? % of it")
+        self.assertIn("give starting values nearer to the damper's, or check the excitation's size and unit",
+                      result.stderr)
+
     def test_what_is_determined_keeps_its_row_beside_what_is_not(self):
         """At one frequency a mass and a spring look alike; the damper is known as without the mass."""
         omega, noise = 2 * math.pi, [((7919 * i) % 401 - 200) * 1e-6 for i in range(400)]
