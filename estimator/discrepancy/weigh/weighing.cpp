@@ -67,6 +67,19 @@ Following follow(const SteadyRun& run, Prediction& prediction) {
   return f;
 }
 
+// With all harmonics of the run and not only those that the fit was shown: the next ones may rise
+// above noise once its transient is gone.
+Following follow_all(const SteadyRun& run, std::size_t r, HarmonicFit& fit) {
+  RunDatum whole;
+  whole.kind = run.kind;
+  whole.frequency_hz = run.frequency_hz;
+  whole.driver = run.mean_driver();
+  whole.response = run.mean();
+  Prediction prediction(*fit.run_models[r], whole, fit.predictions[r].points());
+  prediction.start_from(fit.predictions[r]);
+  return follow(run, prediction.at(fit.theta) ? prediction : fit.predictions[r]);
+}
+
 // Share of the driver's scatter that the response does not follow: noise of the channel that
 // measures it. What is followed is real.
 double unfollowed_share(const std::vector<SteadyRun>& runs, const std::vector<Following>& all) {
@@ -168,7 +181,7 @@ Weighed weigh(const std::vector<SteadyRun>& runs) {
 Weighed weigh(const std::vector<SteadyRun>& runs, HarmonicFit& fit) {
   std::vector<Following> following;
   for (std::size_t r = 0; r < runs.size(); ++r)
-    following.push_back(follow(runs[r], fit.predictions[r]));
+    following.push_back(follow_all(runs[r], r, fit));
   const double unfollowed = unfollowed_share(runs, following);
   std::vector<Scatter> scatter, of_driver;
   for (std::size_t r = 0; r < runs.size(); ++r) {
