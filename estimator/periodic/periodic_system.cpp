@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <unsupported/Eigen/FFT>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -164,32 +165,31 @@ void PeriodicSystem::analyse_excitation() {
     x_ = x_full_;
     return;
   }
-  std::fill(quadrature_full_.begin(), quadrature_full_.end(), 0.0);
+  // The signal whose real part is the excitation: its positive harmonics alone.
+  Eigen::FFT<double> fft;
+  std::vector<std::complex<double>> spectrum(static_cast<std::size_t>(n_)), analytic = spectrum;
+  fft.fwd(spectrum.data(), x_full_.data(), n_);
+  const auto harmonics = static_cast<std::size_t>((n_ - 1) / 2);
+  for (std::size_t h = 0; h < spectrum.size(); ++h)
+    spectrum[h] *= h > 0 && h <= harmonics ? 2.0 : 0.0;
+  fft.inv(analytic.data(), spectrum.data(), n_);
+  for (int i = 0; i < n_; ++i)
+    quadrature_full_[i] = analytic[static_cast<std::size_t>(i)].imag();
+  const auto harmonic = [&](std::size_t h) { return spectrum[h] / static_cast<double>(n_); };
+  carrier_full_ = std::abs(harmonic(1));
+  const std::complex<double> phase = carrier_full_ > 0.0 ? harmonic(1) / carrier_full_ : 1.0;
+  std::complex<double> phase_back = 1.0;  // its conjugate, h times
   harmonics_full_.fill(0.0);
-  std::complex<double> phase = 1.0, phase_back = 1.0;  // of the carrier; its conjugate, h times
-  std::vector<std::complex<double>> turns;
-  for (int k = 0; k < n_; ++k)
-    turns.push_back(std::polar(1.0, 2.0 * std::numbers::pi * k / n_));
-  const auto turn = [&](int k) { return turns[static_cast<std::size_t>(k)]; };
-  for (int h = 1; 2 * h < n_; ++h) {
-    std::complex<double> c = 0.0;
-    for (int j = 0; j < n_; ++j)
-      c += x_full_[j] * std::conj(turn(h * j % n_)) * (2.0 / n_);
-    for (int i = 0; i < n_; ++i)
-      quadrature_full_[i] += (c * turn(h * i % n_)).imag();
-    if (h == 1) {
-      carrier_full_ = std::abs(c);
-      if (carrier_full_ > 0.0) phase = c / carrier_full_;
-    }
-    if (h > kCarriedHarmonics) continue;
+  for (std::size_t h = 1; h <= std::min<std::size_t>(kCarriedHarmonics, harmonics); ++h) {
     phase_back *= std::conj(phase);
-    const std::complex<double> over_carrier = c * phase_back;
-    harmonics_full_[static_cast<std::size_t>(2 * h - 2)] = over_carrier.real();
-    harmonics_full_[static_cast<std::size_t>(2 * h - 1)] = -over_carrier.imag();
+    const std::complex<double> over_carrier = harmonic(h) * phase_back;
+    harmonics_full_[2 * h - 2] = over_carrier.real();
+    harmonics_full_[2 * h - 1] = -over_carrier.imag();
   }
   for (int i = 0; i < n_; ++i) {
-    carrier_cos_[i] = (phase * turn(i)).real();
-    carrier_sin_[i] = (phase * turn(i)).imag();
+    const std::complex<double> turned = phase * std::polar(1.0, kTwoPi * i / n_);
+    carrier_cos_[i] = turned.real();
+    carrier_sin_[i] = turned.imag();
   }
   set_share(1.0);
 }
