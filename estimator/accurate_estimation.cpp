@@ -64,7 +64,7 @@ const Fit& AccurateEstimator::fit(const std::vector<double>& start) {
   error_ = kInfinite;
   at_ = level(1);
   finest().fit(start);
-  const int least = points();
+  const int least = ring();
   const int order = trusted_order(*model_, options_.estimation.grid);
   double coarsest = 0.0;
   double before = least;  // points of the grid before the finest

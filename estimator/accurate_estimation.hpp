@@ -33,12 +33,14 @@ class AccurateEstimator {
   // grids.
   double error() const { return error_; }
   bool reached() const { return error_ <= options_.accuracy; }
-  int points() const { return finest().solutions().front().points(); }
+  int points() const { return ring() / runs_.front().periods; }
   // The estimator on the finest grid of the last fit.
   Estimator& finest() { return *levels_[at_].estimator; }
   const Estimator& finest() const { return *levels_[at_].estimator; }
 
  private:
+  // Points of the first run's grid, all of its periods.
+  int ring() const { return finest().solutions().front().points(); }
   struct Level {
     int multiple;  // of the first grid's points
     std::unique_ptr<Estimator> estimator;

@@ -28,6 +28,7 @@ void multiply(const std::vector<double>& a, const std::vector<double>& b, std::v
 // period. With S the response to a harmonic of the excitation and e its standard error, theta moves
 // by H^-1 J^T W S e; independent parts add up. Without this, intervals are too narrow by the ratio
 // of that to the displacement's own noise (1.6 for an accelerometer of 5e-3 m/s^2 beside 2e-5 m).
+// On a ring of m periods the excitation's harmonics are the m-th, 2 m-th, ... of the ring.
 void Estimator::Impl::add_excitation_error(const std::vector<double>& inverse) {
   constexpr int kHarmonics = 3;  // the response to higher ones is small
   constexpr std::size_t kParts = 2 * kHarmonics;
@@ -36,18 +37,20 @@ void Estimator::Impl::add_excitation_error(const std::vector<double>& inverse) {
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const RunState& run = runs[r];
     const double error = run.data.excitation_error;
-    if (!(error > 0.0) || !systems[r].excitation_response(kHarmonics, response)) continue;
+    const int periods = run.data.periods;
+    if (!(error > 0.0) || !systems[r].excitation_response(kHarmonics * periods, response)) continue;
+    const auto stride = static_cast<std::size_t>(periods);
     std::vector<double> moved(q * kParts, 0.0);
     std::size_t j = 0;
     const int s = model.coordinates();
     for_each_datum(r, false, [&](const double* row, double, double weight) {
       const auto add = [&](int point, double share) {
         const double* parts =
-            &response[static_cast<std::size_t>(point * s + model.observed()) * kParts];
+            &response[static_cast<std::size_t>(point * s + model.observed()) * kParts * stride];
         for (std::size_t a = 0; a < q; ++a) {
           const double w = weight * row[1 + free[a]] * share;
           for (std::size_t m = 0; m < kParts; ++m)
-            moved[a * kParts + m] += w * parts[m];
+            moved[a * kParts + m] += w * parts[2 * ((m / 2 + 1) * stride - 1) + m % 2];
         }
       };
       const int n = systems[r].points();

@@ -298,10 +298,6 @@ void check_run(const RunData& run, std::size_t index) {
       reject(fmt::format("a sample has the weight {}; weights are finite and not negative", w));
   }
   if (run.periods < 1) reject(fmt::format("it spans {} excitation periods", run.periods));
-  if (run.periods > 1 && run.excitation_error > 0.0)
-    reject(
-        "the error of the excitation can only be counted in when the response repeats with every "
-        "period; leave it out");
   if (!(run.cycles > 0.0) || !(run.weight > 0.0)) reject("cycles and weight must be positive");
 }
 

@@ -230,7 +230,38 @@ TEST(Estimator, KnowsWhatIsDeterminedBesideWhatIsNot) {
   EXPECT_GT(estimate.parameters[2].upper, k);
 }
 
-// The same from coefficients whose covariance is that of few cycles.
+// On a ring of two periods the excitation's harmonics are every other one of the ring: the same
+// samples, counted there once around, are worth the same.
+TEST(Estimator, CountsTheExcitationsErrorOverSeveralPeriodsToo) {
+  RunData once;
+  once.frequency_hz = 1.0;
+  once.amplitude = 2.0;
+  once.excitation_error = 1e-3;
+  once.cycles = 2.0;
+  const double omega = 2.0 * std::numbers::pi;
+  const std::complex<double> response = 2.0 / std::complex<double>(60.0 - omega * omega, omega * 3);
+  for (int i = 0; i < 64; ++i)
+    once.displacement.push_back(std::real(response * std::polar(1.0, omega * i / 64.0)));
+  RunData twice = once;
+  twice.periods = 2;
+  twice.cycles = 1.0;
+  twice.displacement.insert(twice.displacement.end(), once.displacement.begin(),
+                            once.displacement.end());
+  EstimationOptions options = with(Method::lifted);
+  options.noise = 1e-4;
+  const Model model(testing::linear_oscillator());
+  Estimator one(model, {once}, options), two(model, {twice}, options);
+  const Fit& fit = one.fit({2.0, 50.0});
+  const Fit& over_two = two.fit({2.0, 50.0});
+  ASSERT_EQ(over_two.status, FitStatus::converged);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_NEAR(over_two.covariance[i], fit.covariance[i], 1e-6 * fit.covariance[0]);
+  once.excitation_error = 0.0;
+  Estimator exact(model, {once}, options);
+  EXPECT_LT(exact.fit({2.0, 50.0}).covariance[0], 0.9 * fit.covariance[0]);
+}
+
+// What is determined, from coefficients whose covariance is that of few cycles.
 TEST(Estimator, KnowsWhatIsDeterminedFromCoefficientsToo) {
   const double omega = 2.0 * std::numbers::pi;
   const std::complex<double> response =
