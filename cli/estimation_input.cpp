@@ -8,26 +8,53 @@
 #include <fmt/format.h>
 
 #include "cli/run_data.hpp"
+#include "cli/run_over_periods.hpp"
 
 namespace shaker::cli {
 namespace {
 
-Result<EstimationInput> read_database(const InputOptions& options) {
+Result<EstimationInput> read_database(const InputOptions& options, const PeriodsOfRuns& periods) {
   if (options.frequency_hz || options.amplitude) {
     return Error{ErrorKind::invalid,
                  "a campaign database knows its frequencies and amplitudes; "
                  "leave --frequency and --amplitude out"};
   }
-  auto data = runs_from_database(options.file, options.harmonics);
+  auto data = runs_from_database(options.file, options.harmonics, periods);
   if (!data) return data.error();
   auto model = options.model.empty()
                    ? config::parse_model(data->model_json, options.file.string() + " (its model)")
                    : config::load_model(options.model);
   if (!model) return model.error();
-  return EstimationInput{std::move(*model), std::move(data->runs), data->name};
+  EstimationInput input;
+  input.model = std::move(*model);
+  input.runs = std::move(data->runs);
+  input.campaign = data->name;
+  input.warnings = std::move(data->warnings);
+  input.spoiled = data->spoiled;
+  if (periods.asked()) input.cycles = data->cycles;
+  return input;
 }
 
-Result<EstimationInput> read_csv_run(const InputOptions& options) {
+// The run of a table, as its mean cycle or as the mean of groups of cycles.
+Result<void> add_table(const CsvTable& table, const std::string& origin, const Dwell& dwell,
+                       int periods, EstimationInput& input) {
+  if (periods > 1) {
+    auto run = run_over_periods(table, origin, dwell, periods);
+    if (!run) return run.error();
+    input.cycles = run->cycles;
+    input.runs.push_back(std::move(run->data));
+    return {};
+  }
+  auto run = run_from_table(table, origin, dwell);
+  if (!run) return run.error();
+  input.runs.push_back(std::move(*run));
+  auto doubt = doubt_of_repetition(cycles_of(table, dwell.frequency_hz), origin);
+  if (!doubt.sentence.empty()) input.warnings.push_back(std::move(doubt.sentence));
+  input.spoiled = doubt.spoils;
+  return {};
+}
+
+Result<EstimationInput> read_csv_run(const InputOptions& options, const PeriodsOfRuns& periods) {
   if (options.model.empty()) {
     return Error{ErrorKind::invalid,
                  "a CSV file does not say which model; give --model MODEL.json"};
@@ -38,12 +65,16 @@ Result<EstimationInput> read_csv_run(const InputOptions& options) {
   }
   auto model = config::load_model(options.model);
   if (!model) return model.error();
-  auto run =
-      run_from_csv(options.file, {*options.frequency_hz, options.amplitude, options.harmonics});
-  if (!run) return run.error();
+  if (!periods.named.empty())
+    return Error{ErrorKind::invalid,
+                 "a CSV file is one run and has no name for it; say --periods M"};
+  const auto table = read_run_table(options.file);
+  if (!table) return table.error();
   EstimationInput input;
   input.model = std::move(*model);
-  input.runs.push_back(std::move(*run));
+  const Dwell dwell = {*options.frequency_hz, options.amplitude, options.harmonics};
+  if (auto good = add_table(*table, options.file.string(), dwell, periods.all, input); !good)
+    return good.error();
   return input;
 }
 
@@ -80,7 +111,10 @@ bool is_database(const std::filesystem::path& file) {
 }
 
 Result<EstimationInput> read_estimation_input(const InputOptions& options) {
-  auto input = is_database(options.file) ? read_database(options) : read_csv_run(options);
+  const auto periods = parse_periods(options.periods);
+  if (!periods) return periods.error();
+  auto input = is_database(options.file) ? read_database(options, *periods)
+                                         : read_csv_run(options, *periods);
   if (!input) return input;
   if (auto good = check_units(input->model); !good) return good.error();
   return input;

@@ -18,12 +18,16 @@ struct InputOptions {
   std::filesystem::path model;  // empty: the database's own
   std::optional<double> frequency_hz, amplitude;
   bool harmonics = false;  // Fourier coefficients with their covariance instead of samples
+  std::vector<std::string> periods;  // M or RUN=M, see periods_of_runs.hpp
 };
 
 struct EstimationInput {
   config::ModelSpec model;
   std::vector<estimator::RunData> runs;
   std::optional<std::string> campaign;
+  std::optional<long> cycles;         // single ones, where runs are said to be groups of them
+  std::vector<std::string> warnings;  // of runs that do not repeat as they are taken to
+  bool spoiled = false;               // the mean cycle of one of them says nothing
 };
 
 // An Error when length unit and gravity belong to different systems of units.

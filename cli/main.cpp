@@ -143,6 +143,15 @@ void add_offline(CLI::App& app, Options& o) {
   estimating->add_option("file", o.estimate.file, "FILE.db, or FILE.csv with a header row")
       ->required();
   add_input(estimating, o.estimate);
+  auto* periods =
+      estimating
+          ->add_option(
+              "--periods", o.estimate.periods,
+              "The response repeats only after so many periods of the excitation, 2 or 3: M, "
+              "or RUN=M for one run of a database")
+          ->delimiter(',')
+          ->expected(1, CLI::detail::expected_max_vector_size)
+          ->allow_extra_args(false);
   estimating
       ->add_option("--starts", o.estimate.starts,
                    "From so many starts spread over the parameters' bounds; tells the minima apart")
@@ -156,7 +165,7 @@ void add_offline(CLI::App& app, Options& o) {
           ->check(CLI::Range(1e-12, 1e-2));
   auto* transient = estimating->add_flag("--transient", o.estimate.transient,
                                          "The record is not periodic: integrate it in time");
-  transient->excludes(accuracy);
+  transient->excludes(accuracy)->excludes(periods);
   estimating
       ->add_option("--initial", o.estimate.initial,
                    "Known initial states, e.g. 0,3: stroke, speed (default: estimated)")

@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "cli/run_over_periods.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/objectives/harmonic_data.hpp"
 #include "record/campaign_database.hpp"
@@ -30,16 +31,8 @@ double cyclic(double t, double frequency) {
 
 // Points in a period when the samples stand at i / n of whole periods, each once; else 0.
 std::size_t points_of_even_grid(const std::vector<double>& t, double frequency) {
-  const double span = (t.back() - t.front()) / static_cast<double>(t.size() - 1) * frequency;
-  const auto n = static_cast<std::size_t>(std::llround(1.0 / span));
-  if (n < kMinPoints || t.size() % n != 0) return 0;
-  for (std::size_t i = 0; i < t.size(); ++i) {
-    const double expected = static_cast<double>(i) / static_cast<double>(n);
-    if (std::abs(t[i] * frequency - expected - std::round(t.front() * frequency)) > kSameTau) {
-      return 0;
-    }
-  }
-  return n;
+  const std::size_t n = points_of_equal_steps(t, frequency);
+  return n > 0 && t.size() % n == 0 ? n : 0;
 }
 
 // The excitation on equal steps: harmonics 1 to 8 by least squares. What they leave over is the
@@ -178,7 +171,81 @@ RunData mean_of(const std::vector<record::CycleRow>& cycles) {
   return run;
 }
 
+Result<void> check_names(const PeriodsOfRuns& periods, const std::vector<record::RunRow>& runs,
+                         const std::string& file) {
+  for (const auto& [name, count] : periods.named) {
+    const auto same = [&name = name](const record::RunRow& row) { return row.name == name; };
+    if (std::none_of(runs.begin(), runs.end(), same))
+      return Error{ErrorKind::invalid,
+                   fmt::format("{}: --periods names a run \"{}\" that there is not", file, name)};
+  }
+  return {};
+}
+
+// Of cycles that are averaged one by one, or of a run that has none to average: it may be since the
+// daemon accepts no cycle of a response that repeats later.
+void doubt_run(const std::vector<record::CycleRow>& cycles, const std::string& name,
+               CampaignData& data) {
+  constexpr std::size_t kLast = 24;  // settled, where the others are not
+  Cycles last = last_succession(cycles);
+  if (last.count() > kLast)
+    last.y.erase(last.y.begin(), last.y.end() - static_cast<std::ptrdiff_t>(kLast * last.points));
+  auto doubt = doubt_of_repetition(last, "run " + name, name);
+  if (doubt.sentence.empty()) return;
+  data.warnings.push_back(std::move(doubt.sentence));
+  data.spoiled = data.spoiled || (doubt.spoils && cycles.front().accepted);
+}
+
+Result<void> add_accepted(const std::vector<record::CycleRow>& cycles, const std::string& place,
+                          bool harmonics, CampaignData& data) {
+  const record::CycleRow& first = cycles.front();
+  for (const record::CycleRow& cycle : cycles) {
+    if (cycle.displacement.size() != first.displacement.size() ||
+        cycle.excitation.size() != first.excitation.size()) {
+      return Error{ErrorKind::invalid,
+                   fmt::format("{}: cycle {} has {} points, cycle {} has {}", place, cycle.index,
+                               cycle.displacement.size(), first.index, first.displacement.size())};
+    }
+  }
+  data.cycles += static_cast<int>(cycles.size());
+  data.runs.push_back(mean_of(cycles));
+  if (!harmonics) return {};
+  std::vector<double> all;
+  for (const record::CycleRow& cycle : cycles)
+    all.insert(all.end(), cycle.displacement.begin(), cycle.displacement.end());
+  return put_harmonics(all, first.displacement.size(), place, data.runs.back());
+}
+
+Result<void> add_run(const std::vector<record::CycleRow>& cycles, const std::string& name,
+                     const std::string& file, int periods, bool harmonics, CampaignData& data) {
+  const std::string place = fmt::format("{}: run {}", file, name);
+  if (periods > 1) {
+    auto run = run_over_periods(cycles, place, name, periods);
+    if (!run) return run.error();
+    data.cycles += static_cast<int>(run->cycles);
+    data.runs.push_back(std::move(run->data));
+    return {};
+  }
+  std::vector<record::CycleRow> accepted(cycles);
+  std::erase_if(accepted, [](const record::CycleRow& cycle) { return !cycle.accepted; });
+  doubt_run(accepted.empty() ? cycles : accepted, name, data);
+  if (accepted.empty()) return {};
+  return add_accepted(accepted, place, harmonics, data);
+}
+
 }  // namespace
+
+std::size_t points_of_equal_steps(const std::vector<double>& t, double frequency_hz) {
+  const double span = (t.back() - t.front()) / static_cast<double>(t.size() - 1) * frequency_hz;
+  const auto n = static_cast<std::size_t>(std::llround(1.0 / span));
+  if (n < kMinPoints) return 0;
+  const double begin = std::round(t.front() * frequency_hz);
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double expected = static_cast<double>(i) / static_cast<double>(n);
+    if (std::abs(t[i] * frequency_hz - expected - begin) > kSameTau) return 0;
+  }
+  return n;
+}
 
 Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
                                const Dwell& dwell) {
@@ -211,54 +278,35 @@ Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
   return run;
 }
 
-Result<RunData> run_from_csv(const std::filesystem::path& file, const Dwell& dwell) {
-  const auto table =
-      read_csv(file, {{"t", "excitation", "displacement"}, {"t", "y"}, {"t", "displacement"}});
-  if (!table) return table.error();
-  return run_from_table(*table, file.string(), dwell);
+Result<CsvTable> read_run_table(const std::filesystem::path& file) {
+  return read_csv(file, {{"t", "excitation", "displacement"}, {"t", "y"}, {"t", "displacement"}});
 }
 
-Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics) {
+Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics,
+                                        const PeriodsOfRuns& periods) {
   const auto reader = record::CampaignReader::open(file);
   if (!reader) return reader.error();
   const auto campaign = reader->campaign();
   if (!campaign) return campaign.error();
   const auto runs = reader->runs();
   if (!runs) return runs.error();
+  if (auto good = check_names(periods, *runs, file.string()); !good) return good.error();
   CampaignData data;
   data.name = campaign->name;
   data.model_json = campaign->model_json;
   for (const record::RunRow& row : *runs) {
-    auto cycles = reader->cycles(row.index);
+    const auto cycles = reader->cycles(row.index);
     if (!cycles) return cycles.error();
-    std::erase_if(*cycles, [](const record::CycleRow& cycle) { return !cycle.accepted; });
-    if (cycles->empty()) continue;
-    const record::CycleRow& first = cycles->front();
-    for (const record::CycleRow& cycle : *cycles) {
-      if (cycle.displacement.size() != first.displacement.size() ||
-          cycle.excitation.size() != first.excitation.size()) {
-        return Error{ErrorKind::invalid,
-                     fmt::format("{}: run {}: cycle {} has {} points, cycle {} has {}",
-                                 file.string(), row.name, cycle.index, cycle.displacement.size(),
-                                 first.index, first.displacement.size())};
-      }
-    }
-    data.cycles += static_cast<int>(cycles->size());
-    data.runs.push_back(mean_of(*cycles));
-    if (!harmonics) continue;
-    std::vector<double> all;
-    for (const record::CycleRow& cycle : *cycles)
-      all.insert(all.end(), cycle.displacement.begin(), cycle.displacement.end());
     if (auto good =
-            put_harmonics(all, first.displacement.size(),
-                          fmt::format("{}: run {}", file.string(), row.name), data.runs.back());
+            add_run(*cycles, row.name, file.string(), periods.of(row.name), harmonics, data);
         !good)
       return good.error();
   }
   if (data.runs.empty()) {
-    return Error{ErrorKind::invalid,
-                 fmt::format("{}: holds no accepted cycle, so there is nothing to estimate from",
-                             file.string())};
+    std::string why = "holds no accepted cycle, so there is nothing to estimate from";
+    for (const std::string& warning : data.warnings)
+      why += "; " + warning;
+    return Error{ErrorKind::invalid, fmt::format("{}: {}", file.string(), why)};
   }
   return data;
 }

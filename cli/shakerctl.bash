@@ -3,6 +3,7 @@ _shakerctl() {
   local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} options
   local commands="status watch run stop estop ack estimate compare response diagnose drop reproduce export check monte-carlo plan"
   case $previous in
+    --periods) mapfile -t COMPREPLY < <(compgen -W "2 3" -- "$word"); return ;;
     --figure) mapfile -t COMPREPLY < <(compgen -W "5 6 7 9 10 11 12 13 14" -- "$word"); return ;;
     --frequency | --amplitude | --seconds | --start | --starts | --seed | --accuracy | --method | --from | --to | --at | --amplitudes) return ;;
     --directory | --out) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
@@ -15,7 +16,7 @@ _shakerctl() {
   case ${COMP_WORDS[1]} in
     status | stop | estop | ack | run) options="--json --socket --help" ;;
     watch) options="--json --socket --seconds --help" ;;
-    estimate) options="--json --model --frequency --amplitude --starts --seed --accuracy --intervals --loss --objective --channels --noise --mass --stagewise --transient --initial --integrator --help" ;;
+    estimate) options="--json --model --frequency --amplitude --periods --starts --seed --accuracy --intervals --loss --objective --channels --noise --mass --stagewise --transient --initial --integrator --help" ;;
     compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
     diagnose) options="--json --model --out --false-alarm-rate --daemon --socket --help" ;;
     drop) options="--json --sink-speed --campaign --model --estimate --lift --mass --duration --samples --identified-speed --identified-stroke --truth --svg --help" ;;

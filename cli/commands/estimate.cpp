@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/over_periods_fit.hpp"
+#include "cli/periods_of_runs.hpp"
 #include "cli/refined_fit.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/optimise/periodic_problem.hpp"
@@ -221,6 +223,30 @@ std::string unit_doubt(const estimator::Model& model, const estimator::RunData& 
       measured, expected, model.length_unit(), model.length_unit(), model.length_unit());
 }
 
+// What does not go with responses over several periods; empty: nothing that was asked for.
+std::string not_over_periods(const EstimateOptions& options) {
+  const auto periods = parse_periods(options.periods);
+  if (!periods || !periods->asked()) return {};
+  if (wants_channels(options)) return "--periods knows the displacement alone";
+  if (options.objective == "harmonics")
+    return "Fourier coefficients are those of one period; leave --periods or --objective harmonics "
+           "out";
+  if (options.starts > 1)
+    return "--starts looks for responses of one period; with --periods the records themselves lead "
+           "to a start: leave --starts out";
+  if (options.intervals == "posterior")
+    return "the posterior of responses over several periods cannot be sampled; choose other "
+           "--intervals";
+  return {};
+}
+
+// What the data say of themselves, before what the fit says of them.
+void add_input(estimator::Estimate& estimate, const EstimationInput& input) {
+  estimate.warnings.insert(estimate.warnings.begin(), input.warnings.begin(), input.warnings.end());
+  if (input.cycles) estimate.cycles = *input.cycles;
+  estimate.usable = estimate.usable && !input.spoiled;
+}
+
 // What was minimised, also where nobody chose.
 std::string objective_name(const EstimateOptions& options, const config::ModelSpec& model) {
   if (!options.objective.empty()) return options.objective;
@@ -230,6 +256,7 @@ std::string objective_name(const EstimateOptions& options, const config::ModelSp
 }  // namespace
 
 int estimate(const Common& common, const EstimateOptions& options) {
+  if (auto why = not_over_periods(options); !why.empty()) return fail(common, kBadInput, why);
   if (wants_channels(options) && options.accuracy > 0.0)
     return fail(common, kBadInput,
                 "--accuracy refines the fit of the displacement alone; leave it or the choice of "
@@ -258,10 +285,15 @@ int estimate(const Common& common, const EstimateOptions& options) {
   if (!how) return fail(common, kBadInput, how.error().what);
   try {
     const estimator::Model model(input->model);
+    if (auto why = cannot_repeat_later(model, input->runs); !why.empty())
+      return fail(common, kBadInput, why);
     std::optional<Search> searched;
     if (options.starts > 1) searched = search(model, input->runs, options);
     RefinedFit fitted(model, input->runs, *how, options.accuracy);
-    const estimator::Fit& fit = fitted.fit(searched ? searched->best : model.start());
+    const std::vector<double> start = searched ? searched->best : model.start();
+    const estimator::Fit& fit = over_periods(input->runs)
+                                    ? fit_over_periods(fitted, model, input->runs, start)
+                                    : fitted.fit(start);
     estimator::Estimator& estimator = fitted.estimator();
     if (fit.status == estimator::FitStatus::no_solution) {
       return fail(common, kNotUsable, fit.trouble);
@@ -271,6 +303,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
       if (auto doubt = unit_doubt(model, input->runs.front()); !doubt.empty())
         estimate.warnings.insert(estimate.warnings.begin(), std::move(doubt));
     }
+    add_input(estimate, *input);
     const auto loss = *estimator::loss_from_name(options.loss);
     if (loss != estimator::Loss::squared)
       replace_by_robust(estimate, fit_robust(model, input->runs, fit.theta, loss, *how), model);

@@ -1,0 +1,197 @@
+#include "cli/repetition.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "estimator/statistics.hpp"
+
+namespace shaker::cli {
+namespace {
+
+constexpr int kLongest = 4;  // that is looked for, as the daemon's gate does
+// Between scatters: cycles that alternate by twice the noise of their difference raise it so far.
+// Weaker alternation changes a mean cycle by its square only, which is less than noise leaves.
+const double kTelling = std::sqrt(3.0);
+constexpr double kNotNoise = 3.0;   // scatter over a white floor: slow wander of a rig reaches 2
+constexpr double kOfMotion = 0.02;  // less than this of the motion is a rig's own wander
+constexpr double kSettles = 2.0;    // scatter of the first half over that of the second
+constexpr double kProbability = 1e-3;
+constexpr double kRounding = 1e-6;  // of the motion: records without noise differ by that much
+constexpr std::size_t kMostHarmonics = 64;
+
+// Each cycle less the mean of those `periods` apart.
+std::vector<double> left_over(const Cycles& cycles, int periods) {
+  const auto p = static_cast<std::size_t>(periods);
+  const std::size_t n = cycles.points, count = cycles.count();
+  std::vector<double> mean(p * n, 0.0), rest(cycles.y);
+  for (std::size_t i = 0; i < count * n; ++i)
+    mean[i % (p * n)] += cycles.y[i];
+  for (std::size_t i = 0; i < count * n; ++i) {
+    const std::size_t of = i % (p * n) / n;
+    rest[i] -= mean[i % (p * n)] / static_cast<double>((count - of + p - 1) / p);
+  }
+  return rest;
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values)
+    sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+// What is as strong in all harmonics of a cycle is noise: the middle one, times their number.
+double white_part(const std::vector<double>& rest, std::size_t n) {
+  const std::size_t last = std::min(kMostHarmonics, (n - 1) / 2);
+  std::vector<double> energy;
+  for (std::size_t h = 1; h <= last; ++h) {
+    double sum = 0.0;
+    for (std::size_t begin = 0; begin + n <= rest.size(); begin += n) {
+      double c = 0.0, s = 0.0;
+      for (std::size_t i = 0; i < n; ++i) {
+        const double angle =
+            2.0 * std::numbers::pi * static_cast<double>(h * i % n) / static_cast<double>(n);
+        c += rest[begin + i] * std::cos(angle);
+        s += rest[begin + i] * std::sin(angle);
+      }
+      sum += c * c + s * s;
+    }
+    energy.push_back(sum / static_cast<double>(rest.size()));  // the variance of white noise
+  }
+  const auto middle = energy.begin() + static_cast<std::ptrdiff_t>(energy.size() / 2);
+  std::nth_element(energy.begin(), middle, energy.end());
+  return std::sqrt(*middle);
+}
+
+double motion(const Cycles& cycles) {
+  double mean = 0.0;
+  for (const double y : cycles.y)
+    mean += y / static_cast<double>(cycles.y.size());
+  double sum = 0.0;
+  for (const double y : cycles.y)
+    sum += (y - mean) * (y - mean);
+  return std::sqrt(sum / static_cast<double>(cycles.y.size()));
+}
+
+Cycles part(const Cycles& cycles, std::size_t first, std::size_t count) {
+  const auto begin = cycles.y.begin() + static_cast<std::ptrdiff_t>(first * cycles.points);
+  return {{begin, begin + static_cast<std::ptrdiff_t>(count * cycles.points)}, cycles.points};
+}
+
+double noticed(const Cycles& cycles, int periods) {
+  return std::max(scatter_after(cycles, periods), kRounding * motion(cycles));
+}
+
+// The fewest periods after which it repeats as well as after any number.
+int best_period(const Cycles& cycles) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int p = 1; p <= kLongest; ++p)
+    least = std::min(least, noticed(cycles, p));
+  for (int p = 1; p < kLongest; ++p) {
+    if (noticed(cycles, p) <= kTelling * least) return p;
+  }
+  return kLongest;
+}
+
+// Probability that noise alone makes the cycles of a group as different as they are.
+double chance_of_difference(const Cycles& cycles, int periods) {
+  const auto n = static_cast<double>(cycles.points), count = static_cast<double>(cycles.count());
+  const double all = noticed(cycles, 1), own = noticed(cycles, periods);
+  const double within = n * (count - periods), between = n * (periods - 1);
+  if (!(own > 0.0)) return 1.0;
+  const double f = (all * all * n * (count - 1.0) - own * own * within) / between / (own * own);
+  return estimator::fisher_f_above(std::max(f, 0.0), between, within);
+}
+
+std::string remedy(int periods, const std::string& run) {
+  if (periods > kMostPeriods)
+    return fmt::format("no more than {} periods can be fitted", kMostPeriods);
+  if (run.empty() && periods == 1) return "leave --periods out";
+  return fmt::format("say --periods {}{}", run.empty() ? "" : run + "=", periods);
+}
+
+std::string no_repetition(const Cycles& cycles, int periods, double noise) {
+  const std::size_t half = cycles.count() / 2;
+  const auto two = static_cast<std::size_t>(2 * periods);
+  const double scatter = noticed(cycles, periods);
+  const std::string how = fmt::format(
+      "it does not repeat after {} periods: cycles so far apart differ by {:.3g}, {:.0f} "
+      "times the noise",
+      periods, scatter * std::numbers::sqrt2, scatter / noise);
+  if (half >= two && noticed(part(cycles, 0, half), periods) >
+                         kSettles * noticed(part(cycles, cycles.count() - half, half), periods))
+    return how + "; it still settles: leave its first cycles out";
+  return how + fmt::format(
+                   "; nor does it after 1 to {} others. What never repeats can be followed "
+                   "in time, a piece of it, with --transient",
+                   kLongest);
+}
+
+}  // namespace
+
+double scatter_after(const Cycles& cycles, int periods) {
+  const auto p = static_cast<std::size_t>(periods);
+  const std::size_t count = cycles.count();
+  if (count < 2 * p) return std::numeric_limits<double>::infinity();
+  const auto all = static_cast<double>(count);
+  return root_mean_square(left_over(cycles, periods)) * std::sqrt(all / (all - periods));
+}
+
+Result<void> check_repetition(const Cycles& cycles, int periods, const std::string& place,
+                              const std::string& run) {
+  const auto bad = [&](const std::string& why) {
+    return Error{ErrorKind::invalid, fmt::format("{}: {}", place, why)};
+  };
+  const std::size_t count = cycles.count();
+  if (count < 2 * static_cast<std::size_t>(periods))
+    return bad(
+        fmt::format("{} whole cycle{}; with --periods {} at least {} are needed, so that it "
+                    "can be seen to repeat",
+                    count, count == 1 ? "" : "s", periods, 2 * periods));
+  const double scatter = noticed(cycles, periods);
+  const int best = best_period(cycles);
+  if (best != periods && kTelling * noticed(cycles, best) < scatter)
+    return bad(fmt::format(
+        "it does not repeat after {} periods but after {}: cycles {} apart differ {:.1f} times as "
+        "much as cycles {} apart; {}",
+        periods, best, periods, scatter / noticed(cycles, best), best, remedy(best, run)));
+  const double noise = white_part(left_over(cycles, periods), cycles.points);
+  if (scatter > kNotNoise * noise && scatter > kOfMotion * motion(cycles))
+    return bad(no_repetition(cycles, periods, noise));
+  if (chance_of_difference(cycles, periods) > kProbability)
+    return bad(
+        fmt::format("it repeats after every period: cycles next to each other do not differ "
+                    "by more than noise; {}",
+                    remedy(1, run)));
+  return {};
+}
+
+RepetitionDoubt doubt_of_repetition(const Cycles& cycles, const std::string& place,
+                                    const std::string& run) {
+  if (cycles.count() < 4 || cycles.points < 8) return {};
+  const int best = best_period(cycles);
+  const double scatter = noticed(cycles, best);
+  if (best == 1 || chance_of_difference(cycles, best) > kProbability) return {};
+  const double all = noticed(cycles, 1);
+  // Of two cycles next to each other, over that of two that should be alike.
+  const double between = std::max(0.0, all * all - scatter * scatter) * best / (best - 1.0);
+  const double difference = std::sqrt(between) / scatter;
+  const std::string how =
+      best == 2 ? fmt::format(
+                      "its cycles alternate: odd and even ones differ by {:.0f} times the "
+                      "noise",
+                      difference)
+                : fmt::format(
+                      "its cycles repeat only after {} periods of the excitation: those in "
+                      "between differ by {:.0f} times the noise",
+                      best, difference);
+  return {fmt::format("{}: {}, so that their mean is no motion of the damper; {}", place, how,
+                      remedy(best, run)),
+          std::sqrt(between) > kOfMotion * motion(cycles)};
+}
+
+}  // namespace shaker::cli
