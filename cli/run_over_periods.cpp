@@ -8,6 +8,8 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "cli/excitation_phase.hpp"
+
 namespace shaker::cli {
 namespace {
 
@@ -21,6 +23,8 @@ constexpr double kHarmonicsOfGap = 0.4;   // largest gap between phases: 0.5 wer
 constexpr Eigen::Index kBlock = 256;      // rows of normal equations at once
 constexpr std::size_t kFewestGroups = 4;  // that tell what is steady
 constexpr double kUnsteady = 1.5;         // of the noise, as the daemon's gate
+constexpr double kDrift = 2e-3;           // of a period: an oleo's noise of some 0.1 mm hides less
+constexpr double kDriftErrors = 5.0;      // standard errors of it
 
 // The mean of whole groups of n points each, and their scatter about it.
 void average(const std::vector<double>& y, std::size_t n, RunData& run) {
@@ -140,6 +144,20 @@ Result<void> average_anywhere(const CsvTable& table, const std::string& origin, 
   return {};
 }
 
+// Groups are to begin in the same phase of the excitation, all along the record.
+Result<void> check_phase(const CsvTable& table, const std::string& origin, double frequency_hz) {
+  if (!table.columns.contains("excitation")) return {};
+  const PhaseDrift drift =
+      phase_drift(table.columns.at("t"), table.columns.at("excitation"), frequency_hz);
+  if (std::fabs(drift.turns) < std::max(kDrift, kDriftErrors * drift.error)) return {};
+  return Error{
+      ErrorKind::invalid,
+      fmt::format("{}: the excitation drifts by {:.3f} of a period against {:g} Hz over the "
+                  "record, so that cycles cut by that are not alike: its frequency is "
+                  "{:.7g} Hz; give that with --frequency",
+                  origin, drift.turns, frequency_hz, drift.frequency_hz)};
+}
+
 // Steady from the group on that differs from those after it by no more than noise.
 std::size_t first_steady(const Cycles& groups) {
   const std::size_t n = groups.points, count = groups.count();
@@ -222,6 +240,7 @@ Result<RunOverPeriods> run_over_periods(const CsvTable& table, const std::string
                  fmt::format("{}: fewer than {:.0f} samples in a period do not show a response "
                              "over {} of them",
                              origin, kFewestInPeriod, periods)};
+  if (auto good = check_phase(table, origin, dwell.frequency_hz); !good) return good.error();
   if (auto good = check_repetition(cycles, periods, origin); !good) return good.error();
   RunOverPeriods out;
   RunData& run = out.data;

@@ -154,6 +154,20 @@ class Periods(Records):
         self.assertIn("it still settles: leave its first cycles out",
                       self.estimate("oleo_two", settling, "--periods", 2).stderr)
 
+    def test_a_frequency_that_is_a_little_off_is_said_with_the_right_one(self):
+        """Groups are locked to the excitation: they must not slide along it."""
+        known, at, noise = KNOWN["oleo_two"], stroke_at("oleo_two"), random.Random(6)
+        for f, off in ((4.0, False), (4.002, True)):
+            taus = [i / 733 * f for i in range(733 * 10)]
+            rows = [(i / 733, 40 * math.cos(2 * math.pi * tau) + 0.3 + noise.gauss(0, 1.0),
+                     at(tau / 2) + noise.gauss(0, NOISE)) for i, tau in enumerate(taus)]
+            result = self.estimate("oleo_two", self.record(rows, "t,excitation,displacement"), "--periods", 2,
+                                   excited=False)
+            self.assertEqual(result.returncode, 2 if off else 0, result.stderr)
+            if off:
+                self.assertRegex(result.stderr, r"drifts by 0\.0\d+ of a period against 4 Hz .* its frequency is "
+                                                r"4\.00[12]\d* Hz; give that with --frequency")
+
     def test_bad_input_is_2_in_a_sentence(self):
         file = self.record(repeated("oleo_two", 3))
         for word in ("0", "4", "-1", "2.5", "two", "r01=9", "=2"):
