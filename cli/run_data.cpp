@@ -184,16 +184,18 @@ Result<void> check_names(const PeriodsOfRuns& periods, const std::vector<record:
 
 // Of cycles that are averaged one by one, or of a run that has none to average: it may be since the
 // daemon accepts no cycle of a response that repeats later.
-void doubt_run(const std::vector<record::CycleRow>& cycles, const std::string& name,
+void doubt_run(const std::vector<record::CycleRow>& cycles, const std::string& name, bool accepted,
                CampaignData& data) {
   constexpr std::size_t kLast = 24;  // settled, where the others are not
   Cycles last = last_succession(cycles);
   if (last.count() > kLast)
     last.y.erase(last.y.begin(), last.y.end() - static_cast<std::ptrdiff_t>(kLast * last.points));
-  auto doubt = doubt_of_repetition(last, "run " + name, name);
+  const std::string place =
+      "run " + name + (accepted ? "" : ", of which no cycle was accepted and none is used");
+  auto doubt = doubt_of_repetition(last, place, name);
   if (doubt.sentence.empty()) return;
   data.warnings.push_back(std::move(doubt.sentence));
-  data.spoiled = data.spoiled || (doubt.spoils && cycles.front().accepted);
+  data.spoiled = data.spoiled || (doubt.spoils && accepted);
 }
 
 Result<void> add_accepted(const std::vector<record::CycleRow>& cycles, const std::string& place,
@@ -228,7 +230,7 @@ Result<void> add_run(const std::vector<record::CycleRow>& cycles, const std::str
   }
   std::vector<record::CycleRow> accepted(cycles);
   std::erase_if(accepted, [](const record::CycleRow& cycle) { return !cycle.accepted; });
-  doubt_run(accepted.empty() ? cycles : accepted, name, data);
+  doubt_run(accepted.empty() ? cycles : accepted, name, !accepted.empty(), data);
   if (accepted.empty()) return {};
   return add_accepted(accepted, place, harmonics, data);
 }

@@ -1,5 +1,5 @@
-"""shakerctl estimate --periods: responses that repeat only after two or three periods of the excitation. The strokes are
-those of tests/data/multi_period (extrapolated midpoint steps and shooting in plain Python); the noise is made here."""
+"""shakerctl estimate --periods: responses that repeat only after two or three periods of the excitation. The strokes
+are those of tests/data/multi_period (extrapolated midpoint steps and shooting in plain Python); the noise is made here."""
 import cmath
 import json
 import math
@@ -145,7 +145,8 @@ class Periods(Records):
         wrong = self.estimate("oleo_two", one, "--periods", 2)
         self.assertEqual(wrong.returncode, 2)
         self.assertRegex(wrong.stderr, "repeats after every period.*leave --periods out")
-        torus = self.record([(t, y + 0.01 * math.cos(2 * math.pi * 0.618 * 4 * t)) for t, y in repeated("oleo_two", 40)])
+        torus = self.record([(t, y + 0.01 * math.cos(2 * math.pi * 0.618 * 4 * t))
+                             for t, y in repeated("oleo_two", 40)])
         wrong = self.estimate("oleo_two", torus, "--periods", 2)
         self.assertEqual(wrong.returncode, 2)
         self.assertRegex(wrong.stderr, r"does not repeat after 2 periods: cycles so far apart differ by 0\.0\d+, \d+ "
@@ -243,21 +244,25 @@ class OfDatabases(Records):
         file = self.database([self.cycles(20, seed=1), self.cycles(20, seed=2)])
         self.assert_truth("oleo_two", run("estimate", file, "--periods", 2, "--json"), 40)
         self.assert_truth("oleo_two", run("estimate", file, "--periods", "r01=2,r02=2", "--json"), 40)
+        self.assert_truth("oleo_two", run("estimate", file, "--periods", "3,r01=2", "--periods", "r02=2", "--json"), 40)
         one = run("estimate", file, "--periods", "r02=2", "--json")
         document = self.assert_truth("oleo_two", one, 20)
-        self.assertRegex(" ".join(document["warnings"]), r"run r01: its cycles alternate: .* say --periods r01=2")
+        self.assertRegex(" ".join(document["warnings"]), r"run r01, of which no cycle was accepted and none is "
+                         r"used: its cycles alternate: .* say --periods r01=2")
         missing = run("estimate", file, "--periods", "r07=2")
         self.assertEqual(missing.returncode, 2)
         self.assertIn('--periods names a run "r07" that there is not', missing.stderr)
         wrong = run("estimate", file, "--periods", "r01=3,r02=2")
         self.assertEqual(wrong.returncode, 2)
-        self.assertRegex(wrong.stderr, r"run r01: it does not repeat after 3 periods but after 2: .* say --periods r01=2")
+        self.assertRegex(wrong.stderr,
+                         r"run r01: it does not repeat after 3 periods but after 2: .* say --periods r01=2")
 
     def test_a_run_of_which_nothing_was_accepted_says_why(self):
         result = run("estimate", self.database([self.cycles(40, settling=0.03)]))
         self.assertEqual(result.returncode, 2)
-        self.assertRegex(result.stderr, r"holds no accepted cycle, so there is nothing to estimate from; run r01: its "
-                                        r"cycles alternate: .* say --periods r01=2")
+        self.assertRegex(result.stderr, r"holds no accepted cycle, so there is nothing to estimate from; run r01, of "
+                                        r"which no cycle was accepted and none is used: its cycles alternate: .* say "
+                                        r"--periods r01=2")
 
 
 if __name__ == "__main__":
