@@ -97,14 +97,21 @@ int best_period(const Cycles& cycles) {
   return kLongest;
 }
 
-// Probability that noise alone makes the cycles of a group as different as they are.
-double chance_of_difference(const Cycles& cycles, int periods) {
-  const auto n = static_cast<double>(cycles.points), count = static_cast<double>(cycles.count());
-  const double all = noticed(cycles, 1), own = noticed(cycles, periods);
-  const double within = n * (count - periods), between = n * (periods - 1);
-  if (!(own > 0.0)) return 1.0;
-  const double f = (all * all * n * (count - 1.0) - own * own * within) / between / (own * own);
-  return estimator::fisher_f_above(std::max(f, 0.0), between, within);
+// Probability that noise alone makes cycles `from` periods apart differ by so much more than those
+// `to` apart; `numbers` in a cycle are independent.
+double chance_of_gain(const Cycles& cycles, int from, int to, double numbers) {
+  const auto count = static_cast<double>(cycles.count());
+  const double wide = noticed(cycles, from), close = noticed(cycles, to);
+  const double within = count - to, between = to - from;
+  const double gained = wide * wide * (count - from) - close * close * within;
+  return estimator::fisher_f_above(std::max(gained, 0.0) / between / (close * close),
+                                   numbers * between, numbers * within);
+}
+
+// The same where a cycle counts as one number: so much does noise wander that knows no periods.
+bool gains(const Cycles& cycles, int from, int to) {
+  const int part = to % from == 0 ? from : 1;
+  return to > part && chance_of_gain(cycles, part, to, 1.0) < kProbability;
 }
 
 std::string remedy(int periods, const std::string& run) {
@@ -154,7 +161,7 @@ Result<void> check_repetition(const Cycles& cycles, int periods, const std::stri
                     count, count == 1 ? "" : "s", periods, 2 * periods));
   const double scatter = noticed(cycles, periods);
   const int best = best_period(cycles);
-  if (best != periods && kTelling * noticed(cycles, best) < scatter)
+  if (kTelling * noticed(cycles, best) < scatter && gains(cycles, periods, best))
     return bad(fmt::format(
         "it does not repeat after {} periods but after {}: cycles {} apart differ {:.1f} times as "
         "much as cycles {} apart; {}",
@@ -162,7 +169,7 @@ Result<void> check_repetition(const Cycles& cycles, int periods, const std::stri
   const double noise = white_part(left_over(cycles, periods), cycles.points);
   if (scatter > kNotNoise * noise && scatter > kOfMotion * motion(cycles))
     return bad(no_repetition(cycles, periods, noise));
-  if (chance_of_difference(cycles, periods) > kProbability)
+  if (chance_of_gain(cycles, 1, periods, static_cast<double>(cycles.points)) > kProbability)
     return bad(
         fmt::format("it repeats after every period: cycles next to each other do not differ "
                     "by more than noise; {}",
@@ -175,7 +182,7 @@ RepetitionDoubt doubt_of_repetition(const Cycles& cycles, const std::string& pla
   if (cycles.count() < 4 || cycles.points < 8) return {};
   const int best = best_period(cycles);
   const double scatter = noticed(cycles, best);
-  if (best == 1 || chance_of_difference(cycles, best) > kProbability) return {};
+  if (!gains(cycles, 1, best)) return {};
   const double all = noticed(cycles, 1);
   // Of two cycles next to each other, over that of two that should be alike.
   const double between = std::max(0.0, all * all - scatter * scatter) * best / (best - 1.0);

@@ -45,6 +45,25 @@ TEST(Repetition, NoNoiseIsTakenForASubharmonic) {
   EXPECT_EQ(doubt_of_repetition(motion(20, 1, 0.0, 0.0, 1), "f").sentence, "");
 }
 
+// An offset that is another in each cycle: a cycle is then one number, and few of them may
+// alternate.
+TEST(Repetition, AWanderIsSeldomTakenForASubharmonic) {
+  int doubted = 0;
+  constexpr int kRecords = 4000;
+  for (unsigned seed = 0; seed < kRecords; ++seed) {
+    Cycles cycles = motion(4 + static_cast<int>(seed % 12), 1, 0.0, 1e-3, seed);
+    std::mt19937 random(seed + 77);
+    std::normal_distribution<double> offset(0.0, 0.03);
+    for (std::size_t c = 0; c < cycles.count(); ++c) {
+      const double moved = offset(random);
+      for (std::size_t i = 0; i < kPoints; ++i)
+        cycles.y[c * kPoints + i] += moved;
+    }
+    doubted += doubt_of_repetition(cycles, "f").sentence.empty() ? 0 : 1;
+  }
+  EXPECT_LE(doubted, 3 * kRecords / 1000);  // one in a thousand for each of 2, 3 and 4 periods
+}
+
 TEST(Repetition, SubharmonicsAreNamedWithTheirPeriodAndTheirSize) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     // Odd and even means differ by twice the subharmonic, root mean square 0.1 sqrt 2.
