@@ -14,6 +14,7 @@ namespace shaker::estimator::discrepancy {
 namespace {
 
 constexpr double kBetterGuide = 0.1;  // of chi-squared, that the best leaves at most
+constexpr double kHopeless = 100.0;   // of chi-squared a datum: other errors alone do not mend that
 constexpr double kNearNoise = 3.0;    // root mean square of what is left, over the noise's
 
 const Hypothesis* admissible_best(const Naming& found) {
@@ -37,7 +38,9 @@ const Hypothesis* guide_of(const Naming& searched) {
   if (searched.adequate || searched.explained) return nullptr;
   const Hypothesis* best = admissible_best(searched);
   if (best == nullptr) return nullptr;
-  return best->fit->chi_squared < kBetterGuide * searched.base.fit->chi_squared ? best : nullptr;
+  const bool hopeless = best->fit->chi_squared > kHopeless * best->fit->observations;
+  const bool better = best->fit->chi_squared < kBetterGuide * searched.base.fit->chi_squared;
+  return better && !hopeless ? best : nullptr;
 }
 
 const Hypothesis* guide_near_noise(const Naming& by_gap, const std::vector<RunDatum>& data) {
