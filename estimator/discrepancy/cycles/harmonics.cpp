@@ -25,9 +25,13 @@ Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
   Eigen::MatrixXd table(points, harmonic_size(harmonics));
   table.col(0).setOnes();
   for (Eigen::Index h = 1; h <= harmonics; ++h) {
+    Eigen::Index turned = 0;  // h i, modulo points
     for (Eigen::Index i = 0; i < points; ++i) {
-      table(i, 2 * h - 1) = cosine[h * i % points];
-      table(i, 2 * h) = sine[h * i % points];
+      table(i, 2 * h - 1) = cosine[turned];
+      table(i, 2 * h) = sine[turned];
+      turned += h;
+      while (turned >= points)
+        turned -= points;
     }
   }
   return table;
