@@ -174,7 +174,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   };
   const config::ModelSpec spec = base.spec;
   const std::vector<double> theta = base.theta;
-  const Naming first = name_effects(std::move(base), data, catalogue, naming, named(0.2, 0.6));
+  Naming first = name_effects(std::move(base), data, catalogue, naming, named(0.2, 0.6));
   if (const auto coloured = nothing_but_colour(first, data, catalogue, naming))
     return said_of_colour(*coloured, runs, catalogue);
   if (const auto coloured =
@@ -192,6 +192,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (const auto softened = with_model_error(first, data)) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
     if (again.trouble.empty()) {
+      first.hypotheses.clear();  // with their solutions: they take memory
       NamingOptions by_gap = naming;
       by_gap.simple_first = true;
       Naming second = name_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));

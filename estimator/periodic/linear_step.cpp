@@ -84,6 +84,7 @@ bool PeriodicSystem::solve_banded() {
 bool PeriodicSystem::factorise_banded() {
   const double f1 = frequency_ * n_;
   const int reach = stencil_.reach;
+  if (!banded_) banded_ = std::make_unique<CyclicBandedLu>(n_, s_, reach);
   banded_->clear();
   for (int i = 0; i < n_; ++i) {
     for (int d = 0; d < s_; ++d) {

@@ -117,6 +117,7 @@ class PeriodicSystem {
   // Factorises dg/dz; false when singular. Then solves for `width` right-hand sides in place, row
   // point * coordinates + equation, rows right after each other.
   bool factorise();
+  // Precondition: the last call on this object that solved anything was factorise().
   void solve_factorised(std::span<double> rows, int width);
 
   // Response of the last linearised state to the excitation's harmonics 1 to `harmonics`, per unit
@@ -124,6 +125,10 @@ class PeriodicSystem {
   // (cos 1, sin 1, cos 2, ...). Factorises anew, for the few times when it is wanted; false when
   // singular. Allocates.
   bool excitation_response(int harmonics, std::vector<double>& out);
+
+  // Gives back the memory of the factorisation, a third of all, of a solution that is only kept;
+  // the next solve takes it again (and so allocates).
+  void rest() { banded_.reset(); }
 
   // --- whole solutions
   // From static equilibrium through amplitude continuation: needs no start.

@@ -230,6 +230,8 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
   } else if (!fit.converged) {
     fit.trouble = fmt::format("{}: the fit did not settle in {} steps", spec.name, fit.iterations);
   }
+  for (Prediction& prediction : fit.predictions)
+    prediction.rest();
   return fit;
 }
 

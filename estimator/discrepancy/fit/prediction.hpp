@@ -42,6 +42,11 @@ class Prediction {
   // Begins from another model's solution of the same run: as far as coordinates are shared.
   void start_from(const Prediction& other);
 
+  // Keeps the solution, and gives back what only solving needs.
+  void rest() {
+    if (response_) response_->rest();
+  }
+
   const Model& model() const { return *model_; }
   int points() const { return points_; }
   const PeriodicSystem* response() const { return response_.get(); }  // null for imposed motion
