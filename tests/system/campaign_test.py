@@ -78,10 +78,10 @@ class Campaign(unittest.TestCase):
         self.assertEqual(rest, same[:len(rest)])
 
     def test_everything_seen_is_in_the_database(self):
+        status = self.daemon.campaign_status()
         [file] = self.daemon.databases()
         with sqlite3.connect(file) as database:
             kept = {line for (line,) in database.execute("SELECT line FROM document")}
-            status, = database.execute("SELECT status FROM campaign").fetchone()
             cycles, = database.execute("SELECT count(*) FROM cycle WHERE accepted").fetchone()
             samples, = database.execute("SELECT sum(count) FROM sample").fetchone()
         for raw, line in zip(self.client.raw, self.client.lines):

@@ -6,6 +6,7 @@ import pathlib
 import shutil
 import signal
 import socket
+import sqlite3
 import subprocess
 import tempfile
 import time
@@ -201,3 +202,14 @@ class Daemon:
 
     def databases(self):
         return sorted(self.data.glob("*.db"))
+
+    def campaign_status(self):
+        """Of the only campaign: the recorder closes its file a moment after the last document."""
+        [file] = self.databases()
+        end = time.monotonic() + 10
+        while True:
+            with contextlib.closing(sqlite3.connect(file)) as database:
+                status, = database.execute("SELECT status FROM campaign").fetchone()
+            if status != "running" or time.monotonic() > end:
+                return status
+            time.sleep(0.05)

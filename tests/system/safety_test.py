@@ -1,7 +1,5 @@
 """Motion ends: when anyone says so, and when nobody is in control."""
-import contextlib
 import signal
-import sqlite3
 import time
 import unittest
 
@@ -21,17 +19,6 @@ class Safety(unittest.TestCase):
     def until_still(self, client, *states):
         return client.until_state(*states, start=self.mark, timeout=30)
 
-    def status_in_database(self):
-        """The recorder closes the file a moment after the last document."""
-        [file] = self.daemon.databases()
-        end = time.monotonic() + 5
-        while True:
-            with contextlib.closing(sqlite3.connect(file)) as database:
-                status, = database.execute("SELECT status FROM campaign").fetchone()
-            if status != "running" or time.monotonic() > end:
-                return status
-            time.sleep(0.05)
-
     def assert_aborted(self, client):
         stop = client.until(lambda line: line.get("type") == "run_stop", 10)
         self.assertEqual(stop["status"], "abort")
@@ -44,7 +31,7 @@ class Safety(unittest.TestCase):
         self.until_still(self.other, "RAMP_DOWN")
         self.until_still(self.other, "IDLE")
         self.assert_aborted(self.other)
-        self.assertEqual(self.status_in_database(), "abort")
+        self.assertEqual(self.daemon.campaign_status(), "abort")
 
     def test_an_emergency_stop_latches_until_it_is_acknowledged(self):
         self.other.read()
@@ -83,7 +70,7 @@ class Safety(unittest.TestCase):
         self.daemon.process.send_signal(ending)
         self.until_still(self.other, "RAMP_DOWN")
         self.assertEqual(self.daemon.process.wait(20), 0)
-        self.assertEqual(self.status_in_database(), "abort")
+        self.assertEqual(self.daemon.campaign_status(), "abort")
 
 
 if __name__ == "__main__":
