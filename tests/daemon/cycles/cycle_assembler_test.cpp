@@ -143,7 +143,7 @@ double phase_of(const std::vector<double>& points) {
 }
 
 // A device's clock that is followed by its answers wanders so when the rig's PC is busy. A line
-// through the phases of 32 cycles comes too late for that, by 1e-3 rad.
+// through the phases of 32 cycles comes too late for that, by up to 6e-4 rad.
 TEST_F(CycleAssemblerTest, AClockThatWandersLeavesTheStrokeInPhaseWithItsExcitation) {
   const auto e = assemble(oleo(), {.drift_s = 1e-4}, 60);
   ASSERT_GE(e.cycles.size(), 58u);
