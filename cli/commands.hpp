@@ -42,7 +42,7 @@ struct EstimateOptions : InputOptions {
   std::vector<double> noise;   // standard deviation of each channel, where it is known
   std::optional<double> mass;  // on the load cell, kg
   bool stagewise = false;
-  bool unbiased = false;  // the bias of second order taken off
+  std::string bias = "auto";  // of second order: auto, off, always
 };
 struct CompareOptions : InputOptions {
   int figure = 0;                    // of the paper, instead of a file
@@ -84,7 +84,8 @@ struct MonteCarloCommand {
   std::vector<double> frequencies_hz, amplitudes;
   int points = 40, cycles = 1;
   double noise = 0.0;
-  bool uniform = false, profile = false, unbiased = false;
+  bool uniform = false, profile = false;
+  std::string bias = "auto";  // as of an estimate
   long replications = 10000;
   unsigned threads = 0;
   std::uint64_t seed = 1;

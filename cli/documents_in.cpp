@@ -40,6 +40,7 @@ protocol::ParameterEntry parameter_from(const Json& json) {
     entry.lower = interval[0].get<double>();
     entry.upper = interval[1].get<double>();
   }
+  if (const double bias = number_or_nan(json, "bias"); std::isfinite(bias)) entry.bias = bias;
   entry.fixed = flag_of(json, "fixed");
   entry.at_bound = flag_of(json, "at_bound");
   entry.determined = flag_of(json, "determined");

@@ -4,6 +4,11 @@ _shakerctl() {
   local commands="status watch run stop estop ack estimate compare response diagnose drop reproduce export check monte-carlo plan"
   case $previous in
     --periods) mapfile -t COMPREPLY < <(compgen -W "2 3" -- "$word"); return ;;
+    --bias)  # of `reproduce` it is a flag
+      if [[ ${COMP_WORDS[1]} != reproduce ]]; then
+        mapfile -t COMPREPLY < <(compgen -W "auto off always" -- "$word")
+        return
+      fi ;;
     --figure) mapfile -t COMPREPLY < <(compgen -W "5 6 7 9 10 11 12 13 14" -- "$word"); return ;;
     --frequency | --amplitude | --seconds | --start | --starts | --seed | --accuracy | --method | --from | --to | --at | --amplitudes) return ;;
     --directory | --out) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
@@ -16,7 +21,7 @@ _shakerctl() {
   case ${COMP_WORDS[1]} in
     status | stop | estop | ack | run) options="--json --socket --help" ;;
     watch) options="--json --socket --seconds --help" ;;
-    estimate) options="--json --model --frequency --amplitude --periods --starts --seed --accuracy --intervals --loss --objective --channels --noise --mass --stagewise --transient --initial --integrator --help" ;;
+    estimate) options="--json --model --frequency --amplitude --periods --starts --seed --accuracy --intervals --loss --bias --objective --channels --noise --mass --stagewise --transient --initial --integrator --help" ;;
     compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
     diagnose) options="--json --model --out --false-alarm-rate --daemon --socket --help" ;;
     drop) options="--json --sink-speed --campaign --model --estimate --lift --mass --duration --samples --identified-speed --identified-stroke --truth --svg --help" ;;
@@ -25,7 +30,7 @@ _shakerctl() {
     export) options="--json --directory --samples --all --help" ;;
     monte-carlo)
       options="--json --figure --frequency --amplitude --noise --uniform --points --cycles
-        --replications --seed --threads --profile --help" ;;
+        --replications --seed --threads --profile --bias --help" ;;
     plan)
       options="--json --rig --frequencies --amplitudes --runs --noise --points --cycles --threads
         --draw --help" ;;

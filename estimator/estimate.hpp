@@ -22,6 +22,8 @@ struct ParameterEstimate {
   bool fixed = false;
   bool at_bound = false;
   bool determined = true;  // false: the data do not fix it; see Estimate::warnings
+  // That was taken off the optimum to give `value` (worth/second_order.hpp); 0: it is the optimum.
+  double bias = 0.0;
 };
 
 // A parameter that changed while a run was measured (online/change_detector.hpp).

@@ -118,6 +118,7 @@ void fill(Filler& out, const CycleDocument& d) {
 void fill(Filler& out, const ParameterEntry& p) {
   out.name("name", p.name).name("effect", p.effect).name("unit", p.unit);
   out.number("value", p.value).number("standard_error", p.standard_error);
+  if (p.bias) out.number("bias", *p.bias);
   if (std::isfinite(p.lower) && std::isfinite(p.upper)) {
     out.put("interval", Json::array({p.lower, p.upper}));
   } else {

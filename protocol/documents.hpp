@@ -61,6 +61,7 @@ struct ParameterEntry {
   std::string name, effect, unit;
   double value = 0.0, standard_error = 0.0, lower = 0.0, upper = 0.0;
   bool fixed = false, at_bound = false, determined = true;
+  std::optional<double> bias = std::nullopt;  // taken off the optimum to give `value`
 };
 
 struct EstimateDocument {

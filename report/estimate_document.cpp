@@ -39,6 +39,7 @@ protocol::EstimateDocument to_document(const estimator::Estimate& estimate) {
     to.standard_error = from.standard_error;
     to.lower = from.lower;
     to.upper = from.upper;
+    if (from.bias != 0.0) to.bias = from.bias;
     to.fixed = from.fixed;
     to.at_bound = from.at_bound;
     to.determined = from.determined;

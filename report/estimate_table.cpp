@@ -1,5 +1,6 @@
 #include "report/estimate_table.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -19,6 +20,17 @@ std::string or_dash(double value) {
   return std::isfinite(value) ? fmt::format("{:.3g}", value) : "-";
 }
 
+// "bias taken off: at most 0.11 standard errors"; empty where the values are the optimum.
+std::string bias_line(const protocol::EstimateDocument& d) {
+  double largest = 0.0;
+  for (const protocol::ParameterEntry& p : d.parameters) {
+    if (p.bias && p.standard_error > 0.0)
+      largest = std::max(largest, std::fabs(*p.bias) / p.standard_error);
+  }
+  if (largest == 0.0) return {};
+  return fmt::format("bias taken off: at most {:.2g} standard errors\n", largest);
+}
+
 std::string figures(const protocol::EstimateDocument& d) {
   std::string text = fmt::format(
       "noise {}   condition {}   {} observations, {} degrees of freedom   {} cycle{} of {} "
@@ -29,6 +41,7 @@ std::string figures(const protocol::EstimateDocument& d) {
   if (d.gap && d.noise_floor)
     text += fmt::format("gap to the mean cycles {:.3g}   noise explains {:.2g}\n", *d.gap,
                         *d.noise_floor);
+  text += bias_line(d);
   if (d.usable) {
     text += "usable\n";
   } else {

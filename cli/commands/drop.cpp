@@ -15,6 +15,7 @@
 #include "cli/run_data.hpp"
 #include "config/model.hpp"
 #include "estimator/estimation.hpp"
+#include "estimator/worth/second_order.hpp"
 #include "report/estimate_document.hpp"
 #include "report/plot/plot.hpp"
 #include "report/text_table.hpp"
@@ -87,7 +88,7 @@ Result<Identified> from_campaign(const DropOptions& options) {
   const auto& fit = fitted.fit(model.start());
   if (fit.status == estimator::FitStatus::no_solution)
     return Error{ErrorKind::not_converged, fit.trouble};
-  out.estimate = report::to_document(fitted.describe());
+  out.estimate = report::to_document(estimator::published(fitted, model));
   find_range(model, fitted, out);
   return out;
 }

@@ -247,6 +247,16 @@ void add_input(estimator::Estimate& estimate, const EstimationInput& input) {
   estimate.usable = estimate.usable && !input.spoiled;
 }
 
+// Losses and intervals that know themselves what the model's bend does.
+bool follows_the_bend(const EstimateOptions& options) {
+  return options.loss != "squared" || options.intervals != "linear";
+}
+
+estimator::Bias bias_rule(const EstimateOptions& options) {
+  return follows_the_bend(options) ? estimator::Bias::off
+                                   : *estimator::bias_from_name(options.bias);
+}
+
 // What was minimised, also where nobody chose.
 std::string objective_name(const EstimateOptions& options, const config::ModelSpec& model) {
   if (!options.objective.empty()) return options.objective;
@@ -261,8 +271,8 @@ int estimate(const Common& common, const EstimateOptions& options) {
     return fail(common, kBadInput,
                 "--accuracy refines the fit of the displacement alone; leave it or the choice of "
                 "channels out");
-  if (wants_channels(options) && options.unbiased)
-    return fail(common, kBadInput, "--unbiased knows the displacement alone");
+  if (wants_channels(options) && options.bias == "always")
+    return fail(common, kBadInput, "--bias always knows the displacement alone");
   if (wants_channels(options)) return estimate_channels(common, options);
   if (options.loss != "squared" && options.intervals != "linear") {
     return fail(common, kBadInput,
@@ -270,10 +280,10 @@ int estimate(const Common& common, const EstimateOptions& options) {
                             "out",
                             options.intervals));
   }
-  if (options.unbiased && (options.loss != "squared" || options.intervals != "linear"))
+  if (options.bias == "always" && follows_the_bend(options))
     return fail(
         common, kBadInput,
-        "--unbiased belongs to the squared loss and linear intervals; the others follow the "
+        "--bias always belongs to the squared loss and linear intervals; the others follow the "
         "model's bend by themselves");
   InputOptions reading = options;
   reading.harmonics = options.objective == "harmonics";
@@ -307,7 +317,8 @@ int estimate(const Common& common, const EstimateOptions& options) {
     const auto loss = *estimator::loss_from_name(options.loss);
     if (loss != estimator::Loss::squared)
       replace_by_robust(estimate, fit_robust(model, input->runs, fit.theta, loss, *how), model);
-    if (options.unbiased) take_off_bias(estimate, second_order(estimator, model));
+    if (const auto rule = bias_rule(options); rule != estimator::Bias::off)
+      take_off_bias(estimate, second_order(estimator, model), rule);
     std::optional<estimator::Posterior> sampled;
     if (options.intervals == "posterior") {
       if (fit.status != estimator::FitStatus::converged)
@@ -330,7 +341,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
       json["objective"] = objective_name(options, input->model);
       json["intervals"] = options.intervals;
       json["loss"] = options.loss;
-      if (options.unbiased) json["unbiased"] = true;
+      json["bias"] = estimator::name(bias_rule(options));
       if (sampled) {
         json["posterior"] = to_json(*sampled, document.covariance_order);
         json["posterior_sampling"] = sampling_of(*sampled);

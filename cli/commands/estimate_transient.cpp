@@ -29,6 +29,9 @@ int estimate_transient(const Common& common, const EstimateOptions& options) {
     return fail(common, kBadInput,
                 "a transient record has its excitation in its columns; leave --frequency, "
                 "--amplitude and --starts out");
+  if (options.bias == "always")
+    return fail(common, kBadInput,
+                "the bias of a transient record's estimate is not known; leave --bias out");
   if (options.model.empty())
     return fail(common, kBadInput, "a CSV file does not say which model; give --model MODEL.json");
   auto spec = config::load_model(options.model);

@@ -114,7 +114,9 @@ Json to_json(const est::Model& model, const est::MonteCarloOptions& options,
           {"converged", result.converged},
           {"undetermined", result.undetermined},
           {"on_bound", result.on_bound},
-          {"bias_left_in", result.uncorrected},
+          {"bias", est::name(options.bias)},
+          {"bias_taken_off", result.bias_taken_off},
+          {"bias_left_in", result.bias_left_in},
           {"seed", options.seed},
           {"confidence", options.estimation.confidence},
           {"parameters", std::move(parameters)},
@@ -161,8 +163,9 @@ void print(const est::Model& model, const est::MonteCarloOptions& options,
   if (std::isfinite(result.on_bound_profile_coverage))
     fmt::print("Of the profile intervals of those on a bound {:.1f} % held the truth.\n",
                100.0 * result.on_bound_profile_coverage);
-  if (options.unbiased)
-    fmt::print("The bias was left in {} of them: too large for its series.\n", result.uncorrected);
+  if (options.bias != est::Bias::off)
+    fmt::print("The bias was taken off {} of them, and left in {} though it is not small.\n",
+               result.bias_taken_off, result.bias_left_in);
 }
 
 }  // namespace
@@ -175,7 +178,7 @@ int monte_carlo(const Common& common, const MonteCarloCommand& command) {
   options.threads = command.threads;
   options.seed = command.seed;
   options.profile = command.profile;
-  options.unbiased = command.unbiased;
+  options.bias = *est::bias_from_name(command.bias);
   try {
     const est::Model model(chosen->model);
     if (options.truth.empty()) options.truth = model.start();

@@ -10,7 +10,6 @@
 #include "estimator/math/numbers.hpp"
 #include "estimator/worth/parallel.hpp"
 #include "estimator/worth/profile.hpp"
-#include "estimator/worth/second_order.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -28,7 +27,8 @@ std::vector<int> free_parameters(const Model& model) {
 // What one replication leaves behind.
 struct Outcome {
   FitStatus status = FitStatus::not_converged;
-  bool on_bound = false, uncorrected = false;
+  bool on_bound = false;
+  Correction bias = Correction::none;
   double noise = 0.0;
   std::vector<double> theta, error;
   std::vector<char> inside, inside_profile;
@@ -63,11 +63,12 @@ class Worker {
     out.noise = fit.noise;
     if (fit.status != FitStatus::converged) return out;
     Fit published = fit;
-    if (options_.unbiased)
-      out.uncorrected = !take_off_bias(published, second_order(estimator_, model_));
+    if (options_.bias != Bias::off)
+      out.bias = take_off_bias(published, second_order(estimator_, model_), options_.bias);
     for (const int k : free_) {
       const auto at = static_cast<std::size_t>(k);
-      const double error = published.theta[at] - options_.truth[at];
+      // The interval stays the optimum's, see take_off_bias.
+      const double error = fit.theta[at] - options_.truth[at];
       out.on_bound = out.on_bound || fit.at_bound[at] != 0;
       out.theta.push_back(published.theta[at]);
       out.error.push_back(fit.standard_error[at]);
@@ -128,7 +129,8 @@ void score(const std::vector<Outcome>& outcomes, const std::vector<int>& free,
       profiles_on_bound += o.on_bound;
       held_on_bound += o.on_bound && held != 0;
     }
-    result.uncorrected += o.uncorrected;
+    result.bias_taken_off += o.bias == Correction::taken_off;
+    result.bias_left_in += o.bias == Correction::left_in;
     noise += o.noise;
     for (std::size_t k = 0; k < q; ++k)
       mean[k] += o.theta[k];

@@ -12,6 +12,7 @@
 
 #include "base/result.hpp"
 #include "estimator/estimation.hpp"
+#include "estimator/worth/second_order.hpp"
 
 namespace shaker::estimator {
 
@@ -32,10 +33,9 @@ struct MonteCarloOptions {
   NoiseKind kind = NoiseKind::normal;
   long replications = 10000;
   std::uint64_t seed = 1;
-  unsigned threads = 0;  // 0: as many as there are; the result is the same, bit by bit
-  bool profile = false;  // profile intervals, too
-  // The bias of second order taken off where it is small enough (second_order.hpp).
-  bool unbiased = false;
+  unsigned threads = 0;         // 0: as many as there are; the result is the same, bit by bit
+  bool profile = false;         // profile intervals, too
+  Bias bias = Bias::automatic;  // what is scored is what would be published (second_order.hpp)
   EstimationOptions estimation;
 };
 
@@ -62,8 +62,9 @@ struct MonteCarloResult {
   // Of the profile intervals of those that ended on a bound, the share that held the truth; NaN
   // when there is none. They are extreme draws: 95 % is expected of all, not of them.
   double on_bound_profile_coverage = 0.0;
-  long uncorrected = 0;  // bias left in, because it is too large for its series
-  double noise = 0.0;    // mean of the estimated ones
+  // Replications without their bias of second order, and those where it had to be left in.
+  long bias_taken_off = 0, bias_left_in = 0;
+  double noise = 0.0;  // mean of the estimated ones
   double seconds = 0.0;
 };
 

@@ -104,20 +104,53 @@ VectorXd bound(const Bent& b) {
   return (b.directions * inverse.topRows(q) * b.directions.transpose()).diagonal().cwiseSqrt();
 }
 
+// Whether looking about ended on another solution than it began with, as it may at a fold.
+bool strayed(const std::vector<double>& before, const std::vector<double>& after, double noise) {
+  constexpr double kSame = 1e-3;  // of the noise; the same solution comes back to far less
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (!(std::fabs(after[i] - before[i]) <= kSame * noise)) return true;
+  }
+  return false;
+}
+
+Correction correction(const std::optional<SecondOrder>& effect, Bias rule) {
+  if (rule == Bias::off) return Correction::none;
+  if (rule == Bias::always)
+    return effect && effect->inside ? Correction::taken_off : Correction::left_in;
+  if (!effect || effect->largest_bias <= kSmallestBias) return Correction::none;
+  const bool trusted = effect->largest_bias <= kLargestBias && effect->inside;
+  return trusted ? Correction::taken_off : Correction::left_in;
+}
+
+std::string why_left_in(const std::optional<SecondOrder>& effect) {
+  if (!effect) return "the bias could not be told at this estimate; it was left in";
+  if (!effect->inside)
+    return "the estimate without its bias would be beyond a bound; the bias was left in";
+  return fmt::format(
+      "the bias of the estimate is about {:.2f} standard errors, too much to be taken off reliably "
+      "(at most {:g}); it was left in: see the profile intervals, or measure at a larger amplitude",
+      effect->largest_bias, kLargestBias);
+}
+
 }  // namespace
+
+bool has_second_order(const Fit& fit) {
+  const auto set = [](char flag) { return flag != 0; };
+  return fit.status == FitStatus::converged && !fit.covariance.empty() &&
+         std::none_of(fit.at_bound.begin(), fit.at_bound.end(), set);
+}
 
 std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model) {
   const Fit& fit = estimator.last();
-  const auto set = [](char flag) { return flag != 0; };
-  if (fit.status != FitStatus::converged || fit.covariance.empty() ||
-      std::any_of(fit.at_bound.begin(), fit.at_bound.end(), set))
-    return std::nullopt;
+  if (!has_second_order(fit)) return std::nullopt;
+  const std::vector<double> before = estimator.linearised().residual;
   Looker look(estimator, model);
   const Index q = look.count();
   const MatrixXd covariance = Eigen::Map<const MatrixXd>(fit.covariance.data(), q, q);
   const std::optional<Bent> b = bent(look, covariance, estimator.unit_noise());
   estimator.recall();
-  if (!b) return std::nullopt;
+  if (!b || strayed(before, estimator.linearised().residual, estimator.unit_noise()))
+    return std::nullopt;
   VectorXd trace = VectorXd::Zero(b->slope.rows());
   for (Index k = 0; k < q; ++k)
     trace += b->bend[static_cast<std::size_t>(k)].col(k);
@@ -130,6 +163,7 @@ std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model
       information(k, k) += 1.0 / (*p.prior_standard_deviation * *p.prior_standard_deviation);
   }
   const VectorXd bias = -0.5 * information.ldlt().solve(slope.transpose() * trace);
+  if (!bias.allFinite()) return std::nullopt;
   const VectorXd least = bound(*b);
   SecondOrder out;
   out.bias.assign(fit.theta.size(), 0.0);
@@ -139,33 +173,53 @@ std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model
     out.bound[look.index(k)] = least[k];
     out.largest_bias =
         std::max(out.largest_bias, std::fabs(bias[k]) / fit.standard_error[look.index(k)]);
+    const ModelParameter& p = model.parameters()[look.index(k)];
+    const double without = fit.theta[look.index(k)] - bias[k];
+    out.inside = out.inside && without >= p.lower && without <= p.upper;
   }
   return out;
 }
 
-bool take_off_bias(Fit& fit, const std::optional<SecondOrder>& effect) {
-  if (!effect || !(effect->largest_bias <= kLargestBias)) return false;
+Correction take_off_bias(Fit& fit, const std::optional<SecondOrder>& effect, Bias rule) {
+  const Correction done = correction(effect, rule);
+  if (done != Correction::taken_off) return done;
   for (std::size_t k = 0; k < fit.theta.size(); ++k)
     fit.theta[k] -= effect->bias[k];
-  return true;
+  return done;
 }
 
-void take_off_bias(Estimate& estimate, const std::optional<SecondOrder>& effect) {
-  if (effect && effect->largest_bias <= kLargestBias) {
-    for (std::size_t k = 0; k < estimate.parameters.size(); ++k) {
-      ParameterEstimate& p = estimate.parameters[k];
-      p.value -= effect->bias[k];
-      p.lower -= effect->bias[k];
-      p.upper -= effect->bias[k];
-    }
-    return;
+Correction take_off_bias(Estimate& estimate, const std::optional<SecondOrder>& effect, Bias rule) {
+  const Correction done = correction(effect, rule);
+  if (done == Correction::left_in) estimate.warnings.push_back(why_left_in(effect));
+  if (done != Correction::taken_off) return done;
+  for (std::size_t k = 0; k < estimate.parameters.size(); ++k) {
+    estimate.parameters[k].bias = effect->bias[k];
+    estimate.parameters[k].value -= effect->bias[k];
   }
-  estimate.warnings.push_back(
-      effect ? fmt::format("the bias of the estimate is about {:.2f} standard errors, too much to "
-                           "be taken off reliably (at most {:g}); it was left in: see the profile "
-                           "intervals, or measure at a larger amplitude",
-                           effect->largest_bias, kLargestBias)
-             : "the bias could not be told at this estimate; it was left in");
+  if (!(effect->largest_bias <= kLargestBias))
+    estimate.warnings.push_back(
+        fmt::format("the bias that was taken off is about {:.2f} standard errors, more than its "
+                    "series is to be trusted with ({:g})",
+                    effect->largest_bias, kLargestBias));
+  return done;
+}
+
+Estimate published(Estimator& estimator, const Model& model, Bias rule) {
+  Estimate estimate = estimator.describe();
+  if (rule != Bias::off) take_off_bias(estimate, second_order(estimator, model), rule);
+  return estimate;
+}
+
+std::optional<Bias> bias_from_name(std::string_view name) {
+  for (const Bias rule : {Bias::automatic, Bias::off, Bias::always}) {
+    if (name == estimator::name(rule)) return rule;
+  }
+  return std::nullopt;
+}
+
+std::string_view name(Bias rule) {
+  if (rule == Bias::off) return "off";
+  return rule == Bias::always ? "always" : "auto";
 }
 
 }  // namespace shaker::estimator

@@ -16,31 +16,59 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "estimator/estimation.hpp"
 
 namespace shaker::estimator {
 
-// Beyond this share of a standard error the series that the correction breaks off is not to be
-// trusted with its first term: figure 13, where it would be a third, gets worse by it.
+// Below this share of a standard error a bias is lost in the scatter (it is a quarter of a per
+// cent of the mean square error), and the estimate stays the optimum that other programs find.
+inline constexpr double kSmallestBias = 0.05;
+// Beyond this share the first term of the series is no longer the bias (of figure 13, where it is a
+// third, it takes off too much) and the optimum itself is far from where the likelihood is a
+// parabola: then it is said instead, and profile intervals are the answer.
 inline constexpr double kLargestBias = 0.25;
+
+// What to do about the bias of an estimate that is published; a Fit stays the optimum.
+enum class Bias {
+  automatic,  // off where it is between the two shares above
+  off,        // left in: the plain optimum
+  always      // off whatever its size
+};
+std::optional<Bias> bias_from_name(std::string_view name);  // auto, off, always
+std::string_view name(Bias rule);
 
 struct SecondOrder {
   std::vector<double> bias;   // of all parameters; 0 for fixed ones
   std::vector<double> bound;  // standard deviation, of all parameters; at the noise of the fit
   double largest_bias = 0.0;  // in standard errors
+  bool inside = true;         // theta without its bias is within the model's bounds
 };
 
-// At the last fit. Empty when that did not converge, a parameter is undetermined or on a bound, or
-// there is no periodic solution a tenth of a standard error away. The fit stays.
+// Converged, every parameter determined and none on a bound.
+bool has_second_order(const Fit& fit);
+
+// At the last fit. Empty when that has none, or there is no periodic solution of its branch a tenth
+// of a standard error away. The fit stays; its periodic solutions do unless that led off their
+// branch.
 std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model);
 
-// The last fit with the bias taken off theta; as it was, and false, when that is empty or more than
-// kLargestBias. Covariance and sum of squares stay those of the optimum.
-bool take_off_bias(Fit& fit, const std::optional<SecondOrder>& effect);
-// The same for the published estimate of that fit, intervals moving along; a warning says where the
-// bias had to stay in.
-void take_off_bias(Estimate& estimate, const std::optional<SecondOrder>& effect);
+enum class Correction {
+  none,       // not asked for, too small to matter, or (automatic) not to be told
+  taken_off,  // values are without their bias
+  left_in     // should be taken off and cannot be
+};
+
+// Takes the bias off theta, or leaves all as it was. Covariance and sum of squares stay those of
+// the optimum.
+Correction take_off_bias(Fit& fit, const std::optional<SecondOrder>& effect, Bias rule);
+// The same for the estimate of that fit. Intervals stay where the optimum's are: of the intervals
+// that were tried these cover best (docs/estimation.md). A warning says where the bias is left in.
+Correction take_off_bias(Estimate& estimate, const std::optional<SecondOrder>& effect, Bias rule);
+
+// The last fit in full as it is published: described, without its bias.
+Estimate published(Estimator& estimator, const Model& model, Bias rule = Bias::automatic);
 
 }  // namespace shaker::estimator

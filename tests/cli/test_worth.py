@@ -20,6 +20,11 @@ class MonteCarlo(unittest.TestCase):
             self.assertGreater(p["coverage"], 0.90)
             self.assertGreater(p["profile_coverage"], 0.90)
             self.assertLess(abs(p["discretisation"]), 1e-3)
+        self.assertEqual((answer["bias"], answer["bias_taken_off"], answer["bias_left_in"]), ("auto", 300, 0))
+        plain = json.loads(run("monte-carlo", "--figure", 12, "--replications", 300, "--bias", "off",
+                               "--json").stdout)
+        self.assertEqual((plain["bias"], plain["bias_taken_off"]), ("off", 0))
+        self.assertLess(answer["parameters"][3]["scatter"], 0.99 * plain["parameters"][3]["scatter"])
         table = run("monte-carlo", "--figure", 12, "--replications", 20).stdout
         self.assertIn("20 of 20 replications converged", table)
 
@@ -126,6 +131,43 @@ class Intervals(unittest.TestCase):
         pulled = self.estimate(spoilt)["parameters"][0]
         self.assertLess(abs(robust["parameters"][0]["value"] - clean["value"]),
                         abs(pulled["value"] - clean["value"]))
+
+    def noisy(self):
+        """The record with the uniform noise that the paper speaks of, twice what it has."""
+        return [y + 2.5e-4 * (7919 * i % 41 - 20) for i, y in enumerate(self.record)]
+
+    def test_bias_is_taken_off_the_value_and_said(self):
+        off, auto = self.estimate(self.noisy(), "--bias", "off"), self.estimate(self.noisy())
+        self.assertEqual((off["bias"], auto["bias"]), ("off", "auto"))
+        largest = 0.0
+        for plain, moved in zip(off["parameters"], auto["parameters"], strict=True):
+            self.assertNotIn("bias", plain)
+            self.assertAlmostEqual(moved["value"] + moved["bias"], plain["value"], delta=1e-12)
+            self.assertEqual(moved["interval"], plain["interval"])
+            largest = max(largest, abs(moved["bias"]) / plain["standard_error"])
+        self.assertEqual(off["covariance"], auto["covariance"])
+        self.assertGreater(largest, 0.05)
+        self.assertLess(largest, 0.25)
+        words = ("estimate", self.folder / "run.csv", "--model", self.model, "--frequency", 2, "--amplitude", 10)
+        self.assertRegex(run(*words).stdout, r"bias taken off: at most 0\.\d+ standard errors")
+        self.assertNotIn("bias", run(*words, "--bias", "off").stdout)
+
+    def test_what_follows_the_bend_by_itself_keeps_its_optimum(self):
+        off = self.estimate(self.noisy(), "--bias", "off")
+        for words in (("--intervals", "profile"), ("--loss", "huber")):
+            with self.subTest(words=words):
+                document = self.estimate(self.noisy(), *words)
+                self.assertEqual(document["bias"], "off")
+                self.assertNotIn("bias", document["parameters"][0])
+                refused = run("estimate", self.folder / "run.csv", "--model", self.model, "--frequency", 2,
+                              "--amplitude", 10, "--bias", "always", *words)
+                self.assertEqual(refused.returncode, 2)
+                self.assertIn("--bias always", refused.stderr)
+        self.assertEqual(self.estimate(self.noisy(), "--intervals", "profile")["parameters"][0]["value"],
+                         off["parameters"][0]["value"])
+        self.assertEqual(run("estimate", self.folder / "run.csv", "--bias", "sometimes").returncode, 2)
+        completion = (ROOT / "cli" / "shakerctl.bash").read_text()
+        self.assertEqual(completion.count("--bias"), 4)
 
     def test_choices_that_exclude_each_other_are_refused(self):
         file = self.folder / "run.csv"

@@ -15,7 +15,7 @@ inline EstimateDocument plain_estimate() {
   d.cycle = 3;
   d.model = "oleo";
   d.parameters = {
-      {"theta1", "orifice_damping", "kg/m", 16.25, 0.5, 15.25, 17.25, false, false, true},
+      {"theta1", "orifice_damping", "kg/m", 16.25, 0.5, 15.25, 17.25, false, false, true, 0.0625},
       {"theta2", "gas_spring", "m/s^2", 2.0, 0.25, 1.5, 2.5, false, true, true},
       {"g", "gravity", "m/s^2", 9.80665, 0.0, 9.80665, 9.80665, true, false, true}};
   d.covariance_order = {"theta1", "theta2"};

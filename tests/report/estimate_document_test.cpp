@@ -11,6 +11,7 @@ TEST(EstimateDocument, LosesNothingOfTheEstimate) {
   estimate.parameters = {
       {"theta1", "orifice_damping", "1/m", 16.7, 0.1, 16.5, 16.9, true, true, false},
       {"theta2", "gas_spring", "m/s^2", 1.5, 0.2, 1.1, 1.9, false, false, true}};
+  estimate.parameters[1].bias = 0.02;
   estimate.covariance_order = {"theta2"};
   estimate.covariance = {0.04};
   estimate.noise_standard_deviation = 2e-5;
@@ -38,6 +39,8 @@ TEST(EstimateDocument, LosesNothingOfTheEstimate) {
   EXPECT_TRUE(first.fixed);
   EXPECT_TRUE(first.at_bound);
   EXPECT_FALSE(first.determined);
+  EXPECT_FALSE(first.bias) << "the value is the optimum";
+  EXPECT_EQ(document.parameters[1].bias, 0.02);
   EXPECT_FALSE(document.parameters[1].fixed);
   EXPECT_TRUE(document.parameters[1].determined);
   EXPECT_EQ(document.covariance_order, estimate.covariance_order);
