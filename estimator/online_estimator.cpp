@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/estimation.hpp"
+#include "estimator/online/bias_watch.hpp"
 #include "estimator/online/change_watch.hpp"
 
 namespace shaker::estimator {
@@ -93,9 +94,10 @@ struct OnlineEstimator::State {
   std::vector<RunMean> runs;
   std::unique_ptr<Estimator> estimator;
   std::unique_ptr<online::ChangeWatch> watch;  // none: no test for changes
-  std::vector<std::string> seen;               // changes, for the estimates that follow
-  std::vector<double> theta;                   // the last good one: where the next fit starts
-  bool warm = false;                           // the states of all runs belong to theta
+  online::BiasWatch bias;
+  std::vector<std::string> seen;  // changes, for the estimates that follow
+  std::vector<double> theta;      // the last good one: where the next fit starts
+  bool warm = false;              // the states of all runs belong to theta
 };
 
 OnlineEstimator::OnlineEstimator(const config::ModelSpec& model, OnlineOptions options)
@@ -110,6 +112,7 @@ void OnlineEstimator::reset() {
   state_->theta = state_->model.start();
   state_->warm = false;
   state_->seen.clear();
+  state_->bias.reset();
   if (state_->watch) state_->watch->reset();
 }
 
@@ -141,6 +144,7 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
       s.estimator = std::make_unique<Estimator>(s.model, std::move(data), s.options);
       s.runs.push_back(std::move(fresh));
       s.warm = false;
+      s.bias.reset();
     } else {
       found->add(cycle);
       s.estimator->update_run(static_cast<std::size_t>(found - s.runs.begin()), found->data);
@@ -154,8 +158,8 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
     return Error{ErrorKind::not_converged, fit.trouble};
   }
   s.theta = fit.theta;
-  s.warm = true;
   Estimate estimate = s.estimator->describe();
+  s.warm = s.bias.take_off(estimate, *s.estimator, s.model);
   if (s.watch) {
     estimate.changes = s.watch->add(cycle, s.theta);
     if (!estimate.changes.empty()) s.seen.push_back(online::sentence(estimate.changes));

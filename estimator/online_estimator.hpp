@@ -24,7 +24,8 @@ struct OnlineOptions {
   double false_alarms_per_cycle = 0.0;
 };
 
-// One thread at a time. `add` allocates only when a new run begins.
+// One thread at a time. The fit in `add` allocates only when a new run begins. Values are without
+// the bias of second order where that matters (online/bias_watch.hpp), as in a batch.
 class OnlineEstimator {
  public:
   // Throws std::invalid_argument when the model names an unknown effect or parameter, with the
