@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/box_minimum.hpp"
 #include "estimator/objectives/channel_worth.hpp"
 
 namespace shaker::estimator {
@@ -56,36 +57,27 @@ class Search {
   }
 
  private:
-  // A damped step inside the box; parameters on a bound that are pushed outwards stay.
+  // A damped step to the least of the quadratic inside the box. Cutting the free step at the bounds
+  // instead may end at a corner where two parameters look alike: each is then held by a bound that
+  // only the other's part of the step had crossed.
   VectorXd step(const std::vector<double>& theta, const MatrixXd& gram, const VectorXd& gradient,
                 double lambda) const {
     const Index q = gradient.size();
-    MatrixXd a = gram;
-    VectorXd b = gradient;
-    const VectorXd size = gram.diagonal().cwiseMax(1e-300);
+    VectorXd scale(q), lower(q), upper(q);
     for (Index k = 0; k < q; ++k) {
       const ModelParameter& p = problem_.parameter(k);
       const double value = theta[problem_.index(k)];
-      a(k, k) += lambda * size[k];
-      if ((value <= p.lower && gradient[k] < 0.0) || (value >= p.upper && gradient[k] > 0.0)) {
-        a.row(k).setZero();
-        a.col(k).setZero();
-        a(k, k) = size[k];
-        b[k] = 0.0;
-      }
-    }
-    const VectorXd root = size.cwiseSqrt();
-    const MatrixXd unit = root.cwiseInverse().asDiagonal() * a * root.cwiseInverse().asDiagonal();
-    VectorXd out = unit.ldlt().solve(b.cwiseQuotient(root).eval()).cwiseQuotient(root);
-    for (Index k = 0; k < q; ++k) {
-      const std::size_t all = problem_.index(k);
-      const ModelParameter& p = problem_.parameter(k);
       // No step more than doubles a parameter: far away the linearisation promises too much.
-      const double most = std::max(std::fabs(theta[all]), 1e-3);
-      out[k] =
-          std::clamp(theta[all] + std::clamp(out[k], -most, most), p.lower, p.upper) - theta[all];
+      const double most = std::max(std::fabs(value), 1e-3);
+      scale[k] = gram(k, k) > 0.0 ? std::sqrt(gram(k, k)) : 1.0;
+      lower[k] = std::max(p.lower - value, -most);
+      upper[k] = std::min(p.upper - value, most);
     }
-    return out;
+    MatrixXd unit = scale.cwiseInverse().asDiagonal() * gram * scale.cwiseInverse().asDiagonal();
+    unit.diagonal().array() += lambda;
+    const VectorXd out = box_minimum(unit, gradient.cwiseQuotient(scale), scale.cwiseProduct(lower),
+                                     scale.cwiseProduct(upper));
+    return out.cwiseQuotient(scale).cwiseMax(lower).cwiseMin(upper);
   }
 
   double relative(const std::vector<double>& theta, const VectorXd& change) const {
