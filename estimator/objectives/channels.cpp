@@ -93,10 +93,25 @@ class Search {
     return std::sqrt(std::max(change.dot(information_ * change), 0.0));
   }
 
+  // Where the box keeps the truth out, residuals are large, the likelihood bends more than its
+  // information says, and whole steps swing about the optimum: less of what they promise is kept.
+  static double damping_after(double lambda, double kept, bool visible) {
+    constexpr double kLight = 1e-3;
+    if (visible && kept < 0.25) return std::max(lambda, 0.01) * 4.0;
+    const bool less = visible ? kept > 0.75 : lambda < kLight;
+    return less ? std::max(lambda / 10.0, 1e-14) : lambda;
+  }
+
+  // Whether the whole step that is left is a small part of its own error, and what it would gain
+  // (its square) below what the objective can show.
+  bool at_bottom(const VectorXd& whole, double seen) const {
+    return in_errors(whole) < std::max(kSmallPart, std::sqrt(seen));
+  }
+
   // Levenberg-Marquardt from fit.theta; `fixed`: V stays as it is.
   void minimise(Fit& fit, const MatrixXd* fixed) {
     double lambda = 1e-4, value = likelihood_.objective(now_, fit.theta, fixed);
-    int at_bottom = 0;
+    int at_rest = 0;
     fit.status = FitStatus::not_converged;
     MatrixXd gram;
     VectorXd gradient;
@@ -107,37 +122,46 @@ class Search {
                                    gram, gradient);
       information_ = gram;
       const VectorXd change = step(fit.theta, gram, gradient, lambda);
+      const bool full = lambda <= kNearlyUndamped;
+      const VectorXd whole = full ? change : step(fit.theta, gram, gradient, 0.0);
       const double size = relative(fit.theta, change);
-      std::vector<double> next = fit.theta;
-      for (Index k = 0; k < change.size(); ++k)
-        next[problem_.index(k)] += change[k];
-      ChannelLook there;
-      const bool admissible = problem_.look(next, there);
-      const double after = admissible ? likelihood_.objective(there, next, fixed) : 0.0;
-      if (admissible && after <= value + kFlat * std::max(std::fabs(value), problem_.points())) {
-        std::swap(now_, there);
-        fit.theta = std::move(next);
-        value = after;
-        const bool full = lambda <= kNearlyUndamped;
-        lambda = std::max(lambda / 10.0, 1e-14);
-        at_bottom = size <= 1e3 * options_.tolerance ? at_bottom + 1 : 0;
-        if (full && (size <= options_.tolerance || at_bottom > 8)) {
+      const double seen = kFlat * std::max(std::fabs(value), problem_.points());
+      double after = value;
+      if (!move(fit.theta, change, value + seen, fixed, after)) {
+        if (at_bottom(whole, seen)) {  // worse by rounding alone
           fit.status = FitStatus::converged;
           return;
         }
+        lambda = std::max(lambda, 1e-8) * 10.0;
+        if (lambda > kMostDamped) break;
         continue;
       }
-      // Worse by rounding alone: the whole step that is left is a small part of its own error, and
-      // what it would gain (its square) is below what the objective can show.
-      const double seen = kFlat * std::max(std::fabs(value), problem_.points());
-      if (in_errors(step(fit.theta, gram, gradient, 0.0)) < std::max(kSmallPart, std::sqrt(seen))) {
+      at_rest = size <= 1e3 * options_.tolerance || at_bottom(whole, seen) ? at_rest + 1 : 0;
+      if ((full && size <= options_.tolerance) || at_rest > 8) {
         fit.status = FitStatus::converged;
         return;
       }
-      lambda = std::max(lambda, 1e-8) * 10.0;
-      if (lambda > kMostDamped) break;
+      const double promised = 2.0 * gradient.dot(change) - change.dot(gram * change);
+      lambda = damping_after(lambda, (value - after) / promised, promised > 10.0 * seen);
+      value = after;
     }
     fit.trouble = fmt::format("no convergence in {} iterations", fit.iterations);
+  }
+
+  // To theta + change where the objective is at most `most` there: it is `after`, and now_ is
+  // there.
+  bool move(std::vector<double>& theta, const VectorXd& change, double most, const MatrixXd* fixed,
+            double& after) {
+    std::vector<double> next = theta;
+    for (Index k = 0; k < change.size(); ++k)
+      next[problem_.index(k)] += change[k];
+    ChannelLook there;
+    if (!problem_.look(next, there)) return false;
+    after = likelihood_.objective(there, next, fixed);
+    if (!(after <= most)) return false;
+    std::swap(now_, there);
+    theta = std::move(next);
+    return true;
   }
 
   // theta for V, V for theta, until neither moves.

@@ -122,7 +122,7 @@ TEST(ChannelsInABox, EndWhereNothingBesideIsLikelier) {
     ChannelOptions options;
     options.noise = noise;
     options.grid.points = 80;
-    EXPECT_GT(fit_in_boxes(options, 300), 1140);
+    EXPECT_GT(fit_in_boxes(options, 300), 1190);
   }
 }
 
@@ -130,7 +130,7 @@ TEST(ChannelsInABox, EndWhereNothingBesideIsLikelierStagewise) {
   ChannelOptions options;
   options.stagewise = true;
   options.grid.points = 80;
-  EXPECT_GT(fit_in_boxes(options, 100), 380);
+  EXPECT_GT(fit_in_boxes(options, 100), 392);
 }
 
 }  // namespace
