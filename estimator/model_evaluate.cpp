@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/math/simd_math.hpp"
 #include "estimator/model.hpp"
 
 namespace shaker::estimator {
@@ -29,14 +30,21 @@ Points local_points(const ModelPoints& at, const double* u, const double* v, con
   return points;
 }
 
+SHAKER_SIMD_CLONES void begin_equation(int n, double mass, double excitation,
+                                       const double* __restrict a, const double* __restrict x,
+                                       double* __restrict g, double* __restrict g_u,
+                                       double* __restrict g_v, double* __restrict g_a) {
+  for (int i = 0; i < n; ++i) {
+    g[i] = mass * a[i] - excitation * x[i];
+    g_u[i] = g_v[i] = 0.0;
+    g_a[i] = mass;
+  }
+}
+
 // Inertia and excitation of the only equation; no slopes yet.
 void begin_plain(const ModelPoints& at, double mass, double excitation, const ModelForces& out) {
-  double* __restrict g = out.g[0];
-  for (int i = 0; i < at.n; ++i)
-    g[i] = mass * at.a[0][i] - excitation * at.x[i];
-  std::fill_n(out.g_u[0], at.n, 0.0);
-  std::fill_n(out.g_v[0], at.n, 0.0);
-  std::fill_n(out.g_a[0], at.n, mass);
+  begin_equation(at.n, mass, excitation, at.a[0], at.x, out.g[0], out.g_u[0], out.g_v[0],
+                 out.g_a[0]);
 }
 
 // Straight into that equation.

@@ -1,10 +1,16 @@
 // -g: the weight of the sprung mass. Its constant is the model file's "gravity".
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/math/simd_math.hpp"
 
 namespace shaker::estimator {
 namespace {
 
 constexpr ConstantInfo kConstants[] = {{"g", "m/s^2", 9.80665, "acceleration of gravity"}};
+
+SHAKER_SIMD_CLONES void add(int n, double g, double* f) {
+  for (int i = 0; i < n; ++i)
+    f[i] -= g;
+}
 
 class Gravity final : public Effect {
  public:
@@ -15,8 +21,7 @@ class Gravity final : public Effect {
   std::span<const ConstantInfo> constants() const override { return kConstants; }
   bool evaluate(const Points& at, const double*, const double* constants,
                 const Forces& out) const override {
-    for (int i = 0; i < at.n; ++i)
-      out.f[i] -= constants[0];
+    add(at.n, constants[0], out.f);
     return true;
   }
 };

@@ -7,11 +7,6 @@ namespace {
 
 constexpr double kSmallestPivot = 1e-5;  // against the largest entry of its row, as in scalar_step
 
-SHAKER_INLINE void keep_largest(Lanes& largest, const Lanes& value) {
-  const Lanes size = value < 0.0 ? -value : value;
-  largest = size > largest ? size : largest;
-}
-
 // Coefficients of the equation of point i: those of the ring, nothing folded yet.
 template <int Reach>
 SHAKER_INLINE void coefficients(const LaneStep& step, int i, Lanes (&c)[2 * Reach + 1]) {
@@ -23,65 +18,108 @@ SHAKER_INLINE void coefficients(const LaneStep& step, int i, Lanes (&c)[2 * Reac
   c[Reach] += step.g_u[i];
 }
 
+// Right-hand sides when the compiler knows how many there are, else what the step says.
+template <int Width>
+SHAKER_INLINE int width_of(const LaneStep& step) {
+  return Width > 0 ? Width : step.width;
+}
+
+// What the elimination still needs of the rows above, in registers: u[k - 1][j - 1] is entry j
+// right of the diagonal of the row k above. Zeros where there is none.
 template <int Reach>
-SHAKER_INLINE LaneMask eliminate(const LaneStep& step, int columns) {
-  const int inner = step.n - Reach;
-  LaneMask sound = ~LaneMask{};
-  for (int i = 0; i < inner; ++i) {
-    Lanes c[2 * Reach + 1];
-    coefficients<Reach>(step, i, c);
-    Lanes* row = step.rows + static_cast<std::size_t>(i) * columns;
-    Lanes border[Reach] = {};
-    if (i < Reach) {
-      for (int k = 0; i + k < Reach; ++k) {
-        border[i + k] = c[k];
-        c[k] = Lanes{};
-      }
-    }
-    for (int k = inner - i + Reach; k <= 2 * Reach; ++k)
-      border[i + k - Reach - inner] = c[k];
-    Lanes largest{};
-    keep_largest(largest, c[Reach]);
-    Lanes multiplier[Reach];
-    for (int k = Reach < i ? Reach : i; k >= 1; --k) {
-      const Lanes* u = step.upper + static_cast<std::size_t>(i - k) * Reach;
-      multiplier[k - 1] = c[Reach - k];
-      for (int j = 1; j <= Reach; ++j)
-        c[Reach - k + j] -= multiplier[k - 1] * u[j - 1];
-    }
-    Lanes pivot{};
-    keep_largest(pivot, c[Reach]);
-    sound &= pivot > kSmallestPivot * largest;
-    const Lanes inverse = 1.0 / c[Reach];
+struct RowsAbove {
+  Lanes u[Reach][Reach] = {};
+};
+
+// Coefficients of row i less the rows above, whose multiples go to `multiplier`; entries right of
+// the diagonal over the pivot. False lanes: the pivot is too small.
+template <int Reach>
+SHAKER_INLINE LaneMask eliminate_coefficients(Lanes (&c)[2 * Reach + 1], RowsAbove<Reach>& above,
+                                              Lanes* upper, Lanes (&multiplier)[Reach],
+                                              Lanes& inverse) {
+  Lanes largest{};
+  keep_largest(largest, c[Reach]);
+  for (int k = Reach; k >= 1; --k) {
+    multiplier[k - 1] = c[Reach - k];
     for (int j = 1; j <= Reach; ++j)
-      step.upper[static_cast<std::size_t>(i) * Reach + j - 1] = c[Reach + j] * inverse;
-    if (i < Reach) {
-      for (int w = 0; w < columns; ++w) {
-        Lanes value = w < step.width ? -as_lanes(step.left[w])[i] : border[w - step.width];
-        for (int k = i; k >= 1; --k)
-          value -= multiplier[k - 1] * row[w - k * columns];
-        row[w] = value * inverse;
-      }
-      continue;
-    }
-    for (int w = 0; w < step.width; ++w) {
-      Lanes value = -as_lanes(step.left[w])[i];
-      for (int k = Reach; k >= 1; --k)
-        value -= multiplier[k - 1] * row[w - k * columns];
-      row[w] = value * inverse;
-    }
-    for (int b = 0; b < Reach; ++b) {
-      const int w = step.width + b;
-      Lanes value = border[b];
-      for (int k = Reach; k >= 1; --k)
-        value -= multiplier[k - 1] * row[w - k * columns];
-      row[w] = value * inverse;
-    }
+      c[Reach - k + j] -= multiplier[k - 1] * above.u[k - 1][j - 1];
+  }
+  Lanes pivot{};
+  keep_largest(pivot, c[Reach]);
+  inverse = 1.0 / c[Reach];
+  for (int k = Reach - 1; k >= 1; --k) {
+    for (int j = 0; j < Reach; ++j)
+      above.u[k][j] = above.u[k - 1][j];
+  }
+  for (int j = 1; j <= Reach; ++j)
+    upper[j - 1] = above.u[0][j - 1] = c[Reach + j] * inverse;
+  return pivot > kSmallestPivot * largest;
+}
+
+// One right-hand side less `rows` rows above it.
+template <int Reach>
+SHAKER_INLINE void eliminate_value(int rows, int columns, const Lanes (&multiplier)[Reach],
+                                   const Lanes& inverse, Lanes value, Lanes* at) {
+  for (int k = rows; k >= 1; --k)
+    value -= multiplier[k - 1] * at[-k * columns];
+  *at = value * inverse;
+}
+
+// A row at either end, some of whose neighbours belong to the border.
+template <int Reach>
+SHAKER_INLINE LaneMask eliminate_at_end(const LaneStep& step, int i, int columns,
+                                        RowsAbove<Reach>& above) {
+  const int inner = step.n - Reach;
+  Lanes c[2 * Reach + 1];
+  coefficients<Reach>(step, i, c);
+  Lanes border[Reach] = {};
+  for (int k = 0; i + k < Reach; ++k) {
+    border[i + k] = c[k];
+    c[k] = Lanes{};
+  }
+  for (int k = inner - i + Reach; k <= 2 * Reach; ++k)
+    border[i + k - Reach - inner] = c[k];
+  Lanes multiplier[Reach];
+  Lanes inverse;
+  const LaneMask sound = eliminate_coefficients<Reach>(
+      c, above, step.upper + static_cast<std::size_t>(i) * Reach, multiplier, inverse);
+  Lanes* row = step.rows + static_cast<std::size_t>(i) * columns;
+  const int rows = i < Reach ? i : Reach;
+  for (int w = 0; w < columns; ++w) {
+    const Lanes value = w < step.width ? -as_lanes(step.left[w])[i] : border[w - step.width];
+    eliminate_value<Reach>(rows, columns, multiplier, inverse, value, row + w);
   }
   return sound;
 }
 
-template <int Reach>
+template <int Reach, int Width>
+SHAKER_INLINE LaneMask eliminate(const LaneStep& step, int columns) {
+  const int inner = step.n - Reach;
+  const int width = width_of<Width>(step);
+  LaneMask sound = ~LaneMask{};
+  RowsAbove<Reach> above;
+  for (int i = 0; i < Reach; ++i)
+    sound &= eliminate_at_end<Reach>(step, i, columns, above);
+  for (int i = Reach; i < inner - Reach; ++i) {
+    Lanes c[2 * Reach + 1];
+    coefficients<Reach>(step, i, c);
+    Lanes multiplier[Reach];
+    Lanes inverse;
+    sound &= eliminate_coefficients<Reach>(
+        c, above, step.upper + static_cast<std::size_t>(i) * Reach, multiplier, inverse);
+    Lanes* row = step.rows + static_cast<std::size_t>(i) * columns;
+    for (int w = 0; w < width; ++w)
+      eliminate_value<Reach>(Reach, columns, multiplier, inverse, -as_lanes(step.left[w])[i],
+                             row + w);
+    for (int w = width; w < width + Reach; ++w)
+      eliminate_value<Reach>(Reach, columns, multiplier, inverse, Lanes{}, row + w);
+  }
+  for (int i = inner - Reach; i < inner; ++i)
+    sound &= eliminate_at_end<Reach>(step, i, columns, above);
+  return sound;
+}
+
+template <int Reach, int Width>
 SHAKER_INLINE void substitute(const LaneStep& step, int columns) {
   const int inner = step.n - Reach;
   for (int i = inner - 2; i >= 0; --i) {
@@ -89,10 +127,13 @@ SHAKER_INLINE void substitute(const LaneStep& step, int columns) {
     Lanes* row = step.rows + static_cast<std::size_t>(i) * columns;
     const int last = inner - 1 - i < Reach ? inner - 1 - i : Reach;
     if (last == Reach) {
-      for (int w = 0; w < columns; ++w) {
+      Lanes factor[Reach];
+      for (int j = 0; j < Reach; ++j)
+        factor[j] = u[j];
+      for (int w = 0; w < width_of<Width>(step) + Reach; ++w) {
         Lanes value = row[w];
         for (int j = Reach; j >= 1; --j)
-          value -= u[j - 1] * row[w + j * columns];
+          value -= factor[j - 1] * row[w + j * columns];
         row[w] = value;
       }
       continue;
@@ -159,114 +200,56 @@ SHAKER_INLINE LaneMask solve_border(const LaneStep& step, int columns) {
   return sound;
 }
 
-template <int Reach>
+template <int Reach, int Width>
 SHAKER_INLINE unsigned solve(const LaneStep& step) {
-  const int columns = step.width + Reach;
+  const int width = width_of<Width>(step);
+  const int columns = width + Reach;
   const int inner = step.n - Reach;
-  LaneMask sound = eliminate<Reach>(step, columns);
-  substitute<Reach>(step, columns);
+  LaneMask sound = eliminate<Reach, Width>(step, columns);
+  substitute<Reach, Width>(step, columns);
   sound &= solve_border<Reach>(step, columns);
   const Lanes* border = step.rows + static_cast<std::size_t>(inner) * columns;
   for (int i = 0; i < inner; ++i) {
     Lanes* row = step.rows + static_cast<std::size_t>(i) * columns;
-    for (int w = 0; w < step.width; ++w) {
+    Lanes share[Reach];
+    for (int b = 0; b < Reach; ++b)
+      share[b] = row[width + b];
+    for (int w = 0; w < width; ++w) {
       Lanes value = row[w];
       for (int b = 0; b < Reach; ++b)
-        value -= row[step.width + b] * border[b * columns + w];
+        value -= share[b] * border[b * columns + w];
       row[w] = value;
     }
   }
   return bits_of(sound);
 }
 
-SHAKER_SIMD_CLONES unsigned solve_1(const LaneStep& step) {
-  return solve<1>(step);
-}
-SHAKER_SIMD_CLONES unsigned solve_2(const LaneStep& step) {
-  return solve<2>(step);
-}
-SHAKER_SIMD_CLONES unsigned solve_3(const LaneStep& step) {
-  return solve<3>(step);
-}
+// Widths that the compiler is told: no sensitivities, the oleo's; 0: any.
+#define SHAKER_LANE_STEP(REACH, WIDTH)                                        \
+  SHAKER_SIMD_CLONES unsigned solve_##REACH##_##WIDTH(const LaneStep& step) { \
+    return solve<REACH, WIDTH>(step);                                         \
+  }
+SHAKER_LANE_STEP(1, 0)
+SHAKER_LANE_STEP(1, 1)
+SHAKER_LANE_STEP(1, 5)
+SHAKER_LANE_STEP(2, 0)
+SHAKER_LANE_STEP(2, 1)
+SHAKER_LANE_STEP(2, 5)
+SHAKER_LANE_STEP(3, 0)
+SHAKER_LANE_STEP(3, 1)
+SHAKER_LANE_STEP(3, 5)
+#undef SHAKER_LANE_STEP
+
+using Solve = unsigned (*)(const LaneStep&);
+constexpr Solve kSolve[3][3] = {{solve_1_0, solve_1_1, solve_1_5},
+                                {solve_2_0, solve_2_1, solve_2_5},
+                                {solve_3_0, solve_3_1, solve_3_5}};
 
 }  // namespace
 
 unsigned solve_lane_step(const LaneStep& step) {
-  switch (step.stencil.reach) {
-    case 1:
-      return solve_1(step);
-    case 2:
-      return solve_2(step);
-    default:
-      return solve_3(step);
-  }
-}
-
-namespace {
-
-template <int Reach>
-SHAKER_INLINE void difference(int n, const Stencil& stencil, const Lanes& rate, const Lanes* z,
-                              Lanes* v, Lanes* a) {
-  const Lanes square = rate * rate;
-  for (int i = 0; i < n; ++i) {
-    Lanes dv{};
-    Lanes da{};
-    const bool inside = i >= Reach && i < n - Reach;
-    for (int k = 0; k <= 2 * Reach; ++k) {
-      int j = i + k - Reach;
-      if (!inside) j = j < 0 ? j + n : j >= n ? j - n : j;
-      dv += stencil.first[static_cast<std::size_t>(k)] * z[j];
-      da += stencil.second[static_cast<std::size_t>(k)] * z[j];
-    }
-    v[i] = rate * dv;
-    a[i] = square * da;
-  }
-}
-
-}  // namespace
-
-SHAKER_SIMD_CLONES void difference_lanes(int n, const Stencil& stencil, const Lanes& rate,
-                                         const Lanes* z, Lanes* v, Lanes* a) {
-  if (stencil.reach == 3)
-    difference<3>(n, stencil, rate, z, v, a);
-  else if (stencil.reach == 2)
-    difference<2>(n, stencil, rate, z, v, a);
-  else
-    difference<1>(n, stencil, rate, z, v, a);
-}
-
-SHAKER_SIMD_CLONES void sum_lane_products(const LaneGram& gram) {
-  const int size = gram.width * (gram.width + 1) / 2;
-  for (int m = 0; m < size; ++m)
-    gram.products[m] = Lanes{};
-  for (int j = 0; j < gram.count; ++j) {
-    const std::size_t point = static_cast<std::size_t>(j) * static_cast<std::size_t>(gram.every);
-    const Lanes* row = gram.rows + point * static_cast<std::size_t>(gram.row);
-    const Lanes residual = gram.data[j] - gram.z[point] - row[0];
-    Lanes* product = gram.products;
-    *product++ += residual * residual;
-    for (int k = 1; k < gram.width; ++k) {
-      *product++ += row[k] * residual;
-      for (int l = 1; l <= k; ++l)
-        *product++ += row[k] * row[l];
-    }
-  }
-}
-
-SHAKER_SIMD_CLONES void advance_lanes(const LaneAdvance& move) {
-  const Lanes* row = move.rows;
-  const Lanes share = *move.share;
-  Lanes step{};
-  Lanes size{};
-  for (int i = 0; i < move.n; ++i, row += move.row) {
-    Lanes sum = row[0];
-    keep_largest(step, sum);
-    keep_largest(size, move.z[i]);
-    for (int k = 1; k < move.width; ++k)
-      sum += move.delta[k - 1] * row[k];
-    move.z[i] += share * sum;
-  }
-  *move.newton_step = step / (size + 1e-300);
+  const int kind = step.width == 1 ? 1 : step.width == kOleoWidth ? 2 : 0;
+  return kSolve[step.stencil.reach - 1][kind](step);
 }
 
 }  // namespace shaker::estimator

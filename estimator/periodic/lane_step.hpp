@@ -22,6 +22,10 @@
 
 namespace shaker::estimator {
 
+// Right-hand sides of the oleo, whose loops are compiled for their number: the Newton step and the
+// sensitivities over four parameters.
+inline constexpr int kOleoWidth = 5;
+
 struct LaneStep {
   int n = 0;      // points, >= 3 reach + 2
   int width = 0;  // right-hand sides: 1 + parameters
