@@ -6,22 +6,6 @@
 #include "estimator/estimation_impl.hpp"
 
 namespace shaker::estimator {
-namespace {
-
-// Largest relative Newton step of a state.
-double newton_step(const PeriodicSystem& system) {
-  double step = 0.0;
-  double size = 1e-300;
-  const int c = system.model().observed();
-  for (int i = 0; i < system.points(); ++i) {
-    step = std::max(step, std::fabs(system.row(i, c)[0]));
-    size = std::max(size, std::fabs(system.value(i, c)));
-  }
-  return step / size;
-}
-
-}  // namespace
-
 // One linearisation a step moves theta and all states together. Trusted only while it contracts:
 // anything odd (an inadmissible point, a singular matrix, steps that do not shrink) gives up, and
 // the caller starts the nested method from the parameters that were given. The first steps, which
@@ -62,10 +46,8 @@ bool Estimator::Impl::linearise_all(bool approach) {
 double Estimator::Impl::advance_all(bool approach) {
   if (!packs.empty()) return advance_packs(approach);
   double step = 0.0;
-  for (PeriodicSystem& system : approach ? coarse : systems) {
-    step = std::max(step, newton_step(system));
-    system.advance(1.0, delta_full);
-  }
+  for (PeriodicSystem& system : approach ? coarse : systems)
+    step = std::max(step, system.advance(1.0, delta_full));
   return step;
 }
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/math/simd_math.hpp"
+#include "estimator/math/lanes.hpp"
 #include "estimator/periodic/dense.hpp"
 #include "estimator/periodic/observer.hpp"
 #include "estimator/periodic/scalar_step.hpp"
@@ -17,11 +17,16 @@ SHAKER_SIMD_CLONES void fill_band(int n, int reach, const double* __restrict fir
                                   const double* __restrict second, const double* __restrict g_u,
                                   const double* __restrict g_v, const double* __restrict g_a,
                                   double* __restrict band) {
-  for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < 8; ++k)
-      band[8 * i + k] = g_a[i] * second[k] + g_v[i] * first[k];
-    band[8 * i + reach] += g_u[i];
+  Lanes over_v;
+  Lanes over_a;
+  Lanes over_u{};
+  over_u[reach] = 1.0;
+  for (int k = 0; k < kLanes; ++k) {
+    over_v[k] = first[k];
+    over_a[k] = second[k];
   }
+  for (int i = 0; i < n; ++i)
+    as_lanes(band)[i] = g_a[i] * over_a + g_v[i] * over_v + g_u[i] * over_u;
 }
 
 }  // namespace
@@ -34,6 +39,15 @@ void PeriodicSystem::learn_jumps() {
 void PeriodicSystem::fill_right_hand_sides() {
   const bool corrected = kinks_ && kinks_->any();
   if (corrected && rows_hold_sensitivities_) learn_jumps();
+  if (s_ == 1 && groups_ <= kMostGroups)
+    fill_scalar_rows({n_, 1 + p_, groups_, left_.data(), rows_.data()});
+  else
+    fill_rows();
+  if (corrected) kinks_->correct_right_hand_sides(g_v_[0], g_a_[0], rows_.data());
+  rows_hold_sensitivities_ = false;
+}
+
+void PeriodicSystem::fill_rows() {
   for (int i = 0; i < n_; ++i) {
     for (int d = 0; d < s_; ++d) {
       double* row = &rows_[static_cast<std::size_t>(i * s_ + d) * stride_];
@@ -43,8 +57,6 @@ void PeriodicSystem::fill_right_hand_sides() {
       std::fill(row + 1 + p_, row + stride_, 0.0);
     }
   }
-  if (corrected) kinks_->correct_right_hand_sides(g_v_[0], g_a_[0], rows_.data());
-  rows_hold_sensitivities_ = false;
 }
 
 bool PeriodicSystem::solve_step() {
@@ -53,7 +65,7 @@ bool PeriodicSystem::solve_step() {
 
 bool PeriodicSystem::solve_rows() {
   if (dense_) return solve_dense();
-  if (s_ != 1 || groups_ > 4 || !solve_scalar()) {
+  if (s_ != 1 || groups_ > kMostGroups || !solve_scalar()) {
     if (!solve_banded()) return false;
   }
   rows_hold_sensitivities_ = true;
@@ -164,22 +176,37 @@ void PeriodicSystem::solve_factorised(std::span<double> rows, int width) {
 
 bool PeriodicSystem::add_products(std::span<const double> data, int every, bool with_newton,
                                   double weight, double* products) const {
-  if (s_ != 1 || groups_ > 4 || !observer_->direct(0)) return false;
+  if (s_ != 1 || groups_ > kMostGroups || !observer_->direct(0)) return false;
   shaker::estimator::add_products({static_cast<int>(data.size()), every, p_, groups_, with_newton,
                                    rows_.data(), z_.data(), data.data(), weight, products});
   return true;
 }
 
-void PeriodicSystem::advance(double newton, std::span<const double> delta_theta) {
+double PeriodicSystem::advance(double newton, std::span<const double> delta_theta) {
+  const double step = s_ == 1 && groups_ <= kMostGroups
+                          ? advance_scalar({n_, 1 + p_, groups_, newton, rows_.data(),
+                                            delta_theta.data(), z_.data()})
+                          : advance_rows(newton, delta_theta);
+  if (!observer_->idle()) observer_->advance(newton, delta_theta);
+  return step;
+}
+
+double PeriodicSystem::advance_rows(double newton, std::span<const double> delta_theta) {
+  double largest_step = 0.0;
+  double size = 1e-300;
   const int count = n_ * s_;
   for (int i = 0; i < count; ++i) {
     const double* row = &rows_[static_cast<std::size_t>(i) * stride_];
+    if (i % s_ == model_->observed()) {
+      largest_step = std::max(largest_step, std::fabs(row[0]));
+      size = std::max(size, std::fabs(z_[i]));
+    }
     double sum = newton * row[0];
     for (int k = 0; k < p_; ++k)
       sum += delta_theta[k] * row[1 + k];
     z_[i] += sum;
   }
-  if (!observer_->idle()) observer_->advance(newton, delta_theta);
+  return largest_step / size;
 }
 
 }  // namespace shaker::estimator

@@ -9,8 +9,8 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/math/lanes.hpp"
 #include "estimator/math/numbers.hpp"
-#include "estimator/math/simd_math.hpp"
 #include "estimator/model_arrays.hpp"
 #include "estimator/periodic/dense.hpp"
 #include "estimator/periodic/observer.hpp"
@@ -46,11 +46,16 @@ void fourier_matrices(int n, Eigen::MatrixXd& first, Eigen::MatrixXd& second) {
   }
 }
 
-SHAKER_SIMD_CLONES double largest(int n, const double* __restrict g) {
-  double worst = 0.0;
-  for (int i = 0; i < n; ++i)
-    worst = std::max(worst, std::fabs(g[i]));
-  return worst;
+SHAKER_SIMD_CLONES double largest(int n, const double* g) {
+  Lanes worst{};
+  int i = 0;
+  for (; i + kLanes <= n; i += kLanes)
+    keep_largest(worst, as_lanes(g)[i / kLanes]);
+  for (; i < n; ++i)
+    worst[0] = std::max(worst[0], std::fabs(g[i]));
+  for (int l = 1; l < kLanes; ++l)
+    worst[0] = std::max(worst[0], worst[l]);
+  return worst[0];
 }
 
 }  // namespace
@@ -103,6 +108,10 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
   store_.resize(point_arrays(model) * static_cast<std::size_t>(padded_ + 2 * halo));
   cut_point_arrays(model, store_.data() + halo, padded_ + 2 * halo,
                    {u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_});
+  if (s_ == 1) {
+    left_.push_back(g_[0]);
+    left_.insert(left_.end(), g_theta_.begin(), g_theta_.end());
+  }
   if (options.scheme == Scheme::fourier) {
     dense_ = std::make_unique<Dense>();
     fourier_matrices(n_, dense_->first, dense_->second);

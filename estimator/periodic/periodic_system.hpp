@@ -100,8 +100,9 @@ class PeriodicSystem {
   // has no such fast form (several coordinates, instruments, Fourier, very many parameters).
   bool add_products(std::span<const double> data, int every, bool with_newton, double weight,
                     double* products) const;
-  // z += newton * (Newton step) + sensitivities * delta_theta.
-  void advance(double newton, std::span<const double> delta_theta);
+  // z += newton * (Newton step) + sensitivities * delta_theta. Returns the largest Newton step of
+  // the observed coordinate against its largest value before.
+  double advance(double newton, std::span<const double> delta_theta);
   // The step that makes the state of the last linearisation follow a change of theta and end on the
   // solution: advance(1, delta).
 
@@ -158,6 +159,8 @@ class PeriodicSystem {
   void fill_dense();
   bool solve_dense();
   void fill_right_hand_sides();
+  void fill_rows();
+  double advance_rows(double newton, std::span<const double> delta_theta);
   void learn_jumps();
   bool equilibrium(std::span<const double> theta);
   double damped_step(std::span<const double> theta);
@@ -177,6 +180,7 @@ class PeriodicSystem {
   std::array<double, 2 * kCarriedHarmonics> harmonics_full_{}, harmonics_{};
   AlignedVector store_;  // all arrays of points
   std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
+  std::vector<const double*> left_;        // one coordinate: g, then its derivatives over theta
   std::unique_ptr<KinkCorrection> kinks_;  // null when there is none to correct
   AlignedVector kappa_theta_;              // dkappa/dtheta_k in the lane of theta_k
   std::vector<double> theta_;              // of the last linearisation

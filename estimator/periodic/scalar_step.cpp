@@ -47,81 +47,157 @@ SHAKER_INLINE bool solve_border(double (&s)[Reach][Reach], Lanes (&b)[Reach][Gro
   return true;
 }
 
+// What an elimination along the ring, upwards or downwards, still needs of the rows behind it, in
+// registers: reading them back from memory would wait for the stores. Rows of zeros to begin with.
+template <int Reach, int Groups>
+struct Chain {
+  double u[Reach][Reach] = {};  // u[k - 1][j - 1]: entry j ahead of the row k behind
+  Lanes r[Reach][Groups] = {};  // r[k - 1]: right-hand sides of that row
+};
+
+template <int Reach, int Groups>
+SHAKER_INLINE void push(Chain<Reach, Groups>& chain) {
+  for (int k = Reach - 1; k >= 1; --k) {
+    for (int j = 0; j < Reach; ++j)
+      chain.u[k][j] = chain.u[k - 1][j];
+    for (int w = 0; w < Groups; ++w)
+      chain.r[k][w] = chain.r[k - 1][w];
+  }
+}
+
+// The equation of row i less those behind it; c[Reach + k] is its coefficient k rows ahead, which
+// is upwards for Ahead = 1 and downwards for -1. False when the pivot is too small.
+template <int Reach, int Groups, int Ahead>
+SHAKER_INLINE bool eliminate(const ScalarStep& step, int i, double (&c)[2 * Reach + 1],
+                             Lanes (&row)[Groups], Chain<Reach, Groups>& behind) {
+  const double largest = std::fabs(step.band[8 * i + Reach]);
+  for (int k = Reach; k >= 1; --k) {
+    const double l = c[Reach - k];
+    for (int j = 1; j <= Reach; ++j)
+      c[Reach - k + j] -= l * behind.u[k - 1][j - 1];
+    for (int w = 0; w < Groups; ++w)
+      row[w] -= l * behind.r[k - 1][w];
+  }
+  const double inverse = 1.0 / c[Reach];
+  push(behind);
+  Lanes* rows = reinterpret_cast<Lanes*>(step.rows);
+  for (int j = 1; j <= Reach; ++j)
+    step.upper[4 * i + j] = behind.u[0][j - 1] = c[Reach + j] * inverse;
+  for (int w = 0; w < Groups; ++w)
+    rows[i * Groups + w] = behind.r[0][w] = row[w] * inverse;
+  return std::fabs(c[Reach]) > kSmallestPivot * largest;
+}
+
+template <int Reach, int Groups, int Ahead>
+SHAKER_INLINE bool eliminate(const ScalarStep& step, int i, Chain<Reach, Groups>& behind) {
+  double c[2 * Reach + 1];
+  for (int k = -Reach; k <= Reach; ++k)
+    c[Reach + k] = step.band[8 * i + Reach + Ahead * k];
+  Lanes row[Groups];
+  for (int w = 0; w < Groups; ++w)
+    row[w] = reinterpret_cast<Lanes*>(step.rows)[i * Groups + w];
+  return eliminate<Reach, Groups, Ahead>(step, i, c, row, behind);
+}
+
+// A row where both eliminations meet: first less the rows that came down to it.
+template <int Reach, int Groups>
+SHAKER_INLINE bool eliminate_between(const ScalarStep& step, int i, int last,
+                                     const Chain<Reach, Groups>& above,
+                                     Chain<Reach, Groups>& below) {
+  double c[2 * Reach + 1];
+  for (int k = 0; k <= 2 * Reach; ++k)
+    c[k] = step.band[8 * i + k];
+  Lanes row[Groups];
+  for (int w = 0; w < Groups; ++w)
+    row[w] = reinterpret_cast<Lanes*>(step.rows)[i * Groups + w];
+  for (int k = Reach; i + k > last; --k) {
+    const int back = i + k - last - 1;  // in `above`
+    const double l = c[Reach + k];
+    c[Reach + k] = 0.0;
+    for (int j = 1; j <= Reach; ++j)
+      c[Reach + k - j] -= l * above.u[back][j - 1];
+    for (int w = 0; w < Groups; ++w)
+      row[w] -= l * above.r[back][w];
+  }
+  return eliminate<Reach, Groups, 1>(step, i, c, row, below);
+}
+
+// Row i from the solutions of the rows ahead of it, which are `ahead.r`.
+template <int Reach, int Groups>
+SHAKER_INLINE void substitute(const ScalarStep& step, int i, Chain<Reach, Groups>& ahead) {
+  Lanes* rows = reinterpret_cast<Lanes*>(step.rows);
+  Lanes row[Groups];
+  for (int w = 0; w < Groups; ++w)
+    row[w] = rows[i * Groups + w];
+  for (int j = Reach; j >= 1; --j) {
+    for (int w = 0; w < Groups; ++w)
+      row[w] -= step.upper[4 * i + j] * ahead.r[j - 1][w];
+  }
+  for (int k = Reach - 1; k >= 1; --k) {
+    for (int w = 0; w < Groups; ++w)
+      ahead.r[k][w] = ahead.r[k - 1][w];
+  }
+  for (int w = 0; w < Groups; ++w)
+    rows[i * Groups + w] = ahead.r[0][w] = row[w];
+}
+
+// The band of the first `inner` unknowns, from both ends towards the middle and back: an
+// elimination waits for its own last pivot most of the time, and two wait no longer than one.
+template <int Reach, int Groups>
+SHAKER_INLINE bool solve_inner(const ScalarStep& step, int inner) {
+  const int middle = (inner - Reach) / 2;  // the first of the Reach rows where both meet
+  const int last = middle + Reach - 1;
+  Chain<Reach, Groups> up;
+  Chain<Reach, Groups> down;
+  bool sound = true;
+  for (int i = 0; i < middle; ++i) {
+    sound &= eliminate<Reach, Groups, 1>(step, i, up);
+    sound &= eliminate<Reach, Groups, -1>(step, inner - 1 - i, down);
+  }
+  if (inner - 1 - middle > last) sound &= eliminate<Reach, Groups, -1>(step, last + 1, down);
+  for (int i = middle; i <= last; ++i)
+    sound &= eliminate_between<Reach, Groups>(step, i, last, down, up);
+  if (!sound) return false;
+
+  Chain<Reach, Groups> down_again;
+  for (int i = last; i >= middle; --i)
+    substitute<Reach, Groups>(step, i, down_again);
+  Chain<Reach, Groups> up_again;
+  for (int k = 0; k < Reach; ++k) {
+    for (int w = 0; w < Groups; ++w)
+      up_again.r[k][w] = down_again.r[Reach - 1 - k][w];
+  }
+  if (inner - 1 - middle > last) substitute<Reach, Groups>(step, last + 1, up_again);
+  for (int i = middle - 1; i >= 0; --i) {
+    substitute<Reach, Groups>(step, i, down_again);
+    substitute<Reach, Groups>(step, inner - 1 - i, up_again);
+  }
+  return true;
+}
+
+// Couplings to the border become extra right-hand sides: lanes width .. width + Reach - 1. What the
+// band still says of them meets rows of zeros.
+template <int Reach, int Groups>
+SHAKER_INLINE void fill_border(const ScalarStep& step, int inner) {
+  for (int i = 0; i < Reach; ++i) {
+    double* lanes = step.rows + static_cast<std::size_t>(i) * Groups * kLanes;
+    for (int k = -Reach; i + k < 0; ++k)
+      lanes[step.width + Reach + i + k] = step.band[8 * i + Reach + k];
+    const int j = inner - Reach + i;
+    lanes = step.rows + static_cast<std::size_t>(j) * Groups * kLanes;
+    for (int k = inner - j; k <= Reach; ++k)
+      lanes[step.width + j + k - inner] = step.band[8 * j + Reach + k];
+  }
+}
+
 template <int Reach, int Groups>
 SHAKER_INLINE bool solve(const ScalarStep& step) {
   const int inner = step.n - Reach;  // unknowns that are not the border
   const int width = step.width;
   Lanes* rows = reinterpret_cast<Lanes*>(step.rows);
-  double* upper = step.upper;
   const double* band = step.band;
-
-  // Couplings to the border become extra right-hand sides: lanes width .. width + Reach - 1.
-  for (int i = 0; i < Reach; ++i) {
-    double* lanes = step.rows + static_cast<std::size_t>(i) * Groups * kLanes;
-    for (int k = -Reach; i + k < 0; ++k)
-      lanes[width + Reach + i + k] = band[8 * i + Reach + k];
-    const int j = inner - Reach + i;
-    lanes = step.rows + static_cast<std::size_t>(j) * Groups * kLanes;
-    for (int k = inner - j; k <= Reach; ++k)
-      lanes[width + j + k - inner] = band[8 * j + Reach + k];
-  }
-
-  // The last Reach rows stay in registers: reading them back from memory would wait for the stores.
-  bool sound = true;
-  double u[Reach][Reach] = {};  // u[k - 1][j - 1]: upper entry j of row i - k
-  Lanes r[Reach][Groups] = {};  // r[k - 1]: right-hand sides of row i - k
-  for (int i = 0; i < inner; ++i) {
-    double c[2 * Reach + 1];
-    for (int k = 0; k <= 2 * Reach; ++k)
-      c[k] = band[8 * i + k];
-    if (i < Reach) {
-      for (int k = i + 1; k <= Reach; ++k)
-        c[Reach - k] = 0.0;  // went to the border's lanes
-    }
-    const double largest = std::fabs(c[Reach]);
-    Lanes row[Groups];
-    for (int w = 0; w < Groups; ++w)
-      row[w] = rows[i * Groups + w];
-    for (int k = Reach; k >= 1; --k) {
-      const double l = c[Reach - k];
-      for (int j = 1; j <= Reach; ++j)
-        c[Reach - k + j] -= l * u[k - 1][j - 1];
-      for (int w = 0; w < Groups; ++w)
-        row[w] -= l * r[k - 1][w];
-    }
-    sound &= std::fabs(c[Reach]) > kSmallestPivot * largest;
-    const double inverse = 1.0 / c[Reach];
-    for (int k = Reach - 1; k >= 1; --k) {
-      for (int j = 0; j < Reach; ++j)
-        u[k][j] = u[k - 1][j];
-      for (int w = 0; w < Groups; ++w)
-        r[k][w] = r[k - 1][w];
-    }
-    for (int j = 1; j <= Reach; ++j)
-      upper[4 * i + j] = u[0][j - 1] = c[Reach + j] * inverse;
-    for (int w = 0; w < Groups; ++w)
-      rows[i * Groups + w] = r[0][w] = row[w] * inverse;
-  }
-  if (!sound) return false;
-  for (int k = 0; k < Reach; ++k) {
-    for (int w = 0; w < Groups; ++w)
-      r[k][w] = Lanes{};
-  }
-  for (int i = inner - 1; i >= 0; --i) {
-    Lanes row[Groups];
-    for (int w = 0; w < Groups; ++w)
-      row[w] = rows[i * Groups + w];
-    for (int j = Reach; j >= 1; --j) {
-      for (int w = 0; w < Groups; ++w)
-        row[w] -= upper[4 * i + j] * r[j - 1][w];
-    }
-    for (int k = Reach - 1; k >= 1; --k) {
-      for (int w = 0; w < Groups; ++w)
-        r[k][w] = r[k - 1][w];
-    }
-    for (int w = 0; w < Groups; ++w)
-      rows[i * Groups + w] = r[0][w] = row[w];
-  }
+  fill_border<Reach, Groups>(step, inner);
+  if (!solve_inner<Reach, Groups>(step, inner)) return false;
 
   // Schur complement of the border.
   double schur[Reach][Reach] = {};
@@ -163,36 +239,6 @@ SHAKER_INLINE bool solve(const ScalarStep& step) {
   return true;
 }
 
-template <int Groups>
-SHAKER_INLINE void sum_products(const GramSum& sum) {
-  const int size = 1 + sum.parameters;
-  Lanes total[kLanes * Groups][Groups];
-  for (int k = 0; k < size; ++k) {
-    for (int w = 0; w < Groups; ++w)
-      total[k][w] = Lanes{};
-  }
-  for (int j = 0; j < sum.count; ++j) {
-    const std::size_t point = static_cast<std::size_t>(j) * sum.every;
-    const double* lanes = sum.rows + point * Groups * kLanes;
-    const Lanes* row = reinterpret_cast<const Lanes*>(lanes);
-    const double residual = sum.data[j] - sum.state[point] - (sum.with_newton ? lanes[0] : 0.0);
-    Lanes own[Groups];
-    for (int w = 0; w < Groups; ++w)
-      own[w] = row[w];
-    own[0][0] = residual;
-    for (int w = 0; w < Groups; ++w)
-      total[0][w] += residual * own[w];
-    for (int k = 1; k < size; ++k) {
-      for (int w = 0; w < Groups; ++w)
-        total[k][w] += lanes[k] * own[w];
-    }
-  }
-  for (int k = 0; k < size; ++k) {
-    for (int l = 0; l < size; ++l)
-      sum.products[k * size + l] += sum.weight * total[k][l / kLanes][l % kLanes];
-  }
-}
-
 #define SHAKER_SCALAR_STEP(REACH, GROUPS)                                 \
   SHAKER_SIMD_CLONES bool solve_##REACH##_##GROUPS(const ScalarStep& s) { \
     return solve<REACH, GROUPS>(s);                                       \
@@ -211,16 +257,6 @@ SHAKER_SCALAR_STEP(3, 3)
 SHAKER_SCALAR_STEP(3, 4)
 #undef SHAKER_SCALAR_STEP
 
-#define SHAKER_GRAM_SUM(GROUPS)                            \
-  SHAKER_SIMD_CLONES void sum_##GROUPS(const GramSum& s) { \
-    sum_products<GROUPS>(s);                               \
-  }
-SHAKER_GRAM_SUM(1)
-SHAKER_GRAM_SUM(2)
-SHAKER_GRAM_SUM(3)
-SHAKER_GRAM_SUM(4)
-#undef SHAKER_GRAM_SUM
-
 using Solve = bool (*)(const ScalarStep&);
 constexpr Solve kSolve[3][4] = {{solve_1_1, solve_1_2, solve_1_3, solve_1_4},
                                 {solve_2_1, solve_2_2, solve_2_3, solve_2_4},
@@ -230,11 +266,6 @@ constexpr Solve kSolve[3][4] = {{solve_1_1, solve_1_2, solve_1_3, solve_1_4},
 
 bool solve_scalar_step(const ScalarStep& step) {
   return kSolve[step.reach - 1][step.groups - 1](step);
-}
-
-void add_products(const GramSum& sum) {
-  constexpr void (*kSum[4])(const GramSum&) = {sum_1, sum_2, sum_3, sum_4};
-  kSum[sum.groups - 1](sum);
 }
 
 }  // namespace shaker::estimator

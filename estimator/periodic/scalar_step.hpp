@@ -2,19 +2,22 @@
 // sensitivities at once: the hot loop of every estimate.
 //
 // Cyclic band by bordering: the last `reach` unknowns are the border; the rest is an ordinary band,
-// eliminated without row exchanges while all right-hand sides (Newton step, sensitivities, border)
-// ride along as the lanes of one SIMD row. A pivot that gets small against its row makes it give
-// up, and the caller takes CyclicBandedLu (with row exchanges) instead.
+// eliminated without row exchanges, from both ends towards the middle, while all right-hand sides
+// (Newton step, sensitivities, border) ride along as the lanes of one SIMD row. A pivot that gets
+// small against its row makes it give up, and the caller takes CyclicBandedLu (with row exchanges)
+// instead.
 #pragma once
 
 #include "estimator/math/lanes.hpp"
 
 namespace shaker::estimator {
 
-// Lane groups that `width` right-hand sides and `reach` border columns need; at most 4.
+// Lane groups that `width` right-hand sides and `reach` border columns need.
 constexpr int lane_groups(int width, int reach) {
   return (width + reach + kLanes - 1) / kLanes;
 }
+
+inline constexpr int kMostGroups = 4;  // that are solved here
 
 struct ScalarStep {
   int n = 0;                     // points, >= 3 reach + 1
@@ -29,6 +32,24 @@ struct ScalarStep {
 
 // False when a pivot is too small for elimination without exchanges; `rows` is then spoilt.
 bool solve_scalar_step(const ScalarStep& step);
+
+// Fills the rows of a step: minus what the equations leave.
+struct ScalarRows {
+  int n = 0, width = 0, groups = 0;
+  const double* const* left = nullptr;  // `width` arrays of n, readable up to a multiple of 8
+  double* rows = nullptr;
+};
+void fill_scalar_rows(const ScalarRows& rows);
+
+// z += newton * (Newton step) + sum delta[k] * (sensitivity k). Returns the largest Newton step
+// against the largest z before.
+struct ScalarAdvance {
+  int n = 0, width = 0, groups = 0;
+  double newton = 0.0;
+  const double *rows = nullptr, *delta = nullptr;
+  double* z = nullptr;
+};
+double advance_scalar(const ScalarAdvance& move);
 
 // Sums of products over the data that stand on grid points 0, every, 2 every, ...: with
 // e = (residual, dz/dtheta_1, ...) adds weight * sum e e^T to `products`, (1 + parameters) squared.

@@ -96,8 +96,11 @@ TEST_P(ScalarSteps, AreSolvedAsByADenseFactorisation) {
 INSTANTIATE_TEST_SUITE_P(Shapes, ScalarSteps,
                          ::testing::Values(StepShape{40, 1, 5}, StepShape{40, 2, 5},
                                            StepShape{40, 3, 5}, StepShape{11, 3, 1},
-                                           StepShape{64, 2, 12}, StepShape{64, 3, 20},
-                                           StepShape{33, 1, 29}));
+                                           StepShape{12, 3, 5}, StepShape{13, 3, 5},
+                                           StepShape{14, 3, 5}, StepShape{8, 2, 3},
+                                           StepShape{9, 2, 3}, StepShape{5, 1, 2},
+                                           StepShape{6, 1, 2}, StepShape{64, 2, 12},
+                                           StepShape{64, 3, 20}, StepShape{33, 1, 29}));
 
 TEST(ScalarStepSolver, GivesUpOnAPivotThatNeedsARowExchange) {
   constexpr int n = 20;
