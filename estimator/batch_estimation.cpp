@@ -205,9 +205,11 @@ void BatchEstimator::Worker::steps(bool approach) {
     moving &= ~failed;
     lanes.advance(pack->delta.data(), pack->newton_step.data(), moving);
     arrived = 0;
+    const unsigned before = moving;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       if (is(moving, lane)) judge_lane(lane, iteration);
     }
+    if (approach && moving != before) lanes.learn_jumps(before & ~moving & ~failed);
     const unsigned finished = finish_abreast(arrived);
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       if (is(arrived & ~finished, lane) && !finish_lane(lane)) failed |= 1U << lane;

@@ -21,8 +21,10 @@ bool Estimator::Impl::fit_lifted(bool warm) {
     if (!coarse.empty()) {
       states_to_packs(true);
       if (!lifted_steps(true)) return false;
-      for (RunPack& pack : packs)
+      for (RunPack& pack : packs) {
+        pack.coarse->learn_jumps(kAllLanes);
         pack.fine.interpolate_from(*pack.coarse);
+      }
       for (std::size_t r = 0; packs.empty() && r < runs.size(); ++r)
         systems[r].interpolate_from(coarse[r]);
     }

@@ -1,4 +1,5 @@
-// Velocity and acceleration of the state over the cyclic time.
+#include "estimator/periodic/differences.hpp"
+
 #include <algorithm>
 #include <array>
 
@@ -42,26 +43,31 @@ constexpr auto kDifference = std::array{difference_1, difference_2, difference_3
 
 }  // namespace
 
-void PeriodicSystem::differentiate() {
-  if (dense_) return differentiate_fourier();
-  const int reach = stencil_.reach;
+void take_differences(const Stencil& stencil, double rate, int n, double* u, double* v, double* a) {
+  const int reach = stencil.reach;
   double first[8] = {};
   double second[8] = {};
-  const double f1 = frequency_ * n_;
+  for (int k = 0; k <= 2 * reach; ++k) {
+    first[k] = stencil.first[static_cast<std::size_t>(k)] * rate;
+    second[k] = stencil.second[static_cast<std::size_t>(k)] * rate * rate;
+  }
+  for (int k = 1; k <= reach; ++k) {
+    u[-k] = u[n - k];
+    u[n - 1 + k] = u[k - 1];
+  }
+  kDifference[static_cast<std::size_t>(reach - 1)](n, u - reach, first, second, v, a);
+}
+
+void PeriodicSystem::differentiate() {
+  if (dense_) return differentiate_fourier();
   for (int c = 0; c < s_; ++c) {
-    const Stencil& stencil = stencil_of(c);
-    for (int k = 0; k <= 2 * reach; ++k) {
-      first[k] = stencil.first[k] * f1;
-      second[k] = stencil.second[k] * f1 * f1;
-    }
     double* u = u_[c];
-    for (int i = 0; i < n_; ++i)
-      u[i] = z_[i * s_ + c];
-    for (int k = 1; k <= reach; ++k) {
-      u[-k] = u[n_ - k];
-      u[n_ - 1 + k] = u[k - 1];
-    }
-    kDifference[static_cast<std::size_t>(reach - 1)](n_, u - reach, first, second, v_[c], a_[c]);
+    if (s_ == 1)
+      std::copy_n(z_.begin(), n_, u);
+    else
+      for (int i = 0; i < n_; ++i)
+        u[i] = z_[i * s_ + c];
+    take_differences(stencil_of(c), frequency_ * n_, n_, u, v_[c], a_[c]);
     for (int i = n_; i < padded_; ++i)
       u[i] = u[n_ - 1];  // no wild values in the padding
   }

@@ -1,6 +1,7 @@
 #include "estimator/periodic/kinks.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "estimator/math/lanes.hpp"
@@ -18,6 +19,29 @@ double held_within(double x, double most) {
   return std::fabs(x) <= most ? x : std::copysign(most, x);
 }
 
+SHAKER_INLINE void negative(const double* v, LaneMask& out) {
+  Lanes values;
+  __builtin_memcpy(&values, v, sizeof values);  // anywhere in memory
+  out = values < 0.0;
+}
+
+// The first point, from `from` on, after which the velocity changes its sign; n when there is none.
+// Changes are few: eight points are looked at together.
+SHAKER_SIMD_CLONES int next_change(int n, int from, const double* v) {
+  int i = from;
+  for (; i + kLanes <= n; i += kLanes) {
+    LaneMask before;
+    LaneMask after;
+    negative(v + i, before);
+    negative(v + i + 1, after);
+    const unsigned changes = bits_of(before ^ after);
+    if (changes != 0) return i + std::countr_zero(changes);
+  }
+  while (i < n && (v[i] < 0.0) == (v[i + 1] < 0.0))
+    ++i;
+  return i;
+}
+
 template <class Zero>
 void set_jumps(Zero& zero, double kappa) {
   const double size = std::fabs(zero.acceleration);
@@ -28,15 +52,13 @@ void set_jumps(Zero& zero, double kappa) {
 
 }  // namespace
 
-KinkCorrection::KinkCorrection(const Stencil& stencil, int points, int parameters,
-                               KinkLayout layout)
+KinkCorrection::KinkCorrection(const Stencil& stencil, int points, int parameters, int row)
     : stencil_(stencil),
       n_(points),
       p_(parameters),
-      layout_(layout),
+      row_(row),
       stride_((1 + parameters + kLanes - 1) / kLanes * kLanes),
-      jumps_(static_cast<std::size_t>(kMost * kOrders) * static_cast<std::size_t>(stride_)),
-      window_(static_cast<std::size_t>(2 * stencil.reach + 2) * static_cast<std::size_t>(stride_)) {
+      jumps_(static_cast<std::size_t>(kMost * kOrders) * static_cast<std::size_t>(stride_)) {
   prepare_weights();
 }
 
@@ -46,10 +68,16 @@ void KinkCorrection::forget() {
   known_ = used_ = 0;
 }
 
-void KinkCorrection::inherit(const KinkCorrection& other) {
+void KinkCorrection::inherit(const KinkCorrection& other, const double* rows,
+                             const double* kappa_theta) {
   forget();
-  known_ = used_ = other.known_;
-  std::copy_n(other.jumps_.begin(), known_ * kOrders * stride_, jumps_.begin());
+  const int learnt = rows != nullptr ? other.count_ : other.known_;
+  if (other.known_ == learnt)
+    std::copy_n(other.jumps_.begin(), learnt * kOrders * stride_, jumps_.begin());
+  else
+    std::fill(jumps_.begin(), jumps_.end(), 0.0);
+  if (rows != nullptr) other.learn(rows, kappa_theta, jumps_.data());
+  known_ = used_ = learnt;
   for (int c = 0; c < known_; ++c) {
     Zero& zero = zeros_[static_cast<std::size_t>(c)];
     const Zero& old = other.zeros_[static_cast<std::size_t>(c)];
@@ -64,8 +92,8 @@ void KinkCorrection::correct_state(double kappa, double rate, double* v, double*
   rate_ = rate;
   count_ = 0;
   if (kappa == 0.0) return;
-  for (int i = 0; i < n_ && count_ < kMost; ++i) {
-    if ((at(v, i) < 0.0) == (at(v, i + 1) < 0.0)) continue;
+  v[n_] = v[0];
+  for (int i = next_change(n_, 0, v); i < n_ && count_ < kMost; i = next_change(n_, i + 1, v)) {
     Zero& zero = zeros_[static_cast<std::size_t>(count_++)];
     // What a step without a number has left is not gone on from.
     zero.known = zero.known && zero.base == i && std::isfinite(zero.fraction + zero.jump5);
@@ -74,12 +102,16 @@ void KinkCorrection::correct_state(double kappa, double rate, double* v, double*
     locate(zero, v, a);
     zero.known = true;
   }
-  const int reach = stencil_.reach;
   used_ = std::max(used_, count_);
+  add_jumps(v, a);
+}
+
+void KinkCorrection::add_jumps(double* v, double* a) const {
+  const int reach = stencil_.reach;
   for (int c = 0; c < count_; ++c) {
     const Zero& zero = zeros_[static_cast<std::size_t>(c)];
     for (int r = 0; r < 2 * reach; ++r) {
-      const int i = layout_.point * wrapped(zero.base - reach + 1 + r);
+      const int i = wrapped(zero.base - reach + 1 + r);
       v[i] += zero.jump4 * zero.first[1][r] + zero.jump5 * zero.first[2][r];
       a[i] += zero.jump4 * zero.second[1][r] + zero.jump5 * zero.second[2][r];
     }
@@ -215,14 +247,14 @@ struct SensitivityZero {
   double rate, fraction, acceleration, jerk, snap, inertia, damping, stiffness, kappa;
   const double *first, *second;       // stencil
   const double *weights1, *weights2;  // [3][8], of first and second difference
-  const double* window;               // rows base - reach to base + 1 + reach, [row][stride]
+  std::array<const double*, 8> rows;  // of points base - reach to base + 1 + reach
   const double* kappa_theta;
   double* jumps;  // [3][stride]
   int stride;
 };
 
 // s, s', s'' on both sides of the zero from the differences with the old jumps; then the new ones.
-SHAKER_SIMD_CLONES void learn(const SensitivityZero& z, int group) {
+SHAKER_SIMD_CLONES void learn_group(const SensitivityZero& z, int group) {
   const int reach = z.reach;
   Lanes* jump[3];
   for (int m = 0; m < 3; ++m)
@@ -233,7 +265,7 @@ SHAKER_SIMD_CLONES void learn(const SensitivityZero& z, int group) {
     Lanes s1{};
     Lanes s2{};
     for (int k = 0; k <= 2 * reach; ++k) {
-      const Lanes s = as_lanes(z.window + (side + k) * z.stride)[group];
+      const Lanes s = as_lanes(z.rows[static_cast<std::size_t>(side + k)])[group];
       s1 += z.first[k] * s;
       s2 += z.second[k] * s;
     }
@@ -279,65 +311,87 @@ SHAKER_SIMD_CLONES void learn(const SensitivityZero& z, int group) {
 
 }  // namespace
 
-void KinkCorrection::fill_window(const Zero& zero, const double* rows) {
-  const int count = 2 * stencil_.reach + 2;
-  double* out = window_.data();
-  for (int r = 0; r < count; ++r, out += stride_) {
-    const double* row =
-        rows + static_cast<std::ptrdiff_t>(layout_.row) * wrapped(zero.base - stencil_.reach + r);
-    for (int k = 1; k <= p_; ++k)
-      out[k] = row[k * layout_.column];
+void KinkCorrection::learn(const double* rows, const double* kappa_theta, double* jumps) const {
+  for (int c = 0; c < count_; ++c) {
+    const Zero& zero = zeros_[static_cast<std::size_t>(c)];
+    SensitivityZero z{stencil_.reach,
+                      p_,
+                      rate_,
+                      zero.fraction,
+                      zero.acceleration,
+                      zero.jerk,
+                      zero.snap,
+                      zero.inertia,
+                      zero.damping,
+                      zero.stiffness,
+                      kappa_,
+                      stencil_.first.data(),
+                      stencil_.second.data(),
+                      zero.first[0],
+                      zero.second[0],
+                      {},
+                      kappa_theta,
+                      jumps + c * kOrders * stride_,
+                      stride_};
+    for (int r = 0; r < 2 * stencil_.reach + 2; ++r)
+      z.rows[static_cast<std::size_t>(r)] =
+          rows + static_cast<std::ptrdiff_t>(row_) * wrapped(zero.base - stencil_.reach + r);
+    for (int group = 0; group < stride_ / kLanes; ++group)
+      learn_group(z, group);
   }
 }
 
 void KinkCorrection::learn_sensitivities(const double* rows, const double* kappa_theta) {
   if (known_ != count_) std::fill(jumps_.begin(), jumps_.end(), 0.0);
   known_ = count_;
-  for (int c = 0; c < count_; ++c) {
-    const Zero& zero = zeros_[static_cast<std::size_t>(c)];
-    fill_window(zero, rows);
-    const SensitivityZero z{stencil_.reach,
-                            p_,
-                            rate_,
-                            zero.fraction,
-                            zero.acceleration,
-                            zero.jerk,
-                            zero.snap,
-                            zero.inertia,
-                            zero.damping,
-                            zero.stiffness,
-                            kappa_,
-                            stencil_.first.data(),
-                            stencil_.second.data(),
-                            zero.first[0],
-                            zero.second[0],
-                            window_.data(),
-                            kappa_theta,
-                            jumps(c, 0),
-                            stride_};
-    for (int group = 0; group < stride_ / kLanes; ++group)
-      learn(z, group);
+  learn(rows, kappa_theta, jumps_.data());
+}
+
+namespace {
+
+struct JumpTerms {
+  int rows, groups;
+  const double *weights1, *weights2;  // [3][8], of first and second difference
+  const double* jump;                 // [3][groups * 8]; 0 in the Newton step's lane
+  std::array<double, 6> slope, inertia;
+  std::array<double*, 6> row;
+};
+
+SHAKER_SIMD_CLONES void take_jumps(const JumpTerms& z) {
+  for (int r = 0; r < z.rows; ++r) {
+    const auto at = static_cast<std::size_t>(r);
+    for (int m = 0; m < 3; ++m) {
+      const double weight =
+          z.slope[at] * z.weights1[kLanes * m + r] + z.inertia[at] * z.weights2[kLanes * m + r];
+      for (int w = 0; w < z.groups; ++w)
+        as_lanes(z.row[at])[w] -= weight * as_lanes(z.jump)[m * z.groups + w];
+    }
   }
 }
+
+}  // namespace
 
 void KinkCorrection::correct_right_hand_sides(const double* g_v, const double* g_a,
                                               double* rows) const {
   if (known_ != count_) return;
   for (int c = 0; c < count_; ++c) {
     const Zero& zero = zeros_[static_cast<std::size_t>(c)];
-    const double* jump = jumps(c, 0);
+    JumpTerms z{2 * stencil_.reach,
+                stride_ / kLanes,
+                zero.first[0],
+                zero.second[0],
+                jumps(c, 0),
+                {},
+                {},
+                {}};
     for (int r = 0; r < 2 * stencil_.reach; ++r) {
       const int i = wrapped(zero.base - stencil_.reach + 1 + r);
-      const double slope = g_v[layout_.point * i];
-      const double inertia = g_a[layout_.point * i];
-      double weight[kOrders];
-      for (int m = 0; m < kOrders; ++m)
-        weight[m] = slope * zero.first[m][r] + inertia * zero.second[m][r];
-      double* row = rows + static_cast<std::ptrdiff_t>(layout_.row) * i;
-      for (int k = 1; k <= p_; ++k)
-        row[k * layout_.column] -=
-            weight[0] * jump[k] + weight[1] * jump[stride_ + k] + weight[2] * jump[2 * stride_ + k];
+      const auto at = static_cast<std::size_t>(r);
+      z.slope[at] = g_v[i];
+      z.inertia[at] = g_a[i];
+      z.row[at] = rows + static_cast<std::ptrdiff_t>(row_) * i;
     }
+    take_jumps(z);
   }
 }
 

@@ -24,7 +24,8 @@
 //                    t*
 //
 // The jumps of s need s itself: they are taken from the sensitivities of the step before, and so
-// settle along with Newton's method.
+// settle along with Newton's method. A finer grid starts from the jumps by the coarser one's last
+// sensitivities.
 #pragma once
 
 #include <array>
@@ -36,24 +37,24 @@
 
 namespace shaker::estimator {
 
-// How far neighbours lie apart in memory: points in v, a, g..., rows of right-hand sides, and
-// columns in a row (Newton step first, then sensitivities).
-struct KinkLayout {
-  int point = 1, row = 8, column = 1;
-};
-
-// Belongs to one solution of one coordinate. Nothing allocates after construction.
+// Belongs to one solution of one coordinate. Nothing allocates after construction. Rows of
+// right-hand sides and solutions, the Newton step first, then the sensitivities, are whole Lanes,
+// `row` doubles apart and aligned.
 class KinkCorrection {
  public:
-  KinkCorrection(const Stencil& stencil, int points, int parameters, KinkLayout layout);
+  KinkCorrection(const Stencil& stencil, int points, int parameters, int row);
 
   // Begins anew: nothing is known of sensitivities.
   void forget();
-  // Begins from what another grid knows of the same solution.
-  void inherit(const KinkCorrection& other);
+  // Begins from what another grid knows of the same solution; from the sensitivities that its
+  // `rows` hold as well, unless null.
+  void inherit(const KinkCorrection& other, const double* rows, const double* kappa_theta);
 
   // Finds the zeros of the velocity and corrects velocity and acceleration; `rate` = frequency n.
+  // `v` has room for one value behind the last point's.
   void correct_state(double kappa, double rate, double* v, double* a);
+  // What the zeros that were found last do to velocity and acceleration.
+  void add_jumps(double* v, double* a) const;
   bool any() const { return count_ > 0; }
   // After the model has been evaluated: inertia, smooth damping and stiffness at the zeros.
   void learn_slopes(const double* g_u, const double* g_v, const double* g_a, const double* v);
@@ -78,7 +79,7 @@ class KinkCorrection {
     alignas(64) double second[kOrders][kLanes] = {};
   };
   int wrapped(int i) const { return i < 0 ? i + n_ : i >= n_ ? i - n_ : i; }
-  double at(const double* values, int i) const { return values[layout_.point * wrapped(i)]; }
+  double at(const double* values, int i) const { return values[wrapped(i)]; }
   void locate(Zero& zero, const double* v, const double* a) const;
   void find_root(Zero& zero, double v0, double v1, double a0, double a1) const;
   void prepare_weights();
@@ -90,20 +91,19 @@ class KinkCorrection {
   const double* jumps(int zero, int order) const {
     return const_cast<KinkCorrection*>(this)->jumps(zero, order);
   }
+  // The jumps, `jumps` being laid out as jumps_, anew from the rows that were solved with them.
+  void learn(const double* rows, const double* kappa_theta, double* jumps) const;
 
   Stencil stencil_;
-  int n_, p_;
-  KinkLayout layout_;
+  int n_, p_, row_;
   int stride_;  // of jumps_: columns, rounded up to whole Lanes
   double rate_ = 1.0, kappa_ = 0.0;
   int count_ = 0;  // zeros found
   int used_ = 0;   // of which something is remembered
   int known_ = 0;  // zeros for which jumps_ hold something; 0: nothing
   std::array<Zero, kMost> zeros_;
-  void fill_window(const Zero& zero, const double* rows);
   AlignedVector jumps_;                    // of the sensitivities: [zero][order - 3][column]
   AlignedVector offset_, first_, second_;  // of the neighbours across a zero: prepare_weights
-  AlignedVector window_;                   // rows around a zero, columns side by side
 };
 
 }  // namespace shaker::estimator

@@ -117,6 +117,13 @@ void LaneKinks::correct_state(const Lanes& kappa, const Lanes& rate, unsigned mo
     lane_kinks::put_jumps(in, zeros_[static_cast<std::size_t>(c)]);
 }
 
+void LaneKinks::add_jumps(Lanes* v, Lanes* a) const {
+  const lane_kinks::Located in{{n_, stencil_.reach}, &partners_, rate_, kappa_, ~LaneMask{}, v, a};
+  const int most = most_zeros();
+  for (int c = 0; c < most; ++c)
+    lane_kinks::put_jumps(in, zeros_[static_cast<std::size_t>(c)]);
+}
+
 void LaneKinks::learn_slopes(unsigned moving, const Lanes* g_u, const Lanes* g_v, const Lanes* g_a,
                              const Lanes* v) {
   const int most = most_zeros();

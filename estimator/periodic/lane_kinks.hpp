@@ -45,6 +45,8 @@ class LaneKinks {
   void forget();
   void inherit(const LaneKinks& coarser);
   void correct_state(const Lanes& kappa, const Lanes& rate, unsigned moving, Lanes* v, Lanes* a);
+  // What the zeros that were found last do to velocity and acceleration.
+  void add_jumps(Lanes* v, Lanes* a) const;
   void learn_slopes(unsigned moving, const Lanes* g_u, const Lanes* g_v, const Lanes* g_a,
                     const Lanes* v);
   // `kappa_theta`: a Lanes for each sensitivity.

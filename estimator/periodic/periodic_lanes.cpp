@@ -52,25 +52,6 @@ void PeriodicLanes::begin() {
   if (kinks_) kinks_->forget();
 }
 
-// Four-point Lagrange, as in PeriodicSystem.
-void PeriodicLanes::interpolate_from(const PeriodicLanes& coarser) {
-  rows_hold_sensitivities_ = false;
-  if (kinks_) kinks_->inherit(*coarser.kinks_);
-  const int m = coarser.n_;
-  const Lanes* from = as_lanes(coarser.z_.data());
-  Lanes* to = as_lanes(z_.data());
-  for (int i = 0; i < n_; ++i) {
-    const double at = static_cast<double>(i) * m / n_;
-    const int j = static_cast<int>(at);
-    const double t = at - j;
-    const double w[4] = {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2,
-                         -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6};
-    to[i] = Lanes{};
-    for (int k = 0; k < 4; ++k)
-      to[i] += w[k] * from[(j - 1 + k + m) % m];
-  }
-}
-
 unsigned PeriodicLanes::linearise(unsigned moving) {
   difference_lanes(n_, stencil_, *as_lanes(rate_.data()), as_lanes(z_.data()), as_lanes(v_.data()),
                    as_lanes(a_.data()));
@@ -108,6 +89,7 @@ std::span<double> PeriodicLanes::theta_of(std::size_t lane) {
 }
 
 void PeriodicLanes::learn_jumps(unsigned moving) {
+  if (!kinks_ || width_ == 1 || !rows_hold_sensitivities_) return;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     if ((moving >> lane & 1U) == 0) continue;
     model_->velocity_kink_gradient(theta_of(lane), own_kappa_.data());
@@ -119,7 +101,7 @@ void PeriodicLanes::learn_jumps(unsigned moving) {
 
 void PeriodicLanes::correct_jumps(unsigned moving) {
   if (!kinks_ || width_ == 1) return;
-  if (rows_hold_sensitivities_) learn_jumps(moving);
+  learn_jumps(moving);
   kinks_->correct_left(moving, as_lanes(g_v_.data()), as_lanes(g_a_.data()), left_.data() + 1);
 }
 

@@ -34,7 +34,12 @@ class PeriodicLanes {
   void set_frequency(int lane, double frequency_hz);
   // Forgets what earlier solutions left behind.
   void begin();
+  // A start from a grid of fewer points or as many. It takes over the jumps at the kinks as
+  // `learn_jumps` left them.
   void interpolate_from(const PeriodicLanes& coarser);
+  // Takes the sensitivities' jumps at the kinks from the last solve_step, in these lanes: before
+  // their rows are overwritten without having moved.
+  void learn_jumps(unsigned lanes);
 
   double* state() { return z_.data(); }
   double* theta() { return theta_.data(); }  // parameter k of lane l at [8 k + l]
@@ -54,7 +59,6 @@ class PeriodicLanes {
 
  private:
   void correct_jumps(unsigned moving);
-  void learn_jumps(unsigned moving);
   std::span<double> theta_of(std::size_t lane);
 
   const Model* model_;

@@ -120,7 +120,7 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
   } else {
     banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
     if (options.correct_kink && model.has_velocity_kink()) {
-      kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, KinkLayout{1, stride_, 1});
+      kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, stride_);
       kappa_theta_.resize(stride_);
     }
     band_.resize(static_cast<std::size_t>(n_) * 8);
@@ -256,26 +256,6 @@ void PeriodicSystem::put(int point, double z, double v, double a, const double* 
   a_[0][point] = a;
   for (int k = 0; k <= p_; ++k)
     rows_[static_cast<std::size_t>(point) * stride_ + k] = row[k * stride];
-}
-
-// Trigonometric interpolation would ring at the kinks; four-point Lagrange is enough for a start.
-void PeriodicSystem::interpolate_from(const PeriodicSystem& coarser) {
-  begin();
-  if (kinks_ && coarser.kinks_) kinks_->inherit(*coarser.kinks_);
-  const int m = coarser.n_;
-  for (int i = 0; i < n_; ++i) {
-    const double at = static_cast<double>(i) * m / n_;
-    const int j = static_cast<int>(at);
-    const double t = at - j;
-    const double w[4] = {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2,
-                         -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6};
-    for (int c = 0; c < s_; ++c) {
-      double sum = 0.0;
-      for (int k = 0; k < 4; ++k)
-        sum += w[k] * coarser.z_[((j - 1 + k + m) % m) * s_ + c];
-      z_[i * s_ + c] = sum;
-    }
-  }
 }
 
 bool PeriodicSystem::linearise(std::span<const double> theta) {

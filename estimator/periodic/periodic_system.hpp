@@ -73,6 +73,7 @@ class PeriodicSystem {
   void begin();
   std::span<const double> state() const { return z_; }
   double value(int point, int coordinate) const { return z_[point * s_ + coordinate]; }
+  // A start from another grid's solution of the same model.
   void interpolate_from(const PeriodicSystem& coarser);
   // One point of a solution that was found elsewhere (one coordinate): state, velocity,
   // acceleration, and the row (Newton step, sensitivities) with its columns `stride` apart.
@@ -149,6 +150,8 @@ class PeriodicSystem {
     return model_->order(coordinate) == 2 ? stencil_ : upwind_;
   }
   void set_share(double share);  // of the excitation
+  void interpolate_quintic(const PeriodicSystem& coarser);
+  void interpolate_cubic(const PeriodicSystem& coarser);
   void analyse_excitation();
   bool solve_rows();
   void differentiate();

@@ -1,0 +1,12 @@
+// Velocity and acceleration over the cyclic time by a stencil. Internal to the estimator.
+#pragma once
+
+#include "estimator/periodic/scheme.hpp"
+
+namespace shaker::estimator {
+
+// v = rate sum first u, a = rate^2 sum second u at the n points of the ring. `u` has room for
+// `reach` values on either side, which are filled with the ring's other end.
+void take_differences(const Stencil& stencil, double rate, int n, double* u, double* v, double* a);
+
+}  // namespace shaker::estimator
