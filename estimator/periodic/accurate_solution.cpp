@@ -11,8 +11,9 @@ namespace {
 
 constexpr int kMostSteps = 12;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-// The second grid only serves the comparison with the first, which is no better than this.
-constexpr double kSecondGrid = 1e-5;
+// The first two grids only serve the comparison with each other, which is no better than this: the
+// share of the excitation, or of the largest acceleration, that a residual may be.
+constexpr double kCoarseGrids = 1e-5;
 
 }  // namespace
 
@@ -72,7 +73,8 @@ AccurateSolution::Change AccurateSolution::change(const PeriodicSystem& coarse,
 AccuracyReport AccurateSolution::solve(std::span<const double> theta, double accuracy) {
   AccuracyReport report;
   finest_ = 0;
-  report.solve = level(0).solve_from_rest(theta);
+  report.solve = level(0).solve_from_rest(
+      theta, std::max(PeriodicSystem::kTolerance, kCoarseGrids * std::fabs(amplitude_)));
   report.points = level(0).points();
   report.state_error = report.sensitivity_error = kInfinite;
   const int order = trusted_order(*model_, options_.grid);
@@ -86,7 +88,7 @@ AccuracyReport AccurateSolution::solve(std::span<const double> theta, double acc
     constexpr double kSquareOfTwoPi = 39.5;
     const double size = 1e-3 + std::fabs(fine.value(0, 0));
     const double scale = kSquareOfTwoPi * fine.frequency() * fine.frequency() * size;
-    const double tolerance = std::max(0.1 * accuracy, at == 1 ? kSecondGrid : 0.0);
+    const double tolerance = std::max(0.1 * accuracy, at == 1 ? kCoarseGrids : 0.0);
     const SolveReport solved = fine.solve(theta, kMostSteps, tolerance * scale);
     report.solve.iterations += solved.iterations;
     if (solved.status != SolveStatus::converged) break;

@@ -133,11 +133,12 @@ class PeriodicSystem {
   void rest() { banded_.reset(); }
 
   // --- whole solutions
+  static constexpr double kTolerance = 1e-11;  // of the residual, m/s^2
   // From static equilibrium through amplitude continuation: needs no start.
-  SolveReport solve_from_rest(std::span<const double> theta);
+  SolveReport solve_from_rest(std::span<const double> theta, double tolerance = kTolerance);
   // Newton from the present state. On success the last rows hold the sensitivities.
   SolveReport solve(std::span<const double> theta, int max_iterations = 30,
-                    double tolerance = 1e-11);
+                    double tolerance = kTolerance);
 
   // Velocity and acceleration of the state as last linearised, m/s and m/s^2.
   double velocity(int point, int coordinate) const { return v_[coordinate][point]; }
@@ -166,6 +167,8 @@ class PeriodicSystem {
   double advance_rows(double newton, std::span<const double> delta_theta);
   void learn_jumps();
   bool equilibrium(std::span<const double> theta);
+  bool evaluate_at_rest(std::span<const double> theta);
+  void step_at_rest(std::span<double> step) const;
   double damped_step(std::span<const double> theta);
 
   const Model* model_;

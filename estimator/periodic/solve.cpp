@@ -12,6 +12,14 @@ namespace {
 constexpr double kSmallestDamping = 1.0 / 1024;
 constexpr double kClose = 1e-4;  // of the state: a Newton step that may end a search
 
+// Four maxima at a time: each waits for the one before.
+double largest(const double* values, std::size_t count, std::size_t stride) {
+  double worst[4] = {};
+  for (std::size_t i = 0; i < count; ++i)
+    worst[i % 4] = std::max(worst[i % 4], std::fabs(values[i * stride]));
+  return std::max(std::max(worst[0], worst[1]), std::max(worst[2], worst[3]));
+}
+
 }  // namespace
 
 // Halves the Newton step until the state is admissible and the residual has come down; returns the
@@ -43,16 +51,15 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
       return report;
     }
     report.residual = residual_;
-    double size = 1e-300, step = 0.0;
-    for (int i = 0; i < n_ * s_; ++i) {
-      size = std::max(size, std::fabs(z_[i]));
-      step = std::max(step, std::fabs(rows_[static_cast<std::size_t>(i) * stride_]));
-    }
+    if (residual_ <= tolerance) return report;
+    const std::size_t count = z_.size();
+    const double size = std::max(1e-300, largest(z_.data(), count, 1));
+    const double step = largest(rows_.data(), count, static_cast<std::size_t>(stride_));
     // The smallest residual that rounding allows: differences of z scaled by (f n)^2.
     const double floor = 64.0 * 2.3e-16 * size * frequency_ * frequency_ * n_ * n_;
     // A residual in the noise of rounding proves nothing where the equations hardly feel the state
     // (a stroke of 1e11 m differs from the next double by more than gravity's share of it).
-    if (residual_ <= tolerance || (residual_ <= floor && step <= kClose * size)) return report;
+    if (residual_ <= floor && step <= kClose * size) return report;
     if (damped_step(theta) == 0.0) {
       // No progress left to make: at the level of rounding that is convergence.
       report.residual = residual_;
@@ -67,46 +74,73 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
   return report;
 }
 
-// Newton on the constant solution: every point of the ring is the same, so one point's equations
-// do.
+// The model at the first point's state, at rest: every point of a constant solution is the same, so
+// one point's equations do.
+bool PeriodicSystem::evaluate_at_rest(std::span<const double> theta) {
+  for (int c = 0; c < s_; ++c) {
+    std::fill_n(u_[c], kLanes, z_[c]);  // no wild values in the padding
+    std::fill_n(v_[c], kLanes, 0.0);
+    std::fill_n(a_[c], kLanes, 0.0);
+  }
+  ModelPoints points = model_points();
+  points.n = 1;
+  const ModelForces forces{g_.data(),   g_u_.data(),     g_v_.data(),
+                           g_a_.data(), g_theta_.data(), scratch_.data()};
+  if (!model_->evaluate(points, theta.data(), forces)) return false;
+  residual_ = 0.0;
+  for (int d = 0; d < s_; ++d)
+    residual_ = std::max(residual_, std::fabs(g_[d][0]));
+  return std::isfinite(residual_);
+}
+
+// Newton's step from there.
+void PeriodicSystem::step_at_rest(std::span<double> step) const {
+  if (s_ == 1) {
+    step[0] = g_u_[0][0] != 0.0 ? -g_[0][0] / g_u_[0][0] : 0.0;
+    return;
+  }
+  Eigen::MatrixXd slope(s_, s_);
+  Eigen::VectorXd right(s_);
+  for (int d = 0; d < s_; ++d) {
+    right[d] = -g_[d][0];
+    for (int e = 0; e < s_; ++e)
+      slope(d, e) = g_u_[d * s_ + e][0];
+  }
+  const Eigen::VectorXd solution = slope.colPivHouseholderQr().solve(right);
+  std::copy(solution.begin(), solution.end(), step.begin());
+}
+
+// Newton on the constant solution.
 bool PeriodicSystem::equilibrium(std::span<const double> theta) {
   begin();
-  for (int i = 0; i < n_; ++i) {
-    for (int c = 0; c < s_; ++c)
-      z_[i * s_ + c] = model_->rest(c);
-  }
+  for (int c = 0; c < s_; ++c)
+    z_[c] = model_->rest(c);
   set_share(0.0);
-  Eigen::VectorXd g(s_);
-  Eigen::MatrixXd slope(s_, s_);
-  const auto read = [&] {
-    for (int d = 0; d < s_; ++d) {
-      g[d] = g_[d][0];
-      for (int e = 0; e < s_; ++e)
-        slope(d, e) = g_u_[d * s_ + e][0];
-    }
-  };
-  if (!linearise(theta)) return false;
-  read();
-  for (int iteration = 0; iteration < 100; ++iteration) {
-    if (residual_ < 1e-10) return true;
-    const Eigen::VectorXd step = slope.colPivHouseholderQr().solve(-g);
-    if (!step.allFinite()) return false;
-    saved_.assign(z_.begin(), z_.end());
+  if (!evaluate_at_rest(theta)) return false;
+  std::vector<double> step(static_cast<std::size_t>(s_));
+  for (int iteration = 0; iteration < 100 && residual_ >= 1e-10; ++iteration) {
+    step_at_rest(step);
+    if (!std::all_of(step.begin(), step.end(), [](double d) { return std::isfinite(d); }))
+      return false;
+    saved_.assign(z_.begin(), z_.begin() + s_);
     const double before = residual_;
     double damping = 1.0;
     for (; damping > 1e-9; damping *= 0.5) {
-      for (int i = 0; i < n_; ++i)
-        for (int c = 0; c < s_; ++c)
-          z_[i * s_ + c] = saved_[i * s_ + c] + damping * step[c];
-      if (linearise(theta) && residual_ < before) break;
+      for (int c = 0; c < s_; ++c)
+        z_[c] = saved_[c] + damping * step[c];
+      if (evaluate_at_rest(theta) && residual_ < before) break;
     }
-    if (damping <= 1e-9) return before < 1e-6;
-    read();
+    if (damping <= 1e-9) {
+      residual_ = before;
+      break;
+    }
   }
+  for (int i = s_; i < n_ * s_; ++i)
+    z_[i] = z_[i - s_];
   return residual_ < 1e-6;
 }
 
-SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta) {
+SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta, double tolerance) {
   SolveReport report;
   if (!equilibrium(theta)) {
     report.status = SolveStatus::no_equilibrium;
@@ -122,7 +156,7 @@ SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta) {
   while (reached < 1.0) {
     const double target = std::min(1.0, reached + step);
     set_share(target);
-    report = solve(theta, target < 1.0 ? 12 : 30);
+    report = solve(theta, target < 1.0 ? 12 : 30, tolerance);
     iterations += report.iterations;
     if (report.status == SolveStatus::converged) {
       reached = target;
