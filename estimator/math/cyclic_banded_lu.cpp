@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "estimator/math/lanes.hpp"
 
@@ -24,6 +25,42 @@ SHAKER_SIMD_CLONES void exchange(int count, double* __restrict a, double* __rest
     std::swap(a[c], b[c]);
 }
 
+// Takes pivot k out of the rows below it, up to `last`, in the Groups * kLanes columns after k.
+// What is beyond a row's last column is 0 and stays so.
+template <int Groups>
+SHAKER_INLINE void eliminate(const Band& band, int k, int last) {
+  const double* pivot = band.row(k) + k;
+  Lanes upper[Groups];
+  std::memcpy(upper, pivot + 1, sizeof upper);
+  double* lower = band.lower + static_cast<std::ptrdiff_t>(k) * band.half;
+  const double inverse = 1.0 / *pivot;
+  for (int r = k + 1; r <= last; ++r) {
+    double* target = band.row(r) + k;
+    const double multiplier = *target * inverse;
+    *lower++ = multiplier;
+    if (multiplier == 0.0) continue;
+    for (int g = 0; g < Groups; ++g) {
+      Lanes some;
+      std::memcpy(&some, target + 1 + g * kLanes, sizeof some);
+      some -= multiplier * upper[g];
+      std::memcpy(target + 1 + g * kLanes, &some, sizeof some);
+    }
+  }
+}
+
+SHAKER_INLINE void eliminate_any(const Band& band, int k, int last, int end) {
+  const double* __restrict upper = band.row(k);
+  double* lower = band.lower + static_cast<std::ptrdiff_t>(k) * band.half;
+  for (int r = k + 1; r <= last; ++r) {
+    double* __restrict target = band.row(r);
+    const double multiplier = target[k] / upper[k];
+    *lower++ = multiplier;
+    if (multiplier == 0.0) continue;
+    for (int c = k + 1; c < end; ++c)
+      target[c] -= multiplier * upper[c];
+  }
+}
+
 SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {
   int end = 0;  // beyond it nothing has been filled in yet
   for (int k = 0; k < band.size; ++k) {
@@ -36,16 +73,27 @@ SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {
     end = std::max(end, std::min(band.size, best + band.half + 1));
     band.end[k] = end;
     if (best != k) exchange(end - k, band.row(k) + k, band.row(best) + k);
-    const double* __restrict upper = band.row(k);
-    if (!(std::fabs(upper[k]) > 0.0)) return false;
-    double* lower = band.lower + static_cast<std::ptrdiff_t>(k) * band.half - (k + 1);
-    for (int r = k + 1; r <= last; ++r) {
-      double* __restrict target = band.row(r);
-      const double multiplier = target[k] / upper[k];
-      lower[r] = multiplier;
-      if (multiplier == 0.0) continue;
-      for (int c = k + 1; c < end; ++c)
-        target[c] -= multiplier * upper[c];
+    if (!(std::fabs(band.row(k)[k]) > 0.0)) return false;
+    switch ((end - k - 1 + kLanes - 1) / kLanes) {
+      case 0:
+        break;
+      case 1:
+        eliminate<1>(band, k, last);
+        break;
+      case 2:
+        eliminate<2>(band, k, last);
+        break;
+      case 3:
+        eliminate<3>(band, k, last);
+        break;
+      case 4:
+        eliminate<4>(band, k, last);
+        break;
+      case 5:
+        eliminate<5>(band, k, last);
+        break;
+      default:
+        eliminate_any(band, k, last, end);
     }
   }
   return true;
@@ -100,8 +148,8 @@ CyclicBandedLu::CyclicBandedLu(int n, int block, int reach)
       block_(block),
       size_(n * block),
       half_(std::min(2 * reach * block + block - 1, size_ - 1)),
-      width_(3 * half_ + 1),
-      band_(static_cast<std::size_t>(size_) * width_),
+      width_(3 * half_ + 1 + kLanes),  // whole registers may look beyond the last column
+      band_(static_cast<std::size_t>(size_) * width_ + kLanes),
       lower_(static_cast<std::size_t>(size_) * half_),
       pivot_(size_),
       end_(size_),

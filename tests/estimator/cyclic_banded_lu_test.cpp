@@ -55,7 +55,7 @@ TEST_P(CyclicSystems, AreSolvedAsByADenseFactorisation) {
 INSTANTIATE_TEST_SUITE_P(Shapes, CyclicSystems,
                          ::testing::Values(Shape{5, 1, 1}, Shape{8, 1, 2}, Shape{9, 1, 3},
                                            Shape{40, 1, 2}, Shape{41, 2, 2}, Shape{30, 3, 3},
-                                           Shape{7, 2, 3}));
+                                           Shape{7, 2, 3}, Shape{25, 4, 3}));
 
 struct StepShape {
   int n, reach, width;
