@@ -89,7 +89,11 @@ class Search {
       const double frequency = from * std::pow(ratio, static_cast<double>(i) / (kFrequencies - 1));
       for (const double share : kAmplitudes) {
         const Imagined run = imagined(data_, frequency, share);
-        const Apart apart = separation_by(run);
+        Prediction mine = of(named_, run);
+        mine.start_from(named_.predictions[run.like]);
+        // A larger one goes farther still.
+        if (!can_be_made(mine)) break;
+        const Apart apart = separation_by(run, mine);
         if (!apart.better_than(most)) continue;
         most = apart;
         best = {frequency, amplitude_of(run.datum), {}, apart.nearest};
@@ -137,20 +141,20 @@ class Search {
   static Prediction of(const HarmonicFit& fit, const Imagined& run) {
     return {*fit.run_models[run.like], run.datum, fit.predictions[run.like].points()};
   }
-  // Nothing when the run cannot be made.
-  Apart separation_by(const Imagined& run) const {
-    Prediction mine = of(named_, run);
-    mine.start_from(named_.predictions[run.like]);
-    if (!mine.at(named_.theta)) return {};
+  // Within about the stroke that has been made.
+  bool can_be_made(Prediction& mine) const {
+    if (!mine.at(named_.theta, HowFar::near)) return false;
     Reach reach;
     reach.add(*mine.response(), named_.model->observed());
-    if (!been_.holds(reach)) return {};
+    return been_.holds(reach);
+  }
+  Apart separation_by(const Imagined& run, const Prediction& mine) const {
     Apart all;
     const MatrixXd own = open(named_, mine);
     for (const HarmonicFit* rival : rivals_) {
       Prediction theirs = of(*rival, run);
       theirs.start_from(mine);
-      if (!theirs.at(rival->theta)) continue;
+      if (!theirs.at(rival->theta, HowFar::near)) continue;
       MatrixXd variance = covariance_of(run.datum) + own + open(*rival, theirs);
       if (run.datum.clock.size() > 0) variance += run.datum.clock * run.datum.clock.transpose();
       const VectorXd apart = mine.value() - theirs.value();

@@ -146,6 +146,7 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
   const std::vector<int> columns = columns_of(model, probe);
   const bool whole = columns.empty();
   MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
+  const HowFar search = options.from_rest ? HowFar::from_rest : HowFar::near;
   Index at = 0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!fitted(data[r])) continue;
@@ -157,7 +158,7 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
               : std::nullopt;
     Prediction prediction(rounded ? *rounded : model, data[r], points);
     prediction.start_from(fit.predictions[r]);
-    if (!prediction.at(theta, options.from_rest)) return MatrixXd(rows_of(data), 0);
+    if (!prediction.at(theta, search)) return MatrixXd(rows_of(data), 0);
     const Index size = data[r].response.size();
     if (whole)
       stacked.col(0).segment(at, size) =

@@ -53,7 +53,7 @@ std::optional<CornerLimit> corner_limit(const config::ModelSpec& spec, const Run
     auto finer = std::make_unique<Model>(rounded_for(spec, datum, points / kPointsAWidth));
     auto prediction = std::make_unique<Prediction>(*finer, datum, points);
     prediction->start_from(last ? *last : near);
-    if (!prediction->at(theta)) break;
+    if (!prediction->at(theta, HowFar::near)) break;
     rungs.push_back(prediction->value());
     last = std::move(prediction);
     model = std::move(finer);

@@ -13,11 +13,14 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr int kLevels = 3, kRounds = 2;
+constexpr int kLevels = 2, kLevelsOfRecord = 3, kRounds = 2;
+constexpr double kNoise = 1.2, kFarFromNoise = 4.0, kHopeless = 100.0;  // of chi-squared a datum
+constexpr double kLittle = 0.5;                   // of chi-squared: what leaves more changes little
+constexpr double kStill = 0.5, kStillFar = 0.02;  // of chi-squared, from one round to the next
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
-constexpr double kFarFromNoise = 4.0;  // of chi-squared a datum: corners alone do not mend that
-constexpr double kTouched = 0.01;      // of chi-squared, by the next finer grid: worth a refit
+constexpr double kOnTheWay = 0.5;    // of chi-squared: tolerance of the coarser grids
+constexpr double kNeeded = 0.5;      // of what is needed: the parameters follow
 constexpr double kStatedAt = 256.0;  // points at which a width is as stated where there is no cycle
 constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
 constexpr int kSmoothHarmonics = 6;          // of the motion: those above carry noise
@@ -80,18 +83,29 @@ Pace pace_of(const RunDatum& datum) {
 }
 
 // The next finer grid changes the prediction by a share of what is left that could matter.
-bool worth_sharpening(const HarmonicFit& first, const std::vector<RunDatum>& data, int points) {
-  if (first.chi_squared < kFarFromNoise * first.observations) return true;
+bool worth_sharpening(const HarmonicFit& first, const std::vector<RunDatum>& data, int points,
+                      double touched) {
+  // What half the width changes by d, no width changes by 2 d: enough to come down to noise?
+  const double noise = std::sqrt(first.observations / std::max(first.chi_squared, 1e-300));
+  touched = std::max(touched, kNeeded * std::pow(0.5 * std::max(1.0 - noise, 0.0), 2));
   double change = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit) continue;
     const Model model(rounded_for(first.spec, data[r], points));
     Prediction finer(model, data[r], points);
     finer.start_from(first.predictions[r]);
-    if (!finer.at(first.theta, false)) return true;
+    if (!finer.at(first.theta, HowFar::near)) return true;
     change += whitened(data[r], finer.value() - first.predictions[r].value()).squaredNorm();
   }
-  return change > kTouched * first.chi_squared;
+  return change > touched * first.chi_squared;
+}
+
+// Corners half as wide do not bring chi-squared below `hopeless`, nor would those of no width; or
+// far from noise they change little.
+bool leaves_more(const HarmonicFit& wide, const HarmonicFit& half, double hopeless) {
+  if (wide.chi_squared > kFarFromNoise * wide.observations)
+    hopeless = std::min(hopeless, kLittle * wide.chi_squared);
+  return std::min(half.chi_squared, 2.0 * half.chi_squared - wide.chi_squared) > hopeless;
 }
 
 // A record has no finer grid than its samples: three widths, which go with 1, 2, 4.
@@ -126,6 +140,55 @@ std::shared_ptr<const std::vector<RunDatum>> less_corners(
   return corrected;
 }
 
+std::shared_ptr<HarmonicFit> refitted(const HarmonicFit& near, const std::vector<RunDatum>& data,
+                                      const FitOptions& options) {
+  return std::make_shared<HarmonicFit>(fit_harmonics(near.spec, data, near.theta, &near, options));
+}
+
+FitOptions level_of(FitOptions options, int points, int steps, double tolerance) {
+  options.sharp = true;
+  options.max_iterations = steps;
+  options.points = points;
+  options.tolerance = tolerance;
+  return options;
+}
+
+// What corners of no width change against those of a grid, in chi-squared.
+double taken_away(const std::vector<RunDatum>& corrected, const std::vector<RunDatum>& data) {
+  double sum = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit) continue;
+    sum += whitened(data[r], data[r].response - corrected[r].response).squaredNorm();
+  }
+  return sum;
+}
+
+// At corners of no width, by the slopes of `near`'s grid. The limit moves with the parameters, and
+// they with it: of periodic runs, where it is cheap, it is taken twice. `settled`: it moves no
+// more, and what is left is noise or not the grid's.
+std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
+                                  std::shared_ptr<const HarmonicFit> near,
+                                  const std::vector<RunDatum>& data, const FitOptions& options,
+                                  bool& settled) {
+  const bool record = data.front().sampled != nullptr;
+  const int points = near->predictions.front().points();
+  const double rounded = near->chi_squared;
+  Sharpened sharp{std::move(near), nullptr};
+  for (int round = 0; round < (record ? 1 : kRounds); ++round) {
+    sharp.data = less_corners(fits, *sharp.fit, data, options.points);
+    if (!sharp.data) return std::nullopt;
+    const double before = sharp.fit->chi_squared;
+    sharp.fit =
+        refitted(*sharp.fit, *sharp.data, level_of(options, points, kMostSteps, options.tolerance));
+    const double left = sharp.fit->chi_squared;
+    if (!std::isfinite(left)) return std::nullopt;
+    settled = std::fabs(before - left) < std::max(kStill, kStillFar * before) &&
+              (left < kNoise * sharp.fit->observations || taken_away(*sharp.data, data) < left);
+    settled = settled || left > kLittle * rounded;
+  }
+  return sharp;
+}
+
 }  // namespace
 
 bool has_corners(const config::ModelSpec& spec) {
@@ -154,33 +217,30 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
 }
 
 std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
-                                 const FitOptions& options) {
-  FitOptions level = options;
-  level.sharp = true;
-  level.max_iterations = kMostSteps;
-  if (!worth_sharpening(first, data, 2 * options.points)) return std::nullopt;
+                                 const FitOptions& stated, const Sharpening& worth) {
+  FitOptions options = stated;
+  // Far from noise the long way to a solution on fine grids is not worth its time.
+  options.from_near = first.chi_squared > kHopeless * first.observations;
+  if (!worth_sharpening(first, data, 2 * options.points, worth.touched)) return std::nullopt;
+  const bool record = data.front().sampled != nullptr;
   std::vector<std::shared_ptr<HarmonicFit>> fits;
-  for (int k = 0; k < kLevels; ++k, level.points *= 2) {
-    const HarmonicFit& near = fits.empty() ? first : *fits.back();
-    auto fit =
-        std::make_shared<HarmonicFit>(fit_harmonics(first.spec, data, near.theta, &near, level));
-    if (!std::isfinite(fit->chi_squared) || !fit->converged) break;
-    fits.push_back(std::move(fit));
+  int points = options.points;
+  for (int k = 0; k < (record ? kLevelsOfRecord : kLevels); ++k, points *= 2) {
+    auto finer = refitted(fits.empty() ? first : *fits.back(), data,
+                          level_of(options, points, kMostSteps, kOnTheWay));
+    if (!std::isfinite(finer->chi_squared)) break;
+    fits.push_back(std::move(finer));
+    if (!record && k > 0 && leaves_more(*fits[0], *fits[1], worth.hopeless)) return std::nullopt;
   }
   if (fits.size() < 2) return std::nullopt;
-  // The limit moves with the parameters, and they with it: of periodic runs, where it is cheap, it
-  // is taken again.
-  const int rounds = data.front().sampled ? 1 : kRounds;
-  level.points = fits.back()->predictions.front().points();
-  Sharpened sharp{fits.back(), nullptr};
-  for (int round = 0; round < rounds; ++round) {
-    sharp.data = less_corners(fits, *sharp.fit, data, options.points);
-    if (!sharp.data) return std::nullopt;
-    sharp.fit = std::make_shared<const HarmonicFit>(
-        fit_harmonics(first.spec, *sharp.data, sharp.fit->theta, sharp.fit.get(), level));
-    if (!std::isfinite(sharp.fit->chi_squared)) return std::nullopt;
-  }
-  return sharp;
+  bool settled = false;
+  auto sharp = at_limit(fits, fits.back(), data, options, settled);
+  if (record || settled || !sharp) return sharp;
+  // Its slopes are too far from the limit's: once more by those of the next grid.
+  const auto finer = refitted(*sharp->fit, data, level_of(options, points, 0, kOnTheWay));
+  if (!std::isfinite(finer->chi_squared)) return sharp;
+  auto sharper = at_limit(fits, finer, data, options, settled);
+  return sharper ? sharper : sharp;
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -7,6 +7,7 @@
 // of width 0 is taken there (corner_limit.hpp); of a record, by extrapolation from the three.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -28,8 +29,15 @@ struct Sharpened {
   std::shared_ptr<const HarmonicFit> fit;
   std::shared_ptr<const std::vector<RunDatum>> data;
 };
-// Nothing when the corners cannot be made sharper than one grid allows.
+// What makes it worth while.
+struct Sharpening {
+  double touched = 0.01;  // share of chi-squared that the next finer grid changes, at least
+  // Chi-squared, below which corners half as wide, or by their example those of no width, must
+  // lead.
+  double hopeless = std::numeric_limits<double>::infinity();
+};
+// Nothing when it is not worth while, or the corners cannot be made sharper than one grid allows.
 std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
-                                 const FitOptions& options);
+                                 const FitOptions& options, const Sharpening& worth = {});
 
 }  // namespace shaker::estimator::discrepancy

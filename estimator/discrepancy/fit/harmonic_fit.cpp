@@ -17,13 +17,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNotWorthIt = 0.1;  // of chi-squared
-constexpr double kExact = 1e-6;      // of chi-squared
+constexpr double kNotWorthIt = 0.1;                           // of chi-squared
+constexpr double kExact = 1e-6;                               // of chi-squared
+constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-7;  // of the unit diagonal
+constexpr double kFar = 100.0, kExactFar = 3e-4;  // chi-squared a datum; the same so far off
 
 struct Normal {
   MatrixXd gram;
   VectorXd gradient;
   double chi_squared = 0.0;
+  std::vector<MatrixXd> jacobian;  // whitened, of the runs that count
+  VectorXd with_clock;             // its products with the influence of the time base
 };
 
 bool counts(const RunDatum& datum) {
@@ -32,40 +36,59 @@ bool counts(const RunDatum& datum) {
 
 Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   const auto q = static_cast<Index>(fit.free.size());
-  Normal n{MatrixXd::Zero(q, q), VectorXd::Zero(q), 0.0};
-  VectorXd with_clock = VectorXd::Zero(q);
+  Normal n{MatrixXd::Zero(q, q), VectorXd::Zero(q), 0.0, {}, VectorXd::Zero(q)};
   double misfit = 0.0, size = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!counts(data[r])) continue;
     const VectorXd e = whitened_residual(fit, data, r);
-    const MatrixXd j = whitened_jacobian(fit, data, r, fit.free);
+    n.jacobian.push_back(whitened_jacobian(fit, data, r, fit.free));
+    const MatrixXd& j = n.jacobian.back();
     n.gram += j.transpose() * j;
     n.gradient += j.transpose() * e;
     n.chi_squared += e.squaredNorm();
     if (data[r].clock.size() == 0) continue;
     const VectorXd k = whitened(data[r], data[r].clock);
-    with_clock += j.transpose() * k;
+    n.with_clock += j.transpose() * k;
     misfit += k.dot(e);
     size += k.squaredNorm();
   }
   // The time base is off by a normal variate: that is one more column with a prior, eliminated.
-  n.gram -= with_clock * with_clock.transpose() / (1.0 + size);
-  n.gradient -= with_clock * (misfit / (1.0 + size));
+  n.gram -= n.with_clock * n.with_clock.transpose() / (1.0 + size);
+  n.gradient -= n.with_clock * (misfit / (1.0 + size));
   n.chi_squared -= misfit * misfit / (1.0 + size);
   return n;
 }
 
+// The gradient of chi-squared at what is predicted now, by the slopes of `before`.
+VectorXd gradient_by(const Normal& before, const HarmonicFit& fit,
+                     const std::vector<RunDatum>& data) {
+  VectorXd gradient = VectorXd::Zero(before.gradient.size());
+  double misfit = 0.0, size = 0.0;
+  auto j = before.jacobian.begin();
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!counts(data[r])) continue;
+    const VectorXd e = whitened_residual(fit, data, r);
+    gradient += (j++)->transpose() * e;
+    if (data[r].clock.size() == 0) continue;
+    const VectorXd k = whitened(data[r], data[r].clock);
+    misfit += k.dot(e);
+    size += k.squaredNorm();
+  }
+  return gradient - before.with_clock * (misfit / (1.0 + size));
+}
+
 bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
-                 const std::vector<double>& theta, bool fitted_only, bool from_rest = true) {
+                 const std::vector<double>& theta, bool fitted_only, HowFar search) {
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (fitted_only && !counts(data[r])) continue;
-    if (!fit.predictions[r].at(theta, from_rest)) return false;
+    if (!fit.predictions[r].at(theta, search)) return false;
   }
   return true;
 }
 
 // Minimises the quadratic of (gram + lambda diag) step = gradient inside the box.
-VectorXd box_step(const HarmonicFit& fit, const Normal& n, double lambda) {
+VectorXd box_step(const HarmonicFit& fit, const Normal& n, const VectorXd& gradient,
+                  const std::vector<double>& theta, double lambda) {
   const auto q = static_cast<Index>(fit.free.size());
   const VectorXd scale = n.gram.diagonal().cwiseMax(1e-300).cwiseSqrt();
   MatrixXd a = scale.cwiseInverse().asDiagonal() * n.gram * scale.cwiseInverse().asDiagonal();
@@ -74,12 +97,24 @@ VectorXd box_step(const HarmonicFit& fit, const Normal& n, double lambda) {
   for (Index k = 0; k < q; ++k) {
     const auto parameter = static_cast<std::size_t>(fit.free[static_cast<std::size_t>(k)]);
     const ModelParameter& p = fit.model->parameters()[parameter];
-    to_lower[k] = p.lower - fit.theta[parameter];
-    to_upper[k] = p.upper - fit.theta[parameter];
+    to_lower[k] = p.lower - theta[parameter];
+    to_upper[k] = p.upper - theta[parameter];
   }
-  const VectorXd step = box_minimum(a, n.gradient.cwiseQuotient(scale),
-                                    scale.cwiseProduct(to_lower), scale.cwiseProduct(to_upper));
+  const VectorXd step = box_minimum(a, gradient.cwiseQuotient(scale), scale.cwiseProduct(to_lower),
+                                    scale.cwiseProduct(to_upper));
   return step.cwiseQuotient(scale).cwiseMax(to_lower).cwiseMin(to_upper);
+}
+
+std::vector<double> stepped(const HarmonicFit& fit, std::vector<double> theta,
+                            const VectorXd& step) {
+  for (std::size_t k = 0; k < fit.free.size(); ++k)
+    theta[static_cast<std::size_t>(fit.free[k])] += step[static_cast<Index>(k)];
+  return theta;
+}
+
+// In what the data see of them.
+bool shorter(const VectorXd& a, const VectorXd& b, const Normal& n) {
+  return a.dot(n.gram * a) < b.dot(n.gram * b);
 }
 
 const char* solution_of(const std::vector<RunDatum>& data) {
@@ -107,50 +142,79 @@ void finish(HarmonicFit& fit, const Normal& n) {
   fit.covariance = scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
 }
 
+struct Trial {
+  std::vector<double> theta;
+  bool predicted = false;
+  Normal normal;  // where it is
+};
+
+// Where chi-squared rises the step ended on the side of a bent valley, as a rule: back down from
+// there by the same slopes.
+Trial tried(HarmonicFit& fit, const std::vector<RunDatum>& data, const Normal& now,
+            const VectorXd& step, double lambda, HowFar search) {
+  Trial trial{stepped(fit, fit.theta, step), false, {}};
+  trial.predicted = predict_all(fit, data, trial.theta, true, search);
+  if (!trial.predicted) return trial;
+  trial.normal = normal_equations(fit, data);
+  if (trial.normal.chi_squared < now.chi_squared) return trial;
+  const VectorXd back = box_step(fit, now, gradient_by(now, fit, data), trial.theta, lambda);
+  if (!shorter(back, step, now)) return trial;
+  std::vector<double> theta = stepped(fit, trial.theta, back);
+  if (predict_all(fit, data, theta, true, search))
+    trial = {std::move(theta), true, normal_equations(fit, data)};
+  return trial;
+}
+
+HowFar how_far(const FitOptions& options) {
+  return options.from_near ? HowFar::patient : HowFar::from_rest;
+}
+
 // Levenberg-Marquardt from the fit's theta, where all runs have been predicted.
 void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
   Normal now = normal_equations(fit, data);
-  double lambda = 0.0;
+  const HowFar steps = options.from_rest ? HowFar::from_rest : HowFar::near;
+  double lambda = 0.0, enough = kFirstDamping;
   int refused = 0, small = 0;
   while (fit.iterations < options.max_iterations) {
-    const VectorXd step = box_step(fit, now, lambda);
+    const VectorXd step = box_step(fit, now, now.gradient, fit.theta, lambda);
     const double gain = 2.0 * step.dot(now.gradient) - step.dot(now.gram * step);
     if (!std::isfinite(gain)) break;
     // Where the model is far off, no more can be asked than the prediction is exact to.
-    const double trifle = std::max(kNotWorthIt, kExact * now.chi_squared);
-    if (gain < std::max(options.tolerance, kExact * now.chi_squared) && refused == 0) {
+    const double exact =
+        (now.chi_squared > kFar * fit.observations ? kExactFar : kExact) * now.chi_squared;
+    const double trifle = std::max({kNotWorthIt, exact, options.tolerance});
+    if (gain < std::max(options.tolerance, exact) && refused == 0) {
       fit.converged = true;
       break;
     }
-    std::vector<double> trial = fit.theta;
-    for (std::size_t k = 0; k < fit.free.size(); ++k) {
-      auto& value = trial[static_cast<std::size_t>(fit.free[k])];
-      value += step[static_cast<Index>(k)];
-    }
     ++fit.iterations;
-    if (predict_all(fit, data, trial, true, options.from_rest)) {
-      const Normal next = normal_equations(fit, data);
-      if (next.chi_squared < now.chi_squared) {
-        small = now.chi_squared - next.chi_squared < trifle ? small + 1 : 0;
-        fit.theta = std::move(trial);
-        now = next;
-        lambda = lambda < 1e-6 ? 0.0 : 0.1 * lambda;
-        refused = 0;
-        if (small >= 3) {
-          fit.converged = true;
-          break;
-        }
-        continue;
+    Trial trial = tried(fit, data, now, step, lambda, steps);
+    if (trial.predicted && trial.normal.chi_squared < now.chi_squared) {
+      small = now.chi_squared - trial.normal.chi_squared < trifle ? small + 1 : 0;
+      fit.theta = std::move(trial.theta);
+      now = std::move(trial.normal);
+      if (lambda > 0.0) enough = lambda;
+      // Straight after a refusal the damping is right as it is.
+      if (refused == 0) lambda = lambda < kLeastDamping ? 0.0 : 0.1 * lambda;
+      refused = 0;
+      if (small >= 3) {
+        fit.converged = true;
+        break;
       }
+      continue;
     }
     // A promised gain that rounding and the grid do not let come true is no gain.
     if (gain < trifle || ++refused > 12) {
       fit.converged = gain < trifle;
       break;
     }
-    lambda = std::max(1e-3, 6.0 * lambda);
+    lambda = lambda > 0.0 ? 6.0 * lambda : enough;
+    if (trial.predicted) continue;
+    // To find that there is no solution is dear.
+    lambda *= 6.0;
+    ++refused;
   }
-  predict_all(fit, data, fit.theta, true);
+  predict_all(fit, data, fit.theta, true, how_far(options));
   now = normal_equations(fit, data);
   finish(fit, now);
 }
@@ -214,7 +278,7 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
     if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);
     if (counts(data[r])) fit.observations += static_cast<int>(data[r].response.size());
   }
-  if (!predict_all(fit, data, fit.theta, true)) {
+  if (!predict_all(fit, data, fit.theta, true, how_far(options))) {
     fit.trouble = fmt::format(
         "{}: there is no {} at the start of the estimation; give starting values nearer to the "
         "damper's",
@@ -224,8 +288,9 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
     return fit;
   }
   iterate(fit, data, options);
-  if (!predict_all(fit, data, fit.theta, false)) {
+  if (!predict_all(fit, data, fit.theta, false, how_far(options))) {
     fit.converged = false;
+    if (options.from_near) fit.chi_squared = std::numeric_limits<double>::infinity();
     fit.trouble = fmt::format("{}: a held-out run has no {}", spec.name, solution_of(data));
   } else if (!fit.converged) {
     fit.trouble = fmt::format("{}: the fit did not settle in {} steps", spec.name, fit.iterations);

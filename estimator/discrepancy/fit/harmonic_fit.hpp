@@ -23,6 +23,7 @@ struct FitOptions {
   int max_iterations = 200;  // valleys between parameters that look alike are long and bent
   double tolerance = 1e-2;   // of chi-squared
   bool from_rest = false;    // steps may go the long way to a periodic solution: dear
+  bool from_near = false;    // the start is reached from `near`, or there is no fit
   bool sharp = false;        // corners as sharp as the points can follow (corners.hpp)
 };
 

@@ -49,11 +49,11 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
   rows_.resize(points, 1 + model.parameter_count());
 }
 
-bool Prediction::solve(const std::vector<double>& theta, bool from_rest) {
+bool Prediction::solve(const std::vector<double>& theta, HowFar search) {
   // Damped steps towards sharp corners are many, and still a hundredth of those from rest.
-  const int most = from_rest ? kPatientSteps : kMostSteps;
+  const int most = search == HowFar::near ? kMostSteps : kPatientSteps;
   if (solved_ && response_->solve(theta, most).status == SolveStatus::converged) return true;
-  if (solved_ && !from_rest) return false;
+  if (solved_ && search != HowFar::from_rest) return false;
   const SolveReport report = response_->solve_from_rest(theta);
   return report.status == SolveStatus::converged && report.amplitude_reached >= 1.0;
 }
@@ -75,7 +75,7 @@ bool Prediction::at_sampled(const std::vector<double>& theta) {
   return true;
 }
 
-bool Prediction::at(const std::vector<double>& theta, bool from_rest) {
+bool Prediction::at(const std::vector<double>& theta, HowFar search) {
   if (sampled_) return at_sampled(theta);
   if (imposed_) {
     if (!imposed_->at(theta)) return false;
@@ -83,7 +83,7 @@ bool Prediction::at(const std::vector<double>& theta, bool from_rest) {
     jacobian_ = analysis_ * imposed_->slope();
     return true;
   }
-  if (!solve(theta, from_rest)) {
+  if (!solve(theta, search)) {
     if (!kept_.empty()) {
       response_->begin();
       std::copy(kept_.begin(), kept_.end(), response_->state().begin());

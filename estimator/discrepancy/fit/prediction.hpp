@@ -19,14 +19,17 @@
 
 namespace shaker::estimator::discrepancy {
 
+// How far a solution is sought: by a few Newton steps from the last one; by as many as sharp
+// corners want; and where those do not lead to it from rest, the long way.
+enum class HowFar { near, patient, from_rest };
+
 class Prediction {
  public:
   // `model` must outlive it. As many harmonics are predicted as the datum has.
   Prediction(const Model& model, const RunDatum& datum, int points);
 
   // False when there is no admissible periodic solution at theta; what was predicted before stays.
-  // `from_rest`: where the last solution does not lead to it, the long way is tried too.
-  bool at(const std::vector<double>& theta, bool from_rest = true);
+  bool at(const std::vector<double>& theta, HowFar search = HowFar::from_rest);
   const Eigen::VectorXd& value() const { return value_; }
   // (2 H + 1) x parameters.
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }
@@ -55,7 +58,7 @@ class Prediction {
   const SampledRun* sampled() const { return sampled_.get(); }
 
  private:
-  bool solve(const std::vector<double>& theta, bool from_rest);
+  bool solve(const std::vector<double>& theta, HowFar search);
   void read();
   bool at_sampled(const std::vector<double>& theta);
 

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kWorthCentring = 5.0;  // of chi-squared: less is chance
 constexpr int kMemorySteps = 60;
+constexpr double kTouchedLeftOver = 0.1;         // of chi-squared, by sharper corners
 constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
 
 // Index of an effect's parameter in a model, the last line of that effect's; -1: none.
@@ -175,12 +176,15 @@ void Refits::describe(Hypothesis& h) const {
 // noise, and the more parameters there are the better. A record has no finer grid than its samples,
 // though, and how far its extrapolation is from the limit depends on the width that it begins with:
 // there it is believed only where it fits better.
-bool Refits::sharpened(Hypothesis& h) const {
+bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   if (h.rounded || h.blunt == h.fit || !has_corners(h.fit->spec)) return false;
   const bool record = std::any_of(data_.begin(), data_.end(), on_samples);
   const bool settled = h.fit->chi_squared < static_cast<double>(h.fit->observations);
   if (settled && (record || errors_ == Errors::left_over)) return false;
-  auto sharp = sharpen(*h.fit, data_, options_);
+  Sharpening worth;
+  worth.hopeless = hopeless;
+  if (errors_ == Errors::left_over) worth.touched = kTouchedLeftOver;
+  auto sharp = sharpen(*h.fit, data_, options_, worth);
   const bool believed =
       sharp && (record ? sharp->fit->chi_squared <= h.fit->chi_squared : sharp->fit->converged);
   if (!believed) {
@@ -198,8 +202,23 @@ bool Refits::sharpened(Hypothesis& h) const {
 std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spec,
                                                     const std::vector<double>& start,
                                                     const HarmonicFit* near) const {
-  return std::make_shared<const HarmonicFit>(
-      fit_harmonics(spec, data_, start, near, options_for(spec)));
+  const FitOptions fine = options_for(spec);
+  const auto fitted = [&](const std::vector<double>& from, const HarmonicFit* of,
+                          const FitOptions& options) {
+    return std::make_shared<const HarmonicFit>(fit_harmonics(spec, data_, from, of, options));
+  };
+  // Most of the way on a coarse grid, where a step costs a fraction; but corners as blunt as that
+  // lead elsewhere.
+  if (!has_corners(spec) && !on_samples(data_.front())) {
+    FitOptions coarse = fine;
+    coarse.points /= kQuickShare;
+    const auto rough = fitted(start, near, coarse);
+    if (std::isfinite(rough->chi_squared)) {
+      auto fit = fitted(rough->theta, rough.get(), fine);
+      if (std::isfinite(fit->chi_squared)) return fit;
+    }
+  }
+  return fitted(start, near, fine);
 }
 
 // Models with memory are compared on half the points, and sharpened when it matters.

@@ -1,6 +1,7 @@
 // Hypotheses made: the base model with effects added, fitted in full.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -38,7 +39,7 @@ class Refits {
   bool recentred(Hypothesis& h) const;
   // Corners made as sharp as fine grids allow. False when there is no corner, or where finer grids
   // change nothing or do not settle.
-  bool sharpened(Hypothesis& h) const;
+  bool sharpened(Hypothesis& h, double hopeless = std::numeric_limits<double>::infinity()) const;
 
  private:
   void finish(Hypothesis& h) const;

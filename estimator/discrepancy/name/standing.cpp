@@ -11,10 +11,16 @@ namespace {
 
 constexpr double kWorthReplacing = 5.0;  // of chi-squared: less is chance
 constexpr double kRival = 400.0;         // of chi-squared, times the best one's
+constexpr double kNoRival = 4.0;  // the same, of one that sharper corners do not bring nearer
 constexpr std::size_t kMostRivals = 4;
+constexpr double kNoChance = 100.0;  // of chi-squared a datum: draws say 0 to the last digit
 // Of log evidence that a simpler effect may be behind the richer one: with the richer one's
 // interval holding the special case, and without.
 constexpr double kReducedBehind = 10.0, kSimplerBehind = 1.0;
+
+bool without_chance(double chi_squared, std::ptrdiff_t observations) {
+  return chi_squared > kNoChance * static_cast<double>(observations);
+}
 
 }  // namespace
 
@@ -38,6 +44,11 @@ void Standing::choose() {
 // unit is looked at too.
 void Standing::judge_best() {
   const Hypothesis& best = found_.hypotheses[found_.best];
+  found_.probability_best = 0.0;
+  found_.explained = small_gap_ = false;
+  // Nobody asks how probable shares of a gap are, nor the catalogue where there is no chance.
+  if (options_.simple_first || without_chance(best.fit->chi_squared, best.fit->observations))
+    return;
   Scoring scoring = scored(best.rounded ? best.rounded : best.fit);
   if (best.rounded) {
     const Projector project(scoring.design.jacobian);
@@ -79,8 +90,10 @@ void Standing::sharpen_rivals() {
       rivals.push_back(h);
   }
   sort_by_evidence(rivals);
-  for (std::size_t i = 0; i < rivals.size() && i < kMostRivals; ++i)
-    refits_.sharpened(found_.hypotheses[rivals[i]]);
+  for (std::size_t i = 0; i < rivals.size() && i < kMostRivals; ++i) {
+    const double best_left = found_.hypotheses[found_.best].fit->chi_squared;
+    refits_.sharpened(found_.hypotheses[rivals[i]], kNoRival * best_left);
+  }
 }
 
 // A richer effect gives way to the simpler one that it holds where the data do not exclude that.
@@ -121,6 +134,7 @@ const Scoring& Standing::scored(const std::shared_ptr<const HarmonicFit>& fit) {
 }
 
 double Standing::probability(const Scoring& scoring) const {
+  if (without_chance(scoring.chi_squared, scoring.residual.size())) return 0.0;
   if (options_.calibrations != nullptr)
     return options_.calibrations->get(scoring.design, options_.draws, options_.seed)
         ->combined(scoring.chi_squared, scoring.best_gain());

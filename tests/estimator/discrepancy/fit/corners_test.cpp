@@ -1,0 +1,71 @@
+#include "estimator/discrepancy/fit/corners.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "estimator/discrepancy/cycles/steady_cycles.hpp"
+#include "estimator/discrepancy/weigh/weighing.hpp"
+#include "tests/estimator/discrepancy/campaigns.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+struct Fitted {
+  std::vector<RunDatum> data;
+  HarmonicFit fit;
+};
+
+// The oleo with dry friction, its corners as sharp as the ordinary grid allows.
+Fitted with_friction(const std::map<std::string, double>& truth) {
+  const Campaign campaign =
+      testing::recorded(truth, {{0.8, 2.0}, {0.8, 3.0}, {1.2, 2.0}, {1.2, 3.2}}, 3);
+  std::vector<SteadyRun> runs;
+  for (const Recording& run : campaign.runs)
+    runs.push_back(steady_cycles(run).value());
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(estimator::testing::effect("coulomb_friction"));
+  FitOptions options;
+  options.sharp = true;
+  Fitted fitted{weigh(runs).data, {}};
+  fitted.fit = fit_harmonics(model, fitted.data, {}, nullptr, options);
+  return fitted;
+}
+
+double of_coulomb(const HarmonicFit& fit) {
+  return fit.theta.back();
+}
+
+// It sticks twice a cycle: what a grid leaves of its corners is many times the noise, and what
+// corners of no width would leave is told by the slopes of no coarse grid.
+TEST(Corners, OfADamperThatSticksAreTakenDownToNoise) {
+  const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
+  ASSERT_TRUE(fit.converged);
+  EXPECT_GT(fit.chi_squared, 100.0 * fit.observations);
+  const auto sharp = sharpen(fit, data, {});
+  ASSERT_TRUE(sharp);
+  EXPECT_LT(sharp->fit->chi_squared, 2.0 * fit.observations);
+  const int last = sharp->fit->free.back();
+  EXPECT_NEAR(of_coulomb(*sharp->fit), 0.4, 5.0 * sharp->fit->standard_error(last));
+  EXPECT_GT(std::fabs(of_coulomb(fit) - 0.4), 5.0 * sharp->fit->standard_error(last));
+}
+
+TEST(Corners, AreLeftWhereNoSharpnessLeadsToNoise) {
+  const auto [data, fit] = with_friction({{"viscous_damping", 1.5}});
+  ASSERT_TRUE(fit.converged);
+  EXPECT_GT(fit.chi_squared, 100.0 * fit.observations);
+  EXPECT_FALSE(sharpen(fit, data, {}));
+}
+
+TEST(Corners, OfARivalMustLeadBelowWhatTheBestLeaves) {
+  const auto [data, fit] = with_friction({{"coulomb_friction", 0.02}});
+  EXPECT_LT(fit.chi_squared, 4.0 * fit.observations);
+  EXPECT_TRUE(sharpen(fit, data, {}, {.touched = 0.0, .hopeless = 2.0 * fit.chi_squared}));
+  EXPECT_FALSE(sharpen(fit, data, {}, {.touched = 0.0, .hopeless = 0.5 * fit.chi_squared}));
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy
