@@ -13,7 +13,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kDead = 1e-3;  // of a cycle's disturbance in the next one: nothing is left
+constexpr double kModesTo = 1e-3;  // of a cycle: they are small beside it
+constexpr double kDead = 1e-3;     // of a cycle's disturbance in the next one: nothing is left
 
 // Largest transient that one expects in what passes for steady, of the response's own size. Only
 // says what a mode is worth that the cycles do not tell.
@@ -93,7 +94,7 @@ WithoutTransient less_modes(const MatrixXd& cycles, const DecayingModes& modes,
 DecayingModes decaying_modes(const Prediction& prediction, const std::vector<double>& theta,
                              int harmonics, int cycles) {
   if (prediction.response() == nullptr) return {};
-  const auto modes = floquet_modes(*prediction.response(), theta);
+  const auto modes = floquet_modes(*prediction.response(), theta, kModesTo);
   if (!modes || modes->empty() || !(std::abs(modes->front().multiplier) < 1.0)) return {};
   const MatrixXd analysis = analysis_matrix(harmonics, prediction.points());
   DecayingModes all;

@@ -103,15 +103,19 @@ double unfollowed_share(const std::vector<SteadyRun>& runs, const std::vector<Fo
 std::vector<MatrixXd> take_transients(std::vector<Scatter>& scatter, const HarmonicFit& fit) {
   const std::vector<Scatter> raw = scatter;
   std::vector<MatrixXd> added(raw.size());
+  std::vector<DecayingModes> modes;
+  for (std::size_t r = 0; r < raw.size(); ++r) {
+    const auto harmonics = static_cast<int>((raw[r].cycles.cols() - 1) / 2);
+    modes.push_back(decaying_modes(fit.predictions[r], fit.theta, harmonics,
+                                   static_cast<int>(raw[r].cycles.rows())));
+  }
   // Again: the transient is part of the scatter by which it is weighed first.
   for (int round = 0; round < kRounds; ++round) {
     const CampaignNoise noise = campaign_noise(scatter);
     for (std::size_t r = 0; r < raw.size(); ++r) {
-      const auto count = static_cast<int>(raw[r].cycles.rows());
-      const auto harmonics = static_cast<int>((raw[r].cycles.cols() - 1) / 2);
-      WithoutTransient steady = without_transient(
-          raw[r].cycles, decaying_modes(fit.predictions[r], fit.theta, harmonics, count),
-          noise.runs[r].variance * count);
+      const auto count = static_cast<double>(raw[r].cycles.rows());
+      WithoutTransient steady =
+          without_transient(raw[r].cycles, modes[r], noise.runs[r].variance * count);
       scatter[r].cycles = std::move(steady.cycles);
       scatter[r].spent = std::move(steady.spent);
       added[r] = std::move(steady.added);
@@ -125,10 +129,11 @@ VectorXd influence_of_clock(const HarmonicFit& fit, const RunDatum& datum, std::
   constexpr double kStep = 1e-3;
   RunDatum late = datum;
   late.frequency_hz *= 1.0 + kStep;
-  Prediction prediction(*fit.model, late, fit.predictions[run].points());
+  const Model& model = *fit.run_models[run];
+  Prediction prediction(model, late, fit.predictions[run].points());
   prediction.start_from(fit.predictions[run]);
   if (!prediction.at(fit.theta)) return {};
-  Prediction same(*fit.model, datum, fit.predictions[run].points());
+  Prediction same(model, datum, fit.predictions[run].points());
   same.start_from(fit.predictions[run]);
   if (!same.at(fit.theta)) return {};
   return (prediction.value() - same.value()) * (kClock / kStep);
