@@ -21,7 +21,7 @@ namespace shaker::estimator::discrepancy {
 struct DiagnoseOptions {
   double false_alarm_rate = 0.01;  // over the whole catalogue, 0 < rate < 0.5
   int most_effects = 3;            // that may be missing at once
-  int points = 256;                // of a periodic solution
+  int points = 192;                // of a periodic solution
   int draws = 4000;                // of the calibration
   std::uint64_t seed = 1;
   CalibrationCache* calibrations = nullptr;  // outlives the call; null: drawn anew each time
