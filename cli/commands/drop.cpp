@@ -88,8 +88,8 @@ Result<Identified> from_campaign(const DropOptions& options) {
   const auto& fit = fitted.fit(model.start());
   if (fit.status == estimator::FitStatus::no_solution)
     return Error{ErrorKind::not_converged, fit.trouble};
-  out.estimate = report::to_document(estimator::published(fitted, model));
   find_range(model, fitted, out);
+  out.estimate = report::to_document(estimator::published(fitted, model));
   return out;
 }
 

@@ -164,8 +164,10 @@ void print(const est::Model& model, const est::MonteCarloOptions& options,
     fmt::print("Of the profile intervals of those on a bound {:.1f} % held the truth.\n",
                100.0 * result.on_bound_profile_coverage);
   if (options.bias != est::Bias::off)
-    fmt::print("The bias was taken off {} of them, and left in {} though it is not small.\n",
-               result.bias_taken_off, result.bias_left_in);
+    fmt::print(
+        "The bias was taken off {} of them, and left in {}: too large, unknown, or across a "
+        "bound.\n",
+        result.bias_taken_off, result.bias_left_in);
 }
 
 }  // namespace

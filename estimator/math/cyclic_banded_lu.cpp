@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "estimator/math/lanes.hpp"
 
@@ -25,8 +26,8 @@ SHAKER_SIMD_CLONES void exchange(int count, double* __restrict a, double* __rest
     std::swap(a[c], b[c]);
 }
 
-// Takes pivot k out of the rows below it, up to `last`, in the Groups * kLanes columns after k.
-// What is beyond a row's last column is 0 and stays so.
+// Takes pivot k out of the rows below it, up to `last`, in the Groups * kLanes columns after k. The
+// pivot's row is 0 beyond its end, so that those below stay what they are there.
 template <int Groups>
 SHAKER_INLINE void eliminate(const Band& band, int k, int last) {
   const double* pivot = band.row(k) + k;
@@ -73,7 +74,7 @@ SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {
     end = std::max(end, std::min(band.size, best + band.half + 1));
     band.end[k] = end;
     if (best != k) exchange(end - k, band.row(k) + k, band.row(best) + k);
-    if (!(std::fabs(band.row(k)[k]) > 0.0)) return false;
+    if (!(std::fabs(band.row(k)[k]) > std::numeric_limits<double>::min())) return false;
     switch ((end - k - 1 + kLanes - 1) / kLanes) {
       case 0:
         break;

@@ -65,7 +65,7 @@ KinkCorrection::KinkCorrection(const Stencil& stencil, int points, int parameter
 void KinkCorrection::forget() {
   for (int c = 0; c < used_; ++c)
     zeros_[static_cast<std::size_t>(c)] = Zero{};
-  known_ = used_ = 0;
+  known_ = used_ = count_ = 0;
 }
 
 void KinkCorrection::inherit(const KinkCorrection& other, const double* rows,

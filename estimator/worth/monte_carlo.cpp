@@ -62,6 +62,10 @@ class Worker {
     out.status = fit.status;
     out.noise = fit.noise;
     if (fit.status != FitStatus::converged) return out;
+    for (std::size_t k = 0; options_.profile && k < free_.size(); ++k) {
+      const double truth = options_.truth[static_cast<std::size_t>(free_[k])];
+      out.inside_profile.push_back(profile_contains(estimator_, model_, free_[k], truth));
+    }
     Fit published = fit;
     if (options_.bias != Bias::off)
       out.bias = take_off_bias(published, second_order(estimator_, model_), options_.bias);
@@ -73,10 +77,6 @@ class Worker {
       out.theta.push_back(published.theta[at]);
       out.error.push_back(fit.standard_error[at]);
       out.inside.push_back(std::fabs(error) <= fit.quantile * fit.standard_error[at]);
-    }
-    for (std::size_t k = 0; options_.profile && k < free_.size(); ++k) {
-      const double truth = options_.truth[static_cast<std::size_t>(free_[k])];
-      out.inside_profile.push_back(profile_contains(estimator_, model_, free_[k], truth));
     }
     return out;
   }

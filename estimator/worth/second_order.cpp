@@ -143,6 +143,8 @@ bool has_second_order(const Fit& fit) {
 std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model) {
   const Fit& fit = estimator.last();
   if (!has_second_order(fit)) return std::nullopt;
+  // The fit leaves its solutions as near as it needs them; what comes back is compared with solved.
+  estimator.recall();
   const std::vector<double> before = estimator.linearised().residual;
   Looker look(estimator, model);
   const Index q = look.count();

@@ -91,8 +91,9 @@ class Search {
         const Imagined run = imagined(data_, frequency, share);
         Prediction mine = of(named_, run);
         mine.start_from(named_.predictions[run.like]);
+        if (!mine.at(named_.theta, HowFar::patient)) continue;
         // A larger one goes farther still.
-        if (!can_be_made(mine)) break;
+        if (!within_reach(mine)) break;
         const Apart apart = separation_by(run, mine);
         if (!apart.better_than(most)) continue;
         most = apart;
@@ -141,9 +142,8 @@ class Search {
   static Prediction of(const HarmonicFit& fit, const Imagined& run) {
     return {*fit.run_models[run.like], run.datum, fit.predictions[run.like].points()};
   }
-  // Within about the stroke that has been made.
-  bool can_be_made(Prediction& mine) const {
-    if (!mine.at(named_.theta, HowFar::near)) return false;
+  // Of about the stroke that has been made.
+  bool within_reach(const Prediction& mine) const {
     Reach reach;
     reach.add(*mine.response(), named_.model->observed());
     return been_.holds(reach);
@@ -154,7 +154,7 @@ class Search {
     for (const HarmonicFit* rival : rivals_) {
       Prediction theirs = of(*rival, run);
       theirs.start_from(mine);
-      if (!theirs.at(rival->theta, HowFar::near)) continue;
+      if (!theirs.at(rival->theta, HowFar::patient)) continue;
       MatrixXd variance = covariance_of(run.datum) + own + open(*rival, theirs);
       if (run.datum.clock.size() > 0) variance += run.datum.clock * run.datum.clock.transpose();
       const VectorXd apart = mine.value() - theirs.value();

@@ -21,7 +21,7 @@ constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effe
 constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
 constexpr double kOnTheWay = 0.5;    // of chi-squared: tolerance of the coarser grids
 constexpr double kNeeded = 0.5;      // of what is needed: the parameters follow
-constexpr double kStatedAt = 256.0;  // points at which a width is as stated where there is no cycle
+constexpr double kStatedAt = 192.0;  // points at which a width is as stated where there is no cycle
 constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
 constexpr int kSmoothHarmonics = 6;          // of the motion: those above carry noise
 
@@ -164,8 +164,9 @@ double taken_away(const std::vector<RunDatum>& corrected, const std::vector<RunD
 }
 
 // At corners of no width, by the slopes of `near`'s grid. The limit moves with the parameters, and
-// they with it: of periodic runs, where it is cheap, it is taken twice. `settled`: it moves no
-// more, and what is left is noise or not the grid's.
+// they with it: of periodic runs, where it is cheap, it is taken twice. `settled`: no finer
+// grid's slopes are wanted; it moves no more and what is left is noise or not the grid's, or the
+// limit changes little.
 std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
                                   std::shared_ptr<const HarmonicFit> near,
                                   const std::vector<RunDatum>& data, const FitOptions& options,
@@ -181,7 +182,7 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
     sharp.fit =
         refitted(*sharp.fit, *sharp.data, level_of(options, points, kMostSteps, options.tolerance));
     const double left = sharp.fit->chi_squared;
-    if (!std::isfinite(left)) return std::nullopt;
+    if (!sharp.fit->predicts_all) return std::nullopt;
     settled = std::fabs(before - left) < std::max(kStill, kStillFar * before) &&
               (left < kNoise * sharp.fit->observations || taken_away(*sharp.data, data) < left);
     settled = settled || left > kLittle * rounded;
@@ -228,7 +229,7 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
   for (int k = 0; k < (record ? kLevelsOfRecord : kLevels); ++k, points *= 2) {
     auto finer = refitted(fits.empty() ? first : *fits.back(), data,
                           level_of(options, points, kMostSteps, kOnTheWay));
-    if (!std::isfinite(finer->chi_squared)) break;
+    if (!finer->predicts_all) break;
     fits.push_back(std::move(finer));
     if (!record && k > 0 && leaves_more(*fits[0], *fits[1], worth.hopeless)) return std::nullopt;
   }
@@ -238,9 +239,9 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
   if (record || settled || !sharp) return sharp;
   // Its slopes are too far from the limit's: once more by those of the next grid.
   const auto finer = refitted(*sharp->fit, data, level_of(options, points, 0, kOnTheWay));
-  if (!std::isfinite(finer->chi_squared)) return sharp;
+  if (!finer->predicts_all) return sharp;
   auto sharper = at_limit(fits, finer, data, options, settled);
-  return sharper ? sharper : sharp;
+  return sharper && sharper->fit->converged ? sharper : sharp;
 }
 
 }  // namespace shaker::estimator::discrepancy

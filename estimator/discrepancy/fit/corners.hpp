@@ -3,8 +3,9 @@
 // Effects round their corners over a stated width, which a plant does not; against quiet data that
 // alone looks like one more effect. Here a width is a share of what the motion passes in one step
 // of the grid, run by run: that is resolved, and its influence is even and smooth in the width.
-// Three grids, each of twice the points of the last, then lead to the parameters, and the solution
-// of width 0 is taken there (corner_limit.hpp); of a record, by extrapolation from the three.
+// Two grids, the second of twice the points, lead to the parameters, and the solution of width 0 is
+// taken there (corner_limit.hpp), by the slopes of the second and, where they are too far from the
+// limit's, of a third; of a record, by extrapolation from three widths.
 #pragma once
 
 #include <limits>
@@ -31,7 +32,9 @@ struct Sharpened {
 };
 // What makes it worth while.
 struct Sharpening {
-  double touched = 0.01;  // share of chi-squared that the next finer grid changes, at least
+  // Share of chi-squared that the next finer grid changes, at least; the farther from noise, the
+  // more is wanted (up to an eighth).
+  double touched = 0.01;
   // Chi-squared, below which corners half as wide, or by their example those of no width, must
   // lead.
   double hopeless = std::numeric_limits<double>::infinity();

@@ -17,10 +17,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNotWorthIt = 0.1;                           // of chi-squared
-constexpr double kExact = 1e-6;                               // of chi-squared
-constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-7;  // of the unit diagonal
-constexpr double kFar = 100.0, kExactFar = 3e-4;  // chi-squared a datum; the same so far off
+constexpr double kNotWorthIt = 0.1;  // of chi-squared
+constexpr double kExact = 1e-6;      // of chi-squared: what predictions are exact to
+// Chi-squared a datum from where on nobody asks for more than three digits and a half of it.
+constexpr double kFar = 100.0, kExactFar = 3e-4;
+constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-6;  // of the unit diagonal
+constexpr int kSmallSteps = 3, kMostRefused = 12;             // one after the other
 
 struct Normal {
   MatrixXd gram;
@@ -165,46 +167,61 @@ Trial tried(HarmonicFit& fit, const std::vector<RunDatum>& data, const Normal& n
   return trial;
 }
 
+// No solution.
+void lose(HarmonicFit& fit) {
+  fit.converged = false;
+  fit.chi_squared = std::numeric_limits<double>::infinity();
+  fit.covariance = nothing_known(fit);
+}
+
+bool is_far(const HarmonicFit& fit, double chi_squared) {
+  return chi_squared > kFar * fit.observations;
+}
+
 HowFar how_far(const FitOptions& options) {
   return options.from_near ? HowFar::patient : HowFar::from_rest;
 }
 
-// Levenberg-Marquardt from the fit's theta, where all runs have been predicted.
+double promised(const Normal& n, const VectorXd& step) {
+  return 2.0 * step.dot(n.gradient) - step.dot(n.gram * step);
+}
+
+// Levenberg-Marquardt from the fit's theta, where all runs have been predicted. Whether there is
+// anything to gain is asked of the step without damping.
 void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
-  Normal now = normal_equations(fit, data);
   const HowFar steps = options.from_rest ? HowFar::from_rest : HowFar::near;
+  Normal now = normal_equations(fit, data);
   double lambda = 0.0, enough = kFirstDamping;
   int refused = 0, small = 0;
   while (fit.iterations < options.max_iterations) {
-    const VectorXd step = box_step(fit, now, now.gradient, fit.theta, lambda);
-    const double gain = 2.0 * step.dot(now.gradient) - step.dot(now.gram * step);
+    const VectorXd whole = box_step(fit, now, now.gradient, fit.theta, 0.0);
+    const double gain = promised(now, whole);
     if (!std::isfinite(gain)) break;
     // Where the model is far off, no more can be asked than the prediction is exact to.
-    const double exact =
-        (now.chi_squared > kFar * fit.observations ? kExactFar : kExact) * now.chi_squared;
+    const double exact = now.chi_squared * (is_far(fit, now.chi_squared) ? kExactFar : kExact);
     const double trifle = std::max({kNotWorthIt, exact, options.tolerance});
     if (gain < std::max(options.tolerance, exact) && refused == 0) {
       fit.converged = true;
       break;
     }
     ++fit.iterations;
+    const VectorXd step =
+        lambda > 0.0 ? box_step(fit, now, now.gradient, fit.theta, lambda) : whole;
     Trial trial = tried(fit, data, now, step, lambda, steps);
     if (trial.predicted && trial.normal.chi_squared < now.chi_squared) {
       small = now.chi_squared - trial.normal.chi_squared < trifle ? small + 1 : 0;
       fit.theta = std::move(trial.theta);
       now = std::move(trial.normal);
-      if (lambda > 0.0) enough = lambda;
+      if (lambda > 0.0) enough = std::max(lambda, kLeastDamping);
       // Straight after a refusal the damping is right as it is.
       if (refused == 0) lambda = lambda < kLeastDamping ? 0.0 : 0.1 * lambda;
       refused = 0;
-      if (small >= 3) {
-        fit.converged = true;
-        break;
-      }
-      continue;
+      if (small < kSmallSteps) continue;
+      fit.converged = true;
+      break;
     }
     // A promised gain that rounding and the grid do not let come true is no gain.
-    if (gain < trifle || ++refused > 12) {
+    if (gain < trifle || ++refused > kMostRefused) {
       fit.converged = gain < trifle;
       break;
     }
@@ -214,9 +231,11 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
     lambda *= 6.0;
     ++refused;
   }
-  predict_all(fit, data, fit.theta, true, how_far(options));
-  now = normal_equations(fit, data);
-  finish(fit, now);
+  if (predict_all(fit, data, fit.theta, true, how_far(options))) {
+    finish(fit, normal_equations(fit, data));
+  } else {
+    lose(fit);
+  }
 }
 
 }  // namespace
@@ -283,14 +302,20 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
         "{}: there is no {} at the start of the estimation; give starting values nearer to the "
         "damper's",
         spec.name, solution_of(data));
-    fit.chi_squared = std::numeric_limits<double>::infinity();
-    fit.covariance = nothing_known(fit);
+    lose(fit);
     return fit;
   }
   iterate(fit, data, options);
-  if (!predict_all(fit, data, fit.theta, false, how_far(options))) {
+  if (!std::isfinite(fit.chi_squared)) {
+    fit.trouble =
+        fmt::format("{}: there is no {} where the fit ended", spec.name, solution_of(data));
+    return fit;
+  }
+  // Of what is far off nobody asks what it says of other runs.
+  fit.predicts_all = predict_all(fit, data, fit.theta, false,
+                                 is_far(fit, fit.chi_squared) ? HowFar::patient : how_far(options));
+  if (!fit.predicts_all) {
     fit.converged = false;
-    if (options.from_near) fit.chi_squared = std::numeric_limits<double>::infinity();
     fit.trouble = fmt::format("{}: a held-out run has no {}", spec.name, solution_of(data));
   } else if (!fit.converged) {
     fit.trouble = fmt::format("{}: the fit did not settle in {} steps", spec.name, fit.iterations);

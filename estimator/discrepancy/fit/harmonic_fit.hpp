@@ -23,8 +23,8 @@ struct FitOptions {
   int max_iterations = 200;  // valleys between parameters that look alike are long and bent
   double tolerance = 1e-2;   // of chi-squared
   bool from_rest = false;    // steps may go the long way to a periodic solution: dear
-  bool from_near = false;    // the start is reached from `near`, or there is no fit
-  bool sharp = false;        // corners as sharp as the points can follow (corners.hpp)
+  bool from_near = false;  // no long way to a solution, where `near` has one: chi-squared infinite
+  bool sharp = false;      // corners as sharp as the points can follow (corners.hpp)
 };
 
 // A model with the runs that it is held against. Movable; one thread.
@@ -41,7 +41,8 @@ struct HarmonicFit {
   int observations = 0;
   int iterations = 0;
   bool converged = false;
-  std::string trouble;  // sentence when it did not
+  bool predicts_all = false;  // the runs that are held out too
+  std::string trouble;        // sentence when it did not
 
   bool at_bound(int parameter) const;
   double standard_error(int parameter) const;  // 0 for a fixed one

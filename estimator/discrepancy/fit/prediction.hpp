@@ -20,7 +20,8 @@
 namespace shaker::estimator::discrepancy {
 
 // How far a solution is sought: by a few Newton steps from the last one; by as many as sharp
-// corners want; and where those do not lead to it from rest, the long way.
+// corners want; and where those do not lead to it from rest, the long way. Where nothing has been
+// solved yet there is only the last.
 enum class HowFar { near, patient, from_rest };
 
 class Prediction {

@@ -19,7 +19,9 @@ struct Hypothesis {
   // that it was fitted to.
   std::shared_ptr<const HarmonicFit> rounded;
   std::shared_ptr<const std::vector<RunDatum>> data;  // null: as given
-  std::shared_ptr<const HarmonicFit> blunt;           // a fit that could not be made sharper
+  // A fit that could not be made sharper so that it leaves less than `blunt_above` of chi-squared.
+  std::shared_ptr<const HarmonicFit> blunt;
+  double blunt_above = 0.0;
   int fitted_constants = 0;  // places of rest that were fitted besides the parameters
   double log_evidence = 0.0;
   std::optional<double> cross_validated;  // log probability of each run given the others, summed

@@ -54,9 +54,9 @@ class Search {
 
   void judge_base() {
     // What has no coefficient is probed where it does something, which may be far away; later on
-    // only what lies near by.
+    // only what lies near by; and so where a search before this one has looked there.
     FitOptions far = options_.fit;
-    far.from_rest = true;
+    far.from_rest = !options_.simple_first;
     found_.base_scoring = score(*found_.base.fit, data_, all_, far);
     found_.probability_base = standing_.probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;

@@ -177,7 +177,8 @@ void Refits::describe(Hypothesis& h) const {
 // though, and how far its extrapolation is from the limit depends on the width that it begins with:
 // there it is believed only where it fits better.
 bool Refits::sharpened(Hypothesis& h, double hopeless) const {
-  if (h.rounded || h.blunt == h.fit || !has_corners(h.fit->spec)) return false;
+  const bool known = h.blunt == h.fit && hopeless <= h.blunt_above;
+  if (h.rounded || known || !has_corners(h.fit->spec)) return false;
   const bool record = std::any_of(data_.begin(), data_.end(), on_samples);
   const bool settled = h.fit->chi_squared < static_cast<double>(h.fit->observations);
   if (settled && (record || errors_ == Errors::left_over)) return false;
@@ -189,6 +190,7 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
       sharp && (record ? sharp->fit->chi_squared <= h.fit->chi_squared : sharp->fit->converged);
   if (!believed) {
     h.blunt = h.fit;
+    h.blunt_above = hopeless;
     return false;
   }
   h.rounded = h.fit;
@@ -209,16 +211,16 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
   };
   // Most of the way on a coarse grid, where a step costs a fraction; but corners as blunt as that
   // lead elsewhere.
+  std::shared_ptr<const HarmonicFit> fit;
   if (!has_corners(spec) && !on_samples(data_.front())) {
     FitOptions coarse = fine;
     coarse.points /= kQuickShare;
     const auto rough = fitted(start, near, coarse);
-    if (std::isfinite(rough->chi_squared)) {
-      auto fit = fitted(rough->theta, rough.get(), fine);
-      if (std::isfinite(fit->chi_squared)) return fit;
-    }
+    if (std::isfinite(rough->chi_squared)) fit = fitted(rough->theta, rough.get(), fine);
+    if (fit && fit->converged) return fit;
   }
-  return fitted(start, near, fine);
+  auto direct = fitted(start, near, fine);
+  return fit && fit->chi_squared < direct->chi_squared ? fit : direct;
 }
 
 // Models with memory are compared on half the points, and sharpened when it matters.

@@ -37,7 +37,8 @@ class Refits {
   // The place of rest of an effect that others have joined since, fitted again. False when there is
   // none, or nothing to gain.
   bool recentred(Hypothesis& h) const;
-  // Corners made as sharp as fine grids allow. False when there is no corner, or where finer grids
+  // Corners made as sharp as fine grids allow; `hopeless`: only if they may lead below so much of
+  // chi-squared. False when there is no corner, or where finer grids
   // change nothing or do not settle.
   bool sharpened(Hypothesis& h, double hopeless = std::numeric_limits<double>::infinity()) const;
 

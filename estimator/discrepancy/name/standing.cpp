@@ -91,6 +91,7 @@ void Standing::sharpen_rivals() {
   }
   sort_by_evidence(rivals);
   for (std::size_t i = 0; i < rivals.size() && i < kMostRivals; ++i) {
+    any_best();  // the last one may be it, or was and is disqualified
     const double best_left = found_.hypotheses[found_.best].fit->chi_squared;
     refits_.sharpened(found_.hypotheses[rivals[i]], kNoRival * best_left);
   }

@@ -13,8 +13,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kModesTo = 1e-3;  // of a cycle: they are small beside it
-constexpr double kDead = 1e-3;     // of a cycle's disturbance in the next one: nothing is left
+constexpr double kModesTo =
+    1e-4;                       // error of the modes over a period: what decays faster is not told
+constexpr double kDead = 1e-3;  // of a cycle's disturbance in the next one: nothing is left
 
 // Largest transient that one expects in what passes for steady, of the response's own size. Only
 // says what a mode is worth that the cycles do not tell.

@@ -1,5 +1,6 @@
 #include "estimator/discrepancy/fit/corners.hpp"
 
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
