@@ -100,6 +100,43 @@ TEST(Drop, BandsByDeltaMethodAndSamplingAgreeWhereTheyAreNarrow) {
   EXPECT_EQ(h.stroke_error[0], 0.0);
 }
 
+// A mass with a speed on a spring and a damper, in closed form.
+struct FreeDecay {
+  double speed, c, k;
+
+  double damping() const { return 0.5 * c; }
+  double pulse() const { return std::sqrt(k - damping() * damping()); }
+  double turns_at() const { return std::atan2(pulse(), damping()) / pulse(); }
+  double stroke(double t) const {
+    return speed / pulse() * std::exp(-damping() * t) * std::sin(pulse() * t);
+  }
+  double peak() const { return stroke(turns_at()); }
+};
+
+TEST(Drop, OfTheLinearOscillatorIsItsClosedForm) {
+  const double c = 3.0, k = 150.0, speed = 2.0;
+  const FreeDecay exact{speed, c, k};
+  const DropTest test(linear_oscillator(), {speed, 0.0, 1.5, -1});
+  DropUncertainty uncertainty;
+  uncertainty.parameters = {0, 1};
+  uncertainty.covariance = {0.1 * 0.1, 0.5 * 0.1 * 2.0, 0.5 * 0.1 * 2.0, 2.0 * 2.0};
+  uncertainty.degrees_of_freedom = 200.0;
+  const auto prediction = predict_drop(test, {c, k}, uncertainty);
+  ASSERT_TRUE(prediction.ok()) << prediction.error().what;
+  const auto& run = prediction->run;
+  EXPECT_NEAR(run.figures[figure("peak_stroke")], exact.peak(), 1e-6);
+  EXPECT_NEAR(run.figures[figure("time_of_peak_stroke")], exact.turns_at(), 1e-5);
+  EXPECT_NEAR(run.figures[figure("energy_absorbed")], 0.5 * speed * speed, 1e-4);
+  for (std::size_t i = 0; i < run.history.t.size(); i += 50)
+    EXPECT_NEAR(run.history.stroke[i], exact.stroke(run.history.t[i]), 1e-6);
+  const double over_c = (FreeDecay{speed, c + 1e-4, k}.peak() - exact.peak()) / 1e-4;
+  const double over_k = (FreeDecay{speed, c, k + 1e-3}.peak() - exact.peak()) / 1e-3;
+  const double variance = std::pow(0.1 * over_c, 2) + std::pow(2.0 * over_k, 2) +
+                          2.0 * 0.5 * 0.1 * 2.0 * over_c * over_k;
+  EXPECT_NEAR(prediction->bands[figure("peak_stroke")].error, std::sqrt(variance),
+              1e-3 * std::sqrt(variance));
+}
+
 TEST(Drop, RefusesWhatMakesNoSense) {
   EXPECT_THROW(DropTest(oleo(), {0.0, 0.0, 1.0, -1}), std::invalid_argument);
   EXPECT_THROW(DropTest(oleo(), {1.0, 1.5, 1.0, -1}), std::invalid_argument);
