@@ -1,6 +1,7 @@
 #include "estimator/online/bias_watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "estimator/worth/second_order.hpp"
 
@@ -8,6 +9,7 @@ namespace shaker::estimator::online {
 namespace {
 
 constexpr double kFarBelow = 0.5 * kSmallestBias;
+constexpr double kMoved = 5.0;  // standard errors: more than chance does while cycles add up
 
 // By how much the standard errors have grown at most; 0 when none is known.
 double growth(const std::vector<double>& now, const std::vector<double>& then) {
@@ -18,18 +20,31 @@ double growth(const std::vector<double>& now, const std::vector<double>& then) {
   return largest;
 }
 
+// By how many of the standard errors then a parameter has moved at most: a damper that changes
+// bends elsewhere.
+double moved(const Fit& fit, const std::vector<double>& from, const std::vector<double>& errors) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < fit.theta.size() && k < from.size(); ++k) {
+    if (errors[k] > 0.0) largest = std::max(largest, std::fabs(fit.theta[k] - from[k]) / errors[k]);
+  }
+  return largest;
+}
+
 }  // namespace
 
 bool BiasWatch::take_off(Estimate& estimate, Estimator& estimator, const Model& model) {
   const Fit& fit = estimator.last();
   if (!has_second_order(fit)) return true;
-  if (!seen_.empty() && largest_ * growth(fit.standard_error, seen_) < kFarBelow) return true;
+  const bool small = !seen_.empty() && largest_ * growth(fit.standard_error, seen_) < kFarBelow;
+  if (small && moved(fit, at_, seen_) < kMoved) return true;
+  ++looks_;
   const auto effect = second_order(estimator, model);
   take_off_bias(estimate, effect, Bias::automatic);
   seen_.clear();
   if (!effect) return false;
   largest_ = effect->largest_bias;
   seen_ = fit.standard_error;
+  at_ = fit.theta;
   return true;
 }
 

@@ -105,6 +105,12 @@ AccuracyReport AccurateSolution::solve(std::span<const double> theta, double acc
     report.reached = at > 1 && std::max(report.state_error, report.sensitivity_error) <= accuracy;
     if (report.reached) break;
   }
+  // No finer grid, for which the first one's solution was only to begin.
+  if (finest_ == 0 && report.solve.status == SolveStatus::converged) {
+    const int steps = report.solve.iterations;
+    report.solve = level(0).solve(theta, kMostSteps, PeriodicSystem::kTolerance);
+    report.solve.iterations += steps;
+  }
   return report;
 }
 

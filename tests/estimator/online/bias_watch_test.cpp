@@ -96,6 +96,29 @@ TEST(BiasWatch, LooksAgainWhereTheErrorsGrow) {
     EXPECT_TRUE(watch.take_off(estimate, estimator, rig.model));
     EXPECT_EQ(estimate.parameters[3].bias != 0.0, loud);
   }
+  // Back among small errors, not far away, there was nothing to look for.
+  EXPECT_EQ(watch.looks(), 2);
+}
+
+TEST(BiasWatch, LooksAgainWhereTheDamperHasChanged) {
+  Figure12 rig;
+  std::vector<double> theta = testing::kOleoFeet;
+  RunData run = (*exact_data(rig.model, {{2.0, 10.0, 40, 1.0}}, theta))[0];
+  Estimator estimator(rig.model, {run});
+  BiasWatch watch;
+  for (const double share : {1.0, 1.0, 1.3, 1.3}) {
+    theta[0] = share * testing::kOleoFeet[0];
+    const RunData exact = (*exact_data(rig.model, {{2.0, 10.0, 40, 1.0}}, theta))[0];
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal(0.0, 1e-6);
+    for (std::size_t j = 0; j < run.displacement.size(); ++j)
+      run.displacement[j] = exact.displacement[j] + normal(random);
+    estimator.update_run(0, run);
+    ASSERT_EQ(estimator.fit(theta).status, FitStatus::converged);
+    Estimate estimate = estimator.describe();
+    EXPECT_TRUE(watch.take_off(estimate, estimator, rig.model));
+  }
+  EXPECT_EQ(watch.looks(), 2);
 }
 
 }  // namespace

@@ -79,6 +79,23 @@ TEST(AccurateSolution, SaysWhenItDidNotGetThere) {
   EXPECT_NE(report.solve.status, SolveStatus::converged);
 }
 
+TEST(AccurateSolution, OfOneGridIsThatGrids) {
+  const Model model(testing::oleo(32.2));
+  AccuracyOptions one;
+  one.most_points = 40;
+  AccurateSolution solution(model, one);
+  solution.set_excitation(2.0, 10.0);
+  EXPECT_EQ(solution.solve(kOleoFeet, 1e-6).solve.status, SolveStatus::converged);
+  GridOptions grid = one.grid;
+  grid.points = solution.system().points();
+  EXPECT_LE(grid.points, 40);
+  PeriodicSystem plain(model, grid);
+  plain.set_excitation(2.0, 10.0);
+  ASSERT_EQ(plain.solve_from_rest(kOleoFeet).status, SolveStatus::converged);
+  for (int i = 0; i < grid.points; ++i)
+    EXPECT_NEAR(solution.system().value(i, 0), plain.value(i, 0), 1e-10);
+}
+
 TEST(GridError, IsThatOfTheOrderWhichTheDifferencesShow) {
   const auto at = [](double n, double order) { return std::pow(n, -order); };
   for (const double order : {1.0, 2.0, 4.0, 6.0}) {
