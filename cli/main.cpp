@@ -93,10 +93,11 @@ void add_input(CLI::App* command, InputOptions& o) {
 
 void add_bias(CLI::App* command, std::string& rule) {
   command
-      ->add_option("--bias", rule,
-                   "That the model's bend gives an estimate: auto takes it off where it is 0.05 to "
-                   "0.25 standard errors, off leaves the plain optimum, always takes it off unless "
-                   "that crosses a bound")
+      ->add_option(
+          "--bias", rule,
+          "The bias that the model's bend gives the values: auto takes it off where it is 0.05 to "
+          "0.25 standard errors, off leaves the plain optimum, always takes it off unless "
+          "that crosses a bound")
       ->check(CLI::IsMember({"auto", "off", "always"}))
       ->capture_default_str();
 }

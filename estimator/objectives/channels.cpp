@@ -136,7 +136,10 @@ class Search {
         if (lambda > kMostDamped) break;
         continue;
       }
-      at_rest = size <= 1e3 * options_.tolerance || at_bottom(whole, seen) ? at_rest + 1 : 0;
+      // Of the whole step: one that damping holds up is short wherever it is.
+      const bool still =
+          relative(fit.theta, whole) <= 1e3 * options_.tolerance || at_bottom(whole, seen);
+      at_rest = still ? at_rest + 1 : 0;
       if ((full && size <= options_.tolerance) || at_rest > 8) {
         fit.status = FitStatus::converged;
         return;
