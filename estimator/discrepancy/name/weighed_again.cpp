@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <string>
 #include <utility>
 
 #include "estimator/discrepancy/fit/corners.hpp"
@@ -63,11 +62,9 @@ std::optional<WeighedAgain> explained_by_own_errors(
   if (guide == nullptr || data.front().sampled) return std::nullopt;
   HarmonicFit fit = copied(*guide, data, options.fit);
   std::vector<RunDatum> own = weigh(runs, fit).data;
-  if (data.size() > runs.size()) {
-    std::vector<std::string> told;
-    auto more = extra_channels(runs, fit, own, told);
-    std::move(more.begin(), more.end(), std::back_inserter(own));
-  }
+  // Not those that the base model refused: it is begun from its fit to `data`.
+  auto more = same_channels(runs, fit, own, data);
+  std::move(more.begin(), more.end(), std::back_inserter(own));
   HarmonicFit again = fit_harmonics(base.spec, own, base.theta, &base, options.fit);
   if (!again.trouble.empty()) return std::nullopt;
   NamingOptions with_guide = options;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <fmt/format.h>
@@ -25,6 +26,13 @@ struct Channel {
   const MatrixXd SteadyRun::*rows;
   std::vector<Quantity> maybe;
 };
+
+std::vector<Channel> channels() {
+  return {{"force", &SteadyRun::force, {Quantity::damper_force}},
+          {"acceleration",
+           &SteadyRun::acceleration,
+           {Quantity::acceleration, Quantity::absolute_acceleration}}};
+}
 
 // What samples say wrong of each harmonic of a channel that jumps, as acceleration and load do
 // where dry friction turns. Harmonics of a jump fall like J / h, and a jump is known to half a
@@ -124,17 +132,22 @@ double off(std::vector<RunDatum>& data, const std::vector<std::size_t>& like,
   return worst;
 }
 
+// `some` as that quantity, behind `all`.
+void take(std::vector<RunDatum>& some, Quantity quantity, const std::vector<std::size_t>& like,
+          const std::vector<SteadyRun>& runs, const HarmonicFit& fit, std::vector<RunDatum>& all) {
+  for (RunDatum& datum : some)
+    datum.quantity = quantity;
+  add_noise_of_driver(some, like, runs, fit);
+  std::move(some.begin(), some.end(), std::back_inserter(all));
+}
+
 }  // namespace
 
 std::vector<RunDatum> extra_channels(const std::vector<SteadyRun>& runs, const HarmonicFit& fit,
                                      const std::vector<RunDatum>& data,
                                      std::vector<std::string>& notes) {
-  const Channel channels[] = {{"force", &SteadyRun::force, {Quantity::damper_force}},
-                              {"acceleration",
-                               &SteadyRun::acceleration,
-                               {Quantity::acceleration, Quantity::absolute_acceleration}}};
   std::vector<RunDatum> all;
-  for (const Channel& channel : channels) {
+  for (const Channel& channel : channels()) {
     std::vector<std::size_t> like;
     std::vector<RunDatum> some = data_of(channel, runs, data, like);
     if (some.empty()) continue;
@@ -156,15 +169,29 @@ std::vector<RunDatum> extra_channels(const std::vector<SteadyRun>& runs, const H
                                             : "the damper's acceleration"));
       continue;
     }
-    for (RunDatum& datum : some)
-      datum.quantity = nearest;
-    add_noise_of_driver(some, like, runs, fit);
-    all.insert(all.end(), some.begin(), some.end());
+    take(some, nearest, like, runs, fit, all);
     notes.push_back(fmt::format(
         "the channel {} is used beside the displacement, as {}", channel.name,
         nearest == Quantity::damper_force   ? "load between damper and mass"
         : nearest == Quantity::acceleration ? "acceleration of the mass against the table"
                                             : "absolute acceleration of the mass"));
+  }
+  return all;
+}
+
+std::vector<RunDatum> same_channels(const std::vector<SteadyRun>& runs, const HarmonicFit& fit,
+                                    const std::vector<RunDatum>& data,
+                                    const std::vector<RunDatum>& before) {
+  std::vector<RunDatum> all;
+  for (const Channel& channel : channels()) {
+    const auto used = std::find_if(before.begin(), before.end(), [&](const RunDatum& datum) {
+      return std::find(channel.maybe.begin(), channel.maybe.end(), datum.quantity) !=
+             channel.maybe.end();
+    });
+    if (used == before.end()) continue;
+    std::vector<std::size_t> like;
+    std::vector<RunDatum> some = data_of(channel, runs, data, like);
+    take(some, used->quantity, like, runs, fit, all);
   }
   return all;
 }

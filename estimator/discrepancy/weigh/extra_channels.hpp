@@ -18,5 +18,11 @@ namespace shaker::estimator::discrepancy {
 std::vector<RunDatum> extra_channels(const std::vector<SteadyRun>& runs, const HarmonicFit& fit,
                                      const std::vector<RunDatum>& data,
                                      std::vector<std::string>& notes);
+// The channels of `before`, as the quantities that they are there and in its order, read again with
+// `data` and with another fit of the same runs: whatever that one would make of the others, fits to
+// both are of the same measurements, one behind the other.
+std::vector<RunDatum> same_channels(const std::vector<SteadyRun>& runs, const HarmonicFit& fit,
+                                    const std::vector<RunDatum>& data,
+                                    const std::vector<RunDatum>& before);
 
 }  // namespace shaker::estimator::discrepancy
