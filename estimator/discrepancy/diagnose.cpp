@@ -232,7 +232,8 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
     }
   }
 
-  const auto catalogue = candidates(model, range_of(weighed.data), campaign.runs.front().kind);
+  const auto catalogue =
+      candidates(model, range_of(weighed.data), campaign.runs.front().kind, warnings);
   NamingOptions naming;
   naming.fit = fitting;
   naming.most_effects = options.most_effects;
@@ -273,8 +274,8 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
     if (!base.trouble.empty()) return not_fitted(base);
     if (!counted) break;
   }
-  const auto catalogue =
-      shown_by_transients(candidates(model, range_of(runs->data), kind), model, runs->by_force);
+  const auto catalogue = shown_by_transients(
+      candidates(model, range_of(runs->data), kind, runs->warnings), model, runs->by_force);
   NamingOptions naming;
   naming.fit = fitting;
   naming.most_effects = options.most_effects;

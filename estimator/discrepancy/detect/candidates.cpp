@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -98,13 +101,34 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   return probes;
 }
 
-// What the effect is stated in terms of is in the model.
-bool lenders_there(const Effect& effect, const config::ModelSpec& base) {
+// Where effects of the damper see and act in a model of several coordinates: as its own do, by what
+// the displacement sensor looks at. Null for a model of one coordinate, and where there are none.
+const config::EffectSpec* load_path(const config::ModelSpec& base) {
+  const auto seen = std::find(base.coordinates.begin(), base.coordinates.end(), base.observed);
+  const auto observed = static_cast<std::size_t>(
+      seen == base.coordinates.end() ? 0 : seen - base.coordinates.begin());
+  for (const config::EffectSpec& line : base.effects) {
+    const Effect* known = find_effect(line.effect);
+    const bool carries = known == nullptr || known->carries_load();  // unknown: a formula
+    if (carries && observed < line.sees.size() && line.sees[observed] != 0.0) return &line;
+  }
+  return nullptr;
+}
+
+bool on_path(const config::EffectSpec& line, const config::EffectSpec* path) {
+  return path == nullptr || (line.sees == path->sees && line.acts == path->acts);
+}
+
+// What the effect is stated in terms of is in the model, and in the same place.
+bool lenders_there(const Effect& effect, const config::ModelSpec& base,
+                   const config::EffectSpec* path) {
   const auto borrows = effect.borrows();
   return std::all_of(borrows.begin(), borrows.end(), [&](const Borrowed& b) {
     return std::isfinite(b.otherwise) ||
            std::any_of(base.effects.begin(), base.effects.end(),
-                       [&](const config::EffectSpec& line) { return line.effect == b.effect; });
+                       [&](const config::EffectSpec& line) {
+                         return line.effect == b.effect && on_path(line, path);
+                       });
   });
 }
 
@@ -123,20 +147,60 @@ bool read_beforehand(const Effect& effect, Kind kind) {
          (effect.name() == "sensor_drift" || effect.name() == "sensor_quantisation");
 }
 
+// That an effect carries no load says that it is of a mass, and which one its name does not say;
+// one that stands in another place would be two of one name.
+bool placeable(const Effect& effect, const config::ModelSpec& base,
+               const config::EffectSpec* path) {
+  if (path == nullptr || !effect.carries_load()) return false;
+  const auto is = [&](const config::EffectSpec& line) { return line.effect == effect.name(); };
+  const auto here = [&](const config::EffectSpec& line) { return is(line) && on_path(line, path); };
+  const auto& lines = base.effects;
+  return std::none_of(lines.begin(), lines.end(), is) ||
+         std::any_of(lines.begin(), lines.end(), here);
+}
+
+std::string words_of(const std::vector<std::string>& left_out, const config::EffectSpec* path) {
+  const std::string names = fmt::format("{}", fmt::join(left_out, ", "));
+  if (path == nullptr)
+    return fmt::format(
+        "not tried: {}; the model has no effect of a damper that sees the observed coordinate, "
+        "beside which they could stand",
+        names);
+  return fmt::format(
+      "the model has several coordinates: effects of the damper are tried where its {} sees and "
+      "acts; not tried: {}, which belong elsewhere or stand elsewhere already",
+      path->effect, names);
+}
+
 }  // namespace
 
 std::vector<Candidate> candidates(const config::ModelSpec& base, const MotionRange& range,
-                                  Kind kind) {
+                                  Kind kind, std::vector<std::string>& notes) {
+  const bool several = base.coordinates.size() > 1;
+  const config::EffectSpec* path = several ? load_path(base) : nullptr;
+  std::vector<std::string> left_out;
   std::vector<Candidate> all;
   for (const Effect* effect : catalogue()) {
-    const bool held =
-        std::any_of(base.effects.begin(), base.effects.end(),
-                    [&](const config::EffectSpec& line) { return line.effect == effect->name(); });
-    if (held || effect->parameters().empty() || !lenders_there(*effect, base) ||
-        read_beforehand(*effect, kind) || (kind == Kind::imposed_motion && !imposable(*effect)))
+    const auto held =
+        std::find_if(base.effects.begin(), base.effects.end(),
+                     [&](const config::EffectSpec& line) { return line.effect == effect->name(); });
+    const bool of_damper = effect->group() == Group::damper && effect->instrument() == nullptr;
+    if (effect->parameters().empty() || read_beforehand(*effect, kind) ||
+        (kind == Kind::imposed_motion && !imposable(*effect)))
       continue;
+    if (several && of_damper && !placeable(*effect, base, path)) {
+      left_out.emplace_back(effect->name());
+      continue;
+    }
+    if (held != base.effects.end() || !lenders_there(*effect, base, path)) continue;
     all.push_back({effect, probes_of(*effect, range)});
+    if (!several || !of_damper) continue;
+    for (Probe& probe : all.back().probes) {
+      probe.line.sees = path->sees;
+      probe.line.acts = path->acts;
+    }
   }
+  if (!left_out.empty()) notes.push_back(words_of(left_out, path));
   return all;
 }
 

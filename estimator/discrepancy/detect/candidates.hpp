@@ -33,8 +33,10 @@ struct MotionRange {
 };
 
 // Where the motion is imposed, only what the damper may lack: there is no excitation, and no motion
-// to be mismeasured.
+// to be mismeasured. In a model of several coordinates effects of the damper stand where its own
+// stand, the first that carries load and sees the observed coordinate; `notes` names those that
+// cannot: without load (of a mass or a tyre: of which?), or with their name taken in another place.
 std::vector<Candidate> candidates(const config::ModelSpec& base, const MotionRange& range,
-                                  Kind kind);
+                                  Kind kind, std::vector<std::string>& notes);
 
 }  // namespace shaker::estimator::discrepancy
