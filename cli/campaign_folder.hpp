@@ -11,9 +11,13 @@
 
 namespace shaker::cli {
 
-// Columns are put into the model's length unit and seconds. An Error names file, place and remedy:
-// units that do not match, a run without its file, a kind that there is not.
+// Columns are put into the model's length unit and seconds. An Error names file, line, place and
+// remedy: units that do not match, a run without its file, a key or a kind that there is not.
 Result<estimator::discrepancy::Campaign> read_campaign(const std::filesystem::path& path,
                                                        config::ModelSpec& model);
+
+// Of a folder, by its campaign.json.
+Result<estimator::discrepancy::Campaign> read_campaign_file(const std::filesystem::path& file,
+                                                            config::ModelSpec& model);
 
 }  // namespace shaker::cli

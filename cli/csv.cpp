@@ -110,7 +110,7 @@ Result<std::vector<std::pair<std::string, std::size_t>>> find_columns(
                            shown(reader.line()), fmt::join(lists, " or "))};
 }
 
-std::optional<std::string> parse_number(std::string_view text, double& value) {
+std::optional<std::string> parse_number(std::string_view text, double most, double& value) {
   if (text.starts_with('+')) text.remove_prefix(1);
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (code != std::errc() || end != text.data() + text.size() || text.empty()) {
@@ -118,13 +118,16 @@ std::optional<std::string> parse_number(std::string_view text, double& value) {
                        text.find(';') != text.npos ? "; separate columns by commas" : "");
   }
   if (!std::isfinite(value)) return fmt::format("\"{}\" is not a finite number", shown(text));
+  if (std::fabs(value) > most)
+    return fmt::format("\"{}\" is larger than anything measured; at most {:g} is read", shown(text),
+                       most);
   return std::nullopt;
 }
 
 }  // namespace
 
 Result<CsvTable> read_csv(std::istream& in, const std::string& origin,
-                          const std::vector<std::vector<std::string>>& alternatives) {
+                          const std::vector<std::vector<std::string>>& alternatives, double most) {
   Reader reader(in, origin);
   if (!reader.next_line()) {
     if (reader.error()) return *reader.error();
@@ -151,7 +154,7 @@ Result<CsvTable> read_csv(std::istream& in, const std::string& origin,
     for (std::size_t k = 0; k < into.size(); ++k) {
       const auto& [name, at] = (*columns)[k];
       double value = 0.0;
-      if (const auto trouble = parse_number(fields[at], value)) {
+      if (const auto trouble = parse_number(fields[at], most, value)) {
         return Error{ErrorKind::invalid,
                      fmt::format("{}:{}: {} ({})", reader.place(), at + 1, *trouble, name)};
       }
@@ -163,7 +166,7 @@ Result<CsvTable> read_csv(std::istream& in, const std::string& origin,
 }
 
 Result<CsvTable> read_csv(const std::filesystem::path& file,
-                          const std::vector<std::vector<std::string>>& alternatives) {
+                          const std::vector<std::vector<std::string>>& alternatives, double most) {
   std::error_code code;
   if (std::filesystem::is_directory(file, code)) {
     return Error{ErrorKind::io, fmt::format("{}: is a directory, not a file", file.string())};
@@ -173,7 +176,7 @@ Result<CsvTable> read_csv(const std::filesystem::path& file,
     return Error{ErrorKind::io,
                  fmt::format("{}: cannot be read: {}", file.string(), std::strerror(errno))};
   }
-  return read_csv(in, file.string(), alternatives);
+  return read_csv(in, file.string(), alternatives, most);
 }
 
 }  // namespace shaker::cli

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <istream>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -23,10 +24,13 @@ struct CsvTable {
 };
 
 // `alternatives`: lists of column names; the first list whose columns are all there is read. An
-// Error when none is complete, naming what there is and what is wanted.
+// Error when none is complete, naming what there is and what is wanted. `most`: no number may be
+// larger in size.
 Result<CsvTable> read_csv(std::istream& in, const std::string& origin,
-                          const std::vector<std::vector<std::string>>& alternatives);
+                          const std::vector<std::vector<std::string>>& alternatives,
+                          double most = std::numeric_limits<double>::infinity());
 Result<CsvTable> read_csv(const std::filesystem::path& file,
-                          const std::vector<std::vector<std::string>>& alternatives);
+                          const std::vector<std::vector<std::string>>& alternatives,
+                          double most = std::numeric_limits<double>::infinity());
 
 }  // namespace shaker::cli
