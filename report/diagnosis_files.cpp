@@ -1,8 +1,11 @@
 #include "report/diagnosis_files.hpp"
 
 #include <fstream>
+#include <iterator>
+#include <string>
 
 #include <fmt/format.h>
+#include <system_error>
 
 #include "config/model.hpp"
 #include "report/diagnosis_document.hpp"
@@ -11,37 +14,77 @@
 namespace shaker::report {
 namespace {
 
-Result<void> write_file(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path fresh = file.string() + ".new";
-  std::ofstream out(fresh, std::ios::binary);
+constexpr const char* kFiles[] = {"diagnosis.json", "model.json", "report.html"};
+
+Error cannot(const std::filesystem::path& file) {
+  return {ErrorKind::io, fmt::format("{}: cannot be written; check the folder's permissions and "
+                                     "the disk's space",
+                                     file.string())};
+}
+
+Error said_by_system(const std::filesystem::path& file, const std::error_code& trouble) {
+  return {ErrorKind::io, fmt::format("{}: {}", file.string(), trouble.message())};
+}
+
+std::filesystem::path unfinished(const std::filesystem::path& file) {
+  return file.string() + ".new";
+}
+
+Result<void> write_unfinished(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(unfinished(file), std::ios::binary);
   out << text << '\n';
   out.close();
+  if (out) return {};
+  std::error_code ignored;
+  std::filesystem::remove(unfinished(file), ignored);
+  return cannot(file);
+}
+
+Result<void> write_file(const std::filesystem::path& file, const std::string& text) {
+  if (auto written = write_unfinished(file, text); !written) return written;
   std::error_code trouble;
-  if (!out) {
-    std::filesystem::remove(fresh, trouble);
-    return Error{ErrorKind::io, fmt::format("{}: cannot be written; check the folder's permissions "
-                                            "and the disk's space",
-                                            file.string())};
-  }
-  std::filesystem::rename(fresh, file, trouble);
-  if (trouble) return Error{ErrorKind::io, fmt::format("{}: {}", file.string(), trouble.message())};
+  std::filesystem::rename(unfinished(file), file, trouble);
+  if (trouble) return said_by_system(file, trouble);
+  return {};
+}
+
+Result<void> make_folder(const std::filesystem::path& folder) {
+  std::error_code trouble;
+  std::filesystem::create_directories(folder, trouble);
+  if (trouble) return said_by_system(folder, trouble);
   return {};
 }
 
 }  // namespace
 
+Result<void> prepare_diagnosis(const std::filesystem::path& folder,
+                               const std::filesystem::path& model) {
+  if (auto made = make_folder(folder); !made) return made;
+  for (const char* name : kFiles) {
+    const auto file = folder / name;
+    std::error_code none;  // of what is not there yet
+    if (std::filesystem::equivalent(file, model, none))
+      return Error{ErrorKind::invalid,
+                   fmt::format("{} is the model that is diagnosed, and the answer would replace "
+                               "it; name another folder for the answer",
+                               file.string())};
+    if (std::filesystem::is_directory(file, none))
+      return Error{ErrorKind::io, fmt::format("{}: is a directory, not a file", file.string())};
+    if (auto written = write_unfinished(file, ""); !written) return written;
+    std::filesystem::remove(unfinished(file), none);
+  }
+  return {};
+}
+
 Result<void> write_diagnosis(const std::filesystem::path& folder,
                              const estimator::discrepancy::Diagnosis& diagnosis) {
-  std::error_code trouble;
-  std::filesystem::create_directories(folder, trouble);
-  if (trouble)
-    return Error{ErrorKind::io, fmt::format("{}: {}", folder.string(), trouble.message())};
-  if (auto done = write_file(folder / "diagnosis.json", diagnosis_json(diagnosis)); !done)
-    return done;
-  if (auto done = write_file(folder / "model.json", config::to_json_text(diagnosis.improved));
-      !done)
-    return done;
-  return write_file(folder / "report.html", diagnosis_page(diagnosis));
+  if (auto made = make_folder(folder); !made) return made;
+  const std::string texts[] = {diagnosis_json(diagnosis), config::to_json_text(diagnosis.improved),
+                               diagnosis_page(diagnosis)};
+  for (std::size_t i = 0; i < std::size(kFiles); ++i) {
+    if (auto done = write_file(folder / kFiles[i], texts[i]); !done) return done;
+  }
+  return {};
 }
 
 }  // namespace shaker::report

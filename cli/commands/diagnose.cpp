@@ -34,6 +34,10 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   if (!model) return fail(common, kBadInput, model.error().what);
   auto campaign = read_campaign(options.campaign, *model);
   if (!campaign) return fail(common, kBadInput, campaign.error().what);
+  if (!options.out.empty()) {
+    if (auto ready = report::prepare_diagnosis(options.out, options.model); !ready)
+      return fail(common, kBadInput, ready.error().what);
+  }
   estimator::discrepancy::DiagnoseOptions wanted;
   wanted.false_alarm_rate = options.false_alarm_rate;
   using estimator::discrepancy::CalibrationCache;
@@ -44,13 +48,12 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
     return fail(common, found.error().kind == ErrorKind::invalid ? kBadInput : kNotUsable,
                 found.error().what);
   }
-  if (!options.out.empty()) {
-    if (auto written = report::write_diagnosis(options.out, *found); !written)
-      return fail(common, kBadInput, written.error().what);
-  }
   fmt::print("{}",
              common.json ? report::diagnosis_json(*found) + "\n" : report::diagnosis_table(*found));
-  return kOk;
+  if (options.out.empty()) return kOk;
+  const auto written = report::write_diagnosis(options.out, *found);
+  // The answer has been printed: as JSON it stays the only document there.
+  return written ? kOk : fail({}, kBadInput, written.error().what);
 }
 
 }  // namespace shaker::cli
