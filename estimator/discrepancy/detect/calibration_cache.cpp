@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Another number for every change of how a calibration is drawn or written.
-constexpr std::string_view kVersion = "shaker-calibration/1\n";
+constexpr std::string_view kVersion = "shaker-calibration/2\n";
 constexpr std::size_t kMostInMemory = 64;
 constexpr std::size_t kMostFiles = 256;  // of about 64 kB each
 
@@ -61,10 +61,19 @@ std::string key_of(const Design& design, int draws, std::uint64_t seed) {
   return digest.text();
 }
 
-bool read_ascending(std::istream& in, std::vector<double>& values) {
+// Of the numbers that a file holds, and of what they are the calibration of.
+std::string digest_of(const std::string& key, const std::vector<double>& lengths,
+                      const std::vector<double>& gains, const std::vector<double>& smaller) {
+  Digest digest;
+  digest.add(key.data(), key.size());
+  for (const auto* values : {&lengths, &gains, &smaller})
+    digest.add(values->data(), values->size() * sizeof(double));
+  return digest.text();
+}
+
+void read(std::istream& in, std::vector<double>& values) {
   in.read(reinterpret_cast<char*>(values.data()),
           static_cast<std::streamsize>(values.size() * sizeof(double)));
-  return in && std::is_sorted(values.begin(), values.end());
 }
 
 void write(std::ostream& out, const std::vector<double>& values) {
@@ -72,14 +81,17 @@ void write(std::ostream& out, const std::vector<double>& values) {
             static_cast<std::streamsize>(values.size() * sizeof(double)));
 }
 
-std::shared_ptr<const Calibration> read(const fs::path& file, int draws) {
-  std::ifstream in(file, std::ios::binary);
-  std::string version(kVersion.size(), ' ');
-  if (!in.read(version.data(), static_cast<std::streamsize>(version.size())) || version != kVersion)
-    return nullptr;
+std::shared_ptr<const Calibration> read(const fs::path& folder, const std::string& key, int draws) {
+  std::ifstream in(folder / key, std::ios::binary);
+  std::string version(kVersion.size(), ' '), digest(Digest().text().size(), ' ');
+  in.read(version.data(), static_cast<std::streamsize>(version.size()));
+  in.read(digest.data(), static_cast<std::streamsize>(digest.size()));
+  if (!in || version != kVersion) return nullptr;
   std::vector<double> lengths(static_cast<std::size_t>(draws)), gains(lengths), smaller(lengths);
-  if (!read_ascending(in, lengths) || !read_ascending(in, gains) || !read_ascending(in, smaller) ||
-      in.peek() != std::char_traits<char>::eof())
+  for (auto* values : {&lengths, &gains, &smaller})
+    read(in, *values);
+  if (!in || in.peek() != std::char_traits<char>::eof() ||
+      digest != digest_of(key, lengths, gains, smaller))
     return nullptr;
   return std::make_shared<const Calibration>(std::move(lengths), std::move(gains),
                                              std::move(smaller));
@@ -97,13 +109,14 @@ void forget_oldest(const fs::path& folder) {
 }
 
 // Under another name first: who reads at this moment sees all of it or nothing.
-void write(const fs::path& file, const Calibration& calibration) {
+void write(const fs::path& folder, const std::string& key, const Calibration& calibration) {
   std::error_code ignored;
-  fs::create_directories(file.parent_path(), ignored);
-  const fs::path draft = fmt::format("{}.{}", file.string(), ::getpid());
+  fs::create_directories(folder, ignored);
+  const fs::path draft = folder / fmt::format("{}.{}", key, ::getpid());
   {
     std::ofstream out(draft, std::ios::binary);
     out.write(kVersion.data(), static_cast<std::streamsize>(kVersion.size()));
+    out << digest_of(key, calibration.lengths(), calibration.gains(), calibration.smaller());
     write(out, calibration.lengths());
     write(out, calibration.gains());
     write(out, calibration.smaller());
@@ -113,9 +126,9 @@ void write(const fs::path& file, const Calibration& calibration) {
       return;
     }
   }
-  fs::rename(draft, file, ignored);
+  fs::rename(draft, folder / key, ignored);
   if (ignored) fs::remove(draft, ignored);
-  forget_oldest(file.parent_path());
+  forget_oldest(folder);
 }
 
 }  // namespace
@@ -128,11 +141,11 @@ std::shared_ptr<const Calibration> CalibrationCache::get(const Design& design, i
   const std::scoped_lock lock(guard_);
   if (const auto found = known_.find(key); found != known_.end()) return found->second;
   std::shared_ptr<const Calibration> calibration;
-  if (folder_) calibration = read(*folder_ / key, draws);
+  if (folder_) calibration = read(*folder_, key, draws);
   if (!calibration) {
     ++drawn_;
     calibration = std::make_shared<const Calibration>(design, draws, seed);
-    if (folder_) write(*folder_ / key, *calibration);
+    if (folder_) write(*folder_, key, *calibration);
   }
   if (known_.size() >= kMostInMemory) known_.clear();
   known_.emplace(key, calibration);

@@ -4,8 +4,10 @@
 // Kept in memory for as long as the cache lives and, given a folder, in a file each. The key is all
 // that a calibration depends on, to the last bit: the whitened Jacobian and the signatures (so
 // runs, cycles, harmonics, model and catalogue), the degrees of freedom, draws, seed, and the
-// version of the drawing itself. So a hit is what drawing would have given. A folder that cannot be
-// read or written, or a file that is broken, costs the time of drawing and nothing else.
+// version of the drawing itself; a file holds a sum over the key and its numbers, so that one whose
+// contents were lost or changed is not taken for it. So a hit is what drawing would have given. A
+// folder that cannot be read or written, or a file that is broken, costs the time of drawing and
+// nothing else.
 #pragma once
 
 #include <cstdint>

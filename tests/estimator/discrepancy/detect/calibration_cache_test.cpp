@@ -80,6 +80,39 @@ TEST_F(Cache, DrawsAnewWhereAFileIsBroken) {
   EXPECT_EQ(calibration->lengths(), Calibration(design(1.0), 500, 1).lengths());
 }
 
+// A disk that was full or lost power leaves files of the right length.
+TEST_F(Cache, DrawsAnewWhereAFilesNumbersAreNotThoseThatWereDrawn) {
+  const Calibration drawn(design(1.0), 500, 1);
+  CalibrationCache(folder_).get(design(1.0), 500, 1);
+  const fs::path file = *fs::directory_iterator(folder_);
+  const auto size = static_cast<std::streamoff>(fs::file_size(file));
+  const auto numbers = static_cast<std::streamoff>(3 * 500 * sizeof(double));
+  const auto overwritten = [&](std::streamoff at, std::streamoff count) {
+    std::fstream(file).seekp(at) << std::string(static_cast<std::size_t>(count), '\0');
+    CalibrationCache cache(folder_);
+    const auto calibration = cache.get(design(1.0), 500, 1);
+    return calibration->lengths() == drawn.lengths() && calibration->gains() == drawn.gains() &&
+           calibration->smaller() == drawn.smaller() && cache.drawn() == 1;
+  };
+  EXPECT_TRUE(overwritten(size - numbers, numbers));
+  EXPECT_TRUE(overwritten(size - numbers, 8));  // the smallest: they still ascend
+  EXPECT_TRUE(overwritten(0, size));
+}
+
+TEST_F(Cache, TakesNoFileOfAnotherDesign) {
+  CalibrationCache(folder_).get(design(1.0), 500, 1);
+  const fs::path first = *fs::directory_iterator(folder_);
+  fs::rename(first, folder_ / "first");
+  CalibrationCache(folder_).get(design(2.0), 500, 1);
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    if (entry.path().filename() == "first") continue;
+    fs::copy_file(folder_ / "first", entry.path(), fs::copy_options::overwrite_existing);
+  }
+  CalibrationCache cache(folder_);
+  EXPECT_EQ(cache.get(design(2.0), 500, 1)->lengths(), Calibration(design(2.0), 500, 1).lengths());
+  EXPECT_EQ(cache.drawn(), 1);
+}
+
 TEST_F(Cache, NeedsNoFolderThatCanBeWritten) {
   std::ofstream(folder_ / "file") << "no folder";
   CalibrationCache cache(folder_ / "file" / "within");
