@@ -91,7 +91,7 @@ Result<Recording> read_columns(Described described, const std::filesystem::path&
   run.excitation = take("excitation", factors.excitation);
   run.acceleration = take("acceleration", factors.acceleration);
   run.force = take("force", factors.force);
-  run.amplitude *= factors.excitation;
+  run.amplitude *= run.kind == Kind::imposed_motion ? factors.displacement : factors.excitation;
   return std::move(run);
 }
 

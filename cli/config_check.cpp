@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "cli/campaign_folder.hpp"
 #include "config/campaign.hpp"
 #include "config/json_tree.hpp"
 #include "config/rig.hpp"
@@ -251,6 +252,36 @@ void check_campaign(const fs::path& file, const config::Node& root, const fs::pa
   if (!rig.empty()) check_against(*campaign, rig, report);
 }
 
+// A folder's campaign.json, of runs that have been recorded, says what only these have.
+bool recorded(const config::Node& root) {
+  const config::Node* runs = root.find("runs");
+  const auto own = [](const config::Node& run) {
+    return run.find("file") != nullptr || run.find("kind") != nullptr ||
+           run.find("role") != nullptr;
+  };
+  return root.find("model") == nullptr &&
+         (root.find("units") != nullptr || root.find("gravity") != nullptr ||
+          (runs != nullptr && std::any_of(runs->elements.begin(), runs->elements.end(), own)));
+}
+
+void check_recorded(const fs::path& file, CheckReport& report) {
+  using estimator::discrepancy::Kind;
+  using estimator::discrepancy::Role;
+  config::ModelSpec any;  // with which it will be diagnosed is not known here
+  const auto campaign = read_campaign_file(file, any);
+  if (!campaign) return add_lines(report.errors, campaign.error().what);
+  report.facts.push_back(
+      fmt::format("recorded campaign {}: {} runs", campaign->name, campaign->runs.size()));
+  for (const auto& run : campaign->runs) {
+    const bool imposed = run.kind == Kind::imposed_motion;
+    const double length = run.t.empty() ? 0.0 : run.t.back() - run.t.front();
+    report.facts.push_back(fmt::format("  {}: {:g} Hz, {:g} {}, {} samples in {:.4g} s{}", run.name,
+                                       run.frequency_hz, run.amplitude, imposed ? "m" : "m/s^2",
+                                       run.t.size(), length,
+                                       run.role == Role::held_out ? ", held out" : ""));
+  }
+}
+
 }  // namespace
 
 CheckReport check_file(const fs::path& file, const fs::path& rig_file) {
@@ -260,7 +291,9 @@ CheckReport check_file(const fs::path& file, const fs::path& rig_file) {
   const auto root = config::parse_json(*text, file.string());
   if (!root) return report.errors.push_back(root.error().what), report;
   report.kind = kind_of(*root);
-  if (report.kind == "campaign") {
+  if (report.kind == "campaign" && recorded(*root)) {
+    check_recorded(file, report);
+  } else if (report.kind == "campaign") {
     check_campaign(file, *root, rig_file, report);
   } else if (report.kind == "model") {
     const auto model = config::load_model(file);

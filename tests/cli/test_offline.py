@@ -71,6 +71,18 @@ class Check(Scratch):
         self.assertEqual(report["kind"], "campaign")
         self.assertGreaterEqual(len(report["errors"]), 3)
 
+    def test_a_recorded_campaign_is_read_with_its_runs(self):
+        self.write("r1.csv", "t,displacement,force\n0,1,2\n50,2,3\n")
+        text = ('{"format": "shaker-campaign/1", "units": {"time": "ms", "displacement": "mm"},\n'
+                '"runs": [{"name": "r1", "kind": "imposed_motion", "frequency_hz": 2, "amplitude": 30}]}')
+        good = run("check", self.write("campaign.json", text))
+        self.assertEqual(good.returncode, 0, good.stderr)
+        self.assertIn("r1: 2 Hz, 0.03 m, 2 samples in 0.05 s", good.stdout)
+        self.assertIn("a good campaign file", good.stdout)
+        bad = run("check", self.write("bad.json", text.replace("frequency_hz", "frequency")))
+        self.assertEqual(bad.returncode, 2)
+        self.assertIn('bad.json:2: /runs/0/frequency: unknown key; did you mean "frequency_hz"?', bad.stderr)
+
     def test_an_effect_in_a_campaigns_own_model_has_its_place(self):
         bad = self.write("c.json", '{"name": "c", "runs": [{"frequency_hz": 2, "amplitude": 3}],\n'
                                    '"model": {"name": "m", "effects": [{"effect": "gravity"},\n{"effect": "magic"}]}}')
