@@ -169,7 +169,7 @@ std::string verdict_sentence(const Diagnosis& d) {
   }
 }
 
-std::string effect_lines(const NamedEffect& e) {
+std::string effect_lines(const NamedEffect& e, const std::string& driven) {
   std::string text = fmt::format("\n{}  probability {:.3f}\n", e.name, e.probability);
   if (!e.meaning.empty()) text += fmt::format("  {}\n", e.meaning);
   text += fmt::format("  where: {}\n", e.where);
@@ -183,9 +183,9 @@ std::string effect_lines(const NamedEffect& e) {
     text += fmt::format("  what would: the channel {}\n", e.split_by->channel);
   else if (e.split_by)
     text += fmt::format(
-        "  what would: a run at {:.3g} Hz with amplitude {:.3g} ({:.1f} standard "
+        "  what would: a run at {:.3g} Hz with amplitude {} ({:.1f} standard "
         "errors)\n",
-        e.split_by->frequency_hz, e.split_by->amplitude, e.split_by->separation);
+        e.split_by->frequency_hz, size(e.split_by->amplitude, driven), e.split_by->separation);
   if (e.held_out_gain)
     text += fmt::format("  closes {:.0f} % of the gap on runs that were not fitted\n",
                         100.0 * *e.held_out_gain);
@@ -233,8 +233,10 @@ std::string diagnosis_table(const Diagnosis& d) {
                         size(*d.gap.held_out_after, d.gap.unit));
   if (d.verdict != Verdict::adequate) text += d.location.words + "\n";
   if (d.remaining) text += d.remaining->words + "\n";
+  const std::string& length = d.improved.length_unit;
+  const bool imposed = d.gap.unit != length;  // the motion, and forces are compared
   for (const NamedEffect& e : d.effects)
-    text += effect_lines(e);
+    text += effect_lines(e, imposed ? length : length + "/s^2");
   if (!d.warnings.empty()) text += "\n";
   for (const std::string& warning : d.warnings)
     text += "note: " + warning + "\n";

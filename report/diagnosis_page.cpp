@@ -27,7 +27,7 @@ table{border-collapse:collapse;margin:.5em 0}th,td{padding:.25em .8em;text-align
 th{border-bottom:2px solid #888;font-weight:600}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
 .pictures{display:flex;flex-wrap:wrap;gap:1em}.note{color:#555}code{font-size:.95em}
 details{margin:.6em 0}summary{cursor:pointer}
-@media print{body{margin:0;max-width:none;font-size:11px}.pictures svg{width:48%;height:auto}h2,table,svg{break-inside:avoid}details{display:block}}
+@media print{body{margin:0;max-width:none;font-size:11px}.pictures svg{width:48%;height:auto}h2,table,svg{break-inside:avoid}details::details-content{content-visibility:visible}}
 )";
 
 std::string number(double value) {
@@ -61,7 +61,7 @@ std::string parameter_words(const ParameterEstimate& p) {
   return p.fixed ? text + ", fixed" : text;
 }
 
-std::string effect_section(const NamedEffect& effect) {
+std::string effect_section(const NamedEffect& effect, const Shown& driven) {
   std::string text =
       fmt::format("<h2><code>{}</code>: {}</h2>\n<p><code>{}</code></p>\n<table>\n",
                   escaped(effect.name), escaped(effect.meaning), escaped(effect.formula));
@@ -81,29 +81,30 @@ std::string effect_section(const NamedEffect& effect) {
     row("cannot be told from", fmt::format("{}", fmt::join(effect.confusable_with, ", ")));
   }
   if (const auto& split = effect.split_by) {
-    row("what would tell",
-        split->channel.empty()
-            ? fmt::format("one more run at {} Hz with {} {}", number(split->frequency_hz),
-                          number(split->amplitude), "m/s² of excitation")
-            : fmt::format("the channel {}", split->channel));
+    row("what would tell", split->channel.empty()
+                               ? fmt::format("one more run at {} Hz with an amplitude of {} {}",
+                                             number(split->frequency_hz),
+                                             number(split->amplitude * driven.factor), driven.unit)
+                               : fmt::format("the channel {}", split->channel));
   }
   return text + "</table>\n";
 }
 
 std::string gap_table(const Diagnosis& d) {
-  const Shown shown = shown_length(d.gap.unit);
+  const Shown shown = shown_length(d.gap.unit), driven = shown_amplitude(d);
   const bool after = !d.effects.empty();
   std::string text = "<table>\n" + head({{"run", false},
                                          {"role", false},
                                          {"frequency, Hz", true},
-                                         {"amplitude", true},
+                                         {"amplitude, " + driven.unit, true},
                                          {"cycles", true},
                                          {"noise floor, " + shown.unit, true},
                                          {"gap before, " + shown.unit, true},
                                          {after ? "gap after, " + shown.unit : "", true}});
   for (const RunGap& run : d.runs) {
     text += "<tr>" + cell(run.name) + cell(run.role == Role::fit ? "fitted" : "held out") +
-            cell(number(run.frequency_hz), true) + cell(number(run.amplitude), true) +
+            cell(number(run.frequency_hz), true) +
+            cell(number(run.amplitude * driven.factor), true) +
             cell(std::to_string(run.cycles), true) +
             cell(number(run.noise_floor * shown.factor), true) +
             cell(number(run.before * shown.factor), true) +
@@ -245,7 +246,7 @@ std::string diagnosis_page(const Diagnosis& d) {
     page += "</ul>\n";
   }
   for (const NamedEffect& effect : d.effects)
-    page += effect_section(effect);
+    page += effect_section(effect, shown_amplitude(d));
   page += "<h2>The gap, run by run</h2>\n<div class=\"pictures\">" + gap_bars(d) + "</div>\n" +
           gap_table(d);
   page += "<h2>Measured and simulated</h2>\n" + run_pictures(d);

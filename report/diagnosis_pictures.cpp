@@ -95,6 +95,12 @@ Shown shown_length(const std::string& unit) {
   return {1.0, unit};
 }
 
+Shown shown_amplitude(const Diagnosis& diagnosis) {
+  const std::string& length = diagnosis.improved.length_unit;
+  const bool imposed = diagnosis.gap.unit != length;  // forces are compared
+  return imposed ? shown_length(length) : Shown{1.0, length + "/s²"};
+}
+
 std::string gap_bars(const Diagnosis& diagnosis) {
   Bars bars;
   bars.title = "Gap between model and measurement, over the noise floor (*: held out)";

@@ -16,6 +16,8 @@ struct Shown {
   std::string unit;
 };
 Shown shown_length(const std::string& unit);
+// Of what drives the runs: the excitation, or the motion where that is imposed.
+Shown shown_amplitude(const Diagnosis& diagnosis);
 
 std::string gap_bars(const Diagnosis& diagnosis);
 std::string cycle_picture(const Diagnosis& diagnosis, const RunCurves& run);

@@ -9,6 +9,7 @@ namespace shaker::report {
 namespace {
 
 constexpr double kGap = 0.25;     // of a group's width
+constexpr double kFoot = 1.2;     // ratio of the least value to a logarithmic axis' beginning
 constexpr double kMargin = 14.0;  // right of the axes
 constexpr double kLetter = 6.2;   // width
 
@@ -27,6 +28,10 @@ std::string to_svg(const Bars& bars) {
     values.push_back(mark.at);
   Axis y = bars.y;
   if (!y.logarithmic) values.push_back(0.0);
+  // A bar stands on the axis' beginning; one of a smaller value would hang below, over the labels.
+  for (const double value : values) {
+    if (y.logarithmic && y.from && value > 0.0) y.from = std::min(*y.from, value / kFoot);
+  }
   Range range = range_of(y, values);
   if (!y.logarithmic && !y.from && range.from > -0.06 * (range.to - range.from)) range.from = 0.0;
 

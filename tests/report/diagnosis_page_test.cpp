@@ -65,9 +65,32 @@ TEST(DiagnosisPage, BeginsWithWhatWasMissing) {
   const std::string page = diagnosis_page(d);
   EXPECT_THAT(page, HasSubstr("left &lt;main&gt; gear"));
   EXPECT_THAT(page, HasSubstr("presliding_friction"));
-  EXPECT_THAT(page, HasSubstr("one more run at 1 Hz with 0.5"));
+  EXPECT_THAT(page, HasSubstr("one more run at 1 Hz with an amplitude of 0.5 m/s²"));
   EXPECT_THAT(page, HasSubstr("f_c = 0.2000 ± 0.0010 m/s^2"));
   EXPECT_THAT(page, HasSubstr("at velocity reversal"));
+}
+
+TEST(DiagnosisPage, SaysTheAmplitudesUnit) {
+  Diagnosis d = friction_found();
+  EXPECT_THAT(diagnosis_page(d), HasSubstr(">amplitude, m/s²</th>"));
+  EXPECT_THAT(diagnosis_table(d), HasSubstr("with amplitude 0.5 m/s^2 "));
+  d.gap.unit = "m/s^2";  // the motion was imposed
+  EXPECT_THAT(diagnosis_page(d), HasSubstr(">amplitude, mm</th>"));
+  EXPECT_THAT(diagnosis_page(d), HasSubstr("with an amplitude of 500 mm"));
+  EXPECT_THAT(diagnosis_table(d), HasSubstr("with amplitude 500 mm "));
+}
+
+TEST(DiagnosisPage, FoldsFurtherRunsOnTheScreenAndNotOnPaper) {
+  Diagnosis d = friction_found();
+  for (const char* name : {"r02", "r03", "r04"}) {
+    d.curves.push_back(d.curves.front());
+    d.curves.back().name = name;
+  }
+  const std::string page = diagnosis_page(d);
+  EXPECT_THAT(page, HasSubstr("<details><summary>The other runs"));
+  const std::string print = page.substr(page.find("@media print"));
+  EXPECT_THAT(print.substr(0, print.find('\n')),
+              HasSubstr("details::details-content{content-visibility:visible}"));
 }
 
 TEST(DiagnosisPage, StandsAlone) {

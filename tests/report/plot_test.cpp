@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <limits>
+#include <regex>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -77,6 +80,25 @@ TEST(Bars, StandOnZeroOneForEachValue) {
   const std::string svg = to_svg(bars);
   EXPECT_EQ(count(svg, "<title>r0"), 4);
   EXPECT_THAT(svg, HasSubstr("r02, after: -1"));
+}
+
+// The gap's bars: one far below the noise floor is seen, and does not hang over the labels.
+TEST(Bars, StandOnTheBeginningOfALogarithmicAxis) {
+  Bars bars;
+  bars.labels = {"r01", "r02"};
+  bars.series = {"before", "after"};
+  bars.values = {{40.0, 20.0}, {0.9, 0.04}};
+  bars.y = {"gap", 0.5, {}, true};
+  const std::string svg = to_svg(bars);
+  const std::regex bar("y=\"([0-9.]+)\" width=\"[0-9.]+\" height=\"([0-9.]+)\"><title>");
+  std::vector<double> feet;
+  for (std::sregex_iterator at(svg.begin(), svg.end(), bar), end; at != end; ++at) {
+    EXPECT_GT(std::stod((*at)[2]), 2.0);
+    feet.push_back(std::stod((*at)[1]) + std::stod((*at)[2]));
+  }
+  ASSERT_EQ(feet.size(), 4U);
+  for (const double foot : feet)
+    EXPECT_NEAR(foot, feet[0], 0.11);
 }
 
 TEST(Map, LeavesCellsWithoutAValueEmpty) {
