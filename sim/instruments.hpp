@@ -55,13 +55,15 @@ class Instruments {
 
   RigOptions options_;
   double gain_, offset_, quadratic_, drift_, excitation_gain_;
-  double lag_kept_ = 0.0, lag_old_ = 0.0;  // shares of the last output and input in the next output
+  // Of the low pass: shares of the last output, of the input's slope and of its bend in the next
+  // output.
+  double lag_kept_ = 0.0, lag_slope_ = 1.0, lag_bend_ = 0.0;
   double period_s_, rate_;
   Nanoseconds start_, due_;
   std::int64_t k_ = 0;
   DeadTime stroke_delay_, excitation_delay_;
   std::optional<double> lagged_, frozen_;
-  double before_lag_ = 0.0;
+  double before_lag_ = 0.0, long_before_lag_ = 0.0;
   std::optional<RigSample> on_its_way_;
   // Apart, so that turning one imperfection on leaves the others as they were.
   std::mt19937_64 noise_source_, arrival_source_;
