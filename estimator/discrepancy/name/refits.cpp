@@ -13,6 +13,7 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
+constexpr double kInterval = 2.0;       // standard errors
 constexpr double kWorthCentring = 5.0;  // of chi-squared: less is chance
 constexpr int kMemorySteps = 60;
 constexpr double kTouchedLeftOver = 0.1;         // of chi-squared, by sharper corners
@@ -29,9 +30,29 @@ int find_parameter(const Model& model, const std::string& effect, std::string_vi
   return -1;
 }
 
-// An effect that a fit switches off, or drives to the end of what physics allows, is not what is
-// missing. What merely shapes it may end anywhere.
-std::string disqualification(const HarmonicFit& fit, std::size_t first_added) {
+// By how many standard errors the data would have a parameter beyond where it was held, all others
+// following.
+double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter) {
+  const auto at = std::find(fit.free.begin(), fit.free.end(), parameter) - fit.free.begin();
+  if (at == static_cast<std::ptrdiff_t>(fit.free.size())) return 0.0;
+  const Eigen::VectorXd along =
+      stacked_jacobian(fit, data, fit.free).transpose() * stacked_residual(fit, data);
+  return fit.covariance.row(at).dot(along) / fit.standard_error(parameter);
+}
+
+// An estimate has errors: of an effect that is as large as physics allows every other one falls
+// beyond. It is outside where its interval is.
+bool ended_by_chance(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter,
+                     double absent) {
+  const double size = std::fabs(fit.theta[static_cast<std::size_t>(parameter)] - absent);
+  return size > kInterval * fit.standard_error(parameter) &&
+         std::fabs(pull(fit, data, parameter)) <= kInterval;
+}
+
+// An effect that a fit switches off, or drives beyond the end of what physics allows, is not what
+// is missing. What merely shapes it may end anywhere.
+std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                             std::size_t first_added, Errors errors) {
   if (!fit.converged) return fit.trouble.empty() ? "the fit did not settle" : fit.trouble;
   for (std::size_t i = first_added; i < fit.spec.effects.size(); ++i) {
     const std::string& name = fit.spec.effects[i].effect;
@@ -45,7 +66,8 @@ std::string disqualification(const HarmonicFit& fit, std::size_t first_added) {
       const double value = fit.theta[static_cast<std::size_t>(k)];
       if (value == info.absent) continue;
       present = true;
-      if (fit.at_bound(k))
+      if (fit.at_bound(k) &&
+          !(errors == Errors::noise && ended_by_chance(fit, data, k, info.absent)))
         return fmt::format("{} of {} ended at {:.4g} {}, the end of what is physically admissible",
                            info.symbol, name, value, info.unit);
     }
@@ -115,9 +137,13 @@ std::optional<Hypothesis> Refits::elsewhere(const Probe& probe, double most) con
   return h;
 }
 
+void Refits::judge(Hypothesis& h) const {
+  h.disqualified = disqualification(*h.fit, h.data ? *h.data : data_, first_added(), errors_);
+}
+
 void Refits::finish(Hypothesis& h) const {
   centre(h, h.fit->spec.effects.size() - 1);
-  h.disqualified = disqualification(*h.fit, first_added());
+  judge(h);
   if (std::isfinite(h.fit->chi_squared)) describe(h);
 }
 
@@ -130,7 +156,7 @@ Hypothesis Refits::without(const Hypothesis& larger, std::size_t line) const {
   config::ModelSpec spec = parent.spec;
   spec.effects.erase(spec.effects.begin() + static_cast<std::ptrdiff_t>(line));
   h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
-  h.disqualified = disqualification(*h.fit, first_added());
+  judge(h);
   if (std::isfinite(h.fit->chi_squared)) describe(h);
   return h;
 }
@@ -140,7 +166,7 @@ Hypothesis Refits::again(const Hypothesis& known) const {
   h.fitted_constants = known.fitted_constants;
   h.effects = known.effects;
   h.fit = refitted(rounded(known).spec, known.fit->theta, &rounded(known));
-  h.disqualified = disqualification(*h.fit, first_added());
+  judge(h);
   if (std::isfinite(h.fit->chi_squared)) describe(h);
   return h;
 }
@@ -153,7 +179,7 @@ bool Refits::recentred(Hypothesis& h) const {
     const double before = h.fit->chi_squared;
     centre(h, line);
     if (before - h.fit->chi_squared < kWorthCentring) return false;
-    h.disqualified = disqualification(*h.fit, first_added());
+    judge(h);
     describe(h);
     return true;
   }
@@ -196,7 +222,7 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   h.rounded = h.fit;
   h.fit = sharp->fit;
   h.data = sharp->data;
-  h.disqualified = disqualification(*h.fit, first_added());
+  judge(h);
   describe(h);
   return true;
 }

@@ -44,6 +44,7 @@ class Refits {
 
  private:
   void finish(Hypothesis& h) const;
+  void judge(Hypothesis& h) const;
   // Where a line's force has a place of rest that the model file does not give, that place is
   // fitted too (centring.cpp).
   void centre(Hypothesis& h, std::size_t line) const;

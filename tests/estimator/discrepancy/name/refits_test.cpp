@@ -106,5 +106,22 @@ TEST(Refits, SharpensACornerThatLeavesNoMoreThanNoise) {
   EXPECT_EQ(rounded(friction).theta.back(), round);
 }
 
+// Of a gain at the end of its range every other estimate would be beyond it; of one that is beyond,
+// all are.
+TEST(Refits, DisqualifiesWhatIsOutsideAndNotWhatIsAtTheEnd) {
+  const Candidate gain = candidate("sensor_gain");
+  int at_end = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Hidden largest({{"sensor_gain", 1.1}}, 5e-6, seed);
+    const Hypothesis h = largest.refits().with(largest.base(), gain.probes.at(0));
+    at_end += h.fit->theta.back() == 1.1 ? 1 : 0;
+    EXPECT_TRUE(h.disqualified.empty()) << seed << ": " << h.disqualified;
+  }
+  EXPECT_GT(at_end, 0);
+  const Hidden beyond({{"sensor_gain", 1.105}});
+  const Hypothesis h = beyond.refits().with(beyond.base(), gain.probes.at(0));
+  EXPECT_NE(h.disqualified.find("end of what is physically admissible"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace shaker::estimator::discrepancy
