@@ -30,6 +30,10 @@ int find_parameter(const Model& model, const std::string& effect, std::string_vi
   return -1;
 }
 
+std::string_view last_part(std::string_view name) {
+  return name.substr(name.rfind('.') + 1);
+}
+
 // By how many standard errors the data would have a parameter beyond where it was held, all others
 // following.
 double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter) {
@@ -156,6 +160,33 @@ Hypothesis Refits::without(const Hypothesis& larger, std::size_t line) const {
   config::ModelSpec spec = parent.spec;
   spec.effects.erase(spec.effects.begin() + static_cast<std::ptrdiff_t>(line));
   h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
+  judge(h);
+  if (std::isfinite(h.fit->chi_squared)) describe(h);
+  return h;
+}
+
+Hypothesis Refits::with_simpler(const Hypothesis& richer, const std::string& effect,
+                                const config::EffectSpec& simpler) const {
+  const HarmonicFit& parent = rounded(richer);
+  Hypothesis h;
+  h.fitted_constants = richer.fitted_constants;
+  h.effects = richer.effects;
+  std::replace(h.effects.begin(), h.effects.end(), effect, simpler.effect);
+  std::sort(h.effects.begin(), h.effects.end());
+  config::ModelSpec spec = parent.spec;
+  const auto line = std::find_if(spec.effects.rbegin(), spec.effects.rend(),
+                                 [&](const auto& known) { return known.effect == effect; });
+  *line = simpler;
+  const Model model(spec);
+  std::vector<double> start = carried_over(model, parent);
+  for (std::size_t k = 0; k < start.size(); ++k) {
+    const ModelParameter& p = model.parameters()[k];
+    const int of =
+        p.effect == simpler.effect ? find_parameter(*parent.model, effect, last_part(p.name)) : -1;
+    if (of >= 0)
+      start[k] = std::clamp(parent.theta[static_cast<std::size_t>(of)], p.lower, p.upper);
+  }
+  h.fit = refitted(spec, start, nullptr);
   judge(h);
   if (std::isfinite(h.fit->chi_squared)) describe(h);
   return h;

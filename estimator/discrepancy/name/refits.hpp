@@ -30,6 +30,9 @@ class Refits {
   // below `most`.
   std::optional<Hypothesis> elsewhere(const Probe& probe, double most) const;
   Hypothesis without(const Hypothesis& larger, std::size_t line) const;
+  // With the simpler effect in the place of the richer one that holds it, from there.
+  Hypothesis with_simpler(const Hypothesis& richer, const std::string& effect,
+                          const config::EffectSpec& simpler) const;
   // One that was fitted to other errors of the same runs, from where it was.
   Hypothesis again(const Hypothesis& known) const;
   // Evidence and cross-validation of what has been fitted.

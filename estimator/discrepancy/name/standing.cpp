@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kWorthReplacing = 5.0;  // of chi-squared: less is chance
 constexpr double kRival = 400.0;         // of chi-squared, times the best one's
-constexpr double kNoRival = 4.0;  // the same, of one that sharper corners do not bring nearer
+constexpr double kNoRival = 4.0;      // the same, of one that sharper corners do not bring nearer
+constexpr double kOtherValley = 2.0;  // of chi-squared, times that of what holds it
 constexpr std::size_t kMostRivals = 4;
 constexpr double kNoChance = 100.0;  // of chi-squared a datum: draws say 0 to the last digit
 // Of log evidence that a simpler effect may be behind the richer one: with the richer one's
@@ -22,6 +23,13 @@ bool without_chance(double chi_squared, std::ptrdiff_t observations) {
   return chi_squared > kNoChance * static_cast<double>(observations);
 }
 
+// The same effects, with the simpler one in the place of the one that holds it.
+std::vector<std::string> simplified(std::vector<std::string> effects, const std::string& effect) {
+  std::replace(effects.begin(), effects.end(), effect, std::string(simpler_than(effect)));
+  std::sort(effects.begin(), effects.end());
+  return effects;
+}
+
 }  // namespace
 
 void Standing::choose() {
@@ -29,6 +37,8 @@ void Standing::choose() {
       chosen_ ? found_.hypotheses[found_.best].fit : nullptr;
   if (!any_best()) return;
   sharpen_rivals();
+  any_best();
+  try_simpler_rivals();
   for (int round = 0; round < 4 && any_best(); ++round) {
     Hypothesis& best = found_.hypotheses[found_.best];
     const bool centred = refits_.recentred(best);
@@ -97,15 +107,43 @@ void Standing::sharpen_rivals() {
   }
 }
 
+// Of those close behind the best the simpler one may be the best. Shares of a gap have no such
+// order.
+void Standing::try_simpler_rivals() {
+  if (options_.simple_first) return;
+  const std::vector<Hypothesis> all = found_.hypotheses;  // they may become more
+  const double least = found_.hypotheses[found_.best].log_evidence - kReducedBehind;
+  for (const Hypothesis& h : all) {
+    if (!h.disqualified.empty() || !(h.log_evidence > least)) continue;
+    for (const std::string& effect : h.effects)
+      try_simpler(h, effect, simplified(h.effects, effect));
+  }
+}
+
+// Where the richer effect's fit says that the simpler one would do, that is asked of it: the search
+// may have passed it by, or left it in another valley.
+void Standing::try_simpler(const Hypothesis& best, const std::string& effect,
+                           const std::vector<std::string>& wanted) {
+  if (!reduces(*best.fit, effect)) return;
+  const Hypothesis* known = find(wanted);
+  const double near = kOtherValley * rounded(best).chi_squared;
+  if (known != nullptr && known->disqualified.empty() && rounded(*known).chi_squared < near) return;
+  const auto simpler = std::find_if(all_.begin(), all_.end(), [&](const Candidate& candidate) {
+    return candidate.effect->name() == simpler_than(effect);
+  });
+  if (simpler == all_.end()) return;
+  std::vector<std::size_t> made;
+  keep(refits_.with_simpler(best, effect, simpler->probes.front().line), made);
+}
+
 // A richer effect gives way to the simpler one that it holds where the data do not exclude that.
 void Standing::prefer_simpler() {
   for (bool changed = true; changed;) {
     changed = false;
-    const Hypothesis& best = found_.hypotheses[found_.best];
+    const Hypothesis best = found_.hypotheses[found_.best];  // they may become more
     for (const std::string& effect : best.effects) {
-      std::vector<std::string> wanted = best.effects;
-      std::replace(wanted.begin(), wanted.end(), effect, std::string(simpler_than(effect)));
-      std::sort(wanted.begin(), wanted.end());
+      const std::vector<std::string> wanted = simplified(best.effects, effect);
+      try_simpler(best, effect, wanted);
       Hypothesis* simpler = find(wanted);
       if (simpler == nullptr || !simpler->disqualified.empty()) continue;
       refits_.sharpened(*simpler);

@@ -39,7 +39,10 @@ class Standing {
  private:
   bool any_best();
   void sharpen_rivals();
+  void try_simpler_rivals();
   void prefer_simpler();
+  void try_simpler(const Hypothesis& best, const std::string& effect,
+                   const std::vector<std::string>& wanted);
   void judge_best();
 
   Naming& found_;

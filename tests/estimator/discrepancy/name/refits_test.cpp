@@ -123,5 +123,20 @@ TEST(Refits, DisqualifiesWhatIsOutsideAndNotWhatIsAtTheEnd) {
   EXPECT_NE(h.disqualified.find("end of what is physically admissible"), std::string::npos);
 }
 
+// From the richer set's parameters, which may lie in a valley that the search did not come to.
+TEST(Refits, PutsTheSimplerEffectInThePlaceOfTheRicherOne) {
+  const Hidden hidden({{"coulomb_friction", 0.2}, {"rebound_factor", 1.5}});
+  const Hypothesis rebound =
+      hidden.refits().with(hidden.base(), candidate("rebound_damping").probes.at(0));
+  const Hypothesis richer =
+      hidden.refits().with(rebound, candidate("stribeck_friction").probes.at(0));
+  const Hypothesis simpler = hidden.refits().with_simpler(
+      richer, "stribeck_friction", candidate("coulomb_friction").probes.at(0).line);
+  EXPECT_EQ(simpler.effects, (std::vector<std::string>{"coulomb_friction", "rebound_damping"}));
+  EXPECT_EQ(simpler.fit->free.size() + 2, richer.fit->free.size());
+  EXPECT_TRUE(simpler.disqualified.empty()) << simpler.disqualified;
+  EXPECT_NEAR(simpler.fit->theta.back(), 0.2, 0.01);
+}
+
 }  // namespace
 }  // namespace shaker::estimator::discrepancy
