@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kWorthRefitting = 5.0;      // of chi-squared: less is chance
 constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
+constexpr double kNear = 4.0;                // of chi-squared, times the best one's
 constexpr double kWorthGoingOn = 0.5;  // of chi-squared, that one more effect must leave at most
 
 struct Ordered {
@@ -68,6 +69,7 @@ class Search {
     for (const std::size_t h : extend(found_.base, found_.base_scoring, options_.refits))
       level.push_back(h);
     standing_.choose();
+    if (!options_.simple_first && begin_near_ones_elsewhere(level)) standing_.choose();
     if (options_.known != nullptr) prune();
     if (!standing_.settled() && !options_.simple_first) {
       begin_elsewhere(level);
@@ -158,6 +160,28 @@ class Search {
       auto h = refits_.elsewhere(probe, kWorthGoingOn * std::min(own, standing_.left_by_best()));
       if (h) standing_.keep(std::move(*h), level);
     }
+  }
+
+  // What the base parameters imitate nearly all of has two valleys, one on either side of its
+  // absence (a real gas), and a fit from there ends in one of them. Where one effect leaves little
+  // more than noise, it and those that come near it are begun where they are at work too. False:
+  // nothing is better.
+  bool begin_near_ones_elsewhere(std::vector<std::size_t>& level) {
+    const double best = standing_.left_by_best();
+    if (!standing_.chosen() || best > kNear * found_.base.fit->observations) return false;
+    const double near = kNear * best;
+    bool better = false;
+    for (const Candidate& candidate : all_) {
+      const Hypothesis* known = standing_.find({std::string(candidate.effect->name())});
+      if (known == nullptr || known->rounded || !(known->fit->chi_squared < near)) continue;
+      const double own = known->fit->chi_squared;
+      auto h =
+          refits_.elsewhere(candidate.probes[candidate.probes.size() / 2], own - kWorthRefitting);
+      if (!h || !(h->fit->chi_squared < own)) continue;
+      standing_.keep(std::move(*h), level);
+      better = true;
+    }
+    return better;
   }
 
   // Backward: an effect that a larger set does not need any more. A smaller set that was on the way

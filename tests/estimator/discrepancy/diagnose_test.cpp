@@ -66,6 +66,17 @@ TEST(Diagnose, TellsDryFrictionFromWhatLooksLikeIt) {
   EXPECT_NEAR(d.effects[0].parameters[0].value, 0.05, 5e-4);
 }
 
+// The base parameters imitate it but for a little, with either sign: a fit that ends on the wrong
+// side leaves a cubic spring to be named beside it.
+TEST(Diagnose, NamesARealGasOnTheRightSideOfAnIdealOne) {
+  const Diagnosis d = diagnosed({{"gas_virial", 0.02}});
+  EXPECT_EQ(d.verdict, Verdict::explained);
+  ASSERT_EQ(d.effects.size(), 1U);
+  EXPECT_EQ(d.effects[0].name, "real_gas");
+  ASSERT_EQ(d.effects[0].parameters.size(), 1U);
+  EXPECT_NEAR(d.effects[0].parameters[0].value, 0.02, 0.004);
+}
+
 TEST(Diagnose, BlamesTheInstrumentForItsOwnFault) {
   const Diagnosis d = diagnosed({{"sensor_delay", 0.003}});
   EXPECT_EQ(d.verdict, Verdict::explained);
