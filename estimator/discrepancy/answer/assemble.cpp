@@ -32,7 +32,7 @@ class Assembler {
         runs_(runs),
         candidates_(candidates),
         selection_(found, data),
-        share_(agreed_shares(found, data, selection_)),
+        shares_(found, data, agree(found, data, selection_)),
         before_(*found.base.fit),
         after_(selection_.chosen() != nullptr ? *selection_.chosen()->fit : before_),
         after_data_(selection_.chosen() != nullptr && selection_.chosen()->data
@@ -67,8 +67,7 @@ class Assembler {
     const bool far = said_.gap.after > kExplainedGap * said_.gap.noise_floor;
     if (said_.verdict != Verdict::explained || !far) return;
     said_.verdict = Verdict::unexplained;
-    for (double& share : share_)
-      share *= kMostUnexplained;
+    trusted_ = kMostUnexplained;
     said_.warnings.push_back(fmt::format(
         "what is left passes the test for noise, but its root mean square is {:.1f} times the "
         "noise floor: that is not called explained",
@@ -112,7 +111,7 @@ class Assembler {
         if (h.cross_validated && found_.base.cross_validated)
           ranked.cross_validated = *h.cross_validated - *found_.base.cross_validated;
       }
-      ranked.probability = probability_of(ranked.name, found_, share_);
+      ranked.probability = trusted_ * shares_.probability_of(ranked.name);
       said_.ranking.push_back(std::move(ranked));
     }
     std::stable_sort(said_.ranking.begin(), said_.ranking.end(),
@@ -132,7 +131,7 @@ class Assembler {
         named.formula = std::string(known->formula());
         named.meaning = std::string(known->meaning());
       }
-      named.probability = probability_of(effect, found_, share_);
+      named.probability = trusted_ * shares_.probability_of(effect);
       for (const ParameterEstimate& p : said_.parameters_after) {
         if (p.effect == effect) named.parameters.push_back(p);
       }
@@ -170,7 +169,8 @@ class Assembler {
   const std::vector<SteadyRun>& runs_;
   const std::vector<Candidate>& candidates_;
   Selection selection_;
-  std::vector<double> share_;  // of each hypothesis
+  const Shares shares_;
+  double trusted_ = 1.0;  // of the probabilities
   const HarmonicFit& before_;
   const HarmonicFit& after_;
   const std::vector<RunDatum>& after_data_;  // those that it was fitted to
