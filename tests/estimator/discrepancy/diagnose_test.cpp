@@ -69,12 +69,31 @@ TEST(Diagnose, TellsDryFrictionFromWhatLooksLikeIt) {
 // The base parameters imitate it but for a little, with either sign: a fit that ends on the wrong
 // side leaves a cubic spring to be named beside it.
 TEST(Diagnose, NamesARealGasOnTheRightSideOfAnIdealOne) {
-  const Diagnosis d = diagnosed({{"gas_virial", 0.02}});
-  EXPECT_EQ(d.verdict, Verdict::explained);
-  ASSERT_EQ(d.effects.size(), 1U);
-  EXPECT_EQ(d.effects[0].name, "real_gas");
-  ASSERT_EQ(d.effects[0].parameters.size(), 1U);
-  EXPECT_NEAR(d.effects[0].parameters[0].value, 0.02, 0.004);
+  const auto d = diagnose(testing::recorded({{"gas_virial", 0.02}},
+                                            {{2.0, 3.0}, {3.0, 6.0}, {4.5, 6.0}, {6.0, 12.0}}, 5),
+                          estimator::testing::oleo());
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_EQ(d->effects.size(), 1U);
+  EXPECT_EQ(d->effects[0].name, "real_gas");
+  ASSERT_EQ(d->effects[0].parameters.size(), 1U);
+  EXPECT_NEAR(d->effects[0].parameters[0].value, 0.02, 0.001);
+}
+
+// The search adds a static peak to the valve and never asks whether dry friction would do.
+TEST(Diagnose, NamesTheSimplerOfTwoThatDoTheSame) {
+  const auto d =
+      diagnose(testing::recorded({{"coulomb_friction", 0.2}, {"rebound_factor", 1.5}},
+                                 {{1.0, 3.0}, {2.0, 1.5}, {2.0, 4.0}, {4.0, 6.0}}, 6, "oleo", 1e-4),
+               estimator::testing::oleo());
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  std::vector<std::string> names;
+  for (const NamedEffect& effect : d->effects) {
+    names.push_back(effect.name);
+    EXPECT_GT(effect.probability, 0.95) << effect.name;
+  }
+  EXPECT_THAT(names, ::testing::UnorderedElementsAre("coulomb_friction", "rebound_damping"));
 }
 
 TEST(Diagnose, BlamesTheInstrumentForItsOwnFault) {
