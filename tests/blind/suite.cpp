@@ -171,8 +171,9 @@ Scored score(const Case& hidden, const Answer& given, const fs::path& sealed) {
   scored.in_set = std::ranges::all_of(parts, listed);
   scored.named_first =
       parts.size() == 1 ? first.name == parts.front() : std::ranges::all_of(parts, named);
-  const bool right = std::ranges::find(parts, first.name) != parts.end();
-  scored.wrong_and_sure = !right && first.probability > 0.95;
+  scored.wrong_and_sure = std::ranges::any_of(given.effects, [&](const Named& n) {
+    return n.probability > 0.95 && std::ranges::find(parts, n.name) == parts.end();
+  });
   return scored;
 }
 

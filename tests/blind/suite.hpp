@@ -58,7 +58,7 @@ struct Scored {
   bool detected = false;
   bool named_first = false, in_set = false;  // every hidden effect, for a pair
   bool told_apart = false;                   // the answer names no rival of its first effect
-  bool wrong_and_sure = false;               // a wrong first name at more than 0.95
+  bool wrong_and_sure = false;               // a wrong name, first or further, at more than 0.95
 };
 
 // Opens the sealed truth.
