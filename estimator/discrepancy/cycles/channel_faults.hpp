@@ -9,8 +9,10 @@
 namespace shaker::estimator::discrepancy {
 
 // A curve that stays on its extreme value three times as long as its quantisation explains, again
-// and again, has met the end of the sensor's range. `top`: the highest value, else the lowest.
-// `quantum`: step of the grid that the values stand on; 0: not known.
+// and again, has met the end of the sensor's range. So has one that stays there for a few samples
+// of most cycles and comes to it with a slope, which would have carried it on by more than a step
+// of its grid. `top`: the highest value, else the lowest. `quantum`: step of the grid that the
+// values stand on; 0: not known.
 bool clipped(std::span<const double> y, double samples_a_cycle, double cycles, bool top,
              double quantum = 0.0);
 

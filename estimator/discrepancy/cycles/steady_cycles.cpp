@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include <fmt/format.h>
@@ -169,15 +170,40 @@ Result<void> drop_transient(const Recording& r, const SteadyOptions& options, St
                               run.cycles(), run.cycles_recorded, options.fewest_cycles));
 }
 
-Result<void> in_range(const Recording& r, const WholeCycles& cycles, const std::vector<double>& y,
-                      const char* name, double quantum) {
+// The end of the sensor's range that a channel meets: true for the upper one.
+std::optional<bool> end_met(const WholeCycles& cycles, const std::vector<double>& y,
+                            double quantum) {
   const std::span<const double> steady(&y[cycles.first.front()],
                                        cycles.last.back() - cycles.first.front());
   for (const bool top : {true, false}) {
     if (clipped(steady, cycles.samples, static_cast<double>(cycles.count()), top, quantum))
-      return unfit(r, clipped_sentence(name, top));
+      return top;
   }
   return {};
+}
+
+Result<void> in_range(const Recording& r, const WholeCycles& cycles, const std::vector<double>& y,
+                      const char* name, double quantum) {
+  const auto top = end_met(cycles, y, quantum);
+  if (!top) return {};
+  return unfit(r, clipped_sentence(name, *top));
+}
+
+// A channel beside the displacement can be done without.
+void leave_out_broken(const Recording& r, const WholeCycles& cycles, SteadyRun& run) {
+  const auto look_at = [&](const std::vector<double>& y, const char* name, Eigen::MatrixXd& rows) {
+    if (rows.rows() == 0) return;
+    std::string why;
+    if (!(range_of(y) > 0.0))
+      why = fmt::format("the {} never changes; is the sensor alive?", name);
+    else if (const auto top = end_met(cycles, y, quantum_of(y)))
+      why = clipped_sentence(name, *top);
+    if (why.empty()) return;
+    run.warnings.push_back(fmt::format("run {}: {} (this channel is left out)", r.name, why));
+    rows.resize(0, 0);
+  };
+  look_at(r.acceleration, "acceleration", run.acceleration);
+  look_at(r.force, "force", run.force);
 }
 
 void compare_amplitude(const Recording& r, const PhaseFit& phase, SteadyRun& run) {
@@ -223,6 +249,7 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
     if (auto good = in_range(r, cycles, driver_of(r), driver_name(r), 0.0); !good)
       return good.error();
   }
+  leave_out_broken(r, cycles, run);
   compare_amplitude(r, *phase, run);
   look_for_order(run);
   return run;

@@ -120,6 +120,49 @@ TEST(SteadyCycles, RefusesAClippedSensor) {
   EXPECT_THAT(run.error().what, ::testing::HasSubstr("clipped"));
 }
 
+// By a fortieth of the stroke.
+TEST(SteadyCycles, RefusesASensorThatIsClippedForAFewSamplesACycle) {
+  for (const double rate : {100.15, 103.0, 311.0}) {
+    Recording r = recording({.rate = rate});
+    for (double& u : r.displacement)
+      u = std::min(1e-6 * std::round(u * 1e6), 0.16);
+    const auto run = steady_cycles(r);
+    ASSERT_FALSE(run) << rate;
+    EXPECT_THAT(run.error().what, ::testing::HasSubstr("stays on its highest value")) << rate;
+  }
+}
+
+// It comes to rest without a slope, and goes on without one.
+TEST(SteadyCycles, DoesNotTakeADamperThatSticksForAClippedSensor) {
+  for (const double step : {1e-6, 1e-4, 1e-3}) {
+    Recording r = recording({.rate = 101.7});
+    for (std::size_t i = 0; i < r.t.size(); ++i) {
+      const double turn = std::fmod(2.003 * r.t[i], 1.0);
+      const double part = std::fmod(turn, 0.5) / 0.44;  // it moves for 44 % of each half
+      const double way = part < 1.0 ? 0.5 - 0.5 * std::cos(0.5 * kTwoPi * part) : 1.0;
+      r.displacement[i] = 0.15 + 0.01 * (turn < 0.5 ? way : 1.0 - way);
+      r.displacement[i] = step * std::round(r.displacement[i] / step);
+    }
+    const auto run = steady_cycles(r);
+    EXPECT_TRUE(run) << step << ": " << run.error().what;
+  }
+}
+
+TEST(SteadyCycles, DoesWithoutAChannelThatIsClippedOrDead) {
+  Recording r = recording({});
+  for (std::size_t i = 0; i < r.t.size(); ++i) {
+    r.force.push_back(std::max(-7.0, r.displacement[i] * -1e3 + 150.0));
+    r.acceleration.push_back(0.0);
+  }
+  const auto run = steady_cycles(r);
+  ASSERT_TRUE(run) << run.error().what;
+  EXPECT_EQ(run->force.rows(), 0);
+  EXPECT_EQ(run->acceleration.rows(), 0);
+  ASSERT_EQ(run->warnings.size(), 2u);
+  EXPECT_THAT(run->warnings[0], ::testing::HasSubstr("the acceleration never changes"));
+  EXPECT_THAT(run->warnings[1], ::testing::HasSubstr("the force stays on its lowest value"));
+}
+
 TEST(SteadyCycles, RefusesASensorThatIsAtItsEndAllTheTime) {
   Recording r = recording({});
   for (std::size_t i = 200; i < r.displacement.size(); ++i)  // after one cycle
