@@ -58,6 +58,44 @@ double trend_probability(const MatrixXd& scaled, double least) {
 }
 
 constexpr Index kSunk = 2, kFewestToSpare = 8;
+constexpr double kDyingProbability = 0.01;
+constexpr double kLasts = 0.6;  // of its size, from the first cycle to the last
+constexpr int kDecays = 20;
+constexpr double kAside = 0.6, kTurn = 0.05;  // rad a cycle
+
+double left_beside(const MatrixXd& scaled, const MatrixXd& courses) {
+  MatrixXd basis(scaled.rows(), courses.cols() + 1);
+  basis << VectorXd::Ones(scaled.rows()), courses;
+  return (scaled - basis * least_squares(basis, scaled)).squaredNorm();
+}
+
+// Whether cycles that seem to repeat only every so many of them are better said by an oscillation
+// that dies. A subharmonic is locked to the excitation and lasts; the rest of a transient near that
+// part of its frequency shrinks and turns.
+bool dies_away(const MatrixXd& scaled, const MatrixXd& courses, double angle) {
+  const Index n = scaled.rows();
+  const double lasting = left_beside(scaled, courses);
+  const double least = std::pow(kLasts, 1.0 / static_cast<double>(n - 1));
+  double dying = lasting;
+  MatrixXd damped(n, 2);
+  for (int d = 0; d < kDecays; ++d) {
+    const double decay = least * std::pow(kLasts, 0.1 * d);
+    for (double aside = -kAside; aside <= kAside; aside += kTurn) {
+      for (Index k = 0; k < n; ++k) {
+        const auto cycle = static_cast<double>(k);
+        const double size = std::pow(decay, cycle);
+        damped(k, 0) = size * std::cos((angle + aside) * cycle);
+        damped(k, 1) = size * std::sin((angle + aside) * cycle);
+      }
+      dying = std::min(dying, left_beside(scaled, damped));
+    }
+  }
+  const auto p = static_cast<double>(scaled.cols());
+  const double more = p * static_cast<double>(2 - courses.cols()) + 2.0;  // parameters
+  const double freedom = p * static_cast<double>(n - 3) - 2.0;
+  return upper_tail((lasting - dying) / more / (dying / freedom), more, freedom) <
+         kDyingProbability;
+}
 
 }  // namespace
 
@@ -106,10 +144,13 @@ Succession examine(const MatrixXd& cycles, double least) {
       courses(k, 0) = std::cos(angle);
       if (every > 2) courses(k, 1) = std::sin(angle);
     }
-    if (probability_of(scaled, courses, expected) < kSubharmonicProbability) {
-      found.subharmonic = every;
-      break;
+    if (probability_of(scaled, courses, expected) >= kSubharmonicProbability) continue;
+    if (dies_away(scaled, courses, 2.0 * std::numbers::pi / every)) {
+      found.trend = true;
+      continue;
     }
+    found.subharmonic = every;
+    break;
   }
   return found;
 }

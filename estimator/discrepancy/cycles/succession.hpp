@@ -1,5 +1,6 @@
 // What the succession of cycles says: when the transient has died, whether a trend is left, and
-// whether the response repeats only every second, third or fourth cycle. Rows are cycles, columns
+// whether the response repeats only every second, third or fourth cycle. An alternation that dies
+// away is the rest of a transient, and so a trend. Rows are cycles, columns
 // the components of a curve (harmonics).
 #pragma once
 

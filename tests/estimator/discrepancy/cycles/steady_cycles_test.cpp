@@ -83,9 +83,27 @@ TEST(SteadyCycles, SaysWhenTheCyclesDrift) {
 }
 
 TEST(SteadyCycles, SeesAResponseThatRepeatsEverySecondCycleOnly) {
-  const auto run = steady_cycles(recording({.subharmonic = 1e-4}));
-  ASSERT_TRUE(run) << run.error().what;
-  EXPECT_EQ(run->subharmonic, 2);
+  for (const double size : {1e-3, 1e-4, 1e-5}) {
+    for (const double seconds : {4.0, 8.0, 30.0}) {
+      const auto run = steady_cycles(recording({.seconds = seconds, .subharmonic = size}));
+      ASSERT_TRUE(run) << run.error().what;
+      EXPECT_EQ(run->subharmonic, 2) << size << " for " << seconds;
+    }
+  }
+}
+
+// A mode of nearly half the driving frequency, which dies with 0.3 of itself a cycle.
+TEST(SteadyCycles, DoesNotTakeADyingAlternationForASubharmonic) {
+  for (const double beside : {0.0, 0.03}) {
+    Recording r = recording({});
+    for (std::size_t i = 0; i < r.t.size(); ++i)
+      r.displacement[i] +=
+          5e-4 * std::exp(-0.6 * r.t[i]) * std::cos(kTwoPi * (1.0 + beside) * r.t[i]);
+    const auto run = steady_cycles(r);
+    ASSERT_TRUE(run) << run.error().what;
+    EXPECT_EQ(run->subharmonic, 0) << beside;
+    EXPECT_TRUE(run->drifting) << beside;
+  }
 }
 
 TEST(SteadyCycles, NeedsThreeCycles) {
