@@ -18,6 +18,12 @@ constexpr Eigen::Index kFewestCycles = 5;
 constexpr double kLeastSlip = 0.01;  // turns in all
 constexpr double kSure = 8.0;        // standard errors
 
+constexpr std::size_t kFewestForSpikes = 32;
+constexpr std::size_t kMostSpikes = 3;
+constexpr std::size_t kTouched = 2;  // samples on each side that a spike puts off too
+constexpr double kFarOff = 6.0;      // times the next
+constexpr double kOwnShare = 1.25;   // of its neighbours: 1.5 of a spike, 1 of a jump
+
 struct Line {
   double slope = 0.0, standard_error = 0.0;
 };
@@ -56,6 +62,13 @@ std::vector<Flat> flats_of(std::span<const double> y, double extreme, double sam
     flats.back().end = i + 1;
   }
   return flats;
+}
+
+// The grid of all other values: a clipped one need not stand on it.
+double grid_beside(std::span<const double> y, double extreme) {
+  std::vector<double> others(y.begin(), y.end());
+  std::erase(others, extreme);
+  return quantum_of(others);
 }
 
 // How steeply a channel comes to its flats on one side, a sample, and how it bends there: the
@@ -132,7 +145,7 @@ bool clipped(std::span<const double> y, double samples_a_cycle, double cycles, b
   for (const double value : y) {
     if (sign * value < extreme) next = std::max(next, sign * value);
   }
-  const double grid = quantum > 0.0 ? quantum : quantum_of({y.begin(), y.end()});
+  const double grid = quantum > 0.0 ? quantum : grid_beside(y, sign * extreme);
   const double step = grid > 0.0 ? grid : extreme - next;
   if (cut_off(y, sign * extreme, extreme - low, samples_a_cycle, cycles, step)) return true;
   const double flat = 2.0 * std::sqrt(2.0 * (extreme - next) / (0.5 * (extreme - low))) / kTwoPi;
@@ -171,6 +184,34 @@ double clock_slip(const Eigen::MatrixXd& response) {
   const bool sure = slip > kSure * whole.standard_error;
   return even && same_size && sure && slip * static_cast<double>(kept) > kLeastSlip ? whole.slope
                                                                                     : 0.0;
+}
+
+std::vector<std::size_t> lone_spikes(std::span<const double> y) {
+  if (y.size() < kFewestForSpikes) return {};
+  std::vector<double> off(y.size(), 0.0);
+  for (std::size_t i = 2; i + 2 < y.size(); ++i)
+    off[i] = std::fabs(y[i] - (4.0 * (y[i - 1] + y[i + 1]) - (y[i - 2] + y[i + 2])) / 6.0);
+  std::vector<std::size_t> farthest;  // one more than may be spikes
+  for (std::size_t k = 0; k <= kMostSpikes; ++k) {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      const bool own = std::any_of(farthest.begin(), farthest.end(), [&](std::size_t f) {
+        return (f > i ? f - i : i - f) <= kTouched;
+      });
+      if (!own && off[i] > off[at]) at = i;
+    }
+    farthest.push_back(at);
+  }
+  for (std::size_t k = kMostSpikes; k > 0; --k) {
+    if (!(off[farthest[k - 1]] > kFarOff * off[farthest[k]])) continue;
+    farthest.resize(k);
+    std::erase_if(farthest, [&](std::size_t i) {
+      const double others = std::max(off[i - 1], off[i + 1]);
+      return off[i] < kOwnShare * others || off[i] < std::fabs(y[i + 1] - y[i - 1]);
+    });
+    return farthest;
+  }
+  return {};
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -20,6 +20,8 @@ Result<void> check_times(const Recording& run);
 // As long as the times, and finite. `name`: of the channel, for the sentence.
 Result<void> check_column(const Recording& run, const std::vector<double>& column,
                           const char* name);
+// Part of what is said of a run whose response slips against its driver.
+inline constexpr const char* kTwoClocks = "the channels are not on one clock";
 // What is said of a channel at the end of its range.
 std::string clipped_sentence(const char* name, bool top);
 

@@ -19,6 +19,8 @@ namespace shaker::estimator::discrepancy {
 namespace {
 
 constexpr double kAmplitudeApart = 0.25;   // a quarter more or less than was said
+constexpr double kMostChange = 0.05;       // of the driver's amplitude over the cycles
+constexpr double kSureChange = 8.0;        // standard errors
 constexpr double kSamplesAHarmonic = 2.6;  // least samples a cycle for each harmonic that is fitted
 
 const std::vector<double>& response_of(const Recording& r) {
@@ -141,11 +143,11 @@ void fill_rows(const Recording& r, const PhaseFit& phase, const WholeCycles& cyc
 Result<void> on_one_clock(const Recording& r, const SteadyRun& run) {
   const double slip = clock_slip(run.response);
   if (slip == 0.0) return {};
-  return unfit(r, fmt::format("with every cycle the {} slips by {:.2g} degrees against the {}, "
-                              "evenly and at one amplitude: the channels are not on one clock "
-                              "({:.2g} % apart); record both on one",
-                              response_name(r), 360.0 * std::fabs(slip), driver_name(r),
-                              100.0 * std::fabs(slip)));
+  return unfit(r,
+               fmt::format("with every cycle the {} slips by {:.2g} degrees against the {}, "
+                           "evenly and at one amplitude: {} ({:.2g} % apart); record both on one",
+                           response_name(r), 360.0 * std::fabs(slip), driver_name(r), kTwoClocks,
+                           100.0 * std::fabs(slip)));
 }
 
 // Of a harmonic of one cycle, when its samples are rounded independently.
@@ -206,6 +208,44 @@ void leave_out_broken(const Recording& r, const WholeCycles& cycles, SteadyRun& 
   look_at(r.force, "force", run.force);
 }
 
+// The amplitude's own straight line: a band of it is steady enough for the phase, and a damper that
+// is driven harder and harder within it has no one solution.
+Result<void> held(const Recording& r, const SteadyRun& run) {
+  const Eigen::Index n = run.driver.rows();
+  if (!run.driver_measured || n < 4) return {};
+  const Eigen::VectorXd size = run.driver.col(1).cwiseAbs2() + run.driver.col(2).cwiseAbs2();
+  const Eigen::VectorXd amplitude = size.cwiseSqrt();
+  const Eigen::VectorXd along = Eigen::VectorXd::LinSpaced(n, -0.5, 0.5);
+  const double change = along.dot(amplitude) / along.squaredNorm();
+  const double mean = amplitude.mean();
+  const double left = (amplitude.array() - mean - change * along.array()).matrix().norm();
+  const double error = left / std::sqrt(static_cast<double>(n - 2)) / along.norm();
+  if (std::fabs(change) < kMostChange * mean || std::fabs(change) < kSureChange * error) return {};
+  return unfit(r, fmt::format("the {} is not steady: its amplitude goes from {:.3g} to {:.3g} over "
+                              "{} cycles; hold it, or give the run as a \"transient\"",
+                              driver_name(r), mean - 0.5 * change, mean + 0.5 * change, n));
+}
+
+void name_spikes(const Recording& r, const std::vector<double>& y, const char* name,
+                 SteadyRun& run) {
+  // In the cycles that are kept: a ramp has corners.
+  const double period = 1.0 / run.frequency_hz;
+  const auto at = [&](double cycle, double edge) {
+    const double t = r.t.front() + cycle + edge * period;
+    return std::lower_bound(r.t.begin(), r.t.end(), t) - r.t.begin();
+  };
+  const auto first = at(run.when[0], -0.5), last = at(run.when[run.when.size() - 1], 0.5);
+  const auto spikes = lone_spikes({y.begin() + first, y.begin() + last});
+  if (spikes.empty()) return;
+  const std::size_t i = spikes.front() + static_cast<std::size_t>(first);
+  const std::string more =
+      spikes.size() > 1 ? fmt::format(", and {} more like it", spikes.size() - 1) : "";
+  run.warnings.push_back(
+      fmt::format("run {}: the {} is {:.4g} at t = {:.6g} s, between {:.4g} and {:.4g}: one sample "
+                  "that stands alone{}; it counts as noise: leave its line out",
+                  r.name, name, y[i], r.t[i], y[i - 1], y[i + 1], more));
+}
+
 void compare_amplitude(const Recording& r, const PhaseFit& phase, SteadyRun& run) {
   if (r.kind != Kind::periodic || !run.driver_measured || !(r.amplitude > 0.0) ||
       std::fabs(std::log(phase.amplitude / r.amplitude)) <= kAmplitudeApart)
@@ -220,7 +260,13 @@ void look_for_order(SteadyRun& run) {
   const Succession after = examine(run.response, scatter_of_steps(run));
   run.subharmonic = after.subharmonic;
   run.drifting = after.trend;
-  if (run.subharmonic > 0)
+  run.dying = after.dying;
+  if (run.dying)
+    run.warnings.push_back(
+        fmt::format("run {}: its cycles still differ, about every {} alike, by what is dying away: "
+                    "a transient of that frequency; record the run for longer",
+                    run.name, run.subharmonic));
+  else if (run.subharmonic > 0)
     run.warnings.push_back(
         fmt::format("run {}: the response repeats only every {} cycles (a subharmonic)", run.name,
                     run.subharmonic));
@@ -250,6 +296,9 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
       return good.error();
   }
   leave_out_broken(r, cycles, run);
+  if (auto good = held(r, run); !good) return good.error();
+  name_spikes(r, response_of(r), response_name(r), run);
+  name_spikes(r, driver_of(r), driver_name(r), run);
   compare_amplitude(r, *phase, run);
   look_for_order(run);
   return run;

@@ -42,6 +42,7 @@ struct SteadyRun {
   int cycles_recorded = 0, cycles_dropped = 0;
   double samples_a_cycle = 0.0;
   int subharmonic = 0;    // repeats only every so many cycles; 0: every one
+  bool dying = false;     // and what repeats so is the rest of a transient
   bool drifting = false;  // a trend is left that the scatter does not explain
   std::vector<std::string> warnings;
 

@@ -59,8 +59,9 @@ double trend_probability(const MatrixXd& scaled, double least) {
 
 constexpr Index kSunk = 2, kFewestToSpare = 8;
 constexpr double kDyingProbability = 0.01;
-constexpr double kLasts = 0.6;  // of its size, from the first cycle to the last
+constexpr double kLasts = 0.25;  // of its size, from the first cycle to the last
 constexpr int kDecays = 20;
+constexpr double kFaster = 0.95;
 constexpr double kAside = 0.6, kTurn = 0.05;  // rad a cycle
 
 double left_beside(const MatrixXd& scaled, const MatrixXd& courses) {
@@ -69,32 +70,52 @@ double left_beside(const MatrixXd& scaled, const MatrixXd& courses) {
   return (scaled - basis * least_squares(basis, scaled)).squaredNorm();
 }
 
-// Whether cycles that seem to repeat only every so many of them are better said by an oscillation
-// that dies. A subharmonic is locked to the excitation and lasts; the rest of a transient near that
-// part of its frequency shrinks and turns.
-bool dies_away(const MatrixXd& scaled, const MatrixXd& courses, double angle) {
+// Cosine and sine of a turn a cycle, which shrink with every one.
+MatrixXd damped(Index cycles, double decay, double angle) {
+  MatrixXd courses(cycles, 2);
+  for (Index k = 0; k < cycles; ++k) {
+    const auto cycle = static_cast<double>(k);
+    const double size = std::pow(decay, cycle);
+    courses(k, 0) = size * std::cos(angle * cycle);
+    courses(k, 1) = size * std::sin(angle * cycle);
+  }
+  return courses;
+}
+
+// An oscillation that dies, said of cycles that seem to repeat only every so many of them.
+struct Dying {
+  bool likelier = false;  // than one that lasts
+  bool sunk = false;      // in the last cycle, into what it leaves
+};
+
+// A subharmonic is locked to the excitation and lasts; the rest of a transient near that part of
+// its frequency shrinks and turns.
+Dying dies_away(const MatrixXd& scaled, const MatrixXd& courses, double angle) {
   const Index n = scaled.rows();
   const double lasting = left_beside(scaled, courses);
-  const double least = std::pow(kLasts, 1.0 / static_cast<double>(n - 1));
-  double dying = lasting;
-  MatrixXd damped(n, 2);
+  const double slowest = std::pow(kLasts, 1.0 / static_cast<double>(n - 1));
+  double left = lasting, best = slowest;
   for (int d = 0; d < kDecays; ++d) {
-    const double decay = least * std::pow(kLasts, 0.1 * d);
+    const double decay = slowest * std::pow(kFaster, d);
     for (double aside = -kAside; aside <= kAside; aside += kTurn) {
-      for (Index k = 0; k < n; ++k) {
-        const auto cycle = static_cast<double>(k);
-        const double size = std::pow(decay, cycle);
-        damped(k, 0) = size * std::cos((angle + aside) * cycle);
-        damped(k, 1) = size * std::sin((angle + aside) * cycle);
-      }
-      dying = std::min(dying, left_beside(scaled, damped));
+      const double here = left_beside(scaled, damped(n, decay, angle + aside));
+      if (!(here < left)) continue;
+      left = here;
+      best = decay;
     }
   }
   const auto p = static_cast<double>(scaled.cols());
   const double more = p * static_cast<double>(2 - courses.cols()) + 2.0;  // parameters
   const double freedom = p * static_cast<double>(n - 3) - 2.0;
-  return upper_tail((lasting - dying) / more / (dying / freedom), more, freedom) <
-         kDyingProbability;
+  Dying dying;
+  dying.likelier =
+      upper_tail((lasting - left) / more / (left / freedom), more, freedom) < kDyingProbability;
+  // Shares of a geometric series.
+  const double all = (scaled.rowwise() - scaled.colwise().mean()).squaredNorm();
+  const double ratio = best * best, whole = std::pow(ratio, static_cast<double>(n));
+  const double last = (all - left) * (1.0 - ratio) / (1.0 - whole) * whole / ratio;
+  dying.sunk = last < left / static_cast<double>(n - 3);
+  return dying;
 }
 
 }  // namespace
@@ -145,10 +166,12 @@ Succession examine(const MatrixXd& cycles, double least) {
       if (every > 2) courses(k, 1) = std::sin(angle);
     }
     if (probability_of(scaled, courses, expected) >= kSubharmonicProbability) continue;
-    if (dies_away(scaled, courses, 2.0 * std::numbers::pi / every)) {
+    const Dying dying = dies_away(scaled, courses, 2.0 * std::numbers::pi / every);
+    if (dying.likelier && dying.sunk) {
       found.trend = true;
       continue;
     }
+    found.dying = dying.likelier;
     found.subharmonic = every;
     break;
   }

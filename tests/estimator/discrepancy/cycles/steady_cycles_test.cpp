@@ -3,9 +3,13 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "estimator/discrepancy/cycles/cut_campaign.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -208,6 +212,51 @@ TEST(SteadyCycles, RefusesADisplacementWhoseClockRunsFast) {
   EXPECT_THAT(run.error().what,
               ::testing::HasSubstr("slips by 1.4 degrees against the excitation"));
   EXPECT_THAT(run.error().what, ::testing::HasSubstr("not on one clock (0.4 % apart)"));
+}
+
+TEST(SteadyCycles, RefusesAnExcitationThatGrows) {
+  Recording r = recording({});
+  for (std::size_t i = 0; i < r.t.size(); ++i)
+    r.excitation[i] *= 1.0 + 0.02 * r.t[i];
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("the excitation is not steady"));
+}
+
+TEST(SteadyCycles, NamesASampleThatStandsAlone) {
+  Recording r = recording({});
+  r.displacement[2000] += 2e-3;
+  r.excitation[1500] = 0.0;
+  const auto run = steady_cycles(r);
+  ASSERT_TRUE(run) << run.error().what;
+  ASSERT_EQ(run->warnings.size(), 2u);
+  EXPECT_THAT(run->warnings[0], ::testing::HasSubstr("the displacement is 0.1"));
+  EXPECT_THAT(run->warnings[0], ::testing::HasSubstr("at t = 6.43087 s"));
+  EXPECT_THAT(run->warnings[1], ::testing::HasSubstr("the excitation is 0 at t = 4.82315 s"));
+}
+
+// A force that jumps with every reversal has samples far from their neighbours, again and again.
+TEST(SteadyCycles, HasNoSpikesInAForceThatJumps) {
+  Recording r = recording({});
+  for (std::size_t i = 0; i < r.t.size(); ++i)
+    r.displacement[i] += std::sin(kTwoPi * 2.003 * r.t[i]) > 0.0 ? 0.004 : -0.004;
+  const auto run = steady_cycles(r);
+  ASSERT_TRUE(run) << run.error().what;
+  EXPECT_THAT(run->warnings, ::testing::Not(::testing::Contains(::testing::HasSubstr("alone"))));
+}
+
+TEST(CutCampaign, SaysNothingOfACampaignWhoseRunsMostlySlip) {
+  Campaign campaign;
+  for (int i = 0; i < 3; ++i) {
+    Recording r = recording({});
+    r.name = "r" + std::to_string(i);
+    if (i < 2) r.displacement = recording({.frequency = 2.003 * 1.004}).displacement;
+    campaign.runs.push_back(r);
+  }
+  std::vector<std::string> warnings;
+  const auto runs = cut_campaign(campaign, {}, warnings);
+  ASSERT_FALSE(runs);
+  EXPECT_THAT(runs.error().what, ::testing::HasSubstr("2 of 3 runs slip"));
 }
 
 TEST(SteadyCycles, SaysThatTheAmplitudeIsNotTheOneThatWasSet) {
