@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "estimator/discrepancy/cycles/plausibility.hpp"
+#include "estimator/discrepancy/weigh/wrong_unit.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -18,7 +19,9 @@ Result<Look> look_at(const Campaign& campaign, const config::ModelSpec& model,
   if (auto good = plausible(*runs, model, warnings); !good) return good.error();
   Weighed weighed = weigh(*runs);
   HarmonicFit fit = fit_harmonics(model, weighed.data, {}, nullptr, options);
-  return Look{std::move(*runs), std::move(weighed), std::move(fit)};
+  Look look{std::move(*runs), std::move(weighed), std::move(fit)};
+  if (auto good = in_one_unit(look, model, options); !good) return good.error();
+  return look;
 }
 
 void fit_again(const config::ModelSpec& model, const FitOptions& options, Look& look) {

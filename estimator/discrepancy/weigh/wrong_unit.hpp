@@ -1,0 +1,19 @@
+// Channels that count in another unit than is said. Start values are right to some factor only, and
+// a model may bend a good way; so a factor is believed where the model fits with it and does not
+// without.
+#pragma once
+
+#include <string>
+
+#include "base/result.hpp"
+#include "estimator/discrepancy/weigh/first_look.hpp"
+
+namespace shaker::estimator::discrepancy {
+
+// Where the fit leaves much of the response, an Error that names the channel, the runs and the
+// units if a conversion factor on it, in every run or in those that stand apart, leaves less than a
+// tenth of that. Gains that an effect could have (sensor_gain, exciter_gain) are none.
+Result<void> in_one_unit(const Look& look, const config::ModelSpec& model,
+                         const FitOptions& options);
+
+}  // namespace shaker::estimator::discrepancy
