@@ -15,6 +15,14 @@ namespace shaker::estimator::discrepancy {
 
 struct SampledRun;
 
+// What one model's prediction on a grid lacks to corners of no width, near one theta
+// (corner_limit.hpp).
+struct ToLimit {
+  std::vector<double> theta;
+  Eigen::VectorXd value;  // of the harmonics, there
+  Eigen::MatrixXd slope;  // harmonics x parameters
+};
+
 struct RunDatum {
   std::string name;
   Kind kind = Kind::periodic;
@@ -38,6 +46,9 @@ struct RunDatum {
   // What the response would change by if the time base were off by one standard deviation, the
   // same one for all runs. Empty: it is taken as right.
   Eigen::VectorXd clock;
+  // Added to what a grid predicts of this run, of the one model that it was made for. Null:
+  // nothing.
+  std::shared_ptr<const ToLimit> to_limit;
   int harmonics() const { return static_cast<int>((response.size() - 1) / 2); }
 };
 

@@ -37,7 +37,9 @@ enum class SolveStatus { converged, no_equilibrium, no_convergence, inadmissible
 struct SolveReport {
   SolveStatus status = SolveStatus::converged;
   int iterations = 0;
-  double residual = 0.0;           // largest |g|, m/s^2
+  double residual = 0.0;  // largest |g|, m/s^2
+  // Newton's step that no damping made use of, against the state; 0 where a search ended otherwise.
+  double step_left = 0.0;
   double amplitude_reached = 1.0;  // share of the excitation at which a continuation stopped
   bool turned_back = false;        // there: the solutions meet unstable ones and go no further
   std::string sentence() const;    // for the operator
@@ -134,8 +136,11 @@ class PeriodicSystem {
 
   // --- whole solutions
   static constexpr double kTolerance = 1e-11;  // of the residual, m/s^2
-  // From static equilibrium through amplitude continuation: needs no start.
-  SolveReport solve_from_rest(std::span<const double> theta, double tolerance = kTolerance);
+  // From static equilibrium through amplitude continuation: needs no start. Where the solutions
+  // bend, it creeps: `most` ends it, in Newton steps.
+  static constexpr int kMostFromRest = 1 << 20;
+  SolveReport solve_from_rest(std::span<const double> theta, double tolerance = kTolerance,
+                              int most = kMostFromRest);
   // Newton from the present state. On success the last rows hold the sensitivities.
   SolveReport solve(std::span<const double> theta, int max_iterations = 30,
                     double tolerance = kTolerance);

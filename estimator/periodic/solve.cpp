@@ -63,14 +63,16 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
     if (damped_step(theta) == 0.0) {
       // No progress left to make: at the level of rounding that is convergence.
       report.residual = residual_;
+      report.step_left = step / std::max(size, 1e-3);
       solve_step();
       report.status =
-          step < 1e-9 * std::max(size, 1e-3) ? SolveStatus::converged : SolveStatus::no_convergence;
+          report.step_left < 1e-9 ? SolveStatus::converged : SolveStatus::no_convergence;
       return report;
     }
   }
-  report.status = SolveStatus::no_convergence;
   report.residual = residual_;
+  const bool arrived = residual_ <= tolerance && solve_step();  // by the last step that was allowed
+  report.status = arrived ? SolveStatus::converged : SolveStatus::no_convergence;
   return report;
 }
 
@@ -140,7 +142,8 @@ bool PeriodicSystem::equilibrium(std::span<const double> theta) {
   return residual_ < 1e-6;
 }
 
-SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta, double tolerance) {
+SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta, double tolerance,
+                                            int most) {
   SolveReport report;
   if (!equilibrium(theta)) {
     report.status = SolveStatus::no_equilibrium;
@@ -153,7 +156,7 @@ SolveReport PeriodicSystem::solve_from_rest(std::span<const double> theta, doubl
   double reached = 0.0;
   double step = 1.0;
   int iterations = 0;
-  while (reached < 1.0) {
+  while (reached < 1.0 && iterations < most) {
     const double target = std::min(1.0, reached + step);
     set_share(target);
     report = solve(theta, target < 1.0 ? 12 : 30, tolerance);

@@ -21,12 +21,14 @@ namespace shaker::estimator::discrepancy {
 
 struct CornerLimit {
   Eigen::VectorXd value;  // of the run's harmonics
-  Eigen::VectorXd open;   // by how much the last elimination moved them
+  Eigen::MatrixXd slope;  // over the parameters
+  Eigen::VectorXd open;   // by how much the last elimination moved the values
 };
 
-// The rungs of a ladder, the coarsest first, each of half the width of the one before; the entry of
-// the scheme that the last elimination moved least, in units of the datum's noise. Two at least.
-CornerLimit eliminated(const std::vector<Eigen::VectorXd>& rungs, const RunDatum& datum);
+// The rungs of a ladder, the coarsest first, each of half the width of the one before: values, and
+// their slopes behind them. The entry of the scheme whose values the last elimination moved least,
+// in units of the datum's noise. Two at least.
+CornerLimit eliminated(const std::vector<Eigen::MatrixXd>& rungs, const RunDatum& datum);
 
 // Of a periodic run. `points`: of the coarsest grid; `near`: a solution nearby. Nothing where a
 // grid of the first few has no solution.

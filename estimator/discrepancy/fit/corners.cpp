@@ -11,12 +11,13 @@ namespace shaker::estimator::discrepancy {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kLevels = 2, kLevelsOfRecord = 3, kRounds = 2;
-constexpr double kNoise = 1.2, kFarFromNoise = 4.0, kHopeless = 100.0;  // of chi-squared a datum
-constexpr double kLittle = 0.5;                   // of chi-squared: what leaves more changes little
-constexpr double kStill = 0.5, kStillFar = 0.02;  // of chi-squared, from one round to the next
+constexpr int kLevels = 2, kLevelsOfRecord = 3, kRounds = 4;
+constexpr double kFarFromNoise = 4.0, kHopeless = 100.0;  // of chi-squared a datum
+constexpr double kLittle = 0.5;  // of chi-squared: what leaves more changes little
+constexpr double kTrifle = 0.1;  // standard errors, of all harmonics together
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
 constexpr double kOnTheWay = 0.5;    // of chi-squared: tolerance of the coarser grids
@@ -108,36 +109,73 @@ bool leaves_more(const HarmonicFit& wide, const HarmonicFit& half, double hopele
   return std::min(half.chi_squared, 2.0 * half.chi_squared - wide.chi_squared) > hopeless;
 }
 
+MatrixXd value_and_slope(const Prediction& prediction) {
+  MatrixXd both(prediction.value().size(), 1 + prediction.jacobian().cols());
+  both << prediction.value(), prediction.jacobian();
+  return both;
+}
+
 // A record has no finer grid than its samples: three widths, which go with 1, 2, 4.
 std::optional<CornerLimit> limit_on_samples(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
                                             const HarmonicFit& at, std::size_t run) {
-  std::vector<VectorXd> y;
+  std::vector<MatrixXd> y;
   for (std::size_t k = fits.size(); k-- > 0;) {
     if (!fits[k]->predictions[run].at(at.theta)) return std::nullopt;
-    y.push_back(fits[k]->predictions[run].value());
+    y.push_back(value_and_slope(fits[k]->predictions[run]));
   }
-  const VectorXd even = (4.0 * y[0] - y[1]) / 3.0;
-  if (y.size() < 3) return CornerLimit{even, y[0] - y[1]};
-  const VectorXd limit = (8.0 * y[0] - 6.0 * y[1] + y[2]) / 3.0;
-  return CornerLimit{limit, limit - even};
+  const MatrixXd even = (4.0 * y[0] - y[1]) / 3.0;
+  const bool two = y.size() < 3;
+  const MatrixXd limit = two ? even : MatrixXd((8.0 * y[0] - 6.0 * y[1] + y[2]) / 3.0);
+  const VectorXd open =
+      two ? VectorXd(y[0].col(0) - y[1].col(0)) : VectorXd(limit.col(0) - even.col(0));
+  return CornerLimit{limit.col(0), limit.rightCols(limit.cols() - 1), open};
 }
 
-// What is left to corners of no width at the parameters of `at`, taken away from the data, with
-// what stays open in their covariance. Null where a grid has no solution.
-std::shared_ptr<const std::vector<RunDatum>> less_corners(
-    const std::vector<std::shared_ptr<HarmonicFit>>& fits, const HarmonicFit& at,
-    const std::vector<RunDatum>& data, int points) {
-  auto corrected = std::make_shared<std::vector<RunDatum>>(data);
+// What the grid of `near` lacks to a limit at theta; `near` may hold what it lacked to another one.
+std::shared_ptr<const ToLimit> lacking(const CornerLimit& limit, const Prediction& near,
+                                       const ToLimit* held, const std::vector<double>& theta) {
+  auto lack = std::make_shared<ToLimit>();
+  lack->theta = theta;
+  lack->value = limit.value - near.value();
+  lack->slope = limit.slope - near.jacobian();
+  if (held == nullptr) return lack;
+  lack->value += held->value;
+  lack->slope += held->slope;
+  for (std::size_t k = 0; k < theta.size(); ++k)
+    lack->value += (theta[k] - held->theta[k]) * held->slope.col(static_cast<Index>(k));
+  return lack;
+}
+
+using Limits = std::vector<CornerLimit>;  // of all runs
+
+// At the parameters of `at`, a fit that has not been taken to a limit. Nothing where a grid has no
+// solution.
+std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
+                               const HarmonicFit& at, const std::vector<RunDatum>& data,
+                               int points) {
+  Limits all;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    const Prediction& near = at.predictions[r];
-    const auto limit = data[r].sampled ? limit_on_samples(fits, at, r)
-                                       : corner_limit(at.spec, data[r], at.theta, near, points);
-    if (!limit) return nullptr;
-    RunDatum& datum = (*corrected)[r];
-    datum.response -= limit->value - near.value();
-    set_covariance(datum, covariance_of(datum) + limit->open * limit->open.transpose());
+    auto limit = data[r].sampled
+                     ? limit_on_samples(fits, at, r)
+                     : corner_limit(at.spec, data[r], at.theta, at.predictions[r], points);
+    if (!limit) return std::nullopt;
+    all.push_back(std::move(*limit));
   }
-  return corrected;
+  return all;
+}
+
+// The data with what the grid of `at.fit` lacks to corners of no width; what stays open is in the
+// covariance.
+std::shared_ptr<const std::vector<RunDatum>> with_lack(const Sharpened& at, const Limits& limits,
+                                                       const std::vector<RunDatum>& data) {
+  auto sharp = std::make_shared<std::vector<RunDatum>>(data);
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    RunDatum& datum = (*sharp)[r];
+    datum.to_limit =
+        lacking(limits[r], at.fit->predictions[r], (*at.data)[r].to_limit.get(), at.fit->theta);
+    set_covariance(datum, covariance_of(datum) + limits[r].open * limits[r].open.transpose());
+  }
+  return sharp;
 }
 
 std::shared_ptr<HarmonicFit> refitted(const HarmonicFit& near, const std::vector<RunDatum>& data,
@@ -153,41 +191,39 @@ FitOptions level_of(FitOptions options, int points, int steps, double tolerance)
   return options;
 }
 
-// What corners of no width change against those of a grid, in chi-squared.
-double taken_away(const std::vector<RunDatum>& corrected, const std::vector<RunDatum>& data) {
+// Of the runs that are fitted, how far a fit's prediction and the limits are apart, in standard
+// errors.
+double apart(const HarmonicFit& fit, const Limits& limits, const std::vector<RunDatum>& data) {
   double sum = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit) continue;
-    sum += whitened(data[r], data[r].response - corrected[r].response).squaredNorm();
+    sum += whitened(data[r], fit.predictions[r].value() - limits[r].value).squaredNorm();
   }
-  return sum;
+  return std::sqrt(sum);
 }
 
-// At corners of no width, by the slopes of `near`'s grid. The limit moves with the parameters, and
-// they with it: of periodic runs, where it is cheap, it is taken twice. `settled`: no finer
-// grid's slopes are wanted; it moves no more and what is left is noise or not the grid's, or the
-// limit changes little.
+// At corners of no width, by the slopes that the limit has. It bends with the parameters, so that
+// it is taken again where they have gone; what slopes are off then goes with the square of the
+// step, until that is a trifle.
 std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
-                                  std::shared_ptr<const HarmonicFit> near,
-                                  const std::vector<RunDatum>& data, const FitOptions& options,
-                                  bool& settled) {
+                                  const std::vector<RunDatum>& data, const FitOptions& options) {
   const bool record = data.front().sampled != nullptr;
-  const int points = near->predictions.front().points();
-  const double rounded = near->chi_squared;
-  Sharpened sharp{std::move(near), nullptr};
-  for (int round = 0; round < (record ? 1 : kRounds); ++round) {
-    sharp.data = less_corners(fits, *sharp.fit, data, options.points);
-    if (!sharp.data) return std::nullopt;
-    const double before = sharp.fit->chi_squared;
+  const int points = fits.back()->predictions.front().points();
+  Sharpened sharp{fits.back(), std::make_shared<const std::vector<RunDatum>>(data)};
+  double last_step = 0.0;
+  for (int round = 1;; ++round) {
+    const auto limits = no_width(fits, *sharp.fit, data, options.points);
+    if (!limits) return std::nullopt;
+    const double off = apart(*sharp.fit, *limits, data);
+    sharp.data = with_lack(sharp, *limits, data);
     sharp.fit =
         refitted(*sharp.fit, *sharp.data, level_of(options, points, kMostSteps, options.tolerance));
-    const double left = sharp.fit->chi_squared;
     if (!sharp.fit->predicts_all) return std::nullopt;
-    settled = std::fabs(before - left) < std::max(kStill, kStillFar * before) &&
-              (left < kNoise * sharp.fit->observations || taken_away(*sharp.data, data) < left);
-    settled = settled || left > kLittle * rounded;
+    const double step = apart(*sharp.fit, *limits, data);
+    const bool settled = round > 1 && off * step * step < kTrifle * last_step * last_step;
+    if (record || settled || step < kTrifle || round == kRounds) return sharp;
+    last_step = step;
   }
-  return sharp;
 }
 
 }  // namespace
@@ -234,14 +270,7 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
     if (!record && k > 0 && leaves_more(*fits[0], *fits[1], worth.hopeless)) return std::nullopt;
   }
   if (fits.size() < 2) return std::nullopt;
-  bool settled = false;
-  auto sharp = at_limit(fits, fits.back(), data, options, settled);
-  if (record || settled || !sharp) return sharp;
-  // Its slopes are too far from the limit's: once more by those of the next grid.
-  const auto finer = refitted(*sharp->fit, data, level_of(options, points, 0, kOnTheWay));
-  if (!finer->predicts_all) return sharp;
-  auto sharper = at_limit(fits, finer, data, options, settled);
-  return sharper && sharper->fit->converged ? sharper : sharp;
+  return at_limit(fits, data, options);
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -4,8 +4,8 @@
 // alone looks like one more effect. Here a width is a share of what the motion passes in one step
 // of the grid, run by run: that is resolved, and its influence is even and smooth in the width.
 // Two grids, the second of twice the points, lead to the parameters, and the solution of width 0 is
-// taken there (corner_limit.hpp), by the slopes of the second and, where they are too far from the
-// limit's, of a third; of a record, by extrapolation from three widths.
+// taken there with its slopes (corner_limit.hpp), as often as the parameters move; of a record, by
+// extrapolation from three widths.
 #pragma once
 
 #include <limits>
@@ -24,8 +24,8 @@ bool has_corners(const config::ModelSpec& spec);
 // itself states stays.
 config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points);
 
-// A fit on the finest of the grids to data from which what is left to the limit has been taken
-// away, and with what the extrapolation leaves open in their covariance.
+// A fit on the finest of the grids to data that tell what it lacks to the limit (`to_limit`), with
+// what the extrapolation leaves open in their covariance.
 struct Sharpened {
   std::shared_ptr<const HarmonicFit> fit;
   std::shared_ptr<const std::vector<RunDatum>> data;

@@ -144,6 +144,16 @@ void finish(HarmonicFit& fit, const Normal& n) {
   fit.covariance = scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
 }
 
+void hold(HarmonicFit& fit) {
+  for (Prediction& prediction : fit.predictions)
+    prediction.hold();
+}
+
+void go_back(HarmonicFit& fit) {
+  for (Prediction& prediction : fit.predictions)
+    prediction.go_back();
+}
+
 struct Trial {
   std::vector<double> theta;
   bool predicted = false;
@@ -191,6 +201,7 @@ double promised(const Normal& n, const VectorXd& step) {
 void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
   const HowFar steps = options.from_rest ? HowFar::from_rest : HowFar::near;
   Normal now = normal_equations(fit, data);
+  hold(fit);
   double lambda = 0.0, enough = kFirstDamping;
   int refused = 0, small = 0;
   while (fit.iterations < options.max_iterations) {
@@ -212,6 +223,7 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
       small = now.chi_squared - trial.normal.chi_squared < trifle ? small + 1 : 0;
       fit.theta = std::move(trial.theta);
       now = std::move(trial.normal);
+      hold(fit);
       if (lambda > 0.0) enough = std::max(lambda, kLeastDamping);
       // Straight after a refusal the damping is right as it is.
       if (refused == 0) lambda = lambda < kLeastDamping ? 0.0 : 0.1 * lambda;
@@ -220,6 +232,8 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
       fit.converged = true;
       break;
     }
+    // Steps that were too long may have led to another branch of solutions.
+    go_back(fit);
     // A promised gain that rounding and the grid do not let come true is no gain.
     if (gain < trifle || ++refused > kMostRefused) {
       fit.converged = gain < trifle;

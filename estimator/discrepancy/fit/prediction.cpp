@@ -12,12 +12,23 @@ namespace shaker::estimator::discrepancy {
 using Eigen::Index;
 
 namespace {
-constexpr int kMostSteps = 12;      // of Newton's method from a solution nearby
-constexpr int kPatientSteps = 100;  // where the long way would be next
+constexpr int kMostSteps = 12;       // of Newton's method from a solution nearby
+constexpr double kTolerance = 1e-7;  // m/s^2, of the balance: Newton's next step is far below noise
+constexpr int kMostFromRest = 600;   // what leads there takes a hundred
+constexpr int kPatientSteps = 100;   // where the long way would be next
+// Of the state. Where a velocity that sticks grazes zero, its kink comes and goes from step to
+// step, and Newton's method stands still beside the solution; what is measured is not known to
+// that.
+constexpr double kBeside = 1e-7;
+
+bool arrived(const SolveReport& report) {
+  const bool beside = report.step_left > 0.0 && report.step_left < kBeside;
+  return report.status == SolveStatus::converged || beside;
+}
 }  // namespace
 
 Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
-    : model_(&model), points_(points), sampled_(datum.sampled) {
+    : model_(&model), points_(points), sampled_(datum.sampled), to_limit_(datum.to_limit) {
   if (sampled_) {
     points_ = static_cast<int>(sampled_->samples());
     if (!datum.by_force) {
@@ -52,10 +63,10 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
 bool Prediction::solve(const std::vector<double>& theta, HowFar search) {
   // Damped steps towards sharp corners are many, and still a hundredth of those from rest.
   const int most = search == HowFar::near ? kMostSteps : kPatientSteps;
-  if (solved_ && response_->solve(theta, most).status == SolveStatus::converged) return true;
+  if (solved_ && arrived(response_->solve(theta, most, kTolerance))) return true;
   if (solved_ && search != HowFar::from_rest) return false;
-  const SolveReport report = response_->solve_from_rest(theta);
-  return report.status == SolveStatus::converged && report.amplitude_reached >= 1.0;
+  const SolveReport report = response_->solve_from_rest(theta, kTolerance, kMostFromRest);
+  return arrived(report) && report.amplitude_reached >= 1.0;
 }
 
 bool Prediction::at_sampled(const std::vector<double>& theta) {
@@ -76,6 +87,16 @@ bool Prediction::at_sampled(const std::vector<double>& theta) {
 }
 
 bool Prediction::at(const std::vector<double>& theta, HowFar search) {
+  if (!on_grid(theta, search)) return false;
+  if (!to_limit_) return true;
+  value_ += to_limit_->value;
+  for (std::size_t k = 0; k < theta.size(); ++k)
+    value_ += (theta[k] - to_limit_->theta[k]) * to_limit_->slope.col(static_cast<Index>(k));
+  jacobian_ += to_limit_->slope;
+  return true;
+}
+
+bool Prediction::on_grid(const std::vector<double>& theta, HowFar search) {
   if (sampled_) return at_sampled(theta);
   if (imposed_) {
     if (!imposed_->at(theta)) return false;
@@ -130,6 +151,25 @@ Eigen::MatrixXd Prediction::over_record(const std::vector<double>& theta, Index 
 
 Eigen::MatrixXd Prediction::over_motion() const {
   return imposed_ ? Eigen::MatrixXd(analysis_ * imposed_->over_motion()) : Eigen::MatrixXd();
+}
+
+void Prediction::hold() {
+  held_ = kept_;
+}
+
+void Prediction::go_back() {
+  if (!response_ || held_.empty()) return;
+  response_->begin();
+  std::copy(held_.begin(), held_.end(), response_->state().begin());
+}
+
+void Prediction::start_beyond(const Prediction& finer, const Prediction& coarser) {
+  if (!response_) return;
+  start_from(coarser);
+  const std::vector<double> before(response_->state().begin(), response_->state().end());
+  start_from(finer);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    response_->state()[i] += 0.5 * (response_->state()[i] - before[i]);
 }
 
 void Prediction::start_from(const Prediction& other) {

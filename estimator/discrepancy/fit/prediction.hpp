@@ -45,6 +45,13 @@ class Prediction {
 
   // Begins from another model's solution of the same run: as far as coordinates are shared.
   void start_from(const Prediction& other);
+  // From solutions of this run on two coarser grids, of twice the width and of four times it, as
+  // far beyond the finer one as that half their difference leads. Periodic responses only.
+  void start_beyond(const Prediction& finer, const Prediction& coarser);
+
+  // Holds the present periodic solution, to begin from again after tries that led elsewhere.
+  void hold();
+  void go_back();
 
   // Keeps the solution, and gives back what only solving needs.
   void rest() {
@@ -60,6 +67,7 @@ class Prediction {
 
  private:
   bool solve(const std::vector<double>& theta, HowFar search);
+  bool on_grid(const std::vector<double>& theta, HowFar search);
   void read();
   bool at_sampled(const std::vector<double>& theta);
 
@@ -71,10 +79,11 @@ class Prediction {
   std::unique_ptr<TransientResponse> transient_;  // of a sampled run: its response,
   std::unique_ptr<MotionMarch> march_;            // or the force along its motion
   std::unique_ptr<CosineTransform> transform_;
+  std::shared_ptr<const ToLimit> to_limit_;
   Eigen::VectorXd excitation_;  // of a sampled run whose forces are compared, in cosines
   Eigen::MatrixXd analysis_;
   bool solved_ = false;
-  std::vector<double> kept_;  // state of the last success
+  std::vector<double> kept_, held_;  // states: of the last success, and the one held
   Eigen::VectorXd value_;
   Eigen::MatrixXd jacobian_, rows_;
 };

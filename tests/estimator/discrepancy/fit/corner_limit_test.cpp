@@ -13,6 +13,7 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using estimator::testing::effect;
 
@@ -23,21 +24,21 @@ RunDatum datum_of(double error) {
 }
 
 TEST(CornerLimit, EliminatesAWidthItsLogarithmAndTheirSquares) {
-  std::vector<VectorXd> rungs;
+  std::vector<MatrixXd> rungs;
   for (double e = 0.1; e > 0.002; e *= 0.5) {
     const double y = 3.0 + 2.0 * e - 7.0 * e * std::log(e) + 5.0 * e * e - e * e * std::log(e);
-    rungs.push_back(VectorXd::Constant(1, y));
+    rungs.push_back(MatrixXd::Constant(1, 1, y));
   }
   const CornerLimit limit = eliminated(rungs, datum_of(1e-3));
   EXPECT_NEAR(limit.value[0], 3.0, 1e-12);
-  EXPECT_GT(std::fabs(rungs.back()[0] - 3.0), 0.1);
+  EXPECT_GT(std::fabs(rungs.back()(0, 0) - 3.0), 0.1);
 }
 
 // Rungs that no power explains: the last elimination moves them more than the first.
 TEST(CornerLimit, StopsWhereEliminatingMakesItWorse) {
-  std::vector<VectorXd> rungs;
+  std::vector<MatrixXd> rungs;
   for (const double y : {1.0, -1.0, 1.0, -1.0, 1e-3})
-    rungs.push_back(VectorXd::Constant(1, y));
+    rungs.push_back(MatrixXd::Constant(1, 1, y));
   const CornerLimit limit = eliminated(rungs, datum_of(1.0));
   EXPECT_NEAR(limit.value[0], 1.002, 1e-12);
   EXPECT_NEAR(limit.open[0], 1.001, 1e-12);
