@@ -62,6 +62,7 @@ class Search {
     found_.probability_base = standing_.probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
     refits_.describe(found_.base);
+    if (!found_.adequate) sharpen_base();
   }
 
   void run() {
@@ -97,6 +98,17 @@ class Search {
   }
 
  private:
+  // A base model with dry friction of its own is held against the data with corners as wide as its
+  // file or the catalogue states them, and with those of no width.
+  void sharpen_base() {
+    Hypothesis sharp = found_.base;
+    if (!refits_.sharpened(sharp) || sharp.fit->chi_squared >= found_.base.fit->chi_squared) return;
+    found_.base = std::move(sharp);
+    found_.base_scoring = standing_.scored(found_.base);
+    found_.probability_base = standing_.probability(found_.base_scoring);
+    found_.adequate = found_.probability_base > options_.false_alarm_rate;
+  }
+
   std::vector<std::size_t> begin_known() {
     std::vector<std::size_t> made;
     if (options_.known != nullptr) standing_.keep(refits_.again(*options_.known), made);

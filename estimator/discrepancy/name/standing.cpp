@@ -59,17 +59,7 @@ void Standing::judge_best() {
   // Nobody asks how probable shares of a gap are, nor the catalogue where there is no chance.
   if (options_.simple_first || without_chance(best.fit->chi_squared, best.fit->observations))
     return;
-  Scoring scoring = scored(best.rounded ? best.rounded : best.fit);
-  if (best.rounded) {
-    const Projector project(scoring.design.jacobian);
-    scoring.residual = project(stacked_residual(*best.fit, *best.data));
-    scoring.chi_squared = best.fit->chi_squared;
-    for (std::size_t k = 0; k < scoring.scores.size(); ++k) {
-      const Signature& signature = scoring.design.signatures[k];
-      scoring.scores[k].gain = signature.visible > 0.0 ? gain_of(signature, scoring.residual) : 0.0;
-    }
-  }
-  found_.probability_best = probability(scoring);
+  found_.probability_best = probability(scored(best));
   found_.explained = found_.probability_best > options_.false_alarm_rate;
   small_gap_ = found_.explained &&
                gap_over_floor({*best.fit, best.data ? *best.data : data_}, data_) <= kExplainedGap;
@@ -170,6 +160,19 @@ const Scoring& Standing::scored(const std::shared_ptr<const HarmonicFit>& fit) {
   auto& known = scored_[fit];
   if (!known) known = std::make_shared<const Scoring>(score(*fit, data_, all_, options_.fit));
   return *known;
+}
+
+Scoring Standing::scored(const Hypothesis& h) {
+  Scoring scoring = scored(h.rounded ? h.rounded : h.fit);
+  if (!h.rounded) return scoring;
+  const Projector project(scoring.design.jacobian);
+  scoring.residual = project(stacked_residual(*h.fit, *h.data));
+  scoring.chi_squared = h.fit->chi_squared;
+  for (std::size_t k = 0; k < scoring.scores.size(); ++k) {
+    const Signature& signature = scoring.design.signatures[k];
+    scoring.scores[k].gain = signature.visible > 0.0 ? gain_of(signature, scoring.residual) : 0.0;
+  }
+  return scoring;
 }
 
 double Standing::probability(const Scoring& scoring) const {

@@ -29,6 +29,8 @@ class Standing {
   // The score of the catalogue on a fit; each fit once: that the best is judged by is what it is
   // extended by.
   const Scoring& scored(const std::shared_ptr<const HarmonicFit>& fit);
+  // Of its round corners the design, of the sharp ones what is left.
+  Scoring scored(const Hypothesis& h);
   double probability(const Scoring& scoring) const;  // that noise alone makes it
 
   Hypothesis* find(const std::vector<std::string>& effects);

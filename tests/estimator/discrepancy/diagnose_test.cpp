@@ -36,6 +36,18 @@ TEST(Diagnose, NamesNothingWhereNothingIsMissing) {
   EXPECT_LT(quiet.gap.before, 1.2 * quiet.gap.noise_floor);
 }
 
+// Dry friction is a jump, which the model's file rounds: that is no missing effect.
+TEST(Diagnose, NamesNothingWhereTheModelHoldsTheFriction) {
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(estimator::testing::effect("coulomb_friction"));
+  const auto found =
+      diagnose(testing::recorded({{"coulomb_friction", 0.2}}, testing::kSixRuns, 5), model);
+  ASSERT_TRUE(found) << found.error().what;
+  EXPECT_EQ(found->verdict, Verdict::adequate);
+  EXPECT_TRUE(found->effects.empty());
+  EXPECT_LT(found->gap.after, 1.1 * found->gap.noise_floor);
+}
+
 TEST(Diagnose, NamesSealFrictionSharpAsItIs) {
   const Diagnosis d = diagnosed({{"pressure_friction", 0.005}});
   EXPECT_EQ(d.verdict, Verdict::explained);
