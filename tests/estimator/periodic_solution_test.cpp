@@ -262,6 +262,37 @@ TEST(PeriodicSystem, NeverCrossesTheGasWallHoweverStrongTheExcitation) {
   }
 }
 
+// A search that may take as many steps as it needs and no more has arrived by the last of them.
+TEST(PeriodicSystem, HasArrivedByTheLastStepThatItMayTake) {
+  const Model model(testing::oleo());
+  PeriodicSystem system(model, {Scheme::order6, 128, true});
+  system.set_excitation(2.0, 3.0);
+  ASSERT_EQ(system.solve_from_rest(kOleoSi).status, SolveStatus::converged);
+  const std::vector<double> solution(system.state().begin(), system.state().end());
+  const auto from_aside = [&](int most) {
+    system.begin();
+    for (std::size_t i = 0; i < solution.size(); ++i)
+      system.state()[i] = 1.05 * solution[i];
+    return system.solve(kOleoSi, most);
+  };
+  const SolveReport free = from_aside(30);
+  ASSERT_EQ(free.status, SolveStatus::converged);
+  ASSERT_GT(free.iterations, 2);
+  EXPECT_EQ(from_aside(free.iterations).status, SolveStatus::converged);
+  EXPECT_EQ(from_aside(free.iterations - 1).status, SolveStatus::no_convergence);
+}
+
+TEST(PeriodicSystem, GivesUpFromRestAfterAsManyStepsAsItMayTake) {
+  const Model model(testing::oleo());
+  PeriodicSystem system(model, {Scheme::order4, 256, true});
+  system.set_excitation(1.0, 60.0);
+  const SolveReport free = system.solve_from_rest(kOleoSi);
+  const SolveReport brief = system.solve_from_rest(kOleoSi, PeriodicSystem::kTolerance, 5);
+  EXPECT_GT(free.iterations, brief.iterations);
+  EXPECT_EQ(brief.status, SolveStatus::no_convergence);
+  EXPECT_LT(brief.amplitude_reached, 1.0);
+}
+
 TEST(PeriodicSystem, RefusesAGridThatIsTooCoarse) {
   const Model model(testing::oleo());
   EXPECT_THROW(PeriodicSystem(model, {Scheme::order6, 8, true}), std::invalid_argument);

@@ -253,6 +253,13 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
   return rounded;
 }
 
+config::ModelSpec stated_for(const config::ModelSpec& spec) {
+  config::ModelSpec stated = spec;
+  for (const Corner& corner : corners_of(spec))
+    stated.effects[corner.line].constants[corner.symbol] = corner.width;
+  return stated;
+}
+
 std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
                                  const FitOptions& stated, const Sharpening& worth) {
   FitOptions options = stated;

@@ -24,6 +24,9 @@ bool has_corners(const config::ModelSpec& spec);
 // itself states stays.
 config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points);
 
+// The model with corners as wide as the catalogue states them, written into it.
+config::ModelSpec stated_for(const config::ModelSpec& spec);
+
 // A fit on the finest of the grids to data that tell what it lacks to the limit (`to_limit`), with
 // what the extrapolation leaves open in their covariance.
 struct Sharpened {

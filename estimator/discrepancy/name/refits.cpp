@@ -16,6 +16,9 @@ namespace {
 constexpr double kInterval = 2.0;       // standard errors
 constexpr double kWorthCentring = 5.0;  // of chi-squared: less is chance
 constexpr int kMemorySteps = 60;
+// Of chi-squared, that corners of the stated width leave at most: of a grid's, and of noise.
+constexpr double kStatedLeaves = 0.5, kStatedNearNoise = 2.0;
+constexpr int kStatedPoints = 4;                 // times those of a grid's corners
 constexpr double kTouchedLeftOver = 0.1;         // of chi-squared, by sharper corners
 constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
 
@@ -239,6 +242,7 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   const bool record = std::any_of(data_.begin(), data_.end(), on_samples);
   const bool settled = h.fit->chi_squared < static_cast<double>(h.fit->observations);
   if (settled && (record || errors_ == Errors::left_over)) return false;
+  if (!settled && !record && errors_ == Errors::noise && as_stated(h)) return true;
   Sharpening worth;
   worth.hopeless = hopeless;
   if (errors_ == Errors::left_over) worth.touched = kTouchedLeftOver;
@@ -253,6 +257,26 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   h.rounded = h.fit;
   h.fit = sharp->fit;
   h.data = sharp->data;
+  judge(h);
+  describe(h);
+  return true;
+}
+
+// A seal may turn its friction round as gently as the catalogue says: then that leaves but noise,
+// where a grid's corners leave more. From the model of which they were made: the width is stated.
+bool Refits::as_stated(Hypothesis& h) const {
+  const config::ModelSpec spec = stated_for(h.fit->spec);
+  const Model model(spec);
+  if (model.coordinates() > model.mechanical()) return false;
+  FitOptions fine = options_for(spec);
+  fine.points *= kStatedPoints;  // so that their steps do not pass the width at once
+  fine.from_near = true;
+  auto fit = std::make_shared<const HarmonicFit>(
+      fit_harmonics(spec, data_, h.fit->theta, h.fit.get(), fine));
+  const double most = std::min(kStatedLeaves * h.fit->chi_squared,
+                               kStatedNearNoise * static_cast<double>(fit->observations));
+  if (!fit->converged || fit->chi_squared > most) return false;
+  h.fit = std::move(fit);
   judge(h);
   describe(h);
   return true;

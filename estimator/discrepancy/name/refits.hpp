@@ -46,6 +46,7 @@ class Refits {
   bool sharpened(Hypothesis& h, double hopeless = std::numeric_limits<double>::infinity()) const;
 
  private:
+  bool as_stated(Hypothesis& h) const;
   void finish(Hypothesis& h) const;
   void judge(Hypothesis& h) const;
   // Where a line's force has a place of rest that the model file does not give, that place is

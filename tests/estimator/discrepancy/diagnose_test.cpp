@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,6 +36,56 @@ TEST(Diagnose, NamesNothingWhereNothingIsMissing) {
   EXPECT_EQ(quiet.verdict, Verdict::adequate);
   EXPECT_TRUE(quiet.effects.empty());
   EXPECT_LT(quiet.gap.before, 1.2 * quiet.gap.noise_floor);
+}
+
+// An oleo whose friction is turned round over a width, f_c tanh(v / e), by Runge and Kutta's steps.
+Campaign with_gentle_friction(double f_c, double e) {
+  const std::vector<double>& theta = estimator::testing::kOleoSi;
+  std::mt19937_64 source(3);
+  std::normal_distribution<double> noise(0.0, 2e-5), noise_of_table(0.0, 1e-3);
+  Campaign campaign;
+  for (const testing::Setting& set : testing::kSixRuns) {
+    Recording run;
+    run.name = "r" + std::to_string(campaign.runs.size() + 1);
+    run.frequency_hz = set.frequency_hz;
+    run.amplitude = set.amplitude;
+    const double omega = 2.0 * std::numbers::pi * set.frequency_hz;
+    const auto acceleration = [&](double t, double u, double v) {
+      return set.amplitude * std::cos(omega * t) - theta[0] * std::fabs(v) * v -
+             theta[1] * std::pow(1.0 - theta[2] * u, -theta[3]) + 9.80665 - f_c * std::tanh(v / e);
+    };
+    constexpr int kSteps = 20;
+    const double h = 1.0 / (997.0 * kSteps);
+    double u = (1.0 - theta[1] / 9.80665) / theta[2], v = 0.0;
+    for (int i = 0; i < kSteps * static_cast<int>(997.0 * 24.0 / set.frequency_hz); ++i) {
+      const double t = i * h;
+      if (i % kSteps == 0) {
+        run.t.push_back(t);
+        run.displacement.push_back(u + noise(source));
+        run.excitation.push_back(set.amplitude * std::cos(omega * t) + noise_of_table(source));
+      }
+      const double a1 = acceleration(t, u, v);
+      const double v2 = v + 0.5 * h * a1, a2 = acceleration(t + 0.5 * h, u + 0.5 * h * v, v2);
+      const double v3 = v + 0.5 * h * a2, a3 = acceleration(t + 0.5 * h, u + 0.5 * h * v2, v3);
+      const double v4 = v + h * a3, a4 = acceleration(t + h, u + h * v3, v4);
+      u += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+      v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+    }
+    campaign.runs.push_back(std::move(run));
+  }
+  return campaign;
+}
+
+// As gentle as the catalogue states it: a jump would leave more than noise.
+TEST(Diagnose, NamesFrictionThatTurnsRoundAsTheCatalogueSays) {
+  const auto found = diagnose(with_gentle_friction(0.2, 5e-3), estimator::testing::oleo());
+  ASSERT_TRUE(found) << found.error().what;
+  EXPECT_EQ(found->verdict, Verdict::explained);
+  ASSERT_EQ(found->effects.size(), 1U);
+  EXPECT_EQ(found->effects[0].name, "coulomb_friction");
+  const auto& friction = found->effects[0].parameters.at(0);
+  EXPECT_NEAR(friction.value, 0.2, 5.0 * friction.standard_error);
+  EXPECT_EQ(found->improved.effects.back().constants.at("e"), 5e-3);
 }
 
 // Dry friction is a jump, which the model's file rounds: that is no missing effect.
