@@ -145,6 +145,8 @@ ordered_json curves_json(const Diagnosis& d) {
                     {"before", numbers(c.before)},
                     {"after", numbers(c.after)},
                     {"velocity", numbers(c.velocity)},
+                    {"velocity_before", numbers(c.velocity_before)},
+                    {"velocity_after", numbers(c.velocity_after)},
                     {"force_before", numbers(c.force_before)},
                     {"force_after", numbers(c.force_after)}});
   }

@@ -171,10 +171,8 @@ std::vector<const RunCurves*> worst_first(const Diagnosis& d) {
 std::string run_pictures(const Diagnosis& d) {
   std::string text = "<div class=\"pictures\">\n", folded;
   const auto runs = worst_first(d);
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const std::string both = cycle_picture(d, *runs[i]) + phase_plane(d, *runs[i]);
-    (i < kRunsDrawn ? text : folded) += both;
-  }
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    (i < kRunsDrawn ? text : folded) += cycle_picture(d, *runs[i]) + phase_plane(d, *runs[i]);
   text += "</div>\n";
   if (folded.empty()) return text;
   return text + "<details><summary>The other runs</summary><div class=\"pictures\">\n" + folded +
@@ -189,6 +187,9 @@ std::string force_section(const Diagnosis& d) {
           force_map(d, false);
   if (d.verdict == Verdict::unexplained && !d.effects.empty()) text += force_map(d, true);
   text += remaining_map(d);
+  const auto runs = worst_first(d);
+  for (std::size_t i = 0; i < std::min(runs.size(), kRunsDrawn); ++i)
+    text += force_along_motion(d, *runs[i]);
   return text + harmonics_bars(d) + force_over_phase(d) + "</div>\n";
 }
 

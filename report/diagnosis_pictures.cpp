@@ -155,6 +155,25 @@ std::string cycle_picture(const Diagnosis& diagnosis, const RunCurves& run) {
 }
 
 std::string phase_plane(const Diagnosis& diagnosis, const RunCurves& run) {
+  if (run.velocity_before.empty() || run.velocity.size() != run.measured.size()) return {};
+  const Shown shown = shown_length(diagnosis.improved.length_unit);
+  Plot plot;
+  plot.title = fmt::format("Run {}: phase plane", run.name);
+  plot.x.label = fmt::format("stroke, {}", shown.unit);
+  plot.y.label = fmt::format("velocity, {}/s", shown.unit);
+  const auto add = [&](const std::string& name, const std::vector<double>& stroke,
+                       const std::vector<double>& velocity, Ink ink, Stroke how) {
+    plot.curves.push_back({name, closed(scaled(stroke, shown.factor)),
+                           closed(scaled(velocity, shown.factor)), ink, how});
+  };
+  add("measured", run.measured, run.velocity, Ink::quiet, Stroke::points);
+  add("base model", run.before, run.velocity_before, Ink::second, Stroke::dashed);
+  if (has_after(diagnosis))
+    add(with_names(diagnosis), run.after, run.velocity_after, Ink::first, Stroke::line);
+  return to_svg(plot);
+}
+
+std::string force_along_motion(const Diagnosis& diagnosis, const RunCurves& run) {
   if (run.velocity.empty() || run.force_before.empty()) return {};
   const Shown shown = shown_length(diagnosis.improved.length_unit);
   Plot plot;

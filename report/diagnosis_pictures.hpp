@@ -21,7 +21,9 @@ Shown shown_amplitude(const Diagnosis& diagnosis);
 
 std::string gap_bars(const Diagnosis& diagnosis);
 std::string cycle_picture(const Diagnosis& diagnosis, const RunCurves& run);
+// Velocity over stroke, measured and predicted; empty where no displacement is predicted.
 std::string phase_plane(const Diagnosis& diagnosis, const RunCurves& run);
+std::string force_along_motion(const Diagnosis& diagnosis, const RunCurves& run);
 // Binned over stroke, velocity or phase; empty when there are no bins.
 std::string force_over_stroke(const Diagnosis& diagnosis);
 std::string force_over_velocity(const Diagnosis& diagnosis);

@@ -47,6 +47,8 @@ Diagnosis friction_found() {
     curves.before.push_back(0.16 + 0.0101 * std::cos(angle));
     curves.after.push_back(0.16 + 0.01 * std::cos(angle));
     curves.velocity.push_back(-0.12 * std::sin(angle));
+    curves.velocity_before.push_back(-0.13 * std::sin(angle));
+    curves.velocity_after.push_back(-0.12 * std::sin(angle));
     curves.force_before.push_back(std::sin(angle) > 0 ? -0.2 : 0.2);
     curves.force_after.push_back(0.0);
   }
@@ -68,6 +70,15 @@ TEST(DiagnosisPage, BeginsWithWhatWasMissing) {
   EXPECT_THAT(page, HasSubstr("one more run at 1 Hz with an amplitude of 0.5 m/s²"));
   EXPECT_THAT(page, HasSubstr("f_c = 0.2000 ± 0.0010 m/s^2"));
   EXPECT_THAT(page, HasSubstr("at velocity reversal"));
+}
+
+// Of a load cell, or a motion that is imposed, there is none.
+TEST(DiagnosisPage, DrawsThePhasePlaneWhereAMotionIsPredicted) {
+  Diagnosis d = friction_found();
+  EXPECT_THAT(diagnosis_page(d), HasSubstr("Run r01: phase plane"));
+  d.curves[0].velocity_before.clear();
+  EXPECT_THAT(diagnosis_page(d), Not(HasSubstr("phase plane")));
+  EXPECT_THAT(diagnosis_page(d), HasSubstr("missing force along the motion"));
 }
 
 TEST(DiagnosisPage, SaysTheAmplitudesUnit) {

@@ -70,6 +70,10 @@ RunCurves curves_of(const RunDatum& datum, const VectorXd& before, const VectorX
   curves.velocity = thinned(force_before.velocity);
   curves.force_before = thinned(force_before.force);
   curves.force_after = thinned(force_after.force);
+  const bool imposed = datum.kind == Kind::imposed_motion;
+  if (imposed || datum.quantity != Quantity::displacement) return curves;
+  curves.velocity_before = list(synthesis * derivative(before, datum.frequency_hz));
+  curves.velocity_after = list(synthesis * derivative(after, datum.frequency_hz));
   return curves;
 }
 
