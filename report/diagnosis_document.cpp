@@ -144,6 +144,7 @@ ordered_json curves_json(const Diagnosis& d) {
                     {"measured", numbers(c.measured)},
                     {"before", numbers(c.before)},
                     {"after", numbers(c.after)},
+                    {"stroke", numbers(c.stroke)},
                     {"velocity", numbers(c.velocity)},
                     {"velocity_before", numbers(c.velocity_before)},
                     {"velocity_after", numbers(c.velocity_after)},

@@ -213,17 +213,17 @@ std::string force_map(const Diagnosis& diagnosis, bool after) {
   const Shown shown = shown_length(diagnosis.improved.length_unit);
   Extent stroke, velocity;
   for (const RunCurves& run : diagnosis.curves) {
-    if (run.velocity.size() != run.measured.size()) return {};
-    stroke.take(run.measured, shown.factor);
+    if (run.velocity.size() != run.stroke.size()) return {};
+    stroke.take(run.stroke, shown.factor);
     velocity.take(run.velocity, shown.factor);
   }
   if (!(stroke.low < stroke.high) || !(velocity.low < velocity.high)) return {};
   std::vector<double> sum(kCells * kCells, 0.0), count(kCells * kCells, 0.0);
   for (const RunCurves& run : diagnosis.curves) {
     const auto& force = after ? run.force_after : run.force_before;
-    for (std::size_t i = 0; i < force.size() && i < run.measured.size(); ++i) {
+    for (std::size_t i = 0; i < force.size() && i < run.stroke.size(); ++i) {
       const std::size_t cell = velocity.cell(run.velocity[i] * shown.factor) * kCells +
-                               stroke.cell(run.measured[i] * shown.factor);
+                               stroke.cell(run.stroke[i] * shown.factor);
       sum[cell] += force[i];
       count[cell] += 1.0;
     }

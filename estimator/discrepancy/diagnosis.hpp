@@ -66,9 +66,9 @@ struct Ranked {
 // of it where most happens.
 struct RunCurves {
   std::string name;
-  double from = 0.0, seconds = 0.0;               // of that stretch; seconds 0: a cycle
-  std::vector<double> measured, before, after;    // displacement (force of imposed motion)
-  std::vector<double> velocity;                   // of the measured motion
+  double from = 0.0, seconds = 0.0;             // of that stretch; seconds 0: a cycle
+  std::vector<double> measured, before, after;  // displacement (force of imposed motion)
+  std::vector<double> stroke, velocity;         // of the measured motion
   // Of the predicted ones; empty where no displacement is compared, or there is no period.
   std::vector<double> velocity_before, velocity_after;
   std::vector<double> force_before, force_after;  // residual force by inverse dynamics

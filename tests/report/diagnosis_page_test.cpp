@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "report/diagnosis_document.hpp"
+#include "report/diagnosis_pictures.hpp"
 
 namespace shaker::report {
 namespace {
@@ -46,6 +47,7 @@ Diagnosis friction_found() {
     curves.measured.push_back(0.16 + 0.01 * std::cos(angle));
     curves.before.push_back(0.16 + 0.0101 * std::cos(angle));
     curves.after.push_back(0.16 + 0.01 * std::cos(angle));
+    curves.stroke.push_back(0.16 + 0.01 * std::cos(angle));
     curves.velocity.push_back(-0.12 * std::sin(angle));
     curves.velocity_before.push_back(-0.13 * std::sin(angle));
     curves.velocity_after.push_back(-0.12 * std::sin(angle));
@@ -70,6 +72,15 @@ TEST(DiagnosisPage, BeginsWithWhatWasMissing) {
   EXPECT_THAT(page, HasSubstr("one more run at 1 Hz with an amplitude of 0.5 m/s²"));
   EXPECT_THAT(page, HasSubstr("f_c = 0.2000 ± 0.0010 m/s^2"));
   EXPECT_THAT(page, HasSubstr("at velocity reversal"));
+}
+
+// The cells are of the stroke, whatever is measured: of an imposed motion that is a force.
+TEST(DiagnosisPage, MapsTheMissingForceOverTheStroke) {
+  Diagnosis d = friction_found();
+  for (double& force : d.curves[0].measured)
+    force = -9.0 + 100.0 * force;
+  EXPECT_EQ(force_map(d, false), force_map(friction_found(), false));
+  EXPECT_THAT(force_map(d, false), HasSubstr("Missing force over stroke and velocity"));
 }
 
 // Of a load cell, or a motion that is imposed, there is none.

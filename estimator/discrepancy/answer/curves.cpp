@@ -50,6 +50,7 @@ RunCurves stretch_of(const RunDatum& datum, const VectorXd& before, const Vector
   curves.measured = list(transform.synthesise(datum.response).segment(first, count));
   curves.before = list(transform.synthesise(before).segment(first, count));
   curves.after = list(transform.synthesise(after).segment(first, count));
+  curves.stroke = list(run.u.segment(first, count));
   curves.velocity = list(run.v.segment(first, count));
   curves.force_before = list(force_before.force.segment(first, count));
   curves.force_after = list(force_after.force.segment(first, count));
@@ -67,6 +68,7 @@ RunCurves curves_of(const RunDatum& datum, const VectorXd& before, const VectorX
   curves.measured = list(synthesis * datum.response);
   curves.before = list(synthesis * before);
   curves.after = list(synthesis * after);
+  curves.stroke = thinned(force_before.stroke);
   curves.velocity = thinned(force_before.velocity);
   curves.force_before = thinned(force_before.force);
   curves.force_after = thinned(force_after.force);

@@ -16,7 +16,8 @@ TEST(Curves, HoldTheVelocitiesOfThePredictedMotions) {
   datum.frequency_hz = 2.0;
   datum.response = VectorXd{{0.1, 0.02, 0.01}};
   const VectorXd before = 1.5 * datum.response;
-  const MissingForce none{VectorXd::Zero(256), VectorXd::Zero(256), VectorXd::Zero(256), true};
+  const MissingForce none{VectorXd::Constant(256, 0.1), VectorXd::Zero(256), VectorXd::Zero(256),
+                          true};
   const RunCurves curves = curves_of(datum, before, datum.response, none, none);
   const double omega = 2.0 * std::numbers::pi * 2.0;
   ASSERT_EQ(curves.velocity_before.size(), curves.before.size());
@@ -27,6 +28,7 @@ TEST(Curves, HoldTheVelocitiesOfThePredictedMotions) {
     EXPECT_NEAR(curves.velocity_after[i], velocity, 1e-12);
     EXPECT_NEAR(curves.velocity_before[i], 1.5 * velocity, 1e-12);
   }
+  EXPECT_EQ(curves.stroke, std::vector<double>(curves.before.size(), 0.1));
   datum.kind = Kind::imposed_motion;
   EXPECT_TRUE(curves_of(datum, before, before, none, none).velocity_before.empty());
 }
