@@ -8,6 +8,7 @@
 #include "estimator/discrepancy/detect/scoring.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/name/evidence.hpp"
+#include "estimator/discrepancy/name/nesting.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -276,6 +277,10 @@ bool Refits::as_stated(Hypothesis& h) const {
   const double most = std::min(kStatedLeaves * h.fit->chi_squared,
                                kStatedNearNoise * static_cast<double>(fit->observations));
   if (!fit->converged || fit->chi_squared > most) return false;
+  // A richer effect that says what the simpler one does mends another width.
+  if (std::any_of(h.effects.begin(), h.effects.end(),
+                  [&](const std::string& effect) { return reduces(*fit, effect); }))
+    return false;
   h.fit = std::move(fit);
   judge(h);
   describe(h);

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/weigh/noise.hpp"
 #include "estimator/discrepancy/weigh/weighing.hpp"
 
@@ -19,7 +20,8 @@ using Eigen::VectorXd;
 
 constexpr double kGain = 0.005;       // standard error of a channel's own gain
 constexpr double kDifference = 1e-3;  // of the driver, for slopes over it
-constexpr double kMostOff = 0.5;      // of the channel's size, from what the model expects of it
+constexpr double kMostOff = 0.5;      // of the channel's size, from what the motion says of it
+constexpr int kSeen = 6;              // harmonics of that: twice derived, those above are noise
 
 struct Channel {
   std::string name;
@@ -116,18 +118,39 @@ void add_noise_of_driver(std::vector<RunDatum>& data, const std::vector<std::siz
   }
 }
 
-// How far the channel is from a quantity of the fitted model, over its size, in the worst run.
-double off(std::vector<RunDatum>& data, const std::vector<std::size_t>& like,
-           const HarmonicFit& fit, Quantity quantity) {
+// The moving part of a quantity as the measured motion and excitation have it: a model that lacks
+// an effect may be far off there. Load and absolute acceleration are x - u'' both.
+VectorXd by_motion(const RunDatum& displacement, Quantity quantity) {
+  const Index size = std::min({displacement.response.size(), displacement.driver.size(),
+                               static_cast<Index>(harmonic_size(kSeen))});
+  const double f = displacement.frequency_hz;
+  const VectorXd a = derivative(derivative(displacement.response.head(size), f), f);
+  const VectorXd seen =
+      quantity == Quantity::acceleration ? a : VectorXd(displacement.driver.head(size) - a);
+  return seen.tail(size - 1);
+}
+
+// The same of the fitted model: of several masses, or where displacement is not of the one mass.
+VectorXd by_model(const RunDatum& datum, const HarmonicFit& fit, std::size_t like) {
+  Prediction prediction(*fit.run_models[like], datum, fit.predictions[like].points());
+  prediction.start_from(fit.predictions[like]);
+  if (!prediction.at(fit.theta)) return {};
+  return prediction.value().tail(prediction.value().size() - 1);
+}
+
+// How far the channel is from a quantity of the motion, over its size, in the worst run.
+double off(std::vector<RunDatum>& some, const std::vector<std::size_t>& like,
+           const std::vector<RunDatum>& data, const HarmonicFit& fit, Quantity quantity) {
   double worst = 0.0;
-  for (std::size_t k = 0; k < data.size(); ++k) {
-    data[k].quantity = quantity;
-    Prediction prediction(*fit.run_models[like[k]], data[k], fit.predictions[like[k]].points());
-    prediction.start_from(fit.predictions[like[k]]);
-    if (!prediction.at(fit.theta)) return std::numeric_limits<double>::infinity();
-    const Index moving = data[k].response.size() - 1;
-    worst = std::max(worst, (data[k].response - prediction.value()).tail(moving).norm() /
-                                data[k].response.tail(moving).norm());
+  for (std::size_t k = 0; k < some.size(); ++k) {
+    some[k].quantity = quantity;
+    const VectorXd expected = fit.model->mechanical() == 1 ? by_motion(data[like[k]], quantity)
+                                                           : by_model(some[k], fit, like[k]);
+    const VectorXd moving = some[k].response.tail(some[k].response.size() - 1);
+    const Index size = std::min(moving.size(), expected.size());
+    if (size == 0) return std::numeric_limits<double>::infinity();
+    worst = std::max(worst,
+                     (moving.head(size) - expected.head(size)).norm() / moving.head(size).norm());
   }
   return worst;
 }
@@ -154,7 +177,7 @@ std::vector<RunDatum> extra_channels(const std::vector<SteadyRun>& runs, const H
     Quantity nearest = channel.maybe.front();
     double least = std::numeric_limits<double>::infinity();
     for (const Quantity quantity : channel.maybe) {
-      const double distance = off(some, like, fit, quantity);
+      const double distance = off(some, like, data, fit, quantity);
       if (distance < least) {
         least = distance;
         nearest = quantity;
@@ -162,7 +185,7 @@ std::vector<RunDatum> extra_channels(const std::vector<SteadyRun>& runs, const H
     }
     if (!(least < kMostOff)) {
       notes.push_back(fmt::format(
-          "the channel {} is not used: it is {:.0f} % off what the model expects of {}; check its "
+          "the channel {} is not used: it is {:.0f} % off what the motion says of {}; check its "
           "sign, its unit and what it measures",
           channel.name, 100.0 * least,
           nearest == Quantity::damper_force ? "the load between damper and mass"

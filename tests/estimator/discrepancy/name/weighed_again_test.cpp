@@ -54,8 +54,8 @@ config::ModelSpec spring_alone() {
   return model;
 }
 
-// A load cell that only the guide makes something of was not among what the base model was fitted
-// to, and is none of what it is fitted to again.
+// A load cell that is not among what the base model was fitted to is none of what it is fitted to
+// again, though the guide would make something of it.
 TEST(WeighedAgain, KeepsToTheChannelsThatTheBaseModelWasFittedTo) {
   const std::vector<SteadyRun> runs = measured();
   const config::ModelSpec base = spring_alone();
@@ -71,7 +71,6 @@ TEST(WeighedAgain, KeepsToTheChannelsThatTheBaseModelWasFittedTo) {
   ASSERT_TRUE(fit.trouble.empty()) << fit.trouble;
   ASSERT_TRUE(guide.fit->trouble.empty()) << guide.fit->trouble;
   std::vector<std::string> told;
-  ASSERT_TRUE(extra_channels(runs, fit, data, told).empty());
   const std::vector<RunDatum> taken = extra_channels(runs, *guide.fit, data, told);
   ASSERT_EQ(taken.size(), runs.size());
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/discrepancy/weigh/weighing.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -88,6 +89,24 @@ TEST(ExtraChannels, NothingIsMissingWhereNothingIs) {
   const Diagnosis d = diagnosed(measured({}));
   EXPECT_EQ(d.verdict, Verdict::adequate);
   EXPECT_THAT(d.warnings, Contains(HasSubstr("channel force is used")));
+}
+
+// Ten times too much damping: the model says nothing of what an accelerometer should show.
+TEST(ExtraChannels, AreHeldAgainstTheMotionAndNotAgainstTheModel) {
+  std::vector<SteadyRun> runs;
+  for (const Recording& run : measured({}).runs)
+    runs.push_back(steady_cycles(run).value());
+  auto model = estimator::testing::linear_oscillator();
+  model.effects[0].parameters["c"].start = 20.0;
+  model.effects[0].parameters["c"].fixed = true;
+  FitOptions far;
+  far.from_rest = true;
+  const std::vector<RunDatum> data = weigh(runs).data;
+  const HarmonicFit fit = fit_harmonics(model, data, {}, nullptr, far);
+  ASSERT_TRUE(fit.trouble.empty()) << fit.trouble;
+  std::vector<std::string> told;
+  EXPECT_EQ(extra_channels(runs, fit, data, told).size(), 2 * runs.size());
+  EXPECT_THAT(told, Contains(HasSubstr("acceleration of the mass against the table")));
 }
 
 TEST(ExtraChannels, AChannelThatIsSomethingElseIsNotUsed) {
