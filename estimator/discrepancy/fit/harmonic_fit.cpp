@@ -309,6 +309,8 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
             : fit.model);
     fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);
     if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);
+    for (std::size_t before = 0; before < r; ++before)
+      fit.predictions[r].share(fit.predictions[before]);
     if (counts(data[r])) fit.observations += static_cast<int>(data[r].response.size());
   }
   if (!predict_all(fit, data, fit.theta, true, how_far(options))) {

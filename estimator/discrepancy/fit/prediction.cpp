@@ -28,7 +28,11 @@ bool arrived(const SolveReport& report) {
 }  // namespace
 
 Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
-    : model_(&model), points_(points), sampled_(datum.sampled), to_limit_(datum.to_limit) {
+    : model_(&model),
+      points_(points),
+      harmonics_(datum.harmonics()),
+      sampled_(datum.sampled),
+      to_limit_(datum.to_limit) {
   if (sampled_) {
     points_ = static_cast<int>(sampled_->samples());
     if (!datum.by_force) {
@@ -45,7 +49,6 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
     if (inertia) excitation_ = datum.response;
     return;
   }
-  analysis_ = analysis_matrix(datum.harmonics(), points);
   if (datum.kind == Kind::imposed_motion) {
     imposed_ = std::make_unique<ImposedMotion>(model, datum.frequency_hz, datum.driver, points);
     return;
@@ -100,8 +103,8 @@ bool Prediction::on_grid(const std::vector<double>& theta, HowFar search) {
   if (sampled_) return at_sampled(theta);
   if (imposed_) {
     if (!imposed_->at(theta)) return false;
-    value_ = analysis_ * imposed_->force();
-    jacobian_ = analysis_ * imposed_->slope();
+    value_ = analysis() * imposed_->force();
+    jacobian_ = analysis() * imposed_->slope();
     return true;
   }
   if (!solve(theta, search)) {
@@ -124,7 +127,7 @@ void Prediction::read() {
     for (int k = 0; k < model_->parameter_count(); ++k)
       rows_(i, 1 + k) = row[static_cast<std::size_t>(1 + k)];
   }
-  const Eigen::MatrixXd all = analysis_ * rows_;
+  const Eigen::MatrixXd all = analysis() * rows_;
   value_ = all.col(0);
   jacobian_ = all.rightCols(all.cols() - 1);
 }
@@ -140,7 +143,7 @@ Eigen::MatrixXd Prediction::over_excitation(int driver_harmonics) {
     for (Index k = 0; k < columns; ++k)
       curves(i, k) = response[static_cast<std::size_t>((i * s + model_->observed()) * columns + k)];
   }
-  return analysis_ * curves;
+  return analysis() * curves;
 }
 
 Eigen::MatrixXd Prediction::over_record(const std::vector<double>& theta, Index count) const {
@@ -149,8 +152,24 @@ Eigen::MatrixXd Prediction::over_record(const std::vector<double>& theta, Index 
                                       value_.size(), count);
 }
 
-Eigen::MatrixXd Prediction::over_motion() const {
-  return imposed_ ? Eigen::MatrixXd(analysis_ * imposed_->over_motion()) : Eigen::MatrixXd();
+Eigen::MatrixXd Prediction::over_motion() {
+  return imposed_ ? Eigen::MatrixXd(analysis() * imposed_->over_motion()) : Eigen::MatrixXd();
+}
+
+const Eigen::MatrixXd& Prediction::analysis() {
+  if (!analysis_)
+    analysis_ = std::make_shared<const Eigen::MatrixXd>(analysis_matrix(harmonics_, points_));
+  return *analysis_;
+}
+
+bool Prediction::alike(const Prediction& other) const {
+  return !sampled_ && other.points_ == points_ && other.harmonics_ == harmonics_;
+}
+
+void Prediction::share(Prediction& other) {
+  if (!alike(other) || analysis_) return;
+  other.analysis();
+  analysis_ = other.analysis_;
 }
 
 void Prediction::hold() {
@@ -173,6 +192,7 @@ void Prediction::start_beyond(const Prediction& finer, const Prediction& coarser
 }
 
 void Prediction::start_from(const Prediction& other) {
+  if (alike(other) && other.analysis_) analysis_ = other.analysis_;
   if (transient_ && other.transient_) transient_->start_from(*other.transient_);
   if (!response_ || !other.response_) return;
   const int n = points_, m = other.points_;

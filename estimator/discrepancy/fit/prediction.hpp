@@ -41,7 +41,7 @@ class Prediction {
   // no columns for anything else.
   Eigen::MatrixXd over_record(const std::vector<double>& theta, Eigen::Index count) const;
   // (2 H + 1) x (2 Hx + 1): over the harmonics of an imposed motion, its mean first.
-  Eigen::MatrixXd over_motion() const;
+  Eigen::MatrixXd over_motion();
 
   // Begins from another model's solution of the same run: as far as coordinates are shared.
   void start_from(const Prediction& other);
@@ -52,6 +52,9 @@ class Prediction {
   // Holds the present periodic solution, to begin from again after tries that led elsewhere.
   void hold();
   void go_back();
+
+  // One table of sines for both, where they are of as many harmonics and points.
+  void share(Prediction& other);
 
   // Keeps the solution, and gives back what only solving needs.
   void rest() {
@@ -69,10 +72,13 @@ class Prediction {
   bool solve(const std::vector<double>& theta, HowFar search);
   bool on_grid(const std::vector<double>& theta, HowFar search);
   void read();
+  const Eigen::MatrixXd& analysis();
+  bool alike(const Prediction& other) const;
   bool at_sampled(const std::vector<double>& theta);
 
   const Model* model_;
   int points_;
+  int harmonics_;
   std::unique_ptr<PeriodicSystem> response_;
   std::unique_ptr<ImposedMotion> imposed_;
   std::shared_ptr<const SampledRun> sampled_;
@@ -81,7 +87,7 @@ class Prediction {
   std::unique_ptr<CosineTransform> transform_;
   std::shared_ptr<const ToLimit> to_limit_;
   Eigen::VectorXd excitation_;  // of a sampled run whose forces are compared, in cosines
-  Eigen::MatrixXd analysis_;
+  std::shared_ptr<const Eigen::MatrixXd> analysis_;  // null until it is wanted
   bool solved_ = false;
   std::vector<double> kept_, held_;  // states: of the last success, and the one held
   Eigen::VectorXd value_;
