@@ -27,7 +27,7 @@ Error said_by_system(const std::filesystem::path& file, const std::error_code& t
 }
 
 std::filesystem::path unfinished(const std::filesystem::path& file) {
-  return file.string() + ".new";
+  return file.string() + ".unfinished";
 }
 
 Result<void> write_unfinished(const std::filesystem::path& file, const std::string& text) {
@@ -63,7 +63,8 @@ Result<void> prepare_diagnosis(const std::filesystem::path& folder,
   for (const char* name : kFiles) {
     const auto file = folder / name;
     std::error_code none;  // of what is not there yet
-    if (std::filesystem::equivalent(file, model, none))
+    if (std::filesystem::equivalent(file, model, none) ||
+        std::filesystem::equivalent(unfinished(file), model, none))
       return Error{ErrorKind::invalid,
                    fmt::format("{} is the model that is diagnosed, and the answer would replace "
                                "it; name another folder for the answer",

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/answer/assemble.hpp"
+#include "estimator/discrepancy/answer/estimates.hpp"
 #include "estimator/discrepancy/answer/read_effects.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/name/model_error.hpp"
@@ -24,7 +25,8 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kAnyAcceleration = 1e9;  // a record's is noise
+constexpr double kAnyAcceleration = 1e9;     // a record's is noise
+constexpr double kWorthBeginningAnew = 5.0;  // of chi-squared: less is chance
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -205,8 +207,30 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   return assemble(first, data, runs, catalogue, data);
 }
 
+// From start values that are far off the base model's fit may end in a valley of its own, and any
+// effect mends that: fitted again from what it is with the effects that were named. Nothing where
+// that is no better.
+std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
+                                              const std::vector<double>& theta, double left,
+                                              const std::vector<RunDatum>& data,
+                                              const Diagnosis& said, const FitOptions& options) {
+  if (said.effects.empty()) return std::nullopt;
+  std::vector<double> start = theta;
+  const Model base(model);
+  for (std::size_t k = 0; k < start.size(); ++k) {
+    for (const ParameterEstimate& after : said.parameters_after) {
+      if (after.name == base.parameters()[k].name && after.effect == base.parameters()[k].effect)
+        start[k] = after.value;
+    }
+  }
+  const HarmonicFit fit = fit_harmonics(model, data, start, nullptr, options);
+  if (!fit.converged || fit.chi_squared > left - kWorthBeginningAnew) return std::nullopt;
+  return at_estimates(fit);
+}
+
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
-                                  const DiagnoseOptions& options, const Progress& progress) {
+                                  const DiagnoseOptions& options, const Progress& progress,
+                                  bool may_begin_anew = true) {
   progress("cutting cycles", 0.0);
   const FitOptions fitting{options.points};
   FitOptions first = fitting;
@@ -242,7 +266,13 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   naming.seed = options.seed;
   naming.calibrations = options.calibrations;
   progress("scoring the catalogue", 0.2);
+  const std::vector<double> theta = base.theta;
+  const double left = base.chi_squared;
   Diagnosis said = searched(std::move(base), weighed.data, runs, catalogue, naming, progress);
+  if (may_begin_anew) {
+    if (const auto better = better_start(model, theta, left, weighed.data, said, first))
+      return diagnose_cycles(campaign, *better, options, progress, false);
+  }
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
   said.gap.unit = campaign.runs.front().kind == Kind::imposed_motion ? model.length_unit + "/s^2"

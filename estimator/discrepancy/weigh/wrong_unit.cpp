@@ -14,10 +14,11 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kMuchLeft = 0.2;  // of the response's motion, that any look is worth it
-constexpr double kTenth = 0.1;     // of what is left without the factor
-constexpr double kApart = 15.0;    // times the other runs' response to what drives them
-constexpr double kNear = 2.5;      // times a conversion factor, of a run that stands apart
+constexpr double kMuchLeft = 0.2;     // of the response's motion, that any look is worth it
+constexpr double kTenth = 0.1;        // of what is left without the factor
+constexpr double kWithoutFit = 0.01;  // of the motion: a true factor leaves a thousandth
+constexpr double kApart = 15.0;       // times the other runs' response to what drives them
+constexpr double kNear = 2.5;         // times a conversion factor, of a run that stands apart
 
 constexpr double kOtherUnit = 100.0;  // times what the start values give
 constexpr double kGivenBack = 0.1;    // of speed times force
@@ -119,13 +120,23 @@ std::string names_of(const std::vector<SteadyRun>& runs, const std::vector<std::
   return names;
 }
 
+// Below which a factor is believed. Where the model has no fit, only one that leaves next to
+// nothing.
+double believed_below(double left) {
+  return std::isfinite(left) ? std::min(kTenth * left, kMuchLeft) : kWithoutFit;
+}
+
+std::string as_it_is(double left) {
+  return std::isfinite(left) ? fmt::format("as it is {:.3g} %", 100.0 * left)
+                             : std::string("and as it is there is no fit at all");
+}
+
 Error wrong(const std::string& where, const char* channel, const Conversion& conversion,
             double before, double after) {
   return {ErrorKind::invalid,
           fmt::format("{} the {} does not count in the unit that is said: multiplied by {:.4g} the "
-                      "model leaves {:.2g} % of the response, as it is {:.3g} %; {}? Mend /units, "
-                      "or the files",
-                      where, channel, conversion.factor, 100.0 * after, 100.0 * before,
+                      "model leaves {:.2g} % of the response, {}; {}? Mend /units, or the files",
+                      where, channel, conversion.factor, 100.0 * after, as_it_is(before),
                       conversion.sentence)};
 }
 
@@ -133,7 +144,7 @@ Result<void> every_run(const Look& look, const Trial& trial, double left) {
   std::vector<std::size_t> all(look.runs.size());
   for (std::size_t r = 0; r < all.size(); ++r)
     all[r] = r;
-  double least = std::min(kTenth * left, kMuchLeft);
+  double least = believed_below(left);
   Result<void> said;
   for (const Conversion& length : kLengths) {
     const double after = trial.response(length.factor, all);
@@ -154,7 +165,7 @@ Result<void> some_runs(const Look& look, const Trial& trial, double left) {
   double times = 1.0;
   const auto apart = standing_apart(look.runs, times);
   if (std::fabs(std::log(times)) < std::log(kApart)) return {};
-  double least = std::min(kTenth * left, kMuchLeft);
+  double least = believed_below(left);
   Result<void> said;
   for (const Conversion& length : kLengths) {
     if (std::fabs(std::log(times * length.factor)) > std::log(kApart * kNear)) continue;

@@ -88,6 +88,23 @@ TEST(Diagnose, NamesFrictionThatTurnsRoundAsTheCatalogueSays) {
   EXPECT_EQ(found->improved.effects.back().constants.at("e"), 5e-3);
 }
 
+// From start values that are far off the fit may end with the spring at its bound; an effect that
+// mends that is not there.
+TEST(Diagnose, NamesNothingWhereOnlyTheStartValuesAreOff) {
+  for (const auto& [damping, times] : {std::pair{0.4, 3.0}, {6.0, 10.0}}) {
+    auto model = estimator::testing::linear_oscillator();
+    model.effects[0].parameters["c"].start = damping * times;
+    model.effects[1].parameters["k"].start = 80.0 * times;
+    const auto found =
+        diagnose(testing::recorded({{"theta1", damping}, {"theta2", 80.0}},
+                                   {{2.0, 1.0}, {3.0, 2.0}, {4.0, 2.0}}, 5, "linear", 2e-6),
+                 model);
+    ASSERT_TRUE(found) << found.error().what;
+    EXPECT_EQ(found->verdict, Verdict::adequate) << damping;
+    EXPECT_TRUE(found->effects.empty());
+  }
+}
+
 // Dry friction is a jump, which the model's file rounds: that is no missing effect.
 TEST(Diagnose, NamesNothingWhereTheModelHoldsTheFriction) {
   auto model = estimator::testing::oleo();
