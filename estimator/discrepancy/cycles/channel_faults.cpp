@@ -2,18 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <vector>
 
-#include "estimator/discrepancy/cycles/quantum.hpp"
 #include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kWithin = 1.5;  // times as long as a cosine's crest
 constexpr Eigen::Index kFewestCycles = 5;
 constexpr double kLeastSlip = 0.01;  // turns in all
 constexpr double kSure = 8.0;        // standard errors
@@ -38,132 +33,7 @@ Line line_through(const Eigen::VectorXd& y) {
   return line;
 }
 
-// Samples on the extreme value, one crest's: [begin, end).
-struct Flat {
-  std::size_t begin = 0, end = 0;
-};
-
-constexpr double kOneCrest = 0.15;   // of a cycle: flats no further apart are one, broken by noise
-constexpr double kShortestFlat = 2;  // samples, on average
-constexpr double kMostCycles = 0.5;  // share of them that shows it
-constexpr double kStepsCut = 2.0;    // of the grid: less is a crest within one step
-constexpr double kLeastCut = 0.002;  // of the range
-// Of the range. Coarser steps can hide where a damper that sticks, or a valve, bends into its rest:
-// both flanks must tell then. On a fine grid one is enough, as a force may jump on the other side.
-constexpr double kFineStep = 1e-3;
-constexpr double kSureSlope = 4.0;  // standard errors
-
-std::vector<Flat> flats_of(std::span<const double> y, double extreme, double samples_a_cycle) {
-  std::vector<Flat> flats;
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    if (y[i] != extreme) continue;
-    if (flats.empty() || static_cast<double>(i - flats.back().end) > kOneCrest * samples_a_cycle)
-      flats.push_back({i, i});
-    flats.back().end = i + 1;
-  }
-  return flats;
-}
-
-// The grid of all other values: a clipped one need not stand on it.
-double grid_beside(std::span<const double> y, double extreme) {
-  std::vector<double> others(y.begin(), y.end());
-  std::erase(others, extreme);
-  return quantum_of(others);
-}
-
-// How steeply a channel comes to its flats on one side, a sample, and how it bends there: the
-// parabola through the mean of what lies beside them.
-struct Flank {
-  double slope = 0.0, bend = 0.0, slope_error = 0.0;
-};
-
-Flank flank_of(std::span<const double> y, const std::vector<Flat>& flats, Eigen::Index samples,
-               bool after) {
-  const Eigen::VectorXd j = Eigen::VectorXd::LinSpaced(samples, 1.0, static_cast<double>(samples));
-  Eigen::MatrixXd basis(samples, 3);
-  basis << Eigen::VectorXd::Ones(samples), j, j.cwiseAbs2();
-  const auto solver = basis.colPivHouseholderQr();
-  const auto wide = static_cast<std::size_t>(samples);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double seen = 0.0, squares = 0.0;
-  for (const Flat& f : flats) {
-    if (after ? f.end + wide > y.size() : f.begin < wide) continue;
-    Eigen::VectorXd drop(samples);
-    for (std::size_t k = 0; k < wide; ++k)
-      drop[static_cast<Eigen::Index>(k)] =
-          std::fabs(y[f.begin] - y[after ? f.end + k : f.begin - 1 - k]);
-    const Eigen::Vector3d own = solver.solve(drop);
-    sum += own;
-    squares += own[1] * own[1];
-    seen += 1.0;
-  }
-  if (seen < 3.0) return {};
-  const Eigen::Vector3d mean = sum / seen;
-  const double variance = std::max(squares / seen - mean[1] * mean[1], 0.0);
-  return {mean[1], mean[2], std::sqrt(variance / seen)};
-}
-
-// A crest that is cut off: the flat begins or ends with a slope, which would have gone on to a
-// crest more than a step of the grid above. Where rounding makes a crest flat, what is lost is less
-// than a step; where a damper sticks, it comes to rest without a slope; and from a stop that gives
-// by less than a step it is back sooner.
-bool cut_off(std::span<const double> y, double extreme, double range, double samples_a_cycle,
-             double cycles, double step) {
-  const std::vector<Flat> flats = flats_of(y, extreme, samples_a_cycle);
-  const auto count = static_cast<double>(flats.size());
-  if (count < 3.0 || count < kMostCycles * cycles) return false;
-  double length = 0.0;
-  for (const Flat& f : flats)
-    length += static_cast<double>(f.end - f.begin) / count;
-  if (length < kShortestFlat) return false;
-  const double wide = std::clamp(length, 4.0, std::max(4.0, samples_a_cycle / 8.0));
-  const double least = std::max(kLeastCut * range, kStepsCut * step);
-  const auto cuts = [&](const Flank& f) {
-    return f.slope > kSureSlope * f.slope_error && 0.25 * f.slope * length > least &&
-           f.slope * f.slope > 4.0 * f.bend * least;
-  };
-  const auto samples = static_cast<Eigen::Index>(std::lround(wide));
-  const bool before = cuts(flank_of(y, flats, samples, false));
-  const bool after = cuts(flank_of(y, flats, samples, true));
-  return step < kFineStep * range ? before || after : before && after;
-}
-
 }  // namespace
-
-bool clipped(std::span<const double> y, double samples_a_cycle, double cycles, bool top,
-             double quantum) {
-  const double sign = top ? 1.0 : -1.0;
-  double extreme = -std::numeric_limits<double>::infinity();
-  double low = std::numeric_limits<double>::infinity();
-  for (const double value : y) {
-    extreme = std::max(extreme, sign * value);
-    low = std::min(low, sign * value);
-  }
-  // It never moves.
-  if (!(extreme > low)) return true;
-  double next = low;
-  for (const double value : y) {
-    if (sign * value < extreme) next = std::max(next, sign * value);
-  }
-  const double grid = quantum > 0.0 ? quantum : grid_beside(y, sign * extreme);
-  const double step = grid > 0.0 ? grid : extreme - next;
-  if (cut_off(y, sign * extreme, extreme - low, samples_a_cycle, cycles, step)) return true;
-  const double flat = 2.0 * std::sqrt(2.0 * (extreme - next) / (0.5 * (extreme - low))) / kTwoPi;
-  // A crest within one step of a coarse grid.
-  const double within = std::acos(std::max(-1.0, 1.0 - 2.0 * quantum / (extreme - low))) / kPi;
-  const double longest =
-      std::max(4.0, std::max(3.0 * std::min(flat, 0.05), kWithin * within) * samples_a_cycle);
-  double runs = 0.0, length = 0.0;  // at the end; a run over several cycles is that many
-  for (std::size_t i = 0; i <= y.size(); ++i) {
-    if (i < y.size() && sign * y[i] == extreme) {
-      length += 1.0;
-      continue;
-    }
-    if (length >= longest) runs += std::max(1.0, std::floor(length / samples_a_cycle));
-    length = 0.0;
-  }
-  return runs >= 3.0 && runs >= 0.3 * cycles;
-}
 
 double clock_slip(const Eigen::MatrixXd& response) {
   const Eigen::Index kept = response.rows() - response.rows() / 3;  // the transient is in the first

@@ -1,5 +1,5 @@
-// What a recorded channel shows of itself that no model can explain: a sensor at the end of its
-// range, two channels on two clocks, and a sample that is not the channel's.
+// What a recorded channel shows of itself that no model can explain: two channels on two clocks,
+// and a sample that is not the channel's. A sensor at the end of its range: clipping.hpp.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,6 @@
 #include <Eigen/Dense>
 
 namespace shaker::estimator::discrepancy {
-
-// A curve that stays on its extreme value three times as long as its quantisation explains, again
-// and again, has met the end of the sensor's range. So has one that stays there for a few samples
-// of most cycles and comes to it with a slope, which would have carried it on by more than a step
-// of its grid. `top`: the highest value, else the lowest. `quantum`: step of the grid that the
-// values stand on; 0: not known.
-bool clipped(std::span<const double> y, double samples_a_cycle, double cycles, bool top,
-             double quantum = 0.0);
 
 // By how many turns the response slips against what drives it with every cycle, when it does so
 // evenly and keeps its amplitude: no damper does that, a second clock does. 0: it does not.

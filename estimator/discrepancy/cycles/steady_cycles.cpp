@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/cycles/channel_faults.hpp"
+#include "estimator/discrepancy/cycles/clipping.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/cycles/phase_fit.hpp"
 #include "estimator/discrepancy/cycles/quantum.hpp"
@@ -172,23 +173,32 @@ Result<void> drop_transient(const Recording& r, const SteadyOptions& options, St
                               run.cycles(), run.cycles_recorded, options.fewest_cycles));
 }
 
+std::span<const double> steady_part(const WholeCycles& cycles, const std::vector<double>& y) {
+  return {&y[cycles.first.front()], cycles.last.back() - cycles.first.front()};
+}
+
 // The end of the sensor's range that a channel meets: true for the upper one.
-std::optional<bool> end_met(const WholeCycles& cycles, const std::vector<double>& y,
+std::optional<bool> end_met(const WholeCycles& cycles, const std::vector<double>& y, Course course,
                             double quantum) {
-  const std::span<const double> steady(&y[cycles.first.front()],
-                                       cycles.last.back() - cycles.first.front());
   for (const bool top : {true, false}) {
-    if (clipped(steady, cycles.samples, static_cast<double>(cycles.count()), top, quantum))
+    if (clipped(steady_part(cycles, y), cycles.samples, static_cast<double>(cycles.count()), top,
+                course, quantum))
       return top;
   }
   return {};
 }
 
-Result<void> in_range(const Recording& r, const WholeCycles& cycles, const std::vector<double>& y,
-                      const char* name, double quantum) {
-  const auto top = end_met(cycles, y, quantum);
-  if (!top) return {};
-  return unfit(r, clipped_sentence(name, *top));
+Result<void> in_range(const Recording& r, const WholeCycles& cycles, const SteadyRun& run) {
+  const bool imposed = r.kind == Kind::imposed_motion;
+  const Course course = imposed ? Course::kinked : Course::inert;
+  if (const auto top = end_met(cycles, response_of(r), course, run.quantum))
+    return unfit(r, clipped_sentence(response_name(r), *top));
+  if (!run.driver_measured) return {};
+  const auto top = end_met(cycles, driver_of(r), Course::commanded, 0.0);
+  if (!top || (imposed && held_at_end(steady_part(cycles, r.displacement),
+                                      steady_part(cycles, r.force), cycles.samples, *top)))
+    return {};
+  return unfit(r, clipped_sentence(driver_name(r), *top));
 }
 
 // A channel beside the displacement can be done without.
@@ -198,7 +208,7 @@ void leave_out_broken(const Recording& r, const WholeCycles& cycles, SteadyRun& 
     std::string why;
     if (!(range_of(y) > 0.0))
       why = fmt::format("the {} never changes; is the sensor alive?", name);
-    else if (const auto top = end_met(cycles, y, quantum_of(y)))
+    else if (const auto top = end_met(cycles, y, Course::kinked, quantum_of(y)))
       why = clipped_sentence(name, *top);
     if (why.empty()) return;
     run.warnings.push_back(fmt::format("run {}: {} (this channel is left out)", r.name, why));
@@ -289,12 +299,7 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
   fill_rows(r, *phase, cycles, run);
   if (auto good = on_one_clock(r, run); !good) return good.error();
   if (auto good = drop_transient(r, options, run); !good) return good.error();
-  if (auto good = in_range(r, cycles, response_of(r), response_name(r), run.quantum); !good)
-    return good.error();
-  if (run.driver_measured) {
-    if (auto good = in_range(r, cycles, driver_of(r), driver_name(r), 0.0); !good)
-      return good.error();
-  }
+  if (auto good = in_range(r, cycles, run); !good) return good.error();
   leave_out_broken(r, cycles, run);
   if (auto good = held(r, run); !good) return good.error();
   name_spikes(r, response_of(r), response_name(r), run);
