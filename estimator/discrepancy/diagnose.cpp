@@ -26,7 +26,7 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr double kAnyAcceleration = 1e9;     // a record's is noise
-constexpr double kWorthBeginningAnew = 5.0;  // of chi-squared: less is chance
+constexpr double kWorthBeginningAnew = 5.0;  // times what is left a datum: less is chance
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -209,7 +209,8 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
 
 // From start values that are far off the base model's fit may end in a valley of its own, and any
 // effect mends that: fitted again from what it is with the effects that were named. Nothing where
-// that is no better.
+// that is no better, beside what the model leaves in any case: a fit far from noise ends a little
+// lower or higher in the same valley.
 std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
                                               const std::vector<double>& theta, double left,
                                               const std::vector<RunDatum>& data,
@@ -224,7 +225,8 @@ std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
     }
   }
   const HarmonicFit fit = fit_harmonics(model, data, start, nullptr, options);
-  if (!fit.converged || fit.chi_squared > left - kWorthBeginningAnew) return std::nullopt;
+  const double a_datum = std::max(1.0, fit.chi_squared / std::max(1, fit.observations));
+  if (!fit.converged || left - fit.chi_squared < kWorthBeginningAnew * a_datum) return std::nullopt;
   return at_estimates(fit);
 }
 
