@@ -60,15 +60,22 @@ void PeriodicSystem::fill_rows() {
 }
 
 bool PeriodicSystem::solve_step() {
-  return solve_rows() && (observer_->idle() || observer_->observe(*this, theta_));
+  return solve_rows(true) && observe();
 }
 
-bool PeriodicSystem::solve_rows() {
+bool PeriodicSystem::observe() {
+  return observer_->idle() || observer_->observe(*this, theta_);
+}
+
+bool PeriodicSystem::solve_rows(bool with_sensitivities) {
   if (dense_) return solve_dense();
+  // The scalar solver has them in the same registers, and corrections of kinks follow those of the
+  // step before.
+  const bool all = with_sensitivities || s_ == 1 || kinks_;
   if (s_ != 1 || groups_ > kMostGroups || !solve_scalar()) {
-    if (!solve_banded()) return false;
+    if (!solve_banded(all ? 1 + p_ : 1)) return false;
   }
-  rows_hold_sensitivities_ = true;
+  rows_hold_sensitivities_ = all;
   return true;
 }
 
@@ -86,10 +93,10 @@ bool PeriodicSystem::solve_scalar() {
       {n_, stencil_.reach, 1 + p_, groups_, band_.data(), upper_.data(), rows_.data()});
 }
 
-bool PeriodicSystem::solve_banded() {
+bool PeriodicSystem::solve_banded(int columns) {
   if (!factorise_banded()) return false;
   fill_right_hand_sides();
-  banded_->solve(rows_.data(), stride_, 1 + p_);
+  banded_->solve(rows_.data(), stride_, columns);
   return std::isfinite(rows_[0]);
 }
 

@@ -159,11 +159,12 @@ class PeriodicSystem {
   void interpolate_quintic(const PeriodicSystem& coarser);
   void interpolate_cubic(const PeriodicSystem& coarser);
   void analyse_excitation();
-  bool solve_rows();
+  bool solve_rows(bool with_sensitivities);  // or with Newton's step alone, where that is cheaper
+  bool observe();
   void differentiate();
   void differentiate_fourier();
   bool solve_scalar();
-  bool solve_banded();
+  bool solve_banded(int columns);
   bool factorise_banded();
   void fill_dense();
   bool solve_dense();

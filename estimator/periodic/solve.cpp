@@ -45,21 +45,24 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
     return report;
   }
   for (report.iterations = 0; report.iterations < max_iterations; ++report.iterations) {
-    if (!solve_step()) {
+    const std::size_t count = z_.size();
+    const double size = std::max(1e-300, largest(z_.data(), count, 1));
+    // The smallest residual that rounding allows: differences of z scaled by (f n)^2.
+    const double floor = 64.0 * 2.3e-16 * size * frequency_ * frequency_ * n_ * n_;
+    const bool may_end = residual_ <= std::max(tolerance, floor);
+    if (!solve_rows(may_end)) {
       report.status = SolveStatus::singular;
       report.residual = residual_;
       return report;
     }
     report.residual = residual_;
-    if (residual_ <= tolerance) return report;
-    const std::size_t count = z_.size();
-    const double size = std::max(1e-300, largest(z_.data(), count, 1));
     const double step = largest(rows_.data(), count, static_cast<std::size_t>(stride_));
-    // The smallest residual that rounding allows: differences of z scaled by (f n)^2.
-    const double floor = 64.0 * 2.3e-16 * size * frequency_ * frequency_ * n_ * n_;
     // A residual in the noise of rounding proves nothing where the equations hardly feel the state
     // (a stroke of 1e11 m differs from the next double by more than gravity's share of it).
-    if (residual_ <= floor && step <= kClose * size) return report;
+    if (residual_ <= tolerance || (residual_ <= floor && step <= kClose * size)) {
+      if (!observe()) report.status = SolveStatus::singular;
+      return report;
+    }
     if (damped_step(theta) == 0.0) {
       // No progress left to make: at the level of rounding that is convergence.
       report.residual = residual_;

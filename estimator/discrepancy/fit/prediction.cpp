@@ -66,6 +66,11 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
 bool Prediction::solve(const std::vector<double>& theta, HowFar search) {
   // Damped steps towards sharp corners are many, and still a hundredth of those from rest.
   const int most = search == HowFar::near ? kMostSteps : kPatientSteps;
+  if (is_at_) {
+    follow(theta);
+    if (arrived(response_->solve(theta, kMostSteps, kTolerance))) return true;
+    go_to(kept_);
+  }
   if (solved_ && arrived(response_->solve(theta, most, kTolerance))) return true;
   if (solved_ && search != HowFar::from_rest) return false;
   const SolveReport report = response_->solve_from_rest(theta, kTolerance, kMostFromRest);
@@ -89,8 +94,24 @@ bool Prediction::at_sampled(const std::vector<double>& theta) {
   return true;
 }
 
+// To where the sensitivities of the last solution lead: a Newton step less.
+void Prediction::follow(const std::vector<double>& theta) {
+  std::vector<double> change(theta.size());
+  for (std::size_t k = 0; k < theta.size(); ++k)
+    change[k] = theta[k] - at_[k];
+  response_->advance(1.0, change);
+}
+
+void Prediction::go_to(const std::vector<double>& state) {
+  response_->begin();
+  std::copy(state.begin(), state.end(), response_->state().begin());
+}
+
 bool Prediction::at(const std::vector<double>& theta, HowFar search) {
-  if (!on_grid(theta, search)) return false;
+  if (is_at_ && theta == at_) return true;
+  is_at_ = on_grid(theta, search);
+  if (!is_at_) return false;
+  at_ = theta;
   if (!to_limit_) return true;
   value_ += to_limit_->value;
   for (std::size_t k = 0; k < theta.size(); ++k)
@@ -108,10 +129,7 @@ bool Prediction::on_grid(const std::vector<double>& theta, HowFar search) {
     return true;
   }
   if (!solve(theta, search)) {
-    if (!kept_.empty()) {
-      response_->begin();
-      std::copy(kept_.begin(), kept_.end(), response_->state().begin());
-    }
+    if (!kept_.empty()) go_to(kept_);
     return false;
   }
   solved_ = true;
@@ -177,9 +195,8 @@ void Prediction::hold() {
 }
 
 void Prediction::go_back() {
-  if (!response_ || held_.empty()) return;
-  response_->begin();
-  std::copy(held_.begin(), held_.end(), response_->state().begin());
+  is_at_ = false;
+  if (response_ && !held_.empty()) go_to(held_);
 }
 
 void Prediction::start_beyond(const Prediction& finer, const Prediction& coarser) {
@@ -192,6 +209,7 @@ void Prediction::start_beyond(const Prediction& finer, const Prediction& coarser
 }
 
 void Prediction::start_from(const Prediction& other) {
+  is_at_ = false;
   if (alike(other) && other.analysis_) analysis_ = other.analysis_;
   if (transient_ && other.transient_) transient_->start_from(*other.transient_);
   if (!response_ || !other.response_) return;

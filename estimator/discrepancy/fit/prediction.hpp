@@ -70,6 +70,8 @@ class Prediction {
 
  private:
   bool solve(const std::vector<double>& theta, HowFar search);
+  void follow(const std::vector<double>& theta);
+  void go_to(const std::vector<double>& state);
   bool on_grid(const std::vector<double>& theta, HowFar search);
   void read();
   const Eigen::MatrixXd& analysis();
@@ -90,6 +92,8 @@ class Prediction {
   std::shared_ptr<const Eigen::MatrixXd> analysis_;  // null until it is wanted
   bool solved_ = false;
   std::vector<double> kept_, held_;  // states: of the last success, and the one held
+  std::vector<double> at_;           // theta of the last success,
+  bool is_at_ = false;               // where everything still is
   Eigen::VectorXd value_;
   Eigen::MatrixXd jacobian_, rows_;
 };
