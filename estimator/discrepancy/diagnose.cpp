@@ -230,6 +230,13 @@ std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
   return at_estimates(fit);
 }
 
+// Whether what was said after a new beginning is to stand: it explains more, or leaves less.
+bool says_more(const Diagnosis& anew, const Diagnosis& first) {
+  const auto explains = [](const Diagnosis& d) { return d.verdict != Verdict::unexplained; };
+  if (explains(anew) != explains(first)) return explains(anew);
+  return explains(anew) || anew.gap.after < first.gap.after;
+}
+
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
                                   const DiagnoseOptions& options, const Progress& progress,
                                   bool may_begin_anew = true) {
@@ -272,8 +279,10 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   const double left = base.chi_squared;
   Diagnosis said = searched(std::move(base), weighed.data, runs, catalogue, naming, progress);
   if (may_begin_anew) {
-    if (const auto better = better_start(model, theta, left, weighed.data, said, first))
-      return diagnose_cycles(campaign, *better, options, progress, false);
+    if (const auto better = better_start(model, theta, left, weighed.data, said, first)) {
+      auto anew = diagnose_cycles(campaign, *better, options, progress, false);
+      if (anew && says_more(*anew, said)) return anew;
+    }
   }
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;

@@ -80,10 +80,41 @@ VectorXd gradient_by(const Normal& before, const HarmonicFit& fit,
 }
 
 bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
-                 const std::vector<double>& theta, bool fitted_only, HowFar search) {
+                 const std::vector<double>& theta, HowFar search) {
   for (std::size_t r = 0; r < data.size(); ++r) {
-    if (fitted_only && !counts(data[r])) continue;
+    if (!counts(data[r])) continue;
     if (!fit.predictions[r].at(theta, search)) return false;
+  }
+  return true;
+}
+
+constexpr double kFirstStride = 0.25, kLeastStride = 1.0 / 64;
+
+// Along the straight way between two sets of parameters, from the solution at the first of them.
+bool walk(Prediction& prediction, const std::vector<double>& from, const std::vector<double>& to) {
+  if (!prediction.at(from, HowFar::patient)) return false;
+  std::vector<double> theta = from;
+  double done = 0.0;
+  for (double stride = kFirstStride; done < 1.0 && stride >= kLeastStride;) {
+    const double next = std::min(1.0, done + stride);
+    for (std::size_t k = 0; k < theta.size(); ++k)
+      theta[k] = next < 1.0 ? from[k] + next * (to[k] - from[k]) : to[k];
+    const bool there = prediction.at(theta, HowFar::near);
+    if (there) done = next;
+    stride *= there ? 2.0 : 0.5;
+  }
+  return done >= 1.0;
+}
+
+// Runs that are held out know the solution where the fit began, which may be far from where it
+// ended.
+bool predict_held_out(HarmonicFit& fit, const std::vector<RunDatum>& data,
+                      const std::vector<double>& began, HowFar search) {
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (counts(data[r])) continue;
+    Prediction& prediction = fit.predictions[r];
+    if (prediction.at(fit.theta, HowFar::patient) || walk(prediction, began, fit.theta)) continue;
+    if (search != HowFar::from_rest || !prediction.at(fit.theta, search)) return false;
   }
   return true;
 }
@@ -165,14 +196,14 @@ struct Trial {
 Trial tried(HarmonicFit& fit, const std::vector<RunDatum>& data, const Normal& now,
             const VectorXd& step, double lambda, HowFar search) {
   Trial trial{stepped(fit, fit.theta, step), false, {}};
-  trial.predicted = predict_all(fit, data, trial.theta, true, search);
+  trial.predicted = predict_all(fit, data, trial.theta, search);
   if (!trial.predicted) return trial;
   trial.normal = normal_equations(fit, data);
   if (trial.normal.chi_squared < now.chi_squared) return trial;
   const VectorXd back = box_step(fit, now, gradient_by(now, fit, data), trial.theta, lambda);
   if (!shorter(back, step, now)) return trial;
   std::vector<double> theta = stepped(fit, trial.theta, back);
-  if (predict_all(fit, data, theta, true, search))
+  if (predict_all(fit, data, theta, search))
     trial = {std::move(theta), true, normal_equations(fit, data)};
   return trial;
 }
@@ -245,7 +276,7 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
     lambda *= 6.0;
     ++refused;
   }
-  if (predict_all(fit, data, fit.theta, true, how_far(options))) {
+  if (predict_all(fit, data, fit.theta, how_far(options))) {
     finish(fit, normal_equations(fit, data));
   } else {
     lose(fit);
@@ -313,7 +344,8 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
       fit.predictions[r].share(fit.predictions[before]);
     if (counts(data[r])) fit.observations += static_cast<int>(data[r].response.size());
   }
-  if (!predict_all(fit, data, fit.theta, true, how_far(options))) {
+  const std::vector<double> began = fit.theta;
+  if (!predict_all(fit, data, fit.theta, how_far(options))) {
     fit.trouble = fmt::format(
         "{}: there is no {} at the start of the estimation; give starting values nearer to the "
         "damper's",
@@ -328,8 +360,8 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
     return fit;
   }
   // Of what is far off nobody asks what it says of other runs.
-  fit.predicts_all = predict_all(fit, data, fit.theta, false,
-                                 is_far(fit, fit.chi_squared) ? HowFar::patient : how_far(options));
+  fit.predicts_all = predict_held_out(
+      fit, data, began, is_far(fit, fit.chi_squared) ? HowFar::patient : how_far(options));
   if (!fit.predicts_all) {
     fit.converged = false;
     fit.trouble = fmt::format("{}: a held-out run has no {}", spec.name, solution_of(data));

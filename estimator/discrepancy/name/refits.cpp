@@ -107,6 +107,23 @@ std::vector<config::EffectSpec> starts_of(const Probe& probe) {
   return starts;
 }
 
+constexpr double kApart = 8.0;
+
+// Of an effect without a coefficient, which is wholly there wherever it begins: a good deal lower
+// and higher in what it begins with.
+std::vector<config::EffectSpec> placed_apart(const Probe& probe) {
+  const Effect* effect = find_effect(probe.line.effect);
+  if (effect == nullptr || !probe.coefficients.empty()) return {};
+  std::vector<config::EffectSpec> lines;
+  const ParameterInfo& info = effect->parameters().front();
+  for (const double factor : {1.0 / kApart, kApart}) {
+    lines.push_back(probe.line);
+    lines.back().parameters[std::string(info.symbol)].start =
+        std::clamp(factor * info.start, info.lower, info.upper);
+  }
+  return lines;
+}
+
 }  // namespace
 
 const HarmonicFit& rounded(const Hypothesis& h) {
@@ -122,6 +139,14 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   std::sort(h.effects.begin(), h.effects.end());
   const auto spec = with_line(parent.spec, probe.line);
   h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
+  // Worse with one effect more: a valley on the way from where it began.
+  if (std::isfinite(h.fit->chi_squared) && h.fit->chi_squared > parent.chi_squared) {
+    for (const config::EffectSpec& line : placed_apart(probe)) {
+      const auto apart = with_line(parent.spec, line);
+      auto fit = refitted(apart, carried_over(Model(apart), parent), &parent);
+      if (fit->chi_squared < h.fit->chi_squared) h.fit = std::move(fit);
+    }
+  }
   finish(h);
   return h;
 }
