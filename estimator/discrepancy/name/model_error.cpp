@@ -6,7 +6,8 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kFarFromNoise = 3.0;  // root mean square of what is left, over the noise's
+constexpr double kFarFromNoise = 3.0;    // root mean square of what is left, over the noise's
+constexpr double kNextToNothing = 3e-3;  // of the base model's: nothing is left to share out
 
 double left_by(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   double sum = 0.0;
@@ -54,6 +55,7 @@ std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
   const double far = record ? std::sqrt(best->chi_squared / best->observations)
                             : left_by(*best, data) / noise_of(data);
   if (far < kFarFromNoise) return std::nullopt;
+  if (left_by(*best, data) < kNextToNothing * left_by(*found.base.fit, data)) return std::nullopt;
   std::vector<RunDatum> softened = data;
   for (RunDatum& datum : softened) {
     const double left = left_of(*best, data, datum.quantity);

@@ -13,7 +13,7 @@
 namespace shaker::estimator::discrepancy {
 
 // The data with such errors; nothing when the first search was content, or what is left is near the
-// noise.
+// noise, or next to nothing beside what the base model leaves.
 std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
                                                       const std::vector<RunDatum>& data);
 
