@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "estimator/discrepancy/cycles/plausibility.hpp"
+#include "estimator/discrepancy/weigh/first_fit.hpp"
 #include "estimator/discrepancy/weigh/wrong_unit.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -18,7 +19,7 @@ Result<Look> look_at(const Campaign& campaign, const config::ModelSpec& model,
   if (!runs) return runs.error();
   if (auto good = plausible(*runs, model, warnings); !good) return good.error();
   Weighed weighed = weigh(*runs);
-  HarmonicFit fit = fit_harmonics(model, weighed.data, {}, nullptr, options);
+  HarmonicFit fit = first_fit(model, weighed.data, options);
   Look look{std::move(*runs), std::move(weighed), std::move(fit)};
   if (auto good = in_one_unit(look, model, options); !good) return good.error();
   return look;
@@ -26,7 +27,7 @@ Result<Look> look_at(const Campaign& campaign, const config::ModelSpec& model,
 
 void fit_again(const config::ModelSpec& model, const FitOptions& options, Look& look) {
   look.weighed = weigh(look.runs);
-  look.fit = fit_harmonics(model, look.weighed.data, {}, nullptr, options);
+  look.fit = first_fit(model, look.weighed.data, options);
 }
 
 // Where a zero that drifts stood when a record began is not known: where it has gone since the

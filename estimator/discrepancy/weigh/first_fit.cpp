@@ -1,0 +1,80 @@
+#include "estimator/discrepancy/weigh/first_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "estimator/discrepancy/cycles/harmonics.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kFarAboveNoise = 4.0;  // chi-squared a datum
+constexpr double kOtherValley = 0.95;   // of chi-squared: closer is the same end, not as exact
+constexpr double kForceFloor = 1e-3;    // of the force: what the excitation is known to
+
+VectorXd of_size(const VectorXd& harmonics, Index size) {
+  VectorXd same = VectorXd::Zero(size);
+  const Index shared = std::min(size, harmonics.size());
+  same.head(shared) = harmonics.head(shared);
+  return same;
+}
+
+// Its forces follow from the motion alone: of one mass, and no part of it wants the excitation's
+// course or has inertia of its own.
+bool shown_by_motion(const Model& model) {
+  if (model.mechanical() != 1 || model.needs_carrier()) return false;
+  for (int c = 1; c < model.coordinates(); ++c) {
+    if (model.order(c) > 1) return false;
+  }
+  return true;
+}
+
+bool better(const HarmonicFit& other, const HarmonicFit& fit) {
+  if (!other.trouble.empty() || !std::isfinite(other.chi_squared)) return false;
+  return !fit.trouble.empty() || other.chi_squared < kOtherValley * fit.chi_squared;
+}
+
+}  // namespace
+
+RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
+  const double f = response.frequency_hz;
+  RunDatum datum;
+  datum.name = response.name;
+  datum.kind = Kind::imposed_motion;
+  datum.role = response.role;
+  datum.frequency_hz = f;
+  datum.driver = response.response;
+  VectorXd excitation = of_size(response.driver, response.response.size());
+  excitation[0] = 0.0;  // an accelerometer's offset
+  const VectorXd acceleration = derivative(derivative(response.response, f), f);
+  datum.response = model.excitation(0) * excitation - model.mass(0, 0) * acceleration;
+  const double floor = kForceFloor * root_mean_square(datum.response);
+  datum.error.resize(datum.response.size());
+  for (Index k = 0; k < datum.error.size(); ++k) {
+    const double omega = 2.0 * std::numbers::pi * harmonic_order(k) * f;
+    datum.error[k] = std::hypot(model.mass(0, 0) * omega * omega * response.error[k], floor);
+  }
+  datum.freedom = response.freedom;
+  return datum;
+}
+
+HarmonicFit first_fit(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
+                      const FitOptions& options) {
+  HarmonicFit fit = fit_harmonics(spec, data, {}, nullptr, options);
+  const bool near = fit.trouble.empty() && fit.chi_squared < kFarAboveNoise * fit.observations;
+  if (near || data.front().kind != Kind::periodic || !shown_by_motion(*fit.model)) return fit;
+  std::vector<RunDatum> forces;
+  for (const RunDatum& datum : data)
+    forces.push_back(forces_along_motion(datum, *fit.model));
+  const HarmonicFit along = fit_harmonics(spec, forces, {}, nullptr, options);
+  if (!std::isfinite(along.chi_squared)) return fit;
+  HarmonicFit other = fit_harmonics(spec, data, along.theta, nullptr, options);
+  return better(other, fit) ? std::move(other) : std::move(fit);
+}
+
+}  // namespace shaker::estimator::discrepancy
