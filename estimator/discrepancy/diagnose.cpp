@@ -14,6 +14,7 @@
 #include "estimator/discrepancy/name/naming.hpp"
 #include "estimator/discrepancy/name/unknown_colour.hpp"
 #include "estimator/discrepancy/name/weighed_again.hpp"
+#include "estimator/discrepancy/weigh/above_noise.hpp"
 #include "estimator/discrepancy/weigh/excitation_noise.hpp"
 #include "estimator/discrepancy/weigh/extra_channels.hpp"
 #include "estimator/discrepancy/weigh/first_look.hpp"
@@ -253,6 +254,13 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   progress("fitting the model", 0.1);
   if (!looked->look.fitted()) return not_fitted(rough);
   Weighed weighed = weigh(runs, rough);
+  const std::string unit = campaign.runs.front().kind == Kind::imposed_motion
+                               ? model.length_unit + "/s^2"
+                               : model.length_unit;
+  std::vector<double> motions;
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    motions.push_back(motion_of(runs[r].mean().head(weighed.data[r].error.size())));
+  if (auto good = above_noise(weighed.data, motions, unit, warnings); !good) return good.error();
   HarmonicFit base = fit_harmonics(model, weighed.data, rough.theta, nullptr, first);
   if (!base.trouble.empty()) return not_fitted(base);
   if (campaign.runs.front().kind == Kind::periodic) {
@@ -286,8 +294,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   }
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
-  said.gap.unit = campaign.runs.front().kind == Kind::imposed_motion ? model.length_unit + "/s^2"
-                                                                     : model.length_unit;
+  said.gap.unit = unit;
   said.warnings.insert(said.warnings.begin(), warnings.begin(), warnings.end());
   warn_of_design(runs, weighed.carry_over, said);
   name_read_effects(*looked, weighed.coarseness, said);
@@ -315,6 +322,12 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
     if (!base.trouble.empty()) return not_fitted(base);
     if (!counted) break;
   }
+  const std::string unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
+  std::vector<double> motions;
+  for (const RunDatum& datum : runs->data)
+    motions.push_back(motion_of(datum.response));
+  if (auto good = above_noise(runs->data, motions, unit, runs->warnings); !good)
+    return good.error();
   const auto catalogue = shown_by_transients(
       candidates(model, range_of(runs->data), kind, runs->warnings), model, runs->by_force);
   NamingOptions naming;
@@ -329,7 +342,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   Diagnosis said = searched(std::move(base), runs->data, none, catalogue, naming, progress);
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
-  said.gap.unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
+  said.gap.unit = unit;
   said.warnings.insert(said.warnings.begin(), runs->warnings.begin(), runs->warnings.end());
   said.warnings.insert(said.warnings.begin(), campaign.warnings.begin(), campaign.warnings.end());
   if (std::any_of(campaign.runs.begin(), campaign.runs.end(), [](const Recording& r) {

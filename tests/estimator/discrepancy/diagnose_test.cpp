@@ -260,6 +260,20 @@ TEST(Diagnose, SaysWhatOneRunCannotTell) {
   EXPECT_THAT(d->warnings, ::testing::Contains(::testing::HasSubstr("one run only")));
 }
 
+// Any model passes there.
+TEST(Diagnose, SaysNothingOfMotionsThatTheNoiseHides) {
+  Campaign campaign = testing::recorded({}, {{2.0, 3.0}, {3.0, 6.0}}, 3);
+  std::mt19937_64 source(8);
+  std::normal_distribution<double> normal(0.0, 0.5);
+  for (Recording& run : campaign.runs) {
+    for (double& u : run.displacement)
+      u += normal(source);
+  }
+  const auto d = diagnose(campaign, estimator::testing::oleo());
+  ASSERT_FALSE(d);
+  EXPECT_THAT(d.error().what, ::testing::HasSubstr("no run stands out of its noise"));
+}
+
 TEST(Diagnose, RefusesRunsThatContradictEachOther) {
   Campaign campaign = testing::recorded({}, {{2.0, 3.0}, {3.0, 6.0}}, 3);
   Campaign warm = testing::recorded({{"theta2", 1.7}}, {{2.0, 3.0}}, 4);
