@@ -64,10 +64,10 @@ constexpr int kDecays = 20;
 constexpr double kFaster = 0.95;
 constexpr double kAside = 0.6, kTurn = 0.05;  // rad a cycle
 
-double left_beside(const MatrixXd& scaled, const MatrixXd& courses) {
-  MatrixXd basis(scaled.rows(), courses.cols() + 1);
-  basis << VectorXd::Ones(scaled.rows()), courses;
-  return (scaled - basis * least_squares(basis, scaled)).squaredNorm();
+MatrixXd residuals(const MatrixXd& cycles, const MatrixXd& courses) {
+  MatrixXd basis(cycles.rows(), courses.cols() + 1);
+  basis << VectorXd::Ones(cycles.rows()), courses;
+  return cycles - basis * least_squares(basis, cycles);
 }
 
 // Cosine and sine of a turn a cycle, which shrink with every one.
@@ -88,33 +88,56 @@ struct Dying {
   bool sunk = false;      // in the last cycle, into what it leaves
 };
 
-// A subharmonic is locked to the excitation and lasts; the rest of a transient near that part of
-// its frequency shrinks and turns.
-Dying dies_away(const MatrixXd& scaled, const MatrixXd& courses, double angle) {
-  const Index n = scaled.rows();
-  const double lasting = left_beside(scaled, courses);
+// How many components share what is left of the cycles: noise of a few does not count as that of
+// all.
+double components_of(const MatrixXd& left) {
+  const VectorXd power = left.colwise().squaredNorm().transpose();
+  return power.sum() > 0.0 ? power.sum() * power.sum() / power.squaredNorm() : 1.0;
+}
+
+struct Damped {
+  MatrixXd courses, left;
+  double decay = 0.0;  // 0: what lasts leaves least
+};
+
+Damped best_damped(const MatrixXd& cycles, const MatrixXd& lasting, double angle) {
+  const Index n = cycles.rows();
   const double slowest = std::pow(kLasts, 1.0 / static_cast<double>(n - 1));
-  double left = lasting, best = slowest;
+  Damped best{lasting, residuals(cycles, lasting), 0.0};
   for (int d = 0; d < kDecays; ++d) {
     const double decay = slowest * std::pow(kFaster, d);
     for (double aside = -kAside; aside <= kAside; aside += kTurn) {
-      const double here = left_beside(scaled, damped(n, decay, angle + aside));
-      if (!(here < left)) continue;
-      left = here;
-      best = decay;
+      const MatrixXd courses = damped(n, decay, angle + aside);
+      const MatrixXd left = residuals(cycles, courses);
+      if (left.squaredNorm() < best.left.squaredNorm()) best = {courses, left, decay};
     }
   }
-  const auto p = static_cast<double>(scaled.cols());
-  const double more = p * static_cast<double>(2 - courses.cols()) + 2.0;  // parameters
-  const double freedom = p * static_cast<double>(n - 3) - 2.0;
+  return best;
+}
+
+// A subharmonic is locked to the excitation and lasts; the rest of a transient near that part of
+// its frequency shrinks and turns. Seen in the cycles' own unit: an alternation makes the scatter
+// of each component about as large as itself, and in units of that, how it shrinks is lost among
+// components that hardly alternate. Whether it has sunk is asked of all components alike.
+Dying dies_away(const MatrixXd& cycles, const MatrixXd& scaled, const MatrixXd& lasting,
+                double angle) {
+  const auto n = static_cast<double>(cycles.rows());
+  const Damped best = best_damped(cycles, lasting, angle);
+  if (best.decay == 0.0) return {};
+  const double p = components_of(best.left);
+  const double more = p * static_cast<double>(2 - lasting.cols()) + 2.0;  // parameters
+  const double freedom = p * (n - 3.0) - 2.0;
+  const double left = best.left.squaredNorm();
+  const double gain = residuals(cycles, lasting).squaredNorm() - left;
   Dying dying;
-  dying.likelier =
-      upper_tail((lasting - left) / more / (left / freedom), more, freedom) < kDyingProbability;
+  dying.likelier = freedom >= 1.0 &&
+                   upper_tail(gain / more / (left / freedom), more, freedom) < kDyingProbability;
   // Shares of a geometric series.
+  const double noise = residuals(scaled, best.courses).squaredNorm();
   const double all = (scaled.rowwise() - scaled.colwise().mean()).squaredNorm();
-  const double ratio = best * best, whole = std::pow(ratio, static_cast<double>(n));
-  const double last = (all - left) * (1.0 - ratio) / (1.0 - whole) * whole / ratio;
-  dying.sunk = last < left / static_cast<double>(n - 3);
+  const double ratio = best.decay * best.decay, whole = std::pow(ratio, n);
+  const double last = (all - noise) * (1.0 - ratio) / (1.0 - whole) * whole / ratio;
+  dying.sunk = last < noise / (n - 3.0);
   return dying;
 }
 
@@ -166,7 +189,7 @@ Succession examine(const MatrixXd& cycles, double least) {
       if (every > 2) courses(k, 1) = std::sin(angle);
     }
     if (probability_of(scaled, courses, expected) >= kSubharmonicProbability) continue;
-    const Dying dying = dies_away(scaled, courses, 2.0 * std::numbers::pi / every);
+    const Dying dying = dies_away(cycles, scaled, courses, 2.0 * std::numbers::pi / every);
     if (dying.likelier && dying.sunk) {
       found.trend = true;
       continue;
