@@ -11,6 +11,7 @@
 #include "cli/campaign_units.hpp"
 #include "cli/csv.hpp"
 #include "config/campaign.hpp"
+#include "config/length_unit.hpp"
 #include "config/object_reader.hpp"
 #include "record/accepted_cycles.hpp"
 
@@ -55,12 +56,13 @@ struct Described {
 
 Described describe(const Node& node, const std::string& pointer, Findings& findings) {
   static const std::string kinds[] = {"periodic", "imposed_motion", "transient"};
+  static constexpr Kind kKinds[] = {Kind::periodic, Kind::imposed_motion, Kind::transient};
   static const std::string roles[] = {"fit", "held_out"};
   Described described;
   Recording& run = described.run;
   ObjectReader reader(node, pointer, findings);
   reader.required("name", run.name);
-  run.kind = static_cast<Kind>(reader.choice("kind", kinds, false).value_or(0));
+  run.kind = kKinds[reader.choice("kind", kinds, false).value_or(0)];
   const auto role = reader.choice("role", roles, false);
   run.role_given = role.has_value();
   run.role = role == 1U ? Role::held_out : Role::fit;
@@ -96,7 +98,7 @@ Result<Recording> read_columns(Described described, const std::filesystem::path&
 }
 
 void use_gravity(double given, config::ModelSpec& model, Campaign& campaign) {
-  const double in_model = given / metres(model.length_unit).value_or(1.0);
+  const double in_model = given / config::metres(model.length_unit).value_or(1.0);
   if (std::fabs(in_model / model.gravity - 1.0) > 1e-6)
     campaign.warnings.push_back(
         fmt::format("the campaign's gravity, {:.6g} {}/s^2, is used instead "

@@ -1,12 +1,13 @@
 #include "cli/campaign_units.hpp"
 
-#include <map>
-
 #include <fmt/format.h>
+
+#include "config/length_unit.hpp"
 
 namespace shaker::cli {
 namespace {
 
+using config::metres;
 using config::Node;
 
 constexpr double kLargestScale = 1e12;
@@ -101,13 +102,6 @@ class Units {
 };
 
 }  // namespace
-
-std::optional<double> metres(const std::string& unit) {
-  static const std::map<std::string, double> known = {{"m", 1.0},   {"cm", 0.01},   {"mm", 1e-3},
-                                                      {"um", 1e-6}, {"in", 0.0254}, {"ft", 0.3048}};
-  const auto found = known.find(unit);
-  return found == known.end() ? std::nullopt : std::optional(found->second);
-}
 
 Factors read_units(config::ObjectReader& document, config::Findings& findings,
                    const std::string& length_unit) {

@@ -2,7 +2,6 @@
 // model's.
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "config/object_reader.hpp"
@@ -12,9 +11,6 @@ namespace shaker::cli {
 struct Factors {
   double time = 1.0, displacement = 1.0, excitation = 1.0, acceleration = 1.0, force = 1.0;
 };
-
-// Metres in a unit of length, or nothing.
-std::optional<double> metres(const std::string& unit);
 
 // Reads "units" and "reference_mass" of `document`, for a model that counts in `length_unit`. What
 // does not match is among the findings, with its remedy.

@@ -273,11 +273,18 @@ void check_recorded(const fs::path& file, CheckReport& report) {
   report.facts.push_back(
       fmt::format("recorded campaign {}: {} runs", campaign->name, campaign->runs.size()));
   for (const auto& run : campaign->runs) {
-    const bool imposed = run.kind == Kind::imposed_motion;
     const double length = run.t.empty() ? 0.0 : run.t.back() - run.t.front();
-    report.facts.push_back(fmt::format("  {}: {:g} Hz, {:g} {}, {} samples in {:.4g} s{}", run.name,
-                                       run.frequency_hz, run.amplitude, imposed ? "m" : "m/s^2",
-                                       run.t.size(), length,
+    const std::string unit =
+        run.kind == Kind::imposed_motion ? any.length_unit : any.length_unit + "/s^2";
+    // A record that follows no period has neither, and need not say how large it is.
+    const std::string driven = run.frequency_hz > 0.0 ? fmt::format("{:g} Hz", run.frequency_hz)
+                               : run.kind == Kind::imposed_motion
+                                   ? "imposed motion without a period"
+                                   : "transient";
+    const std::string size =
+        run.amplitude > 0.0 ? fmt::format(", {:g} {}", run.amplitude, unit) : std::string();
+    report.facts.push_back(fmt::format("  {}: {}{}, {} samples in {:.4g} s{}", run.name, driven,
+                                       size, run.t.size(), length,
                                        run.role == Role::held_out ? ", held out" : ""));
   }
 }

@@ -6,10 +6,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "config/length_unit.hpp"
 #include "config/model_reader.hpp"
 
 namespace shaker::config {
 namespace {
+
+constexpr double kLargestGravity = 1000.0;  // m/s^2
 
 ParameterSpec read_parameter(const Node& node, const std::string& pointer, Findings& findings) {
   ParameterSpec spec;
@@ -161,8 +164,9 @@ ModelSpec read_model(const Node& node, const std::string& pointer, Findings& fin
   ObjectReader reader(node, pointer, findings);
   reader.format("shaker-model/1");
   reader.required("name", model.name);
-  reader.optional("gravity", model.gravity, at_least(0).at_most(1000));
   reader.optional("length_unit", model.length_unit);
+  reader.optional("gravity", model.gravity,
+                  at_least(0).at_most(kLargestGravity / metres(model.length_unit).value_or(1e-6)));
   read_coordinates(reader, findings, model);
   reader.array("effects", true, 1, [&](const Node& effect, const std::string& where) {
     EffectSpec spec = read_effect(effect, where, findings);

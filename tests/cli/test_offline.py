@@ -83,6 +83,13 @@ class Check(Scratch):
         self.assertEqual(bad.returncode, 2)
         self.assertIn('bad.json:2: /runs/0/frequency: unknown key; did you mean "frequency_hz"?', bad.stderr)
 
+    def test_a_recorded_transient_is_no_run_of_0_hz(self):
+        self.write("drop.csv", "t,displacement\n0,0.1\n0.05,0.2\n")
+        good = run("check", self.write("campaign.json", '{"format": "shaker-campaign/1",\n'
+                                       '"runs": [{"name": "drop", "kind": "transient"}]}'))
+        self.assertEqual(good.returncode, 0, good.stderr)
+        self.assertIn("drop: transient, 2 samples in 0.05 s", good.stdout)
+
     def test_an_effect_in_a_campaigns_own_model_has_its_place(self):
         bad = self.write("c.json", '{"name": "c", "runs": [{"frequency_hz": 2, "amplitude": 3}],\n'
                                    '"model": {"name": "m", "effects": [{"effect": "gravity"},\n{"effect": "magic"}]}}')

@@ -24,6 +24,18 @@ TEST(Model, OfTheOleoIsReadAsItIsWritten) {
   EXPECT_FALSE(model->effects[0].parameters.at("theta1").upper.has_value());
 }
 
+TEST(Model, MayCountInMillimetres) {
+  const auto with = [](const std::string& unit, double gravity) {
+    return parse_model(R"({"name": "m", "effects": [{"effect": "gravity"}], "length_unit": ")" +
+                           unit + R"(", "gravity": )" + std::to_string(gravity) + "}",
+                       "m.json");
+  };
+  EXPECT_TRUE(with("mm", 9806.65)) << with("mm", 9806.65).error().what;
+  EXPECT_TRUE(with("ticks", 9806.65));  // a label of the model's own
+  EXPECT_FALSE(with("m", 9806.65));
+  EXPECT_FALSE(with("mm", 2e6));
+}
+
 TEST(Model, SurvivesBeingWrittenAndReadAgain) {
   ModelSpec model;
   model.name = "all \"quoted\" things";
