@@ -21,7 +21,7 @@ Result<Look> look_at(const Campaign& campaign, const config::ModelSpec& model,
   Weighed weighed = weigh(*runs);
   HarmonicFit fit = first_fit(model, weighed.data, options);
   Look look{std::move(*runs), std::move(weighed), std::move(fit)};
-  if (auto good = in_one_unit(look, model, options); !good) return good.error();
+  if (auto good = in_one_unit(look, model, options, warnings); !good) return good.error();
   return look;
 }
 

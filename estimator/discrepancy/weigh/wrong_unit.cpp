@@ -14,13 +14,14 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kMuchLeft = 0.2;     // of the response's motion, that any look is worth it
-constexpr double kTenth = 0.1;        // of what is left without the factor
-constexpr double kWithoutFit = 0.01;  // of the motion: a true factor leaves a thousandth
-constexpr double kApart = 15.0;       // times the other runs' response to what drives them
-constexpr double kNear = 2.5;         // times a conversion factor, of a run that stands apart
+constexpr double kAnsweredOtherwise = 1.4;  // times what the fit says
+constexpr double kMuchLeft = 0.2;           // of the response's motion, that any look is worth it
+constexpr double kTenth = 0.1;              // of what is left without the factor
+constexpr double kWithoutFit = 0.01;        // of the motion: a true factor leaves a thousandth
+constexpr double kApart = 15.0;             // times the other runs' response to what drives them
+constexpr double kNear = 2.5;               // times a conversion factor, of a run that stands apart
 
-constexpr double kOtherUnit = 100.0;  // times what the start values give
+constexpr double kOtherSize = 100.0;  // times what the start values give
 constexpr double kGivenBack = 0.1;    // of speed times force
 
 struct Conversion {
@@ -42,7 +43,13 @@ constexpr std::array<Conversion, 4> kAccelerations = {{{9.80665, "g that are cal
                                                        {1e-3, "mm/s^2 that are called m/s^2"},
                                                        {1e3, "m/s^2 that are called mm/s^2"}}};
 
-// Of every run the share of the motion that the fit leaves, the mean apart; root mean square.
+constexpr std::array<Conversion, 4> kForces = {{{1e-3, "N that are called kN"},
+                                                {1e3, "kN that are called N"},
+                                                {9.80665, "kgf that are called N"},
+                                                {1.0 / 9.80665, "N that are called kgf"}}};
+
+// Of every run the share of the motion that the fit leaves, the mean apart; root mean square. Of
+// forces the mean as well: what bears the load gives it.
 double left_by(const std::vector<RunDatum>& data, const HarmonicFit& fit) {
   if (!fit.trouble.empty() || !std::isfinite(fit.chi_squared) ||
       fit.predictions.size() != data.size())
@@ -50,7 +57,8 @@ double left_by(const std::vector<RunDatum>& data, const HarmonicFit& fit) {
   double sum = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     const Eigen::Index moving = data[r].response.size() - 1;
-    const double left = (data[r].response - fit.predictions[r].value()).tail(moving).norm();
+    const Eigen::Index seen = moving + (data[r].kind == Kind::imposed_motion ? 1 : 0);
+    const double left = (data[r].response - fit.predictions[r].value()).tail(seen).norm();
     sum += std::pow(left / data[r].response.tail(moving).norm(), 2.0);
   }
   return std::sqrt(sum / static_cast<double>(data.size()));
@@ -70,10 +78,10 @@ class Trial {
     }
     return left(runs);
   }
-  double driver(double factor) const {
+  double driver(double factor, const std::vector<std::size_t>& which) const {
     std::vector<SteadyRun> runs = look_.runs;
-    for (SteadyRun& run : runs)
-      run.driver *= factor;
+    for (const std::size_t r : which)
+      runs[r].driver *= factor;
     return left(runs);
   }
 
@@ -140,23 +148,80 @@ Error wrong(const std::string& where, const char* channel, const Conversion& con
                       conversion.sentence)};
 }
 
-Result<void> every_run(const Look& look, const Trial& trial, double left) {
+std::vector<std::size_t> all_of(const Look& look) {
   std::vector<std::size_t> all(look.runs.size());
   for (std::size_t r = 0; r < all.size(); ++r)
     all[r] = r;
-  double least = believed_below(left);
+  return all;
+}
+
+// The conversion that leaves least, if any is believed.
+template <class Conversions, class Left>
+Result<void> best_of(const std::string& where, const char* channel, const Conversions& conversions,
+                     double before, double& least, const Left& left) {
   Result<void> said;
-  for (const Conversion& length : kLengths) {
-    const double after = trial.response(length.factor, all);
+  for (const Conversion& conversion : conversions) {
+    const double after = left(conversion.factor);
     if (!(after < least)) continue;
-    said = wrong("in every run", "displacement", length, left, after);
+    said = wrong(where, channel, conversion, before, after);
     least = after;
   }
+  return said;
+}
+
+Result<void> every_run(const Look& look, const Trial& trial, double left) {
+  const auto all = all_of(look);
+  const bool imposed = look.runs.front().kind == Kind::imposed_motion;
+  const auto response = [&](double factor) { return trial.response(factor, all); };
+  const auto driver = [&](double factor) { return trial.driver(factor, all); };
+  double least = believed_below(left);
+  const std::string where = "in every run";
+  auto first = imposed ? best_of(where, "force", kForces, left, least, response)
+                       : best_of(where, "displacement", kLengths, left, least, response);
+  auto second = imposed ? best_of(where, "displacement", kLengths, left, least, driver)
+                        : best_of(where, "excitation", kAccelerations, left, least, driver);
+  return second ? first : second;
+}
+
+// Runs that answered by far more or less than the fit says of them.
+std::vector<std::size_t> answered_otherwise(const Look& look) {
+  std::vector<std::size_t> runs;
+  for (std::size_t r = 0; r < look.runs.size() && look.fitted(); ++r) {
+    const RunDatum& datum = look.weighed.data[r];
+    const Eigen::VectorXd& said = look.fit.predictions[r].value();
+    const double times = datum.response.segment(1, 2).norm() / said.segment(1, 2).norm();
+    if (std::fabs(std::log(times)) > std::log(kAnsweredOtherwise)) runs.push_back(r);
+  }
+  return runs;
+}
+
+// Runs that were driven in another unit than the others: one after the other, as long as each
+// leaves less. A damper's gain goes with frequency and amplitude, and does not tell them.
+Result<void> some_excitations(const Look& look, const Trial& trial, double left) {
+  double least = believed_below(left);
+  Result<void> said;
+  const std::vector<std::size_t> otherwise = answered_otherwise(look);
   for (const Conversion& acceleration : kAccelerations) {
-    const double after = trial.driver(acceleration.factor);
-    if (!(after < least)) continue;
-    said = wrong("in every run", "excitation", acceleration, left, after);
-    least = after;
+    std::vector<std::size_t> which;
+    double reached = left;
+    while (2 * (which.size() + 1) <= look.runs.size()) {
+      std::vector<std::size_t> best;
+      for (const std::size_t r : otherwise) {
+        if (std::find(which.begin(), which.end(), r) != which.end()) continue;
+        std::vector<std::size_t> more = which;
+        more.push_back(r);
+        const double after = trial.driver(acceleration.factor, more);
+        if (!(after < reached)) continue;
+        reached = after;
+        best = more;
+      }
+      if (best.empty()) break;
+      which = best;
+    }
+    if (which.empty() || !(reached < least)) continue;
+    std::sort(which.begin(), which.end());
+    said = wrong("in run " + names_of(look.runs, which), "excitation", acceleration, left, reached);
+    least = reached;
   }
   return said;
 }
@@ -177,50 +242,67 @@ Result<void> some_runs(const Look& look, const Trial& trial, double left) {
   return said;
 }
 
-// Of an imposed motion the force scales with the parameters, and a fit tells nothing: the start
-// values do, and that a damper takes energy.
-Result<void> force_as_said(const Look& look, const config::ModelSpec& spec, int points) {
-  const Model model(spec);
-  bool other = true, giving = true;
-  double times = 1.0;
-  for (std::size_t r = 0; r < look.runs.size(); ++r) {
-    const RunDatum& datum = look.weighed.data[r];
+// How many times as large as the start values say the forces along an imposed motion are, the least
+// far of all runs; nothing where they say nothing.
+double times_expected(const Look& look, const Model& model, int points) {
+  double nearest = 0.0;
+  for (const RunDatum& datum : look.weighed.data) {
     Prediction expected(model, datum, points);
-    if (!expected.at(model.start())) return {};
+    if (!expected.at(model.start())) return 0.0;
     const Eigen::Index moving = datum.response.size() - 1;
-    times = datum.response.tail(moving).norm() / expected.value().tail(moving).norm();
-    other = other && std::fabs(std::log(times)) > std::log(kOtherUnit);
-    const Eigen::VectorXd speed = derivative(datum.driver, datum.frequency_hz);
-    const Eigen::Index shared = std::min(speed.size(), datum.response.size()) - 1;
-    const double power = speed.segment(1, shared).dot(datum.response.segment(1, shared));
-    giving = giving && power < -kGivenBack * speed.norm() * datum.response.tail(moving).norm();
+    const double times = datum.response.tail(moving).norm() / expected.value().tail(moving).norm();
+    if (!std::isfinite(times) || !(times > 0.0)) return 0.0;
+    if (nearest == 0.0 || std::fabs(std::log(times)) < std::fabs(std::log(nearest)))
+      nearest = times;
   }
-  if (other)
-    return Error{
-        ErrorKind::invalid,
-        fmt::format("in every run the force is far from the model's: {:.3g} times what its start "
-                    "values give in run {}; is /units/force what the files count in, and "
-                    "reference_mass the mass? If they are, mend the start values",
-                    times, look.runs.back().name)};
-  if (giving)
+  return nearest;
+}
+
+bool gives_out_energy(const RunDatum& datum) {
+  const Eigen::VectorXd speed = derivative(datum.driver, datum.frequency_hz);
+  const Eigen::Index moving = datum.response.size() - 1;
+  const Eigen::Index shared = std::min<Eigen::Index>(speed.size() - 1, moving);
+  const double power = speed.segment(1, shared).dot(datum.response.segment(1, shared));
+  return power < -kGivenBack * speed.norm() * datum.response.tail(moving).norm();
+}
+
+// Along an imposed motion force and coefficients scale together: where a fit takes the forces as
+// they are, start values that are far off are as likely as another unit.
+Result<void> force_as_said(const Look& look, const config::ModelSpec& spec,
+                           const FitOptions& options, std::vector<std::string>& warnings) {
+  const auto& data = look.weighed.data;
+  if (std::all_of(data.begin(), data.end(), gives_out_energy))
     return Error{ErrorKind::invalid,
                  "in every run the damper gives out energy: force and speed are opposed; turn the "
                  "sign of the force, or that of the displacement"};
+  const double left =
+      look.fitted() ? left_by(data, look.fit) : std::numeric_limits<double>::infinity();
+  if (left > kMuchLeft) {
+    if (auto good = every_run(look, Trial(look, spec, options), left); !good) return good;
+  }
+  const double times = times_expected(look, Model(spec), options.points);
+  if (times > 0.0 && std::fabs(std::log(times)) > std::log(kOtherSize))
+    warnings.push_back(fmt::format(
+        "in every run the force is far from what the start values give, at least {:.3g} times it: "
+        "if they are near the damper's, look whether /units/force and /units/displacement are "
+        "what the files count in, and reference_mass is the mass",
+        times));
   return {};
 }
 
 }  // namespace
 
 Result<void> in_one_unit(const Look& look, const config::ModelSpec& model,
-                         const FitOptions& options) {
+                         const FitOptions& options, std::vector<std::string>& warnings) {
   if (look.runs.front().kind == Kind::imposed_motion)
-    return force_as_said(look, model, options.points);
+    return force_as_said(look, model, options, warnings);
   if (look.runs.front().kind != Kind::periodic || look.runs.size() < 2) return {};
   const double left = look.fitted() ? left_by(look.weighed.data, look.fit)
                                     : std::numeric_limits<double>::infinity();
   if (!(left > kMuchLeft)) return {};
   const Trial trial(look, model, options);
   if (auto good = some_runs(look, trial, left); !good) return good;
+  if (auto good = some_excitations(look, trial, left); !good) return good;
   return every_run(look, trial, left);
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "base/result.hpp"
 #include "estimator/discrepancy/weigh/first_look.hpp"
@@ -12,8 +13,9 @@ namespace shaker::estimator::discrepancy {
 
 // Where the fit leaves much of the response, an Error that names the channel, the runs and the
 // units if a conversion factor on it, in every run or in those that stand apart, leaves less than a
-// tenth of that. Gains that an effect could have (sensor_gain, exciter_gain) are none.
+// tenth of that. Gains that an effect could have (sensor_gain, exciter_gain) are none. Forces along
+// an imposed motion that the fit takes, a hundred times what the start values give, are a warning.
 Result<void> in_one_unit(const Look& look, const config::ModelSpec& model,
-                         const FitOptions& options);
+                         const FitOptions& options, std::vector<std::string>& warnings);
 
 }  // namespace shaker::estimator::discrepancy

@@ -1,5 +1,6 @@
 #include "estimator/discrepancy/weigh/wrong_unit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -80,8 +81,40 @@ Campaign on_a_dynamometer(double factor) {
 
 TEST(WrongUnit, RefusesForcesOfAnotherUnitOrSign) {
   EXPECT_EQ(trouble_with(on_a_dynamometer(1.0)), "");
-  EXPECT_THAT(trouble_with(on_a_dynamometer(1e3)), HasSubstr("is /units/force what"));
+  EXPECT_THAT(trouble_with(on_a_dynamometer(1e3)), HasSubstr("the force does not count"));
   EXPECT_THAT(trouble_with(on_a_dynamometer(-1.0)), HasSubstr("gives out energy"));
+}
+
+TEST(WrongUnit, RefusesAnImposedMotionInMillimetres) {
+  Campaign campaign = on_a_dynamometer(1.0);
+  for (Recording& run : campaign.runs)
+    times(run.displacement, 1e3);
+  EXPECT_THAT(trouble_with(campaign), HasSubstr("millimetres that are called metres"));
+}
+
+// A fit takes the forces as they are.
+TEST(WrongUnit, RefusesNoForcesForStartValuesThatAreFarOff) {
+  for (const double factor : {0.0, 1.0 / 286.0, 286.0}) {
+    auto model = estimator::testing::oleo();
+    model.effects[0].parameters["theta1"].start = factor * 15.0;
+    model.effects[1].parameters["theta2"].start = std::max(factor * 1.5, 1e-9);
+    const auto look = first_look(on_a_dynamometer(1.0), model, from_rest());
+    EXPECT_TRUE(look) << factor << ": " << look.error().what;
+  }
+}
+
+TEST(WrongUnit, NamesTheRunsThatAreDrivenInGravities) {
+  for (const std::vector<std::size_t>& which :
+       {std::vector<std::size_t>{2}, std::vector<std::size_t>{0, 3}}) {
+    Campaign campaign = testing::recorded({}, testing::kSixRuns, 3);
+    std::string names;
+    for (const std::size_t r : which) {
+      times(campaign.runs[r].excitation, 1.0 / 9.80665);
+      names += (names.empty() ? "" : ", ") + campaign.runs[r].name;
+    }
+    EXPECT_THAT(trouble_with(campaign), HasSubstr("in run " + names + " the excitation"));
+    EXPECT_THAT(trouble_with(campaign), HasSubstr("g that are called m/s^2"));
+  }
 }
 
 }  // namespace
