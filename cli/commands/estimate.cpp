@@ -1,4 +1,5 @@
 // An estimate from a file: a campaign database, or one run as CSV.
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -9,6 +10,7 @@
 #include "cli/over_periods_fit.hpp"
 #include "cli/periods_of_runs.hpp"
 #include "cli/refined_fit.hpp"
+#include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/optimise/periodic_problem.hpp"
 #include "estimator/optimise/several_starts.hpp"
@@ -25,7 +27,8 @@ namespace {
 
 namespace optimise = estimator::optimise;
 
-constexpr int kScreeningPoints = 80;  // coarse: the fit proper follows on the full grid
+constexpr double kAccuracyOfFriction = 1e-4;  // of the parameters, relative
+constexpr int kScreeningPoints = 80;          // coarse: the fit proper follows on the full grid
 
 struct Search {
   optimise::Minima minima;
@@ -263,6 +266,16 @@ std::string objective_name(const EstimateOptions& options, const config::ModelSp
   return has_priors(model) ? "map" : "least_squares";
 }
 
+// The usual grid passes over a friction that turns round in less than one of its steps, and its
+// parameters with it: where the model's file states the width, the grid follows.
+double accuracy_for(const EstimateOptions& options, const EstimationInput& input) {
+  const auto turnings = estimator::discrepancy::turnings_of(input.model);
+  const bool stated = std::any_of(turnings.begin(), turnings.end(),
+                                  [](const auto& turning) { return turning.stated; });
+  if (options.accuracy > 0.0 || !stated || over_periods(input.runs)) return options.accuracy;
+  return kAccuracyOfFriction;
+}
+
 }  // namespace
 
 int estimate(const Common& common, const EstimateOptions& options) {
@@ -299,7 +312,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
       return fail(common, kBadInput, why);
     std::optional<Search> searched;
     if (options.starts > 1) searched = search(model, input->runs, options);
-    RefinedFit fitted(model, input->runs, *how, options.accuracy);
+    RefinedFit fitted(model, input->runs, *how, accuracy_for(options, *input));
     const std::vector<double> start = searched ? searched->best : model.start();
     const estimator::Fit& fit = over_periods(input->runs)
                                     ? fit_over_periods(fitted, model, input->runs, start)

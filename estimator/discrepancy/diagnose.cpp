@@ -10,6 +10,7 @@
 #include "estimator/discrepancy/answer/estimates.hpp"
 #include "estimator/discrepancy/answer/read_effects.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/name/model_error.hpp"
 #include "estimator/discrepancy/name/naming.hpp"
 #include "estimator/discrepancy/name/unknown_colour.hpp"
@@ -356,6 +357,13 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   return said;
 }
 
+// What a model file stated and the data did not change.
+void state_again(const config::ModelSpec& model, config::ModelSpec& improved) {
+  for (std::size_t i = 0; i < std::min(model.effects.size(), improved.effects.size()); ++i)
+    improved.effects[i].constants.insert(model.effects[i].constants.begin(),
+                                         model.effects[i].constants.end());
+}
+
 bool periodic(const Recording& run) {
   return run.kind == Kind::periodic || (run.kind == Kind::imposed_motion && run.frequency_hz > 0.0);
 }
@@ -367,10 +375,14 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
   if (auto good = check(campaign, options); !good) return good.error();
   const Progress report = progress ? progress : [](std::string_view, double) {};
   try {
+    // A file whose friction turns round at once leaves the width to the grids.
+    const config::ModelSpec freed = sharp_freed(model);
     // Sines and earthquakes on one dynamometer: all of them as records.
-    if (std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic))
-      return diagnose_cycles(campaign, model, options, report);
-    return diagnose_records(campaign, model, options, report);
+    auto said = std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic)
+                    ? diagnose_cycles(campaign, freed, options, report)
+                    : diagnose_records(campaign, freed, options, report);
+    if (said) state_again(model, said->improved);
+    return said;
   } catch (const std::invalid_argument& error) {
     return invalid(error.what());
   }

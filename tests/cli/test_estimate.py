@@ -66,6 +66,58 @@ class Estimate(Scratch):
         self.assertRegex(self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9").stdout,
                          r"on \d+ points a period, which changes no parameter by more than \d")
 
+    def test_the_grid_follows_friction_whose_width_is_stated(self):
+        # Turned round at once: Runge and Kutta's steps, each reversal found by halving.
+        def force(t, u, v, side):
+            return 3 * math.cos(4 * math.pi * t) - 1.6 * v - 80 * u - 0.2 * side
+
+        def step(t, u, v, h, side):
+            a1 = force(t, u, v, side)
+            v2 = v + h / 2 * a1
+            a2 = force(t + h / 2, u + h / 2 * v, v2, side)
+            v3 = v + h / 2 * a2
+            a3 = force(t + h / 2, u + h / 2 * v2, v3, side)
+            v4 = v + h * a3
+            a4 = force(t + h, u + h * v3, v4, side)
+            return u + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+
+        rows = ["t,excitation,displacement"]
+        u, v, side = 0.0, 0.0, 1
+        for i in range(64 * 40):
+            t = i / 128
+            if i >= 64 * 30:
+                rows.append(f"{t - 15:.9f},{3 * math.cos(4 * math.pi * t):.9f},{u:.12f}")
+            for k in range(8):
+                left = 1 / 1024
+                now = t + k * left
+                u2, v2 = step(now, u, v, left, side)
+                if v2 * side < 0:
+                    low, high = 0.0, left
+                    for _ in range(50):
+                        middle = (low + high) / 2
+                        low, high = (middle, high) if step(now, u, v, middle, side)[1] * side >= 0 else (low, middle)
+                    u, v = step(now, u, v, low, side)
+                    self.assertGreater(abs(force(now + low, u, 0.0, 0)), 0.2)  # it does not stick
+                    side = -side
+                    u2, v2 = step(now + low, u, 0.0, left - low, side)
+                u, v = u2, v2
+        data = self.write("dry.csv", "\n".join(rows) + "\n")
+
+        def friction(**constants):
+            model = self.write("dry.json", json.dumps({"format": "shaker-model/1", "name": "dry", "effects": [
+                {"effect": "viscous_damping", "parameters": {"c": {"start": 1.6, "fixed": True}}},
+                {"effect": "linear_stiffness", "parameters": {"k": {"start": 80}}},
+                {"effect": "coulomb_friction", "parameters": {"f_c": {"start": 0.3}}, "constants": constants}]}))
+            result = run("estimate", data, "--model", model, "--frequency", 2, "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            document = json.loads(result.stdout)
+            return next(p["value"] for p in document["parameters"] if p["name"] == "f_c"), document
+
+        value, document = friction(e=2e-4)
+        self.assertAlmostEqual(value / 0.2, 1.0, delta=3e-3)
+        self.assertTrue(document["grid"]["reached"])
+        self.assertNotIn("grid", friction()[1])
+
     def test_an_accuracy_of_several_channels_is_refused_not_forgotten(self):
         result = self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9", "--objective", "joint_covariance")
         self.assertEqual(result.returncode, 2)

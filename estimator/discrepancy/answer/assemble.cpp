@@ -12,6 +12,7 @@
 #include "estimator/discrepancy/answer/selection.hpp"
 #include "estimator/discrepancy/answer/shares.hpp"
 #include "estimator/discrepancy/answer/split_run.hpp"
+#include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/locate/inverse_dynamics.hpp"
 #include "estimator/discrepancy/locate/remaining_force.hpp"
 #include "estimator/effects/catalogue.hpp"
@@ -52,6 +53,7 @@ class Assembler {
     said_.parameters_before = describe(before_, data_);
     said_.parameters_after = describe(after_, data_);
     said_.improved = at_estimates(after_);
+    if (at_limit()) said_.improved = stated_sharp(said_.improved);
     tell_gaps({before_, data_}, {after_, after_data_}, data_, measured_, runs_, said_);
     hold_to_gap();
     forces();
@@ -61,6 +63,14 @@ class Assembler {
   }
 
  private:
+  // What the model that comes out was held against had corners of no width.
+  bool at_limit() const {
+    const auto& data =
+        selection_.chosen() != nullptr ? selection_.chosen()->data : found_.base.data;
+    return data && std::any_of(data->begin(), data->end(),
+                               [](const RunDatum& datum) { return datum.to_limit != nullptr; });
+  }
+
   // The test looks at all data together, in units of the noise; what is said of the gap in the
   // response's own unit must not contradict it.
   void hold_to_gap() {

@@ -32,6 +32,17 @@ std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vecto
     p.upper = p.value + quantile * p.standard_error;
     all.push_back(std::move(p));
   }
+  if (!fit.constant) return all;
+  const FittedConstant& c = *fit.constant;
+  ParameterEstimate p;
+  p.name = c.symbol;
+  p.effect = fit.spec.effects[c.line].effect;
+  p.unit = c.unit;
+  p.value = c.value;
+  p.standard_error = c.standard_error;
+  p.lower = std::max(0.0, c.value - quantile * c.standard_error);
+  p.upper = c.value + quantile * c.standard_error;
+  all.push_back(std::move(p));
   return all;
 }
 

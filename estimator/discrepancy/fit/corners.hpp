@@ -27,6 +27,26 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
 // The model with corners as wide as the catalogue states them, written into it.
 config::ModelSpec stated_for(const config::ModelSpec& spec);
 
+// A friction that turns round over a velocity `e` which its own line, or the catalogue, states: the
+// width that a step of the grid is held against.
+struct Turning {
+  std::size_t line;
+  std::string symbol, unit;
+  double width, usual;  // the line's, and the catalogue's
+  bool stated;          // by the line
+};
+// Of the damper's effects without a memory.
+std::vector<Turning> turnings_of(const config::ModelSpec& spec);
+// Friction whose width no line states, stated as the narrowest that estimates take well: so a model
+// file says that it turns round at once.
+config::ModelSpec stated_sharp(const config::ModelSpec& spec);
+// The same without what such a file states.
+config::ModelSpec sharp_freed(const config::ModelSpec& spec);
+
+// Twice as many points again and again, until no run passes more than half of the narrowest width
+// that the model's lines state in one step where its motion turns round; `points` where none does.
+int points_for(const config::ModelSpec& spec, const std::vector<RunDatum>& data, int points);
+
 // A fit on the finest of the grids to data that tell what it lacks to the limit (`to_limit`), with
 // what the extrapolation leaves open in their covariance.
 struct Sharpened {

@@ -295,7 +295,8 @@ double HarmonicFit::standard_error(int parameter) const {
   const auto found = std::find(free.begin(), free.end(), parameter);
   if (found == free.end()) return 0.0;
   const auto k = static_cast<Index>(found - free.begin());
-  return std::sqrt(covariance(k, k));
+  if (!constant) return std::sqrt(covariance(k, k));
+  return std::hypot(std::sqrt(covariance(k, k)), constant->bends[k] * constant->standard_error);
 }
 
 VectorXd whitened_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data,

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,14 @@ struct FitOptions {
   bool sharp = false;      // corners as sharp as the points can follow (corners.hpp)
 };
 
+// A constant of the model file that was fitted beside the parameters (name/friction_width.hpp).
+struct FittedConstant {
+  std::size_t line = 0;  // of the model file's effects
+  std::string symbol, unit;
+  double value = 0.0, standard_error = 0.0;
+  Eigen::VectorXd bends;  // the free parameters, per unit of it
+};
+
 // A model with the runs that it is held against. Movable; one thread.
 struct HarmonicFit {
   config::ModelSpec spec;
@@ -43,6 +52,8 @@ struct HarmonicFit {
   bool converged = false;
   bool predicts_all = false;  // the runs that are held out too
   std::string trouble;        // sentence when it did not
+  // Its share is in standard_error(), not in the covariance, which is that of the parameters alone.
+  std::optional<FittedConstant> constant;
 
   bool at_bound(int parameter) const;
   double standard_error(int parameter) const;  // 0 for a fixed one

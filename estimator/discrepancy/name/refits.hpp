@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estimator/discrepancy/detect/candidates.hpp"
+#include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/name/hypothesis.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -40,13 +41,22 @@ class Refits {
   // The place of rest of an effect that others have joined since, fitted again. False when there is
   // none, or nothing to gain.
   bool recentred(Hypothesis& h) const;
-  // Corners made as sharp as fine grids allow; `hopeless`: only if they may lead below so much of
-  // chi-squared. False when there is no corner, or where finer grids
-  // change nothing or do not settle.
+  // Corners made as sharp as fine grids allow, or as wide as the data have them; `hopeless`: only
+  // if they may lead below so much of chi-squared. False when there is no corner, or where finer
+  // grids change nothing or do not settle.
   bool sharpened(Hypothesis& h, double hopeless = std::numeric_limits<double>::infinity()) const;
 
  private:
-  bool as_stated(Hypothesis& h) const;
+  std::shared_ptr<const HarmonicFit> as_stated(const Hypothesis& h) const;
+  std::shared_ptr<const HarmonicFit> as_data_say(const Hypothesis& h, const HarmonicFit* at_once,
+                                                 const HarmonicFit* stated) const;
+  std::optional<Sharpened> to_limit(const Hypothesis& h, bool record, double hopeless) const;
+  bool gentle(const Hypothesis& h, const HarmonicFit& stated) const;
+  bool richer_does_it(const Hypothesis& h, const HarmonicFit& fit) const;
+  bool resolved(Hypothesis& h) const;
+  // `data`: null: as given.
+  void sharpened_to(Hypothesis& h, std::shared_ptr<const HarmonicFit> fit,
+                    std::shared_ptr<const std::vector<RunDatum>> data) const;
   void finish(Hypothesis& h) const;
   void judge(Hypothesis& h) const;
   // Where a line's force has a place of rest that the model file does not give, that place is

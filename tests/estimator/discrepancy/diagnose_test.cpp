@@ -88,6 +88,63 @@ TEST(Diagnose, NamesFrictionThatTurnsRoundAsTheCatalogueSays) {
   EXPECT_EQ(found->improved.effects.back().constants.at("e"), 5e-3);
 }
 
+double width_of(const config::EffectSpec& line) {
+  const auto stated = line.constants.find("e");
+  return stated == line.constants.end() ? 0.0 : stated->second;
+}
+
+// Nor as the catalogue states it, nor at once: the width is found with the friction.
+TEST(Diagnose, FindsTheWidthOverWhichFrictionTurnsRound) {
+  for (const double e : {1e-3, 2e-3, 3e-3, 7e-3, 10e-3}) {
+    SCOPED_TRACE(e);
+    const auto found = diagnose(with_gentle_friction(0.2, e), estimator::testing::oleo());
+    ASSERT_TRUE(found) << found.error().what;
+    EXPECT_EQ(found->verdict, Verdict::explained);
+    ASSERT_EQ(found->effects.size(), 1U);
+    EXPECT_EQ(found->effects[0].name, "coulomb_friction");
+    ASSERT_EQ(found->effects[0].parameters.size(), 2U);
+    const auto& friction = found->effects[0].parameters[0];
+    const auto& width = found->effects[0].parameters[1];
+    EXPECT_NEAR(friction.value, 0.2, 5.0 * friction.standard_error);
+    EXPECT_EQ(width.name, "e");
+    EXPECT_NEAR(width.value, e, 5.0 * width.standard_error);
+    EXPECT_LT(width.standard_error, 0.1 * e);
+    EXPECT_EQ(width_of(found->improved.effects.back()), width.value);
+  }
+}
+
+// The model's file has the friction, with the width of the data or with none.
+TEST(Diagnose, NamesNothingWhereTheModelHoldsTheFrictionAndItsWidth) {
+  const Campaign campaign = with_gentle_friction(0.2, 2e-3);
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(estimator::testing::effect("coulomb_friction"));
+  for (const bool stated : {true, false}) {
+    SCOPED_TRACE(stated);
+    if (stated) model.effects.back().constants["e"] = 2e-3;
+    if (!stated) model.effects.back().constants.clear();
+    const auto found = diagnose(campaign, model);
+    ASSERT_TRUE(found) << found.error().what;
+    EXPECT_EQ(found->verdict, Verdict::adequate);
+    EXPECT_TRUE(found->effects.empty());
+    EXPECT_NEAR(width_of(found->improved.effects.back()), 2e-3, 2e-4);
+  }
+}
+
+// The model that comes out says that its friction turns round at once, and is taken at its word.
+TEST(Diagnose, WritesFrictionThatTurnsRoundAtOnceAsSuch) {
+  const auto campaign = testing::recorded({{"coulomb_friction", 0.2}}, testing::kSixRuns, 5);
+  const auto found = diagnose(campaign, estimator::testing::oleo());
+  ASSERT_TRUE(found) << found.error().what;
+  EXPECT_EQ(found->verdict, Verdict::explained);
+  const double width = width_of(found->improved.effects.back());
+  EXPECT_GT(width, 0.0);
+  EXPECT_LE(width, 2e-4);
+  const auto again = diagnose(campaign, found->improved);
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(again->verdict, Verdict::adequate);
+  EXPECT_EQ(width_of(again->improved.effects.back()), width);
+}
+
 // From start values that are far off the fit of the response may end with the spring at its bound,
 // or nowhere; the forces along the measured motion tell where to begin.
 TEST(Diagnose, NamesNothingWhereOnlyTheStartValuesAreOff) {
