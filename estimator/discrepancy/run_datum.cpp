@@ -10,6 +10,36 @@ namespace shaker::estimator::discrepancy {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace {
+
+bool same(const VectorXd& a, const VectorXd& b) {
+  return a.size() == b.size() && a == b;
+}
+
+// Harmonics of the displacement.
+const VectorXd& motion_of(const RunDatum& datum) {
+  return datum.motion.size() > 0 ? datum.motion : datum.response;
+}
+
+bool periodic_response(const RunDatum& datum) {
+  return !datum.sampled && datum.kind == Kind::periodic;
+}
+
+bool of_one_response(const RunDatum& a, const RunDatum& b) {
+  return periodic_response(a) && periodic_response(b) && a.role == b.role &&
+         a.frequency_hz == b.frequency_hz && same(a.driver, b.driver) &&
+         same(motion_of(a), motion_of(b));
+}
+
+}  // namespace
+
+std::size_t first_of_response(const std::vector<RunDatum>& data, std::size_t k) {
+  std::size_t first = 0;
+  while (first < k && !of_one_response(data[first], data[k]))
+    ++first;
+  return first;
+}
+
 double root_mean_square(const VectorXd& harmonics) {
   if (harmonics.size() == 0) return 0.0;
   return std::sqrt(harmonics[0] * harmonics[0] +

@@ -2,6 +2,7 @@
 // of a record that is not periodic its cosines over the record's length (transient_cosines.hpp).
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -51,6 +52,10 @@ struct RunDatum {
   std::shared_ptr<const ToLimit> to_limit;
   int harmonics() const { return static_cast<int>((response.size() - 1) / 2); }
 };
+
+// The first of the data that is seen of the same periodic response as data[k], by another channel;
+// k itself where there is none.
+std::size_t first_of_response(const std::vector<RunDatum>& data, std::size_t k);
 
 // Sets error and whitening. Throws std::invalid_argument unless it is positive definite.
 void set_covariance(RunDatum& datum, const Eigen::MatrixXd& covariance);

@@ -100,43 +100,68 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
   groups_ = lane_groups(1 + p_, stencil_.reach);
   stride_ = groups_ * kLanes;
   z_.resize(static_cast<std::size_t>(n_) * s_);
-  saved_.resize(z_.size());
   x_.resize(padded_);
   x_full_.resize(padded_);
-  rows_.resize(static_cast<std::size_t>(n_) * s_ * stride_);
-  const int halo = 16;  // room for a stencil's neighbours around each array of u
-  store_.resize(point_arrays(model) * static_cast<std::size_t>(padded_ + 2 * halo));
-  cut_point_arrays(model, store_.data() + halo, padded_ + 2 * halo,
-                   {u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_});
-  if (s_ == 1) {
-    left_.push_back(g_[0]);
-    left_.insert(left_.end(), g_theta_.begin(), g_theta_.end());
-  }
   if (options.scheme == Scheme::fourier) {
     dense_ = std::make_unique<Dense>();
     fourier_matrices(n_, dense_->first, dense_->second);
     dense_->jacobian.resize(n_ * s_, n_ * s_);
     dense_->right.resize(n_ * s_, 1 + p_);
-  } else {
-    banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
-    if (options.correct_kink && model.has_velocity_kink()) {
-      kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, stride_);
-      kappa_theta_.resize(stride_);
-    }
-    band_.resize(static_cast<std::size_t>(n_) * 8);
-    upper_.resize(static_cast<std::size_t>(n_) * 4);
   }
   if (model.needs_carrier()) {
     for (AlignedVector* v : {&quadrature_full_, &quadrature_, &carrier_cos_, &carrier_sin_})
       v->resize(padded_);
   }
   theta_.resize(static_cast<std::size_t>(p_));
-  const Quantity displacement[] = {Quantity::displacement};
-  set_channels(displacement);
+  channels_ = {Quantity::displacement};
+  take_memory();
 }
 
 PeriodicSystem::~PeriodicSystem() = default;
 PeriodicSystem::PeriodicSystem(PeriodicSystem&&) noexcept = default;
+
+// All that rest() gives back.
+void PeriodicSystem::take_memory() {
+  saved_.resize(z_.size());
+  rows_.resize(static_cast<std::size_t>(n_) * s_ * stride_);
+  const int halo = 16;  // room for a stencil's neighbours around each array of u
+  store_.resize(point_arrays(*model_) * static_cast<std::size_t>(padded_ + 2 * halo));
+  for (std::vector<double*>* list : {&u_, &v_, &a_, &g_, &g_u_, &g_v_, &g_a_, &g_theta_, &scratch_})
+    list->clear();
+  cut_point_arrays(*model_, store_.data() + halo, padded_ + 2 * halo,
+                   {u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_});
+  left_.clear();
+  if (s_ == 1) {
+    left_.push_back(g_[0]);
+    left_.insert(left_.end(), g_theta_.begin(), g_theta_.end());
+  }
+  if (!dense_) {
+    banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
+    if (options_.correct_kink && model_->has_velocity_kink()) {
+      kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, stride_);
+      kappa_theta_.resize(stride_);
+    }
+    band_.resize(static_cast<std::size_t>(n_) * 8);
+    upper_.resize(static_cast<std::size_t>(n_) * 4);
+  }
+  observer_ = std::make_unique<Observer>(*this, channels_);
+}
+
+void PeriodicSystem::rest() {
+  for (AlignedVector* v : {&saved_, &rows_, &store_, &band_, &upper_})
+    AlignedVector().swap(*v);
+  banded_.reset();
+  kinks_.reset();
+  observer_.reset();
+  rows_hold_sensitivities_ = false;
+}
+
+PeriodicSystem PeriodicSystem::anew() const {
+  PeriodicSystem another(*model_, options_);
+  another.set_excitation_points(frequency_, excitation());
+  std::copy(z_.begin(), z_.end(), another.z_.begin());
+  return another;
+}
 
 void PeriodicSystem::set_excitation(double frequency_hz, double amplitude) {
   frequency_ = frequency_hz;
@@ -232,6 +257,7 @@ ModelPoints PeriodicSystem::model_points() const {
 }
 
 void PeriodicSystem::set_channels(std::span<const Quantity> quantities) {
+  channels_.assign(quantities.begin(), quantities.end());
   observer_ = std::make_unique<Observer>(*this, quantities);
 }
 
@@ -251,6 +277,7 @@ void PeriodicSystem::begin() {
 }
 
 void PeriodicSystem::put(int point, double z, double v, double a, const double* row, int stride) {
+  if (store_.empty()) take_memory();
   z_[point] = z;
   v_[0][point] = v;
   a_[0][point] = a;
@@ -259,6 +286,7 @@ void PeriodicSystem::put(int point, double z, double v, double a, const double* 
 }
 
 bool PeriodicSystem::linearise(std::span<const double> theta) {
+  if (store_.empty()) take_memory();
   differentiate();
   std::copy(theta.begin(), theta.end(), theta_.begin());
   if (kinks_)

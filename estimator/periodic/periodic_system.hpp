@@ -130,9 +130,12 @@ class PeriodicSystem {
   // singular. Allocates.
   bool excitation_response(int harmonics, std::vector<double>& out);
 
-  // Gives back the memory of the factorisation, a third of all, of a solution that is only kept;
-  // the next solve takes it again (and so allocates).
-  void rest() { banded_.reset(); }
+  // Gives back the memory of all but state, excitation and channels, of a solution that is only
+  // kept: what was linearised or observed is gone. The next linearisation takes it again (and so
+  // allocates), and knows nothing of sensitivities.
+  void rest();
+  // Another system of the same model, grid, excitation and state, whether or not this one rests.
+  PeriodicSystem anew() const;
 
   // --- whole solutions
   static constexpr double kTolerance = 1e-11;  // of the residual, m/s^2
@@ -151,6 +154,7 @@ class PeriodicSystem {
 
  private:
   class Observer;
+  void take_memory();
   ModelPoints model_points() const;
   const Stencil& stencil_of(int coordinate) const {
     return model_->order(coordinate) == 2 ? stencil_ : upwind_;
@@ -200,7 +204,8 @@ class PeriodicSystem {
   std::unique_ptr<CyclicBandedLu> banded_;
   struct Dense;
   std::unique_ptr<Dense> dense_;
-  std::unique_ptr<Observer> observer_;
+  std::vector<Quantity> channels_;
+  std::unique_ptr<Observer> observer_;  // null at rest
 };
 
 }  // namespace shaker::estimator

@@ -82,6 +82,7 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
 // The model at the first point's state, at rest: every point of a constant solution is the same, so
 // one point's equations do.
 bool PeriodicSystem::evaluate_at_rest(std::span<const double> theta) {
+  if (store_.empty()) take_memory();
   for (int c = 0; c < s_; ++c) {
     std::fill_n(u_[c], kLanes, z_[c]);  // no wild values in the padding
     std::fill_n(v_[c], kLanes, 0.0);

@@ -293,6 +293,26 @@ TEST(PeriodicSystem, GivesUpFromRestAfterAsManyStepsAsItMayTake) {
   EXPECT_LT(brief.amplitude_reached, 1.0);
 }
 
+TEST(PeriodicSystem, KeepsItsSolutionAndItsChannelsAtRest) {
+  const Model model(testing::oleo());
+  PeriodicSystem system(model, {Scheme::order6, 128, true});
+  system.set_excitation(2.0, 3.0);
+  const Quantity channels[] = {Quantity::displacement, Quantity::damper_force};
+  system.set_channels(channels);
+  ASSERT_EQ(system.solve_from_rest(kOleoSi).status, SolveStatus::converged);
+  const std::vector<double> state(system.state().begin(), system.state().end());
+  const double load = system.observed(17, 1);
+  system.rest();
+  const PeriodicSystem another = system.anew();
+  EXPECT_TRUE(std::equal(state.begin(), state.end(), another.state().begin()));
+  EXPECT_EQ(another.frequency(), 2.0);
+  const SolveReport again = system.solve(kOleoSi);
+  EXPECT_EQ(again.status, SolveStatus::converged);
+  EXPECT_EQ(again.iterations, 0);
+  EXPECT_EQ(system.observed(17, 0), state[17]);
+  EXPECT_NEAR(system.observed(17, 1), load, 1e-9 * std::fabs(load));
+}
+
 TEST(PeriodicSystem, RefusesAGridThatIsTooCoarse) {
   const Model model(testing::oleo());
   EXPECT_THROW(PeriodicSystem(model, {Scheme::order6, 8, true}), std::invalid_argument);

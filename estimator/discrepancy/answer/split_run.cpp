@@ -68,6 +68,16 @@ MatrixXd open(const HarmonicFit& fit, const Prediction& prediction) {
   return j * fit.covariance * j.transpose();
 }
 
+// Of a run's solution, on its grid; nothing where it cannot be told.
+VectorXd acceleration(const HarmonicFit& fit, std::size_t run) {
+  PeriodicSystem system = fit.predictions[run].response()->anew();
+  if (!system.linearise(fit.theta)) return {};
+  VectorXd a(system.points());
+  for (Index i = 0; i < a.size(); ++i)
+    a[i] = system.acceleration(static_cast<int>(i), fit.model->observed());
+  return a;
+}
+
 class Search {
  public:
   Search(const HarmonicFit& named, const std::vector<const HarmonicFit*>& rivals,
@@ -109,14 +119,10 @@ class Search {
     for (const HarmonicFit* rival : rivals_) {
       double apart = 0.0, size = 0.0;
       for (std::size_t r = 0; r < data_.size(); ++r) {
-        const PeriodicSystem& a = *named_.predictions[r].response();
-        const PeriodicSystem& b = *rival->predictions[r].response();
-        if (a.points() != b.points()) continue;
-        for (int i = 0; i < a.points(); ++i) {
-          const double mine = a.acceleration(i, named_.model->observed());
-          apart += std::pow(mine - b.acceleration(i, rival->model->observed()), 2);
-          size += mine * mine;
-        }
+        const VectorXd mine = acceleration(named_, r), theirs = acceleration(*rival, r);
+        if (mine.size() != theirs.size()) continue;
+        apart += (mine - theirs).squaredNorm();
+        size += mine.squaredNorm();
       }
       if (size > 0.0) all.add(std::sqrt(apart / size) / kAccelerometer);
     }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <memory>
 
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/effects/catalogue.hpp"
@@ -61,6 +61,30 @@ std::vector<int> columns_of(const Model& model, const Probe& probe) {
 // Memory makes a model several times as dear; for a signature half the points will do.
 int points_for(const Model& model, const FitOptions& options) {
   return model.coordinates() > model.mechanical() ? options.points / 2 : options.points;
+}
+
+// A run's prediction by a model that holds a probe.
+struct Seen {
+  std::unique_ptr<const Model> rounded;
+  std::unique_ptr<Prediction> prediction;
+};
+
+// With corners as the fit has them: its solution is this one's too. `all`: of the runs before.
+Seen seen_at(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::size_t r,
+             const std::vector<Seen>& all, const config::ModelSpec& spec, const Model& model,
+             int points) {
+  Seen seen;
+  if (const std::size_t first = first_of_response(data, r); first < r) {
+    seen.prediction = std::make_unique<Prediction>(*all[first].prediction, data[r]);
+  } else {
+    if (fit.run_models[r] != fit.model)
+      seen.rounded =
+          std::make_unique<const Model>(rounded_for(spec, data[r], fit.predictions[r].points()));
+    seen.prediction =
+        std::make_unique<Prediction>(seen.rounded ? *seen.rounded : model, data[r], points);
+  }
+  seen.prediction->start_from(fit.predictions[r]);
+  return seen;
 }
 
 // Multiplies by (I + k k')^-1/2, k the whitened influence of the time base: what it may be off by
@@ -147,17 +171,15 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
   const bool whole = columns.empty();
   MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
   const HowFar search = options.from_rest ? HowFar::from_rest : HowFar::near;
+  std::vector<Seen> all(data.size());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (fitted(data[r]))
+      all[r] = seen_at(fit, data, r, all, spec, model, points_for(model, options));
+  }
   Index at = 0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!fitted(data[r])) continue;
-    // With corners as the fit has them: its solution is this one's too.
-    const bool sharp = fit.run_models[r] != fit.model;
-    const int points = points_for(model, options);
-    const std::optional<Model> rounded =
-        sharp ? std::optional<Model>(rounded_for(spec, data[r], fit.predictions[r].points()))
-              : std::nullopt;
-    Prediction prediction(rounded ? *rounded : model, data[r], points);
-    prediction.start_from(fit.predictions[r]);
+    Prediction& prediction = *all[r].prediction;
     if (!prediction.at(theta, search)) return MatrixXd(rows_of(data), 0);
     const Index size = data[r].response.size();
     if (whole)

@@ -24,13 +24,53 @@ constexpr int kPointsAWidth = 2;
 
 // A grid, and the model with corners as wide as its steps are long.
 struct Rung {
-  Rung() = default;
-  Rung(const config::ModelSpec& rounded, const RunDatum& datum, int points)
-      : model(std::make_unique<Model>(rounded)),
-        prediction(std::make_unique<Prediction>(*model, datum, points)) {}
   std::unique_ptr<Model> model;
-  std::unique_ptr<Prediction> prediction;
+  std::vector<Prediction> channels;  // those that have not settled; one solution for all
 };
+
+// What a channel has seen of the rungs.
+struct Climb {
+  const RunDatum& datum;
+  std::vector<MatrixXd> values;
+  std::optional<CornerLimit> limit;
+  bool settled = false;
+
+  void see(const Prediction& prediction) {
+    values.emplace_back(prediction.value().size(), 1 + prediction.jacobian().cols());
+    values.back() << prediction.value(), prediction.jacobian();
+    if (values.size() < kFewest) return;
+    limit = eliminated(values, datum);
+    const double left = whitened(datum, datum.response - limit->value).norm();
+    settled = whitened(datum, limit->open).norm() < std::max(kSettled, kTrifle * left);
+  }
+};
+
+Rung rung_of(const config::ModelSpec& spec, const std::vector<Climb*>& open, int points) {
+  const RunDatum& run = open.front()->datum;
+  Rung rung{std::make_unique<Model>(rounded_for(spec, run, points / kPointsAWidth)), {}};
+  rung.channels.reserve(open.size());
+  rung.channels.emplace_back(*rung.model, run, points);
+  for (std::size_t c = 1; c < open.size(); ++c)
+    rung.channels.emplace_back(rung.channels.front(), open[c]->datum);
+  return rung;
+}
+
+// False where it has no solution. From beyond the rungs before it, and if that leads nowhere from
+// the last.
+bool climb(Rung& rung, const Prediction& last, const Prediction* before,
+           const std::vector<double>& theta) {
+  Prediction& first = rung.channels.front();
+  if (before != nullptr)
+    first.start_beyond(last, *before);
+  else
+    first.start_from(last);
+  if (!first.at(theta, HowFar::near)) {
+    first.start_from(last);
+    if (before == nullptr || !first.at(theta, HowFar::near)) return false;
+  }
+  return std::all_of(rung.channels.begin() + 1, rung.channels.end(),
+                     [&](Prediction& other) { return other.at(theta, HowFar::near); });
+}
 
 }  // namespace
 
@@ -55,34 +95,34 @@ CornerLimit eliminated(const std::vector<MatrixXd>& rungs, const RunDatum& datum
   return {best.col(0), best.rightCols(best.cols() - 1), open};
 }
 
-std::optional<CornerLimit> corner_limit(const config::ModelSpec& spec, const RunDatum& datum,
-                                        const std::vector<double>& theta, const Prediction& near,
-                                        int points) {
-  std::vector<MatrixXd> values;
-  std::optional<CornerLimit> limit;
+std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& spec,
+                                                      const std::vector<const RunDatum*>& channels,
+                                                      const std::vector<double>& theta,
+                                                      const Prediction& near, int points) {
+  std::vector<Climb> climbs;
+  for (const RunDatum* channel : channels)
+    climbs.push_back({*channel, {}, {}, false});
+  std::vector<Climb*> open;
+  for (Climb& one : climbs)
+    open.push_back(&one);
   Rung last, before;
-  for (std::size_t k = 0; k < kMost; ++k, points *= 2) {
-    Rung finer(rounded_for(spec, datum, points / kPointsAWidth), datum, points);
-    Prediction& prediction = *finer.prediction;
-    const Prediction& begin = last.prediction ? *last.prediction : near;
-    if (before.prediction)
-      prediction.start_beyond(begin, *before.prediction);
-    else
-      prediction.start_from(begin);
-    if (!prediction.at(theta, HowFar::near)) {
-      prediction.start_from(begin);
-      if (!before.prediction || !prediction.at(theta, HowFar::near)) break;
-    }
-    values.emplace_back(prediction.value().size(), 1 + prediction.jacobian().cols());
-    values.back() << prediction.value(), prediction.jacobian();
+  for (std::size_t k = 0; k < kMost && !open.empty(); ++k, points *= 2) {
+    Rung finer = rung_of(spec, open, points);
+    if (!climb(finer, last.model ? last.channels.front() : near,
+               before.model ? &before.channels.front() : nullptr, theta))
+      break;
+    for (std::size_t c = 0; c < open.size(); ++c)
+      open[c]->see(finer.channels[c]);
+    std::erase_if(open, [](const Climb* one) { return one->settled; });
     before = std::move(last);
     last = std::move(finer);
-    if (values.size() < kFewest) continue;
-    limit = eliminated(values, datum);
-    const double left = whitened(datum, datum.response - limit->value).norm();
-    if (whitened(datum, limit->open).norm() < std::max(kSettled, kTrifle * left)) break;
   }
-  return limit;
+  std::vector<CornerLimit> limits;
+  for (Climb& one : climbs) {
+    if (!one.limit) return std::nullopt;
+    limits.push_back(std::move(*one.limit));
+  }
+  return limits;
 }
 
 }  // namespace shaker::estimator::discrepancy

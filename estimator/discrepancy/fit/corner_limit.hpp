@@ -30,10 +30,11 @@ struct CornerLimit {
 // in units of the datum's noise. Two at least.
 CornerLimit eliminated(const std::vector<Eigen::MatrixXd>& rungs, const RunDatum& datum);
 
-// Of a periodic run. `points`: of the coarsest grid; `near`: a solution nearby. Nothing where a
-// grid of the first few has no solution.
-std::optional<CornerLimit> corner_limit(const config::ModelSpec& spec, const RunDatum& datum,
-                                        const std::vector<double>& theta, const Prediction& near,
-                                        int points);
+// Of a periodic run, seen by `channels`, each as far as its own noise asks for. `points`: of the
+// coarsest grid; `near`: a solution nearby. Nothing where a grid of the first few has no solution.
+std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& spec,
+                                                      const std::vector<const RunDatum*>& channels,
+                                                      const std::vector<double>& theta,
+                                                      const Prediction& near, int points);
 
 }  // namespace shaker::estimator::discrepancy

@@ -94,14 +94,23 @@ bool worth_sharpening(const HarmonicFit& first, const std::vector<RunDatum>& dat
   // What half the width changes by d, no width changes by 2 d: enough to come down to noise?
   const double noise = std::sqrt(first.observations / std::max(first.chi_squared, 1e-300));
   touched = std::max(touched, kNeeded * std::pow(0.5 * std::max(1.0 - noise, 0.0), 2));
-  double change = 0.0;
+  std::vector<std::unique_ptr<const Model>> models;
+  std::vector<std::unique_ptr<Prediction>> finer(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit) continue;
-    const Model model(rounded_for(first.spec, data[r], points));
-    Prediction finer(model, data[r], points);
-    finer.start_from(first.predictions[r]);
-    if (!finer.at(first.theta, HowFar::near)) return true;
-    change += whitened(data[r], finer.value() - first.predictions[r].value()).squaredNorm();
+    if (const std::size_t known = first_of_response(data, r); known < r) {
+      finer[r] = std::make_unique<Prediction>(*finer[known], data[r]);
+      continue;
+    }
+    models.push_back(std::make_unique<const Model>(rounded_for(first.spec, data[r], points)));
+    finer[r] = std::make_unique<Prediction>(*models.back(), data[r], points);
+    finer[r]->start_from(first.predictions[r]);
+  }
+  double change = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!finer[r]) continue;
+    if (!finer[r]->at(first.theta, HowFar::near)) return true;
+    change += whitened(data[r], finer[r]->value() - first.predictions[r].value()).squaredNorm();
   }
   return change > touched * first.chi_squared;
 }
@@ -153,18 +162,37 @@ std::shared_ptr<const ToLimit> lacking(const CornerLimit& limit, const Predictio
 
 using Limits = std::vector<CornerLimit>;  // of all runs
 
+// The data of one response, where data[r] is the first of them; none where it is not.
+std::vector<std::size_t> channels_of(const std::vector<RunDatum>& data, std::size_t r) {
+  std::vector<std::size_t> channels;
+  for (std::size_t k = r; k < data.size(); ++k) {
+    if (first_of_response(data, k) == r) channels.push_back(k);
+  }
+  return channels;
+}
+
 // At the parameters of `at`, a fit that has not been taken to a limit. Nothing where a grid has no
 // solution.
 std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
                                const HarmonicFit& at, const std::vector<RunDatum>& data,
                                int points) {
-  Limits all;
+  Limits all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
-    auto limit = data[r].sampled
-                     ? limit_on_samples(fits, at, r)
-                     : corner_limit(at.spec, data[r], at.theta, at.predictions[r], points);
-    if (!limit) return std::nullopt;
-    all.push_back(std::move(*limit));
+    if (data[r].sampled) {
+      auto limit = limit_on_samples(fits, at, r);
+      if (!limit) return std::nullopt;
+      all[r] = std::move(*limit);
+      continue;
+    }
+    const std::vector<std::size_t> channels = channels_of(data, r);
+    if (channels.empty()) continue;
+    std::vector<const RunDatum*> seen;
+    for (const std::size_t k : channels)
+      seen.push_back(&data[k]);
+    auto limits = corner_limits(at.spec, seen, at.theta, at.predictions[r], points);
+    if (!limits) return std::nullopt;
+    for (std::size_t k = 0; k < channels.size(); ++k)
+      all[channels[k]] = std::move((*limits)[k]);
   }
   return all;
 }

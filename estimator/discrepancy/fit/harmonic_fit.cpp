@@ -334,12 +334,18 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
   for (int k = 0; k < fit.model->parameter_count(); ++k) {
     if (!fit.model->parameters()[static_cast<std::size_t>(k)].fixed) fit.free.push_back(k);
   }
+  const bool rounded = options.sharp && has_corners(spec);
+  fit.predictions.reserve(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
-    fit.run_models.push_back(
-        options.sharp && has_corners(spec)
-            ? std::make_shared<const Model>(rounded_for(spec, data[r], options.points))
-            : fit.model);
-    fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);
+    if (const std::size_t first = first_of_response(data, r); first < r) {
+      fit.run_models.push_back(fit.run_models[first]);
+      fit.predictions.emplace_back(fit.predictions[first], data[r]);
+    } else {
+      fit.run_models.push_back(
+          rounded ? std::make_shared<const Model>(rounded_for(spec, data[r], options.points))
+                  : fit.model);
+      fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);
+    }
     if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);
     for (std::size_t before = 0; before < r; ++before)
       fit.predictions[r].share(fit.predictions[before]);

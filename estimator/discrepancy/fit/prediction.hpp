@@ -2,7 +2,8 @@
 // periodic response to an excitation, or of the force along an imposed motion; of a run that is not
 // periodic the same in the cosines of its record.
 //
-// The periodic solution is kept, so that the next, nearby theta costs two or three Newton steps.
+// A run's periodic response may be shared by the predictions of all its channels
+// (periodic_response.hpp).
 #pragma once
 
 #include <memory>
@@ -12,22 +13,20 @@
 
 #include "estimator/discrepancy/fit/imposed_motion.hpp"
 #include "estimator/discrepancy/fit/imposed_motion_march.hpp"
+#include "estimator/discrepancy/fit/periodic_response.hpp"
 #include "estimator/discrepancy/fit/transient_response.hpp"
 #include "estimator/discrepancy/run_datum.hpp"
 #include "estimator/model.hpp"
-#include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator::discrepancy {
-
-// How far a solution is sought: by a few Newton steps from the last one; by as many as sharp
-// corners want; and where those do not lead to it from rest, the long way. Where nothing has been
-// solved yet there is only the last.
-enum class HowFar { near, patient, from_rest };
 
 class Prediction {
  public:
   // `model` must outlive it. As many harmonics are predicted as the datum has.
   Prediction(const Model& model, const RunDatum& datum, int points);
+  // Another channel of the same periodic response (first_of_response): solved once for both, from
+  // where `of` begins.
+  Prediction(Prediction& of, const RunDatum& datum);
 
   // False when there is no admissible periodic solution at theta; what was predicted before stays.
   bool at(const std::vector<double>& theta, HowFar search = HowFar::from_rest);
@@ -63,17 +62,14 @@ class Prediction {
 
   const Model& model() const { return *model_; }
   int points() const { return points_; }
-  const PeriodicSystem* response() const { return response_.get(); }  // null for imposed motion
-  const ImposedMotion* imposed() const { return imposed_.get(); }     // null for a response
+  // Null for imposed motion. After rest() its state and its excitation are there, and no more.
+  const PeriodicSystem* response() const { return response_ ? &response_->system() : nullptr; }
+  const ImposedMotion* imposed() const { return imposed_.get(); }  // null for a response
   // Of a run that is not periodic, null for others: its record.
   const SampledRun* sampled() const { return sampled_.get(); }
 
  private:
-  bool solve(const std::vector<double>& theta, HowFar search);
-  void follow(const std::vector<double>& theta);
-  void go_to(const std::vector<double>& state);
   bool on_grid(const std::vector<double>& theta, HowFar search);
-  void read();
   const Eigen::MatrixXd& analysis();
   bool alike(const Prediction& other) const;
   bool at_sampled(const std::vector<double>& theta);
@@ -81,7 +77,9 @@ class Prediction {
   const Model* model_;
   int points_;
   int harmonics_;
-  std::unique_ptr<PeriodicSystem> response_;
+  std::shared_ptr<PeriodicResponse> response_;  // one for all channels of the run
+  int channel_ = 0;                             // of it
+  bool follows_ = false;                        // another prediction begins it
   std::unique_ptr<ImposedMotion> imposed_;
   std::shared_ptr<const SampledRun> sampled_;
   std::unique_ptr<TransientResponse> transient_;  // of a sampled run: its response,
@@ -90,12 +88,10 @@ class Prediction {
   std::shared_ptr<const ToLimit> to_limit_;
   Eigen::VectorXd excitation_;  // of a sampled run whose forces are compared, in cosines
   std::shared_ptr<const Eigen::MatrixXd> analysis_;  // null until it is wanted
-  bool solved_ = false;
-  std::vector<double> kept_, held_;  // states: of the last success, and the one held
-  std::vector<double> at_;           // theta of the last success,
-  bool is_at_ = false;               // where everything still is
+  std::vector<double> at_;                           // theta of the last success,
+  bool is_at_ = false;                               // where everything still is
   Eigen::VectorXd value_;
-  Eigen::MatrixXd jacobian_, rows_;
+  Eigen::MatrixXd jacobian_;
 };
 
 }  // namespace shaker::estimator::discrepancy

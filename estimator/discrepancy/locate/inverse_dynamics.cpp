@@ -121,14 +121,11 @@ MissingForce missing_force(const Prediction& prediction, const std::vector<doubl
       synthesis_matrix(static_cast<int>((measured.size() - 1) / 2), prediction.points()) * measured;
   if (const ImposedMotion* imposed = prediction.imposed())
     return {imposed->stroke(), imposed->velocity(), curve - imposed->force(), true};
-  const PeriodicSystem& from = *prediction.response();
-  PeriodicSystem system(from.model(), from.options());
-  const int n = from.points();
-  system.set_excitation_points(from.frequency(), from.excitation());
+  PeriodicSystem system = prediction.response()->anew();
   const auto state = system.state();
-  std::copy(from.state().begin(), from.state().end(), state.begin());
-  const int s = from.model().coordinates();
-  const int seen = from.model().observed();
+  const int n = system.points();
+  const int s = system.model().coordinates();
+  const int seen = system.model().observed();
   for (int i = 0; i < n; ++i)
     state[static_cast<std::size_t>(i * s + seen)] = curve[i];
   MissingForce missing{curve, VectorXd::Zero(n), VectorXd::Zero(n), system.linearise(theta)};

@@ -73,10 +73,8 @@ std::optional<Course> of_record(const HarmonicFit& fit, const RunDatum& datum, s
 
 // Of a force added to a periodic system's left side, a point each, on the response's harmonics.
 MatrixXd reach_of(const PeriodicSystem& from, const std::vector<double>& theta, int harmonics) {
-  PeriodicSystem system(from.model(), from.options());
+  PeriodicSystem system = from.anew();
   const int n = from.points(), s = from.model().coordinates();
-  system.set_excitation_points(from.frequency(), from.excitation());
-  std::copy(from.state().begin(), from.state().end(), system.state().begin());
   if (!system.linearise(theta) || !system.factorise()) return {};
   const MatrixXd analysis = analysis_matrix(harmonics, n);
   MatrixXd reach(analysis.rows(), n);

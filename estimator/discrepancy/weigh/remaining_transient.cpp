@@ -95,7 +95,9 @@ WithoutTransient less_modes(const MatrixXd& cycles, const DecayingModes& modes,
 DecayingModes decaying_modes(const Prediction& prediction, const std::vector<double>& theta,
                              int harmonics, int cycles) {
   if (prediction.response() == nullptr) return {};
-  const auto modes = floquet_modes(*prediction.response(), theta, kModesTo);
+  PeriodicSystem system = prediction.response()->anew();
+  if (!system.linearise(theta)) return {};
+  const auto modes = floquet_modes(system, theta, kModesTo);
   if (!modes || modes->empty() || !(std::abs(modes->front().multiplier) < 1.0)) return {};
   const MatrixXd analysis = analysis_matrix(harmonics, prediction.points());
   DecayingModes all;

@@ -42,5 +42,23 @@ TEST(RunDatum, RefusesWhatIsNoCovariance) {
   EXPECT_THROW(set_covariance(d, c), std::invalid_argument);
 }
 
+TEST(RunDatum, ChannelsOfARunAreOfOneResponse) {
+  RunDatum displacement = datum();
+  displacement.driver = Eigen::Vector3d(0.0, 1.0, 0.0);
+  RunDatum load = displacement;
+  load.quantity = Quantity::damper_force;
+  load.motion = displacement.response;
+  load.response = Eigen::Vector3d(9.0, 8.0, 7.0);
+  RunDatum repeated = displacement;  // driven alike, answered otherwise
+  repeated.response[1] += 0.1;
+  RunDatum held_out = load;
+  held_out.role = Role::held_out;
+  const std::vector<RunDatum> data = {displacement, repeated, load, held_out};
+  EXPECT_EQ(first_of_response(data, 0), 0U);
+  EXPECT_EQ(first_of_response(data, 1), 1U);
+  EXPECT_EQ(first_of_response(data, 2), 0U);
+  EXPECT_EQ(first_of_response(data, 3), 3U);
+}
+
 }  // namespace
 }  // namespace shaker::estimator::discrepancy

@@ -74,13 +74,14 @@ TEST(CornerLimit, IsThePeriodicMotionOfADamperThatSticks) {
   const Model model(rounded_for(spec, datum, 256));
   Prediction round(model, datum, 256);
   ASSERT_TRUE(round.at(theta));
-  const auto limit = corner_limit(spec, datum, theta, round, 256);
-  ASSERT_TRUE(limit);
+  const auto limits = corner_limits(spec, {&datum}, theta, round, 256);
+  ASSERT_TRUE(limits);
+  const CornerLimit& limit = limits->front();
   const double off = (round.value() - datum.response).norm();
-  const double left = (limit->value - datum.response).norm();
+  const double left = (limit.value - datum.response).norm();
   EXPECT_GT(off, 1e-4);
   EXPECT_LT(left, 5e-7);
-  EXPECT_LT(limit->open.norm(), 1e-6);
+  EXPECT_LT(limit.open.norm(), 1e-6);
 }
 
 }  // namespace
