@@ -103,11 +103,19 @@ class Widths {
     const int points =
         std::max(fit.predictions.front().points(), points_for(spec, data_, options_.points));
     HarmonicFit other;
+    other.predictions.reserve(data_.size());
     for (std::size_t r = 0; r < data_.size(); ++r) {
-      other.run_models.push_back(
-          std::make_shared<const Model>(rounded_for(spec, data_[r], points)));
-      other.predictions.emplace_back(*other.run_models[r], data_[r], points);
-      other.predictions[r].start_from(fit.predictions[r]);
+      if (const std::size_t first = first_of_response(data_, r); first < r) {
+        other.run_models.push_back(other.run_models[first]);
+        other.predictions.emplace_back(other.predictions[first], data_[r]);
+      } else {
+        other.run_models.push_back(
+            std::make_shared<const Model>(rounded_for(spec, data_[r], points)));
+        other.predictions.emplace_back(*other.run_models[r], data_[r], points);
+        other.predictions[r].start_from(fit.predictions[r]);
+      }
+    }
+    for (std::size_t r = 0; r < data_.size(); ++r) {
       if (data_[r].role == Role::fit && !other.predictions[r].at(fit.theta, HowFar::patient))
         return std::nullopt;
     }

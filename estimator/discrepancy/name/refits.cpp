@@ -10,6 +10,7 @@
 #include "estimator/discrepancy/name/evidence.hpp"
 #include "estimator/discrepancy/name/friction_width.hpp"
 #include "estimator/discrepancy/name/nesting.hpp"
+#include "estimator/discrepancy/name/probe_starts.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -95,41 +96,6 @@ bool leaves_noise(const HarmonicFit& fit) {
 
 bool on_samples(const RunDatum& datum) {
   return datum.sampled != nullptr;
-}
-
-// Lines with what switches an effect on well inside of its range: as the catalogue begins it, and
-// halfway between its absence and a bound that is near.
-std::vector<config::EffectSpec> starts_of(const Probe& probe) {
-  const Effect* effect = find_effect(probe.line.effect);
-  std::vector<config::EffectSpec> starts = {probe.line};
-  if (effect == nullptr || probe.coefficients.empty()) return starts;
-  starts.push_back(probe.line);
-  for (const ParameterInfo& info : effect->parameters()) {
-    const std::string symbol(info.symbol);
-    if (std::isnan(info.absent)) continue;
-    starts[0].parameters[symbol].start = info.start;
-    starts[1].parameters[symbol].start =
-        info.start == info.absent ? info.absent
-                                  : 0.5 * (info.absent + std::min(info.upper, 10.0 * info.start));
-  }
-  return starts;
-}
-
-constexpr double kApart = 8.0;
-
-// Of an effect without a coefficient, which is wholly there wherever it begins: a good deal lower
-// and higher in what it begins with.
-std::vector<config::EffectSpec> placed_apart(const Probe& probe) {
-  const Effect* effect = find_effect(probe.line.effect);
-  if (effect == nullptr || !probe.coefficients.empty()) return {};
-  std::vector<config::EffectSpec> lines;
-  const ParameterInfo& info = effect->parameters().front();
-  for (const double factor : {1.0 / kApart, kApart}) {
-    lines.push_back(probe.line);
-    lines.back().parameters[std::string(info.symbol)].start =
-        std::clamp(factor * info.start, info.lower, info.upper);
-  }
-  return lines;
 }
 
 }  // namespace
