@@ -172,7 +172,8 @@ void add_offline(CLI::App& app, Options& o) {
   auto* accuracy =
       estimating
           ->add_option("--accuracy", o.estimate.accuracy,
-                       "Refine the grid until it changes no parameter by more, e.g. 1e-9")
+                       "Refine the grid until it changes no parameter by more, e.g. 1e-9; 1e-4 by "
+                       "itself where the model states how friction turns round (e)")
           ->check(CLI::Range(1e-12, 1e-2));
   auto* transient = estimating->add_flag("--transient", o.estimate.transient,
                                          "The record is not periodic: integrate it in time");

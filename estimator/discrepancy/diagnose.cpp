@@ -9,6 +9,7 @@
 #include "estimator/discrepancy/answer/assemble.hpp"
 #include "estimator/discrepancy/answer/estimates.hpp"
 #include "estimator/discrepancy/answer/read_effects.hpp"
+#include "estimator/discrepancy/answer/stated.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/name/model_error.hpp"
@@ -357,13 +358,6 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   return said;
 }
 
-// What a model file stated and the data did not change.
-void state_again(const config::ModelSpec& model, config::ModelSpec& improved) {
-  for (std::size_t i = 0; i < std::min(model.effects.size(), improved.effects.size()); ++i)
-    improved.effects[i].constants.insert(model.effects[i].constants.begin(),
-                                         model.effects[i].constants.end());
-}
-
 bool periodic(const Recording& run) {
   return run.kind == Kind::periodic || (run.kind == Kind::imposed_motion && run.frequency_hz > 0.0);
 }
@@ -381,7 +375,8 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
     auto said = std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic)
                     ? diagnose_cycles(campaign, freed, options, report)
                     : diagnose_records(campaign, freed, options, report);
-    if (said) state_again(model, said->improved);
+    if (!said) return said;
+    hold_against_file(model, *said);
     return said;
   } catch (const std::invalid_argument& error) {
     return invalid(error.what());

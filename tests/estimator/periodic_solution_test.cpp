@@ -308,8 +308,9 @@ TEST(PeriodicSystem, KeepsItsSolutionAndItsChannelsAtRest) {
   EXPECT_EQ(another.frequency(), 2.0);
   const SolveReport again = system.solve(kOleoSi);
   EXPECT_EQ(again.status, SolveStatus::converged);
-  EXPECT_EQ(again.iterations, 0);
-  EXPECT_EQ(system.observed(17, 0), state[17]);
+  // What the kink's corrections had learned is gone.
+  EXPECT_LE(again.iterations, 2);
+  EXPECT_NEAR(system.observed(17, 0), state[17], 1e-9);
   EXPECT_NEAR(system.observed(17, 1), load, 1e-9 * std::fabs(load));
 }
 

@@ -68,9 +68,11 @@ void PeriodicResponse::follow(const std::vector<double>& theta) {
 
 bool PeriodicResponse::at(const std::vector<double>& theta, HowFar search) {
   if (current_ && theta == theta_) return true;
+  // A failed search leaves wreckage behind.
+  if (kept_.empty()) begun_.assign(system_.state().begin(), system_.state().end());
   current_ = solve(theta, search);
   if (!current_) {
-    if (!kept_.empty()) begin_at(kept_);
+    begin_at(kept_.empty() ? begun_ : kept_);
     return false;
   }
   solved_ = true;

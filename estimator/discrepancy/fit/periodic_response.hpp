@@ -28,7 +28,7 @@ class PeriodicResponse {
   // Among the channels from the next `at` on; returns its place there.
   int look_at(Quantity quantity);
   // False when there is no admissible solution at theta; the next search then begins at the last
-  // success. At the theta of that nothing is solved again.
+  // success, or where this one began. At the theta of that nothing is solved again.
   bool at(const std::vector<double>& theta, HowFar search);
   // points x (1 + parameters): a channel over the cycle and its derivatives, at the last success.
   Eigen::MatrixXd curves(int channel) const;
@@ -58,10 +58,11 @@ class PeriodicResponse {
 
   PeriodicSystem system_;
   std::vector<Quantity> channels_;
-  std::vector<double> theta_;        // of the last success
-  bool solved_ = false;              // the state is one, if not of this system's model
-  bool current_ = false;             // at theta_, linearised and seen through all channels
-  std::vector<double> kept_, held_;  // states: of the last success, and the one held
+  std::vector<double> theta_;  // of the last success
+  bool solved_ = false;        // the state is one, if not of this system's model
+  bool current_ = false;       // at theta_, linearised and seen through all channels
+  // States: where it began before any success, of the last one, and the one held.
+  std::vector<double> begun_, kept_, held_;
 };
 
 }  // namespace shaker::estimator::discrepancy

@@ -16,9 +16,9 @@ namespace shaker::estimator::discrepancy {
 
 // From `near`, whose friction is as wide as its spec states it, or of no width at all (`sharp`).
 // The fit states the width in its spec, and in `constant` with its error. Null where the model has
-// no friction, or more than one, where the slope over the width says that not even a quarter of
-// chi-squared would be left, nor `most`, and where no width leaves as little as `most`. Of periodic
-// runs. `options`: points are those of the coarsest grid.
+// no friction, or more than one, where the slope over the width says that more than a quarter of
+// chi-squared, and more than `most`, would be left, and where no width leaves as little as `most`.
+// Of periodic runs. `options`: points are those of the coarsest grid.
 std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bool sharp,
                                                      const std::vector<RunDatum>& data,
                                                      const FitOptions& options, double most);

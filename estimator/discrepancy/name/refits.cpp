@@ -94,6 +94,11 @@ bool leaves_noise(const HarmonicFit& fit) {
   return fit.chi_squared < n + kByChance * std::sqrt(2.0 * n);
 }
 
+// As little as noise leaves on the average.
+bool settled(const HarmonicFit& fit) {
+  return fit.chi_squared < static_cast<double>(fit.observations);
+}
+
 bool on_samples(const RunDatum& datum) {
   return datum.sampled != nullptr;
 }
@@ -243,12 +248,11 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   if (h.rounded || known) return false;
   if (!has_corners(h.fit->spec)) return resolved(h);
   const bool record = std::any_of(data_.begin(), data_.end(), on_samples);
-  const bool settled = h.fit->chi_squared < static_cast<double>(h.fit->observations);
-  if (settled && (record || errors_ == Errors::left_over)) return false;
-  const bool by_width = !settled && !record && errors_ == Errors::noise;
+  if (settled(*h.fit) && (record || errors_ == Errors::left_over)) return false;
+  const bool by_width = !settled(*h.fit) && !record && errors_ == Errors::noise;
   const auto stated = by_width ? as_stated(h) : nullptr;
   if (stated && gentle(h, *stated)) {
-    const auto wide = leaves_noise(*stated) ? nullptr : as_data_say(h, nullptr, stated.get());
+    const auto wide = settled(*stated) ? nullptr : as_data_say(h, nullptr, stated.get());
     sharpened_to(h, wide ? wide : stated, nullptr);
     return true;
   }
@@ -328,16 +332,21 @@ bool Refits::richer_does_it(const Hypothesis& h, const HarmonicFit& fit) const {
                      [&](const std::string& effect) { return reduces(fit, effect); });
 }
 
-// Widths that the model file states are held against the data on a grid that can follow them.
+// Widths that the model file states are held against the data on a grid that can follow them; where
+// another one leaves less, as wide as the data say.
 bool Refits::resolved(Hypothesis& h) const {
   FitOptions fine = options_for(h.fit->spec);
   const int coarse = h.fit->predictions.front().points();
   fine.points = points_for(h.fit->spec, data_, coarse);
-  if (fine.points == coarse) return false;
   fine.from_near = true;
-  auto fit = std::make_shared<const HarmonicFit>(
-      fit_harmonics(h.fit->spec, data_, h.fit->theta, h.fit.get(), fine));
-  if (!fit->converged) {
+  std::shared_ptr<const HarmonicFit> fit = h.fit;
+  if (fine.points != coarse)
+    fit = std::make_shared<const HarmonicFit>(
+        fit_harmonics(h.fit->spec, data_, h.fit->theta, h.fit.get(), fine));
+  if (fit->converged && errors_ == Errors::noise && !settled(*fit) && !on_samples(data_.front())) {
+    if (auto wide = as_data_say(h, nullptr, fit.get())) fit = std::move(wide);
+  }
+  if (fit == h.fit || !fit->converged) {
     h.blunt = h.fit;
     h.blunt_above = std::numeric_limits<double>::infinity();
     return false;

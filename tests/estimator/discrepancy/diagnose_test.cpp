@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "estimator/discrepancy/answer/stated.hpp"
 #include "estimator/model.hpp"
 #include "tests/estimator/discrepancy/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
@@ -128,6 +129,33 @@ TEST(Diagnose, NamesNothingWhereTheModelHoldsTheFrictionAndItsWidth) {
     EXPECT_TRUE(found->effects.empty());
     EXPECT_NEAR(width_of(found->improved.effects.back()), 2e-3, 2e-4);
   }
+}
+
+// A width in the model's file that is off is mended and said, and no other effect is named for it.
+TEST(Diagnose, MendsAWidthThatTheModelStatesWrongly) {
+  const Campaign campaign = with_gentle_friction(0.2, 2e-3);
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(estimator::testing::effect("coulomb_friction"));
+  for (const double stated : {1e-3, 1.5e-3, 3e-3, 5e-3}) {
+    SCOPED_TRACE(stated);
+    model.effects.back().constants["e"] = stated;
+    const auto found = diagnose(campaign, model);
+    ASSERT_TRUE(found) << found.error().what;
+    EXPECT_EQ(found->verdict, Verdict::adequate);
+    EXPECT_NEAR(width_of(found->improved.effects.back()), 2e-3, 2e-4);
+    EXPECT_THAT(found->warnings,
+                ::testing::Contains(::testing::HasSubstr("turns round over e = 0.00")));
+  }
+}
+
+TEST(Diagnose, WarnsOfAUnitThatTheCatalogueDoesNotCountIn) {
+  auto model = estimator::testing::oleo();
+  Diagnosis said;
+  hold_against_file(model, said);
+  EXPECT_TRUE(said.warnings.empty());
+  model.length_unit = "mm";
+  hold_against_file(model, said);
+  EXPECT_THAT(said.warnings, ::testing::ElementsAre(::testing::HasSubstr("counts in mm")));
 }
 
 // The model that comes out says that its friction turns round at once, and is taken at its word.

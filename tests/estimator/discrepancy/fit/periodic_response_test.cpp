@@ -90,6 +90,7 @@ TEST(PeriodicResponse, GoesOnAfterItsRest) {
   EXPECT_TRUE(std::equal(before.begin(), before.end(), kept.begin(), kept.end()));
   EXPECT_TRUE(rested.over_excitation(3).isApprox(awake.over_excitation(3), 1e-9));
   rested.rest();
+  rested.go_back();  // so that it is solved again
   ASSERT_TRUE(rested.at(theta, HowFar::near));
   EXPECT_TRUE(rested.value().isApprox(awake.value(), 1e-9));
   theta[0] *= 1.05;
@@ -108,6 +109,21 @@ TEST(PeriodicResponse, BeginsAtTheLastSuccessAfterAFailure) {
   EXPECT_FALSE(response.at(wild, HowFar::near));
   EXPECT_TRUE(std::equal(known.begin(), known.end(), state.begin(), state.end()));
   EXPECT_TRUE(response.at(estimator::testing::kOleoSi, HowFar::near));
+}
+
+TEST(PeriodicResponse, BeginsWhereItBeganAfterAFailureWithoutASuccess) {
+  const Model model(estimator::testing::oleo());
+  const RunDatum datum = driven_at(2.0, 3.0);
+  PeriodicResponse known(model, datum, kPoints), other(model, datum, kPoints);
+  ASSERT_TRUE(known.at(estimator::testing::kOleoSi, HowFar::from_rest));
+  other.start_from(known);
+  const auto state = other.system().state();
+  const std::vector<double> begun(state.begin(), state.end());
+  std::vector<double> wild = estimator::testing::kOleoSi;
+  wild[0] *= 1e3;
+  wild[1] *= 1e4;
+  EXPECT_FALSE(other.at(wild, HowFar::near));
+  EXPECT_TRUE(std::equal(begun.begin(), begun.end(), state.begin(), state.end()));
 }
 
 TEST(CornerLimits, OfTwoChannelsAreThoseOfEachAlone) {
