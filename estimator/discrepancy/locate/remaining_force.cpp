@@ -88,7 +88,8 @@ MatrixXd reach_of(const PeriodicSystem& from, const std::vector<double>& theta, 
     for (int k = 0; k < width; ++k)
       row_of(first + k, 0)[k] = -1.0;
     system.solve_factorised(rows, width);
-    MatrixXd moves(n, width);
+    // Written by rows: columns of a fine grid lie pages apart.
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> moves(n, width);
     for (int i = 0; i < n; ++i)
       moves.row(i) =
           Eigen::Map<const Eigen::RowVectorXd>(row_of(i, from.model().observed()), width);
