@@ -118,8 +118,10 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   std::sort(h.effects.begin(), h.effects.end());
   const auto spec = with_line(parent.spec, probe.line);
   h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
-  // Worse with one effect more: a valley on the way from where it began.
-  if (std::isfinite(h.fit->chi_squared) && h.fit->chi_squared > parent.chi_squared) {
+  // Worse with one effect more: a valley on the way from where it began. A record's fit is too dear
+  // to be tried again.
+  if (!on_samples(data_.front()) && std::isfinite(h.fit->chi_squared) &&
+      h.fit->chi_squared > parent.chi_squared) {
     for (const config::EffectSpec& line : placed_apart(probe)) {
       const auto apart = with_line(parent.spec, line);
       auto fit = refitted(apart, carried_over(Model(apart), parent), &parent);
