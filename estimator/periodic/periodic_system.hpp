@@ -131,8 +131,9 @@ class PeriodicSystem {
   bool excitation_response(int harmonics, std::vector<double>& out);
 
   // Gives back the memory of all but state, excitation and channels, of a solution that is only
-  // kept: what was linearised or observed is gone. The next linearisation takes it again (and so
-  // allocates), and knows nothing of sensitivities.
+  // kept: what was linearised or observed is gone, and must not be asked for (state, excitation and
+  // anew() may). The next linearisation takes it again (and so allocates), and knows nothing of
+  // sensitivities.
   void rest();
   // Another system of the same model, grid, excitation and state, whether or not this one rests.
   PeriodicSystem anew() const;
