@@ -9,7 +9,8 @@ namespace shaker::estimator {
 namespace {
 
 // target += weight * source.
-void add(int n, double weight, const double* __restrict source, double* __restrict target) {
+SHAKER_SIMD_CLONES void add(int n, double weight, const double* __restrict source,
+                            double* __restrict target) {
   for (int i = 0; i < n; ++i)
     target[i] += weight * source[i];
 }

@@ -18,6 +18,7 @@
 
 #include "estimator/effects/effect.hpp"
 #include "estimator/math/dual.hpp"
+#include "estimator/math/simd_math.hpp"
 
 namespace shaker::estimator {
 
@@ -43,6 +44,25 @@ class DualEffect : public Effect {
 
   bool evaluate(const Points& at, const double* theta, const double* constants,
                 const Forces& out) const final {
+    return over_points(at, theta, constants, out);
+  }
+
+ private:
+  static constexpr int place(unsigned what) {  // of a seen quantity among the variables
+    int at = 0;
+    for (unsigned bit = 1; bit < what; bit *= 2)
+      at += (Sees & bit) == 0 ? 0 : bit >= kSeesW ? Internals : 1;
+    return at;
+  }
+  static constexpr int kFirstParameter = place(128);
+  static constexpr int kVariables = kFirstParameter + Parameters;
+  using D = Dual<(kVariables > 0 ? kVariables : 1)>;
+
+  // All that it calls becomes part of it, and so is compiled for each instruction set.
+  SHAKER_SIMD_CLONES __attribute__((flatten)) static bool over_points(const Points& at,
+                                                                      const double* theta,
+                                                                      const double* constants,
+                                                                      const Forces& out) {
     std::array<D, Parameters + 1> parameters;
     for (int k = 0; k < Parameters; ++k)
       parameters[k] = D(theta[k], kFirstParameter + k);
@@ -56,17 +76,6 @@ class DualEffect : public Effect {
     }
     return true;
   }
-
- private:
-  static constexpr int place(unsigned what) {  // of a seen quantity among the variables
-    int at = 0;
-    for (unsigned bit = 1; bit < what; bit *= 2)
-      at += (Sees & bit) == 0 ? 0 : bit >= kSeesW ? Internals : 1;
-    return at;
-  }
-  static constexpr int kFirstParameter = place(128);
-  static constexpr int kVariables = kFirstParameter + Parameters;
-  using D = Dual<(kVariables > 0 ? kVariables : 1)>;
 
   template <unsigned What>
   static D variable(double value, int k = 0) {

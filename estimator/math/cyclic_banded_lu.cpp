@@ -10,42 +10,50 @@
 namespace shaker::estimator {
 namespace {
 
+// Of a pivot against the largest of its column: no rows are exchanged for less, as that fills the
+// rows beside.
+constexpr double kPivot = 0.1;
+
+// Rows begin on whole registers of the columns' own numbering, so that what a pivot has stored the
+// next one loads as it stands.
 struct Band {
-  double* rows;   // each of `width`, its diagonal at `half`
+  double* rows;   // each of `width`
   double* lower;  // multipliers, `half` a pivot
   int* pivot;
   int* end;  // one beyond the last column of a row of the upper factor
-  int size, half, width;
+  int size, half, margin, width;
 
   // Such that column c of row r is row(r)[c].
-  double* row(int r) const { return rows + static_cast<std::ptrdiff_t>(r) * (width - 1) + half; }
+  double* row(int r) const {
+    return rows + static_cast<std::ptrdiff_t>(r) * width + margin - r / kLanes * kLanes;
+  }
 };
 
-SHAKER_SIMD_CLONES void exchange(int count, double* __restrict a, double* __restrict b) {
-  for (int c = 0; c < count; ++c)
-    std::swap(a[c], b[c]);
+SHAKER_SIMD_CLONES void exchange(int groups, Lanes* __restrict a, Lanes* __restrict b) {
+  for (int g = 0; g < groups; ++g)
+    std::swap(a[g], b[g]);
 }
 
-// Takes pivot k out of the rows below it, up to `last`, in the Groups * kLanes columns after k. The
-// pivot's row is 0 beyond its end, so that those below stay what they are there.
+// Takes pivot k out of the rows below it, up to `last`, in the registers from the one that holds
+// it. What it leaves in columns that have been eliminated is not looked at any more; the pivot's
+// row is 0 beyond its end, so that those below stay what they are there.
 template <int Groups>
 SHAKER_INLINE void eliminate(const Band& band, int k, int last) {
-  const double* pivot = band.row(k) + k;
+  const int from = k / kLanes * kLanes;
+  const double* pivot = band.row(k);
   Lanes upper[Groups];
-  std::memcpy(upper, pivot + 1, sizeof upper);
+  for (int g = 0; g < Groups; ++g)
+    upper[g] = as_lanes(pivot + from)[g];
   double* lower = band.lower + static_cast<std::ptrdiff_t>(k) * band.half;
-  const double inverse = 1.0 / *pivot;
+  const double inverse = 1.0 / pivot[k];
   for (int r = k + 1; r <= last; ++r) {
-    double* target = band.row(r) + k;
-    const double multiplier = *target * inverse;
+    double* row = band.row(r);
+    const double multiplier = row[k] * inverse;
     *lower++ = multiplier;
     if (multiplier == 0.0) continue;
-    for (int g = 0; g < Groups; ++g) {
-      Lanes some;
-      std::memcpy(&some, target + 1 + g * kLanes, sizeof some);
-      some -= multiplier * upper[g];
-      std::memcpy(target + 1 + g * kLanes, &some, sizeof some);
-    }
+    Lanes* target = as_lanes(row + from);
+    for (int g = 0; g < Groups; ++g)
+      target[g] -= multiplier * upper[g];
   }
 }
 
@@ -62,22 +70,34 @@ SHAKER_INLINE void eliminate_any(const Band& band, int k, int last, int end) {
   }
 }
 
+// The row that is to stand at k.
+SHAKER_INLINE int pivot_of(const Band& band, int k, int last) {
+  int best = k;
+  double most = 0.0;
+  for (int r = k + 1; r <= last; ++r) {
+    const double size = std::fabs(band.row(r)[k]);
+    if (size > most) {
+      most = size;
+      best = r;
+    }
+  }
+  return std::fabs(band.row(k)[k]) >= kPivot * most ? k : best;
+}
+
 SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {
   int end = 0;  // beyond it nothing has been filled in yet
   for (int k = 0; k < band.size; ++k) {
     const int last = std::min(band.size - 1, k + band.half);
-    int best = k;
-    for (int r = k + 1; r <= last; ++r) {
-      if (std::fabs(band.row(r)[k]) > std::fabs(band.row(best)[k])) best = r;
-    }
+    const int best = pivot_of(band, k, last);
     band.pivot[k] = best;
     end = std::max(end, std::min(band.size, best + band.half + 1));
     band.end[k] = end;
-    if (best != k) exchange(end - k, band.row(k) + k, band.row(best) + k);
+    const int from = k / kLanes, groups = (end - 1) / kLanes - from + 1;
+    if (best != k)
+      exchange(groups, as_lanes(band.row(k) + from * kLanes),
+               as_lanes(band.row(best) + from * kLanes));
     if (!(std::fabs(band.row(k)[k]) > std::numeric_limits<double>::min())) return false;
-    switch ((end - k - 1 + kLanes - 1) / kLanes) {
-      case 0:
-        break;
+    switch (groups) {
       case 1:
         eliminate<1>(band, k, last);
         break;
@@ -92,6 +112,9 @@ SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {
         break;
       case 5:
         eliminate<5>(band, k, last);
+        break;
+      case 6:
+        eliminate<6>(band, k, last);
         break;
       default:
         eliminate_any(band, k, last, end);
@@ -123,15 +146,22 @@ SHAKER_INLINE void substitute(const Band& band, Lanes* rows) {
   for (int k = band.size - 1; k >= 0; --k) {
     Lanes* own = rows + static_cast<std::ptrdiff_t>(k) * Groups;
     const double* upper = band.row(k);
-    Lanes sum[Groups];
-    for (int g = 0; g < Groups; ++g)
-      sum[g] = own[g];
-    for (int c = k + 1; c < band.end[k]; ++c) {
-      for (int g = 0; g < Groups; ++g)
-        sum[g] -= upper[c] * own[(c - k) * Groups + g];
+    // Four sums at a time, as each waits for the one before; and last what has been known last.
+    Lanes sum[4 * Groups] = {};
+    int c = band.end[k];
+    for (; c - 4 > k; c -= 4) {
+      for (int j = 0; j < 4 * Groups; ++j)
+        sum[j] += upper[c - 4 + j / Groups] * own[(c - 4 - k) * Groups + j];
     }
+    for (--c; c > k; --c) {
+      for (int g = 0; g < Groups; ++g)
+        sum[c % 4 * Groups + g] += upper[c] * own[(c - k) * Groups + g];
+    }
+    const double inverse = 1.0 / upper[k];
     for (int g = 0; g < Groups; ++g)
-      own[g] = sum[g] / upper[k];
+      own[g] =
+          (own[g] - ((sum[g] + sum[Groups + g]) + (sum[2 * Groups + g] + sum[3 * Groups + g]))) *
+          inverse;
   }
 }
 
@@ -147,14 +177,29 @@ SHAKER_SIMD_CLONES void substitute_wide(const Band& band, Lanes* rows) {
 CyclicBandedLu::CyclicBandedLu(int n, int block, int reach)
     : n_(n),
       block_(block),
+      across_(2 * reach + 1),
       size_(n * block),
       half_(std::min(2 * reach * block + block - 1, size_ - 1)),
-      width_(3 * half_ + 1 + kLanes),  // whole registers may look beyond the last column
-      band_(static_cast<std::size_t>(size_) * width_ + kLanes),
+      margin_((half_ + kLanes - 1) / kLanes * kLanes),
+      width_(margin_ + (2 * half_ + 2 * kLanes) / kLanes * kLanes),
+      band_(static_cast<std::size_t>(size_) * width_),
       lower_(static_cast<std::size_t>(size_) * half_),
       pivot_(size_),
       end_(size_),
-      folded_rows_(static_cast<std::size_t>(size_) * 2 * kLanes) {}
+      columns_(static_cast<std::size_t>(n) * across_),
+      folded_rows_(static_cast<std::size_t>(size_) * 2 * kLanes) {
+  for (int i = 0; i < n; ++i) {
+    for (int k = 0; k < across_; ++k)
+      columns_[static_cast<std::size_t>(i * across_ + k)] = folded((i + k - reach + n) % n) * block;
+  }
+}
+
+void CyclicBandedLu::add(int i, int row, int column, const double* values) {
+  double* own = storage(folded(i) * block_ + row) + column;
+  const int* columns = &columns_[static_cast<std::size_t>(i) * across_];
+  for (int k = 0; k < across_; ++k)
+    own[columns[k]] += values[k];
+}
 
 void CyclicBandedLu::clear() {
   std::fill(band_.begin(), band_.end(), 0.0);
@@ -162,11 +207,12 @@ void CyclicBandedLu::clear() {
 
 bool CyclicBandedLu::factorise() {
   return factorise_band(
-      {band_.data(), lower_.data(), pivot_.data(), end_.data(), size_, half_, width_});
+      {band_.data(), lower_.data(), pivot_.data(), end_.data(), size_, half_, margin_, width_});
 }
 
 void CyclicBandedLu::solve(double* rows, int stride, int width) {
-  const Band band{band_.data(), lower_.data(), pivot_.data(), end_.data(), size_, half_, width_};
+  const Band band{band_.data(), lower_.data(), pivot_.data(), end_.data(),
+                  size_,        half_,         margin_,       width_};
   for (int first = 0; first < width;) {
     const int count = std::min(width - first, 2 * kLanes);
     const int lanes = count > kLanes ? 2 * kLanes : kLanes;

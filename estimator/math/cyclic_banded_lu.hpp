@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estimator/math/aligned.hpp"
+#include "estimator/math/lanes.hpp"
 
 namespace shaker::estimator {
 
@@ -20,13 +21,9 @@ class CyclicBandedLu {
   CyclicBandedLu(int n, int block, int reach);
 
   void clear();
-  // Adds to the matrix: equation `row` of block i, unknown `column` of block (i + offset) mod n.
-  void add(int i, int row, int offset, int column, double value) {
-    int j = i + offset;
-    j += j < 0 ? n_ : j >= n_ ? -n_ : 0;
-    const int r = folded(i) * block_ + row;
-    band(r)[folded(j) * block_ + column - r + half_] += value;
-  }
+  // Adds to the matrix: equation `row` of block i, unknown `column` of the blocks i - reach ..
+  // i + reach (mod n), one value for each.
+  void add(int i, int row, int column, const double* values);
   // False when a pivot vanishes.
   bool factorise();
   // Solves for `width` right-hand sides at once, in place. `rows` holds n * block rows of `stride`
@@ -35,13 +32,19 @@ class CyclicBandedLu {
 
  private:
   int folded(int i) const { return 2 * i < n_ ? 2 * i : 2 * (n_ - 1 - i) + 1; }
-  double* band(int row) { return &band_[static_cast<std::size_t>(row) * width_]; }
 
-  int n_, block_, size_, half_, width_;
-  std::vector<double> band_;   // row r holds columns r - half_ .. r + 2 half_
+  // Such that column c of row r is storage(r)[c].
+  double* storage(int r) {
+    return &band_[static_cast<std::size_t>(r) * width_] + margin_ - r / kLanes * kLanes;
+  }
+
+  int n_, block_, across_, size_, half_;
+  int margin_, width_;  // of a row's storage: before its own register of columns, and as a whole
+  AlignedVector band_;  // row r holds columns r - half_ .. r + 2 half_
   std::vector<double> lower_;  // multipliers, half_ a pivot
   std::vector<int> pivot_;
-  std::vector<int> end_;  // how far a row of the upper factor reaches: exchanges fill it
+  std::vector<int> end_;      // how far a row of the upper factor reaches: exchanges fill it
+  std::vector<int> columns_;  // of each block: where those that it couples to begin
   AlignedVector folded_rows_;
 };
 

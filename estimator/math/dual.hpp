@@ -9,8 +9,9 @@ namespace shaker::estimator {
 
 template <int N>
 struct Dual {
+  static constexpr int kStored = N <= 2 ? N : (N + 3) / 4 * 4;  // whole registers
   double value = 0.0;
-  double d[N] = {};
+  double d[kStored] = {};
 
   Dual() = default;
   Dual(double v) : value(v) {}  // NOLINT: constants convert
@@ -19,7 +20,7 @@ struct Dual {
   // f(value) with slope f'.
   Dual chained(double f, double slope) const {
     Dual r(f);
-    for (int k = 0; k < N; ++k)
+    for (int k = 0; k < kStored; ++k)
       r.d[k] = slope * d[k];
     return r;
   }
@@ -30,26 +31,26 @@ struct Dual {
   friend Dual operator-(const Dual& a) { return a.chained(-a.value, -1.0); }
   friend Dual operator+(const Dual& a, const Dual& b) {
     Dual r(a.value + b.value);
-    for (int k = 0; k < N; ++k)
+    for (int k = 0; k < kStored; ++k)
       r.d[k] = a.d[k] + b.d[k];
     return r;
   }
   friend Dual operator-(const Dual& a, const Dual& b) {
     Dual r(a.value - b.value);
-    for (int k = 0; k < N; ++k)
+    for (int k = 0; k < kStored; ++k)
       r.d[k] = a.d[k] - b.d[k];
     return r;
   }
   friend Dual operator*(const Dual& a, const Dual& b) {
     Dual r(a.value * b.value);
-    for (int k = 0; k < N; ++k)
+    for (int k = 0; k < kStored; ++k)
       r.d[k] = a.d[k] * b.value + a.value * b.d[k];
     return r;
   }
   friend Dual operator/(const Dual& a, const Dual& b) {
     const double over = 1.0 / b.value;
     Dual r(a.value * over);
-    for (int k = 0; k < N; ++k)
+    for (int k = 0; k < kStored; ++k)
       r.d[k] = (a.d[k] - r.value * b.d[k]) * over;
     return r;
   }
@@ -110,11 +111,17 @@ T smooth_abs(const T& x, double e) {
   using std::sqrt;
   return sqrt(x * x + e * e);
 }
-// H_w(x) = 1 / (1 + exp(-x / w)).
-template <class T>
-T smooth_step(const T& x, double w) {
-  using std::tanh;
-  return 0.5 * (1.0 + tanh(x * (0.5 / w)));
+// H_w(x) = 1 / (1 + exp(-x / w)), by e = exp(-|x| / w).
+inline double smooth_step_of(double e, bool above) {
+  return (above ? 1.0 : e) / (1.0 + e);
+}
+inline double smooth_step(double x, double w) {
+  return smooth_step_of(std::exp(-std::fabs(x) / w), x > 0.0);
+}
+template <int N>
+Dual<N> smooth_step(const Dual<N>& x, double w) {
+  const double e = std::exp(-std::fabs(x.value) / w);
+  return x.chained(smooth_step_of(e, x.value > 0.0), e / (w * (1.0 + e) * (1.0 + e)));
 }
 // sp_w(x) = max(x, 0) + w log(1 + exp(-|x| / w)), whose slope is H_w.
 inline double smooth_ramp(double x, double w) {
@@ -122,7 +129,8 @@ inline double smooth_ramp(double x, double w) {
 }
 template <int N>
 Dual<N> smooth_ramp(const Dual<N>& x, double w) {
-  return x.chained(smooth_ramp(x.value, w), smooth_step(x.value, w));
+  const double e = std::exp(-std::fabs(x.value) / w);
+  return x.chained(std::fmax(x.value, 0.0) + w * std::log1p(e), smooth_step_of(e, x.value > 0.0));
 }
 
 }  // namespace shaker::estimator

@@ -110,12 +110,12 @@ bool PeriodicSystem::factorise_banded() {
       for (int e = 0; e < s_; ++e) {
         const int de = d * s_ + e;
         const Stencil& stencil = stencil_of(e);
-        banded_->add(i, d, 0, e, g_u_[de][i]);
         const double over_v = g_v_[de][i] * f1, over_a = g_a_[de][i] * f1 * f1;
-        if (over_v == 0.0 && over_a == 0.0) continue;
-        for (int k = -reach; k <= reach; ++k)
-          banded_->add(i, d, k, e,
-                       over_a * stencil.second[k + reach] + over_v * stencil.first[k + reach]);
+        double values[kMostAcross];
+        for (int k = 0; k <= 2 * reach; ++k)
+          values[k] = over_a * stencil.second[k] + over_v * stencil.first[k];
+        values[reach] += g_u_[de][i];
+        banded_->add(i, d, e, values);
       }
     }
   }

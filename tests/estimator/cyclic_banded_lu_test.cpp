@@ -24,28 +24,27 @@ TEST_P(CyclicSystems, AreSolvedAsByADenseFactorisation) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
   CyclicBandedLu lu(n, block, reach);
-  lu.clear();
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(size, size);
-  std::vector<double> parts;
-  for (int i = 0; i < n; ++i)
-    for (int k = -reach; k <= reach; ++k)
+  std::vector<double> parts(static_cast<std::size_t>(2 * reach + 1));
+  const auto fill = [&] {
+    lu.clear();
+    dense.setZero();
+    for (int i = 0; i < n; ++i)
       for (int r = 0; r < block; ++r)
         for (int c = 0; c < block; ++c) {
           // Weak diagonals in places: without row exchanges this would fail.
-          const double value = k == 0 && i % 3 == 0 ? 1e-12 : normal(random);
-          lu.add(i, r, k, c, value);
-          parts.push_back(value);
-          dense(i * block + r, (i + k + n) % n * block + c) += value;
+          for (int k = -reach; k <= reach; ++k) {
+            const double value = k == 0 && i % 3 == 0 ? 1e-12 : normal(random);
+            parts[static_cast<std::size_t>(k + reach)] = value;
+            dense(i * block + r, (i + k + n) % n * block + c) += value;
+          }
+          lu.add(i, r, c, parts.data());
         }
+  };
+  fill();
   ASSERT_TRUE(lu.factorise());
-  // Again on the same storage: what the first time left behind is gone.
-  lu.clear();
-  auto part = parts.begin();
-  for (int i = 0; i < n; ++i)
-    for (int k = -reach; k <= reach; ++k)
-      for (int r = 0; r < block; ++r)
-        for (int c = 0; c < block; ++c)
-          lu.add(i, r, k, c, *part++);
+  // Another one on the same storage: what the first one left behind is gone.
+  fill();
   ASSERT_TRUE(lu.factorise());
   // Right-hand sides are taken eight or sixteen at a time.
   for (const int width : {3, 11, 20}) {

@@ -98,11 +98,12 @@ bool ImposedMotion::factorise() {
     for (int d = 1; d < s_; ++d) {
       for (int e = 1; e < s_; ++e) {
         const auto de = static_cast<std::size_t>(d * s_ + e);
-        for (int k = -stencil_.reach; k <= stencil_.reach; ++k)
-          band_.add(i, d - 1, k, e - 1,
-                    at_.g_v[de][i] * stencil_.first[static_cast<std::size_t>(k + stencil_.reach)] *
-                        frequency_ * n_);
-        band_.add(i, d - 1, 0, e - 1, at_.g_u[de][i]);
+        const double over_v = at_.g_v[de][i] * frequency_ * n_;
+        double values[kMostAcross];
+        for (std::size_t k = 0; k < std::size(values); ++k)
+          values[k] = over_v * stencil_.first[k];
+        values[stencil_.reach] += at_.g_u[de][i];
+        band_.add(i, d - 1, e - 1, values);
       }
     }
   }
