@@ -165,6 +165,27 @@ SHAKER_INLINE void substitute(const Band& band, Lanes* rows) {
   }
 }
 
+// The same with the transposed matrix: its factors in the other order.
+SHAKER_SIMD_CLONES void substitute_transposed(const Band& band, Lanes* rows) {
+  for (int k = 0; k < band.size; ++k) {
+    Lanes* own = rows + k;
+    const double* upper = band.row(k);
+    *own *= 1.0 / upper[k];
+    for (int c = k + 1; c < band.end[k]; ++c)
+      own[c - k] -= upper[c] * *own;
+  }
+  for (int k = band.size - 1; k >= 0; --k) {
+    Lanes* own = rows + k;
+    const double* lower = band.lower + static_cast<std::ptrdiff_t>(k) * band.half;
+    const int below = std::min(band.size - 1 - k, band.half);
+    Lanes sum[2] = {};
+    for (int r = 0; r < below; ++r)
+      sum[r % 2] += lower[r] * own[r + 1];
+    *own -= sum[0] + sum[1];
+    if (band.pivot[k] != k) std::swap(*own, rows[band.pivot[k]]);
+  }
+}
+
 SHAKER_SIMD_CLONES void substitute_narrow(const Band& band, Lanes* rows) {
   substitute<1>(band, rows);
 }
@@ -211,10 +232,19 @@ bool CyclicBandedLu::factorise() {
 }
 
 void CyclicBandedLu::solve(double* rows, int stride, int width) {
+  solve(rows, stride, width, false);
+}
+
+void CyclicBandedLu::solve_transposed(double* rows, int stride, int width) {
+  solve(rows, stride, width, true);
+}
+
+void CyclicBandedLu::solve(double* rows, int stride, int width, bool transposed) {
   const Band band{band_.data(), lower_.data(), pivot_.data(), end_.data(),
                   size_,        half_,         margin_,       width_};
+  const int most = transposed ? kLanes : 2 * kLanes;
   for (int first = 0; first < width;) {
-    const int count = std::min(width - first, 2 * kLanes);
+    const int count = std::min(width - first, most);
     const int lanes = count > kLanes ? 2 * kLanes : kLanes;
     const auto each = [&](auto&& copied) {
       for (int i = 0; i < n_; ++i) {
@@ -226,7 +256,10 @@ void CyclicBandedLu::solve(double* rows, int stride, int width) {
     each([&](const double* from, double* to) {
       std::fill(std::copy_n(from, count, to), to + lanes, 0.0);
     });
-    (lanes > kLanes ? substitute_wide : substitute_narrow)(band, as_lanes(folded_rows_.data()));
+    const auto substitute = transposed       ? substitute_transposed
+                            : lanes > kLanes ? substitute_wide
+                                             : substitute_narrow;
+    substitute(band, as_lanes(folded_rows_.data()));
     each([&](double* to, const double* from) { std::copy_n(from, count, to); });
     first += count;
   }

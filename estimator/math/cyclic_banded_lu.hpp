@@ -29,8 +29,11 @@ class CyclicBandedLu {
   // Solves for `width` right-hand sides at once, in place. `rows` holds n * block rows of `stride`
   // doubles; row i * block + c belongs to unknown c of block i.
   void solve(double* rows, int stride, int width);
+  // The same with the transposed matrix: row i * block + c then belongs to equation c of block i.
+  void solve_transposed(double* rows, int stride, int width);
 
  private:
+  void solve(double* rows, int stride, int width, bool transposed);
   int folded(int i) const { return 2 * i < n_ ? 2 * i : 2 * (n_ - 1 - i) + 1; }
 
   // Such that column c of row r is storage(r)[c].

@@ -181,6 +181,13 @@ void PeriodicSystem::solve_factorised(std::span<double> rows, int width) {
   map = dense_->lu.solve(map).eval();
 }
 
+void PeriodicSystem::solve_transposed(std::span<double> rows, int width) {
+  if (!dense_) return banded_->solve_transposed(rows.data(), width, width);
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> map(
+      rows.data(), n_ * s_, width);
+  map = dense_->lu.transpose().solve(map).eval();
+}
+
 bool PeriodicSystem::add_products(std::span<const double> data, int every, bool with_newton,
                                   double weight, double* products) const {
   if (s_ != 1 || groups_ > kMostGroups || !observer_->direct(0)) return false;

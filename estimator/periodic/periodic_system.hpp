@@ -123,6 +123,9 @@ class PeriodicSystem {
   bool factorise();
   // Precondition: the last call on this object that solved anything was factorise().
   void solve_factorised(std::span<double> rows, int width);
+  // The same with (dg/dz) transposed, of which a row is an equation: weights of a few things that
+  // are seen of the state become their slopes over the residual at every point.
+  void solve_transposed(std::span<double> rows, int width);
 
   // Response of the last linearised state to the excitation's harmonics 1 to `harmonics`, per unit
   // of their cosine and sine parts: `out` gets 2 * harmonics columns for each unknown, row by row

@@ -19,40 +19,6 @@ namespace {
 namespace discrepancy = estimator::discrepancy;
 namespace fs = std::filesystem;
 
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-discrepancy::Campaign recorded(const Case& hidden) {
-  const auto plan =
-      recording(designs()[static_cast<std::size_t>(hidden.design)],
-                noises()[static_cast<std::size_t>(hidden.noise)], hidden.truth, hidden.seed);
-  discrepancy::Campaign campaign;
-  campaign.name = "blind";
-  for (std::size_t r = 0; r < plan.runs.size(); ++r) {
-    auto record = sim::record_run(plan, r);
-    discrepancy::Recording run;
-    run.name = plan.runs[r].name;
-    run.role = plan.runs[r].held_out ? discrepancy::Role::held_out : discrepancy::Role::fit;
-    run.role_given = true;
-    run.frequency_hz = plan.runs[r].frequency_hz;
-    run.amplitude = plan.runs[r].amplitude;
-    run.t = std::move(record.t);
-    run.excitation = std::move(record.excitation);
-    run.displacement = std::move(record.displacement);
-    campaign.runs.push_back(std::move(run));
-  }
-  return campaign;
-}
-
-config::ModelSpec base_model(const std::string& example) {
-  auto model = config::load_model(fs::path(SHAKER_SOURCE_DIR) / "config/examples" / example);
-  if (!model.ok()) throw std::runtime_error(model.error().what);
-  return model.value();
-}
-
 void seal(const Case& hidden, const fs::path& file) {
   std::ofstream out(file);
   out << nlohmann::json{{"kind", hidden.kind}, {"truth", hidden.truth}}.dump() << '\n';
@@ -87,6 +53,18 @@ std::uint64_t seed_of(std::string_view what) {
 
 }  // namespace
 
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+config::ModelSpec base_model(const std::string& example) {
+  auto model = config::load_model(fs::path(SHAKER_SOURCE_DIR) / "config/examples" / example);
+  if (!model.ok()) throw std::runtime_error(model.error().what);
+  return model.value();
+}
+
 std::string Case::label() const {
   return fmt::format("{}{}{}, {}, {}, seed {}", kind, size.empty() ? "" : ", ", size,
                      designs()[static_cast<std::size_t>(design)].name,
@@ -120,9 +98,31 @@ std::vector<Case> all_cases(int nulls) {
   return cases;
 }
 
+discrepancy::Campaign recorded(const sim::CampaignRecording& plan) {
+  discrepancy::Campaign campaign;
+  campaign.name = "blind";
+  for (std::size_t r = 0; r < plan.runs.size(); ++r) {
+    auto record = sim::record_run(plan, r);
+    discrepancy::Recording run;
+    run.name = plan.runs[r].name;
+    run.role = plan.runs[r].held_out ? discrepancy::Role::held_out : discrepancy::Role::fit;
+    run.role_given = true;
+    run.frequency_hz = plan.runs[r].frequency_hz;
+    run.amplitude = plan.runs[r].amplitude;
+    run.t = std::move(record.t);
+    run.excitation = std::move(record.excitation);
+    run.displacement = std::move(record.displacement);
+    campaign.runs.push_back(std::move(run));
+  }
+  return campaign;
+}
+
 Answer answer(const Case& hidden, const fs::path& sealed) {
   seal(hidden, sealed);
-  return asked(recorded(hidden), "model-oleo.json");
+  const auto plan =
+      recording(designs()[static_cast<std::size_t>(hidden.design)],
+                noises()[static_cast<std::size_t>(hidden.noise)], hidden.truth, hidden.seed);
+  return asked(recorded(plan), "model-oleo.json");
 }
 
 Answer asked(const discrepancy::Campaign& campaign, const std::string& example) {

@@ -11,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "config/model.hpp"
 #include "estimator/discrepancy/campaign.hpp"
+#include "sim/campaign_recorder.hpp"
 #include "tests/blind/cases.hpp"
 
 namespace shaker::blind {
@@ -44,6 +46,14 @@ struct Answer {
   double noise_after = 0.0;                  // gap after over the expected noise
   double seconds = 0.0;                      // of processor time
 };
+
+// Of this thread.
+double processor_seconds();
+// One of config/examples. Throws std::runtime_error where it cannot be read.
+config::ModelSpec base_model(const std::string& example);
+
+// The virtual rig's records of a plan, as the workflow takes them.
+estimator::discrepancy::Campaign recorded(const sim::CampaignRecording& plan);
 
 // What the workflow says of records with an example's base model ("model-oleo.json").
 Answer asked(const estimator::discrepancy::Campaign& campaign, const std::string& example);

@@ -60,6 +60,14 @@ TEST_P(CyclicSystems, AreSolvedAsByADenseFactorisation) {
     for (int i = 0; i < size; ++i)
       for (int w = 0; w < width; ++w)
         EXPECT_NEAR(rows[i * stride + w], want(i, w), 1e-9 * scale) << i << " " << w;
+    for (int i = 0; i < size; ++i)
+      for (int w = 0; w < width; ++w)
+        rows[i * stride + w] = right(i, w);
+    lu.solve_transposed(rows.data(), stride, width);
+    const Eigen::MatrixXd other = dense.transpose().partialPivLu().solve(right);
+    for (int i = 0; i < size; ++i)
+      for (int w = 0; w < width; ++w)
+        EXPECT_NEAR(rows[i * stride + w], other(i, w), 1e-9 * other.cwiseAbs().maxCoeff());
   }
 }
 

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/math/aligned.hpp"
+#include "estimator/math/lanes.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -18,7 +21,7 @@ constexpr double kOffGrid = 0.05;    // of a step
 constexpr std::size_t kFewestSteps = 3, kManySteps = 12;
 constexpr double kFew = 1e-3;  // of a step, where few values must show the grid
 
-constexpr int kPlaces = 16;  // of the grid under the motion
+constexpr int kRegisters = 2, kPlaces = kRegisters * kLanes;  // of the grid under the motion
 constexpr double kMostSamples = 40000.0;
 constexpr double kOfSteps = 0.5;  // of a quantum: an amplitude that is the curve's own
 constexpr Index kNeighbours = 2;
@@ -36,7 +39,6 @@ double smallest_step(const std::vector<double>& sorted, double trifle) {
 // What is expected of a sample's rounding, in steps, at a place in steps: the saw tooth, its
 // harmonics damped by the noise.
 double rounded_off(double place, double noise) {
-  if (noise < kSharp) return std::round(place) - place;
   constexpr double kPi = std::numbers::pi;
   const double c = std::cos(2.0 * kPi * place), s = std::sin(2.0 * kPi * place);
   double ck = 1.0, sk = 0.0, sum = 0.0;
@@ -48,6 +50,46 @@ double rounded_off(double place, double noise) {
     sum += (k % 2 == 0 ? kept : -kept) * sk / (kPi * k);
   }
   return sum;
+}
+
+// The same without noise, at all places of the grid under the motion.
+SHAKER_INLINE void rounded_off_sharply(double place, Lanes (&off)[kRegisters]) {
+  constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to an integer
+  for (int g = 0; g < kRegisters; ++g) {
+    for (int l = 0; l < kLanes; ++l)
+      off[g][l] = place + static_cast<double>(g * kLanes + l) / kPlaces;
+    off[g] = ((off[g] + kRound) - kRound) - off[g];
+  }
+}
+
+// The harmonics of samples' rounding, a row of `errors` each, at all those places.
+SHAKER_SIMD_CLONES void add_rounding(const double* curve, int size, double noise,
+                                     double samples_a_cycle, int points, Lanes* errors) {
+  std::vector<double> basis(static_cast<std::size_t>(size), 1.0);
+  for (int i = 0; i < points; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / samples_a_cycle;
+    const double c = std::cos(angle), s = std::sin(angle);
+    double ch = 1.0, sh = 0.0, place = curve[0];
+    for (int h = 1; h + 1 < size; h += 2) {
+      const double next = ch * c - sh * s;
+      sh = sh * c + ch * s;
+      ch = next;
+      basis[static_cast<std::size_t>(h)] = ch;
+      basis[static_cast<std::size_t>(h) + 1] = sh;
+      place += curve[h] * ch + curve[h + 1] * sh;
+    }
+    Lanes off[kRegisters];
+    if (noise < kSharp) {
+      rounded_off_sharply(place, off);
+    } else {
+      for (int p = 0; p < kPlaces; ++p)
+        off[p / kLanes][p % kLanes] = rounded_off(place + static_cast<double>(p) / kPlaces, noise);
+    }
+    for (int k = 0; k < size; ++k) {
+      for (int g = 0; g < kRegisters; ++g)
+        errors[k * kRegisters + g] += basis[static_cast<std::size_t>(k)] * off[g];
+    }
+  }
 }
 
 // The curve that was rounded, as far as the rounded one tells: its harmonics that are no smaller
@@ -102,33 +144,19 @@ VectorXd rounding_variance(const VectorXd& curve, double quantum, double noise,
                            const Sampling& sampling) {
   const Index size = curve.size();
   if (!(quantum > 0.0) || noise > kBlurred * quantum) return VectorXd::Zero(size);
-  const VectorXd smooth = without_steps(curve, quantum);
+  const VectorXd smooth = without_steps(curve, quantum) / quantum;
   const double cycles = std::clamp(std::floor(kMostSamples / sampling.samples_a_cycle), 1.0,
                                    static_cast<double>(sampling.cycles));
   const int points = static_cast<int>(cycles * sampling.samples_a_cycle);
-  Eigen::MatrixXd errors = Eigen::MatrixXd::Zero(size, kPlaces);
-  VectorXd basis(size);
-  Eigen::Matrix<double, 1, kPlaces> off;
-  for (int i = 0; i < points; ++i) {
-    const double angle = 2.0 * std::numbers::pi * i / sampling.samples_a_cycle;
-    const double c = std::cos(angle), s = std::sin(angle);
-    basis[0] = 1.0;
-    double ch = 1.0, sh = 0.0;
-    for (Index h = 1; 2 * h < size; ++h) {
-      const double next = ch * c - sh * s;
-      sh = sh * c + ch * s;
-      ch = next;
-      basis[2 * h - 1] = ch;
-      basis[2 * h] = sh;
-    }
-    const double place = basis.dot(smooth) / quantum;
-    for (int p = 0; p < kPlaces; ++p)
-      off[p] = rounded_off(place + static_cast<double>(p) / kPlaces, noise / quantum);
-    errors.noalias() += basis * off;
-  }
-  errors *= 2.0 * quantum / points;
-  errors.row(0) *= 0.5;
-  return spread_out(errors.cwiseAbs2().rowwise().mean());
+  AlignedVector errors(static_cast<std::size_t>(size * kPlaces), 0.0);
+  add_rounding(smooth.data(), static_cast<int>(size), noise / quantum, sampling.samples_a_cycle,
+               points, as_lanes(errors.data()));
+  const double scale = 2.0 * quantum / points;
+  VectorXd variance =
+      scale * scale *
+      Eigen::Map<const Eigen::MatrixXd>(errors.data(), kPlaces, size).cwiseAbs2().colwise().mean();
+  variance[0] *= 0.25;
+  return spread_out(variance);
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -360,6 +360,8 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
     if (!record && k > 0 && leaves_more(*fits[0], *fits[1], worth.hopeless)) return std::nullopt;
   }
   if (fits.size() < 2) return std::nullopt;
+  if (worth.on_grids)
+    return Sharpened{fits.back(), std::make_shared<const std::vector<RunDatum>>(data)};
   return at_limit(fits, data, options);
 }
 

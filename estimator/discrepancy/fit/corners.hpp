@@ -61,6 +61,8 @@ struct Sharpening {
   // Chi-squared, below which corners half as wide, or by their example those of no width, must
   // lead.
   double hopeless = std::numeric_limits<double>::infinity();
+  // Whether the finest of the grids will do: their limit takes up to 64 times the points.
+  bool on_grids = false;
 };
 // Nothing when it is not worth while, or the corners cannot be made sharper than one grid allows.
 std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,

@@ -23,7 +23,6 @@ using Eigen::VectorXd;
 
 constexpr int kCells = 24;        // of the stroke and of the velocity
 constexpr double kLinear = 0.02;  // of the largest force: what grid and linearisation leave open
-constexpr int kAtOnce = 64;       // right-hand sides of a solution: all of them would be large
 constexpr int kLaps = 2;          // of a march along a cycle: the first forgets how it began
 
 // One run as it was measured, with what the model makes of it there.
@@ -71,30 +70,25 @@ std::optional<Course> of_record(const HarmonicFit& fit, const RunDatum& datum, s
   return course;
 }
 
-// Of a force added to a periodic system's left side, a point each, on the response's harmonics.
+// Of a force added to a periodic system's left side, a point each, on the response's harmonics:
+// there are fewer of these than of points.
 MatrixXd reach_of(const PeriodicSystem& from, const std::vector<double>& theta, int harmonics) {
   PeriodicSystem system = from.anew();
   const int n = from.points(), s = from.model().coordinates();
   if (!system.linearise(theta) || !system.factorise()) return {};
   const MatrixXd analysis = analysis_matrix(harmonics, n);
-  MatrixXd reach(analysis.rows(), n);
-  std::vector<double> rows;
-  for (int first = 0; first < n; first += kAtOnce) {
-    const int width = std::min(kAtOnce, n - first);
-    const auto row_of = [&](int point, int coordinate) {
-      return &rows[static_cast<std::size_t>((point * s + coordinate) * width)];
-    };
-    rows.assign(static_cast<std::size_t>(n * s * width), 0.0);
-    for (int k = 0; k < width; ++k)
-      row_of(first + k, 0)[k] = -1.0;
-    system.solve_factorised(rows, width);
-    // Written by rows: columns of a fine grid lie pages apart.
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> moves(n, width);
-    for (int i = 0; i < n; ++i)
-      moves.row(i) =
-          Eigen::Map<const Eigen::RowVectorXd>(row_of(i, from.model().observed()), width);
-    reach.middleCols(first, width) = analysis * moves;
-  }
+  const auto width = static_cast<int>(analysis.rows());
+  std::vector<double> rows(static_cast<std::size_t>(n * s * width));
+  const auto row_of = [&](int point, int coordinate) {
+    return Eigen::Map<VectorXd>(&rows[static_cast<std::size_t>((point * s + coordinate) * width)],
+                                width);
+  };
+  for (int i = 0; i < n; ++i)
+    row_of(i, from.model().observed()) = -analysis.col(i);
+  system.solve_transposed(rows, width);
+  MatrixXd reach(width, n);
+  for (int i = 0; i < n; ++i)
+    reach.col(i) = row_of(i, 0);
   return reach;
 }
 

@@ -95,6 +95,7 @@ class Search {
       prune();
       if (!options_.simple_first && standing_.left_by_best() > kWorthGoingOn * before) break;
     }
+    standing_.finish();
   }
 
  private:

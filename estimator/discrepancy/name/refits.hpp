@@ -45,12 +45,15 @@ class Refits {
   // if they may lead below so much of chi-squared. False when there is no corner, or where finer
   // grids change nothing or do not settle.
   bool sharpened(Hypothesis& h, double hopeless = std::numeric_limits<double>::infinity()) const;
+  // Where shares of a gap are weighed, finer grids do for that; this takes one that they have
+  // sharpened to no width, where that leaves less.
+  void finish_sharpening(Hypothesis& h) const;
 
  private:
   std::shared_ptr<const HarmonicFit> as_stated(const Hypothesis& h) const;
   std::shared_ptr<const HarmonicFit> as_data_say(const Hypothesis& h, const HarmonicFit* at_once,
                                                  const HarmonicFit* stated) const;
-  std::optional<Sharpened> to_limit(const Hypothesis& h, bool record, double hopeless) const;
+  std::optional<Sharpened> to_limit(const HarmonicFit& round, const Sharpening& worth) const;
   bool gentle(const Hypothesis& h, const HarmonicFit& stated) const;
   bool richer_does_it(const Hypothesis& h, const HarmonicFit& fit) const;
   bool resolved(Hypothesis& h) const;

@@ -50,6 +50,12 @@ void Standing::choose() {
   if (before != found_.hypotheses[found_.best].fit) judge_best();
 }
 
+void Standing::finish() {
+  if (!chosen_) return;
+  refits_.finish_sharpening(found_.hypotheses[found_.best]);
+  any_best();
+}
+
 // The test looks at all data together, in units of the noise; what is left in the response's own
 // unit is looked at too.
 void Standing::judge_best() {

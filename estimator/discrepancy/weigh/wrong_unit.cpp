@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include <fmt/format.h>
@@ -64,6 +65,15 @@ double left_by(const std::vector<RunDatum>& data, const HarmonicFit& fit) {
   return std::sqrt(sum / static_cast<double>(data.size()));
 }
 
+// With its errors.
+void multiply_response(RunDatum& datum, double factor) {
+  datum.response *= factor;
+  datum.error *= factor;
+  datum.clock *= factor;
+  if (datum.whitening)
+    datum.whitening = std::make_shared<const Eigen::MatrixXd>(*datum.whitening / factor);
+}
+
 // What is left when some runs' response, or every run's driver, is multiplied.
 class Trial {
  public:
@@ -71,24 +81,21 @@ class Trial {
       : look_(look), model_(model), options_(options) {}
 
   double response(double factor, const std::vector<std::size_t>& which) const {
-    std::vector<SteadyRun> runs = look_.runs;
-    for (const std::size_t r : which) {
-      runs[r].response *= factor;
-      runs[r].quantum *= factor;
-    }
-    return left(runs);
+    std::vector<RunDatum> data = look_.weighed.data;
+    for (const std::size_t r : which)
+      multiply_response(data[r], factor);
+    return left(data);
   }
   double driver(double factor, const std::vector<std::size_t>& which) const {
-    std::vector<SteadyRun> runs = look_.runs;
+    std::vector<RunDatum> data = look_.weighed.data;
     for (const std::size_t r : which)
-      runs[r].driver *= factor;
-    return left(runs);
+      data[r].driver *= factor;
+    return left(data);
   }
 
  private:
-  double left(const std::vector<SteadyRun>& runs) const {
-    const Weighed weighed = weigh(runs);
-    return left_by(weighed.data, fit_harmonics(model_, weighed.data, {}, nullptr, options_));
+  double left(const std::vector<RunDatum>& data) const {
+    return left_by(data, fit_harmonics(model_, data, {}, nullptr, options_));
   }
 
   const Look& look_;

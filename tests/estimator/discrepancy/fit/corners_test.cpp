@@ -54,6 +54,16 @@ TEST(Corners, OfADamperThatSticksAreTakenDownToNoise) {
   EXPECT_GT(std::fabs(of_coulomb(fit) - 0.4), 5.0 * sharp->fit->standard_error(last));
 }
 
+// A finer grid comes nearer to corners of no width, and stops there where that is enough.
+TEST(Corners, AreAsSharpAsTheFinestGridWhereThatWillDo) {
+  const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
+  const auto on_grids = sharpen(fit, data, {}, {.on_grids = true});
+  ASSERT_TRUE(on_grids);
+  EXPECT_EQ(on_grids->fit->predictions.front().points(), 2 * fit.predictions.front().points());
+  EXPECT_LT(on_grids->fit->chi_squared, 0.5 * fit.chi_squared);
+  EXPECT_EQ(on_grids->data->front().to_limit, nullptr);
+}
+
 TEST(Corners, AreLeftWhereNoSharpnessLeadsToNoise) {
   const auto [data, fit] = with_friction({{"viscous_damping", 1.5}});
   ASSERT_TRUE(fit.converged);

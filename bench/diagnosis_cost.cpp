@@ -1,0 +1,133 @@
+// What the cost of a diagnosis depends on: runs, and the size of the catalogue.
+//
+//   build/tests/blind/bench_diagnosis
+//
+// Campaigns of the virtual rig, in several of which something is hidden, as the way of one search
+// is a matter of chance. Processor time of one thread, the least of three, and how it grows when
+// runs or catalogue double: 2 is linear.
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "estimator/discrepancy/cycles/steady_cycles.hpp"
+#include "estimator/discrepancy/detect/candidates.hpp"
+#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/discrepancy/name/naming.hpp"
+#include "estimator/discrepancy/weigh/weighing.hpp"
+#include "tests/blind/suite.hpp"
+
+namespace {
+
+using namespace shaker;
+namespace discrepancy = estimator::discrepancy;
+
+constexpr int kRepetitions = 3;
+constexpr const char* kHidden[] = {"coulomb_friction", "cubic_stiffness", "sensor_delay",
+                                   "rebound_damping", "bouc_wen_hysteresis"};
+constexpr const char* kModel = "model-oleo.json";
+
+blind::Truth truth_of(std::string_view name) {
+  const auto kind = std::ranges::find(blind::kinds(), name, &blind::Kind::name);
+  if (kind == blind::kinds().end()) throw std::runtime_error(fmt::format("no kind {}", name));
+  return kind->sizes[1];
+}
+
+// From 1 to 4 Hz, every third run held out.
+discrepancy::Campaign recorded(std::string_view hidden, int runs) {
+  blind::Design design{"made", {}};
+  for (int r = 0; r < runs; ++r)
+    design.runs.push_back(
+        {fmt::format("r{:02}", r + 1), 1.0 + 3.0 * r / runs, r % 2 == 0 ? 2.5 : 4.0, r % 3 == 2});
+  return blind::recorded(blind::recording(design, blind::noises()[1], truth_of(hidden), 7));
+}
+
+template <class Work>
+double least_seconds(const Work& work) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kRepetitions; ++i) {
+    const double before = blind::processor_seconds();
+    work();
+    least = std::min(least, blind::processor_seconds() - before);
+  }
+  return least;
+}
+
+// The base model's fit, as a search begins with it.
+struct Begun {
+  std::vector<discrepancy::RunDatum> data;
+  discrepancy::HarmonicFit fit;
+};
+
+Begun begun(const discrepancy::Campaign& campaign, const config::ModelSpec& model) {
+  std::vector<discrepancy::SteadyRun> runs;
+  for (const discrepancy::Recording& run : campaign.runs)
+    runs.push_back(discrepancy::steady_cycles(run).value());
+  discrepancy::FitOptions far;
+  far.from_rest = true;
+  auto rough =
+      discrepancy::fit_harmonics(model, discrepancy::weigh(runs).data, {}, nullptr, far);
+  Begun all{discrepancy::weigh(runs, rough).data, {}};
+  all.fit = discrepancy::fit_harmonics(model, all.data, rough.theta, nullptr, far);
+  return all;
+}
+
+void over_runs(const config::ModelSpec& model) {
+  fmt::print("| runs | whole diagnosis, mean of {} | growth |\n|---|---|---|\n",
+             std::size(kHidden));
+  double before = 0.0;
+  for (const int runs : {6, 12, 24, 48}) {
+    double sum = 0.0;
+    for (const char* hidden : kHidden) {
+      const auto campaign = recorded(hidden, runs);
+      sum += least_seconds([&] { (void)discrepancy::diagnose(campaign, model); });
+    }
+    const double mean = sum / std::size(kHidden);
+    fmt::print("| {} | {:.2f} s | {} |\n", runs, mean,
+               before > 0.0 ? fmt::format("{:.2f}", mean / before) : "");
+    before = mean;
+  }
+}
+
+// Every entry, every second and every fourth: over all ways to begin, so that none is a special
+// one.
+void over_catalogue(const config::ModelSpec& model) {
+  fmt::print("\n| catalogue | search, mean of {} | growth |\n|---|---|---|\n", std::size(kHidden));
+  double before = 0.0;
+  for (const std::size_t share : {4U, 2U, 1U}) {
+    double sum = 0.0;
+    std::size_t size = 0;
+    for (const char* hidden : kHidden) {
+      const auto campaign = recorded(hidden, 6);
+      const Begun base = begun(campaign, model);
+      std::vector<std::string> warnings;
+      const auto all = discrepancy::candidates(model, {0.10, 0.20, 0.5, 15.0},
+                                               discrepancy::Kind::periodic, warnings);
+      for (std::size_t first = 0; first < share; ++first) {
+        std::vector<discrepancy::Candidate> some;
+        for (std::size_t k = first; k < all.size(); k += share)
+          some.push_back(all[k]);
+        size = some.size();
+        sum +=
+            least_seconds([&] {
+              auto copy =
+                  discrepancy::fit_harmonics(model, base.data, base.fit.theta, &base.fit, {});
+              (void)discrepancy::name_effects(std::move(copy), base.data, some, {}, [](double) {});
+            }) /
+            static_cast<double>(share);
+      }
+    }
+    const double mean = sum / std::size(kHidden);
+    fmt::print("| {} effects | {:.2f} s | {} |\n", size, mean,
+               before > 0.0 ? fmt::format("{:.2f}", mean / before) : "");
+    before = mean;
+  }
+}
+
+}  // namespace
+
+int main() {
+  const config::ModelSpec model = blind::base_model(kModel);
+  over_runs(model);
+  over_catalogue(model);
+}
