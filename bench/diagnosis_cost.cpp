@@ -65,8 +65,7 @@ Begun begun(const discrepancy::Campaign& campaign, const config::ModelSpec& mode
     runs.push_back(discrepancy::steady_cycles(run).value());
   discrepancy::FitOptions far;
   far.from_rest = true;
-  auto rough =
-      discrepancy::fit_harmonics(model, discrepancy::weigh(runs).data, {}, nullptr, far);
+  auto rough = discrepancy::fit_harmonics(model, discrepancy::weigh(runs).data, {}, nullptr, far);
   Begun all{discrepancy::weigh(runs, rough).data, {}};
   all.fit = discrepancy::fit_harmonics(model, all.data, rough.theta, nullptr, far);
   return all;

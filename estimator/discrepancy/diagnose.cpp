@@ -107,8 +107,7 @@ MotionRange range_of(const std::vector<RunDatum>& data) {
     constexpr int kPoints = 128;
     const VectorXd& motion = datum.kind == Kind::imposed_motion ? datum.driver : datum.response;
     const auto size = std::min<Eigen::Index>(motion.size(), harmonic_size(6));
-    const VectorXd curve =
-        synthesis_matrix(static_cast<int>((size - 1) / 2), kPoints) * motion.head(size);
+    const VectorXd curve = synthesised(motion.head(size), kPoints);
     range.low = std::min(range.low, curve.minCoeff());
     range.high = std::max(range.high, curve.maxCoeff());
     const VectorXd next = (VectorXd(kPoints) << curve.tail(kPoints - 1), curve[0]).finished();

@@ -72,16 +72,19 @@ SHAKER_INLINE void eliminate_any(const Band& band, int k, int last, int end) {
 
 // The row that is to stand at k.
 SHAKER_INLINE int pivot_of(const Band& band, int k, int last) {
-  int best = k;
-  double most = 0.0;
-  for (int r = k + 1; r <= last; ++r) {
-    const double size = std::fabs(band.row(r)[k]);
-    if (size > most) {
-      most = size;
-      best = r;
-    }
+  const auto size_at = [&](int r) { return std::fabs(band.row(r)[k]); };
+  double even = 0.0, odd = 0.0;  // two at a time: each waits for the one before
+  int r = k + 1;
+  for (; r < last; r += 2) {
+    even = std::max(even, size_at(r));
+    odd = std::max(odd, size_at(r + 1));
   }
-  return std::fabs(band.row(k)[k]) >= kPivot * most ? k : best;
+  if (r == last) even = std::max(even, size_at(r));
+  const double most = std::max(even, odd);
+  if (size_at(k) >= kPivot * most) return k;
+  for (r = k + 1; r < last && size_at(r) < most; ++r) {
+  }
+  return r;
 }
 
 SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {

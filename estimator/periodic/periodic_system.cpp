@@ -136,7 +136,7 @@ void PeriodicSystem::take_memory() {
     left_.insert(left_.end(), g_theta_.begin(), g_theta_.end());
   }
   if (!dense_) {
-    banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
+    if (s_ > 1) banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
     if (options_.correct_kink && model_->has_velocity_kink()) {
       kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, stride_);
       kappa_theta_.resize(stride_);

@@ -2,7 +2,8 @@
 // residual, Newton step and sensitivities dz/dtheta from one factorisation. Equations
 // (5.13)-(5.19), (5.23), (5.24).
 //
-// Mutable workspace of one thread beside an immutable Model. Nothing allocates after construction.
+// Mutable workspace of one thread beside an immutable Model. Nothing allocates after construction,
+// but for one coordinate's first step that needs row exchanges, or its first factorise().
 //
 // The grid has n equal steps; z_i is the state at tau = i / n. Where the model's damping has a kink
 // at v = 0 (|v| v), u'''' jumps there, and the third derivative of the sensitivities; the

@@ -5,6 +5,7 @@
 #include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator::discrepancy {
+
 Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz) {
   Eigen::VectorXd rate = Eigen::VectorXd::Zero(harmonics.size());
   for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
@@ -35,6 +36,26 @@ Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
     }
   }
   return table;
+}
+
+// By Clenshaw's recurrence, point by point.
+Eigen::VectorXd synthesised(const Eigen::VectorXd& harmonics, int points) {
+  Eigen::VectorXd curve(points);
+  for (Eigen::Index i = 0; i < points; ++i) {
+    const double angle = kTwoPi * static_cast<double>(i) / points;
+    const double cosine = std::cos(angle), sine = std::sin(angle);
+    double a = 0.0, a_before = 0.0, b = 0.0, b_before = 0.0;
+    for (Eigen::Index c = harmonics.size() - 2; c > 0; c -= 2) {
+      const double a_next = harmonics[c] + 2.0 * cosine * a - a_before;
+      const double b_next = harmonics[c + 1] + 2.0 * cosine * b - b_before;
+      a_before = a;
+      b_before = b;
+      a = a_next;
+      b = b_next;
+    }
+    curve[i] = harmonics[0] + cosine * a - a_before + sine * b;
+  }
+  return curve;
 }
 
 Eigen::MatrixXd analysis_matrix(int harmonics, int points) {

@@ -21,6 +21,8 @@ Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz
 Eigen::MatrixXd analysis_matrix(int harmonics, int points);
 // n x (2 H + 1): and back.
 Eigen::MatrixXd synthesis_matrix(int harmonics, int points);
+// That of one curve, without the matrix.
+Eigen::VectorXd synthesised(const Eigen::VectorXd& harmonics, int points);
 
 // The same curve seen from a later origin: c(tau + turns).
 void shift_origin(Eigen::Ref<Eigen::VectorXd> harmonics, double turns);

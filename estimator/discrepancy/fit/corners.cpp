@@ -74,11 +74,10 @@ Pace pace_of(const RunDatum& datum) {
   const Index size = std::min(whole.size(), harmonic_size(kSmoothHarmonics));
   const VectorXd v = derivative(whole.head(size), datum.frequency_hz);
   const VectorXd a = derivative(v, datum.frequency_hz);
-  const auto synthesis = synthesis_matrix(static_cast<int>((size - 1) / 2), kPoints);
-  const VectorXd speed = synthesis * v;
-  const VectorXd acceleration = synthesis * a;
-  Pace pace{speed.cwiseAbs().maxCoeff(), 0.0,
-            (synthesis * derivative(a, datum.frequency_hz)).cwiseAbs().maxCoeff()};
+  const VectorXd speed = synthesised(v, kPoints);
+  const VectorXd acceleration = synthesised(a, kPoints);
+  const VectorXd jerk = synthesised(derivative(a, datum.frequency_hz), kPoints);
+  Pace pace{speed.cwiseAbs().maxCoeff(), 0.0, jerk.cwiseAbs().maxCoeff()};
   for (Index i = 0; i < kPoints; ++i) {
     const Index next = (i + 1) % kPoints;
     if (speed[i] * speed[next] <= 0.0)

@@ -28,8 +28,7 @@ bool arrived(const SolveReport& report) {
 
 PeriodicResponse::PeriodicResponse(const Model& model, const RunDatum& datum, int points)
     : system_(model, GridOptions{Scheme::order6, points, true}), channels_{Quantity::displacement} {
-  const auto orders = static_cast<int>((datum.driver.size() - 1) / 2);
-  Eigen::VectorXd x = synthesis_matrix(orders, points) * datum.driver;
+  Eigen::VectorXd x = synthesised(datum.driver, points);
   x.array() -= datum.driver[0];
   system_.set_excitation_points(datum.frequency_hz, {x.data(), static_cast<std::size_t>(points)});
 }

@@ -117,8 +117,7 @@ MissingForce missing_force(const Prediction& prediction, const std::vector<doubl
     if (missing.ok && imposed) missing.force += run->response;
     return missing;
   }
-  const VectorXd curve =
-      synthesis_matrix(static_cast<int>((measured.size() - 1) / 2), prediction.points()) * measured;
+  const VectorXd curve = synthesised(measured, prediction.points());
   if (const ImposedMotion* imposed = prediction.imposed())
     return {imposed->stroke(), imposed->velocity(), curve - imposed->force(), true};
   PeriodicSystem system = prediction.response()->anew();
