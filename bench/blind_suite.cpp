@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "base/heap.hpp"
 #include "tests/blind/records.hpp"
 #include "tests/blind/suite.hpp"
 
@@ -37,6 +38,7 @@ int run_records(const std::vector<RecordCase>& all, const std::string& label) {
 int main(int argc, char** argv) {
   CLI::App app("Hides effects in the virtual rig and counts how often the workflow finds them.",
                "blind_suite");
+  shaker::keep_freed_memory();  // as shakerctl does
   int nulls = 200, threads = 1, every = 1;
   int records = 0;
   std::string kind, label, output;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/heap.hpp"
 #include "cli/campaign_folder.hpp"
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
@@ -30,6 +31,7 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   if (options.campaign.empty() || options.model.empty())
     return fail(common, kBadInput,
                 "diagnose needs a campaign and --model (with --daemon, neither is needed)");
+  keep_freed_memory();
   auto model = config::load_model(options.model);
   if (!model) return fail(common, kBadInput, model.error().what);
   auto campaign = read_campaign(options.campaign, *model);

@@ -64,6 +64,12 @@ Eigen::MatrixXd analysis_matrix(int harmonics, int points) {
   return table;
 }
 
+std::shared_ptr<const Eigen::MatrixXd> AnalysisMatrices::get(int harmonics, int points) {
+  auto& known = made_[{harmonics, points}];
+  if (!known) known = std::make_shared<const Eigen::MatrixXd>(analysis_matrix(harmonics, points));
+  return known;
+}
+
 void shift_origin(Eigen::Ref<Eigen::VectorXd> harmonics, double turns) {
   for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
     const double turn = kTwoPi * harmonic_order(c) * turns;

@@ -1,6 +1,10 @@
 // Real harmonics of a period: [mean, cos 1, sin 1, cos 2, sin 2, ...], 2 H + 1 numbers.
 #pragma once
 
+#include <map>
+#include <memory>
+#include <utility>
+
 #include <Eigen/Dense>
 
 namespace shaker::estimator::discrepancy {
@@ -19,6 +23,14 @@ Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz
 
 // (2 H + 1) x n: turns n equally spaced points of a period into its harmonics.
 Eigen::MatrixXd analysis_matrix(int harmonics, int points);
+// Such matrices, each made once. Not for several threads.
+class AnalysisMatrices {
+ public:
+  std::shared_ptr<const Eigen::MatrixXd> get(int harmonics, int points);
+
+ private:
+  std::map<std::pair<int, int>, std::shared_ptr<const Eigen::MatrixXd>> made_;
+};
 // n x (2 H + 1): and back.
 Eigen::MatrixXd synthesis_matrix(int harmonics, int points);
 // That of one curve, without the matrix.

@@ -45,13 +45,16 @@ struct Climb {
   }
 };
 
-Rung rung_of(const config::ModelSpec& spec, const std::vector<Climb*>& open, int points) {
+Rung rung_of(const config::ModelSpec& spec, const std::vector<Climb*>& open, int points,
+             AnalysisMatrices& matrices) {
   const RunDatum& run = open.front()->datum;
   Rung rung{std::make_unique<Model>(rounded_for(spec, run, points / kPointsAWidth)), {}};
   rung.channels.reserve(open.size());
   rung.channels.emplace_back(*rung.model, run, points);
   for (std::size_t c = 1; c < open.size(); ++c)
     rung.channels.emplace_back(rung.channels.front(), open[c]->datum);
+  for (Prediction& channel : rung.channels)
+    channel.share(matrices);
   return rung;
 }
 
@@ -98,7 +101,8 @@ CornerLimit eliminated(const std::vector<MatrixXd>& rungs, const RunDatum& datum
 std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& spec,
                                                       const std::vector<const RunDatum*>& channels,
                                                       const std::vector<double>& theta,
-                                                      const Prediction& near, int points) {
+                                                      const Prediction& near, int points,
+                                                      AnalysisMatrices& matrices) {
   std::vector<Climb> climbs;
   for (const RunDatum* channel : channels)
     climbs.push_back({*channel, {}, {}, false});
@@ -107,7 +111,7 @@ std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& s
     open.push_back(&one);
   Rung last, before;
   for (std::size_t k = 0; k < kMost && !open.empty(); ++k, points *= 2) {
-    Rung finer = rung_of(spec, open, points);
+    Rung finer = rung_of(spec, open, points, matrices);
     if (!climb(finer, last.model ? last.channels.front() : near,
                before.model ? &before.channels.front() : nullptr, theta))
       break;

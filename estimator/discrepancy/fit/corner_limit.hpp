@@ -31,10 +31,12 @@ struct CornerLimit {
 CornerLimit eliminated(const std::vector<Eigen::MatrixXd>& rungs, const RunDatum& datum);
 
 // Of a periodic run, seen by `channels`, each as far as its own noise asks for. `points`: of the
-// coarsest grid; `near`: a solution nearby. Nothing where a grid of the first few has no solution.
+// coarsest grid; `near`: a solution nearby; `matrices`: for all runs of one fit. Nothing where a
+// grid of the first few has no solution.
 std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& spec,
                                                       const std::vector<const RunDatum*>& channels,
                                                       const std::vector<double>& theta,
-                                                      const Prediction& near, int points);
+                                                      const Prediction& near, int points,
+                                                      AnalysisMatrices& matrices);
 
 }  // namespace shaker::estimator::discrepancy

@@ -174,7 +174,7 @@ std::vector<std::size_t> channels_of(const std::vector<RunDatum>& data, std::siz
 // solution.
 std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
                                const HarmonicFit& at, const std::vector<RunDatum>& data,
-                               int points) {
+                               int points, AnalysisMatrices& matrices) {
   Limits all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].sampled) {
@@ -188,7 +188,7 @@ std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& 
     std::vector<const RunDatum*> seen;
     for (const std::size_t k : channels)
       seen.push_back(&data[k]);
-    auto limits = corner_limits(at.spec, seen, at.theta, at.predictions[r], points);
+    auto limits = corner_limits(at.spec, seen, at.theta, at.predictions[r], points, matrices);
     if (!limits) return std::nullopt;
     for (std::size_t k = 0; k < channels.size(); ++k)
       all[channels[k]] = std::move((*limits)[k]);
@@ -242,9 +242,10 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
   const bool record = data.front().sampled != nullptr;
   const int points = fits.back()->predictions.front().points();
   Sharpened sharp{fits.back(), std::make_shared<const std::vector<RunDatum>>(data)};
+  AnalysisMatrices matrices;
   double last_step = 0.0;
   for (int round = 1;; ++round) {
-    const auto limits = no_width(fits, *sharp.fit, data, options.points);
+    const auto limits = no_width(fits, *sharp.fit, data, options.points, matrices);
     if (!limits) return std::nullopt;
     const double off = apart(*sharp.fit, *limits, data);
     sharp.data = with_lack(sharp, *limits, data);

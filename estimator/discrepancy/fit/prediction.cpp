@@ -126,6 +126,10 @@ void Prediction::share(Prediction& other) {
   analysis_ = other.analysis_;
 }
 
+void Prediction::share(AnalysisMatrices& matrices) {
+  if (!sampled_ && !analysis_) analysis_ = matrices.get(harmonics_, points_);
+}
+
 void Prediction::hold() {
   if (response_) response_->hold();
 }

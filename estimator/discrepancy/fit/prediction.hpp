@@ -11,6 +11,7 @@
 
 #include <Eigen/Dense>
 
+#include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/fit/imposed_motion.hpp"
 #include "estimator/discrepancy/fit/imposed_motion_march.hpp"
 #include "estimator/discrepancy/fit/periodic_response.hpp"
@@ -54,6 +55,7 @@ class Prediction {
 
   // One table of sines for both, where they are of as many harmonics and points.
   void share(Prediction& other);
+  void share(AnalysisMatrices& matrices);  // unless it has one
 
   // Keeps the solution, and gives back what only solving needs.
   void rest() {

@@ -35,5 +35,14 @@ TEST(Harmonics, BecomeTheCurveThatTheyAreOf) {
   }
 }
 
+TEST(Harmonics, ShareOneMatrixForAsManyHarmonicsAndPoints) {
+  AnalysisMatrices matrices;
+  const auto first = matrices.get(3, 48);
+  EXPECT_EQ(*first, analysis_matrix(3, 48));
+  EXPECT_EQ(matrices.get(3, 48), first);
+  EXPECT_EQ(*matrices.get(3, 96), analysis_matrix(3, 96));
+  EXPECT_EQ(*matrices.get(4, 48), analysis_matrix(4, 48));
+}
+
 }  // namespace
 }  // namespace shaker::estimator::discrepancy

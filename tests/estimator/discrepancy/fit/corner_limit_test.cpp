@@ -74,7 +74,8 @@ TEST(CornerLimit, IsThePeriodicMotionOfADamperThatSticks) {
   const Model model(rounded_for(spec, datum, 256));
   Prediction round(model, datum, 256);
   ASSERT_TRUE(round.at(theta));
-  const auto limits = corner_limits(spec, {&datum}, theta, round, 256);
+  AnalysisMatrices matrices;
+  const auto limits = corner_limits(spec, {&datum}, theta, round, 256, matrices);
   ASSERT_TRUE(limits);
   const CornerLimit& limit = limits->front();
   const double off = (round.value() - datum.response).norm();

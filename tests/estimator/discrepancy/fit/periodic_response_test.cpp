@@ -137,9 +137,10 @@ TEST(CornerLimits, OfTwoChannelsAreThoseOfEachAlone) {
   ASSERT_TRUE(round.at(theta));
   displacement.response = round.value();
   const RunDatum load = channel_of(displacement, Quantity::damper_force, 8);
-  const auto both = corner_limits(spec, {&displacement, &load}, theta, round, kPoints);
-  const auto one = corner_limits(spec, {&displacement}, theta, round, kPoints);
-  const auto other = corner_limits(spec, {&load}, theta, round, kPoints);
+  AnalysisMatrices matrices;
+  const auto both = corner_limits(spec, {&displacement, &load}, theta, round, kPoints, matrices);
+  const auto one = corner_limits(spec, {&displacement}, theta, round, kPoints, matrices);
+  const auto other = corner_limits(spec, {&load}, theta, round, kPoints, matrices);
   ASSERT_TRUE(both && one && other);
   ASSERT_EQ(both->size(), 2U);
   EXPECT_TRUE((*both)[0].value.isApprox(one->front().value, 1e-9));
