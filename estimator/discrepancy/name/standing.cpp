@@ -52,8 +52,9 @@ void Standing::choose() {
 
 void Standing::finish() {
   if (!chosen_) return;
-  refits_.finish_sharpening(found_.hypotheses[found_.best]);
-  any_best();
+  Hypothesis& best = found_.hypotheses[found_.best];
+  refits_.finish_sharpening(best);
+  if (!best.disqualified.empty()) any_best();
 }
 
 // The test looks at all data together, in units of the noise; what is left in the response's own
