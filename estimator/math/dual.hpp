@@ -5,11 +5,14 @@
 
 #include <cmath>
 
+#include "estimator/math/simd_math.hpp"
+
 namespace shaker::estimator {
 
 template <int N>
 struct Dual {
-  static constexpr int kStored = N <= 2 ? N : (N + 3) / 4 * 4;  // whole registers
+  // Whole registers, where loops are compiled for them.
+  static constexpr int kStored = N <= 2 || !SHAKER_HAS_SIMD_CLONES ? N : (N + 3) / 4 * 4;
   double value = 0.0;
   double d[kStored] = {};
 

@@ -17,8 +17,10 @@
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SHAKER_SIMD_CLONES \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#define SHAKER_HAS_SIMD_CLONES true
 #else
 #define SHAKER_SIMD_CLONES
+#define SHAKER_HAS_SIMD_CLONES false
 #endif
 #define SHAKER_INLINE __attribute__((always_inline)) inline
 
