@@ -5,7 +5,8 @@
 namespace shaker {
 
 void keep_freed_memory() {
-  constexpr int kKept = 64 << 20, kApart = 32 << 20;  // larger ones come from the system and go back
+  constexpr int kKept = 64 << 20,
+                kApart = 32 << 20;  // larger ones come from the system and go back
   mallopt(M_TRIM_THRESHOLD, kKept);
   mallopt(M_MMAP_THRESHOLD, kApart);
 }

@@ -173,8 +173,8 @@ std::vector<std::size_t> channels_of(const std::vector<RunDatum>& data, std::siz
 // At the parameters of `at`, a fit that has not been taken to a limit. Nothing where a grid has no
 // solution.
 std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
-                               const HarmonicFit& at, const std::vector<RunDatum>& data,
-                               int points, AnalysisMatrices& matrices) {
+                               const HarmonicFit& at, const std::vector<RunDatum>& data, int points,
+                               AnalysisMatrices& matrices) {
   Limits all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].sampled) {
