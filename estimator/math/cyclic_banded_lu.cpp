@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "estimator/math/lanes.hpp"
@@ -81,7 +80,7 @@ SHAKER_INLINE int pivot_of(const Band& band, int k, int last) {
   }
   if (r == last) even = std::max(even, size_at(r));
   const double most = std::max(even, odd);
-  if (size_at(k) >= kPivot * most) return k;
+  if (!(size_at(k) < kPivot * most)) return k;  // nor for what is no number
   for (r = k + 1; r < last && size_at(r) < most; ++r) {
   }
   return r;

@@ -1,5 +1,6 @@
 #include "estimator/math/cyclic_banded_lu.hpp"
 
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -75,6 +76,20 @@ INSTANTIATE_TEST_SUITE_P(Shapes, CyclicSystems,
                          ::testing::Values(Shape{5, 1, 1}, Shape{8, 1, 2}, Shape{9, 1, 3},
                                            Shape{40, 1, 2}, Shape{41, 2, 2}, Shape{30, 3, 3},
                                            Shape{7, 2, 3}, Shape{25, 4, 3}));
+
+TEST(CyclicSystem, ThatHoldsNoNumberHasNoFactors) {
+  CyclicBandedLu lu(16, 2, 3);
+  for (const int broken : {0, 5, 15}) {
+    lu.clear();
+    for (int i = 0; i < 16; ++i)
+      for (int r = 0; r < 2; ++r) {
+        std::vector<double> parts(7, 0.1);
+        parts[3] = i == broken ? std::numeric_limits<double>::quiet_NaN() : 2.0;
+        lu.add(i, r, r, parts.data());
+      }
+    EXPECT_FALSE(lu.factorise()) << broken;
+  }
+}
 
 struct StepShape {
   int n, reach, width;

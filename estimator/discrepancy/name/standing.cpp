@@ -51,7 +51,7 @@ void Standing::choose() {
 }
 
 void Standing::finish() {
-  if (!chosen_) return;
+  if (!chosen_ || !options_.simple_first) return;
   Hypothesis& best = found_.hypotheses[found_.best];
   refits_.finish_sharpening(best);
   if (!best.disqualified.empty()) any_best();
