@@ -23,10 +23,10 @@ constexpr std::optional<Scheme> scheme_from_name(std::string_view text) {
   return std::nullopt;
 }
 
+inline constexpr int kMostAcross = 7;  // points of a difference
+
 // Central differences of half-width `reach`: z' ~ n sum first[reach + k] z_{i+k}, z'' ~ n^2 sum
 // second[reach + k] z_{i+k}.
-inline constexpr int kMostAcross = 7;  // points
-
 struct Stencil {
   int reach = 0;
   std::array<double, kMostAcross> first{}, second{};
