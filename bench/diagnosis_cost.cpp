@@ -7,6 +7,9 @@
 // runs or catalogue double: 2 is linear.
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 

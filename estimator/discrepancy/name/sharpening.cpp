@@ -1,5 +1,6 @@
 // Refits with corners as sharp, or as wide, as the data have them.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "estimator/discrepancy/fit/corners.hpp"
