@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "base/heap.hpp"
 #include "estimator/discrepancy/cycles/steady_cycles.hpp"
 #include "estimator/discrepancy/detect/candidates.hpp"
 #include "estimator/discrepancy/diagnose.hpp"
@@ -129,6 +130,7 @@ void over_catalogue(const config::ModelSpec& model) {
 }  // namespace
 
 int main() {
+  keep_freed_memory();  // as shakerctl does
   const config::ModelSpec model = blind::base_model(kModel);
   over_runs(model);
   over_catalogue(model);

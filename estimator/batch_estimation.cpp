@@ -246,11 +246,11 @@ unsigned BatchEstimator::Worker::step_abreast() {
     const Lanes now = theta[parameter];
     const Lanes target = now + change[k];
     good &= bits_of((now > p.lower) & (now < p.upper) & (target >= p.lower) & (target <= p.upper));
-    as_lanes(pack->delta.data())[parameter] = going ? change[k] : Lanes{};
-    const Lanes size = now < 0.0 ? -now : now;
-    const Lanes move = change[k] < 0.0 ? -change[k] : change[k];
-    const Lanes relative = move / (size > 1e-12 ? size : Lanes{} + 1e-12);
-    worst = relative > worst ? relative : worst;
+    as_lanes(pack->delta.data())[parameter] = chosen(going, change[k], Lanes{});
+    const Lanes size = magnitude(now);
+    const Lanes move = magnitude(change[k]);
+    const Lanes relative = move / chosen(size > 1e-12, size, 1e-12);
+    worst = chosen(relative > worst, relative, worst);
   }
   for (std::size_t lane = 0; lane < kLanes; ++lane)
     step[lane] = worst[lane];

@@ -9,6 +9,7 @@
 #include "estimator/discrepancy/answer/assemble.hpp"
 #include "estimator/discrepancy/answer/estimates.hpp"
 #include "estimator/discrepancy/answer/read_effects.hpp"
+#include "estimator/discrepancy/answer/shares.hpp"
 #include "estimator/discrepancy/answer/stated.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
@@ -155,11 +156,15 @@ Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>
 // Of a search by shares of the gap: it stays unexplained.
 Diagnosis said_of_gap(Naming by_gap, const Naming& first, const std::vector<RunDatum>& softened,
                       const std::vector<RunDatum>& data, const std::vector<SteadyRun>& runs,
-                      const std::vector<Candidate>& catalogue) {
+                      const std::vector<Candidate>& catalogue, const FitOptions& options) {
   by_gap.adequate = by_gap.explained = false;
   by_gap.by_gap = true;
   by_gap.probability_base = first.probability_base;
   by_gap.probability_best = first.probability_best;
+  // Chosen by what is shown, as the answer is (assemble).
+  const auto shown = static_cast<std::ptrdiff_t>(runs.size());
+  if (const auto answer = answer_of(by_gap, {softened.begin(), softened.begin() + shown}))
+    take_to_no_width(by_gap, *answer, softened, options);
   Diagnosis said = assemble(by_gap, softened, runs, catalogue, data);
   said.chi_squared_before = first.base.fit->chi_squared;
   said.warnings.push_back(
@@ -200,9 +205,11 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
       NamingOptions by_gap = naming;
       by_gap.simple_first = true;
       Naming second = name_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
+      if (!second.hypotheses.empty())  // what a round corner leaves is not the noise's
+        take_to_no_width(second, second.best, *softened, naming.fit);
       if (const auto own = by_own_errors(guide_near_noise(second, data))) return said_of_own(*own);
       progress("drawing up", 0.95);
-      return said_of_gap(std::move(second), first, *softened, data, runs, catalogue);
+      return said_of_gap(std::move(second), first, *softened, data, runs, catalogue, naming.fit);
     }
   }
   progress("drawing up", 0.95);

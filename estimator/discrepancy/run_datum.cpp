@@ -33,6 +33,10 @@ bool of_one_response(const RunDatum& a, const RunDatum& b) {
 
 }  // namespace
 
+bool on_samples(const std::vector<RunDatum>& data) {
+  return !data.empty() && data.front().sampled != nullptr;
+}
+
 std::size_t first_of_response(const std::vector<RunDatum>& data, std::size_t k) {
   std::size_t first = 0;
   while (first < k && !of_one_response(data[first], data[k]))

@@ -53,6 +53,8 @@ struct RunDatum {
   int harmonics() const { return static_cast<int>((response.size() - 1) / 2); }
 };
 
+// Of records: all runs of a campaign are, or none.
+bool on_samples(const std::vector<RunDatum>& data);
 // The first of the data that is seen of the same periodic response as data[k], by another channel;
 // k itself where there is none.
 std::size_t first_of_response(const std::vector<RunDatum>& data, std::size_t k);

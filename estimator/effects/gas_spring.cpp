@@ -47,7 +47,7 @@ SHAKER_SIMD_CLONES unsigned add_lanes(int points, const Lanes* u, const Lanes* t
     const Lanes raw = 1.0 - theta[1] * u[i];
     const LaneMask here = raw > kClosestToWall;
     admissible &= here;
-    const Lanes w = here ? raw : Lanes{} + 1.0;
+    const Lanes w = chosen(here, raw, 1.0);
     Lanes logarithm;
     fast_log(w, logarithm);
     Lanes power;

@@ -26,10 +26,10 @@ SHAKER_SIMD_CLONES void add(int n, const double* __restrict v, double theta1, do
 SHAKER_SIMD_CLONES void add_lanes(int points, const Lanes* v, const Lanes& theta1, Lanes* f,
                                   Lanes* f_v, Lanes* f_theta1) {
   for (int i = 0; i < points; ++i) {
-    const Lanes magnitude = v[i] < 0.0 ? -v[i] : v[i];
-    const Lanes square = magnitude * v[i];
+    const Lanes speed = magnitude(v[i]);
+    const Lanes square = speed * v[i];
     f[i] += theta1 * square;
-    f_v[i] += 2.0 * theta1 * magnitude;
+    f_v[i] += 2.0 * theta1 * speed;
     f_theta1[i] = square;
   }
 }

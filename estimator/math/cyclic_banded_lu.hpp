@@ -28,9 +28,9 @@ class CyclicBandedLu {
   // False when a pivot vanishes.
   bool factorise();
   // Solves for `width` right-hand sides at once, in place. `rows` holds n * block rows of `stride`
-  // doubles; row i * block + c belongs to unknown c of block i.
+  // doubles; row i * block + c is given for equation c of block i and comes out for its unknown c.
   void solve(double* rows, int stride, int width);
-  // The same with the transposed matrix: row i * block + c then belongs to equation c of block i.
+  // The same with the transposed matrix: given for an unknown, out for an equation.
   void solve_transposed(double* rows, int stride, int width);
 
  private:

@@ -21,7 +21,7 @@ SHAKER_SIMD_CLONES unsigned factorise_lanes(int size, Lanes* matrix) {
     for (int m = 0; m < k; ++m)
       sum -= row[m] * row[m];
     sound &= sum > 1e-13 * diagonal;
-    const Lanes safe = sum > 0.0 ? sum : Lanes{} + 1.0;
+    const Lanes safe = chosen(sum > 0.0, sum, 1.0);
     Lanes root;
     square_root(safe, root);
     const Lanes inverse = 1.0 / root;

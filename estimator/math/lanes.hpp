@@ -1,5 +1,9 @@
-// Eight doubles side by side: one SIMD register with AVX-512, two with AVX2, four with SSE2.
-// Functions that take or return them by value are inlined into a loop under SHAKER_SIMD_CLONES.
+// Eight doubles side by side: two registers with AVX2, four with SSE2. One of AVX-512 would hold
+// them all; but what is wider than a machine's registers g++ 12 keeps in memory, and puts together
+// there in pieces that the loads behind then wait for: on a machine with AVX2 factors between two
+// and five. What two registers at a time cost with AVX-512 has not been measured; where results
+// wait for each other, nothing. Functions that take or return them by value are inlined into a loop
+// under SHAKER_SIMD_CLONES.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +14,88 @@ namespace shaker::estimator {
 
 inline constexpr int kLanes = 8;
 
-typedef double Lanes __attribute__((vector_size(64), aligned(64)));
-typedef std::int64_t LaneMask __attribute__((vector_size(64), aligned(64)));
-typedef std::uint64_t LaneBits __attribute__((vector_size(64), aligned(64)));
+typedef double HalfLanes __attribute__((vector_size(32)));
+typedef std::int64_t HalfMask __attribute__((vector_size(32)));
+typedef std::uint64_t HalfBits __attribute__((vector_size(32)));
+
+// All bits of a lane, or none.
+struct alignas(64) LaneMask {
+  HalfMask low, high;
+
+  std::int64_t& operator[](int lane) { return reinterpret_cast<std::int64_t*>(this)[lane]; }
+
+  SHAKER_INLINE friend LaneMask operator&(const LaneMask& a, const LaneMask& b) {
+    return {a.low & b.low, a.high & b.high};
+  }
+  SHAKER_INLINE friend LaneMask operator|(const LaneMask& a, const LaneMask& b) {
+    return {a.low | b.low, a.high | b.high};
+  }
+  SHAKER_INLINE friend LaneMask operator^(const LaneMask& a, const LaneMask& b) {
+    return {a.low ^ b.low, a.high ^ b.high};
+  }
+  SHAKER_INLINE friend LaneMask operator~(const LaneMask& a) { return {~a.low, ~a.high}; }
+  SHAKER_INLINE LaneMask& operator&=(const LaneMask& b) { return *this = *this & b; }
+  SHAKER_INLINE LaneMask& operator|=(const LaneMask& b) { return *this = *this | b; }
+};
+
+struct alignas(64) Lanes {
+  HalfLanes low, high;
+
+  Lanes() = default;               // Lanes{}: zeros
+  SHAKER_INLINE Lanes(double all)  // NOLINT: the same in all lanes
+      : low{all, all, all, all}, high{all, all, all, all} {}
+  SHAKER_INLINE Lanes(const HalfLanes& l, const HalfLanes& h) : low(l), high(h) {}
+
+  SHAKER_INLINE double& operator[](int lane) { return reinterpret_cast<double*>(this)[lane]; }
+  SHAKER_INLINE double operator[](int lane) const {
+    return reinterpret_cast<const double*>(this)[lane];
+  }
+
+  SHAKER_INLINE friend Lanes operator-(const Lanes& a) { return {-a.low, -a.high}; }
+  SHAKER_INLINE friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return {a.low + b.low, a.high + b.high};
+  }
+  SHAKER_INLINE friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  SHAKER_INLINE friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return {a.low * b.low, a.high * b.high};
+  }
+  SHAKER_INLINE friend Lanes operator/(const Lanes& a, const Lanes& b) {
+    return {a.low / b.low, a.high / b.high};
+  }
+  SHAKER_INLINE Lanes& operator+=(const Lanes& b) { return *this = *this + b; }
+  SHAKER_INLINE Lanes& operator-=(const Lanes& b) { return *this = *this - b; }
+  SHAKER_INLINE Lanes& operator*=(const Lanes& b) { return *this = *this * b; }
+
+  SHAKER_INLINE friend LaneMask operator<(const Lanes& a, const Lanes& b) {
+    return {a.low < b.low, a.high < b.high};
+  }
+  SHAKER_INLINE friend LaneMask operator>(const Lanes& a, const Lanes& b) { return b < a; }
+  SHAKER_INLINE friend LaneMask operator<=(const Lanes& a, const Lanes& b) {
+    return {a.low <= b.low, a.high <= b.high};
+  }
+  SHAKER_INLINE friend LaneMask operator>=(const Lanes& a, const Lanes& b) { return b <= a; }
+  SHAKER_INLINE friend LaneMask operator==(const Lanes& a, const Lanes& b) {
+    return {a.low == b.low, a.high == b.high};
+  }
+};
+
+// Lane by lane one or the other.
+SHAKER_INLINE Lanes chosen(const LaneMask& first, const Lanes& one, const Lanes& other) {
+  return {first.low ? one.low : other.low, first.high ? one.high : other.high};
+}
+SHAKER_INLINE Lanes magnitude(const Lanes& x) {
+  return chosen(x < 0.0, -x, x);
+}
 
 SHAKER_INLINE void fast_log(const Lanes& x, Lanes& out) {
-  logarithm_of<Lanes, LaneBits>(x, out);
+  logarithm_of<HalfLanes, HalfBits>(x.low, out.low);
+  logarithm_of<HalfLanes, HalfBits>(x.high, out.high);
 }
 SHAKER_INLINE void fast_exp(const Lanes& x, Lanes& out) {
-  exponential_of<Lanes, LaneBits>(x, out);
+  exponential_of<HalfLanes, HalfBits>(x.low, out.low);
+  exponential_of<HalfLanes, HalfBits>(x.high, out.high);
 }
 
 // Arrays of doubles on 64-byte boundaries, eight at a time.
@@ -31,41 +108,56 @@ inline const Lanes* as_lanes(const double* p) {
 
 // 0 in lanes that are infinite or no number.
 SHAKER_INLINE void keep_finite(Lanes& x) {
-  x = x - x == 0.0 ? x : Lanes{};
+  x = chosen(x - x == 0.0, x, Lanes{});
 }
 
 // The largest magnitude that has been seen, lane by lane; what is no number is passed over.
 SHAKER_INLINE void keep_largest(Lanes& largest, const Lanes& value) {
-  const Lanes size = value < 0.0 ? -value : value;
-  largest = size > largest ? size : largest;
+  const Lanes size = magnitude(value);
+  largest = chosen(size > largest, size, largest);
 }
 
-// Bit l: lane l of the mask. Halves are put together until all bits stand in the first lane.
+// Bit l: lane l of the mask.
 SHAKER_INLINE unsigned bits_of(const LaneMask& mask) {
-  LaneMask bits = mask & LaneMask{1, 2, 4, 8, 16, 32, 64, 128};
-  bits |= __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3);
-  bits |= __builtin_shufflevector(bits, bits, 2, 3, 0, 1, 6, 7, 4, 5);
-  bits |= __builtin_shufflevector(bits, bits, 1, 0, 3, 2, 5, 4, 7, 6);
+  const HalfMask bit = {1, 2, 4, 8};
+  HalfMask bits = (mask.low & bit) | ((mask.high & bit) << 4);
+  bits |= __builtin_shufflevector(bits, bits, 2, 3, 0, 1);
+  bits |= __builtin_shufflevector(bits, bits, 1, 0, 3, 2);
   return static_cast<unsigned>(bits[0]);
 }
+SHAKER_INLINE LaneMask mask_of(unsigned bits) {
+  const HalfMask bit = {1, 2, 4, 8};
+  const auto all = static_cast<std::int64_t>(bits);
+  const HalfMask wanted = {all, all, all, all};
+  return {(wanted & bit) != 0, (wanted & (bit << 4)) != 0};
+}
+// From lane `first` to lane `last`; both may be beyond.
+SHAKER_INLINE LaneMask lanes_between(int first, int last) {
+  const HalfMask low = {0, 1, 2, 3}, high = {4, 5, 6, 7};
+  return {(low >= first) & (low <= last), (high >= first) & (high <= last)};
+}
 
-// Row l, lane k to row k, lane l, in eight rows.
+SHAKER_INLINE void transpose(HalfLanes& a, HalfLanes& b, HalfLanes& c, HalfLanes& d) {
+  const HalfLanes ab0 = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const HalfLanes ab1 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const HalfLanes cd0 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const HalfLanes cd1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  a = __builtin_shufflevector(ab0, cd0, 0, 1, 4, 5);
+  b = __builtin_shufflevector(ab1, cd1, 0, 1, 4, 5);
+  c = __builtin_shufflevector(ab0, cd0, 2, 3, 6, 7);
+  d = __builtin_shufflevector(ab1, cd1, 2, 3, 6, 7);
+}
+
+// Row l, lane k to row k, lane l, in eight rows: by quarters.
 SHAKER_INLINE void transpose(Lanes (&m)[kLanes]) {
-  Lanes pairs[kLanes];
-  for (int l = 0; l < kLanes; l += 2) {
-    pairs[l] = __builtin_shufflevector(m[l], m[l + 1], 0, 8, 2, 10, 4, 12, 6, 14);
-    pairs[l + 1] = __builtin_shufflevector(m[l], m[l + 1], 1, 9, 3, 11, 5, 13, 7, 15);
-  }
-  Lanes fours[kLanes];
-  for (int half = 0; half < kLanes; half += 4) {
-    for (int l = half; l < half + 2; ++l) {
-      fours[l] = __builtin_shufflevector(pairs[l], pairs[l + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-      fours[l + 2] = __builtin_shufflevector(pairs[l], pairs[l + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-    }
-  }
-  for (int l = 0; l < 4; ++l) {
-    m[l] = __builtin_shufflevector(fours[l], fours[l + 4], 0, 1, 2, 3, 8, 9, 10, 11);
-    m[l + 4] = __builtin_shufflevector(fours[l], fours[l + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+  transpose(m[0].low, m[1].low, m[2].low, m[3].low);
+  transpose(m[0].high, m[1].high, m[2].high, m[3].high);
+  transpose(m[4].low, m[5].low, m[6].low, m[7].low);
+  transpose(m[4].high, m[5].high, m[6].high, m[7].high);
+  for (int l = 0; l < kLanes / 2; ++l) {
+    const HalfLanes upper = m[l].high;
+    m[l].high = m[l + 4].low;
+    m[l + 4].low = upper;
   }
 }
 

@@ -177,23 +177,26 @@ SHAKER_SIMD_CLONES void weigh_rows(int partners, const double* offset, const dou
                                    const double* second, double fraction, double rate,
                                    double* weights1, double* weights2) {
   const double h = 1.0 / rate;
-  Lanes sum1[3] = {};
-  Lanes sum2[3] = {};
+  double sum1[3][kLanes] = {}, sum2[3][kLanes] = {};
   for (int k = 0; k < partners; ++k) {
-    const Lanes d = (as_lanes(offset)[k] - fraction) * h;
-    const Lanes cube = d * d * d * (1.0 / 6.0);
-    const Lanes fourth = cube * d * (1.0 / 4.0);
-    const Lanes fifth = fourth * d * (1.0 / 5.0);
-    sum1[0] += as_lanes(first)[k] * cube;
-    sum2[0] += as_lanes(second)[k] * cube;
-    sum1[1] += as_lanes(first)[k] * fourth;
-    sum2[1] += as_lanes(second)[k] * fourth;
-    sum1[2] += as_lanes(first)[k] * fifth;
-    sum2[2] += as_lanes(second)[k] * fifth;
+    for (int l = 0; l < kLanes; ++l) {
+      const int at = kLanes * k + l;
+      const double d = (offset[at] - fraction) * h;
+      const double cube = d * d * d * (1.0 / 6.0);
+      const double fourth = cube * d * (1.0 / 4.0), fifth = fourth * d * (1.0 / 5.0);
+      sum1[0][l] += first[at] * cube;
+      sum2[0][l] += second[at] * cube;
+      sum1[1][l] += first[at] * fourth;
+      sum2[1][l] += second[at] * fourth;
+      sum1[2][l] += first[at] * fifth;
+      sum2[2][l] += second[at] * fifth;
+    }
   }
   for (int m = 0; m < 3; ++m) {
-    as_lanes(weights1)[m] = rate * sum1[m];
-    as_lanes(weights2)[m] = rate * rate * sum2[m];
+    for (int l = 0; l < kLanes; ++l) {
+      weights1[kLanes * m + l] = rate * sum1[m][l];
+      weights2[kLanes * m + l] = rate * rate * sum2[m][l];
+    }
   }
 }
 
@@ -297,16 +300,15 @@ SHAKER_SIMD_CLONES void learn_group(const SensitivityZero& z, int group) {
       over *
       (z.kappa * (sign * z.snap * first + 3.0 * sign * z.jerk * second + 3.0 * size * third) +
        own * (3.0 * size * z.jerk) + z.damping * jump4 + z.stiffness * jump3);
-  const LaneMask lane = LaneMask{0, 1, 2, 3, 4, 5, 6, 7} + 8 * group;
-  const LaneMask mine = (lane >= 1) & (lane <= z.parameters);
+  const LaneMask mine = lanes_between(1 - kLanes * group, z.parameters - kLanes * group);
   // What a step without a number has left in the rows would stay in the jumps for ever, as each is
   // made from the last.
   keep_finite(jump3);
   keep_finite(jump4);
   keep_finite(jump5);
-  *jump[0] = mine ? jump3 : Lanes{};
-  *jump[1] = mine ? jump4 : Lanes{};
-  *jump[2] = mine ? jump5 : Lanes{};
+  *jump[0] = chosen(mine, jump3, Lanes{});
+  *jump[1] = chosen(mine, jump4, Lanes{});
+  *jump[2] = chosen(mine, jump5, Lanes{});
 }
 
 }  // namespace

@@ -11,8 +11,8 @@ struct Slopes {  // of the velocity at both neighbours of a zero, smooth between
 constexpr double kSteepest = 2.0, kSharpest = 4.0;
 
 SHAKER_INLINE Lanes held_within(const Lanes& x, const Lanes& most) {
-  const Lanes end = x < 0.0 ? -most : most;
-  return magnitude(x) <= most ? x : end;
+  const Lanes end = chosen(x < 0.0, -most, most);
+  return chosen(magnitude(x) <= most, x, end);
 }
 
 SHAKER_INLINE void set_jumps(const Lanes& kappa, const LaneMask& where, LaneZero& zero) {
@@ -36,9 +36,9 @@ SHAKER_INLINE void find_root(const Slopes& at, const Lanes& start, const Lanes& 
   for (int it = 0; it < 2; ++it) {
     const Lanes slope = m0 + t * (2.0 * c2 + 3.0 * t * c3);
     Lanes next = t - (at.v0 + t * (m0 + t * (c2 + t * c3))) / slope;
-    next = next < 0.0 ? Lanes{} : next;
-    next = next > 1.0 ? Lanes{} + 1.0 : next;
-    t = slope == 0.0 ? t : next;
+    next = chosen(next < 0.0, Lanes{}, next);
+    next = chosen(next > 1.0, 1.0, next);
+    t = chosen(slope == 0.0, t, next);
   }
   const Lanes acceleration = rate * (m0 + t * (2.0 * c2 + 3.0 * t * c3));
   const Lanes jerk = rate * rate * (2.0 * c2 + 6.0 * t * c3);
@@ -86,7 +86,7 @@ SHAKER_SIMD_CLONES void locate(const Located& in, LaneZero& zero) {
   gather(in.ring, zero, 1, in.v, at.v1);
   gather(in.ring, zero, 1, in.a, at.a1);
   const Lanes before = magnitude(at.a0), after = magnitude(at.a1);
-  const Lanes most = before > after ? before : after;
+  const Lanes most = chosen(before > after, before, after);
   const LaneMask fresh = where & ~zero.known;
   if (bits_of(fresh) != 0) {
     find_root(at, at.v0 / (at.v0 - at.v1), in.rate, in.kappa, fresh, zero);
@@ -116,8 +116,8 @@ SHAKER_SIMD_CLONES void put_jumps(const Located& in, const LaneZero& zero) {
     const Lanes speed = jump4 * zero.first[1][r] + jump5 * zero.first[2][r];
     const Lanes acceleration = jump4 * zero.second[1][r] + jump5 * zero.second[2][r];
     // A lane without this zero may hold no numbers, of a record before: none of them, not 0 times.
-    scatter_add(in.ring, zero, offset, where ? speed : Lanes{}, in.v);
-    scatter_add(in.ring, zero, offset, where ? acceleration : Lanes{}, in.a);
+    scatter_add(in.ring, zero, offset, chosen(where, speed, Lanes{}), in.v);
+    scatter_add(in.ring, zero, offset, chosen(where, acceleration, Lanes{}), in.a);
   }
 }
 

@@ -17,17 +17,8 @@ struct Ring {
   int wrapped(int i) const { return i < 0 ? i + n : i >= n ? i - n : i; }
 };
 
-SHAKER_INLINE LaneMask mask_of(unsigned lanes) {
-  const LaneMask bit = {1, 2, 4, 8, 16, 32, 64, 128};
-  return (bit & (LaneMask{} + static_cast<std::int64_t>(lanes))) != 0;
-}
-
-SHAKER_INLINE Lanes magnitude(const Lanes& x) {
-  return x < 0.0 ? -x : x;
-}
-
 SHAKER_INLINE void keep(const LaneMask& where, const Lanes& value, Lanes& target) {
-  target = where ? value : target;
+  target = chosen(where, value, target);
 }
 
 // Values at point base + offset of each lane.

@@ -39,7 +39,7 @@ SHAKER_SIMD_CLONES void learn(const Learned& in, const LaneZero& zero) {
   const Lanes x = zero.fraction * h;
   const Lanes y = h - x;
   const Lanes size = magnitude(zero.acceleration);
-  const Lanes sign = zero.acceleration < 0.0 ? Lanes{} - 1.0 : Lanes{} + 1.0;
+  const Lanes sign = chosen(zero.acceleration < 0.0, -1.0, 1.0);
   const Lanes over = -1.0 / zero.inertia;
   int point[8][kLanes];  // of the window, as an index of rows
   for (int w = 0; w < 2 * reach + 2; ++w) {
@@ -110,7 +110,7 @@ SHAKER_SIMD_CLONES void correct(const Corrected& in, const LaneZero& zero) {
     gather(in.ring, zero, offset, in.g_a, inertia);
     Lanes weight[kOrders];
     for (int m = 0; m < kOrders; ++m)
-      weight[m] = where ? slope * zero.first[m][r] + inertia * zero.second[m][r] : Lanes{};
+      weight[m] = chosen(where, slope * zero.first[m][r] + inertia * zero.second[m][r], Lanes{});
     for (int k = 0; k < p; ++k) {
       const Lanes sum =
           weight[0] * in.jumps[k] + weight[1] * in.jumps[p + k] + weight[2] * in.jumps[2 * p + k];

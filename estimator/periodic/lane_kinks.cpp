@@ -8,7 +8,6 @@
 namespace shaker::estimator {
 
 using lane_kinks::kOrders;
-using lane_kinks::mask_of;
 
 LaneKinks::LaneKinks(const Stencil& stencil, int points, int sensitivities, int columns)
     : stencil_(stencil),

@@ -42,7 +42,7 @@ SHAKER_SIMD_CLONES void combine(int n, const Lanes* const (&history)[4], const L
   for (int i = 0; i < n; ++i) {
     const Lanes sum = weights[0] * history[0][i] + weights[1] * history[1][i] +
                       weights[2] * history[2][i] + weights[3] * history[3][i];
-    z[i] = moving ? sum : z[i];
+    z[i] = chosen(moving, sum, z[i]);
   }
 }
 
@@ -50,8 +50,8 @@ SHAKER_SIMD_CLONES void push(int n, Lanes* const (&history)[4], const LaneMask& 
                              const Lanes* z) {
   for (int i = 0; i < n; ++i) {
     for (int h = 3; h >= 1; --h)
-      history[h][i] = moving ? history[h - 1][i] : history[h][i];
-    history[0][i] = moving ? z[i] : history[0][i];
+      history[h][i] = chosen(moving, history[h - 1][i], history[h][i]);
+    history[0][i] = chosen(moving, z[i], history[0][i]);
   }
 }
 
@@ -59,13 +59,6 @@ SHAKER_SIMD_CLONES void push(int n, Lanes* const (&history)[4], const LaneMask& 
 SolveReport solve_anew(PeriodicSystem& system, std::span<const double> theta) {
   const SolveReport report = system.solve_from_rest(theta);
   return report.status == SolveStatus::no_convergence ? solve_through_folds(system, theta) : report;
-}
-
-LaneMask mask_of(unsigned lanes) {
-  LaneMask mask{};
-  for (std::size_t l = 0; l < kLanes; ++l)
-    mask[l] = has(lanes, l) ? -1 : 0;
-  return mask;
 }
 
 }  // namespace

@@ -150,6 +150,13 @@ const Selection& agree(const Naming& found, const std::vector<RunDatum>& data,
   return selection;
 }
 
+std::optional<std::size_t> answer_of(const Naming& found, const std::vector<RunDatum>& data) {
+  Selection selection(found, data);
+  const Hypothesis* chosen = agree(found, data, selection).chosen();
+  if (chosen == nullptr) return std::nullopt;
+  return static_cast<std::size_t>(chosen - found.hypotheses.data());
+}
+
 Shares::Shares(const Naming& found, const std::vector<RunDatum>& data, const Selection& selection)
     : found_(found), selection_(selection) {
   const std::size_t catalogue = size_of_catalogue(found);

@@ -9,6 +9,8 @@
 // gap is closed by chance. Evidence counts by as much less as the best leaves more than noise.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,9 @@ inline constexpr double kMostUnexplained = 0.9;
 // improved model and the names agree.
 const Selection& agree(const Naming& found, const std::vector<RunDatum>& data,
                        Selection& selection);
+
+// What is the answer then, of found.hypotheses; nothing where there is none.
+std::optional<std::size_t> answer_of(const Naming& found, const std::vector<RunDatum>& data);
 
 // That the best of the catalogue, one after another, closes all but the share `left` of a gap's
 // square that an unknown effect makes: the share that each of them leaves of it is any number

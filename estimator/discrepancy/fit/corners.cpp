@@ -239,7 +239,7 @@ double apart(const HarmonicFit& fit, const Limits& limits, const std::vector<Run
 // step, until that is a trifle.
 std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
                                   const std::vector<RunDatum>& data, const FitOptions& options) {
-  const bool record = data.front().sampled != nullptr;
+  const bool record = on_samples(data);
   const int points = fits.back()->predictions.front().points();
   Sharpened sharp{fits.back(), std::make_shared<const std::vector<RunDatum>>(data)};
   AnalysisMatrices matrices;
@@ -349,7 +349,7 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
   // Far from noise the long way to a solution on fine grids is not worth its time.
   options.from_near = first.chi_squared > kHopeless * first.observations;
   if (!worth_sharpening(first, data, 2 * options.points, worth.touched)) return std::nullopt;
-  const bool record = data.front().sampled != nullptr;
+  const bool record = on_samples(data);
   std::vector<std::shared_ptr<HarmonicFit>> fits;
   int points = options.points;
   for (int k = 0; k < (record ? kLevelsOfRecord : kLevels); ++k, points *= 2) {

@@ -148,8 +148,7 @@ std::string where(const std::vector<MissingForce>& force, const std::vector<RunD
     points += static_cast<double>(force[r].force.size());
   }
   if (!(total > 0.0)) return "nowhere in particular";
-  const bool record = std::any_of(data.begin(), data.end(),
-                                  [](const RunDatum& datum) { return datum.sampled != nullptr; });
+  const bool record = on_samples(data);
   std::string best = record ? "everywhere in the record" : "everywhere in the cycle";
   double best_score = 1.35, best_share = 1.0;
   for (const Region& region : regions(extent, data, force)) {

@@ -1,6 +1,5 @@
 #include "estimator/discrepancy/name/model_error.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace shaker::estimator::discrepancy {
@@ -50,8 +49,7 @@ std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
       best = h.fit.get();
   }
   // The cosines of a record may differ in their noise by orders: there they are counted one by one.
-  const bool record = std::any_of(data.begin(), data.end(),
-                                  [](const RunDatum& datum) { return datum.sampled != nullptr; });
+  const bool record = on_samples(data);
   const double far = record ? std::sqrt(best->chi_squared / best->observations)
                             : left_by(*best, data) / noise_of(data);
   if (far < kFarFromNoise) return std::nullopt;

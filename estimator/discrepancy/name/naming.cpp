@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "estimator/discrepancy/name/nesting.hpp"
 #include "estimator/discrepancy/name/refits.hpp"
@@ -95,7 +97,6 @@ class Search {
       prune();
       if (!options_.simple_first && standing_.left_by_best() > kWorthGoingOn * before) break;
     }
-    standing_.finish();
   }
 
  private:
@@ -110,11 +111,29 @@ class Search {
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
   }
 
+  // Those of one effect. Where the known one is not admissible to these errors, what it is without
+  // an effect may be: those that leave little more than noise are begun in its valley.
   std::vector<std::size_t> begin_known() {
     std::vector<std::size_t> made;
-    if (options_.known != nullptr) standing_.keep(refits_.again(*options_.known), made);
-    if (!made.empty() && options_.known->effects.size() > 1) made.clear();
+    if (options_.known == nullptr) return made;
+    const Hypothesis known = refits_.again(*options_.known);
+    standing_.keep(known, made);
+    const double near = kNear * known.fit->observations;
+    if (!known.disqualified.empty()) keep_without(known, made, near);
+    std::erase_if(made, [&](std::size_t h) { return found_.hypotheses[h].effects.size() > 1; });
     return made;
+  }
+
+  // What a hypothesis is without each of its effects, from where it is, where that leaves at most
+  // so much.
+  void keep_without(const Hypothesis& full, std::vector<std::size_t>& made,
+                    double most = std::numeric_limits<double>::infinity()) {
+    if (full.effects.size() < 2) return;
+    for (std::size_t out = found_.base.fit->spec.effects.size();
+         out < full.fit->spec.effects.size(); ++out) {
+      Hypothesis less = refits_.without(full, out);
+      if (less.fit->chi_squared <= most) standing_.keep(std::move(less), made);
+    }
   }
 
   std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {
@@ -203,11 +222,10 @@ class Search {
     for (bool changed = standing_.chosen(); changed;) {
       const std::size_t before = found_.best;
       const Hypothesis full = found_.hypotheses[found_.best];
-      if (full.effects.size() < 2) return;
+      if (full.effects.size() < 2 || full.fit == pruned_) return;
+      pruned_ = full.fit;
       std::vector<std::size_t> made;
-      for (std::size_t out = found_.base.fit->spec.effects.size();
-           out < full.fit->spec.effects.size(); ++out)
-        standing_.keep(refits_.without(full, out), made);
+      keep_without(full, made);
       standing_.choose();
       changed = found_.best != before;
     }
@@ -220,6 +238,7 @@ class Search {
   const std::function<void(double)>& progress_;
   const Refits refits_;
   Standing standing_;
+  std::shared_ptr<const HarmonicFit> pruned_;  // of the hypothesis that was pruned last
 };
 
 }  // namespace
@@ -240,6 +259,16 @@ Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
   if (!found.adequate || options.simple_first)
     Search(found, data, candidates, options, progress).run();
   return found;
+}
+
+void take_to_no_width(Naming& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
+                      const FitOptions& options) {
+  const Refits refits(*found.base.fit, data, options, Errors::left_over);
+  Hypothesis& wide = found.hypotheses[hypothesis];
+  Hypothesis sharp = wide;
+  const bool better = refits.sharpened(sharp) && sharp.fit->chi_squared < wide.fit->chi_squared;
+  if (better && sharp.disqualified.empty()) wide = std::move(sharp);
+  refits.finish_sharpening(wide);
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -81,10 +81,6 @@ std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>
   return {};
 }
 
-bool on_samples(const RunDatum& datum) {
-  return datum.sampled != nullptr;
-}
-
 }  // namespace
 
 const HarmonicFit& rounded(const Hypothesis& h) {
@@ -102,7 +98,7 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
   // Worse with one effect more: a valley on the way from where it began. A record's fit is too dear
   // to be tried again.
-  if (!on_samples(data_.front()) && std::isfinite(h.fit->chi_squared) &&
+  if (!on_samples(data_) && std::isfinite(h.fit->chi_squared) &&
       h.fit->chi_squared > parent.chi_squared) {
     for (const config::EffectSpec& line : placed_apart(probe)) {
       const auto apart = with_line(parent.spec, line);
@@ -233,7 +229,7 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
   // Most of the way on a coarse grid, where a step costs a fraction; but corners as blunt as that
   // lead elsewhere.
   std::shared_ptr<const HarmonicFit> fit;
-  if (!has_corners(spec) && !on_samples(data_.front())) {
+  if (!has_corners(spec) && !on_samples(data_)) {
     FitOptions coarse = fine;
     coarse.points /= kQuickShare;
     const auto rough = fitted(start, near, coarse);

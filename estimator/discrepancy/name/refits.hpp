@@ -46,7 +46,7 @@ class Refits {
   // grids change nothing or do not settle.
   bool sharpened(Hypothesis& h, double hopeless = std::numeric_limits<double>::infinity()) const;
   // Where shares of a gap are weighed, finer grids do for that; this takes one that they have
-  // sharpened to no width, where that leaves less.
+  // sharpened to no width, where that leaves less and stays admissible.
   void finish_sharpening(Hypothesis& h) const;
 
  private:

@@ -28,10 +28,6 @@ bool settled(const HarmonicFit& fit) {
   return fit.chi_squared < static_cast<double>(fit.observations);
 }
 
-bool on_samples(const RunDatum& datum) {
-  return datum.sampled != nullptr;
-}
-
 }  // namespace
 
 // Whether or not the round corner leaves more than noise: it moves parameters by standard errors
@@ -43,7 +39,7 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   const bool known = h.blunt == h.fit && hopeless <= h.blunt_above;
   if (h.rounded || known) return false;
   if (!has_corners(h.fit->spec)) return resolved(h);
-  const bool record = std::any_of(data_.begin(), data_.end(), on_samples);
+  const bool record = on_samples(data_);
   if (settled(*h.fit) && (record || errors_ == Errors::left_over)) return false;
   const bool by_width = !settled(*h.fit) && !record && errors_ == Errors::noise;
   const auto stated = by_width ? as_stated(h) : nullptr;
@@ -75,15 +71,18 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
 }
 
 void Refits::finish_sharpening(Hypothesis& h) const {
-  if (!h.rounded || errors_ != Errors::left_over || on_samples(data_.front())) return;
+  if (!h.rounded || errors_ != Errors::left_over || on_samples(data_) || !has_corners(h.fit->spec))
+    return;
   const auto sharp = to_limit(*h.rounded, {.touched = kTouchedLeftOver});
-  if (sharp && sharp->fit->chi_squared < h.fit->chi_squared)
-    sharpened_to(h, sharp->fit, sharp->data);
+  if (!sharp || !(sharp->fit->chi_squared < h.fit->chi_squared)) return;
+  Hypothesis finished = h;
+  sharpened_to(finished, sharp->fit, sharp->data);
+  if (finished.disqualified.empty()) h = std::move(finished);
 }
 
 // Nothing where that is not believed.
 std::optional<Sharpened> Refits::to_limit(const HarmonicFit& round, const Sharpening& worth) const {
-  const bool record = on_samples(data_.front());
+  const bool record = on_samples(data_);
   auto sharp = sharpen(round, data_, options_, worth);
   const bool believed =
       sharp && (record ? sharp->fit->chi_squared <= round.chi_squared : sharp->fit->converged);
@@ -150,7 +149,7 @@ bool Refits::resolved(Hypothesis& h) const {
   if (fine.points != coarse)
     fit = std::make_shared<const HarmonicFit>(
         fit_harmonics(h.fit->spec, data_, h.fit->theta, h.fit.get(), fine));
-  if (fit->converged && errors_ == Errors::noise && !settled(*fit) && !on_samples(data_.front())) {
+  if (fit->converged && errors_ == Errors::noise && !settled(*fit) && !on_samples(data_)) {
     if (auto wide = as_data_say(h, nullptr, fit.get())) fit = std::move(wide);
   }
   if (fit == h.fit || !fit->converged) {

@@ -50,13 +50,6 @@ void Standing::choose() {
   if (before != found_.hypotheses[found_.best].fit) judge_best();
 }
 
-void Standing::finish() {
-  if (!chosen_ || !options_.simple_first) return;
-  Hypothesis& best = found_.hypotheses[found_.best];
-  refits_.finish_sharpening(best);
-  if (!best.disqualified.empty()) any_best();
-}
-
 // The test looks at all data together, in units of the noise; what is left in the response's own
 // unit is looked at too.
 void Standing::judge_best() {
@@ -144,6 +137,7 @@ void Standing::prefer_simpler() {
       Hypothesis* simpler = find(wanted);
       if (simpler == nullptr || !simpler->disqualified.empty()) continue;
       refits_.sharpened(*simpler);
+      if (!simpler->disqualified.empty()) continue;
       const double behind = best.log_evidence - simpler->log_evidence;
       if (behind > (reduces(*best.fit, effect) ? kReducedBehind : kSimplerBehind)) continue;
       found_.best = static_cast<std::size_t>(simpler - found_.hypotheses.data());

@@ -20,8 +20,6 @@ class Standing {
 
   // Finds the best admissible hypothesis of all, with corners as sharp as it needs.
   void choose();
-  // The best one's corners to no width, where shares of a gap have been weighed without.
-  void finish();
   // There is one.
   bool chosen() const { return chosen_; }
   // The search is over: the best leaves but noise, and no more of a gap than is called explained.

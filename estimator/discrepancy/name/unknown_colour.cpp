@@ -63,7 +63,7 @@ std::optional<OfUnknownColour> nothing_but_colour(const Naming& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,
                                                   const NamingOptions& options) {
-  if (searched.adequate || searched.explained || !data.front().sampled ||
+  if (searched.adequate || searched.explained || !on_samples(data) ||
       closed_by_effects(searched, data))
     return std::nullopt;
   for (const ColourOf of : possible(data)) {
@@ -78,7 +78,7 @@ std::optional<OfUnknownColour> explained_but_for_colour(
     const std::vector<Candidate>& catalogue, const NamingOptions& options,
     const std::function<void(double)>& progress) {
   const Hypothesis* best = best_of(searched);
-  if (searched.adequate || searched.explained || !data.front().sampled || best == nullptr)
+  if (searched.adequate || searched.explained || !on_samples(data) || best == nullptr)
     return std::nullopt;
   const HarmonicFit& base = *searched.base.fit;
   for (const ColourOf of : possible(data)) {

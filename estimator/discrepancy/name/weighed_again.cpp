@@ -59,7 +59,7 @@ std::optional<WeighedAgain> explained_by_own_errors(
     const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
     const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,
     const NamingOptions& options, const std::function<void(double)>& progress) {
-  if (guide == nullptr || data.front().sampled) return std::nullopt;
+  if (guide == nullptr || on_samples(data)) return std::nullopt;
   HarmonicFit fit = copied(*guide, data, options.fit);
   std::vector<RunDatum> own = weigh(runs, fit).data;
   // Not those that the base model refused: it is begun from its fit to `data`.

@@ -72,8 +72,7 @@ double level(std::vector<double>& draws) {
 
 NoiseFloor noise_floor(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                        std::size_t shown) {
-  const bool record =
-      std::any_of(data.begin(), data.end(), [](const auto& d) { return d.sampled != nullptr; });
+  const bool record = on_samples(data);
   const Index draws = record ? kRecordDraws : kDraws;
   const MatrixXd noise = drawn(data, draws);
   std::vector<MatrixXd> columns;

@@ -38,6 +38,7 @@ class Hidden {
   }
   const Hypothesis& base() const { return base_; }
   const Refits& refits() const { return *refits_; }
+  Refits refits_of_gap() const { return {*base_.fit, data_, options_, Errors::left_over}; }
   double observations() const { return base_.fit->observations; }
 
  private:
@@ -104,6 +105,27 @@ TEST(Refits, SharpensACornerThatLeavesNoMoreThanNoise) {
   EXPECT_GT(round - friction.fit->theta.back(), 2.0 * error);
   EXPECT_NEAR(friction.fit->theta.back(), 0.1, 2.0 * error);
   EXPECT_EQ(rounded(friction).theta.back(), round);
+}
+
+bool at_no_width(const Hypothesis& h) {
+  return h.data && h.data->front().to_limit != nullptr;
+}
+
+// Beside something unknown; the friction is nearer to what it is for it.
+TEST(Refits, TakesAHypothesisOfASearchByShareOfTheGapToNoWidth) {
+  const Hidden hidden({{"coulomb_friction", 0.4}, {"rebound_factor", 1.03}});
+  const Refits by_gap = hidden.refits_of_gap();
+  Hypothesis friction = by_gap.with(hidden.base(), candidate("coulomb_friction").probes.at(0));
+  const Hypothesis round = friction;
+  by_gap.finish_sharpening(friction);
+  EXPECT_EQ(friction.fit, round.fit) << "nothing has asked for sharper corners yet";
+  ASSERT_TRUE(by_gap.sharpened(friction));
+  EXPECT_FALSE(at_no_width(friction));
+  const double on_grids = friction.fit->chi_squared;
+  by_gap.finish_sharpening(friction);
+  EXPECT_TRUE(at_no_width(friction));
+  EXPECT_LT(friction.fit->chi_squared, on_grids);
+  EXPECT_EQ(friction.rounded, round.fit);
 }
 
 // Of a gain at the end of its range every other estimate would be beyond it; of one that is beyond,
