@@ -1,9 +1,9 @@
 // Eight doubles side by side: two registers with AVX2, four with SSE2. One of AVX-512 would hold
 // them all; but what is wider than a machine's registers g++ 12 keeps in memory, and puts together
 // there in pieces that the loads behind then wait for: on a machine with AVX2 factors between two
-// and five. What two registers at a time cost with AVX-512 has not been measured; where results
-// wait for each other, nothing. Functions that take or return them by value are inlined into a loop
-// under SHAKER_SIMD_CLONES.
+// and five. With AVX-512 two registers at a time take a tenth to a quarter longer than one
+// (docs/benchmarks.md). Functions that take or return them by value are inlined into a loop under
+// SHAKER_SIMD_CLONES.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ struct Shape {
 class CyclicSystems : public ::testing::TestWithParam<Shape> {};
 
 TEST_P(CyclicSystems, AreSolvedAsByADenseFactorisation) {
-  const auto [n, block, reach] = GetParam();
+  const int n = GetParam().n, block = GetParam().block, reach = GetParam().reach;
   const int size = n * block;
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;

@@ -374,7 +374,7 @@ TEST(Transient, RefusesBadRecordsWithThePlace) {
     return "accepted";
   };
   EXPECT_THAT(why(record_of({0.0, 0.1, 0.1}, {1, 2, 3})), HasSubstr("sample 3"));
-  EXPECT_THAT(why(record_of({0.0, 0.1, 0.2}, {1, NAN, 3})), HasSubstr("sample 2"));
+  EXPECT_THAT(why(record_of({0.0, 0.1, 0.2}, {1, std::nan(""), 3})), HasSubstr("sample 2"));
   EXPECT_THAT(why(record_of({0.0, 0.1}, {1})), HasSubstr("2 times for 1"));
   EXPECT_THAT(why(record_of({0.0}, {1})), HasSubstr("at least 2"));
   auto record = record_of({0.0, 0.1, 0.2}, {1, 2, 3});
