@@ -156,9 +156,9 @@ int TransientResponse::steps_between_samples(const std::vector<double>& theta) c
       }
     }
   }
-  const int steps =
-      std::max(least_steps_, static_cast<int>(std::ceil(fastest * run_->dt / kStable)));
-  if (steps <= kMostSteps) return steps;
+  // Not an int before it is known to fit: a wild trial's slopes know no bounds.
+  const double steps = std::max(1.0 * least_steps_, std::ceil(fastest * run_->dt / kStable));
+  if (steps <= kMostSteps) return static_cast<int>(steps);
   return fastest * run_->dt / kMostSteps < kUnstable ? kMostSteps : 0;
 }
 
