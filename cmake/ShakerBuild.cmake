@@ -61,10 +61,6 @@ function(shaker_test name)
   target_precompile_headers(test_${name} REUSE_FROM shaker_test_headers)
   target_compile_definitions(test_${name} PRIVATE
     SHAKER_SOURCE_DIR="${CMAKE_SOURCE_DIR}" SHAKER_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data")
-  set(timeout 300)
-  if(SHAKER_SANITIZE)
-    set(timeout 600)
-  endif()
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT ${timeout})
+                       PROPERTIES TIMEOUT 300)
 endfunction()
