@@ -96,6 +96,19 @@ TEST_F(Blind, ExplainsALargeEffectByTheErrorsThatItTellsItself) {
   }
 }
 
+// Gas that exchanges heat takes the polytropic exponent's place: from the base model's fit it falls
+// into a valley without any, where other effects mend what it leaves. The forces along the measured
+// motion lead to the true one, or a set in which the other effect is switched off does.
+TEST_F(Blind, ExplainsGasThatExchangesHeat) {
+  for (const char* size : {"small", "medium"}) {
+    for (const Scored& s : ask({"gas_heat_transfer"}, size, 1, 0)) {
+      EXPECT_EQ(s.answer.verdict, "explained") << s.hidden.label() << s.answer.trouble;
+      EXPECT_TRUE(s.named_first) << s.hidden.label();
+      EXPECT_LE(s.answer.gap_after, 1.1) << s.hidden.label();
+    }
+  }
+}
+
 // A draw whose transient hides a harmonic at first, to which a resonance carries the excitation's
 // noise: with the sensor's noise alone for its error it lay 7.3 standard errors off.
 TEST_F(Blind, CountsTheExcitationsNoiseInHarmonicsThatOnlyShowOnceTheTransientIsGone) {

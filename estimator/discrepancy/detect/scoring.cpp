@@ -58,9 +58,12 @@ std::vector<int> columns_of(const Model& model, const Probe& probe) {
   return columns;
 }
 
-// Memory makes a model several times as dear; for a signature half the points will do.
-int points_for(const Model& model, const FitOptions& options) {
-  return model.coordinates() > model.mechanical() ? options.points / 2 : options.points;
+// Memory, or a coordinate more, makes a model several times as dear; for a signature half the
+// points will do.
+int points_for(const Model& model, const HarmonicFit& fit, const FitOptions& options) {
+  const bool dear =
+      model.coordinates() > model.mechanical() || model.coordinates() > fit.model->coordinates();
+  return dear ? options.points / 2 : options.points;
 }
 
 // A run's prediction by a model that holds a probe.
@@ -174,7 +177,7 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
   std::vector<Seen> all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (fitted(data[r]))
-      all[r] = seen_at(fit, data, r, all, spec, model, points_for(model, options));
+      all[r] = seen_at(fit, data, r, all, spec, model, points_for(model, fit, options));
   }
   Index at = 0;
   for (std::size_t r = 0; r < data.size(); ++r) {

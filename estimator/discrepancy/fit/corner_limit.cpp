@@ -17,7 +17,6 @@ using Eigen::VectorXd;
 // root.
 constexpr double kRoots[] = {2.0, 2.0, 4.0, 4.0, 8.0};
 constexpr std::size_t kFewest = 4, kMost = 7;  // rungs
-constexpr double kSettled = 0.3;  // of the noise, all harmonics of a run together: left open
 constexpr double kTrifle = 0.02;  // of what the limit leaves of the run: what is far off stays so
 // Twice as wide as a step makes them sharpest: there the grid's own error is a hundredth.
 constexpr int kPointsAWidth = 2;
@@ -35,13 +34,13 @@ struct Climb {
   std::optional<CornerLimit> limit;
   bool settled = false;
 
-  void see(const Prediction& prediction) {
+  void see(const Prediction& prediction, double most) {
     values.emplace_back(prediction.value().size(), 1 + prediction.jacobian().cols());
     values.back() << prediction.value(), prediction.jacobian();
     if (values.size() < kFewest) return;
     limit = eliminated(values, datum);
     const double left = whitened(datum, datum.response - limit->value).norm();
-    settled = whitened(datum, limit->open).norm() < std::max(kSettled, kTrifle * left);
+    settled = whitened(datum, limit->open).norm() < std::max(most, kTrifle * left);
   }
 };
 
@@ -102,7 +101,8 @@ std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& s
                                                       const std::vector<const RunDatum*>& channels,
                                                       const std::vector<double>& theta,
                                                       const Prediction& near, int points,
-                                                      AnalysisMatrices& matrices) {
+                                                      AnalysisMatrices& matrices,
+                                                      double left_open) {
   std::vector<Climb> climbs;
   for (const RunDatum* channel : channels)
     climbs.push_back({*channel, {}, {}, false});
@@ -116,7 +116,7 @@ std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& s
                before.model ? &before.channels.front() : nullptr, theta))
       break;
     for (std::size_t c = 0; c < open.size(); ++c)
-      open[c]->see(finer.channels[c]);
+      open[c]->see(finer.channels[c], left_open);
     std::erase_if(open, [](const Climb* one) { return one->settled; });
     before = std::move(last);
     last = std::move(finer);

@@ -19,6 +19,8 @@
 
 namespace shaker::estimator::discrepancy {
 
+constexpr double kLeftOpen = 0.3;  // of the noise, all harmonics of a run together
+
 struct CornerLimit {
   Eigen::VectorXd value;  // of the run's harmonics
   Eigen::MatrixXd slope;  // over the parameters
@@ -32,11 +34,12 @@ CornerLimit eliminated(const std::vector<Eigen::MatrixXd>& rungs, const RunDatum
 
 // Of a periodic run, seen by `channels`, each as far as its own noise asks for. `points`: of the
 // coarsest grid; `near`: a solution nearby; `matrices`: for all runs of one fit. Nothing where a
-// grid of the first few has no solution.
+// grid of the first few has no solution. `left_open`, of the noise: enough.
 std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& spec,
                                                       const std::vector<const RunDatum*>& channels,
                                                       const std::vector<double>& theta,
                                                       const Prediction& near, int points,
-                                                      AnalysisMatrices& matrices);
+                                                      AnalysisMatrices& matrices,
+                                                      double left_open = kLeftOpen);
 
 }  // namespace shaker::estimator::discrepancy

@@ -18,6 +18,7 @@ constexpr int kLevels = 2, kLevelsOfRecord = 3, kRounds = 4;
 constexpr double kFarFromNoise = 4.0, kHopeless = 100.0;  // of chi-squared a datum
 constexpr double kLittle = 0.5;  // of chi-squared: what leaves more changes little
 constexpr double kTrifle = 0.1;  // standard errors, of all harmonics together
+constexpr double kOpenAtFirst = 2.0;
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
 constexpr double kOnTheWay = 0.5;    // of chi-squared: tolerance of the coarser grids
@@ -174,7 +175,7 @@ std::vector<std::size_t> channels_of(const std::vector<RunDatum>& data, std::siz
 // solution.
 std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
                                const HarmonicFit& at, const std::vector<RunDatum>& data, int points,
-                               AnalysisMatrices& matrices) {
+                               AnalysisMatrices& matrices, double left_open) {
   Limits all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].sampled) {
@@ -188,7 +189,8 @@ std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& 
     std::vector<const RunDatum*> seen;
     for (const std::size_t k : channels)
       seen.push_back(&data[k]);
-    auto limits = corner_limits(at.spec, seen, at.theta, at.predictions[r], points, matrices);
+    auto limits =
+        corner_limits(at.spec, seen, at.theta, at.predictions[r], points, matrices, left_open);
     if (!limits) return std::nullopt;
     for (std::size_t k = 0; k < channels.size(); ++k)
       all[channels[k]] = std::move((*limits)[k]);
@@ -245,7 +247,10 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
   AnalysisMatrices matrices;
   double last_step = 0.0;
   for (int round = 1;; ++round) {
-    const auto limits = no_width(fits, *sharp.fit, data, options.points, matrices);
+    // The first limit is of parameters that it moves: it need not be as exact.
+    const bool first = round == 1 && !record;
+    const double left_open = first ? kOpenAtFirst : kLeftOpen;
+    const auto limits = no_width(fits, *sharp.fit, data, options.points, matrices, left_open);
     if (!limits) return std::nullopt;
     const double off = apart(*sharp.fit, *limits, data);
     sharp.data = with_lack(sharp, *limits, data);
@@ -254,16 +259,20 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
     if (!sharp.fit->predicts_all) return std::nullopt;
     const double step = apart(*sharp.fit, *limits, data);
     const bool settled = round > 1 && off * step * step < kTrifle * last_step * last_step;
-    if (record || settled || step < kTrifle || round == kRounds) return sharp;
+    if (record || settled || (!first && step < kTrifle) || round == kRounds) return sharp;
     last_step = step;
   }
 }
 
 }  // namespace
 
+bool has_edges(const config::ModelSpec& spec) {
+  return !corners_of(spec).empty();
+}
+
 bool has_corners(const config::ModelSpec& spec) {
   const Model model(spec);
-  return !corners_of(spec).empty() || model.coordinates() > model.mechanical();
+  return has_edges(spec) || model.coordinates() > model.mechanical();
 }
 
 config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points) {

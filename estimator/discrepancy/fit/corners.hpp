@@ -17,7 +17,9 @@
 
 namespace shaker::estimator::discrepancy {
 
-// Some effect of the model has a corner, or a memory, whose grid error is treated alike.
+// Some effect of the model has a corner that no width is stated for.
+bool has_edges(const config::ModelSpec& spec);
+// The same, or a memory, whose grid error is treated alike.
 bool has_corners(const config::ModelSpec& spec);
 
 // The model with corners as sharp as `datum`'s motion allows in `points` steps; what the model file

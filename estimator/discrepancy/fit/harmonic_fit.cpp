@@ -22,7 +22,8 @@ constexpr double kExact = 1e-6;      // of chi-squared: what predictions are exa
 // Chi-squared a datum from where on nobody asks for more than three digits and a half of it.
 constexpr double kFar = 100.0, kExactFar = 3e-4;
 constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-6;  // of the unit diagonal
-constexpr int kSmallSteps = 3, kMostRefused = 12;             // one after the other
+constexpr double kStraight = 0.75;  // of what a step promised: the valley bends little
+constexpr int kSmallSteps = 3, kMostRefused = 12;  // one after the other
 
 struct Normal {
   MatrixXd gram;
@@ -251,13 +252,15 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
         lambda > 0.0 ? box_step(fit, now, now.gradient, fit.theta, lambda) : whole;
     Trial trial = tried(fit, data, now, step, lambda, steps);
     if (trial.predicted && trial.normal.chi_squared < now.chi_squared) {
-      small = now.chi_squared - trial.normal.chi_squared < trifle ? small + 1 : 0;
+      const double won = now.chi_squared - trial.normal.chi_squared;
+      const bool straight = won < trifle || won > kStraight * promised(now, step);
+      small = won < trifle ? small + 1 : 0;
       fit.theta = std::move(trial.theta);
       now = std::move(trial.normal);
       hold(fit);
       if (lambda > 0.0) enough = std::max(lambda, kLeastDamping);
-      // Straight after a refusal the damping is right as it is.
-      if (refused == 0) lambda = lambda < kLeastDamping ? 0.0 : 0.1 * lambda;
+      // Straight after a refusal, and where the valley bends, the damping is right as it is.
+      if (refused == 0 && straight) lambda = lambda < kLeastDamping ? 0.0 : 0.1 * lambda;
       refused = 0;
       if (small < kSmallSteps) continue;
       fit.converged = true;

@@ -158,10 +158,26 @@ class Search {
       tried += guessed ? 0 : 1;
       made.push_back(found_.hypotheses.size());
       found_.hypotheses.push_back(refits_.with(parent, *next.probe));
+      keep_what_remains(found_.hypotheses.back(), made);
     }
     std::erase_if(
         made, [&](std::size_t h) { return !std::isfinite(found_.hypotheses[h].fit->chi_squared); });
     return made;
+  }
+
+  // A fit that switched an effect off is one of the smaller set, which may have ended in a worse
+  // valley by itself: then it is that set's, and goes on from there.
+  void keep_what_remains(const Hypothesis& full, std::vector<std::size_t>& made) {
+    const auto off = refits_.switched_off(full);
+    if (!off || full.effects.size() < 2) return;
+    std::vector<std::string> effects = full.effects;
+    std::erase(effects, full.fit->spec.effects[*off].effect);
+    const Hypothesis* known = standing_.find(effects);
+    if (known != nullptr && !(full.fit->chi_squared < kWorthGoingOn * rounded(*known).chi_squared))
+      return;
+    standing_.keep(refits_.without(Hypothesis(full), *off), made);
+    const auto kept = static_cast<std::size_t>(standing_.find(effects) - found_.hypotheses.data());
+    if (std::find(made.begin(), made.end(), kept) == made.end()) made.push_back(kept);
   }
 
   void put_simple_first(std::vector<std::size_t>& level) const {

@@ -9,6 +9,7 @@
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/name/evidence.hpp"
 #include "estimator/discrepancy/name/probe_starts.hpp"
+#include "estimator/discrepancy/weigh/first_fit.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -18,6 +19,7 @@ constexpr double kInterval = 2.0;       // standard errors
 constexpr double kWorthCentring = 5.0;  // of chi-squared: less is chance
 constexpr int kMemorySteps = 60;
 constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
+constexpr int kMemoryShare = 2;                  // of a way on a coarse grid: the points
 
 // Index of an effect's parameter in a model, the last line of that effect's; -1: none.
 int find_parameter(const Model& model, const std::string& effect, std::string_view symbol) {
@@ -53,6 +55,21 @@ bool ended_by_chance(const HarmonicFit& fit, const std::vector<RunDatum>& data, 
          std::fabs(pull(fit, data, parameter)) <= kInterval;
 }
 
+// All of its coefficients are where it does nothing.
+bool is_off(const HarmonicFit& fit, std::size_t line) {
+  const std::string& name = fit.spec.effects[line].effect;
+  const Effect* effect = find_effect(name);
+  if (effect == nullptr) return false;
+  bool switchable = false;
+  for (const ParameterInfo& info : effect->parameters()) {
+    const int k = find_parameter(*fit.model, name, info.symbol);
+    if (k < 0 || std::isnan(info.absent)) continue;
+    switchable = true;
+    if (fit.theta[static_cast<std::size_t>(k)] != info.absent) return false;
+  }
+  return switchable;
+}
+
 // An effect that a fit switches off, or drives beyond the end of what physics allows, is not what
 // is missing. What merely shapes it may end anywhere.
 std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>& data,
@@ -62,20 +79,16 @@ std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>
     const std::string& name = fit.spec.effects[i].effect;
     const Effect* effect = find_effect(name);
     if (effect == nullptr) continue;
-    bool switchable = false, present = false;
     for (const ParameterInfo& info : effect->parameters()) {
       const int k = find_parameter(*fit.model, name, info.symbol);
       if (k < 0 || std::isnan(info.absent)) continue;
-      switchable = true;
       const double value = fit.theta[static_cast<std::size_t>(k)];
-      if (value == info.absent) continue;
-      present = true;
-      if (fit.at_bound(k) &&
+      if (value != info.absent && fit.at_bound(k) &&
           !(errors == Errors::noise && ended_by_chance(fit, data, k, info.absent)))
         return fmt::format("{} of {} ended at {:.4g} {}, the end of what is physically admissible",
                            info.symbol, name, value, info.unit);
     }
-    if (switchable && !present)
+    if (is_off(fit, i))
       return fmt::format("{} was switched off by the fit: its sign would not be admissible", name);
   }
   return {};
@@ -99,15 +112,32 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   // Worse with one effect more: a valley on the way from where it began. A record's fit is too dear
   // to be tried again.
   if (!on_samples(data_) && std::isfinite(h.fit->chi_squared) &&
-      h.fit->chi_squared > parent.chi_squared) {
-    for (const config::EffectSpec& line : placed_apart(probe)) {
-      const auto apart = with_line(parent.spec, line);
-      auto fit = refitted(apart, carried_over(Model(apart), parent), &parent);
-      if (fit->chi_squared < h.fit->chi_squared) h.fit = std::move(fit);
-    }
-  }
+      h.fit->chi_squared > parent.chi_squared)
+    h.fit = begun_apart(std::move(h.fit), parent, probe);
   finish(h);
   return h;
+}
+
+// By the forces along the measured motion there are no valleys between the parameters; where that
+// is no better than without the effect either, from far apart. The best of all.
+std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const HarmonicFit> best,
+                                                       const HarmonicFit& parent,
+                                                       const Probe& probe) const {
+  const std::vector<config::EffectSpec> lines = placed_apart(probe);
+  if (lines.empty()) return best;
+  const auto take = [&](const config::ModelSpec& spec, const std::vector<double>& start) {
+    auto fit = refitted(spec, start, &parent);
+    if (fit->chi_squared < best->chi_squared) best = std::move(fit);
+  };
+  const auto near = with_line(parent.spec, probe.line);
+  const auto start = fitted_to_forces(near, data_, carried_over(Model(near), parent), options_);
+  if (!start.empty()) take(near, start);
+  for (const config::EffectSpec& line : lines) {
+    if (best->chi_squared <= parent.chi_squared) break;
+    const auto apart = with_line(parent.spec, line);
+    take(apart, carried_over(Model(apart), parent));
+  }
+  return best;
 }
 
 std::optional<Hypothesis> Refits::elsewhere(const Probe& probe, double most) const {
@@ -127,6 +157,13 @@ std::optional<Hypothesis> Refits::elsewhere(const Probe& probe, double most) con
   h.fit = refitted(best->spec, best->theta, best.get());
   finish(h);
   return h;
+}
+
+std::optional<std::size_t> Refits::switched_off(const Hypothesis& h) const {
+  for (std::size_t line = first_added(); line < h.fit->spec.effects.size(); ++line) {
+    if (is_off(*h.fit, line)) return line;
+  }
+  return std::nullopt;
 }
 
 void Refits::judge(Hypothesis& h) const {
@@ -227,14 +264,15 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
     return std::make_shared<const HarmonicFit>(fit_harmonics(spec, data_, from, of, options));
   };
   // Most of the way on a coarse grid, where a step costs a fraction; but corners as blunt as that
-  // lead elsewhere.
+  // lead elsewhere, and a memory wants its points. What has gone all steps there and here would
+  // creep from the start too.
   std::shared_ptr<const HarmonicFit> fit;
-  if (!has_corners(spec) && !on_samples(data_)) {
+  if (!has_edges(spec) && !on_samples(data_)) {
     FitOptions coarse = fine;
-    coarse.points /= kQuickShare;
+    coarse.points /= has_corners(spec) ? kMemoryShare : kQuickShare;
     const auto rough = fitted(start, near, coarse);
     if (std::isfinite(rough->chi_squared)) fit = fitted(rough->theta, rough.get(), fine);
-    if (fit && fit->converged) return fit;
+    if (fit && (fit->converged || fit->iterations >= fine.max_iterations)) return fit;
   }
   auto direct = fitted(start, near, fine);
   return fit && fit->chi_squared < direct->chi_squared ? fit : direct;

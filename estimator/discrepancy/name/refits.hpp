@@ -30,6 +30,8 @@ class Refits {
   // The effect alone, begun where it is at work; nothing when a few steps from there do not come
   // below `most`.
   std::optional<Hypothesis> elsewhere(const Probe& probe, double most) const;
+  // The line of an added effect that the fit has switched off: what is left is the set without it.
+  std::optional<std::size_t> switched_off(const Hypothesis& h) const;
   Hypothesis without(const Hypothesis& larger, std::size_t line) const;
   // With the simpler effect in the place of the richer one that holds it, from there.
   Hypothesis with_simpler(const Hypothesis& richer, const std::string& effect,
@@ -70,6 +72,9 @@ class Refits {
   std::shared_ptr<const HarmonicFit> refitted(const config::ModelSpec& spec,
                                               const std::vector<double>& start,
                                               const HarmonicFit* near) const;
+  std::shared_ptr<const HarmonicFit> begun_apart(std::shared_ptr<const HarmonicFit> best,
+                                                 const HarmonicFit& parent,
+                                                 const Probe& probe) const;
   FitOptions options_for(const config::ModelSpec& spec) const;
   std::size_t first_added() const { return base_.spec.effects.size(); }
 

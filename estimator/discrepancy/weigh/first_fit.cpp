@@ -63,17 +63,28 @@ RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
   return datum;
 }
 
+std::vector<double> fitted_to_forces(const config::ModelSpec& spec,
+                                     const std::vector<RunDatum>& data,
+                                     const std::vector<double>& start, const FitOptions& options) {
+  const Model model(spec);
+  if (data.front().kind != Kind::periodic || !shown_by_motion(model)) return {};
+  std::vector<RunDatum> forces;
+  for (const RunDatum& datum : data) {
+    if (datum.quantity == Quantity::displacement)
+      forces.push_back(forces_along_motion(datum, model));
+  }
+  const HarmonicFit along = fit_harmonics(spec, forces, start, nullptr, options);
+  return std::isfinite(along.chi_squared) ? along.theta : std::vector<double>{};
+}
+
 HarmonicFit first_fit(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
                       const FitOptions& options) {
   HarmonicFit fit = fit_harmonics(spec, data, {}, nullptr, options);
   const bool near = fit.trouble.empty() && fit.chi_squared < kFarAboveNoise * fit.observations;
-  if (near || data.front().kind != Kind::periodic || !shown_by_motion(*fit.model)) return fit;
-  std::vector<RunDatum> forces;
-  for (const RunDatum& datum : data)
-    forces.push_back(forces_along_motion(datum, *fit.model));
-  const HarmonicFit along = fit_harmonics(spec, forces, {}, nullptr, options);
-  if (!std::isfinite(along.chi_squared)) return fit;
-  HarmonicFit other = fit_harmonics(spec, data, along.theta, nullptr, options);
+  if (near) return fit;
+  const std::vector<double> start = fitted_to_forces(spec, data, {}, options);
+  if (start.empty()) return fit;
+  HarmonicFit other = fit_harmonics(spec, data, start, nullptr, options);
   return better(other, fit) ? std::move(other) : std::move(fit);
 }
 

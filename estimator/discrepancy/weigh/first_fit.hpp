@@ -14,6 +14,12 @@ namespace shaker::estimator::discrepancy {
 // mechanical coordinate.
 RunDatum forces_along_motion(const RunDatum& response, const Model& model);
 
+// Parameters by the forces along the measured motions of periodic runs, from `start` (empty: the
+// model's own); empty where those do not follow from the motion alone, or say nothing.
+std::vector<double> fitted_to_forces(const config::ModelSpec& model,
+                                     const std::vector<RunDatum>& data,
+                                     const std::vector<double>& start, const FitOptions& options);
+
 // From the model's own start values; where that does not settle, or leaves far more than noise,
 // also from what the forces along the measured motion say, which are nearly linear in the
 // parameters: of a spring some times too stiff the response, driven below that model's resonance

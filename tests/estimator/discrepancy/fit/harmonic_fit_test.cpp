@@ -47,8 +47,9 @@ TEST(HarmonicFit, WalksABentValleyInFewSteps) {
   const HarmonicFit near = fit_harmonics(model, weighed.data, Model(model).start(), nullptr, {});
   ASSERT_TRUE(near.converged);
   ASSERT_TRUE(far.converged);
-  EXPECT_NEAR(far.chi_squared, near.chi_squared, 0.1);
-  EXPECT_LE(far.iterations, 100);
+  // Down to the end, where the grid makes ripples of a tenth.
+  EXPECT_LE(far.chi_squared, near.chi_squared + 0.1);
+  EXPECT_LE(far.iterations, 70);
 }
 
 }  // namespace

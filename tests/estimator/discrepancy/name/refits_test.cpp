@@ -145,6 +145,26 @@ TEST(Refits, DisqualifiesWhatIsOutsideAndNotWhatIsAtTheEnd) {
   EXPECT_NE(h.disqualified.find("end of what is physically admissible"), std::string::npos);
 }
 
+// Friction is never negative: without any, chance makes it nothing in half of the campaigns.
+TEST(Refits, TellsWhichEffectAFitSwitchedOff) {
+  const Candidate friction = candidate("viscous_damping");
+  int off = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Hidden nothing({}, 5e-6, seed);
+    const Hypothesis h = nothing.refits().with(nothing.base(), friction.probes.at(0));
+    const bool none = h.fit->theta.back() == 0.0;
+    off += none ? 1 : 0;
+    EXPECT_EQ(h.disqualified.find("switched off") != std::string::npos, none) << seed;
+    const auto line = nothing.refits().switched_off(h);
+    ASSERT_EQ(line.has_value(), none) << seed;
+    if (line) {
+      EXPECT_EQ(h.fit->spec.effects[*line].effect, "viscous_damping");
+    }
+  }
+  EXPECT_GT(off, 0);
+  EXPECT_LT(off, 6);
+}
+
 // From the richer set's parameters, which may lie in a valley that the search did not come to.
 TEST(Refits, PutsTheSimplerEffectInThePlaceOfTheRicherOne) {
   const Hidden hidden({{"coulomb_friction", 0.2}, {"rebound_factor", 1.5}});
