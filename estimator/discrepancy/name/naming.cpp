@@ -175,8 +175,10 @@ class Search {
     const Hypothesis* known = standing_.find(effects);
     if (known != nullptr && !(full.fit->chi_squared < kWorthGoingOn * rounded(*known).chi_squared))
       return;
-    standing_.keep(refits_.without(Hypothesis(full), *off), made);
-    const auto kept = static_cast<std::size_t>(standing_.find(effects) - found_.hypotheses.data());
+    standing_.keep(refits_.without(full, *off), made);
+    const Hypothesis* now = standing_.find(effects);  // none where it has no solution
+    if (now == nullptr) return;
+    const auto kept = static_cast<std::size_t>(now - found_.hypotheses.data());
     if (std::find(made.begin(), made.end(), kept) == made.end()) made.push_back(kept);
   }
 
