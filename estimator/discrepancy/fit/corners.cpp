@@ -16,9 +16,9 @@ using Eigen::VectorXd;
 
 constexpr int kLevels = 2, kLevelsOfRecord = 3, kRounds = 4;
 constexpr double kFarFromNoise = 4.0, kHopeless = 100.0;  // of chi-squared a datum
-constexpr double kLittle = 0.5;  // of chi-squared: what leaves more changes little
-constexpr double kTrifle = 0.1;  // standard errors, of all harmonics together
-constexpr double kOpenAtFirst = 2.0;
+constexpr double kLittle = 0.5;       // of chi-squared: what leaves more changes little
+constexpr double kTrifle = 0.1;       // standard errors, of all harmonics together
+constexpr double kOpenAtFirst = 2.0;  // the same, of a first limit
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
 constexpr double kOnTheWay = 0.5;    // of chi-squared: tolerance of the coarser grids

@@ -118,8 +118,8 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   return h;
 }
 
-// By the forces along the measured motion there are no valleys between the parameters; where that
-// is no better than without the effect either, from far apart. The best of all.
+// By the forces along the measured motion there are hardly any valleys between the parameters;
+// where that is no better than without the effect either, from far apart. The best of all.
 std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const HarmonicFit> best,
                                                        const HarmonicFit& parent,
                                                        const Probe& probe) const {
