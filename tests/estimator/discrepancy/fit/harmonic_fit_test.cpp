@@ -49,9 +49,9 @@ TEST(HarmonicFit, WalksABentValleyInFewSteps) {
   ASSERT_TRUE(far.converged);
   // Down to the end, where the grid makes ripples of a tenth.
   EXPECT_LE(far.chi_squared, near.chi_squared + 0.1);
-  for (const int k : far.free) {
+  for (const int k : far.free) {  // a tenth of chi-squared is that far
     const auto at = static_cast<std::size_t>(k);
-    EXPECT_NEAR(far.theta[at], near.theta[at], 0.5 * near.standard_error(k)) << k;
+    EXPECT_NEAR(far.theta[at], near.theta[at], 0.32 * near.standard_error(k)) << k;
   }
   EXPECT_LE(far.iterations, 70);
 }
