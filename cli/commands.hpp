@@ -101,7 +101,8 @@ struct DiagnoseCommandOptions {
   std::filesystem::path model;
   std::filesystem::path out;  // empty: nothing is written
   double false_alarm_rate = 0.01;
-  bool daemon = false;  // by the daemon: campaign is then a name in its directory, or empty
+  bool thorough = false;  // as long as there is more to try
+  bool daemon = false;    // by the daemon: campaign is then a name in its directory, or empty
 };
 struct CheckOptions {
   std::filesystem::path file;

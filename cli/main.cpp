@@ -257,6 +257,8 @@ void add_offline(CLI::App& app, Options& o) {
                    "How often something is named though nothing is missing")
       ->check(CLI::Range(1e-6, 0.5))
       ->capture_default_str();
+  diagnosing->add_flag("--thorough", o.diagnose.thorough,
+                       "Go on as long as there is more to try, not just for some two seconds");
   add_drop(app, o);
   auto* exporting = add(app, o, "export", "Write a campaign database as CSV, one file a run",
                         [&o] { return export_runs(o.common, o.export_runs); });

@@ -23,7 +23,7 @@ _shakerctl() {
     watch) options="--json --socket --seconds --help" ;;
     estimate) options="--json --model --frequency --amplitude --periods --starts --seed --accuracy --intervals --loss --bias --objective --channels --noise --mass --stagewise --transient --initial --integrator --help" ;;
     compare) options="--json --model --frequency --amplitude --figure --start --method --help" ;;
-    diagnose) options="--json --model --out --false-alarm-rate --daemon --socket --help" ;;
+    diagnose) options="--json --model --out --false-alarm-rate --thorough --daemon --socket --help" ;;
     drop) options="--json --sink-speed --campaign --model --estimate --lift --mass --duration --samples --identified-speed --identified-stroke --truth --svg --help" ;;
     response) options="--json --amplitude --from --to --at --amplitudes --svg --help" ;;
     reproduce) options="--json --figure --bias --help" ;;

@@ -42,6 +42,7 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   }
   estimator::discrepancy::DiagnoseOptions wanted;
   wanted.false_alarm_rate = options.false_alarm_rate;
+  if (options.thorough) wanted.effort = estimator::discrepancy::kThorough;
   using estimator::discrepancy::CalibrationCache;
   CalibrationCache calibrations(CalibrationCache::user_folder());
   wanted.calibrations = &calibrations;

@@ -54,7 +54,8 @@ Result<DiagnosisRequest> diagnosis_request(const Json& params) {
   if (params.is_null()) return request;
   if (!params.is_object())
     return bad(
-        "\"params\" is {\"campaign\", \"model\", \"false_alarm_rate\", \"out\"}, all optional.");
+        "\"params\" is {\"campaign\", \"model\", \"false_alarm_rate\", \"thorough\", "
+        "\"out\"}, all optional.");
   for (const auto& [key, value] : params.items()) {
     if (key == "campaign" && value.is_string()) {
       request.campaign = value.get<std::string>();
@@ -64,10 +65,13 @@ Result<DiagnosisRequest> diagnosis_request(const Json& params) {
       request.out = value.get<std::string>();
     } else if (key == "false_alarm_rate" && value.is_number()) {
       request.false_alarm_rate = value.get<double>();
+    } else if (key == "thorough" && value.is_boolean()) {
+      request.thorough = value.get<bool>();
     } else {
       return bad(
           fmt::format("\"{}\": diagnose takes \"campaign\" (a name), \"model\" (an object), "
-                      "\"false_alarm_rate\" (a number) and \"out\" (a folder's name).",
+                      "\"false_alarm_rate\" (a number), \"thorough\" (true or false) and "
+                      "\"out\" (a folder's name).",
                       key.substr(0, 64)));
     }
   }

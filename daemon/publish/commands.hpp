@@ -20,6 +20,7 @@ struct DiagnosisRequest {
   std::string campaign;              // its name or its file's; empty: the newest
   std::optional<std::string> model;  // as JSON; nothing: the campaign's own
   double false_alarm_rate = 0.01;    // over the whole catalogue
+  bool thorough = false;             // as long as there is more to try
   std::string out;                   // folder in the daemon's directory; empty: after the file
 };
 struct DiagnosisPlace {

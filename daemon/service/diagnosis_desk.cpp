@@ -45,7 +45,7 @@ Result<DiagnosisPlace> DiagnosisDesk::begin(const DiagnosisRequest& request, Sta
   if (!database) return database.error();
   const auto folder = folder_name(request.out, *database);
   if (!folder) return folder.error();
-  DiagnosisJob job{*database, directory_ / *folder, {}, request.false_alarm_rate};
+  DiagnosisJob job{*database, directory_ / *folder, {}, request.false_alarm_rate, request.thorough};
   if (request.model) {
     auto model = config::parse_model(*request.model, "diagnose: /params/model");
     if (!model) return model.error();

@@ -160,6 +160,7 @@ Result<Diagnosis> DiagnosisThread::find(const DiagnosisJob& job, std::string& na
   if (!campaign) return campaign.error();
   estimator::discrepancy::DiagnoseOptions options;
   options.false_alarm_rate = job.false_alarm_rate;
+  if (job.thorough) options.effort = estimator::discrepancy::kThorough;
   options.calibrations = &calibrations_;
   return estimator::discrepancy::diagnose(
       *campaign, *model, options,

@@ -30,6 +30,7 @@ struct DiagnosisJob {
   std::filesystem::path folder;            // for diagnosis.json, model.json and report.html
   std::optional<config::ModelSpec> model;  // nothing: the campaign's own
   double false_alarm_rate = 0.01;
+  bool thorough = false;
 };
 
 class DiagnosisThread {

@@ -31,6 +31,9 @@ using Eigen::VectorXd;
 
 constexpr double kAnyAcceleration = 1e9;     // a record's is noise
 constexpr double kWorthBeginningAnew = 5.0;  // times what is left a datum: less is chance
+// Shares of the effort that a search leaves to what comes after it: by noise, by own errors, and by
+// shares of the gap, which is worth while with that share more.
+constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.2, kLeftByGap = 0.1;
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -52,6 +55,8 @@ Result<void> check(const Campaign& campaign, const DiagnoseOptions& options) {
   if (!(options.false_alarm_rate > 0.0 && options.false_alarm_rate < 0.5))
     return invalid(fmt::format("a false-alarm rate of {} makes no sense; it is between 0 and 0.5",
                                options.false_alarm_rate));
+  if (!(options.effort > 0.0))
+    return invalid(fmt::format("an effort of {} allows no search; it is above 0", options.effort));
   for (const Recording& run : campaign.runs) {
     if (run.kind != campaign.runs.front().kind)
       return invalid(fmt::format("runs {} and {} are of different kinds; diagnose them apart",
@@ -183,32 +188,42 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   };
   const config::ModelSpec spec = base.spec;
   const std::vector<double> theta = base.theta;
-  Naming first = name_effects(std::move(base), data, catalogue, naming, named(0.2, 0.6));
+  NamingOptions by_noise = naming;
+  by_noise.leave = kLeftByNoise;
+  Naming first = name_effects(std::move(base), data, catalogue, by_noise, named(0.2, 0.6));
   if (const auto coloured = nothing_but_colour(first, data, catalogue, naming))
     return said_of_colour(*coloured, runs, catalogue);
   if (const auto coloured =
           explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
     return said_of_colour(*coloured, runs, catalogue);
-  const auto by_own_errors = [&](const Hypothesis* guide) {
-    return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, naming,
+  const auto by_own_errors = [&](const Hypothesis* guide, double leave) {
+    NamingOptions own = naming;
+    own.leave = leave;
+    return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, own,
                                    named(0.6, 0.9));
   };
   const auto said_of_own = [&](const WeighedAgain& again) {
     progress("drawing up", 0.95);
     return assemble(again.found, again.data, runs, catalogue, again.data);
   };
-  if (const auto again = by_own_errors(guide_of(first))) return said_of_own(*again);
-  if (const auto softened = with_model_error(first, data)) {
+  if (const auto again = by_own_errors(guide_of(first), kLeftByOwn)) return said_of_own(*again);
+  const auto& effort = data.front().effort;
+  const bool late = effort && effort->leaves_less_than(2.0 * kLeftByGap);
+  first.cut_short = first.cut_short || late;
+  if (const auto softened = with_model_error(first, data); softened && !late) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
     if (again.trouble.empty()) {
       first.hypotheses.clear();  // with their solutions: they take memory
       NamingOptions by_gap = naming;
       by_gap.simple_first = true;
+      by_gap.leave = kLeftByGap;
       Naming second = name_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
       if (!second.hypotheses.empty())  // what a round corner leaves is not the noise's
         take_to_no_width(second, second.best, *softened, naming.fit);
-      if (const auto own = by_own_errors(guide_near_noise(second, data))) return said_of_own(*own);
+      if (const auto own = by_own_errors(guide_near_noise(second, data), 0.0))
+        return said_of_own(*own);
       progress("drawing up", 0.95);
+      second.cut_short = second.cut_short || first.cut_short;
       return said_of_gap(std::move(second), first, *softened, data, runs, catalogue, naming.fit);
     }
   }
@@ -248,6 +263,7 @@ bool says_more(const Diagnosis& anew, const Diagnosis& first) {
 
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
                                   const DiagnoseOptions& options, const Progress& progress,
+                                  const std::shared_ptr<Effort>& effort,
                                   bool may_begin_anew = true) {
   progress("cutting cycles", 0.0);
   const FitOptions fitting{options.points};
@@ -262,6 +278,8 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   progress("fitting the model", 0.1);
   if (!looked->look.fitted()) return not_fitted(rough);
   Weighed weighed = weigh(runs, rough);
+  for (RunDatum& datum : weighed.data)
+    datum.effort = effort;
   const std::string unit = campaign.runs.front().kind == Kind::imposed_motion
                                ? model.length_unit + "/s^2"
                                : model.length_unit;
@@ -296,7 +314,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   Diagnosis said = searched(std::move(base), weighed.data, runs, catalogue, naming, progress);
   if (may_begin_anew) {
     if (const auto better = better_start(model, theta, left, weighed.data, said, first)) {
-      auto anew = diagnose_cycles(campaign, *better, options, progress, false);
+      auto anew = diagnose_cycles(campaign, *better, options, progress, effort, false);
       if (anew && says_more(*anew, said)) return anew;
     }
   }
@@ -379,7 +397,8 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
     const config::ModelSpec freed = sharp_freed(model);
     // Sines and earthquakes on one dynamometer: all of them as records.
     auto said = std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic)
-                    ? diagnose_cycles(campaign, freed, options, report)
+                    ? diagnose_cycles(campaign, freed, options, report,
+                                      std::make_shared<Effort>(options.effort))
                     : diagnose_records(campaign, freed, options, report);
     if (!said) return said;
     hold_against_file(model, *said);

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string_view>
 
 #include "base/result.hpp"
@@ -18,11 +19,17 @@
 
 namespace shaker::estimator::discrepancy {
 
+// Of runs with a period, in points of solutions that are linearised (effort.hpp): what is best
+// where that ends is the answer, and a warning says so. The usual effort is two seconds of one
+// core.
+constexpr double kThorough = std::numeric_limits<double>::infinity();
+
 struct DiagnoseOptions {
   double false_alarm_rate = 0.01;  // over the whole catalogue, 0 < rate < 0.5
   int most_effects = 3;            // that may be missing at once
   int points = 192;                // of a periodic solution
   int draws = 4000;                // of the calibration
+  double effort = 14e6;            // kThorough: as long as there is more to try
   std::uint64_t seed = 1;
   CalibrationCache* calibrations = nullptr;  // outlives the call; null: drawn anew each time
 };

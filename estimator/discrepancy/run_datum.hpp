@@ -10,6 +10,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/discrepancy/campaign.hpp"
+#include "estimator/discrepancy/effort.hpp"
 #include "estimator/instrument/observation.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -22,6 +23,7 @@ struct ToLimit {
   std::vector<double> theta;
   Eigen::VectorXd value;  // of the harmonics, there
   Eigen::MatrixXd slope;  // harmonics x parameters
+  Eigen::VectorXd open;   // of the value: what the extrapolation leaves open
 };
 
 struct RunDatum {
@@ -50,6 +52,8 @@ struct RunDatum {
   // Added to what a grid predicts of this run, of the one model that it was made for. Null:
   // nothing.
   std::shared_ptr<const ToLimit> to_limit;
+  // Where solving it counts. Null: nobody asks.
+  std::shared_ptr<Effort> effort;
   int harmonics() const { return static_cast<int>((response.size() - 1) / 2); }
 };
 

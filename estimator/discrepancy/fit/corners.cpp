@@ -19,6 +19,7 @@ constexpr double kFarFromNoise = 4.0, kHopeless = 100.0;  // of chi-squared a da
 constexpr double kLittle = 0.5;       // of chi-squared: what leaves more changes little
 constexpr double kTrifle = 0.1;       // standard errors, of all harmonics together
 constexpr double kOpenAtFirst = 2.0;  // the same, of a first limit
+constexpr double kReach = 2.0;        // the same, that a fit at a limit may go on by its slopes
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
 constexpr double kOnTheWay = 0.5;    // of chi-squared: tolerance of the coarser grids
@@ -150,6 +151,7 @@ std::shared_ptr<const ToLimit> lacking(const CornerLimit& limit, const Predictio
                                        const ToLimit* held, const std::vector<double>& theta) {
   auto lack = std::make_shared<ToLimit>();
   lack->theta = theta;
+  lack->open = limit.open;
   lack->value = limit.value - near.value();
   lack->slope = limit.slope - near.jacobian();
   if (held == nullptr) return lack;
@@ -160,7 +162,12 @@ std::shared_ptr<const ToLimit> lacking(const CornerLimit& limit, const Predictio
   return lack;
 }
 
-using Limits = std::vector<CornerLimit>;  // of all runs
+void set_limit(RunDatum& datum, std::shared_ptr<const ToLimit> limit) {
+  set_covariance(datum, covariance_of(datum) + limit->open * limit->open.transpose());
+  datum.to_limit = std::move(limit);
+}
+
+using Limits = std::vector<CornerLimit>;  // of all runs; empty where none was asked for
 
 // The data of one response, where data[r] is the first of them; none where it is not.
 std::vector<std::size_t> channels_of(const std::vector<RunDatum>& data, std::size_t r) {
@@ -172,12 +179,13 @@ std::vector<std::size_t> channels_of(const std::vector<RunDatum>& data, std::siz
 }
 
 // At the parameters of `at`, a fit that has not been taken to a limit. Nothing where a grid has no
-// solution.
+// solution. `fitted_only`: none of runs that are held out.
 std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
                                const HarmonicFit& at, const std::vector<RunDatum>& data, int points,
-                               AnalysisMatrices& matrices, double left_open) {
+                               AnalysisMatrices& matrices, double left_open, bool fitted_only) {
   Limits all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
+    if (fitted_only && data[r].role != Role::fit) continue;
     if (data[r].sampled) {
       auto limit = limit_on_samples(fits, at, r);
       if (!limit) return std::nullopt;
@@ -204,10 +212,9 @@ std::shared_ptr<const std::vector<RunDatum>> with_lack(const Sharpened& at, cons
                                                        const std::vector<RunDatum>& data) {
   auto sharp = std::make_shared<std::vector<RunDatum>>(data);
   for (std::size_t r = 0; r < data.size(); ++r) {
-    RunDatum& datum = (*sharp)[r];
-    datum.to_limit =
-        lacking(limits[r], at.fit->predictions[r], (*at.data)[r].to_limit.get(), at.fit->theta);
-    set_covariance(datum, covariance_of(datum) + limits[r].open * limits[r].open.transpose());
+    if (limits[r].value.size() > 0)
+      set_limit((*sharp)[r], lacking(limits[r], at.fit->predictions[r],
+                                     (*at.data)[r].to_limit.get(), at.fit->theta));
   }
   return sharp;
 }
@@ -247,10 +254,12 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
   AnalysisMatrices matrices;
   double last_step = 0.0;
   for (int round = 1;; ++round) {
-    // The first limit is of parameters that it moves: it need not be as exact.
+    // The first limit is of parameters that it moves: it need not be as exact, and tells nothing of
+    // runs that are held out.
     const bool first = round == 1 && !record;
     const double left_open = first ? kOpenAtFirst : kLeftOpen;
-    const auto limits = no_width(fits, *sharp.fit, data, options.points, matrices, left_open);
+    const auto limits =
+        no_width(fits, *sharp.fit, data, options.points, matrices, left_open, first);
     if (!limits) return std::nullopt;
     const double off = apart(*sharp.fit, *limits, data);
     sharp.data = with_lack(sharp, *limits, data);
@@ -265,6 +274,29 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
 }
 
 }  // namespace
+
+std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDatum>& limits,
+                                 const std::vector<RunDatum>& data, const FitOptions& options) {
+  auto sharp = std::make_shared<std::vector<RunDatum>>(data);
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const auto& limit = limits[r].to_limit;
+    if (!limit || limit->value.size() != data[r].response.size()) return std::nullopt;
+    set_limit((*sharp)[r], limit);
+  }
+  const int points = fit.predictions.front().points();
+  auto again = refitted(fit, *sharp, level_of(options, points, kMostSteps, options.tolerance));
+  if (!again->converged || !again->predicts_all) return std::nullopt;
+  const auto size = static_cast<Index>(fit.theta.size());
+  const VectorXd by =
+      VectorXd::Map(again->theta.data(), size) - VectorXd::Map(fit.theta.data(), size);
+  double moved = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit) continue;
+    moved += whitened(data[r], again->predictions[r].jacobian() * by).squaredNorm();
+  }
+  if (moved > kReach * kReach) return std::nullopt;
+  return Sharpened{std::move(again), std::move(sharp)};
+}
 
 bool has_edges(const config::ModelSpec& spec) {
   return !corners_of(spec).empty();

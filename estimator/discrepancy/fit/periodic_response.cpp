@@ -27,7 +27,9 @@ bool arrived(const SolveReport& report) {
 }  // namespace
 
 PeriodicResponse::PeriodicResponse(const Model& model, const RunDatum& datum, int points)
-    : system_(model, GridOptions{Scheme::order6, points, true}), channels_{Quantity::displacement} {
+    : system_(model, GridOptions{Scheme::order6, points, true}),
+      channels_{Quantity::displacement},
+      effort_(datum.effort) {
   Eigen::VectorXd x = synthesised(datum.driver, points);
   x.array() -= datum.driver[0];
   system_.set_excitation_points(datum.frequency_hz, {x.data(), static_cast<std::size_t>(points)});
@@ -48,13 +50,19 @@ bool PeriodicResponse::solve(const std::vector<double>& theta, HowFar search) {
   const int most = search == HowFar::near ? kMostSteps : kPatientSteps;
   if (current_) {
     follow(theta);
-    if (arrived(system_.solve(theta, kMostSteps, kTolerance))) return true;
+    if (arrived(counted(system_.solve(theta, kMostSteps, kTolerance)))) return true;
     begin_at(kept_);
   }
-  if (solved_ && arrived(system_.solve(theta, most, kTolerance))) return true;
+  if (solved_ && arrived(counted(system_.solve(theta, most, kTolerance)))) return true;
   if (solved_ && search != HowFar::from_rest) return false;
-  const SolveReport report = system_.solve_from_rest(theta, kTolerance, kMostFromRest);
+  const SolveReport report = counted(system_.solve_from_rest(theta, kTolerance, kMostFromRest));
   return arrived(report) && report.amplitude_reached >= 1.0;
+}
+
+SolveReport PeriodicResponse::counted(SolveReport report) const {
+  if (effort_)
+    effort_->spend((1 + report.iterations) * system_.points(), system_.model().coordinates());
+  return report;
 }
 
 // To where the sensitivities of the last solution lead: a Newton step less.

@@ -54,13 +54,15 @@ class PeriodicResponse {
  private:
   bool solve(const std::vector<double>& theta, HowFar search);
   void follow(const std::vector<double>& theta);
+  SolveReport counted(SolveReport report) const;
   void begin_at(const std::vector<double>& state);
 
   PeriodicSystem system_;
   std::vector<Quantity> channels_;
-  std::vector<double> theta_;  // of the last success
-  bool solved_ = false;        // the state is one, if not of this system's model
-  bool current_ = false;       // at theta_, linearised and seen through all channels
+  std::vector<double> theta_;       // of the last success
+  bool solved_ = false;             // the state is one, if not of this system's model
+  std::shared_ptr<Effort> effort_;  // null: nobody asks
+  bool current_ = false;            // at theta_, linearised and seen through all channels
   // States: where it began before any success, of the last one, and the one held.
   std::vector<double> begun_, kept_, held_;
 };

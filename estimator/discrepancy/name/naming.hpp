@@ -19,6 +19,9 @@ struct NamingOptions {
   bool simple_first = false;
   // Of an earlier search on the same runs: fitted again from where it was, before any other.
   const Hypothesis* known = nullptr;
+  // Share of the diagnosis' effort that is left to later searches: where no more is left, what is
+  // best by then stands.
+  double leave = 0.0;
   double false_alarm_rate = 0.01;
   int draws = 4000;
   std::uint64_t seed = 1;
@@ -34,6 +37,7 @@ struct Naming {
   double probability_best = 0.0;       // that noise alone makes what is left
   bool adequate = false;               // nothing is missing
   bool explained = false;              // the best leaves nothing but noise
+  bool cut_short = false;              // more would have been tried
   bool by_gap = false;                 // the errors are what the model leaves (model_error.hpp)
 };
 

@@ -224,6 +224,7 @@ Hypothesis Refits::again(const Hypothesis& known) const {
   h.fit = refitted(rounded(known).spec, known.fit->theta, &rounded(known));
   judge(h);
   if (std::isfinite(h.fit->chi_squared)) describe(h);
+  sharpen_as(known, h);
   return h;
 }
 

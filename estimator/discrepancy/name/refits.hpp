@@ -55,6 +55,7 @@ class Refits {
   std::shared_ptr<const HarmonicFit> as_stated(const Hypothesis& h) const;
   std::shared_ptr<const HarmonicFit> as_data_say(const Hypothesis& h, const HarmonicFit* at_once,
                                                  const HarmonicFit* stated) const;
+  void sharpen_as(const Hypothesis& known, Hypothesis& h) const;
   std::optional<Sharpened> to_limit(const HarmonicFit& round, const Sharpening& worth) const;
   bool gentle(const Hypothesis& h, const HarmonicFit& stated) const;
   bool richer_does_it(const Hypothesis& h, const HarmonicFit& fit) const;

@@ -70,6 +70,13 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   return true;
 }
 
+// What corners of no width do is known of an earlier search, where that leaves but noise.
+void Refits::sharpen_as(const Hypothesis& known, Hypothesis& h) const {
+  if (!known.rounded || !h.disqualified.empty() || on_samples(data_)) return;
+  const auto sharp = carried(*known.fit, *known.data, data_, options_);
+  if (sharp && leaves_noise(*sharp->fit)) sharpened_to(h, sharp->fit, sharp->data);
+}
+
 void Refits::finish_sharpening(Hypothesis& h) const {
   if (!h.rounded || errors_ != Errors::left_over || on_samples(data_) || !has_corners(h.fit->spec))
     return;

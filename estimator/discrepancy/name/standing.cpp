@@ -90,7 +90,9 @@ void Standing::sharpen_rivals() {
       rivals.push_back(h);
   }
   sort_by_evidence(rivals);
+  const auto& effort = data_.front().effort;
   for (std::size_t i = 0; i < rivals.size() && i < kMostRivals; ++i) {
+    if (effort && effort->leaves_less_than(options_.leave)) return;
     any_best();  // the last one may be it, or was and is disqualified
     const double best_left = found_.hypotheses[found_.best].fit->chi_squared;
     refits_.sharpened(found_.hypotheses[rivals[i]], kNoRival * best_left);

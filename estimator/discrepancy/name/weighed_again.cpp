@@ -62,6 +62,8 @@ std::optional<WeighedAgain> explained_by_own_errors(
   if (guide == nullptr || on_samples(data)) return std::nullopt;
   HarmonicFit fit = copied(*guide, data, options.fit);
   std::vector<RunDatum> own = weigh(runs, fit).data;
+  for (RunDatum& datum : own)
+    datum.effort = data.front().effort;
   // Not those that the base model refused: it is begun from its fit to `data`.
   auto more = same_channels(runs, fit, own, data);
   std::move(more.begin(), more.end(), std::back_inserter(own));
@@ -70,7 +72,8 @@ std::optional<WeighedAgain> explained_by_own_errors(
   NamingOptions with_guide = options;
   with_guide.known = guide;
   Naming found = name_effects(std::move(again), own, catalogue, with_guide, progress);
-  if (!found.explained) return std::nullopt;
+  // Without all of its rivals a name would be surer than it is.
+  if (!found.explained || found.cut_short) return std::nullopt;
   return WeighedAgain{std::move(found), std::move(own)};
 }
 

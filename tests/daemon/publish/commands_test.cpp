@@ -64,7 +64,7 @@ TEST_F(CommandsTest, ADiagnosisNeedsNoLeaseAndSaysWhereItGoes) {
 TEST_F(CommandsTest, ADiagnosisWithOtherParametersIsRefused) {
   for (const json& params :
        {json::array({1}), json{{"surprise", 1}}, json{{"campaign", 1}}, json{{"model", "file"}},
-        json{{"false_alarm_rate", 0.5}}, json{{"false_alarm_rate", 0.0}}}) {
+        json{{"false_alarm_rate", 0.5}}, json{{"false_alarm_rate", 0.0}}, json{{"thorough", 1}}}) {
     EXPECT_EQ(refused(ask(anna, "diagnose", params)).code, RpcCode::invalid_params) << params;
   }
   EXPECT_THAT(rig.asked, IsEmpty());

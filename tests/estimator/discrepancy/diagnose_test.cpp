@@ -383,6 +383,27 @@ TEST(Diagnose, RefusesAnEmptyCampaignAndASenselessRate) {
   options.false_alarm_rate = 0.0;
   EXPECT_FALSE(
       diagnose(testing::recorded({}, {{2.0, 3.0}}, 3), estimator::testing::oleo(), options));
+  DiagnoseOptions idle;
+  idle.effort = 0.0;
+  EXPECT_FALSE(diagnose(testing::recorded({}, {{2.0, 3.0}}, 3), estimator::testing::oleo(), idle));
+}
+
+// Three effects at once, of which a short search finds what explains most.
+TEST(Diagnose, EndsWhereItsEffortDoesAndSaysSo) {
+  const std::map<std::string, double> truth = {
+      {"coulomb_friction", 0.2}, {"rebound_factor", 1.5}, {"sensor_delay", 4e-3}};
+  DiagnoseOptions brief, thorough;
+  brief.effort = 4e6;
+  thorough.effort = kThorough;
+  const auto goes_on = ::testing::Contains(::testing::HasSubstr("--thorough goes on"));
+  const Diagnosis first = diagnosed(truth, 5, brief);
+  EXPECT_EQ(first.verdict, Verdict::unexplained);
+  EXPECT_FALSE(first.effects.empty());
+  EXPECT_THAT(first.warnings, goes_on);
+  EXPECT_LT(first.gap.after, 0.5 * first.gap.before);
+  const Diagnosis whole = diagnosed(truth, 5, thorough);
+  EXPECT_THAT(whole.warnings, ::testing::Not(goes_on));
+  EXPECT_LE(whole.gap.after, first.gap.after);
 }
 
 }  // namespace

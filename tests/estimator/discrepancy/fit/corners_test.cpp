@@ -64,6 +64,38 @@ TEST(Corners, AreAsSharpAsTheFinestGridWhereThatWillDo) {
   EXPECT_EQ(on_grids->data->front().to_limit, nullptr);
 }
 
+// What no width does is known of a first fit: other errors move the parameters a little.
+TEST(Corners, OfNoWidthAreCarriedToOtherErrors) {
+  const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
+  const auto known = sharpen(fit, data, {});
+  ASSERT_TRUE(known);
+  std::vector<RunDatum> other = data;
+  for (std::size_t r = 0; r < other.size(); ++r)
+    set_covariance(other[r], (r == 0 ? 0.7 : 1.3) * covariance_of(data[r]));
+  const auto carried_over = carried(*known->fit, *known->data, other, {});
+  ASSERT_TRUE(carried_over);
+  const auto anew = sharpen(fit, other, {});
+  ASSERT_TRUE(anew);
+  EXPECT_NE(carried_over->fit->theta, known->fit->theta);
+  EXPECT_NEAR(carried_over->fit->chi_squared, anew->fit->chi_squared,
+              0.02 * anew->fit->observations);
+  for (const int k : anew->fit->free) {
+    EXPECT_NEAR(carried_over->fit->theta[static_cast<std::size_t>(k)],
+                anew->fit->theta[static_cast<std::size_t>(k)], 0.3 * anew->fit->standard_error(k));
+  }
+}
+
+TEST(Corners, OfNoWidthAreNotCarriedFarNorFromWhatHasNone) {
+  const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
+  const auto known = sharpen(fit, data, {});
+  ASSERT_TRUE(known);
+  std::vector<RunDatum> moved = data;
+  for (RunDatum& datum : moved)
+    datum.response *= 1.01;
+  EXPECT_FALSE(carried(*known->fit, *known->data, moved, {}));
+  EXPECT_FALSE(carried(fit, data, data, {}));
+}
+
 TEST(Corners, AreLeftWhereNoSharpnessLeadsToNoise) {
   const auto [data, fit] = with_friction({{"viscous_damping", 1.5}});
   ASSERT_TRUE(fit.converged);
