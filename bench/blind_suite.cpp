@@ -41,12 +41,14 @@ int main(int argc, char** argv) {
   shaker::keep_freed_memory();  // as shakerctl does
   int nulls = 200, threads = 1, every = 1;
   int records = 0;
+  bool thorough = false;
   std::string kind, label, output;
   app.add_option("--nulls", nulls, "campaigns in which nothing is hidden")->capture_default_str();
   app.add_option("--threads", threads, "that work at once")->capture_default_str();
   app.add_option("--every", every, "only every so many-th case")->capture_default_str();
   app.add_option("--kind", kind, "only cases of this kind");
   app.add_option("--label", label, "only cases whose label holds this: \"large, wide, quiet\"");
+  app.add_flag("--thorough", thorough, "go on as long as there is more to try");
   app.add_option("--output", output, "write the tables into this file too");
   app.add_option("--records", records,
                  "so many campaigns without a period instead, with something hidden; with "
@@ -73,8 +75,10 @@ int main(int argc, char** argv) {
     return 1;
   }
   const std::filesystem::path folder = pattern;
+  shaker::estimator::discrepancy::DiagnoseOptions options;
+  if (thorough) options.effort = shaker::estimator::discrepancy::kThorough;
   std::size_t done = 0;
-  const auto scored = run(cases, folder, threads, [&](const Scored& s) {
+  const auto tell = [&](const Scored& s) {
     std::string names;
     for (const auto& effect : s.answer.effects) {
       names += fmt::format(" {} ({:.3f})", effect.name, effect.probability);
@@ -87,7 +91,8 @@ int main(int argc, char** argv) {
                ++done, cases.size(), s.null ? (s.detected ? "!" : " ") : (s.in_set ? " " : "!"),
                s.hidden.label(), s.answer.verdict, names, s.answer.trouble, s.answer.by_chance,
                s.answer.gap_before, s.answer.gap_after, s.answer.noise_after, s.answer.seconds);
-  });
+  };
+  const auto scored = run(cases, folder, threads, tell, options);
   std::filesystem::remove_all(folder);
   const std::string text = report(scored, 0.01);
   fmt::print("{}", text);

@@ -32,8 +32,9 @@ using Eigen::VectorXd;
 constexpr double kAnyAcceleration = 1e9;     // a record's is noise
 constexpr double kWorthBeginningAnew = 5.0;  // times what is left a datum: less is chance
 // Shares of the effort that a search leaves to what comes after it: by noise, by own errors, and by
-// shares of the gap, which is worth while with that share more.
-constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.2, kLeftByGap = 0.1;
+// shares of the gap, for which at least so much has to be left.
+constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.04, kEnoughForGap = 0.2;
+constexpr double kUsualRuns = 6.0;
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -200,7 +201,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
     NamingOptions own = naming;
     own.leave = leave;
     return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, own,
-                                   named(0.6, 0.9));
+                                   named(0.6, 0.9), first.cut_short);
   };
   const auto said_of_own = [&](const WeighedAgain& again) {
     progress("drawing up", 0.95);
@@ -208,9 +209,10 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   };
   if (const auto again = by_own_errors(guide_of(first), kLeftByOwn)) return said_of_own(*again);
   const auto& effort = data.front().effort;
-  const bool late = effort && effort->leaves_less_than(2.0 * kLeftByGap);
-  first.cut_short = first.cut_short || late;
-  if (const auto softened = with_model_error(first, data); softened && !late) {
+  const bool late = effort && effort->leaves_less_than(kEnoughForGap);
+  const auto softened = with_model_error(first, data);
+  first.cut_short = first.cut_short || (softened && late);
+  if (softened && !late) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
     if (again.trouble.empty()) {
       first.hypotheses.clear();  // with their solutions: they take memory
@@ -316,6 +318,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
     if (const auto better = better_start(model, theta, left, weighed.data, said, first)) {
       auto anew = diagnose_cycles(campaign, *better, options, progress, effort, false);
       if (anew && says_more(*anew, said)) return anew;
+      said.cut_short = said.cut_short || (anew && anew->cut_short);
     }
   }
   said.campaign = campaign.name;
@@ -323,6 +326,10 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   said.gap.unit = unit;
   said.warnings.insert(said.warnings.begin(), warnings.begin(), warnings.end());
   warn_of_design(runs, weighed.carry_over, said);
+  if (said.cut_short)
+    said.warnings.push_back(
+        "the search stopped at its limit of work, though more could be tried: shakerctl diagnose "
+        "--thorough goes on");
   name_read_effects(*looked, weighed.coarseness, said);
   progress("done", 1.0);
   return said;
@@ -382,6 +389,10 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   return said;
 }
 
+double effort_of(const Campaign& campaign, const DiagnoseOptions& options) {
+  return options.effort * std::max(1.0, static_cast<double>(campaign.runs.size()) / kUsualRuns);
+}
+
 bool periodic(const Recording& run) {
   return run.kind == Kind::periodic || (run.kind == Kind::imposed_motion && run.frequency_hz > 0.0);
 }
@@ -398,7 +409,7 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
     // Sines and earthquakes on one dynamometer: all of them as records.
     auto said = std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic)
                     ? diagnose_cycles(campaign, freed, options, report,
-                                      std::make_shared<Effort>(options.effort))
+                                      std::make_shared<Effort>(effort_of(campaign, options)))
                     : diagnose_records(campaign, freed, options, report);
     if (!said) return said;
     hold_against_file(model, *said);

@@ -19,9 +19,9 @@
 
 namespace shaker::estimator::discrepancy {
 
-// Of runs with a period, in points of solutions that are linearised (effort.hpp): what is best
-// where that ends is the answer, and a warning says so. The usual effort is two seconds of one
-// core.
+// Of periodic responses, in points of solutions that are linearised (effort.hpp), for six runs and
+// as much more for more runs: what is best where that ends is the answer, and a warning says so.
+// The usual effort is two seconds of one core. An imposed motion has no solution to be found.
 constexpr double kThorough = std::numeric_limits<double>::infinity();
 
 struct DiagnoseOptions {
@@ -29,7 +29,7 @@ struct DiagnoseOptions {
   int most_effects = 3;            // that may be missing at once
   int points = 192;                // of a periodic solution
   int draws = 4000;                // of the calibration
-  double effort = 14e6;            // kThorough: as long as there is more to try
+  double effort = 13.5e6;          // kThorough: as long as there is more to try
   std::uint64_t seed = 1;
   CalibrationCache* calibrations = nullptr;  // outlives the call; null: drawn anew each time
 };

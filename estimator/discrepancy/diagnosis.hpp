@@ -120,6 +120,7 @@ struct Diagnosis {
   std::optional<RemainingForce> remaining;  // only when unexplained
   std::vector<RunCurves> curves;
   config::ModelSpec improved;  // the model file that comes out, starts at the estimates
+  bool cut_short = false;      // more could have been tried; there is a warning then
   std::vector<std::string> warnings;
 };
 

@@ -1,6 +1,6 @@
 // What a diagnosis spends, so that it ends in a given time: counted in points of periodic solutions
-// that are linearised, and not in seconds. The same campaign goes the same way on every machine,
-// whatever else runs there.
+// that are linearised, and not in seconds. A campaign goes the same way however slow the machine is
+// and whatever else runs there.
 #pragma once
 
 #include <limits>

@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 
 #include "config/model.hpp"
-#include "estimator/discrepancy/diagnose.hpp"
 
 namespace shaker::blind {
 namespace {
@@ -117,19 +116,21 @@ discrepancy::Campaign recorded(const sim::CampaignRecording& plan) {
   return campaign;
 }
 
-Answer answer(const Case& hidden, const fs::path& sealed) {
+Answer answer(const Case& hidden, const fs::path& sealed,
+              const discrepancy::DiagnoseOptions& options) {
   seal(hidden, sealed);
   const auto plan =
       recording(designs()[static_cast<std::size_t>(hidden.design)],
                 noises()[static_cast<std::size_t>(hidden.noise)], hidden.truth, hidden.seed);
-  return asked(recorded(plan), "model-oleo.json");
+  return asked(recorded(plan), "model-oleo.json", options);
 }
 
-Answer asked(const discrepancy::Campaign& campaign, const std::string& example) {
+Answer asked(const discrepancy::Campaign& campaign, const std::string& example,
+             const discrepancy::DiagnoseOptions& options) {
   const config::ModelSpec model = base_model(example);
   Answer given;
   const double before = processor_seconds();
-  const auto diagnosed = discrepancy::diagnose(campaign, model);
+  const auto diagnosed = discrepancy::diagnose(campaign, model, options);
   given.seconds = processor_seconds() - before;
   if (!diagnosed.ok()) {
     given.verdict = "refused";
@@ -178,7 +179,8 @@ Scored score(const Case& hidden, const Answer& given, const fs::path& sealed) {
 }
 
 std::vector<Scored> run(const std::vector<Case>& cases, const fs::path& folder, int threads,
-                        const std::function<void(const Scored&)>& done) {
+                        const std::function<void(const Scored&)>& done,
+                        const discrepancy::DiagnoseOptions& options) {
   fs::create_directories(folder);
   std::vector<Scored> all(cases.size());
   std::atomic<std::size_t> next{0};
@@ -188,7 +190,7 @@ std::vector<Scored> run(const std::vector<Case>& cases, const fs::path& folder, 
       const auto sealed = folder / fmt::format("{:05}.json", i);
       Answer given;
       try {
-        given = answer(cases[i], sealed);
+        given = answer(cases[i], sealed, options);
       } catch (const std::exception& error) {
         given.verdict = "refused";
         given.trouble = error.what();

@@ -13,6 +13,7 @@
 
 #include "config/model.hpp"
 #include "estimator/discrepancy/campaign.hpp"
+#include "estimator/discrepancy/diagnose.hpp"
 #include "sim/campaign_recorder.hpp"
 #include "tests/blind/cases.hpp"
 
@@ -56,10 +57,12 @@ config::ModelSpec base_model(const std::string& example);
 estimator::discrepancy::Campaign recorded(const sim::CampaignRecording& plan);
 
 // What the workflow says of records with an example's base model ("model-oleo.json").
-Answer asked(const estimator::discrepancy::Campaign& campaign, const std::string& example);
+Answer asked(const estimator::discrepancy::Campaign& campaign, const std::string& example,
+             const estimator::discrepancy::DiagnoseOptions& options = {});
 
 // Records the campaign, seals the truth in `sealed`, and asks the workflow.
-Answer answer(const Case& hidden, const std::filesystem::path& sealed);
+Answer answer(const Case& hidden, const std::filesystem::path& sealed,
+              const estimator::discrepancy::DiagnoseOptions& options = {});
 
 struct Scored {
   Case hidden;
@@ -76,7 +79,8 @@ Scored score(const Case& hidden, const Answer& answer, const std::filesystem::pa
 
 // All of `cases` on so many threads; `done` is told after each.
 std::vector<Scored> run(const std::vector<Case>& cases, const std::filesystem::path& folder,
-                        int threads, const std::function<void(const Scored&)>& done);
+                        int threads, const std::function<void(const Scored&)>& done,
+                        const estimator::discrepancy::DiagnoseOptions& options = {});
 
 // How far probabilities by chance are from an even distribution on 0..1 (Kolmogorov's test).
 struct Evenness {

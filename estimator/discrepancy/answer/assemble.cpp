@@ -56,10 +56,7 @@ class Assembler {
     if (at_limit()) said_.improved = stated_sharp(said_.improved);
     tell_gaps({before_, data_}, {after_, after_data_}, data_, measured_, runs_, said_);
     hold_to_gap();
-    if (found_.cut_short && said_.verdict == Verdict::unexplained)
-      said_.warnings.push_back(
-          "the search ended where a diagnosis is to end, with more to be tried: shakerctl diagnose "
-          "--thorough goes on");
+    said_.cut_short = found_.cut_short;
     forces();
     ranking();
     effects();

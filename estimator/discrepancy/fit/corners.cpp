@@ -16,10 +16,11 @@ using Eigen::VectorXd;
 
 constexpr int kLevels = 2, kLevelsOfRecord = 3, kRounds = 4;
 constexpr double kFarFromNoise = 4.0, kHopeless = 100.0;  // of chi-squared a datum
-constexpr double kLittle = 0.5;       // of chi-squared: what leaves more changes little
-constexpr double kTrifle = 0.1;       // standard errors, of all harmonics together
-constexpr double kOpenAtFirst = 2.0;  // the same, of a first limit
-constexpr double kReach = 2.0;        // the same, that a fit at a limit may go on by its slopes
+constexpr double kLittle = 0.5;                 // of chi-squared: what leaves more changes little
+constexpr double kTrifle = 0.1;                 // standard errors, of all harmonics together
+constexpr double kOpenAtFirst = 2.0;            // the same, of a first limit
+constexpr double kOpenStill = 2.0 * kLeftOpen;  // of one that was taken with other errors
+constexpr double kReach = 2.0;  // the same, that a fit at a limit may go on by its slopes
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr int kMostSteps = 25;                        // of a fit that begins at the last grid's
 constexpr double kOnTheWay = 0.5;    // of chi-squared: tolerance of the coarser grids
@@ -277,10 +278,12 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
 
 std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDatum>& limits,
                                  const std::vector<RunDatum>& data, const FitOptions& options) {
+  if (limits.size() != data.size()) return std::nullopt;
   auto sharp = std::make_shared<std::vector<RunDatum>>(data);
   for (std::size_t r = 0; r < data.size(); ++r) {
     const auto& limit = limits[r].to_limit;
     if (!limit || limit->value.size() != data[r].response.size()) return std::nullopt;
+    if (whitened(data[r], limit->open).norm() > kOpenStill) return std::nullopt;
     set_limit((*sharp)[r], limit);
   }
   const int points = fit.predictions.front().points();

@@ -70,8 +70,8 @@ struct Sharpening {
 std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
                                  const FitOptions& options, const Sharpening& worth = {});
 // The same for other errors of the same runs: `fit` was fitted to `limits`, and what they tell of
-// the limit is true for `data` too. Nothing where they do not tell it, or the parameters go farther
-// than its slopes are good for.
+// the limit is true for `data` too. Nothing where they do not tell it, or not as exactly as these
+// errors ask for, or where the parameters go farther than its slopes are good for.
 std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDatum>& limits,
                                  const std::vector<RunDatum>& data, const FitOptions& options);
 

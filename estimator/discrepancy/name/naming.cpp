@@ -74,12 +74,12 @@ class Search {
     standing_.choose();
     if (!options_.simple_first && begin_near_ones_elsewhere(level)) standing_.choose();
     if (options_.known != nullptr) prune();
-    if (!standing_.settled() && !options_.simple_first && goes_on()) {
+    if (!standing_.settled() && !options_.simple_first && standing_.goes_on()) {
       begin_elsewhere(level);
       standing_.choose();
     }
     for (int size = 2; size <= options_.most_effects && !standing_.settled(); ++size) {
-      if (!goes_on()) break;
+      if (!standing_.goes_on()) break;
       progress_(0.4 + 0.2 * size);
       std::vector<std::size_t> next;
       standing_.sort_by_evidence(level);
@@ -101,13 +101,6 @@ class Search {
   }
 
  private:
-  // Not once this search has had its part of the effort.
-  bool goes_on() {
-    const auto& effort = data_.front().effort;
-    if (effort && effort->leaves_less_than(options_.leave)) found_.cut_short = true;
-    return !found_.cut_short;
-  }
-
   // A base model with dry friction of its own is held against the data with corners as wide as its
   // file or the catalogue states them, and with those of no width.
   void sharpen_base() {
@@ -152,7 +145,6 @@ class Search {
       // score says little, so that all of these are tried once.
       const bool guessed = next.probe->coefficients.empty() && parent.effects.empty();
       if (tried >= most && !guessed) continue;
-      if (!goes_on()) break;
       const std::string added(next.candidate->effect->name());
       // Of two that hold one another only one is wanted; but on a damper that no model explains the
       // simple one is named first, and the richer one may add what is still missing.
@@ -164,6 +156,8 @@ class Search {
       std::vector<std::string> effects = parent.effects;
       effects.insert(std::upper_bound(effects.begin(), effects.end(), added), added);
       if (standing_.find(effects) != nullptr) continue;
+      // Single ones are each other's rivals: a name is no surer than all of them let it be.
+      if (!parent.effects.empty() && !standing_.goes_on()) break;
       tried += guessed ? 0 : 1;
       made.push_back(found_.hypotheses.size());
       found_.hypotheses.push_back(refits_.with(parent, *next.probe));
@@ -212,7 +206,7 @@ class Search {
   // its own: before two are believed, each one is tried from where it is at work.
   void begin_elsewhere(std::vector<std::size_t>& level) {
     for (const Candidate& candidate : all_) {
-      if (!goes_on()) return;
+      if (!standing_.goes_on()) return;
       const std::string effect(candidate.effect->name());
       const Hypothesis* known = standing_.find({effect});
       const double own = known != nullptr ? known->fit->chi_squared : standing_.left_by_best();
@@ -250,7 +244,7 @@ class Search {
     for (bool changed = standing_.chosen(); changed;) {
       const std::size_t before = found_.best;
       const Hypothesis full = found_.hypotheses[found_.best];
-      if (full.effects.size() < 2 || full.fit == pruned_ || !goes_on()) return;
+      if (full.effects.size() < 2 || full.fit == pruned_ || !standing_.goes_on()) return;
       pruned_ = full.fit;
       std::vector<std::size_t> made;
       keep_without(full, made);

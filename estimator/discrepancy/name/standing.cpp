@@ -65,6 +65,12 @@ void Standing::judge_best() {
                gap_over_floor({*best.fit, best.data ? *best.data : data_}, data_) <= kExplainedGap;
 }
 
+bool Standing::goes_on() {
+  const auto& effort = data_.front().effort;
+  if (effort && effort->leaves_less_than(options_.leave)) found_.cut_short = true;
+  return !found_.cut_short;
+}
+
 bool Standing::any_best() {
   bool any = false;
   for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
@@ -90,9 +96,8 @@ void Standing::sharpen_rivals() {
       rivals.push_back(h);
   }
   sort_by_evidence(rivals);
-  const auto& effort = data_.front().effort;
   for (std::size_t i = 0; i < rivals.size() && i < kMostRivals; ++i) {
-    if (effort && effort->leaves_less_than(options_.leave)) return;
+    if (!goes_on()) return;
     any_best();  // the last one may be it, or was and is disqualified
     const double best_left = found_.hypotheses[found_.best].fit->chi_squared;
     refits_.sharpened(found_.hypotheses[rivals[i]], kNoRival * best_left);

@@ -24,6 +24,8 @@ class Standing {
   bool chosen() const { return chosen_; }
   // The search is over: the best leaves but noise, and no more of a gap than is called explained.
   bool settled() const;
+  // Not once this search has had its part of the effort: then it counts as cut short.
+  bool goes_on();
   double left_by_best() const;  // in chi-squared
 
   // The score of the catalogue on a fit; each fit once: that the best is judged by is what it is

@@ -58,7 +58,7 @@ const Hypothesis* guide_near_noise(const Naming& by_gap, const std::vector<RunDa
 std::optional<WeighedAgain> explained_by_own_errors(
     const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
     const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,
-    const NamingOptions& options, const std::function<void(double)>& progress) {
+    const NamingOptions& options, const std::function<void(double)>& progress, bool& cut_short) {
   if (guide == nullptr || on_samples(data)) return std::nullopt;
   HarmonicFit fit = copied(*guide, data, options.fit);
   std::vector<RunDatum> own = weigh(runs, fit).data;
@@ -72,6 +72,7 @@ std::optional<WeighedAgain> explained_by_own_errors(
   NamingOptions with_guide = options;
   with_guide.known = guide;
   Naming found = name_effects(std::move(again), own, catalogue, with_guide, progress);
+  cut_short = cut_short || found.cut_short;
   // Without all of its rivals a name would be surer than it is.
   if (!found.explained || found.cut_short) return std::nullopt;
   return WeighedAgain{std::move(found), std::move(own)};

@@ -28,10 +28,10 @@ const Hypothesis* guide_near_noise(const Naming& by_gap, const std::vector<RunDa
 
 // The search again, with the errors that `guide` tells and with the guide among its hypotheses, by
 // the same test; nothing where that explains nothing either. `guide` may be null; `base`: the base
-// model's fit to `data`, which are of `runs`.
+// model's fit to `data`, which are of `runs`. `cut_short` is set where that search was.
 std::optional<WeighedAgain> explained_by_own_errors(
     const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
     const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,
-    const NamingOptions& options, const std::function<void(double)>& progress);
+    const NamingOptions& options, const std::function<void(double)>& progress, bool& cut_short);
 
 }  // namespace shaker::estimator::discrepancy

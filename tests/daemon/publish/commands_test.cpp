@@ -55,9 +55,11 @@ TEST_F(CommandsTest, ADiagnosisNeedsNoLeaseAndSaysWhereItGoes) {
   EXPECT_TRUE(
       good(ask(otto, "diagnose", {{"campaign", "x"}, {"model", {{"name", "m"}}}, {"out", "o"}})));
   EXPECT_TRUE(good(ask(otto, "diagnose.cancel")));
+  EXPECT_TRUE(good(ask(otto, "diagnose", {{"thorough", true}})));
   EXPECT_THAT(rig.asked,
               ElementsAre(R"(diagnose "" with its own model into "")",
-                          R"(diagnose "x" with {"name":"m"} into "o")", "cancel by otto (pid 2)"));
+                          R"(diagnose "x" with {"name":"m"} into "o")", "cancel by otto (pid 2)",
+                          R"(diagnose "" with its own model into "", thoroughly)"));
   EXPECT_EQ(refused(ask(tcp, "diagnose")).code, RpcCode::read_only);
 }
 

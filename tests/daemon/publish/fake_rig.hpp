@@ -29,7 +29,8 @@ class FakeRig final : public RigControl {
 
   Result<DiagnosisPlace> diagnose(const DiagnosisRequest& request) override {
     asked.push_back("diagnose \"" + request.campaign + "\" with " +
-                    request.model.value_or("its own model") + " into \"" + request.out + "\"");
+                    request.model.value_or("its own model") + " into \"" + request.out + "\"" +
+                    (request.thorough ? ", thoroughly" : ""));
     if (!outcome) return outcome.error();
     return DiagnosisPlace{"c.db", "/data/c.diagnosis"};
   }

@@ -393,10 +393,11 @@ TEST(Diagnose, EndsWhereItsEffortDoesAndSaysSo) {
   const std::map<std::string, double> truth = {
       {"coulomb_friction", 0.2}, {"rebound_factor", 1.5}, {"sensor_delay", 4e-3}};
   DiagnoseOptions brief, thorough;
-  brief.effort = 4e6;
+  brief.effort = 1e6;
   thorough.effort = kThorough;
   const auto goes_on = ::testing::Contains(::testing::HasSubstr("--thorough goes on"));
   const Diagnosis first = diagnosed(truth, 5, brief);
+  EXPECT_TRUE(first.cut_short);
   EXPECT_EQ(first.verdict, Verdict::unexplained);
   EXPECT_FALSE(first.effects.empty());
   EXPECT_THAT(first.warnings, goes_on);

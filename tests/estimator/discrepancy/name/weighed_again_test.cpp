@@ -81,7 +81,10 @@ TEST(WeighedAgain, KeepsToTheChannelsThatTheBaseModelWasFittedTo) {
   ASSERT_EQ(same.size(), taken.size());
   for (std::size_t k = 0; k < same.size(); ++k)
     EXPECT_EQ(same[k].quantity, Quantity::damper_force);
-  const auto again = explained_by_own_errors(&guide, fit, runs, data, {}, {}, [](double) {});
+  bool cut_short = false;
+  const auto again = explained_by_own_errors(
+      &guide, fit, runs, data, {}, {}, [](double) {}, cut_short);
+  EXPECT_FALSE(cut_short);
   ASSERT_TRUE(again);
   EXPECT_EQ(again->data.size(), runs.size());
   EXPECT_EQ(again->found.base.fit->predictions.size(), runs.size());
