@@ -32,8 +32,8 @@ using Eigen::VectorXd;
 constexpr double kAnyAcceleration = 1e9;     // a record's is noise
 constexpr double kWorthBeginningAnew = 5.0;  // times what is left a datum: less is chance
 // Shares of the effort that a search leaves to what comes after it: by noise, by own errors, and by
-// shares of the gap, for which at least so much has to be left.
-constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.04, kEnoughForGap = 0.2;
+// shares of the gap; and with how much less than that a search is not begun.
+constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.04, kEnough = 0.1;
 constexpr double kUsualRuns = 6.0;
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
@@ -197,7 +197,16 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (const auto coloured =
           explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
     return said_of_colour(*coloured, runs, catalogue);
-  const auto by_own_errors = [&](const Hypothesis* guide, double leave) {
+  const auto& effort = data.front().effort;
+  const auto late = [&](double leave) {
+    return effort && effort->leaves_less_than(leave + kEnough);
+  };
+  const auto by_own_errors = [&](const Hypothesis* guide,
+                                 double leave) -> std::optional<WeighedAgain> {
+    if (guide != nullptr && late(leave)) {
+      first.cut_short = true;
+      return std::nullopt;
+    }
     NamingOptions own = naming;
     own.leave = leave;
     return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, own,
@@ -208,11 +217,10 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
     return assemble(again.found, again.data, runs, catalogue, again.data);
   };
   if (const auto again = by_own_errors(guide_of(first), kLeftByOwn)) return said_of_own(*again);
-  const auto& effort = data.front().effort;
-  const bool late = effort && effort->leaves_less_than(kEnoughForGap);
   const auto softened = with_model_error(first, data);
-  first.cut_short = first.cut_short || (softened && late);
-  if (softened && !late) {
+  if (softened && late(kLeftByGap)) {
+    first.cut_short = true;
+  } else if (softened) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
     if (again.trouble.empty()) {
       first.hypotheses.clear();  // with their solutions: they take memory

@@ -29,7 +29,7 @@ struct DiagnoseOptions {
   int most_effects = 3;            // that may be missing at once
   int points = 192;                // of a periodic solution
   int draws = 4000;                // of the calibration
-  double effort = 13.5e6;          // kThorough: as long as there is more to try
+  double effort = 12.5e6;          // kThorough: as long as there is more to try
   std::uint64_t seed = 1;
   CalibrationCache* calibrations = nullptr;  // outlives the call; null: drawn anew each time
 };

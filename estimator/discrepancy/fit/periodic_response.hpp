@@ -54,11 +54,12 @@ class PeriodicResponse {
  private:
   bool solve(const std::vector<double>& theta, HowFar search);
   void follow(const std::vector<double>& theta);
-  SolveReport counted(SolveReport report) const;
+  bool landed(const SolveReport& report);
   void begin_at(const std::vector<double>& state);
 
   PeriodicSystem system_;
   std::vector<Quantity> channels_;
+  std::vector<double> same_theta_;  // a change of none
   std::vector<double> theta_;       // of the last success
   bool solved_ = false;             // the state is one, if not of this system's model
   std::shared_ptr<Effort> effort_;  // null: nobody asks

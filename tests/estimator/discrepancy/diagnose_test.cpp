@@ -401,7 +401,7 @@ TEST(Diagnose, EndsWhereItsEffortDoesAndSaysSo) {
   EXPECT_EQ(first.verdict, Verdict::unexplained);
   EXPECT_FALSE(first.effects.empty());
   EXPECT_THAT(first.warnings, goes_on);
-  EXPECT_LT(first.gap.after, 0.5 * first.gap.before);
+  EXPECT_LT(first.gap.after, 0.9 * first.gap.before);
   const Diagnosis whole = diagnosed(truth, 5, thorough);
   EXPECT_THAT(whole.warnings, ::testing::Not(goes_on));
   EXPECT_LE(whole.gap.after, first.gap.after);
