@@ -166,7 +166,7 @@ std::string verdict_sentence(const Diagnosis& d) {
     case Verdict::explained:
       return "explained: with what is named below, the model leaves nothing but noise";
     default:
-      return d.effects.empty() ? "unexplained: something is missing that is in no catalogue"
+      return d.effects.empty() ? "unexplained: something is missing that cannot be named"
                                : "unexplained: what is named below is missing, and something "
                                  "else besides that cannot be named";
   }
