@@ -17,7 +17,6 @@ class Effort {
   void spend(int points, int coordinates) {
     spent_ += static_cast<double>(points) * (coordinates == 1 ? 1.0 : 2.0 * coordinates);
   }
-  double spent() const { return spent_; }
   // So much of the limit is left to those who come later.
   bool leaves_less_than(double share) const { return spent_ > (1.0 - share) * limit_; }
 

@@ -54,6 +54,7 @@ class PeriodicResponse {
  private:
   bool solve(const std::vector<double>& theta, HowFar search);
   void follow(const std::vector<double>& theta);
+  // Whether a search has arrived; counts what it cost, and takes the step that it has ready there.
   bool landed(const SolveReport& report);
   void begin_at(const std::vector<double>& state);
 
