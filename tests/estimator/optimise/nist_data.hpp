@@ -4,7 +4,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,9 +22,7 @@ struct NistSet {
 
 // Reads NAME.dat as NIST publishes it. Throws std::runtime_error when it cannot be understood.
 NistSet read_nist(const std::filesystem::path& file);
-// The folder with all 27 sets: $SHAKER_REAL_DATA/nist; nothing when that is not set.
-std::optional<std::filesystem::path> nist_folder();
-// Four sets that are always there.
-std::vector<NistSet> embedded_nist();
+// The 27 sets of tests/data/nist, by name.
+std::vector<NistSet> nist_sets();
 
 }  // namespace shaker::estimator::optimise::testing
