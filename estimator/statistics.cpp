@@ -7,6 +7,9 @@
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/special_functions/digamma.hpp>
+#include <boost/math/special_functions/polygamma.hpp>
+#include <boost/math/special_functions/trigamma.hpp>
 
 namespace shaker::estimator {
 
@@ -26,6 +29,21 @@ double chi_squared_above(double value, double degrees) {
 double fisher_f_above(double value, double degrees1, double degrees2) {
   return boost::math::cdf(
       boost::math::complement(boost::math::fisher_f(degrees1, degrees2), std::max(value, 0.0)));
+}
+
+double student_t_two_sided(double t, double degrees) {
+  return 2.0 *
+         boost::math::cdf(boost::math::complement(boost::math::students_t(degrees), std::fabs(t)));
+}
+
+double digamma(double x) {
+  return boost::math::digamma(x);
+}
+double trigamma(double x) {
+  return boost::math::trigamma(x);
+}
+double tetragamma(double x) {
+  return boost::math::polygamma(2, x);
 }
 
 }  // namespace shaker::estimator

@@ -11,4 +11,12 @@ double student_t_quantile(double probability, double degrees);
 double chi_squared_above(double value, double degrees);
 double fisher_f_above(double value, double degrees1, double degrees2);
 
+// Probability of a |t| of more than that under Student's t.
+double student_t_two_sided(double t, double degrees);
+
+// The first three derivatives of the logarithm of the gamma function, for x > 0.
+double digamma(double x);
+double trigamma(double x);
+double tetragamma(double x);
+
 }  // namespace shaker::estimator

@@ -1,0 +1,2 @@
+#define SHAKER_EIGEN_KERNELS template
+#include "estimator/math/eigen_kernels.hpp"
