@@ -53,10 +53,10 @@ void put_excitation(const std::vector<double>& tau, const std::vector<double>& x
   };
   for (Eigen::Index i = 0; i < rows; ++i) {
     fill(tau[static_cast<std::size_t>(i)]);
-    normal.selfadjointView<Eigen::Lower>().rankUpdate(row);
+    estimator::add_square(normal, row);
     right += x[static_cast<std::size_t>(i)] * row;
   }
-  const Eigen::MatrixXd full = normal.selfadjointView<Eigen::Lower>();
+  const Eigen::MatrixXd full = estimator::symmetric_of_lower(normal);
   Eigen::VectorXd c = estimator::shortest_least_squares(full, right);
   double rest = 0.0;
   for (Eigen::Index i = 0; i < rows; ++i) {

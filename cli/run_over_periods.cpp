@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "cli/excitation_phase.hpp"
+#include "estimator/math/dense.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -17,7 +18,7 @@ using estimator::RunData;
 
 constexpr std::size_t kLookedAt = 32;     // points of a cycle that is only looked at
 constexpr double kFewestInPeriod = 8.0;   // samples, for a cubic between them
-constexpr int kHarmonics = 24;            // of the excitation: beyond, an oleo's reversals show
+constexpr int kExcitationHarmonics = 24;  // of the excitation: beyond, an oleo's reversals show
 constexpr int kFewestHarmonics = 8;       // less would hide part of the response
 constexpr double kHarmonicsOfGap = 0.4;   // largest gap between phases: 0.5 were the limit
 constexpr Eigen::Index kBlock = 256;      // rows of normal equations at once
@@ -69,7 +70,7 @@ int harmonics_of(std::vector<double> tau, int periods) {
   double gap = tau.front() + 1.0 - tau.back();
   for (std::size_t i = 1; i < tau.size(); ++i)
     gap = std::max(gap, tau[i] - tau[i - 1]);
-  return std::min(kHarmonics * periods, static_cast<int>(kHarmonicsOfGap / gap));
+  return std::min(kExcitationHarmonics * periods, static_cast<int>(kHarmonicsOfGap / gap));
 }
 
 void fill_row(double tau, int harmonics, Eigen::Ref<Eigen::RowVectorXd> row) {
@@ -102,10 +103,10 @@ void average_by_harmonics(const std::vector<double>& tau, const std::vector<doub
   for (Eigen::Index first = 0; first < count; first += kBlock) {
     const Eigen::Index size = std::min(kBlock, count - first);
     const Eigen::MatrixXd rows = rows_of(tau, harmonics, first, size);
-    normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+    estimator::add_gram(normal, rows);
     right += rows.transpose() * all.segment(first, size);
   }
-  const Eigen::VectorXd c = normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+  const Eigen::VectorXd c = estimator::Ldlt(normal).solve(right);
   for (Eigen::Index first = 0; first < count; first += kBlock) {
     const Eigen::Index size = std::min(kBlock, count - first);
     run.scatter +=

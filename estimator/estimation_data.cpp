@@ -223,7 +223,7 @@ void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
 // L^-1 times the analysis of a state on the grid, and of the data.
 void Estimator::Impl::prepare_projector(RunState& run, int points) {
   const auto m = static_cast<Eigen::Index>(run.data.harmonics.size());
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance_of(run.data));
+  const Cholesky factor(covariance_of(run.data));
   Eigen::MatrixXd analysis(m, points);
   for (Eigen::Index j = 0; j < m; ++j) {
     const auto h = static_cast<int>((j + 1) / 2);
@@ -233,9 +233,9 @@ void Estimator::Impl::prepare_projector(RunState& run, int points) {
           j == 0 ? 1.0 / points : 2.0 / points * (j % 2 == 1 ? std::cos(angle) : std::sin(angle));
     }
   }
-  factor.matrixL().solveInPlace(analysis);
-  Eigen::VectorXd data = Eigen::Map<const Eigen::VectorXd>(run.data.harmonics.data(), m);
-  factor.matrixL().solveInPlace(data);
+  analysis = factor.whiten(analysis);
+  const Eigen::VectorXd data = factor.whiten(
+      Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(run.data.harmonics.data(), m)));
   run.whitened.assign(data.begin(), data.end());
   run.projector.assign(analysis.data(), analysis.data() + analysis.size());
 }

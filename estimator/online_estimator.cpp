@@ -15,6 +15,10 @@ namespace {
 
 constexpr double kLeastWeight = 1e-9;
 
+}  // namespace
+
+namespace online {
+
 // Running mean of the cycles of one run, point by point, and their scatter about it (Welford).
 struct RunMean {
   int run = 0;
@@ -50,7 +54,7 @@ struct RunMean {
   }
 };
 
-RunMean first_of(const MeasuredCycle& cycle) {
+static RunMean first_of(const MeasuredCycle& cycle) {
   RunMean mean;
   mean.run = cycle.run;
   mean.data.cycles = 1.0;
@@ -63,7 +67,9 @@ RunMean first_of(const MeasuredCycle& cycle) {
   return mean;
 }
 
-}  // namespace
+}  // namespace online
+
+using online::RunMean;
 
 struct OnlineEstimator::State {
   State(const config::ModelSpec& spec, OnlineOptions opt) : model(spec) {
@@ -139,7 +145,7 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
       std::vector<RunData> data;
       for (const RunMean& run : s.runs)
         data.push_back(run.data);
-      RunMean fresh = first_of(cycle);
+      RunMean fresh = online::first_of(cycle);
       data.push_back(fresh.data);
       s.estimator = std::make_unique<Estimator>(s.model, std::move(data), s.options);
       s.runs.push_back(std::move(fresh));

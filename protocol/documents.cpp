@@ -12,7 +12,8 @@
 namespace shaker::protocol {
 namespace {
 
-using Json = nlohmann::ordered_json;  // a person reads the type and the sequence number first
+using OrderedJson =
+    nlohmann::ordered_json;  // a person reads the type and the sequence number first
 
 constexpr std::size_t kMaxName = 96, kMaxText = 1024;  // bytes
 constexpr std::size_t kMaxDiagnosis = 900 * 1024;      // bytes
@@ -31,7 +32,7 @@ std::string clip(std::string_view text, std::size_t limit) {
 // One JSON object being filled; `pointer` is where it stands in the document.
 class Filler {
  public:
-  Filler(Json& object, Json& omitted, std::string pointer)
+  Filler(OrderedJson& object, OrderedJson& omitted, std::string pointer)
       : object_(object), omitted_(omitted), pointer_(std::move(pointer)) {}
 
   Filler& number(const char* key, double value) {
@@ -74,15 +75,15 @@ class Filler {
     return limit;
   }
   Filler inner(const char* list, std::size_t index) {
-    Json& array = object_[list];
-    array.push_back(Json::object());
+    OrderedJson& array = object_[list];
+    array.push_back(OrderedJson::object());
     return {array.back(), omitted_, fmt::format("{}/{}/{}", pointer_, list, index)};
   }
-  Json& object() { return object_; }
+  OrderedJson& object() { return object_; }
 
  private:
-  Json& object_;
-  Json& omitted_;
+  OrderedJson& object_;
+  OrderedJson& omitted_;
   std::string pointer_;
 };
 
@@ -120,7 +121,7 @@ void fill(Filler& out, const ParameterEntry& p) {
   out.number("value", p.value).number("standard_error", p.standard_error);
   if (p.bias) out.number("bias", *p.bias);
   if (std::isfinite(p.lower) && std::isfinite(p.upper)) {
-    out.put("interval", Json::array({p.lower, p.upper}));
+    out.put("interval", OrderedJson::array({p.lower, p.upper}));
   } else {
     out.omit("interval", "a bound is not finite");
   }
@@ -128,11 +129,11 @@ void fill(Filler& out, const ParameterEntry& p) {
 }
 
 void fill_correlation(Filler& out, const std::vector<double>& covariance, std::size_t n) {
-  Json matrix = Json::array();
+  OrderedJson matrix = OrderedJson::array();
   for (std::size_t i = 0; i < n; ++i) {
     if (!(covariance[i * n + i] > 0.0))
       return out.omit("correlation", "a variance is not positive");
-    matrix.push_back(Json::array());
+    matrix.push_back(OrderedJson::array());
   }
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < n; ++k) {
@@ -155,10 +156,10 @@ void fill_covariance(Filler& out, const EstimateDocument& d) {
   for (double value : d.covariance) {
     if (!std::isfinite(value)) return out.omit("covariance", "an element is not finite");
   }
-  Json order = Json::array(), matrix = Json::array();
+  OrderedJson order = OrderedJson::array(), matrix = OrderedJson::array();
   for (std::size_t i = 0; i < n; ++i) {
     order.push_back(clip(d.covariance_order[i], kMaxName));
-    matrix.push_back(Json::array());
+    matrix.push_back(OrderedJson::array());
     for (std::size_t k = 0; k < n; ++k)
       matrix.back().push_back(d.covariance[i * n + k]);
   }
@@ -169,7 +170,7 @@ void fill_covariance(Filler& out, const EstimateDocument& d) {
 void fill(Filler& out, const EstimateDocument& d) {
   out.name("campaign", d.campaign).name("run", d.run).put("cycle", d.cycle);
   out.name("model", d.model);
-  out.object()["parameters"] = Json::array();
+  out.object()["parameters"] = OrderedJson::array();
   const auto count = out.bounded("parameters", d.parameters.size(), kMaxParameters);
   for (std::size_t i = 0; i < count; ++i) {
     Filler entry = out.inner("parameters", i);
@@ -184,7 +185,7 @@ void fill(Filler& out, const EstimateDocument& d) {
   out.name("clock", d.clock).number("latency_s", d.latency_s);
   out.put("converged", d.converged).put("usable", d.usable);
   out.number("gap", d.gap).number("noise_floor", d.noise_floor);
-  Json warnings = Json::array();
+  OrderedJson warnings = OrderedJson::array();
   const auto warned = out.bounded("warnings", d.warnings.size(), kMaxWarnings);
   for (std::size_t i = 0; i < warned; ++i)
     warnings.push_back(clip(d.warnings[i], kMaxText));
@@ -198,7 +199,7 @@ void fill(Filler& out, const AlarmDocument& d) {
   out.name("parameter", d.parameter).name("run", d.run);
   out.put("cycle", d.cycle).number("standard_error", d.standard_error).put("alone", d.alone);
   if (d.alternatives.empty()) return;
-  Json names = Json::array();
+  OrderedJson names = OrderedJson::array();
   const auto count = out.bounded("alternatives", d.alternatives.size(), kMaxWarnings);
   for (std::size_t i = 0; i < count; ++i)
     names.push_back(clip(d.alternatives[i], kMaxName));
@@ -207,7 +208,7 @@ void fill(Filler& out, const AlarmDocument& d) {
 
 void fill(Filler& out, const HealthDocument& d) {
   out.name("state", d.state);
-  out.object()["channels"] = Json::array();
+  out.object()["channels"] = OrderedJson::array();
   const auto count = out.bounded("channels", d.channels.size(), kMaxChannels);
   for (std::size_t i = 0; i < count; ++i) {
     const ChannelHealth& c = d.channels[i];
@@ -230,12 +231,12 @@ void fill(Filler& out, const HealthDocument& d) {
 }
 
 // Standard deviations for people, the covariance for programs.
-Json noise_of(const CycleNoiseEntry& d) {
+OrderedJson noise_of(const CycleNoiseEntry& d) {
   const std::size_t n = d.order.size();
-  Json deviations = Json::array(), matrix = Json::array();
+  OrderedJson deviations = OrderedJson::array(), matrix = OrderedJson::array();
   for (std::size_t i = 0; i < n; ++i) {
     deviations.push_back(std::sqrt(std::max(0.0, d.covariance[i * n + i])));
-    matrix.push_back(Json::array());
+    matrix.push_back(OrderedJson::array());
     for (std::size_t k = 0; k < n; ++k)
       matrix.back().push_back(d.covariance[i * n + k]);
   }
@@ -276,9 +277,10 @@ void fill(Filler& out, const DiagnosisResultDocument& d) {
   out.text("reason", d.reason);
   if (d.folder) out.text("folder", *d.folder);
   if (!d.diagnosis) return;
-  Json content = Json::parse(*d.diagnosis, nullptr, false);
+  OrderedJson content = OrderedJson::parse(*d.diagnosis, nullptr, false);
   if (content.is_discarded()) return out.omit("diagnosis", "it is not JSON");
-  const std::size_t bytes = content.dump(-1, ' ', false, Json::error_handler_t::replace).size();
+  const std::size_t bytes =
+      content.dump(-1, ' ', false, OrderedJson::error_handler_t::replace).size();
   if (bytes > kMaxDiagnosis) {
     return out.omit("diagnosis", fmt::format("{} bytes are too many for a line; it is in the "
                                              "folder's diagnosis.json",
@@ -287,8 +289,8 @@ void fill(Filler& out, const DiagnosisResultDocument& d) {
   out.put("diagnosis", std::move(content));
 }
 
-void fill_body(Json& json, const Document& document) {
-  Json omitted = Json::array();
+void fill_body(OrderedJson& json, const Document& document) {
+  OrderedJson omitted = OrderedJson::array();
   Filler out(json, omitted, "");
   std::visit([&](const auto& d) { fill(out, d); }, document);
   if (!omitted.empty()) json["omitted"] = std::move(omitted);
@@ -305,18 +307,18 @@ std::string_view type_name(const Document& document) {
 }
 
 std::string to_json_line(const Document& document, const Envelope& envelope) {
-  Json json = {{"type", type_name(document)},
-               {"seq", envelope.seq},
-               {"t_utc", envelope.t_utc},
-               {"t_mono_ns", envelope.t_mono_ns}};
+  OrderedJson json = {{"type", type_name(document)},
+                      {"seq", envelope.seq},
+                      {"t_utc", envelope.t_utc},
+                      {"t_mono_ns", envelope.t_mono_ns}};
   fill_body(json, document);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 std::string to_json_text(const Document& document) {
-  Json json = {{"type", type_name(document)}};
+  OrderedJson json = {{"type", type_name(document)}};
   fill_body(json, document);
-  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+  return json.dump(2, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 }  // namespace shaker::protocol

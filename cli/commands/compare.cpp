@@ -16,7 +16,7 @@
 namespace shaker::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 namespace optimise = estimator::optimise;
 
 constexpr int kMostEvaluations = 5000;
@@ -94,7 +94,7 @@ std::vector<double> plain(const Eigen::VectorXd& v) {
 }
 
 void print_json(const Comparison& comparison) {
-  Json rows = Json::array();
+  OrderedJson rows = OrderedJson::array();
   for (const Row& row : comparison.rows) {
     rows.push_back({{"method", row.method->name},
                     {"equation", row.method->equation},
@@ -108,10 +108,10 @@ void print_json(const Comparison& comparison) {
                     {"sum_of_squares", row.summary.sum_of_squares},
                     {"theta", plain(row.summary.theta)}});
   }
-  const Json document = {{"parameters", comparison.names},
-                         {"start", comparison.start},
-                         {"observations", comparison.observations},
-                         {"methods", std::move(rows)}};
+  const OrderedJson document = {{"parameters", comparison.names},
+                                {"start", comparison.start},
+                                {"observations", comparison.observations},
+                                {"methods", std::move(rows)}};
   fmt::print("{}\n", document.dump());
 }
 

@@ -23,7 +23,7 @@
 namespace shaker::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 using estimator::DropBand;
 using estimator::DropPrediction;
 using estimator::kDropFigureCount;
@@ -250,13 +250,13 @@ void print(const Sheet& sheet, const std::vector<std::string>& warnings) {
     fmt::print("! {}\n", warning);
 }
 
-Json to_json(const Sheet& sheet, const DropOptions& options, const std::string& model,
-             const std::vector<std::string>& warnings) {
-  Json figures = Json::array();
+OrderedJson to_json(const Sheet& sheet, const DropOptions& options, const std::string& model,
+                    const std::vector<std::string>& warnings) {
+  OrderedJson figures = OrderedJson::array();
   for (std::size_t f = 0; f < kDropFigureCount; ++f) {
     const DropBand& b = sheet.drop->bands[f];
     const double k = sheet.scale(f);
-    Json entry = {{"name", kDropFigures[f].name}, {"unit", sheet.unit(f)}};
+    OrderedJson entry = {{"name", kDropFigures[f].name}, {"unit", sheet.unit(f)}};
     if (std::isfinite(b.value)) {
       entry["value"] = k * b.value;
       if (sheet.band) {
@@ -269,19 +269,20 @@ Json to_json(const Sheet& sheet, const DropOptions& options, const std::string& 
     figures.push_back(std::move(entry));
   }
   const auto& h = sheet.drop->run.history;
-  Json history = {{"t", h.t}, {"stroke", h.stroke}, {"speed", h.speed}, {"load_per_mass", h.load}};
+  OrderedJson history = {
+      {"t", h.t}, {"stroke", h.stroke}, {"speed", h.speed}, {"load_per_mass", h.load}};
   if (sheet.band) {
     history["stroke_standard_error"] = h.stroke_error;
     history["load_standard_error"] = h.load_error;
   }
-  Json out = {{"model", model},
-              {"sink_speed", options.sink_speed},
-              {"lift", options.lift},
-              {"figures", std::move(figures)},
-              {"samples", sheet.drop->samples},
-              {"samples_lost", sheet.drop->lost},
-              {"warnings", warnings},
-              {"history", std::move(history)}};
+  OrderedJson out = {{"model", model},
+                     {"sink_speed", options.sink_speed},
+                     {"lift", options.lift},
+                     {"figures", std::move(figures)},
+                     {"samples", sheet.drop->samples},
+                     {"samples_lost", sheet.drop->lost},
+                     {"warnings", warnings},
+                     {"history", std::move(history)}};
   if (options.mass) out["mass_kg"] = *options.mass;
   return out;
 }

@@ -15,7 +15,7 @@
 namespace shaker::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 // One variance for all (3.17), what --noise says (3.15), or what the residuals will say.
 std::vector<double> known_covariance(const EstimateOptions& options, const ChannelInput& input) {
@@ -29,17 +29,17 @@ std::vector<double> known_covariance(const EstimateOptions& options, const Chann
 }
 
 // In the file's units.
-Json noise_of(const EstimateOptions& options, const ChannelInput& input,
-              const estimator::ChannelFit& found, Json& correlation) {
+OrderedJson noise_of(const EstimateOptions& options, const ChannelInput& input,
+                     const estimator::ChannelFit& found, OrderedJson& correlation) {
   const std::size_t m = input.quantities.size();
-  Json channels = Json::array();
-  correlation = Json::array();
+  OrderedJson channels = OrderedJson::array();
+  correlation = OrderedJson::array();
   for (std::size_t a = 0; a < m; ++a) {
     const double sigma = std::sqrt(found.noise_covariance[a * m + a]);
     channels.push_back({{"name", options.channels[a]},
                         {"unit", input.units[a]},
                         {"noise_standard_deviation", sigma * input.scale[a]}});
-    Json row = Json::array();
+    OrderedJson row = OrderedJson::array();
     for (std::size_t b = 0; b < m; ++b)
       row.push_back(a == b ? 1.0
                            : found.noise_covariance[a * m + b] /
@@ -49,8 +49,8 @@ Json noise_of(const EstimateOptions& options, const ChannelInput& input,
   return channels;
 }
 
-void print(const protocol::EstimateDocument& document, const Json& channels,
-           const Json& correlation) {
+void print(const protocol::EstimateDocument& document, const OrderedJson& channels,
+           const OrderedJson& correlation) {
   fmt::print("{}\nNoise of the channels:\n", report::estimate_table(document));
   for (std::size_t a = 0; a < channels.size(); ++a) {
     fmt::print("  {:<14}{:.4g} {}", channels[a]["name"].get<std::string>(),
@@ -115,10 +115,10 @@ int estimate_channels(const Common& common, const EstimateOptions& options) {
     protocol::EstimateDocument document = report::to_document(estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";
-    Json correlation;
-    const Json channels = noise_of(options, *input, found, correlation);
+    OrderedJson correlation;
+    const OrderedJson channels = noise_of(options, *input, found, correlation);
     if (common.json) {
-      auto json = Json::parse(protocol::to_json_text(document));
+      auto json = OrderedJson::parse(protocol::to_json_text(document));
       json["objective"] = options.objective;
       json["channels"] = channels;
       json["noise_correlation"] = correlation;

@@ -16,7 +16,7 @@
 namespace shaker::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 namespace est = shaker::estimator;
 
 struct Case {
@@ -84,9 +84,9 @@ Result<Case> own_case(const MonteCarloCommand& command) {
   return c;
 }
 
-Json to_json(const est::Model& model, const est::MonteCarloOptions& options,
-             const est::MonteCarloResult& result) {
-  Json runs = Json::array(), parameters = Json::array();
+OrderedJson to_json(const est::Model& model, const est::MonteCarloOptions& options,
+                    const est::MonteCarloResult& result) {
+  OrderedJson runs = OrderedJson::array(), parameters = OrderedJson::array();
   for (const est::RunDesign& run : options.runs)
     runs.push_back({{"frequency_hz", run.frequency_hz},
                     {"amplitude", run.amplitude},
@@ -94,16 +94,16 @@ Json to_json(const est::Model& model, const est::MonteCarloOptions& options,
                     {"cycles", run.cycles}});
   for (const est::ParameterScore& p : result.parameters) {
     const auto& info = model.parameters()[static_cast<std::size_t>(p.parameter)];
-    Json item = {{"name", info.name},
-                 {"unit", info.unit},
-                 {"truth", p.truth},
-                 {"bias", p.bias},
-                 {"scatter", p.scatter},
-                 {"bound", p.bound},
-                 {"second_order_bound", p.second_bound},
-                 {"stated", p.stated},
-                 {"coverage", p.coverage},
-                 {"discretisation", p.discretisation}};
+    OrderedJson item = {{"name", info.name},
+                        {"unit", info.unit},
+                        {"truth", p.truth},
+                        {"bias", p.bias},
+                        {"scatter", p.scatter},
+                        {"bound", p.bound},
+                        {"second_order_bound", p.second_bound},
+                        {"stated", p.stated},
+                        {"coverage", p.coverage},
+                        {"discretisation", p.discretisation}};
     if (options.profile) item["profile_coverage"] = p.profile_coverage;
     parameters.push_back(std::move(item));
   }

@@ -18,7 +18,7 @@
 namespace shaker::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 namespace est = shaker::estimator;
 
 constexpr double kDefaultNoise = 2e-5;  // m: a good stroke transducer
@@ -52,14 +52,14 @@ std::string percent(double value) {
   return std::isfinite(value) ? fmt::format("{:.2g} %", value) : "open";
 }
 
-Json to_json(const est::Model& model, const est::Plan& plan, const est::PlanSet& set) {
-  Json runs = Json::array(), parameters = Json::array();
+OrderedJson to_json(const est::Model& model, const est::Plan& plan, const est::PlanSet& set) {
+  OrderedJson runs = OrderedJson::array(), parameters = OrderedJson::array();
   for (const std::size_t r : set.runs)
     runs.push_back({{"frequency_hz", plan.candidates[r].frequency_hz},
                     {"amplitude", plan.candidates[r].amplitude}});
   for (std::size_t k = 0; k < plan.free.size(); ++k) {
-    Json item = {{"name", model.parameters()[static_cast<std::size_t>(plan.free[k])].name},
-                 {"determined", std::isfinite(set.error[k])}};
+    OrderedJson item = {{"name", model.parameters()[static_cast<std::size_t>(plan.free[k])].name},
+                        {"determined", std::isfinite(set.error[k])}};
     if (std::isfinite(set.error[k])) item["standard_error"] = set.error[k];
     parameters.push_back(std::move(item));
   }
@@ -71,17 +71,19 @@ Json to_json(const est::Model& model, const est::Plan& plan, const est::PlanSet&
           {"warnings", set.warnings}};
 }
 
-Json to_json(const est::Model& model, const est::PlanOptions& options, const est::Plan& plan) {
-  Json sets = Json::array(), sharpest = Json::object(), candidates = Json::array();
+OrderedJson to_json(const est::Model& model, const est::PlanOptions& options,
+                    const est::Plan& plan) {
+  OrderedJson sets = OrderedJson::array(), sharpest = OrderedJson::object(),
+              candidates = OrderedJson::array();
   for (const est::PlanSet& set : plan.sets)
     sets.push_back(to_json(model, plan, set));
   for (std::size_t k = 0; k < plan.free.size(); ++k)
     sharpest[model.parameters()[static_cast<std::size_t>(plan.free[k])].name] =
         to_json(model, plan, plan.sharpest[k]);
   for (const est::PlanCandidate& c : plan.candidates) {
-    Json item = {{"frequency_hz", c.frequency_hz},
-                 {"amplitude", c.amplitude},
-                 {"possible", c.refused.empty()}};
+    OrderedJson item = {{"frequency_hz", c.frequency_hz},
+                        {"amplitude", c.amplitude},
+                        {"possible", c.refused.empty()}};
     if (c.refused.empty()) {
       item["stroke_min"] = c.stroke_low;
       item["stroke_max"] = c.stroke_high;

@@ -14,7 +14,7 @@
 namespace shaker::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 namespace paper = estimator::paper;
 
 constexpr int kFigures[] = {5, 6, 7, 9, 10, 11, 12, 13, 14};
@@ -33,8 +33,8 @@ std::string numbers(const std::vector<double>& theta) {
   return text;
 }
 
-Json to_json(const paper::FigureRun& run) {
-  Json settings = Json::object();
+OrderedJson to_json(const paper::FigureRun& run) {
+  OrderedJson settings = OrderedJson::object();
   for (const auto& [key, value] : run.settings)
     settings[key] = value;
   return {{"figure", run.figure},
@@ -72,7 +72,7 @@ void print(const paper::FigureRun& run) {
 int bias(const Common& common) {
   const auto table = paper::discretisation_bias();
   if (common.json) {
-    Json rows = Json::array();
+    OrderedJson rows = OrderedJson::array();
     for (const paper::DiscretisationRow& row : table) {
       rows.push_back({{"figure", row.figure},
                       {"points", row.points},
@@ -80,7 +80,7 @@ int bias(const Common& common) {
                       {"stroke_error_ft", row.stroke_error},
                       {"theta_error_percent", row.theta_error}});
     }
-    fmt::print("{}\n", Json{{"rows", std::move(rows)}}.dump());
+    fmt::print("{}\n", OrderedJson{{"rows", std::move(rows)}}.dump());
     return kOk;
   }
   fmt::print(

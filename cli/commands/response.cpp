@@ -17,7 +17,7 @@
 namespace shaker::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 using estimator::Along;
 using estimator::Branch;
 using estimator::BranchPoint;
@@ -36,11 +36,11 @@ double phase_degrees(const BranchPoint& point) {
   return std::arg(point.harmonics.at(1)) * 180.0 / 3.14159265358979324;
 }
 
-Json to_json(const BranchPoint& point) {
-  Json multipliers = Json::array();
+OrderedJson to_json(const BranchPoint& point) {
+  OrderedJson multipliers = OrderedJson::array();
   for (const auto& m : point.floquet.multipliers)
     multipliers.push_back({m.real(), m.imag()});
-  Json harmonics = Json::array();
+  OrderedJson harmonics = OrderedJson::array();
   for (const auto& h : point.harmonics)
     harmonics.push_back(std::abs(h));
   return {{"frequency_hz", point.frequency_hz},
@@ -53,12 +53,12 @@ Json to_json(const BranchPoint& point) {
           {"multipliers", std::move(multipliers)}};
 }
 
-Json to_json(const Branch& branch, const std::string& model) {
-  Json points = Json::array(), special = Json::array();
+OrderedJson to_json(const Branch& branch, const std::string& model) {
+  OrderedJson points = OrderedJson::array(), special = OrderedJson::array();
   for (const BranchPoint& point : branch.points)
     points.push_back(to_json(point));
   for (const SpecialPoint& each : branch.special) {
-    Json entry = to_json(each.point);
+    OrderedJson entry = to_json(each.point);
     entry["kind"] = estimator::name(each.kind);
     special.push_back(std::move(entry));
   }

@@ -10,15 +10,12 @@
 #include <sys/socket.h>
 #include <system_error>
 
+#include "daemon/publish/event_loop.hpp"
+
 namespace shaker::daemon {
 namespace {
 
 constexpr std::size_t kMaxKept = 16;
-
-struct Unref {
-  void operator()(sd_event_source* source) const { ::sd_event_source_disable_unref(source); }
-};
-using Source = std::unique_ptr<sd_event_source, Unref>;
 
 Line as_line(std::string text) {
   text += '\n';
@@ -37,12 +34,12 @@ std::string describe_peer(int fd, bool read_only) {
   return fmt::format("{} (pid {})", user, credentials.pid);
 }
 
-Source add_io(sd_event* loop, int fd, std::uint32_t events, sd_event_io_handler_t callback,
-              void* self) {
+EventSource add_io(sd_event* loop, int fd, std::uint32_t events, sd_event_io_handler_t callback,
+                   void* self) {
   sd_event_source* source = nullptr;
   const int code = ::sd_event_add_io(loop, &source, fd, events, callback, self);
   if (code < 0) throw std::system_error(-code, std::generic_category(), "sd_event_add_io");
-  return Source(source);
+  return EventSource(source);
 }
 
 }  // namespace
@@ -51,7 +48,7 @@ struct StreamServer::Listener {
   StreamServer* server = nullptr;
   UniqueFd fd;
   bool read_only = false;
-  Source source;
+  EventSource source;
 };
 
 struct StreamServer::Connection {
@@ -59,7 +56,7 @@ struct StreamServer::Connection {
       : server(&owner), client(std::move(fd), std::move(peer), max_queued) {}
   StreamServer* server;
   Client client;
-  Source source;
+  EventSource source;
   bool silent = false;  // it will send no more
   bool dead = false;    // removed by reap(), never inside a callback of its own
 };

@@ -14,6 +14,7 @@
 
 #include "daemon/engine.hpp"
 #include "daemon/publish/commands.hpp"
+#include "daemon/publish/event_loop.hpp"
 #include "daemon/publish/listener.hpp"
 #include "daemon/publish/recorder.hpp"
 #include "daemon/publish/stream_server.hpp"
@@ -33,10 +34,6 @@ using namespace std::chrono_literals;
 
 constexpr Nanoseconds kTick = 5ms;
 constexpr Nanoseconds kRampDownMargin = 5s;  // beyond the rig's ramp, at the end
-
-struct Unref {
-  void operator()(sd_event* loop) const { ::sd_event_unref(loop); }
-};
 
 void must(int code, const char* what) {
   if (code < 0) throw std::system_error(-code, std::generic_category(), what);
@@ -75,7 +72,7 @@ struct Service::Parts {
 
   config::RigConfig rig;
   Clock& clock;
-  std::unique_ptr<sd_event, Unref> loop;
+  EventLoop loop;
   Waker waker;
   Recorder recorder;
   const std::uint64_t found_alarms;  // documents 1 to this say what an earlier daemon left

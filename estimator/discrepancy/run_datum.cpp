@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 
 using Eigen::MatrixXd;
@@ -56,36 +58,34 @@ void set_covariance(RunDatum& datum, const MatrixXd& covariance) {
   const VectorXd scale = datum.error.cwiseInverse();
   MatrixXd correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
   correlation.diagonal().array() += 1e-12;
-  const Eigen::LLT<MatrixXd> factors(correlation);
-  if (factors.info() != Eigen::Success || !datum.error.allFinite())
+  const Cholesky factors(correlation);
+  if (!factors.positive() || !datum.error.allFinite())
     throw std::invalid_argument(
         fmt::format("run {}: the noise has no positive definite covariance", datum.name));
-  datum.whitening =
-      std::make_shared<const MatrixXd>(factors.matrixL().solve(MatrixXd(scale.asDiagonal())));
+  datum.whitening = std::make_shared<const MatrixXd>(factors.whiten(MatrixXd(scale.asDiagonal())));
 }
 
 MatrixXd covariance_of(const RunDatum& datum) {
   if (!datum.whitening) return datum.error.cwiseAbs2().asDiagonal();
   const auto size = datum.whitening->rows();
-  const MatrixXd factor =
-      datum.whitening->triangularView<Eigen::Lower>().solve(MatrixXd::Identity(size, size));
+  const MatrixXd factor = lower_solve(*datum.whitening, MatrixXd(MatrixXd::Identity(size, size)));
   return factor * factor.transpose();
 }
 
 MatrixXd whitened(const RunDatum& datum, const MatrixXd& columns) {
   if (!datum.whitening) return datum.error.cwiseInverse().asDiagonal() * columns;
-  return datum.whitening->triangularView<Eigen::Lower>() * columns;
+  return lower_times(*datum.whitening, columns);
 }
 
 VectorXd coloured(const RunDatum& datum, const VectorXd& white) {
   if (!datum.whitening) return datum.error.cwiseProduct(white);
-  return datum.whitening->triangularView<Eigen::Lower>().solve(white);
+  return lower_solve(*datum.whitening, white);
 }
 
 VectorXd over_covariance(const RunDatum& datum, const VectorXd& left) {
   const VectorXd white = whitened(datum, left);
   if (!datum.whitening) return white.cwiseQuotient(datum.error);
-  return datum.whitening->triangularView<Eigen::Lower>().transpose() * white;
+  return lower_transposed_times(*datum.whitening, white);
 }
 
 double log_scale(const RunDatum& datum) {

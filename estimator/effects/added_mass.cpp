@@ -5,12 +5,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"m_a", "-", 0.02, 0.0, 0.2, "added over sprung mass", 0.0},
-};
-
 class AddedMass final : public DualEffect<AddedMass, kSeesA, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"m_a", "-", 0.02, 0.0, 0.2, "added over sprung mass", 0.0},
+  };
+
   std::string_view name() const override { return "added_mass"; }
   std::string_view formula() const override { return "m_a u''"; }
   std::string_view meaning() const override { return "mass that moves along and was not weighed"; }

@@ -13,23 +13,23 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"f_h", "m/s^2", 0.3, 0.0, 100.0, "force per unit mass at s = 1, k z0", 0.0},
-    {"z0", "m", 2e-3, 5e-5, 0.1, "displacement over which it yields, b^(-1/n)"},
-    {"gamma", "-", 0.5, -3.0, 5.0, "c / b: lean loop 1, fat 0, hardening below -1"},
-    {"n", "-", 1.3, 1.0, 2.0, "sharpness of the knee"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"e", "m/s", 1e-3, "rounding of |v| about v = 0", true},
-    {"r", "-", 0.02, "rounding of |s| about s = 0", true},
-};
-constexpr InternalInfo kInternals[] = {
-    {"s", "-", 1, 0.0, "hysteretic displacement over z0"},
-};
-
 class BoucWenHysteresis final
     : public DualEffect<BoucWenHysteresis, kSeesV | kSeesW | kSeesWDot, 4, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"f_h", "m/s^2", 0.3, 0.0, 100.0, "force per unit mass at s = 1, k z0", 0.0},
+      {"z0", "m", 2e-3, 5e-5, 0.1, "displacement over which it yields, b^(-1/n)"},
+      {"gamma", "-", 0.5, -3.0, 5.0, "c / b: lean loop 1, fat 0, hardening below -1"},
+      {"n", "-", 1.3, 1.0, 2.0, "sharpness of the knee"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"e", "m/s", 1e-3, "rounding of |v| about v = 0", true},
+      {"r", "-", 0.02, "rounding of |s| about s = 0", true},
+  };
+  static constexpr InternalInfo kInternals[] = {
+      {"s", "-", 1, 0.0, "hysteretic displacement over z0"},
+  };
+
   std::string_view name() const override { return "bouc_wen_hysteresis"; }
   std::string_view formula() const override {
     return "f_h s,  z0 s' = v - |s|^(n-1) (|v|_e s + gamma v |s|)";

@@ -6,16 +6,17 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"f_cav", "m/s^2", 2.0, 0.05, 1e3, "largest damping force on extension"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"w", "m/s^2", 0.1, "force over which the cut-off sets in", true},
-};
-constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}, {"rebound_damping", "r", 1.0}};
-
 class Cavitation final : public DualEffect<Cavitation, kSeesV, 3> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"f_cav", "m/s^2", 2.0, 0.05, 1e3, "largest damping force on extension"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"w", "m/s^2", 0.1, "force over which the cut-off sets in", true},
+  };
+  static constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"},
+                                           {"rebound_damping", "r", 1.0}};
+
   std::string_view name() const override { return "cavitation"; }
   std::string_view formula() const override { return "sp(theta1 r v^2 - f_cav) for v < 0"; }
   std::string_view meaning() const override { return "oil that cavitates on extension"; }

@@ -5,15 +5,15 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"f_c", "m/s^2", 0.3, 0.0, 3.0, "friction per unit mass", 0.0},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"e", "m/s", 5e-3, "velocity over which the friction turns round", true},
-};
-
 class CoulombFriction final : public DualEffect<CoulombFriction, kSeesV, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"f_c", "m/s^2", 0.3, 0.0, 3.0, "friction per unit mass", 0.0},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"e", "m/s", 5e-3, "velocity over which the friction turns round", true},
+  };
+
   std::string_view name() const override { return "coulomb_friction"; }
   std::string_view formula() const override { return "f_c tanh(v / e)"; }
   std::string_view meaning() const override { return "dry friction of seals and bearings"; }

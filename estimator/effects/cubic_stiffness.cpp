@@ -5,12 +5,13 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"k3", "1/(m^2 s^2)", 1.0, -1e12, 1e12, "cubic stiffness over mass", 0.0}};
-constexpr ConstantInfo kConstants[] = {{"u0", "m", 0.0, "stroke at which the force vanishes"}};
-
 class CubicStiffness final : public Effect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"k3", "1/(m^2 s^2)", 1.0, -1e12, 1e12, "cubic stiffness over mass", 0.0}};
+  static constexpr ConstantInfo kConstants[] = {
+      {"u0", "m", 0.0, "stroke at which the force vanishes"}};
+
   std::string_view name() const override { return "cubic_stiffness"; }
   std::string_view formula() const override { return "k3 (u - u0)^3"; }
   std::string_view meaning() const override {

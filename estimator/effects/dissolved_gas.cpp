@@ -8,16 +8,16 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"s", "-", 0.05, 0.0, 0.5, "share of the gas that dissolves at twice the preload", 0.0},
-    {"tau", "s", 1.0, 0.02, 100.0, "time in which it dissolves"},
-};
-constexpr InternalInfo kInternals[] = {
-    {"m", "-", 1, 1.0, "free gas over that at rest"},
-};
-
 class DissolvedGas final : public DualEffect<DissolvedGas, kSeesU | kSeesW | kSeesWDot, 5, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"s", "-", 0.05, 0.0, 0.5, "share of the gas that dissolves at twice the preload", 0.0},
+      {"tau", "s", 1.0, 0.02, 100.0, "time in which it dissolves"},
+  };
+  static constexpr InternalInfo kInternals[] = {
+      {"m", "-", 1, 1.0, "free gas over that at rest"},
+  };
+
   std::string_view name() const override { return "dissolved_gas"; }
   std::string_view formula() const override {
     return "(m - 1) P,  tau m' = 1 - s (m P / theta2 - 1) - m";

@@ -5,17 +5,17 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"k", "1/s^2", 500.0, 0.0, 1e5, "stiffness of the buffer over mass", 0.0},
-    {"d", "1/s", 0.0, 0.0, 1e3, "damping of the buffer over mass", 0.0},
-    {"u_s", "m", 0.15, 0.0, 1.0, "stroke at which it is met"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"w", "m", 1e-3, "stroke over which it is met", true},
-};
-
 class EndStop final : public DualEffect<EndStop, kSeesU | kSeesV, 3> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"k", "1/s^2", 500.0, 0.0, 1e5, "stiffness of the buffer over mass", 0.0},
+      {"d", "1/s", 0.0, 0.0, 1e3, "damping of the buffer over mass", 0.0},
+      {"u_s", "m", 0.15, 0.0, 1.0, "stroke at which it is met"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"w", "m", 1e-3, "stroke over which it is met", true},
+  };
+
   std::string_view name() const override { return "end_stop"; }
   std::string_view formula() const override { return "k sp(u - u_s) + d H(u - u_s) v"; }
   std::string_view meaning() const override { return "buffer at the end of the stroke"; }

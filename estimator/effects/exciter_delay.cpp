@@ -6,12 +6,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"d", "s", 2e-3, 0.0, 0.03, "delay of the recorded behind the true excitation", 0.0},
-};
-
 class ExciterDelay final : public DualEffect<ExciterDelay, 0u, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"d", "s", 2e-3, 0.0, 0.03, "delay of the recorded behind the true excitation", 0.0},
+  };
+
   std::string_view name() const override { return "exciter_delay"; }
   std::string_view formula() const override { return "x_true(t) = x(t + d)"; }
   std::string_view meaning() const override { return "the excitation is recorded late"; }

@@ -7,19 +7,19 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"a2", "-", 0.0, -0.2, 0.2, "cosine of harmonic 2 over the fundamental", 0.0},
-    {"b2", "-", 0.0, -0.2, 0.2, "sine of harmonic 2 over the fundamental", 0.0},
-    {"a3", "-", 0.0, -0.2, 0.2, "cosine of harmonic 3 over the fundamental", 0.0},
-    {"b3", "-", 0.0, -0.2, 0.2, "sine of harmonic 3 over the fundamental", 0.0},
-    {"a4", "-", 0.0, -0.2, 0.2, "cosine of harmonic 4 over the fundamental", 0.0},
-    {"b4", "-", 0.0, -0.2, 0.2, "sine of harmonic 4 over the fundamental", 0.0},
-    {"a5", "-", 0.0, -0.2, 0.2, "cosine of harmonic 5 over the fundamental", 0.0},
-    {"b5", "-", 0.0, -0.2, 0.2, "sine of harmonic 5 over the fundamental", 0.0},
-};
-
 class ExciterDistortion final : public Effect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"a2", "-", 0.0, -0.2, 0.2, "cosine of harmonic 2 over the fundamental", 0.0},
+      {"b2", "-", 0.0, -0.2, 0.2, "sine of harmonic 2 over the fundamental", 0.0},
+      {"a3", "-", 0.0, -0.2, 0.2, "cosine of harmonic 3 over the fundamental", 0.0},
+      {"b3", "-", 0.0, -0.2, 0.2, "sine of harmonic 3 over the fundamental", 0.0},
+      {"a4", "-", 0.0, -0.2, 0.2, "cosine of harmonic 4 over the fundamental", 0.0},
+      {"b4", "-", 0.0, -0.2, 0.2, "sine of harmonic 4 over the fundamental", 0.0},
+      {"a5", "-", 0.0, -0.2, 0.2, "cosine of harmonic 5 over the fundamental", 0.0},
+      {"b5", "-", 0.0, -0.2, 0.2, "sine of harmonic 5 over the fundamental", 0.0},
+  };
+
   std::string_view name() const override { return "exciter_distortion"; }
   std::string_view formula() const override {
     return "x_true = x + X sum of a_h cos(h phase) + b_h sin(h phase), h = 2..5";

@@ -4,12 +4,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"G", "-", 1.0, 0.9, 1.1, "true over recorded excitation", 1.0},
-};
-
 class ExciterGain final : public Effect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"G", "-", 1.0, 0.9, 1.1, "true over recorded excitation", 1.0},
+  };
+
   std::string_view name() const override { return "exciter_gain"; }
   std::string_view formula() const override { return "x_true = G x"; }
   std::string_view meaning() const override {

@@ -6,12 +6,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"phi", "rad", 0.0, -0.5, 0.5, "lag of the true behind the recorded excitation", 0.0},
-};
-
 class ExciterPhase final : public DualEffect<ExciterPhase, kSeesX, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"phi", "rad", 0.0, -0.5, 0.5, "lag of the true behind the recorded excitation", 0.0},
+  };
+
   std::string_view name() const override { return "exciter_phase"; }
   std::string_view formula() const override { return "x_true = x late by phi"; }
   std::string_view meaning() const override {

@@ -8,16 +8,16 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"delta", "m", 5e-4, 5e-5, 1e-2, "play between the stops"},
-    {"k", "1/s^2", 2e4, 5e2, 1e6, "stiffness of the stops over mass"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"w", "m", 2e-5, "depth over which a stop is met", true},
-};
-
 class FreePlay final : public DualEffect<FreePlay, kSeesU, 2> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"delta", "m", 5e-4, 5e-5, 1e-2, "play between the stops"},
+      {"k", "1/s^2", 2e4, 5e2, 1e6, "stiffness of the stops over mass"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"w", "m", 2e-5, "depth over which a stop is met", true},
+  };
+
   std::string_view name() const override { return "free_play"; }
   std::string_view formula() const override {
     return "k (sp(y - delta / 2) - sp(-y - delta / 2)), y = stroke of the mass - stroke of the "

@@ -9,23 +9,23 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"tau", "s", 1.0, 0.02, 30.0, "time in which the gas takes the temperature of the oil"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"gamma", "-", 1.4, "ratio of specific heats of the gas", true},
-};
-constexpr InternalInfo kInternals[] = {
-    {"T", "-", 1, 1.0, "gas temperature over that of the oil"},
-};
-constexpr Borrowed kBorrowed[] = {
-    {"gas_spring", "theta2"},
-    {"gas_spring", "theta3"},
-    {"gas_spring", "theta4", std::numeric_limits<double>::quiet_NaN(), true}};
-
 class GasHeatTransfer final
     : public DualEffect<GasHeatTransfer, kSeesU | kSeesV | kSeesW | kSeesWDot, 4, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"tau", "s", 1.0, 0.02, 30.0, "time in which the gas takes the temperature of the oil"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"gamma", "-", 1.4, "ratio of specific heats of the gas", true},
+  };
+  static constexpr InternalInfo kInternals[] = {
+      {"T", "-", 1, 1.0, "gas temperature over that of the oil"},
+  };
+  static constexpr Borrowed kBorrowed[] = {
+      {"gas_spring", "theta2"},
+      {"gas_spring", "theta3"},
+      {"gas_spring", "theta4", std::numeric_limits<double>::quiet_NaN(), true}};
+
   std::string_view name() const override { return "gas_heat_transfer"; }
   std::string_view formula() const override {
     return "theta2 T / (1 - theta3 u) - P,  T' = (1 - T) / tau + (gamma - 1) T theta3 v / (1 - "

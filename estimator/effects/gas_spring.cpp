@@ -7,11 +7,6 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"theta2", "m/s^2", 1.5, 1e-9, 1e4, "gas preload p0 A / M"},
-    {"theta3", "1/m", 5.0, 1e-9, 1e4, "A / V0: the stroke 1/theta3 would crush the gas to nothing"},
-    {"theta4", "-", 1.1, 0.1, 5.0, "polytropic index: 1 isothermal, 1.4 adiabatic air"},
-};
 constexpr double kClosestToWall = 1e-9;  // smallest admissible 1 - theta3 u
 
 SHAKER_SIMD_CLONES long add(int n, const double* __restrict u, double theta2, double theta3,
@@ -65,6 +60,13 @@ SHAKER_SIMD_CLONES unsigned add_lanes(int points, const Lanes* u, const Lanes* t
 
 class GasSpring final : public Effect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"theta2", "m/s^2", 1.5, 1e-9, 1e4, "gas preload p0 A / M"},
+      {"theta3", "1/m", 5.0, 1e-9, 1e4,
+       "A / V0: the stroke 1/theta3 would crush the gas to nothing"},
+      {"theta4", "-", 1.1, 0.1, 5.0, "polytropic index: 1 isothermal, 1.4 adiabatic air"},
+  };
+
   std::string_view name() const override { return "gas_spring"; }
   std::string_view formula() const override { return "theta2 (1 - theta3 u)^(-theta4)"; }
   std::string_view meaning() const override { return "the gas column, a polytrope"; }

@@ -5,8 +5,6 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ConstantInfo kConstants[] = {{"g", "m/s^2", 9.80665, "acceleration of gravity"}};
-
 SHAKER_SIMD_CLONES void add(int n, double g, double* f) {
   for (int i = 0; i < n; ++i)
     f[i] -= g;
@@ -14,6 +12,8 @@ SHAKER_SIMD_CLONES void add(int n, double g, double* f) {
 
 class Gravity final : public Effect {
  public:
+  static constexpr ConstantInfo kConstants[] = {{"g", "m/s^2", 9.80665, "acceleration of gravity"}};
+
   std::string_view name() const override { return "gravity"; }
   std::string_view formula() const override { return "-g"; }
   std::string_view meaning() const override { return "weight of the sprung mass"; }

@@ -6,13 +6,13 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"v_c", "m/s", 0.03, 1e-3, 0.5, "velocity below which the flow is laminar"},
-};
-constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
-
 class LaminarOrifice final : public DualEffect<LaminarOrifice, kSeesV, 2> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"v_c", "m/s", 0.03, 1e-3, 0.5, "velocity below which the flow is laminar"},
+  };
+  static constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
+
   std::string_view name() const override { return "laminar_orifice"; }
   std::string_view formula() const override {
     return "theta1 v (sqrt((v^2 + sqrt(v^4 + 4 v_c^4)) / 2) - |v|)";

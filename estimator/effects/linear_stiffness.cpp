@@ -4,12 +4,13 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"k", "1/s^2", 10.0, 0.0, 1e8, "stiffness over mass", 0.0}};
-constexpr ConstantInfo kConstants[] = {{"u0", "m", 0.0, "stroke at which the spring is at rest"}};
-
 class LinearStiffness final : public Effect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"k", "1/s^2", 10.0, 0.0, 1e8, "stiffness over mass", 0.0}};
+  static constexpr ConstantInfo kConstants[] = {
+      {"u0", "m", 0.0, "stroke at which the spring is at rest"}};
+
   std::string_view name() const override { return "linear_stiffness"; }
   std::string_view formula() const override { return "k (u - u0)"; }
   std::string_view meaning() const override { return "a spring beside the damper"; }

@@ -6,17 +6,17 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"k1", "-", 0.1, 0.0, 0.8, "share of the orifice closed at full stroke, linear part", 0.0},
-    {"k2", "-", 0.0, 0.0, 0.8, "the same, quadratic part", 0.0},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"stroke", "m", 0.2, "full stroke of the damper", true},
-};
-constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
-
 class MeteringPin final : public DualEffect<MeteringPin, kSeesU | kSeesV, 3> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"k1", "-", 0.1, 0.0, 0.8, "share of the orifice closed at full stroke, linear part", 0.0},
+      {"k2", "-", 0.0, 0.0, 0.8, "the same, quadratic part", 0.0},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"stroke", "m", 0.2, "full stroke of the damper", true},
+  };
+  static constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
+
   std::string_view name() const override { return "metering_pin"; }
   std::string_view formula() const override {
     return "theta1 |v| v ((1 - k1 xi - k2 xi^2)^-2 - 1), xi = u / stroke";

@@ -9,18 +9,18 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"k_o", "1/s^2", 2e4, 1e3, 1e6, "stiffness of the oil over mass"},
-    {"q_l", "m/s", 0.01, 1e-4, 0.1, "speed below which the flow is laminar"},
-};
-constexpr InternalInfo kInternals[] = {
-    {"d", "m", 1, 0.0, "compression of the oil"},
-};
-constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
-
 class OilCompressibility final
     : public DualEffect<OilCompressibility, kSeesV | kSeesW | kSeesWDot, 3, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"k_o", "1/s^2", 2e4, 1e3, 1e6, "stiffness of the oil over mass"},
+      {"q_l", "m/s", 0.01, 1e-4, 0.1, "speed below which the flow is laminar"},
+  };
+  static constexpr InternalInfo kInternals[] = {
+      {"d", "m", 1, 0.0, "compression of the oil"},
+  };
+  static constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
+
   std::string_view name() const override { return "oil_compressibility"; }
   std::string_view formula() const override {
     return "k_o d - theta1 |v| v,  theta1 (|v - d'| + q_l) (v - d') = k_o d";

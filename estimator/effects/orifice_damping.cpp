@@ -8,10 +8,6 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"theta1", "1/m", 15.0, 0.0, 1e4, "orifice damping: rho A^3 / (2 M (C_d A_o)^2)"},
-};
-
 SHAKER_SIMD_CLONES void add(int n, const double* __restrict v, double theta1, double* __restrict f,
                             double* __restrict f_v, double* __restrict f_theta1) {
   for (int i = 0; i < n; ++i) {
@@ -36,6 +32,10 @@ SHAKER_SIMD_CLONES void add_lanes(int points, const Lanes* v, const Lanes& theta
 
 class OrificeDamping final : public Effect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"theta1", "1/m", 15.0, 0.0, 1e4, "orifice damping: rho A^3 / (2 M (C_d A_o)^2)"},
+  };
+
   std::string_view name() const override { return "orifice_damping"; }
   std::string_view formula() const override { return "theta1 |v| v"; }
   std::string_view meaning() const override { return "flow of the oil through the orifice"; }

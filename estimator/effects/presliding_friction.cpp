@@ -8,20 +8,20 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"f_c", "m/s^2", 0.3, 0.0, 3.0, "sliding friction per unit mass", 0.0},
-    {"z0", "m", 5e-4, 5e-5, 5e-3, "shear of the seal at which it slides"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"e", "m/s", 1e-3, "rounding of |v| about v = 0", true},
-};
-constexpr InternalInfo kInternals[] = {
-    {"s", "-", 1, 0.0, "shear of the seal over z0"},
-};
-
 class PreslidingFriction final
     : public DualEffect<PreslidingFriction, kSeesV | kSeesW | kSeesWDot, 2, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"f_c", "m/s^2", 0.3, 0.0, 3.0, "sliding friction per unit mass", 0.0},
+      {"z0", "m", 5e-4, 5e-5, 5e-3, "shear of the seal at which it slides"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"e", "m/s", 1e-3, "rounding of |v| about v = 0", true},
+  };
+  static constexpr InternalInfo kInternals[] = {
+      {"s", "-", 1, 0.0, "shear of the seal over z0"},
+  };
+
   std::string_view name() const override { return "presliding_friction"; }
   std::string_view formula() const override { return "f_c s,  z0 s' = v - |v|_e s"; }
   std::string_view meaning() const override {

@@ -6,15 +6,15 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"mu", "-", 0.03, 0.0, 0.2, "friction over gas force", 0.0},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"e", "m/s", 5e-3, "velocity over which the friction turns round", true},
-};
-
 class PressureFriction final : public DualEffect<PressureFriction, kSeesU | kSeesV, 4> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"mu", "-", 0.03, 0.0, 0.2, "friction over gas force", 0.0},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"e", "m/s", 5e-3, "velocity over which the friction turns round", true},
+  };
+
   std::string_view name() const override { return "pressure_friction"; }
   std::string_view formula() const override {
     return "mu theta2 (1 - theta3 u)^(-theta4) tanh(v / e)";

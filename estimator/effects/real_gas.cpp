@@ -7,12 +7,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"beta", "-", 0.01, -0.2, 0.2, "deviation at twice the preload", 0.0},
-};
-
 class RealGas final : public DualEffect<RealGas, kSeesU, 4> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"beta", "-", 0.01, -0.2, 0.2, "deviation at twice the preload", 0.0},
+  };
+
   std::string_view name() const override { return "real_gas"; }
   std::string_view formula() const override { return "beta P (P / theta2 - 1)"; }
   std::string_view meaning() const override { return "gas that is not ideal at high pressure"; }

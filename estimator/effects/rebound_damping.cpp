@@ -5,13 +5,13 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"r", "-", 2.0, 0.2, 20.0, "damping on extension over that on compression", 1.0},
-};
-constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
-
 class ReboundDamping final : public DualEffect<ReboundDamping, kSeesV, 2> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"r", "-", 2.0, 0.2, 20.0, "damping on extension over that on compression", 1.0},
+  };
+  static constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
+
   std::string_view name() const override { return "rebound_damping"; }
   std::string_view formula() const override { return "theta1 (r - 1) |v| v for v < 0"; }
   std::string_view meaning() const override {

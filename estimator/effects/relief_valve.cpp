@@ -6,17 +6,17 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"f_rel", "m/s^2", 3.0, 0.05, 1e3, "damping force at which the valve opens"},
-    {"k", "-", 0.3, 0.0, 1.0, "slope past it over slope before", 1.0},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"w", "m/s^2", 0.1, "force over which the valve opens", true},
-};
-constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
-
 class ReliefValve final : public DualEffect<ReliefValve, kSeesV, 3> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"f_rel", "m/s^2", 3.0, 0.05, 1e3, "damping force at which the valve opens"},
+      {"k", "-", 0.3, 0.0, 1.0, "slope past it over slope before", 1.0},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"w", "m/s^2", 0.1, "force over which the valve opens", true},
+  };
+  static constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
+
   std::string_view name() const override { return "relief_valve"; }
   std::string_view formula() const override { return "-(1 - k) sp(theta1 |v| v - f_rel)"; }
   std::string_view meaning() const override {

@@ -7,16 +7,16 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"kappa", "-", 0.05, 0.0, 1.0, "share of the stroke that the second chamber takes", 0.0},
-    {"u_k", "m", 0.12, 0.0, 1.0, "stroke at which it sets in"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"w", "m", 1e-3, "stroke over which it sets in", true},
-};
-
 class SecondChamber final : public DualEffect<SecondChamber, kSeesU, 5> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"kappa", "-", 0.05, 0.0, 1.0, "share of the stroke that the second chamber takes", 0.0},
+      {"u_k", "m", 0.12, 0.0, 1.0, "stroke at which it sets in"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"w", "m", 1e-3, "stroke over which it sets in", true},
+  };
+
   std::string_view name() const override { return "second_chamber"; }
   std::string_view formula() const override { return "P(u - kappa sp(u - u_k)) - P(u)"; }
   std::string_view meaning() const override {

@@ -5,17 +5,17 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"f_c", "m/s^2", 0.3, 0.0, 3.0, "sliding friction per unit mass", 0.0},
-    {"ratio", "-", 1.3, 1.0, 2.0, "static over sliding friction"},
-    {"v_s", "m/s", 0.02, 2e-3, 0.1, "velocity at which the static peak has gone"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"e", "m/s", 2e-3, "velocity over which the friction turns round", true},
-};
-
 class StribeckFriction final : public DualEffect<StribeckFriction, kSeesV, 3> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"f_c", "m/s^2", 0.3, 0.0, 3.0, "sliding friction per unit mass", 0.0},
+      {"ratio", "-", 1.3, 1.0, 2.0, "static over sliding friction"},
+      {"v_s", "m/s", 0.02, 2e-3, 0.1, "velocity at which the static peak has gone"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"e", "m/s", 2e-3, "velocity over which the friction turns round", true},
+  };
+
   std::string_view name() const override { return "stribeck_friction"; }
   std::string_view formula() const override {
     return "f_c (1 + (ratio - 1) exp(-(v / v_s)^2)) tanh(v / e)";

@@ -10,21 +10,21 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"r", "-", 0.1, 0.005, 1.0, "unsprung over sprung mass"},
-    {"k_t", "1/s^2", 2000.0, 50.0, 1e6, "stiffness of the tyre over sprung mass"},
-    {"c_t", "1/s", 2.0, 0.0, 1e3, "damping of the tyre over sprung mass"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"g", "m/s^2", 9.80665, "acceleration of gravity (the model's)"},
-};
-constexpr InternalInfo kInternals[] = {
-    {"y", "m", 2, 0.0, "deflection of the tyre"},
-};
-
 class Tyre final
     : public DualEffect<Tyre, kSeesA | kSeesX | kSeesW | kSeesWDot | kSeesWDdot, 3, 1> {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"r", "-", 0.1, 0.005, 1.0, "unsprung over sprung mass"},
+      {"k_t", "1/s^2", 2000.0, 50.0, 1e6, "stiffness of the tyre over sprung mass"},
+      {"c_t", "1/s", 2.0, 0.0, 1e3, "damping of the tyre over sprung mass"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"g", "m/s^2", 9.80665, "acceleration of gravity (the model's)"},
+  };
+  static constexpr InternalInfo kInternals[] = {
+      {"y", "m", 2, 0.0, "deflection of the tyre"},
+  };
+
   std::string_view name() const override { return "tyre"; }
   std::string_view formula() const override {
     return "y'',  (1 + r) (y'' - x - g) + c_t y' + k_t y + u'' = 0";

@@ -4,11 +4,11 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"c", "1/s", 1.0, 0.0, 1e6, "viscous damping over mass", 0.0}};
-
 class ViscousDamping final : public Effect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"c", "1/s", 1.0, 0.0, 1e6, "viscous damping over mass", 0.0}};
+
   std::string_view name() const override { return "viscous_damping"; }
   std::string_view formula() const override { return "c v"; }
   std::string_view meaning() const override {

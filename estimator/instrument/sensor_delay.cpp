@@ -5,12 +5,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"d", "s", 2e-3, 0.0, 0.03, "delay of the displacement against the excitation", 0.0},
-};
-
 class SensorDelay final : public InstrumentEffect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"d", "s", 2e-3, 0.0, 0.03, "delay of the displacement against the excitation", 0.0},
+  };
+
   std::string_view name() const override { return "sensor_delay"; }
   std::string_view formula() const override { return "y(t) = u(t - d)"; }
   std::string_view meaning() const override { return "the displacement sensor is late"; }

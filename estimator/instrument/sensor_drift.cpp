@@ -6,12 +6,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"d", "m/s", 0.0, -0.01, 0.01, "drift of the zero", 0.0},
-};
-
 class SensorDrift final : public InstrumentEffect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"d", "m/s", 0.0, -0.01, 0.01, "drift of the zero", 0.0},
+  };
+
   std::string_view name() const override { return "sensor_drift"; }
   std::string_view formula() const override { return "y = u + d t"; }
   std::string_view meaning() const override { return "the displacement sensor's zero drifts"; }

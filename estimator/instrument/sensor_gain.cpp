@@ -5,12 +5,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"G", "-", 1.0, 0.9, 1.1, "shown over true displacement", 1.0},
-};
-
 class SensorGain final : public InstrumentEffect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"G", "-", 1.0, 0.9, 1.1, "shown over true displacement", 1.0},
+  };
+
   std::string_view name() const override { return "sensor_gain"; }
   std::string_view formula() const override { return "y = G u"; }
   std::string_view meaning() const override { return "the displacement sensor's scale is off"; }

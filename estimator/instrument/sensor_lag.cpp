@@ -5,12 +5,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"tau", "s", 5e-3, 0.0, 0.05, "time constant of the low pass", 0.0},
-};
-
 class SensorLag final : public InstrumentEffect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"tau", "s", 5e-3, 0.0, 0.05, "time constant of the low pass", 0.0},
+  };
+
   std::string_view name() const override { return "sensor_lag"; }
   std::string_view formula() const override { return "tau y' + y = u"; }
   std::string_view meaning() const override { return "the displacement sensor is slow"; }

@@ -6,16 +6,16 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"n2", "-", 0.0, -0.1, 0.1, "quadratic deviation at the span, over the span", 0.0},
-    {"n3", "-", 0.0, -0.1, 0.1, "cubic deviation at the span, over the span", 0.0},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"L", "m", 0.1, "span of the sensor", true},
-};
-
 class SensorNonlinearity final : public InstrumentEffect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"n2", "-", 0.0, -0.1, 0.1, "quadratic deviation at the span, over the span", 0.0},
+      {"n3", "-", 0.0, -0.1, 0.1, "cubic deviation at the span, over the span", 0.0},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"L", "m", 0.1, "span of the sensor", true},
+  };
+
   std::string_view name() const override { return "sensor_nonlinearity"; }
   std::string_view formula() const override { return "y = u + L (n2 xi^2 + n3 xi^3), xi = u / L"; }
   std::string_view meaning() const override { return "the displacement sensor is not straight"; }

@@ -6,12 +6,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"b", "m", 0.0, -0.1, 0.1, "shown at zero displacement", 0.0},
-};
-
 class SensorOffset final : public InstrumentEffect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"b", "m", 0.0, -0.1, 0.1, "shown at zero displacement", 0.0},
+  };
+
   std::string_view name() const override { return "sensor_offset"; }
   std::string_view formula() const override { return "y = u + b"; }
   std::string_view meaning() const override { return "the displacement sensor's zero is off"; }

@@ -9,15 +9,15 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"q", "m", 1e-4, 1e-7, 5e-3, "step of the sensor"},
-};
-constexpr ConstantInfo kConstants[] = {
-    {"r", "-", 0.9, "sharpness of the edges, below 1", true},
-};
-
 class SensorQuantisation final : public InstrumentEffect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"q", "m", 1e-4, 1e-7, 5e-3, "step of the sensor"},
+  };
+  static constexpr ConstantInfo kConstants[] = {
+      {"r", "-", 0.9, "sharpness of the edges, below 1", true},
+  };
+
   std::string_view name() const override { return "sensor_quantisation"; }
   std::string_view formula() const override { return "y = q round(u / q), edges rounded"; }
   std::string_view meaning() const override { return "the displacement sensor is coarse"; }

@@ -6,12 +6,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr ParameterInfo kParameters[] = {
-    {"k_n", "1/s^2", 2e4, 1e3, 1e7, "stiffness of the joint over mass"},
-};
-
 class SeriesCompliance final : public InstrumentEffect {
  public:
+  static constexpr ParameterInfo kParameters[] = {
+      {"k_n", "1/s^2", 2e4, 1e3, 1e7, "stiffness of the joint over mass"},
+  };
+
   std::string_view name() const override { return "series_compliance"; }
   std::string_view formula() const override { return "y = u + f / k_n, f = load of the damper"; }
   std::string_view meaning() const override {

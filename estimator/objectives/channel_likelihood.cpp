@@ -3,6 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator {
 
 using Eigen::Index;
@@ -17,7 +19,7 @@ ChannelLikelihood::ChannelLikelihood(const ChannelProblem& problem, const Channe
     throw std::invalid_argument(
         "weighted least squares need the covariance of the channels' noise");
   known_ = Eigen::Map<const MatrixXd>(options.known_covariance.data(), m, m);
-  if (Eigen::LLT<MatrixXd>(known_).info() != Eigen::Success)
+  if (!Cholesky(known_).positive())
     throw std::invalid_argument("the covariance of the channels' noise is not positive definite");
 }
 
@@ -44,9 +46,8 @@ double ChannelLikelihood::prior_sum(const std::vector<double>& theta) const {
 double ChannelLikelihood::objective(const ChannelLook& look, const std::vector<double>& theta,
                                     const MatrixXd* v) const {
   const double prior = prior_sum(theta);
-  if (v != nullptr) return Eigen::LLT<MatrixXd>(*v).solve(look.moment).trace() + prior;
-  const Eigen::LLT<MatrixXd> factor(covariance(look.moment));
-  const MatrixXd l = factor.matrixL();
+  if (v != nullptr) return Cholesky(*v).solve(look.moment).trace() + prior;
+  const MatrixXd l = Cholesky(covariance(look.moment)).root();
   return 2.0 * problem_.points() * l.diagonal().array().log().sum() + prior;
 }
 
@@ -56,11 +57,11 @@ void ChannelLikelihood::normal_equations(const ChannelLook& look, const std::vec
   const Index q = problem_.parameters(), m = problem_.channels();
   gram.setZero(q, q);
   gradient.setZero(q);
-  const Eigen::LLT<MatrixXd> factor(v);
+  const Cholesky factor(v);
   for (std::size_t r = 0; r < look.e.size(); ++r) {
     for (Index i = 0; i < look.e[r].rows(); ++i) {
-      const MatrixXd rows = factor.matrixL().solve(look.j[r].middleRows(i * m, m).eval()).eval();
-      const VectorXd e = factor.matrixL().solve(look.e[r].row(i).transpose().eval()).eval();
+      const MatrixXd rows = factor.whiten(MatrixXd(look.j[r].middleRows(i * m, m)));
+      const VectorXd e = factor.whiten(VectorXd(look.e[r].row(i).transpose()));
       gram += rows.transpose() * rows;
       gradient += rows.transpose() * e;
     }

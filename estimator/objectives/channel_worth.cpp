@@ -135,8 +135,8 @@ void finish(ChannelProblem& problem, const ChannelLikelihood& likelihood, const 
   Fit& fit = out.fit;
   finish_without_solution(problem, fit);
   const MatrixXd v = likelihood.covariance(look.moment);
-  const Eigen::LLT<MatrixXd> factor(v);
-  const MatrixXd l = factor.matrixL();
+  const Cholesky factor(v);
+  const MatrixXd l = factor.root();
   const double points = problem.points(), samples = points * static_cast<double>(v.rows());
   out.log_likelihood =
       -0.5 * (samples * std::log(2.0 * std::numbers::pi) +

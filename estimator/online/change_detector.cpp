@@ -99,7 +99,7 @@ std::optional<Change> ChangeDetector::add(const Eigen::VectorXd& score,
 }
 
 std::optional<Change> ChangeDetector::test(double variance) const {
-  const Eigen::LDLT<Eigen::MatrixXd> all(information_);
+  const Ldlt all(information_);
   const Eigen::VectorXd offset = all.solve(score_);
   if (!offset.allFinite()) return std::nullopt;
   Eigen::VectorXd score = Eigen::VectorXd::Zero(parameters_);

@@ -6,6 +6,8 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator {
 
 std::string ParameterChange::sentence() const {
@@ -74,7 +76,7 @@ std::vector<ParameterChange> ChangeWatch::add(const MeasuredCycle& cycle,
     const double error = cycle.excitation_error * cycle.excitation_error;
     const Eigen::MatrixXd scatter =
         variance * information + error * at.excitation_score * at.excitation_score.transpose();
-    const Eigen::LDLT<Eigen::MatrixXd> solver(scatter);
+    const Ldlt solver(scatter);
     score = variance * information * solver.solve(score);
     information = (variance * information * solver.solve(information)).eval();
     information = (0.5 * (information + information.transpose())).eval();

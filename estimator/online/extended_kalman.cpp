@@ -6,6 +6,8 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::online {
 
 ExtendedKalman::ExtendedKalman(const Model& model, std::vector<double> start, KalmanOptions options)
@@ -42,8 +44,8 @@ bool ExtendedKalman::add(const MeasuredCycle& cycle) {
   const double weight = 1.0 / (options_.noise * options_.noise);
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(p, p);
   const Eigen::MatrixXd information =
-      before.ldlt().solve(identity) + weight * at.jacobian.transpose() * at.jacobian;
-  const Eigen::MatrixXd after = information.ldlt().solve(identity);
+      Ldlt(before).solve(identity) + weight * at.jacobian.transpose() * at.jacobian;
+  const Eigen::MatrixXd after = Ldlt(information).solve(identity);
   const Eigen::VectorXd step = weight * after * (at.jacobian.transpose() * e);
   std::vector<double> theta = theta_;
   for (Eigen::Index k = 0; k < p; ++k) {

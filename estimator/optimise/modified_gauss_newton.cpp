@@ -13,6 +13,7 @@
 
 #include <Eigen/SVD>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/optimise/descent.hpp"
 #include "estimator/optimise/hessian.hpp"
 #include "estimator/optimise/methods.hpp"
@@ -23,8 +24,9 @@ namespace {
 constexpr double kSlow = 0.01;  // relative decrease of phi below which second order is worth it
 constexpr double kFast = 0.2;   // ... and above which it is not
 constexpr double kRank = 1e-10;
-constexpr double kFlat = 1e-12;  // curvature that rounding explains, as a share of sigma_1^2
-constexpr double kGap = 0.3;     // sigma_(i+1) / sigma_i that counts as the end of a cluster
+constexpr double kFlatCurvature =
+    1e-12;                    // curvature that rounding explains, as a share of sigma_1^2
+constexpr double kGap = 0.3;  // sigma_(i+1) / sigma_i that counts as the end of a cluster
 
 class Graded {
  public:
@@ -36,14 +38,13 @@ class Graded {
     Eigen::VectorXd scale = j.colwise().norm();
     for (Eigen::Index k = 0; k < l; ++k)
       scale[k] = scale[k] > 0.0 ? 1.0 / scale[k] : 1.0;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(j * scale.asDiagonal(),
-                                                Eigen::ComputeThinU | Eigen::ComputeFullV);
+    const SingularValues svd = singular_values_with_full_v(j * scale.asDiagonal());
     Eigen::VectorXd sigma = Eigen::VectorXd::Zero(l);
-    sigma.head(svd.singularValues().size()) = svd.singularValues();
+    sigma.head(svd.values.size()) = svd.values;
     Eigen::VectorXd projected = Eigen::VectorXd::Zero(l);  // U^T e
-    projected.head(svd.matrixU().cols()) = svd.matrixU().transpose() * local.point.e;
+    projected.head(svd.u.cols()) = svd.u.transpose() * local.point.e;
     const Eigen::Index p1 = grade(sigma, local.progress);
-    const Eigen::MatrixXd v = scale.asDiagonal() * svd.matrixV();  // back in theta
+    const Eigen::MatrixXd v = scale.asDiagonal() * svd.v;  // back in theta
     const Eigen::VectorXd first = projected.head(p1).cwiseQuotient(sigma.head(p1));  // (4.16)
     step = v.leftCols(p1) * first;
     const Eigen::Index p2 = l - p1;
@@ -57,8 +58,8 @@ class Graded {
     left.diagonal() += sigma.tail(p2).cwiseAbs2();
     const Eigen::VectorXd right =
         sigma.tail(p2).cwiseProduct(projected.tail(p2)) - v2_q * step;  // (4.17)
-    step +=
-        v.rightCols(p2) * downhill_solve_above(left, right, kFlat * sigma[0] * sigma[0]);  // (4.18)
+    step += v.rightCols(p2) *
+            downhill_solve_above(left, right, kFlatCurvature * sigma[0] * sigma[0]);  // (4.18)
     // The mixture of both need not go downhill; if not, the first part alone does.
     if ((j * step).dot(local.point.e) <= 0.0) step = v.leftCols(p1) * first;
     return step.norm() > 0.0;

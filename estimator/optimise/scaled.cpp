@@ -5,7 +5,7 @@
 namespace shaker::estimator::optimise {
 namespace {
 
-constexpr double kFlat = 1e-6;  // cosine between the residuals and every column of J
+constexpr double kFlatCosine = 1e-6;  // cosine between the residuals and every column of J
 
 }  // namespace
 
@@ -21,7 +21,7 @@ Summary judge(const char* method, Scaled& scaled, bool gave_up) {
     const Eigen::VectorXd left = spread(linear.step, free, evaluator.problem().parameters());
     const Eigen::VectorXd norms = columns(point.jacobian, free).colwise().norm() * point.e.norm();
     const Eigen::VectorXd slope = columns(point.jacobian, free).transpose() * point.e;
-    const bool flat = (slope.cwiseAbs().array() <= kFlat * norms.array()).all();
+    const bool flat = (slope.cwiseAbs().array() <= kFlatCosine * norms.array()).all();
     if (flat || linear.offset <= std::sqrt(options.offset_tolerance) ||
         relative(left, point.theta) <= std::sqrt(options.step_tolerance))
       status = Status::converged;

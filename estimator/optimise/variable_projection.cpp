@@ -10,6 +10,7 @@
 
 #include <Eigen/QR>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/optimise/methods.hpp"
 
 namespace shaker::estimator::optimise {
@@ -59,7 +60,7 @@ class Reduced final : public LeastSquaresProblem {
       theta_[rest_[k]] = theta[static_cast<Eigen::Index>(k)];
     if (!whole_.evaluate(theta_, e, &full) || !full.allFinite() || !e.allFinite()) return false;
     const Eigen::MatrixXd basis = some(full, linear_);
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(basis);
+    const PivotedQr qr(basis);
     const Eigen::VectorXd step = qr.solve(e);
     for (std::size_t k = 0; k < linear_.size(); ++k)
       theta_[linear_[k]] += step[static_cast<Eigen::Index>(k)];

@@ -4,10 +4,12 @@
 
 #include <Eigen/Dense>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::paper {
 namespace {
 
-constexpr double kStep = 0.01;
+constexpr double kTimeStep = 0.01;
 // A column for the state, one for each derivative of it over (u0, u0', theta1, .. theta4).
 using Augmented = Eigen::Matrix<double, 2, 7>;
 
@@ -39,10 +41,10 @@ Augmented first_state(const std::vector<double>& p) {
 
 void step(Augmented& s, const std::vector<double>& p, double gravity, double slope) {
   const Augmented k1 = rate(s, p, gravity, slope);
-  const Augmented k2 = rate(s + 0.5 * kStep * k1, p, gravity, slope);
-  const Augmented k3 = rate(s + 0.5 * kStep * k2, p, gravity, slope);
-  const Augmented k4 = rate(s + kStep * k3, p, gravity, slope);
-  s += kStep / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+  const Augmented k2 = rate(s + 0.5 * kTimeStep * k1, p, gravity, slope);
+  const Augmented k3 = rate(s + 0.5 * kTimeStep * k2, p, gravity, slope);
+  const Augmented k4 = rate(s + kTimeStep * k3, p, gravity, slope);
+  s += kTimeStep / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
 }
 
 }  // namespace
@@ -71,8 +73,7 @@ std::vector<std::vector<double>> SlippedProgram::iterate(std::span<const double>
       jacobian.row(row) = s.row(0).tail(6);
       residual[row] = data[static_cast<std::size_t>(row)] - s(0, 0);
     }
-    const Eigen::VectorXd delta =
-        jacobian.jacobiSvd(Eigen::ComputeThinU | Eigen::ComputeThinV).solve(residual);
+    const Eigen::VectorXd delta = least_squares_by_singular_values(jacobian, residual);
     for (std::size_t k = 0; k < 6; ++k)
       p[k] += delta[static_cast<Eigen::Index>(k)];
     out.push_back(p);

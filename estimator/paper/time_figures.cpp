@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/paper/slipped_program.hpp"
 #include "estimator/paper/time_records.hpp"
 #include "estimator/time/transient.hpp"
@@ -141,7 +142,7 @@ std::vector<double> record_of_figure_5(const Model& model) {
     step[static_cast<Eigen::Index>(k)] = kPrinted5[0][k] - kOscillatorStart[k];
   const Eigen::VectorXd on_print = at_start + jacobian * step;
   // What a step cannot see is free: taken from the exact response.
-  const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(jacobian).householderQ();
+  const Eigen::MatrixXd q = orthogonal_factor(jacobian);
   const Eigen::VectorXd unseen = q.col(4);
   const Eigen::VectorXd record = on_print + unseen * unseen.dot(exact - on_print);
   return {record.begin(), record.end()};

@@ -9,8 +9,8 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kMostSteps = 12;
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr int kMaxNewtonSteps = 12;
+constexpr double kUnboundedError = std::numeric_limits<double>::infinity();
 // The first two grids only serve the comparison with each other, which is no better than this: the
 // share of the excitation, or of the largest acceleration, that a residual may be.
 constexpr double kCoarseGrids = 1e-5;
@@ -76,9 +76,9 @@ AccuracyReport AccurateSolution::solve(std::span<const double> theta, double acc
   report.solve = level(0).solve_from_rest(
       theta, std::max(PeriodicSystem::kTolerance, kCoarseGrids * std::fabs(amplitude_)));
   report.points = level(0).points();
-  report.state_error = report.sensitivity_error = kInfinite;
+  report.state_error = report.sensitivity_error = kUnboundedError;
   const int order = trusted_order(*model_, options_.grid);
-  Change before{kInfinite, kInfinite};
+  Change before{kUnboundedError, kUnboundedError};
   for (std::size_t at = 1; report.solve.status == SolveStatus::converged; ++at) {
     if (2 * report.points > options_.most_points) break;
     PeriodicSystem& fine = level(at);
@@ -89,7 +89,7 @@ AccuracyReport AccurateSolution::solve(std::span<const double> theta, double acc
     const double size = 1e-3 + std::fabs(fine.value(0, 0));
     const double scale = kSquareOfTwoPi * fine.frequency() * fine.frequency() * size;
     const double tolerance = std::max(0.1 * accuracy, at == 1 ? kCoarseGrids : 0.0);
-    const SolveReport solved = fine.solve(theta, kMostSteps, tolerance * scale);
+    const SolveReport solved = fine.solve(theta, kMaxNewtonSteps, tolerance * scale);
     report.solve.iterations += solved.iterations;
     if (solved.status != SolveStatus::converged) break;
     finest_ = at;
@@ -108,7 +108,7 @@ AccuracyReport AccurateSolution::solve(std::span<const double> theta, double acc
   // No finer grid, for which the first one's solution was only to begin.
   if (finest_ == 0 && report.solve.status == SolveStatus::converged) {
     const int steps = report.solve.iterations;
-    report.solve = level(0).solve(theta, kMostSteps, PeriodicSystem::kTolerance);
+    report.solve = level(0).solve(theta, kMaxNewtonSteps, PeriodicSystem::kTolerance);
     report.solve.iterations += steps;
   }
   return report;

@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/math/aligned.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/model_arrays.hpp"
 
 namespace shaker::estimator {
@@ -16,8 +17,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr int kStages = 3;
-constexpr int kDeepest = 24;     // halvings of an interval
-constexpr int kMostSteps = 128;  // in an interval; two corners take about 100
+constexpr int kDeepest = 24;            // halvings of an interval
+constexpr int kMaxIntervalSteps = 128;  // in an interval; two corners take about 100
 constexpr double kRoot6 = 2.449489742783178;
 constexpr double kC[kStages] = {(4 - kRoot6) / 10, (4 + kRoot6) / 10, 1.0};
 constexpr double kA[kStages][kStages] = {
@@ -188,7 +189,7 @@ bool Variation::step(int first_point, double h, MatrixXd& out) {
       }
     }
   }
-  const MatrixXd stages = left.partialPivLu().solve(right);
+  const MatrixXd stages = solve_square(left, right);
   if (!stages.allFinite()) return false;
   out.setIdentity(size_, size_);
   for (int c = 0; c < s_; ++c) {
@@ -243,7 +244,7 @@ bool Variation::interval(int i, double from, double length, int depth, double to
   const double error = std::max((product - whole).cwiseAbs().maxCoeff() / 31.0, corner_error(h));
   // Absurd parameters, which a failed fit may end on, would want steps without end: then the error
   // says that the multipliers are crude.
-  if ((error <= tolerance && !grazes(depth)) || depth == kDeepest || ++steps_ > kMostSteps) {
+  if ((error <= tolerance && !grazes(depth)) || depth == kDeepest || ++steps_ > kMaxIntervalSteps) {
     error_ += error;
     out = std::move(product);
     return true;
@@ -281,9 +282,8 @@ Result<Floquet> floquet(const PeriodicSystem& system, std::span<const double> th
     return Error{ErrorKind::not_converged,
                  "the stability of the periodic solution cannot be told: the equations do not "
                  "determine the highest derivatives along it"};
-  const Eigen::EigenSolver<MatrixXd> eigen(monodromy, false);
-  for (Index k = 0; k < monodromy.rows(); ++k)
-    result.multipliers.push_back(eigen.eigenvalues()[k]);
+  const Eigen::VectorXcd eigenvalues = eigenvalues_of(monodromy);
+  result.multipliers.assign(eigenvalues.begin(), eigenvalues.end());
   std::sort(result.multipliers.begin(), result.multipliers.end(), [](const auto& a, const auto& b) {
     return std::abs(a) != std::abs(b) ? std::abs(a) > std::abs(b) : a.imag() > b.imag();
   });
@@ -299,11 +299,11 @@ Result<std::vector<FloquetMode>> floquet_modes(const PeriodicSystem& system,
     return Error{ErrorKind::not_converged,
                  "the decay towards the periodic solution cannot be told: the equations do not "
                  "determine the highest derivatives along it"};
-  const Eigen::EigenSolver<MatrixXd> eigen(monodromy);
-  const Eigen::MatrixXcd shapes = course * eigen.eigenvectors();
+  const ComplexSpectrum eigen = complex_spectrum_of(monodromy);
+  const Eigen::MatrixXcd shapes = course * eigen.vectors;
   std::vector<FloquetMode> modes;
   for (Index k = 0; k < monodromy.rows(); ++k) {
-    const std::complex<double> multiplier = eigen.eigenvalues()[k];
+    const std::complex<double> multiplier = eigen.values[k];
     if (multiplier.imag() < 0.0) continue;
     modes.push_back({multiplier, {shapes.col(k).begin(), shapes.col(k).end()}});
   }

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator {
@@ -115,7 +116,7 @@ SolveReport HarmonicReduction::newton(std::span<const double> theta) {
   if (!linearise(theta)) return {SolveStatus::inadmissible};
   for (; report.iterations < kMostRounds; ++report.iterations) {
     const double size = right_.col(0).norm();
-    const Eigen::MatrixXd solved = -jacobian_.partialPivLu().solve(right_);
+    const Eigen::MatrixXd solved = -solve_square(jacobian_, right_);
     if (!solved.allFinite()) return {SolveStatus::singular, report.iterations};
     unknowns_.rightCols(unknowns_.cols() - 1) = solved.rightCols(solved.cols() - 1);
     const Eigen::VectorXd step = solved.col(0), from = unknowns_.col(0);

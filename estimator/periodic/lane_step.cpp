@@ -5,7 +5,8 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kSmallestPivot = 1e-5;  // against the largest entry of its row, as in scalar_step
+constexpr double kSmallestLanePivot =
+    1e-5;  // against the largest entry of its row, as in scalar_step
 
 // Coefficients of the equation of point i: those of the ring, nothing folded yet.
 template <int Reach>
@@ -53,7 +54,7 @@ SHAKER_INLINE LaneMask eliminate_coefficients(Lanes (&c)[2 * Reach + 1], RowsAbo
   }
   for (int j = 1; j <= Reach; ++j)
     upper[j - 1] = above.u[0][j - 1] = c[Reach + j] * inverse;
-  return pivot > kSmallestPivot * largest;
+  return pivot > kSmallestLanePivot * largest;
 }
 
 // One right-hand side less `rows` rows above it.
@@ -178,7 +179,7 @@ SHAKER_INLINE LaneMask solve_border(const LaneStep& step, int columns) {
       keep_largest(largest, s[k][e]);
     Lanes pivot{};
     keep_largest(pivot, s[k][k]);
-    sound &= pivot > kSmallestPivot * largest;
+    sound &= pivot > kSmallestLanePivot * largest;
     const Lanes inverse = 1.0 / s[k][k];
     for (int e = k + 1; e < Reach; ++e)
       s[k][e] *= inverse;
@@ -240,16 +241,16 @@ SHAKER_LANE_STEP(3, 1)
 SHAKER_LANE_STEP(3, 5)
 #undef SHAKER_LANE_STEP
 
-using Solve = unsigned (*)(const LaneStep&);
-constexpr Solve kSolve[3][3] = {{solve_1_0, solve_1_1, solve_1_5},
-                                {solve_2_0, solve_2_1, solve_2_5},
-                                {solve_3_0, solve_3_1, solve_3_5}};
+using LaneSolve = unsigned (*)(const LaneStep&);
+constexpr LaneSolve kLaneSolve[3][3] = {{solve_1_0, solve_1_1, solve_1_5},
+                                        {solve_2_0, solve_2_1, solve_2_5},
+                                        {solve_3_0, solve_3_1, solve_3_5}};
 
 }  // namespace
 
 unsigned solve_lane_step(const LaneStep& step) {
   const int kind = step.width == 1 ? 1 : step.width == kOleoWidth ? 2 : 0;
-  return kSolve[step.stencil.reach - 1][kind](step);
+  return kLaneSolve[step.stencil.reach - 1][kind](step);
 }
 
 }  // namespace shaker::estimator

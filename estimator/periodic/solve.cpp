@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {
@@ -112,7 +113,7 @@ void PeriodicSystem::step_at_rest(std::span<double> step) const {
     for (int e = 0; e < s_; ++e)
       slope(d, e) = g_u_[d * s_ + e][0];
   }
-  const Eigen::VectorXd solution = slope.colPivHouseholderQr().solve(right);
+  const Eigen::VectorXd solution = least_squares(slope, right);
   std::copy(solution.begin(), solution.end(), step.begin());
 }
 

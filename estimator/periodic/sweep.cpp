@@ -11,7 +11,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kMostSteps = 12;
+constexpr int kMaxSweepSteps = 12;
 // A prediction that is this many times worse than the last one, and wrong by this share of the
 // stroke, is of another branch.
 constexpr double kWorse = 10.0;
@@ -227,7 +227,7 @@ unsigned FrequencySweep::correct(unsigned lanes) {
   last.fill(std::numeric_limits<double>::infinity());
   unsigned moving = lanes;
   unsigned found = 0;
-  for (int step = 0; step < kMostSteps && moving != 0; ++step, ++steps_) {
+  for (int step = 0; step < kMaxSweepSteps && moving != 0; ++step, ++steps_) {
     moving &= lanes_->linearise(moving);
     moving &= lanes_->solve_step(moving);
     lanes_->advance(delta_.data(), newton_step_.data(), moving);
@@ -280,7 +280,7 @@ void FrequencySweep::walk_alone(std::span<const double> frequencies) {
     }
     SolveReport report;
     report.status = SolveStatus::no_convergence;
-    if (stretch.known > 0) report = single_.solve(theta_, kMostSteps);
+    if (stretch.known > 0) report = single_.solve(theta_, kMaxSweepSteps);
     if (report.status != SolveStatus::converged) {
       stretch.known = 0;
       report = solve_anew(single_, theta_);

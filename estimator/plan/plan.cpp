@@ -114,15 +114,15 @@ class Judge {
   // The smaller, the better.
   double d_criterion(const std::vector<std::size_t>& runs) const {
     const Eigen::MatrixXd m = with_weak_prior(runs);
-    const Eigen::LLT<Eigen::MatrixXd> factor(m);
+    const Eigen::VectorXd root = Cholesky(m).root().diagonal();
     double sum = 0.0;
     for (Eigen::Index k = 0; k < q_; ++k)
-      sum += std::log(factor.matrixLLT()(k, k));
+      sum += std::log(root[k]);
     return -sum / static_cast<double>(q_);
   }
   double error_of(const std::vector<std::size_t>& runs, Eigen::Index k) const {
     const Eigen::VectorXd unit = Eigen::VectorXd::Unit(q_, k);
-    return with_weak_prior(runs).llt().solve(unit)[k];
+    return Cholesky(with_weak_prior(runs)).solve(unit)[k];
   }
 
   const Eigen::VectorXd& scale() const { return scale_; }

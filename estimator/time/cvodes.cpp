@@ -16,7 +16,8 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr long kMostSteps = 50000;  // between two samples; beyond it Adams hands over to BDF
+constexpr long kMaxIntegrationSteps =
+    50000;  // between two samples; beyond it Adams hands over to BDF
 // Refusals in a row after which the motion itself is taken to leave what is admissible: CVODES asks
 // again with smaller steps, up to where they are lost in rounding.
 constexpr int kMostRefusals = 60;
@@ -38,7 +39,7 @@ void free_memory(void* memory) {
 
 using Context = std::unique_ptr<_SUNContext, Freed>;
 using Vector = std::unique_ptr<_generic_N_Vector, Released<N_VDestroy>>;
-using Matrix = std::unique_ptr<_generic_SUNMatrix, Released<SUNMatDestroy>>;
+using OwnedMatrix = std::unique_ptr<_generic_SUNMatrix, Released<SUNMatDestroy>>;
 using LinearSolver = std::unique_ptr<_generic_SUNLinearSolver, Released<SUNLinSolFree>>;
 using NonlinearSolver = std::unique_ptr<_generic_SUNNonlinearSolver, Released<SUNNonlinSolFree>>;
 using Memory = std::unique_ptr<void, Released<free_memory>>;
@@ -89,7 +90,7 @@ class Cvodes final : public TimeIntegration {
  private:
   // One CVODES memory for each way of integrating that was asked for; they are kept.
   struct Solver {
-    Matrix matrix;
+    OwnedMatrix matrix;
     LinearSolver linear;
     NonlinearSolver state, sensitivity;
     Memory memory;
@@ -199,7 +200,7 @@ class Cvodes final : public TimeIntegration {
     CVodeSetErrFile(memory, nullptr);
     need(CVodeInit(memory, rhs, 0.0, y_.get()) == CV_SUCCESS, "CVodeInit");
     CVodeSetUserData(memory, this);
-    CVodeSetMaxNumSteps(memory, kMostSteps);
+    CVodeSetMaxNumSteps(memory, kMaxIntegrationSteps);
     CVodeSStolerances(memory, options_.relative_tolerance, options_.absolute_tolerance);
     if (kind == Integrator::bdf) {
       const auto size = static_cast<sunindextype>(size_);

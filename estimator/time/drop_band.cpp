@@ -14,11 +14,11 @@ namespace {
 
 constexpr double kShareOfError = 0.02;  // step of a derivative, in standard errors
 
-using Matrix = Eigen::MatrixXd;
+using Eigen::MatrixXd;
 
-Matrix covariance_of(const DropUncertainty& u) {
+MatrixXd covariance_of(const DropUncertainty& u) {
   const auto q = static_cast<Eigen::Index>(u.parameters.size());
-  Matrix v(q, q);
+  MatrixXd v(q, q);
   for (Eigen::Index i = 0; i < q; ++i) {
     for (Eigen::Index k = 0; k < q; ++k)
       v(i, k) = u.covariance[static_cast<std::size_t>(i * q + k)];
@@ -27,9 +27,9 @@ Matrix covariance_of(const DropUncertainty& u) {
 }
 
 // Derivatives of the figures over the uncertain parameters.
-Result<Matrix> slopes(const DropTest& test, const std::vector<double>& theta,
-                      const DropUncertainty& uncertainty, const Matrix& v) {
-  Matrix out(static_cast<Eigen::Index>(kDropFigureCount), v.cols());
+Result<MatrixXd> slopes(const DropTest& test, const std::vector<double>& theta,
+                        const DropUncertainty& uncertainty, const MatrixXd& v) {
+  MatrixXd out(static_cast<Eigen::Index>(kDropFigureCount), v.cols());
   for (Eigen::Index k = 0; k < v.cols(); ++k) {
     const auto at = static_cast<std::size_t>(uncertainty.parameters[static_cast<std::size_t>(k)]);
     const double step = std::max(kShareOfError * std::sqrt(std::max(v(k, k), 0.0)),
@@ -47,7 +47,7 @@ Result<Matrix> slopes(const DropTest& test, const std::vector<double>& theta,
   return out;
 }
 
-void history_errors(DropRun& run, const DropUncertainty& uncertainty, const Matrix& v) {
+void history_errors(DropRun& run, const DropUncertainty& uncertainty, const MatrixXd& v) {
   const std::size_t n = run.history.t.size();
   const std::size_t p = run.stroke_derivatives.size() / n;
   const auto error = [&](const std::vector<double>& derivatives, std::size_t i) {
@@ -72,9 +72,9 @@ double quantile_of(std::vector<double>& sorted, double probability) {
 
 // Student's distribution: normal draws over the root of an independent chi-square share.
 void sample(const DropTest& test, const std::vector<double>& theta,
-            const DropUncertainty& uncertainty, const Matrix& v, DropPrediction& out) {
+            const DropUncertainty& uncertainty, const MatrixXd& v, DropPrediction& out) {
   const Spectrum eigen = spectrum_of(v);
-  const Matrix root = eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const MatrixXd root = eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
   std::mt19937_64 random(uncertainty.seed);
   std::normal_distribution<double> normal;
   std::chi_squared_distribution<double> chi(std::max(1.0, uncertainty.degrees_of_freedom));
@@ -124,7 +124,7 @@ Result<DropPrediction> predict_drop(const DropTest& test, const std::vector<doub
   for (const double value : out.run.figures)
     out.bands.push_back({value, 0.0, value, value, value, value});
   if (!banded) return out;
-  const Matrix v = covariance_of(uncertainty);
+  const MatrixXd v = covariance_of(uncertainty);
   const auto slope = slopes(test, theta, uncertainty, v);
   if (!slope) return slope.error();
   const double quantile = student_t_quantile(0.5 + 0.5 * uncertainty.confidence,

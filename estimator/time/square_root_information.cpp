@@ -1,5 +1,7 @@
 #include "estimator/time/square_root_information.hpp"
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator {
 namespace {
 
@@ -24,8 +26,7 @@ Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> SquareRootInformation::r
 }
 
 void SquareRootInformation::compress() {
-  Eigen::Ref<Eigen::MatrixXd> filled = stack_.topRows(used_);
-  Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(filled);
+  triangularise(stack_.topRows(used_));
   used_ = columns_ + 1;
   for (Eigen::Index j = 0; j < used_; ++j)
     stack_.col(j).segment(j + 1, used_ - j - 1).setZero();

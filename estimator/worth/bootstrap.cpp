@@ -7,12 +7,13 @@
 
 #include <Eigen/Dense>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/worth/parallel.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-constexpr long kFewest = 100;
+constexpr long kMinReplications = 100;
 
 struct Draw {
   bool converged = false;
@@ -27,7 +28,7 @@ class Source {
     if (run.harmonics.empty()) return;
     const auto m = static_cast<Eigen::Index>(run.harmonics.size());
     const Eigen::Map<const Eigen::MatrixXd> covariance(run.harmonic_covariance.data(), m, m);
-    factor_ = covariance.llt().matrixL();
+    factor_ = Cholesky(covariance).root();
   }
 
   void draw(std::mt19937_64& random, RunData& out) const {
@@ -83,7 +84,7 @@ class Source {
   Eigen::MatrixXd factor_;
 };
 
-struct Worker {
+struct BootstrapWorker {
   std::vector<RunData> runs;
   Estimator estimator;
 };
@@ -100,7 +101,7 @@ double quantile_of(std::vector<double> values, double probability) {
 
 Bootstrap bootstrap(const Model& model, const Estimator& estimator,
                     const std::vector<RunData>& runs, const BootstrapOptions& options) {
-  if (options.replications < kFewest)
+  if (options.replications < kMinReplications)
     throw std::invalid_argument("a bootstrap needs at least 100 replications");
   const Fit fit = estimator.last();
   const double noise = options.estimation.noise > 0.0 ? options.estimation.noise : fit.noise;
@@ -111,9 +112,9 @@ Bootstrap bootstrap(const Model& model, const Estimator& estimator,
   in_parallel(
       options.replications, options.threads,
       [&] {
-        return Worker{runs, Estimator(model, runs, options.estimation)};
+        return BootstrapWorker{runs, Estimator(model, runs, options.estimation)};
       },
-      [&](Worker& worker, long i) {
+      [&](BootstrapWorker& worker, long i) {
         std::seed_seq sequence{static_cast<std::uint32_t>(options.seed),
                                static_cast<std::uint32_t>(options.seed >> 32),
                                static_cast<std::uint32_t>(i)};

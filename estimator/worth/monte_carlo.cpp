@@ -35,10 +35,11 @@ struct Outcome {
 };
 
 // The workspace of one thread.
-class Worker {
+class MonteCarloWorker {
  public:
-  Worker(const Model& model, const MonteCarloOptions& options, const std::vector<RunData>& exact,
-         const std::vector<int>& free, const std::vector<double>& start)
+  MonteCarloWorker(const Model& model, const MonteCarloOptions& options,
+                   const std::vector<RunData>& exact, const std::vector<int>& free,
+                   const std::vector<double>& start)
       : model_(model),
         options_(options),
         exact_(exact),
@@ -244,8 +245,10 @@ Result<MonteCarloResult> monte_carlo(const Model& model, const MonteCarloOptions
   std::vector<Outcome> outcomes(static_cast<std::size_t>(options.replications));
   in_parallel(
       options.replications, options.threads,
-      [&] { return Worker(model, options, *exact, free, start); },
-      [&](Worker& worker, long i) { outcomes[static_cast<std::size_t>(i)] = worker.replicate(i); });
+      [&] { return MonteCarloWorker(model, options, *exact, free, start); },
+      [&](MonteCarloWorker& worker, long i) {
+        outcomes[static_cast<std::size_t>(i)] = worker.replicate(i);
+      });
   score(outcomes, free, result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;

@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/worth/posterior_draws.hpp"
 #include "estimator/worth/posterior_ensembles.hpp"
 #include "estimator/worth/posterior_excitation.hpp"
@@ -71,7 +72,7 @@ Sampled sample(const std::function<LogDensity()>& make, const VectorXd& mode,
                const MatrixXd& covariance, const PosteriorOptions& options) {
   if (mode.size() == 0 || options.samples < 100 || options.rounds < 1)
     throw std::invalid_argument("a posterior needs a mode, 100 samples or more, and a round");
-  if (!covariance.allFinite() || Eigen::LLT<MatrixXd>(covariance).info() != Eigen::Success)
+  if (!covariance.allFinite() || !Cholesky(covariance).positive())
     throw std::invalid_argument(
         "the covariance around the mode is not positive definite, so there is no place to sample "
         "from; the data do not determine all parameters");

@@ -13,7 +13,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFewest = 4.0;  // effective draws for each coefficient; a straight line, else
+constexpr double kMinEffectiveDraws =
+    4.0;  // effective draws for each coefficient; a straight line, else
 constexpr double kNothing = 1e-14;
 
 // 1, the first `count` of y, and their products.
@@ -54,7 +55,7 @@ void Bend::follow(Index k, const std::vector<VectorXd>& y, const Draws& draws) {
   const double freedom = 1.0 - static_cast<double>(terms) / draws.effective;
   scatter_[k] = 1.0;
   coefficients_.emplace_back(VectorXd::Zero(terms));
-  if (draws.effective < kFewest * static_cast<double>(terms)) return;
+  if (draws.effective < kMinEffectiveDraws * static_cast<double>(terms)) return;
   MatrixXd products = MatrixXd::Zero(terms, terms);
   VectorXd right = VectorXd::Zero(terms);
   double square = 0.0;
@@ -62,12 +63,11 @@ void Bend::follow(Index k, const std::vector<VectorXd>& y, const Draws& draws) {
     const double weight = draws.weight[i];
     if (!(weight > 0.0)) continue;
     const VectorXd p = powers(y[i], k);
-    products.selfadjointView<Eigen::Lower>().rankUpdate(p, weight);
+    add_square(products, p, weight);
     right += weight * y[i][k] * p;
     square += weight * y[i][k] * y[i][k];
   }
-  const Eigen::LDLT<MatrixXd> factor(products);
-  const VectorXd best = factor.solve(right);
+  const VectorXd best = Ldlt(products).solve(right);
   const double left = (square - best.dot(right)) / freedom;
   if (!best.allFinite() || !(left > kNothing)) return;
   coefficients_.back() = best;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/worth/parallel.hpp"
 #include "estimator/worth/posterior_convergence.hpp"
 #include "estimator/worth/posterior_likelihood.hpp"
@@ -102,7 +103,7 @@ std::vector<Ensemble> begin(LogDensity density, const ImportanceSample& start, c
   std::vector<VectorXd> from;
   if (start.draws.effective > 1.0) from = even_choice(start.draws, kEnsembles * size);
   from.resize(kEnsembles * size, mode);
-  const MatrixXd root = Eigen::LLT<MatrixXd>(covariance).matrixL();
+  const MatrixXd root = Cholesky(covariance).root();
   std::normal_distribution<double> normal;
   std::vector<Ensemble> out(kEnsembles);
   for (std::size_t e = 0; e < kEnsembles; ++e) {

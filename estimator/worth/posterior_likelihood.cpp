@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator {
 namespace {
 
@@ -87,8 +89,7 @@ void PosteriorLikelihood::add(const RunData& run, const PeriodicSystem& fitted) 
   factors_.emplace_back();
   if (m > 0)
     factors_.back() =
-        Eigen::LLT<MatrixXd>(Eigen::Map<const MatrixXd>(run.harmonic_covariance.data(), m, m))
-            .matrixL();
+        Cholesky(Eigen::Map<const MatrixXd>(run.harmonic_covariance.data(), m, m)).root();
 }
 
 bool PosteriorLikelihood::solve(std::size_t r) {
@@ -155,7 +156,7 @@ double PosteriorLikelihood::coefficients_off(std::size_t r) const {
       off[2 * h] -= 2.0 * y * std::sin(angle);
     }
   }
-  return factors_[r].triangularView<Eigen::Lower>().solve(off).squaredNorm();
+  return lower_solve(factors_[r], off).squaredNorm();
 }
 
 }  // namespace shaker::estimator

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/worth/posterior_bend.hpp"
 #include "estimator/worth/posterior_valley.hpp"
 
@@ -32,7 +33,7 @@ VectorXd heavy_tailed(Eigen::Index size, std::mt19937_64& random) {
 }
 
 double heavy_tailed_density(const VectorXd& at, const VectorXd& centre, const MatrixXd& root) {
-  const VectorXd z = root.triangularView<Eigen::Lower>().solve(at - centre);
+  const VectorXd z = lower_solve(root, VectorXd(at - centre));
   const auto d = static_cast<double>(at.size());
   const double constant = std::tgamma(0.5 * (kTails + d)) / std::tgamma(0.5 * kTails) /
                           std::pow(kTails * std::numbers::pi, 0.5 * d);
@@ -42,8 +43,8 @@ double heavy_tailed_density(const VectorXd& at, const VectorXd& centre, const Ma
 
 Proposal::Proposal(const VectorXd& mode, const MatrixXd& covariance)
     : mode_(mode),
-      wide_(Eigen::LLT<MatrixXd>(kWide * covariance).matrixL()),
-      narrow_(Eigen::LLT<MatrixXd>(1.2 * covariance).matrixL()),
+      wide_(Cholesky(kWide * covariance).root()),
+      narrow_(Cholesky(1.2 * covariance).root()),
       centres_({mode}) {}
 
 void Proposal::adapt(const Draws& draws) {
@@ -52,9 +53,9 @@ void Proposal::adapt(const Draws& draws) {
   // Silverman's width for so many centres.
   const double width =
       std::pow(4.0 / (static_cast<double>(centres.size()) * (d + 2.0)), 1.0 / (d + 4.0));
-  const Eigen::LLT<MatrixXd> factor(width * width * draws.covariance);
-  if (factor.info() != Eigen::Success) return;
-  narrow_ = factor.matrixL();
+  const Cholesky factor(width * width * draws.covariance);
+  if (!factor.positive()) return;
+  narrow_ = factor.root();
   centres_ = std::move(centres);
   bend_ = std::make_shared<const Bend>(draws);
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/math/dense.hpp"
 #include "estimator/worth/posterior_likelihood.hpp"
 #include "estimator/worth/posterior_valley.hpp"
 
@@ -24,11 +25,11 @@ constexpr double kMostFall = 1.0;  // of ln mass over a step
 constexpr double kGone = 16.0;     // ln mass below the largest, where nothing is left
 constexpr int kMostNodes = 500;    // to each side
 
-class Walk {
+class ValleyWalk {
  public:
-  Walk(LogDensity& density, const VectorXd& mode, const MatrixXd& covariance, Index along)
+  ValleyWalk(LogDensity& density, const VectorXd& mode, const MatrixXd& covariance, Index along)
       : density_(density), size_(mode.size()), along_(along), theta_(mode) {
-    const MatrixXd rest = MatrixXd(covariance.inverse());
+    const MatrixXd rest = inverse_of(covariance);
     MatrixXd information(size_ - 1, size_ - 1);
     for (Index k = 0; k + 1 < size_; ++k) {
       for (Index l = 0; l + 1 < size_; ++l)
@@ -36,7 +37,7 @@ class Walk {
     }
     start_.at = mode[along_];
     start_.others = without(mode);
-    start_.root = Eigen::LLT<MatrixXd>(information.inverse()).matrixL();
+    start_.root = Cholesky(inverse_of(information)).root();
   }
 
   const ValleyNode& start() const { return start_; }
@@ -48,14 +49,14 @@ class Walk {
     if (outside) return false;
     for (int i = 0; i < kMostIterations; ++i) {
       if (!look_around(node)) return false;
-      const Eigen::LLT<MatrixXd> bend(-curvature_);
-      const bool peaked = bend.info() == Eigen::Success;
-      VectorXd step = peaked ? VectorXd(bend.solve(slope_)) : slope_;
+      const Cholesky bend(-curvature_);
+      const bool peaked = bend.positive();
+      VectorXd step = peaked ? bend.solve(slope_) : slope_;
       const double length = step.norm();
       if (length > kLongest) step *= kLongest / length;
       if (!uphill(node, step)) return false;
       if (!peaked) continue;
-      node.root = Eigen::LLT<MatrixXd>(node.root * bend.solve(node.root.transpose())).matrixL();
+      node.root = Cholesky(node.root * bend.solve(MatrixXd(node.root.transpose()))).root();
       if (length > kFound) continue;
       node.log_mass =
           log_at(node, VectorXd::Zero(size_ - 1)) + node.root.diagonal().array().log().sum();
@@ -130,11 +131,12 @@ class Walk {
 
 // How far `node` is from where it was expected, in its own deviations.
 double bend(const ValleyNode& node, const VectorXd& expected) {
-  return node.root.triangularView<Eigen::Lower>().solve(node.others - expected).norm();
+  return lower_solve(node.root, VectorXd(node.others - expected)).norm();
 }
 
 // From the first node outwards; false where the valley is lost before it ends.
-bool walk_out(Walk& walk, double unit, double side, double& most, std::vector<ValleyNode>& nodes) {
+bool walk_out(ValleyWalk& walk, double unit, double side, double& most,
+              std::vector<ValleyNode>& nodes) {
   double step = kFirstStep * unit;
   VectorXd slope;  // of the others along the valley
   while (nodes.size() < kMostNodes) {
@@ -172,7 +174,7 @@ bool walk_out(Walk& walk, double unit, double side, double& most, std::vector<Va
 std::optional<Valley> trace_valley(LogDensity& density, const VectorXd& mode,
                                    const MatrixXd& covariance, Index along) {
   if (mode.size() < 2) return std::nullopt;
-  Walk walk(density, mode, covariance, along);
+  ValleyWalk walk(density, mode, covariance, along);
   ValleyNode first = walk.start();
   bool outside = false;
   if (!walk.settle(first, outside)) return std::nullopt;

@@ -13,9 +13,9 @@ constexpr double kCloseEnough = 1e-3;  // of t: a thousandth of a standard error
 constexpr double kFarthest = 1e3;      // standard errors: beyond, the end is open
 
 // Walks out from the estimate on one side.
-class Walk {
+class ProfileWalk {
  public:
-  Walk(Estimator& estimator, const Model& model, int parameter, double side)
+  ProfileWalk(Estimator& estimator, const Model& model, int parameter, double side)
       : estimator_(estimator),
         parameter_(static_cast<std::size_t>(parameter)),
         fit_(estimator.last()),
@@ -89,7 +89,7 @@ End walk_out(Estimator& estimator, const Model& model, int parameter, double sid
   const double estimate = estimator.last().theta[at];
   const double error = estimator.last().standard_error[at];
   const double wanted = estimator.last().quantile;
-  Walk walk(estimator, model, parameter, side);
+  ProfileWalk walk(estimator, model, parameter, side);
   End end;
   double inner = estimate, inner_t = 0.0;
   double outer = std::numeric_limits<double>::quiet_NaN(), outer_t = 0.0;
@@ -174,7 +174,7 @@ std::vector<ProfileInterval> profile_intervals(Estimator& estimator, const Model
 bool profile_contains(Estimator& estimator, const Model& model, int parameter, double value) {
   const auto at = static_cast<std::size_t>(parameter);
   const double wanted = estimator.last().quantile;
-  Walk walk(estimator, model, parameter, value > estimator.last().theta[at] ? 1.0 : -1.0);
+  ProfileWalk walk(estimator, model, parameter, value > estimator.last().theta[at] ? 1.0 : -1.0);
   auto t = walk.t_at(value);
   if (!t) {
     // Too far for one go: where is the end?

@@ -6,6 +6,8 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator {
 namespace {
 
@@ -59,10 +61,10 @@ class Looker {
 };
 
 std::optional<Bent> bent(Looker& look, const MatrixXd& covariance, double noise) {
-  const Eigen::LLT<MatrixXd> factor(covariance);
-  if (factor.info() != Eigen::Success || !(noise > 0.0)) return std::nullopt;
+  const Cholesky factor(covariance);
+  if (!factor.positive() || !(noise > 0.0)) return std::nullopt;
   Bent out;
-  out.directions = factor.matrixL();
+  out.directions = factor.root();
   MatrixXd there, back;
   for (Index k = 0; k < look.count(); ++k) {
     const VectorXd step = kStep * out.directions.col(k);
@@ -100,7 +102,7 @@ VectorXd bound(const Bent& b) {
                           gram(left.first, right.second) * gram(left.second, right.first);
     }
   }
-  const MatrixXd inverse = all.ldlt().solve(MatrixXd::Identity(q + second, q));
+  const MatrixXd inverse = Ldlt(all).solve(MatrixXd(MatrixXd::Identity(q + second, q)));
   return (b.directions * inverse.topRows(q) * b.directions.transpose()).diagonal().cwiseSqrt();
 }
 
@@ -157,14 +159,14 @@ std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model
   for (Index k = 0; k < q; ++k)
     trace += b->bend[static_cast<std::size_t>(k)].col(k);
   // Priors are data, too, and straight ones. The covariance itself may hold more than noise.
-  const MatrixXd slope = b->slope * b->directions.inverse();
+  const MatrixXd slope = b->slope * inverse_of(b->directions);
   MatrixXd information = slope.transpose() * slope;
   for (Index k = 0; k < q; ++k) {
     const ModelParameter& p = model.parameters()[look.index(k)];
     if (p.prior_mean)
       information(k, k) += 1.0 / (*p.prior_standard_deviation * *p.prior_standard_deviation);
   }
-  const VectorXd bias = -0.5 * information.ldlt().solve(slope.transpose() * trace);
+  const VectorXd bias = -0.5 * Ldlt(information).solve(VectorXd(slope.transpose() * trace));
   if (!bias.allFinite()) return std::nullopt;
   const VectorXd least = bound(*b);
   SecondOrder out;

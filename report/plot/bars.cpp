@@ -8,10 +8,10 @@
 namespace shaker::report {
 namespace {
 
-constexpr double kGap = 0.25;     // of a group's width
-constexpr double kFoot = 1.2;     // ratio of the least value to a logarithmic axis' beginning
-constexpr double kMargin = 14.0;  // right of the axes
-constexpr double kLetter = 6.2;   // width
+constexpr double kGap = 0.25;         // of a group's width
+constexpr double kFoot = 1.2;         // ratio of the least value to a logarithmic axis' beginning
+constexpr double kMargin = 14.0;      // right of the axes
+constexpr double kLabelLetter = 6.2;  // width
 
 }  // namespace
 
@@ -41,7 +41,7 @@ std::string to_svg(const Bars& bars) {
   for (Mark& line : lines)
     longest = std::max(longest, std::exchange(line.text, {}).size());
   Frame frame(bars.title, bars.width, bars.height, legend,
-              kMargin + kLetter * static_cast<double>(longest));
+              kMargin + kLabelLetter * static_cast<double>(longest));
   frame.y_axis(y, range);
   const double group = (frame.right() - frame.left()) / static_cast<double>(bars.labels.size());
   const double width = group * (1.0 - kGap) / static_cast<double>(bars.series.size());

@@ -7,6 +7,15 @@ namespace shaker::sim {
 namespace {
 
 struct Cavitation final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"cavitation_force", "m/s^2", 0.0, 0.0, 1e3,
+       "f_cav, at which the force in extension is cut off; 0: never"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("cavitation_force") == 0.0) return nullptr;
+    return std::make_unique<Cavitation>(values);
+  }
+
   double theta1, limit;
 
   explicit Cavitation(const Values& values)
@@ -19,18 +28,8 @@ struct Cavitation final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"cavitation_force", "m/s^2", 0.0, 0.0, 1e3,
-     "f_cav, at which the force in extension is cut off; 0: never"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("cavitation_force") == 0.0) return nullptr;
-  return std::make_unique<Cavitation>(values);
-}
-
 }  // namespace
 
-const PartEntry kCavitation = {"cavitation", kParameters, make};
+const PartEntry kCavitation = {"cavitation", Cavitation::kParameters, Cavitation::make};
 
 }  // namespace shaker::sim

@@ -8,6 +8,16 @@ namespace shaker::sim {
 namespace {
 
 struct CoulombFriction final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"coulomb_friction", "m/s^2", 0.0, 0.0, 100.0, "dry friction f_c per unit mass"},
+      {"stribeck_ratio", "1", 1.0, 1.0, 5.0, "static over sliding friction"},
+      {"stribeck_speed", "m/s", 0.01, 1e-5, 10.0, "speed v_s at which the static peak has gone"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("coulomb_friction") == 0.0) return nullptr;
+    return std::make_unique<CoulombFriction>(values);
+  }
+
   double level, peak, v_s;
 
   explicit CoulombFriction(const Values& values)
@@ -21,19 +31,9 @@ struct CoulombFriction final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"coulomb_friction", "m/s^2", 0.0, 0.0, 100.0, "dry friction f_c per unit mass"},
-    {"stribeck_ratio", "1", 1.0, 1.0, 5.0, "static over sliding friction"},
-    {"stribeck_speed", "m/s", 0.01, 1e-5, 10.0, "speed v_s at which the static peak has gone"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("coulomb_friction") == 0.0) return nullptr;
-  return std::make_unique<CoulombFriction>(values);
-}
-
 }  // namespace
 
-const PartEntry kCoulombFriction = {"coulomb_friction", kParameters, make};
+const PartEntry kCoulombFriction = {"coulomb_friction", CoulombFriction::kParameters,
+                                    CoulombFriction::make};
 
 }  // namespace shaker::sim

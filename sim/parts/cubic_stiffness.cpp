@@ -5,6 +5,15 @@ namespace shaker::sim {
 namespace {
 
 struct CubicStiffness final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"cubic_stiffness", "1/(m^2 s^2)", 0.0, 0.0, 1e8, "k3 in k3 (u - u0)^3"},
+      {"cubic_stiffness_centre", "m", 0.0, -1.0, 1.0, "u0"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("cubic_stiffness") == 0.0) return nullptr;
+    return std::make_unique<CubicStiffness>(values);
+  }
+
   double k3, centre;
 
   explicit CubicStiffness(const Values& values)
@@ -16,18 +25,9 @@ struct CubicStiffness final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"cubic_stiffness", "1/(m^2 s^2)", 0.0, 0.0, 1e8, "k3 in k3 (u - u0)^3"},
-    {"cubic_stiffness_centre", "m", 0.0, -1.0, 1.0, "u0"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("cubic_stiffness") == 0.0) return nullptr;
-  return std::make_unique<CubicStiffness>(values);
-}
-
 }  // namespace
 
-const PartEntry kCubicStiffness = {"cubic_stiffness", kParameters, make};
+const PartEntry kCubicStiffness = {"cubic_stiffness", CubicStiffness::kParameters,
+                                   CubicStiffness::make};
 
 }  // namespace shaker::sim

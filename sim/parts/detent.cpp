@@ -9,6 +9,14 @@ namespace shaker::sim {
 namespace {
 
 struct Detent final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"detent_force", "m/s^2", 0.0, 0.0, 100.0, "amplitude of a force that waves with the stroke"},
+      {"detent_pitch", "m", 0.01, 1e-4, 1.0, "stroke from wave to wave"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("detent_force") == 0.0) return nullptr;
+    return std::make_unique<Detent>(values);
+  }
+
   double level, pitch;
 
   explicit Detent(const Values& values)
@@ -18,17 +26,8 @@ struct Detent final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"detent_force", "m/s^2", 0.0, 0.0, 100.0, "amplitude of a force that waves with the stroke"},
-    {"detent_pitch", "m", 0.01, 1e-4, 1.0, "stroke from wave to wave"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("detent_force") == 0.0) return nullptr;
-  return std::make_unique<Detent>(values);
-}
-
 }  // namespace
 
-const PartEntry kDetent = {"detent", kParameters, make};
+const PartEntry kDetent = {"detent", Detent::kParameters, Detent::make};
 
 }  // namespace shaker::sim

@@ -7,6 +7,16 @@ namespace shaker::sim {
 namespace {
 
 struct EndStop final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"end_stop_stiffness", "1/s^2", 0.0, 0.0, 1e7, "k of the buffer"},
+      {"end_stop_position", "m", 0.17, -1.0, 1.0, "stroke at which the buffer is met"},
+      {"end_stop_damping", "1/s", 0.0, 0.0, 1e4, "d of the buffer"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("end_stop_stiffness") == 0.0) return nullptr;
+    return std::make_unique<EndStop>(values);
+  }
+
   double k, position, d;
 
   explicit EndStop(const Values& values)
@@ -20,19 +30,8 @@ struct EndStop final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"end_stop_stiffness", "1/s^2", 0.0, 0.0, 1e7, "k of the buffer"},
-    {"end_stop_position", "m", 0.17, -1.0, 1.0, "stroke at which the buffer is met"},
-    {"end_stop_damping", "1/s", 0.0, 0.0, 1e4, "d of the buffer"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("end_stop_stiffness") == 0.0) return nullptr;
-  return std::make_unique<EndStop>(values);
-}
-
 }  // namespace
 
-const PartEntry kEndStop = {"end_stop", kParameters, make};
+const PartEntry kEndStop = {"end_stop", EndStop::kParameters, EndStop::make};
 
 }  // namespace shaker::sim

@@ -7,6 +7,13 @@ namespace shaker::sim {
 namespace {
 
 struct FreePlay final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"free_play", "m", 0.0, 0.0, 0.1, "half of the gap in which the spring does not pull"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("free_play") == 0.0) return nullptr;
+    return std::make_unique<FreePlay>(values);
+  }
+
   double stiffness, gap;
 
   explicit FreePlay(const Values& values)
@@ -16,16 +23,8 @@ struct FreePlay final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"free_play", "m", 0.0, 0.0, 0.1, "half of the gap in which the spring does not pull"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("free_play") == 0.0) return nullptr;
-  return std::make_unique<FreePlay>(values);
-}
-
 }  // namespace
 
-const PartEntry kFreePlay = {"free_play", kParameters, make};
+const PartEntry kFreePlay = {"free_play", FreePlay::kParameters, FreePlay::make};
 
 }  // namespace shaker::sim

@@ -48,20 +48,21 @@ struct HeatedGas final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"theta2", "m/s^2", 1.524, 1e-6, 1e6, "gas force at zero stroke, p0 A / M"},
-    {"theta3", "1/m", 5.31496, 1e-6, 1e3, "compactness of the gas column, A / V0"},
-    {"theta4", "1", 1.0, 0.1, 5.0, "polytropic index (without heat transfer)"},
-    {"gas_heat_tau", "s", 0.0, 0.0, 1e6, "time of heat exchange; 0: polytrope of index theta4"},
-    {"gas_gamma", "1", 1.4, 1.0, 2.0, "ratio of specific heats (with heat transfer)"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
-  if (values.at("gas_heat_tau") > 0.0) return std::make_unique<HeatedGas>(values, memory);
-  return std::make_unique<Polytrope>(values);
-}
+struct GasSpring {
+  static constexpr Parameter kParameters[] = {
+      {"theta2", "m/s^2", 1.524, 1e-6, 1e6, "gas force at zero stroke, p0 A / M"},
+      {"theta3", "1/m", 5.31496, 1e-6, 1e3, "compactness of the gas column, A / V0"},
+      {"theta4", "1", 1.0, 0.1, 5.0, "polytropic index (without heat transfer)"},
+      {"gas_heat_tau", "s", 0.0, 0.0, 1e6, "time of heat exchange; 0: polytrope of index theta4"},
+      {"gas_gamma", "1", 1.4, 1.0, 2.0, "ratio of specific heats (with heat transfer)"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
+    if (values.at("gas_heat_tau") > 0.0) return std::make_unique<HeatedGas>(values, memory);
+    return std::make_unique<Polytrope>(values);
+  }
+};
 
 }  // namespace
 
-const PartEntry kGasSpring = {"gas_spring", kParameters, make};
+const PartEntry kGasSpring = {"gas_spring", GasSpring::kParameters, GasSpring::make};
 
 }  // namespace shaker::sim

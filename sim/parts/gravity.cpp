@@ -5,6 +5,13 @@ namespace shaker::sim {
 namespace {
 
 struct Gravity final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"gravity", "m/s^2", 9.80665, 0.0, 100.0, "weight per unit mass"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    return std::make_unique<Gravity>(values);
+  }
+
   double g;
 
   explicit Gravity(const Values& values) : g(values.at("gravity")) {}
@@ -12,16 +19,8 @@ struct Gravity final : PlantPart {
   void add(const Motion&, Balance& sum) const override { sum.force -= g; }
 };
 
-constexpr Parameter kParameters[] = {
-    {"gravity", "m/s^2", 9.80665, 0.0, 100.0, "weight per unit mass"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  return std::make_unique<Gravity>(values);
-}
-
 }  // namespace
 
-const PartEntry kGravity = {"gravity", kParameters, make};
+const PartEntry kGravity = {"gravity", Gravity::kParameters, Gravity::make};
 
 }  // namespace shaker::sim

@@ -8,6 +8,14 @@ namespace shaker::sim {
 namespace {
 
 struct LaminarOrifice final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"laminar_speed", "m/s", 0.0, 0.0, 10.0, "v_c, below which the orifice flow is laminar"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("laminar_speed") == 0.0) return nullptr;
+    return std::make_unique<LaminarOrifice>(values);
+  }
+
   double theta1, v4;
 
   explicit LaminarOrifice(const Values& values)
@@ -20,17 +28,9 @@ struct LaminarOrifice final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"laminar_speed", "m/s", 0.0, 0.0, 10.0, "v_c, below which the orifice flow is laminar"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("laminar_speed") == 0.0) return nullptr;
-  return std::make_unique<LaminarOrifice>(values);
-}
-
 }  // namespace
 
-const PartEntry kLaminarOrifice = {"laminar_orifice", kParameters, make};
+const PartEntry kLaminarOrifice = {"laminar_orifice", LaminarOrifice::kParameters,
+                                   LaminarOrifice::make};
 
 }  // namespace shaker::sim

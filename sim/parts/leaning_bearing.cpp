@@ -8,6 +8,14 @@ namespace shaker::sim {
 namespace {
 
 struct LeaningBearing final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"leaning_friction", "1/s^2", 0.0, 0.0, 1e4, "s in the dry friction s |u - u0|"},
+      {"leaning_middle", "m", 0.16, -1.0, 1.0, "u0"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("leaning_friction") == 0.0) return nullptr;
+    return std::make_unique<LeaningBearing>(values);
+  }
+
   double slope, middle;
 
   explicit LeaningBearing(const Values& values)
@@ -17,17 +25,9 @@ struct LeaningBearing final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"leaning_friction", "1/s^2", 0.0, 0.0, 1e4, "s in the dry friction s |u - u0|"},
-    {"leaning_middle", "m", 0.16, -1.0, 1.0, "u0"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("leaning_friction") == 0.0) return nullptr;
-  return std::make_unique<LeaningBearing>(values);
-}
-
 }  // namespace
 
-const PartEntry kLeaningBearing = {"leaning_bearing", kParameters, make};
+const PartEntry kLeaningBearing = {"leaning_bearing", LeaningBearing::kParameters,
+                                   LeaningBearing::make};
 
 }  // namespace shaker::sim

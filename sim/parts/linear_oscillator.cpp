@@ -5,6 +5,14 @@ namespace shaker::sim {
 namespace {
 
 struct LinearOscillator final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"theta1", "1/s", 2.0, 0.0, 1e6, "damping"},
+      {"theta2", "1/s^2", 100.0, 1e-6, 1e9, "stiffness"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    return std::make_unique<LinearOscillator>(values);
+  }
+
   double theta1, theta2;
 
   explicit LinearOscillator(const Values& values)
@@ -15,17 +23,9 @@ struct LinearOscillator final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"theta1", "1/s", 2.0, 0.0, 1e6, "damping"},
-    {"theta2", "1/s^2", 100.0, 1e-6, 1e9, "stiffness"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  return std::make_unique<LinearOscillator>(values);
-}
-
 }  // namespace
 
-const PartEntry kLinearOscillator = {"linear_oscillator", kParameters, make};
+const PartEntry kLinearOscillator = {"linear_oscillator", LinearOscillator::kParameters,
+                                     LinearOscillator::make};
 
 }  // namespace shaker::sim

@@ -8,6 +8,16 @@ namespace shaker::sim {
 namespace {
 
 struct MeteringPin final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"metering_k1", "1", 0.0, 0.0, 0.8, "k1 of the pin"},
+      {"metering_k2", "1", 0.0, 0.0, 0.8, "k2 of the pin"},
+      {"metering_stroke", "m", 0.19, 0.001, 10.0, "stroke to which xi is referred"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("metering_k1") == 0.0 && values.at("metering_k2") == 0.0) return nullptr;
+    return std::make_unique<MeteringPin>(values);
+  }
+
   double theta1, k1, k2, stroke;
 
   explicit MeteringPin(const Values& values)
@@ -23,19 +33,8 @@ struct MeteringPin final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"metering_k1", "1", 0.0, 0.0, 0.8, "k1 of the pin"},
-    {"metering_k2", "1", 0.0, 0.0, 0.8, "k2 of the pin"},
-    {"metering_stroke", "m", 0.19, 0.001, 10.0, "stroke to which xi is referred"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("metering_k1") == 0.0 && values.at("metering_k2") == 0.0) return nullptr;
-  return std::make_unique<MeteringPin>(values);
-}
-
 }  // namespace
 
-const PartEntry kMeteringPin = {"metering_pin", kParameters, make};
+const PartEntry kMeteringPin = {"metering_pin", MeteringPin::kParameters, MeteringPin::make};
 
 }  // namespace shaker::sim

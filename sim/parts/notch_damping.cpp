@@ -8,6 +8,15 @@ namespace shaker::sim {
 namespace {
 
 struct NotchDamping final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"notch_factor", "1", 1.0, 0.0, 100.0, "orifice damping inside the notch over that outside"},
+      {"notch_centre", "m", 0.16, -1.0, 1.0, "stroke at the notch's middle"},
+      {"notch_width", "m", 5e-3, 1e-4, 1.0, "stroke from edge to edge"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("notch_factor") == 1.0) return nullptr;
+    return std::make_unique<NotchDamping>(values);
+  }
+
   double theta1, extra, centre, half;
 
   explicit NotchDamping(const Values& values)
@@ -23,18 +32,8 @@ struct NotchDamping final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"notch_factor", "1", 1.0, 0.0, 100.0, "orifice damping inside the notch over that outside"},
-    {"notch_centre", "m", 0.16, -1.0, 1.0, "stroke at the notch's middle"},
-    {"notch_width", "m", 5e-3, 1e-4, 1.0, "stroke from edge to edge"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("notch_factor") == 1.0) return nullptr;
-  return std::make_unique<NotchDamping>(values);
-}
-
 }  // namespace
 
-const PartEntry kNotchDamping = {"notch_damping", kParameters, make};
+const PartEntry kNotchDamping = {"notch_damping", NotchDamping::kParameters, NotchDamping::make};
 
 }  // namespace shaker::sim

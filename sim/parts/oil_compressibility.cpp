@@ -11,6 +11,15 @@ namespace shaker::sim {
 namespace {
 
 struct OilCompressibility final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"oil_stiffness", "1/s^2", 0.0, 0.0, 1e6,
+       "k_o of the oil in series with the orifice; 0: rigid"},
+      {"oil_laminar_speed", "m/s", 5e-3, 1e-5, 1.0, "q_l, below which the oil's flow is laminar"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
+    if (values.at("oil_stiffness") == 0.0) return nullptr;
+    return std::make_unique<OilCompressibility>(values, memory);
+  }
+
   double theta1, stiffness, laminar;
   std::size_t slot;
 
@@ -32,18 +41,9 @@ struct OilCompressibility final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"oil_stiffness", "1/s^2", 0.0, 0.0, 1e6,
-     "k_o of the oil in series with the orifice; 0: rigid"},
-    {"oil_laminar_speed", "m/s", 5e-3, 1e-5, 1.0, "q_l, below which the oil's flow is laminar"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
-  if (values.at("oil_stiffness") == 0.0) return nullptr;
-  return std::make_unique<OilCompressibility>(values, memory);
-}
-
 }  // namespace
 
-const PartEntry kOilCompressibility = {"oil_compressibility", kParameters, make};
+const PartEntry kOilCompressibility = {"oil_compressibility", OilCompressibility::kParameters,
+                                       OilCompressibility::make};
 
 }  // namespace shaker::sim

@@ -5,6 +5,13 @@ namespace shaker::sim {
 namespace {
 
 struct OrificeDamping final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"theta1", "1/m", 16.6667, 0.0, 1e6, "orifice damping, theta1 |v| v"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    return std::make_unique<OrificeDamping>(values);
+  }
+
   double theta1;
 
   explicit OrificeDamping(const Values& values) : theta1(values.at("theta1")) {}
@@ -12,16 +19,9 @@ struct OrificeDamping final : PlantPart {
   void add(const Motion& m, Balance& sum) const override { sum.force += theta1 * m.speed() * m.v; }
 };
 
-constexpr Parameter kParameters[] = {
-    {"theta1", "1/m", 16.6667, 0.0, 1e6, "orifice damping, theta1 |v| v"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  return std::make_unique<OrificeDamping>(values);
-}
-
 }  // namespace
 
-const PartEntry kOrificeDamping = {"orifice_damping", kParameters, make};
+const PartEntry kOrificeDamping = {"orifice_damping", OrificeDamping::kParameters,
+                                   OrificeDamping::make};
 
 }  // namespace shaker::sim

@@ -6,6 +6,15 @@ namespace shaker::sim {
 namespace {
 
 struct PreslidingFriction final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"presliding_friction", "m/s^2", 0.0, 0.0, 100.0,
+       "f_c, reached after the presliding distance"},
+      {"presliding_distance", "m", 1e-3, 1e-6, 0.1, "z0, over which the friction builds up"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
+    if (values.at("presliding_friction") == 0.0) return nullptr;
+    return std::make_unique<PreslidingFriction>(values, memory);
+  }
+
   double level, distance;
   std::size_t slot;
 
@@ -22,17 +31,9 @@ struct PreslidingFriction final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"presliding_friction", "m/s^2", 0.0, 0.0, 100.0, "f_c, reached after the presliding distance"},
-    {"presliding_distance", "m", 1e-3, 1e-6, 0.1, "z0, over which the friction builds up"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
-  if (values.at("presliding_friction") == 0.0) return nullptr;
-  return std::make_unique<PreslidingFriction>(values, memory);
-}
-
 }  // namespace
 
-const PartEntry kPreslidingFriction = {"presliding_friction", kParameters, make};
+const PartEntry kPreslidingFriction = {"presliding_friction", PreslidingFriction::kParameters,
+                                       PreslidingFriction::make};
 
 }  // namespace shaker::sim

@@ -8,6 +8,13 @@ namespace shaker::sim {
 namespace {
 
 struct RealGas final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"gas_virial", "1", 0.0, -0.1, 0.1, "B of the gas's deviation from an ideal one"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("gas_virial") == 0.0) return nullptr;
+    return std::make_unique<RealGas>(values);
+  }
+
   double theta3, virial;
 
   explicit RealGas(const Values& values)
@@ -21,16 +28,8 @@ struct RealGas final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"gas_virial", "1", 0.0, -0.1, 0.1, "B of the gas's deviation from an ideal one"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("gas_virial") == 0.0) return nullptr;
-  return std::make_unique<RealGas>(values);
-}
-
 }  // namespace
 
-const PartEntry kRealGas = {"real_gas", kParameters, make};
+const PartEntry kRealGas = {"real_gas", RealGas::kParameters, RealGas::make};
 
 }  // namespace shaker::sim

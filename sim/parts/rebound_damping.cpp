@@ -5,6 +5,15 @@ namespace shaker::sim {
 namespace {
 
 struct ReboundDamping final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"rebound_factor", "1", 1.0, 0.0, 100.0,
+       "orifice damping in extension over that in compression"},
+  };
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("rebound_factor") == 1.0) return nullptr;
+    return std::make_unique<ReboundDamping>(values);
+  }
+
   double extra;
 
   explicit ReboundDamping(const Values& values)
@@ -15,18 +24,9 @@ struct ReboundDamping final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"rebound_factor", "1", 1.0, 0.0, 100.0,
-     "orifice damping in extension over that in compression"},
-};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("rebound_factor") == 1.0) return nullptr;
-  return std::make_unique<ReboundDamping>(values);
-}
-
 }  // namespace
 
-const PartEntry kReboundDamping = {"rebound_damping", kParameters, make};
+const PartEntry kReboundDamping = {"rebound_damping", ReboundDamping::kParameters,
+                                   ReboundDamping::make};
 
 }  // namespace shaker::sim

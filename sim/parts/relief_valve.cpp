@@ -5,6 +5,14 @@ namespace shaker::sim {
 namespace {
 
 struct ReliefValve final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"relief_force", "m/s^2", 0.0, 0.0, 1e3, "f_rel, at which the valve opens; 0: never"},
+      {"relief_share", "1", 0.3, 0.0, 1.0, "k, what is left of the rise past f_rel"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("relief_force") == 0.0) return nullptr;
+    return std::make_unique<ReliefValve>(values);
+  }
+
   double theta1, opening, share;
 
   explicit ReliefValve(const Values& values)
@@ -19,17 +27,8 @@ struct ReliefValve final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"relief_force", "m/s^2", 0.0, 0.0, 1e3, "f_rel, at which the valve opens; 0: never"},
-    {"relief_share", "1", 0.3, 0.0, 1.0, "k, what is left of the rise past f_rel"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("relief_force") == 0.0) return nullptr;
-  return std::make_unique<ReliefValve>(values);
-}
-
 }  // namespace
 
-const PartEntry kReliefValve = {"relief_valve", kParameters, make};
+const PartEntry kReliefValve = {"relief_valve", ReliefValve::kParameters, ReliefValve::make};
 
 }  // namespace shaker::sim

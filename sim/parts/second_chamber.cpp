@@ -9,6 +9,15 @@ namespace shaker::sim {
 namespace {
 
 struct SecondChamber final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"second_chamber_knee", "m", 0.0, 0.0, 1.0, "u_k, where the second chamber opens; 0: never"},
+      {"second_chamber_share", "1", 0.5, 0.0, 1.0,
+       "s, share of the stroke beyond that compresses"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
+    if (values.at("second_chamber_knee") == 0.0) return nullptr;
+    return std::make_unique<SecondChamber>(values);
+  }
+
   double theta2, theta3, theta4, knee, share;
 
   explicit SecondChamber(const Values& values)
@@ -27,17 +36,9 @@ struct SecondChamber final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"second_chamber_knee", "m", 0.0, 0.0, 1.0, "u_k, where the second chamber opens; 0: never"},
-    {"second_chamber_share", "1", 0.5, 0.0, 1.0, "s, share of the stroke beyond that compresses"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory&) {
-  if (values.at("second_chamber_knee") == 0.0) return nullptr;
-  return std::make_unique<SecondChamber>(values);
-}
-
 }  // namespace
 
-const PartEntry kSecondChamber = {"second_chamber", kParameters, make};
+const PartEntry kSecondChamber = {"second_chamber", SecondChamber::kParameters,
+                                  SecondChamber::make};
 
 }  // namespace shaker::sim

@@ -9,6 +9,15 @@ namespace shaker::sim {
 namespace {
 
 struct Tyre final : PlantPart {
+  static constexpr Parameter kParameters[] = {
+      {"tyre_stiffness", "1/s^2", 0.0, 0.0, 1e7, "k_t of the tyre under the damper; 0: no tyre"},
+      {"tyre_damping", "1/s", 5.0, 0.0, 1e4, "c_t of the tyre"},
+      {"unsprung_mass", "1", 0.05, 1e-3, 10.0, "m between damper and tyre"}};
+  static std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
+    if (values.at("tyre_stiffness") == 0.0) return nullptr;
+    return std::make_unique<Tyre>(values, memory);
+  }
+
   double stiffness, damping, mass, gravity;
   std::size_t w, speed;
 
@@ -30,18 +39,8 @@ struct Tyre final : PlantPart {
   }
 };
 
-constexpr Parameter kParameters[] = {
-    {"tyre_stiffness", "1/s^2", 0.0, 0.0, 1e7, "k_t of the tyre under the damper; 0: no tyre"},
-    {"tyre_damping", "1/s", 5.0, 0.0, 1e4, "c_t of the tyre"},
-    {"unsprung_mass", "1", 0.05, 1e-3, 10.0, "m between damper and tyre"}};
-
-std::unique_ptr<PlantPart> make(const Values& values, Memory& memory) {
-  if (values.at("tyre_stiffness") == 0.0) return nullptr;
-  return std::make_unique<Tyre>(values, memory);
-}
-
 }  // namespace
 
-const PartEntry kTyre = {"tyre", kParameters, make};
+const PartEntry kTyre = {"tyre", Tyre::kParameters, Tyre::make};
 
 }  // namespace shaker::sim

@@ -5,6 +5,8 @@
 #include <limits>
 #include <tuple>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -164,7 +166,7 @@ class Search {
       MatrixXd variance = covariance_of(run.datum) + own + open(*rival, theirs);
       if (run.datum.clock.size() > 0) variance += run.datum.clock * run.datum.clock.transpose();
       const VectorXd apart = mine.value() - theirs.value();
-      all.add(std::sqrt(apart.dot(variance.ldlt().solve(apart))));
+      all.add(std::sqrt(apart.dot(Ldlt(variance).solve(apart))));
     }
     return all;
   }

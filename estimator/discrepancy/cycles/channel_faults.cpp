@@ -15,18 +15,18 @@ constexpr double kSure = 8.0;        // standard errors
 
 constexpr std::size_t kFewestForSpikes = 32;
 constexpr std::size_t kMostSpikes = 3;
-constexpr std::size_t kTouched = 2;  // samples on each side that a spike puts off too
-constexpr double kFarOff = 6.0;      // times the next
-constexpr double kOwnShare = 1.25;   // of its neighbours: 1.5 of a spike, 1 of a jump
+constexpr std::size_t kTouched = 2;   // samples on each side that a spike puts off too
+constexpr double kFarOffTimes = 6.0;  // times the next
+constexpr double kOwnShare = 1.25;    // of its neighbours: 1.5 of a spike, 1 of a jump
 
-struct Line {
+struct PhaseLine {
   double slope = 0.0, standard_error = 0.0;
 };
 
-Line line_through(const Eigen::VectorXd& y) {
+PhaseLine line_through(const Eigen::VectorXd& y) {
   const auto n = static_cast<double>(y.size());
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(y.size(), -0.5 * (n - 1.0), 0.5 * (n - 1.0));
-  Line line;
+  PhaseLine line;
   line.slope = x.dot(y) / x.squaredNorm();
   const double left = (y.array() - y.mean() - line.slope * x.array()).matrix().squaredNorm();
   line.standard_error = std::sqrt(left / std::max(n - 2.0, 1.0) / x.squaredNorm());
@@ -45,7 +45,7 @@ double clock_slip(const Eigen::MatrixXd& response) {
     if (k > 0) phase[k] -= std::round(phase[k] - phase[k - 1]);
     size[k] = std::log(std::max(std::hypot(row[1], row[2]), 1e-300)) / kTwoPi;
   }
-  const Line whole = line_through(phase);
+  const PhaseLine whole = line_through(phase);
   const double early = line_through(phase.head(kept / 2 + 1)).slope;
   const double late = line_through(phase.tail(kept / 2 + 1)).slope;
   const double slip = std::fabs(whole.slope);
@@ -73,7 +73,7 @@ std::vector<std::size_t> lone_spikes(std::span<const double> y) {
     farthest.push_back(at);
   }
   for (std::size_t k = kMostSpikes; k > 0; --k) {
-    if (!(off[farthest[k - 1]] > kFarOff * off[farthest[k]])) continue;
+    if (!(off[farthest[k - 1]] > kFarOffTimes * off[farthest[k]])) continue;
     farthest.resize(k);
     std::erase_if(farthest, [&](std::size_t i) {
       const double others = std::max(off[i - 1], off[i + 1]);

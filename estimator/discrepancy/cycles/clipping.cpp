@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/discrepancy/cycles/quantum.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -103,7 +104,7 @@ Flank flank_of(const Ended& end, const std::vector<Flat>& flats, Eigen::Index sa
   const Eigen::VectorXd j = Eigen::VectorXd::LinSpaced(samples, 1.0, static_cast<double>(samples));
   Eigen::MatrixXd basis(samples, 3);
   basis << Eigen::VectorXd::Ones(samples), j, j.cwiseAbs2();
-  const auto solver = basis.colPivHouseholderQr();
+  const PivotedQr solver(basis);
   const auto wide = static_cast<std::size_t>(samples);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero(), squares = Eigen::Vector3d::Zero();
   double seen = 0.0, left = 0.0;

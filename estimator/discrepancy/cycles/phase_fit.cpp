@@ -10,9 +10,9 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kSteadyShare = 0.02;  // of the amplitude: more is a ramp
-constexpr double kFarOff = 6.0;        // standard deviations of a block's phase
-constexpr double kNoTurn = 1e-9;       // of a turn: what rounding leaves
+constexpr double kSteadyShare = 0.02;      // of the amplitude: more is a ramp
+constexpr double kFarOffDeviations = 6.0;  // standard deviations of a block's phase
+constexpr double kNoTurn = 1e-9;           // of a turn: what rounding leaves
 constexpr std::size_t kFewestBlocks = 5;
 
 struct Block {
@@ -79,14 +79,14 @@ std::pair<std::size_t, std::size_t> longest_steady(const std::vector<Block>& blo
 }
 
 // Turns of the blocks [first, last), counted on from block to block, over time: a straight line.
-struct Line {
+struct BlockLine {
   double origin = 0.0, at_origin = 0.0, slope = 0.0;
   double operator()(double t) const { return at_origin + slope * (t - origin); }
 };
 
-Line line_through(const std::vector<Block>& blocks, std::size_t first, std::size_t last) {
+BlockLine line_through(const std::vector<Block>& blocks, std::size_t first, std::size_t last) {
   const auto count = static_cast<double>(last - first);
-  Line line;
+  BlockLine line;
   line.origin = blocks[first].middle;
   double st = 0.0, sp = 0.0, stt = 0.0, stp = 0.0;
   for (std::size_t i = first; i < last; ++i) {
@@ -107,13 +107,13 @@ Line line_through(const std::vector<Block>& blocks, std::size_t first, std::size
 void leave_out_ramps(const std::vector<Block>& blocks, std::size_t& first, std::size_t& last) {
   const std::size_t fewest = std::max(kFewestBlocks, (last - first) / 2);
   while (last - first > fewest) {
-    const Line line = line_through(blocks, first + 1, last - 1);
+    const BlockLine line = line_through(blocks, first + 1, last - 1);
     std::vector<double> off;
     for (std::size_t i = first + 1; i + 1 < last; ++i)
       off.push_back(std::fabs(blocks[i].turns - line(blocks[i].middle)));
     std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2),
                      off.end());
-    const double limit = kFarOff * 1.48 * off[off.size() / 2] + kNoTurn;
+    const double limit = kFarOffDeviations * 1.48 * off[off.size() / 2] + kNoTurn;
     const double front = std::fabs(blocks[first].turns - line(blocks[first].middle));
     const double back = std::fabs(blocks[last - 1].turns - line(blocks[last - 1].middle));
     if (std::max(front, back) <= limit) return;
@@ -141,7 +141,7 @@ PhaseFit fit_phase(const std::vector<double>& t, const std::vector<double>& driv
       blocks[i].turns += std::round(expected - blocks[i].turns);
     }
     leave_out_ramps(blocks, first, last);
-    const Line line = line_through(blocks, first, last);
+    const BlockLine line = line_through(blocks, first, last);
     fit.frequency_hz = line.slope;
     fit.offset = line(0.0);
     fit.amplitude = 0.0;

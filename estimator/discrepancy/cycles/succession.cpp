@@ -4,9 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include <boost/math/distributions/fisher_f.hpp>
-
 #include "estimator/math/dense.hpp"
+#include "estimator/statistics.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -20,8 +19,7 @@ constexpr double kSubharmonicProbability = 1e-6;
 
 double upper_tail(double ratio, double numerator, double denominator) {
   if (!(ratio > 0.0) || !std::isfinite(ratio)) return ratio > 0.0 ? 0.0 : 1.0;
-  return boost::math::cdf(
-      boost::math::complement(boost::math::fisher_f(numerator, denominator), ratio));
+  return fisher_f_above(ratio, numerator, denominator);
 }
 
 // Standard deviation of each component from the differences of neighbours, which a slow drift

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -75,14 +76,14 @@ std::vector<std::size_t> fit_cycles(const Recording& run, const PhaseFit& phase,
     if (tau.empty()) continue;
     const Eigen::MatrixXd basis = basis_at(tau, harmonics);
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(basis.cols(), basis.cols());
-    normal.selfadjointView<Eigen::Lower>().rankUpdate(basis.transpose());
-    const Eigen::LLT<Eigen::MatrixXd> factor(normal.selfadjointView<Eigen::Lower>());
-    if (factor.info() != Eigen::Success) continue;
+    add_gram(normal, basis);
+    const Cholesky factor(normal);
+    if (!factor.positive()) continue;
     bool finite = true;
     for (const CycleChannel& channel : channels) {
       const Eigen::Map<const Eigen::VectorXd> values(&(*channel.samples)[cycles.first[k]],
                                                      basis.rows());
-      const Eigen::VectorXd curve = factor.solve(basis.transpose() * values);
+      const Eigen::VectorXd curve = factor.solve(Eigen::VectorXd(basis.transpose() * values));
       finite = finite && curve.allFinite();
       channel.rows->row(static_cast<Eigen::Index>(fitted.size())) =
           curve.head(channel.rows->cols());

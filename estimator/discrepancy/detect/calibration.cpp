@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -42,12 +44,12 @@ Projector::Projector(const MatrixXd& jacobian) {
     const double length = unit.col(k).norm();
     if (length > 0.0) unit.col(k) /= length;
   }
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(unit);
+  const PivotedQr qr(unit);
   Index rank = 0;
-  const auto diagonal = qr.matrixQR().diagonal();
+  const VectorXd diagonal = qr.pivots();
   while (rank < diagonal.size() && std::fabs(diagonal[rank]) > kRankTolerance)
     ++rank;
-  basis_ = qr.householderQ() * MatrixXd::Identity(unit.rows(), rank);
+  basis_ = qr.basis(rank);
 }
 
 MatrixXd Projector::operator()(const MatrixXd& columns) const {

@@ -17,7 +17,8 @@ using Eigen::VectorXd;
 // root.
 constexpr double kRoots[] = {2.0, 2.0, 4.0, 4.0, 8.0};
 constexpr std::size_t kFewest = 4, kMost = 7;  // rungs
-constexpr double kTrifle = 0.02;  // of what the limit leaves of the run: what is far off stays so
+constexpr double kTrifleOfRest =
+    0.02;  // of what the limit leaves of the run: what is far off stays so
 // Twice as wide as a step makes them sharpest: there the grid's own error is a hundredth.
 constexpr int kPointsAWidth = 2;
 
@@ -40,7 +41,7 @@ struct Climb {
     if (values.size() < kFewest) return;
     limit = eliminated(values, datum);
     const double left = whitened(datum, datum.response - limit->value).norm();
-    settled = whitened(datum, limit->open).norm() < std::max(most, kTrifle * left);
+    settled = whitened(datum, limit->open).norm() < std::max(most, kTrifleOfRest * left);
   }
 };
 

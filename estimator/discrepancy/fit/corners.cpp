@@ -19,10 +19,10 @@ constexpr double kLittle = 0.5;                 // of chi-squared: what leaves m
 constexpr double kTrifle = 0.1;                 // standard errors, of all harmonics together
 constexpr double kOpenAtFirst = 2.0;            // the same, of a first limit
 constexpr double kOpenStill = 2.0 * kLeftOpen;  // of one that was taken with other errors
-constexpr double kReach = 2.0;     // the same, that a fit at a limit may go on by its slopes
-constexpr int kMostSteps = 25;     // of a fit that begins at the last grid's
-constexpr double kOnTheWay = 0.5;  // of chi-squared: tolerance of the coarser grids
-constexpr double kNeeded = 0.5;    // of what is needed: the parameters follow
+constexpr double kReach = 2.0;      // the same, that a fit at a limit may go on by its slopes
+constexpr int kMaxRefitSteps = 25;  // of a fit that begins at the last grid's
+constexpr double kOnTheWay = 0.5;   // of chi-squared: tolerance of the coarser grids
+constexpr double kNeeded = 0.5;     // of what is needed: the parameters follow
 
 // The next finer grid changes the prediction by a share of what is left that could matter.
 bool worth_sharpening(const HarmonicFit& first, const std::vector<RunDatum>& data, int points,
@@ -198,8 +198,8 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
     if (!limits) return std::nullopt;
     const double off = apart(*sharp.fit, *limits, data);
     sharp.data = with_lack(sharp, *limits, data);
-    sharp.fit =
-        refitted(*sharp.fit, *sharp.data, level_of(options, points, kMostSteps, options.tolerance));
+    sharp.fit = refitted(*sharp.fit, *sharp.data,
+                         level_of(options, points, kMaxRefitSteps, options.tolerance));
     if (!sharp.fit->predicts_all) return std::nullopt;
     const double step = apart(*sharp.fit, *limits, data);
     const bool settled = round > 1 && off * step * step < kTrifle * last_step * last_step;
@@ -221,7 +221,7 @@ std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDa
     set_limit((*sharp)[r], limit);
   }
   const int points = fit.predictions.front().points();
-  auto again = refitted(fit, *sharp, level_of(options, points, kMostSteps, options.tolerance));
+  auto again = refitted(fit, *sharp, level_of(options, points, kMaxRefitSteps, options.tolerance));
   if (!again->converged || !again->predicts_all) return std::nullopt;
   const auto size = static_cast<Index>(fit.theta.size());
   const VectorXd by =
@@ -246,7 +246,7 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
   int points = options.points;
   for (int k = 0; k < (record ? kLevelsOfRecord : kLevels); ++k, points *= 2) {
     auto finer = refitted(fits.empty() ? first : *fits.back(), data,
-                          level_of(options, points, kMostSteps, kOnTheWay));
+                          level_of(options, points, kMaxRefitSteps, kOnTheWay));
     if (!finer->predicts_all) break;
     fits.push_back(std::move(finer));
     if (!record && k > 0 && leaves_more(*fits[0], *fits[1], worth.hopeless)) return std::nullopt;

@@ -7,6 +7,7 @@
 #include "estimator/discrepancy/records/transient_cosines.hpp"
 #include "estimator/discrepancy/records/transient_seen.hpp"
 #include "estimator/math/aligned.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/time/state_equations.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -97,7 +98,7 @@ MatrixXd over_excitation(const Model& model, const std::vector<double>& theta,
     s = (one + half * linear->a[now - 1]) * s;
     s += half * linear->b.row(i - 1).transpose() * waves.row(i - 1);
     s += half * linear->b.row(i).transpose() * waves.row(i);
-    s = MatrixXd((one - half * linear->a[now]).partialPivLu().solve(s));
+    s = solve_square(one - half * linear->a[now], s);
     curves.row(i).head(count) = s.row(seen);
   }
   VectorXd motion = states.col(seen);

@@ -15,10 +15,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMostSteps = 60;
-constexpr int kLaps = 2;              // of a march: the first forgets how it began
-constexpr double kDifference = 1e-4;  // of the motion, for slopes over it
-constexpr int kFiner = 2;             // steps of a march between two points
+constexpr int kMaxMotionSteps = 60;
+constexpr int kLaps = 2;                // of a march: the first forgets how it began
+constexpr double kDifference = 1e-4;    // of the motion, for slopes over it
+constexpr int kStepsBetweenPoints = 2;  // steps of a march between two points
 
 }  // namespace
 
@@ -43,13 +43,14 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
   force_.resize(n_);
   slope_.resize(n_, p_);
   if (parts_in_series(model)) {
-    const MatrixXd fine = synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), kFiner * n_);
+    const MatrixXd fine =
+        synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), kStepsBetweenPoints * n_);
     const auto laps = [&](const VectorXd& harmonics) -> VectorXd {
       return (fine * harmonics).replicate(kLaps, 1);
     };
     march_ = std::make_unique<MotionMarch>(
         model,
-        Motion{1.0 / (frequency_ * kFiner * n_), laps(motion), laps(rate),
+        Motion{1.0 / (frequency_ * kStepsBetweenPoints * n_), laps(motion), laps(rate),
                laps(derivative(rate, frequency_)), VectorXd()},
         false);
     return;
@@ -114,7 +115,7 @@ bool ImposedMotion::factorise() {
 bool ImposedMotion::solve_memory(std::span<const double> theta) {
   const int stride = 1 + p_;
   if (!evaluate(theta)) return false;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxMotionSteps; ++step) {
     if (!factorise()) return false;
     for (int i = 0; i < n_; ++i) {
       for (int d = 1; d < s_; ++d) {
@@ -158,10 +159,10 @@ bool ImposedMotion::at(std::span<const double> theta) {
   theta_.assign(theta.begin(), theta.end());
   if (march_) {
     if (!march_->at(theta)) return false;
-    const Index first = (kLaps - 1) * kFiner * n_;
+    const Index first = (kLaps - 1) * kStepsBetweenPoints * n_;
     for (int i = 0; i < n_; ++i) {
-      force_[i] = march_->force()[first + kFiner * i];
-      slope_.row(i) = march_->slope().row(first + kFiner * i);
+      force_[i] = march_->force()[first + kStepsBetweenPoints * i];
+      slope_.row(i) = march_->slope().row(first + kStepsBetweenPoints * i);
     }
     return true;
   }

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -107,7 +109,7 @@ bool MotionMarch::step(int i, std::span<const double> theta) {
   // At the first point there is no rate: what is memory stays at rest.
   for (int round = 0; i > 0 && round < kMostNewton; ++round) {
     jacobian();
-    const VectorXd move = slope.partialPivLu().solve(h);
+    const VectorXd move = solve_square(slope, h);
     if (!move.allFinite()) return false;
     double share = 1.0;
     bool better = false;
@@ -143,7 +145,7 @@ bool MotionMarch::step(int i, std::span<const double> theta) {
               one_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][0] * s_history(e, k);
       }
     }
-    s_now = slope.partialPivLu().solve(right);
+    s_now = solve_square(slope, right);
   } else {
     s_now.setZero();
   }

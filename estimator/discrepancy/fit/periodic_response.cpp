@@ -10,7 +10,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr int kMostSteps = 12;  // of Newton's method from a solution nearby
+constexpr int kMaxNewtonSteps = 12;  // of Newton's method from a solution nearby
 // m/s^2, of the balance. The step that Newton's method has ready there is taken too, and leaves the
 // square of that: far below noise.
 constexpr double kTolerance = 1e-4;
@@ -50,10 +50,10 @@ int PeriodicResponse::look_at(Quantity quantity) {
 
 bool PeriodicResponse::solve(const std::vector<double>& theta, HowFar search) {
   // Damped steps towards sharp corners are many, and still a hundredth of those from rest.
-  const int most = search == HowFar::near ? kMostSteps : kPatientSteps;
+  const int most = search == HowFar::near ? kMaxNewtonSteps : kPatientSteps;
   if (current_) {
     follow(theta);
-    if (landed(system_.solve(theta, kMostSteps, kTolerance))) return true;
+    if (landed(system_.solve(theta, kMaxNewtonSteps, kTolerance))) return true;
     begin_at(kept_);
   }
   if (solved_ && landed(system_.solve(theta, most, kTolerance))) return true;

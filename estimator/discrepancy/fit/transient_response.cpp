@@ -9,6 +9,7 @@
 
 #include "estimator/discrepancy/records/transient_run.hpp"
 #include "estimator/discrepancy/records/transient_seen.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/time/integration_impl.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -19,11 +20,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kArcs = 32, kFewestInArc = 24;
-constexpr int kMostSteps = 8;     // of the integration between two samples
-constexpr int kFiner = 4;         // times as many points of the excitation as samples
-constexpr int kMostRounds = 8;    // of closing the arcs
-constexpr double kClosed = 1e-4;  // of a state's size: a linear correction does the rest
-constexpr double kFelt = 0.1;     // of all data's standard errors together: what steps may move
+constexpr int kMaxStepsPerSample = 8;  // of the integration between two samples
+constexpr int kPointsPerSample = 4;    // times as many points of the excitation as samples
+constexpr int kMostRounds = 8;         // of closing the arcs
+constexpr double kClosed = 1e-4;       // of a state's size: a linear correction does the rest
+constexpr double kFelt = 0.1;  // of all data's standard errors together: what steps may move
 constexpr double kUnstable = 2.6;
 constexpr double kStable = 1.2;  // rate of the fastest decay times the step
 
@@ -52,10 +53,10 @@ Excitation excitation_of(const SampledRun& run) {
   for (Index i = 0; i < n; ++i)
     rest[i] -= trend(static_cast<double>(i) + 0.5);
   const VectorXd series = CosineTransform(n).analyse(rest, n);
-  const VectorXd fine = CosineTransform(kFiner * n).synthesise(series);
+  const VectorXd fine = CosineTransform(kPointsPerSample * n).synthesise(series);
   std::vector<double> t, x;
-  for (Index i = 0; i < kFiner * n; ++i) {
-    const double at = (static_cast<double>(i) + 0.5) / kFiner;
+  for (Index i = 0; i < kPointsPerSample * n; ++i) {
+    const double at = (static_cast<double>(i) + 0.5) / kPointsPerSample;
     t.push_back(at * run.dt);
     x.push_back(fine[i] + trend(at));
   }
@@ -158,8 +159,8 @@ int TransientResponse::steps_between_samples(const std::vector<double>& theta) c
   }
   // Not an int before it is known to fit: a wild trial's slopes know no bounds.
   const double steps = std::max(1.0 * least_steps_, std::ceil(fastest * run_->dt / kStable));
-  if (steps <= kMostSteps) return static_cast<int>(steps);
-  return fastest * run_->dt / kMostSteps < kUnstable ? kMostSteps : 0;
+  if (steps <= kMaxStepsPerSample) return static_cast<int>(steps);
+  return fastest * run_->dt / kMaxStepsPerSample < kUnstable ? kMaxStepsPerSample : 0;
 }
 
 bool TransientResponse::integrate(const std::vector<double>& theta) {
@@ -243,10 +244,10 @@ double TransientResponse::correct() {
     const bool memory = j >= model_->mechanical() && j < equations_.coordinates();
     gram(j, j) += memory ? std::max(1.0, ridge) : ridge;
   }
-  const Eigen::LDLT<MatrixXd> factor(gram);
+  const Ldlt factor(gram);
   const VectorXd e = whitened(datum_, datum_.response - series.col(0));
-  const VectorXd step = factor.solve(start.transpose() * e);
-  const MatrixXd suited = factor.solve(start.transpose() * over);
+  const VectorXd step = factor.solve(VectorXd(start.transpose() * e));
+  const MatrixXd suited = factor.solve(MatrixXd(start.transpose() * over));
   value_ = series.col(0) + of_start * step;
   jacobian_ = series.rightCols(model_->parameter_count()) - of_start * suited;
   double largest = 0.0;
@@ -300,10 +301,10 @@ bool TransientResponse::close(const std::vector<double>& theta) {
 // after its start adds up the phase that each step loses.
 void TransientResponse::settle_steps(const std::vector<double>& theta) {
   steps_settled_ = true;
-  while (steps_ < kMostSteps) {
+  while (steps_ < kMaxStepsPerSample) {
     const int coarse = least_steps_;
     const VectorXd value = value_;
-    least_steps_ = std::min(2 * steps_, kMostSteps);
+    least_steps_ = std::min(2 * steps_, kMaxStepsPerSample);
     const bool closed = close(theta);
     if (closed && whitened(datum_, value_ - value).norm() > kFelt) continue;
     least_steps_ = coarse;

@@ -115,17 +115,17 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise) const 
     const double norm = nuisance.col(k).norm();
     if (norm > 0.0) nuisance.col(k) /= norm;
   }
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(nuisance);
-  qr.setThreshold(1e-9);
+  PivotedQr qr(nuisance);
+  qr.set_threshold(1e-9);
   const Index left = nuisance.rows() - qr.rank();
-  const VectorXd residual = (qr.householderQ().adjoint() * data.residual).bottomRows(left);
-  MatrixXd reach = (qr.householderQ().adjoint() * data.reach).bottomRows(left);
+  const VectorXd residual = qr.rotated(data.residual).bottomRows(left);
+  MatrixXd reach = qr.rotated(data.reach).bottomRows(left);
   VectorXd seen = residual;
   double unreached = 0.0, unreached_count = 0.0;
   if (left > size()) {  // only the directions that any surface reaches
-    const Eigen::HouseholderQR<MatrixXd> compress(reach);
-    seen = (compress.householderQ().adjoint() * residual).head(size());
-    reach = compress.matrixQR().topRows(size()).triangularView<Eigen::Upper>().toDenseMatrix();
+    Triangle compressed = triangle_of(reach, residual);
+    seen = std::move(compressed.rotated);
+    reach = std::move(compressed.r);
     unreached = residual.squaredNorm() - seen.squaredNorm();
     unreached_count = static_cast<double>(left - size());
   }
@@ -151,7 +151,7 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise) const 
     }
   }
   // Posterior over the coefficients; its covariance by the eigenvectors of what is seen.
-  const MatrixXd root = prior.llt().matrixL();
+  const MatrixXd root = Cholesky(prior).root();
   const MatrixXd through = reach * root;
   const Spectrum eigen = spectrum_of(through.transpose() * through);
   const VectorXd precision = eigen.values.cwiseMax(0.0).array() / noise + 1.0;

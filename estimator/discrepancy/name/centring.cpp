@@ -14,22 +14,22 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kWorthCentring = 5.0;         // of chi-squared: less is chance
+constexpr double kCentringGain = 5.0;          // of chi-squared: less is chance
 constexpr double kTrifle = 0.1;                // of chi-squared, that a step promises
 constexpr double kDifference = 1e-3;           // of the place
 constexpr double kReach = 0.25;                // of the place, of a first step
 constexpr int kRounds = 12, kFollowing = 200;  // steps of the parameters that follow
 
-struct Step {
+struct CentringStep {
   double place = 0.0;
   VectorXd theta;     // of the parameters that are free, along with it
   double gain = 0.0;  // of chi-squared, that is promised
 };
 
 // Gauss-Newton, with the parameters following; nothing where the place cannot be seen.
-std::optional<Step> step_of(const HarmonicFit& fit, const HarmonicFit& lower,
-                            const HarmonicFit& upper, double apart,
-                            const std::vector<RunDatum>& data) {
+std::optional<CentringStep> step_of(const HarmonicFit& fit, const HarmonicFit& lower,
+                                    const HarmonicFit& upper, double apart,
+                                    const std::vector<RunDatum>& data) {
   const VectorXd residual = stacked_residual(fit, data);
   const VectorXd change = (stacked_residual(lower, data) - stacked_residual(upper, data)) / apart;
   const MatrixXd jacobian = stacked_jacobian(fit, data, fit.free);
@@ -37,7 +37,7 @@ std::optional<Step> step_of(const HarmonicFit& fit, const HarmonicFit& lower,
   const VectorXd seen = project(change);
   const double visible = seen.squaredNorm();
   if (!std::isfinite(visible) || visible < 1e-12 * change.squaredNorm()) return std::nullopt;
-  Step step;
+  CentringStep step;
   const double along = seen.dot(residual);
   step.place = along / visible;
   step.gain = along * along / visible;
@@ -85,7 +85,7 @@ void Refits::centre(Hypothesis& h, std::size_t line) const {
     if (!(won > 0.0)) reach = 0.25 * std::fabs(moved);
     if (std::fabs(won) < kTrifle) break;
   }
-  if (at_first - h.fit->chi_squared > kWorthCentring) h.fitted_constants = 1;
+  if (at_first - h.fit->chi_squared > kCentringGain) h.fitted_constants = 1;
 }
 
 }  // namespace shaker::estimator::discrepancy

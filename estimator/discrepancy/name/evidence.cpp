@@ -52,7 +52,7 @@ std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<R
     // What the other runs leave open of this one: e of the run left out is M^-1 e, its covariance
     // M^-1, with M = I - J (sum J'J)^-1 J'.
     // It is the identity but along the few columns of J.
-    const MatrixXd root = j * Eigen::LLT<MatrixXd>(fit.covariance).matrixL().toDenseMatrix();
+    const MatrixXd root = j * Cholesky(fit.covariance).root();
     const SingularValues few = singular_values_of(root);
     const VectorXd values = (1.0 - few.values.array().square()).max(1e-8);
     const VectorXd along = few.u.transpose() * e;

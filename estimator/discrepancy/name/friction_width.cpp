@@ -24,14 +24,15 @@ constexpr double kWorthIt = 10.0;   // of chi-squared
 constexpr int kMostSteps = 6, kMostHalves = 2, kMostOfFit = 25;
 
 // What another width, with the parameters following it, would do to a fit.
-struct Step {
+struct WidthStep {
   double by = 0.0, gain = 0.0;  // in chi-squared
   double standard_error = 0.0;  // of the width
   VectorXd bends;               // the free parameters, per unit of width
 };
 
 // `slope`: of the whitened predictions over the width.
-Step step_of(const HarmonicFit& fit, const std::vector<RunDatum>& data, const VectorXd& slope) {
+WidthStep step_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                  const VectorXd& slope) {
   const MatrixXd j = stacked_jacobian(fit, data, fit.free);
   const VectorXd bends = -(fit.covariance * (j.transpose() * slope));
   const VectorXd own = slope + j * bends;  // what no parameter imitates
@@ -57,7 +58,7 @@ class Widths {
       : spec_(near.spec), turning_(turning), data_(data), options_(options) {}
 
   // Nothing where the other width has no solution.
-  std::optional<Step> step_from(const HarmonicFit& fit, double width) const {
+  std::optional<WidthStep> step_from(const HarmonicFit& fit, double width) const {
     const double to = width > 0.0 ? (1.0 + kWider) * width : kFirst * turning_.usual;
     const auto wider = predicted(at(to), fit);
     if (!wider) return std::nullopt;
@@ -66,7 +67,7 @@ class Widths {
   }
 
   // The fit at the width to which a step leads, or halfway there; null where that is no better.
-  std::shared_ptr<HarmonicFit> stepped(const HarmonicFit& fit, const Step& step,
+  std::shared_ptr<HarmonicFit> stepped(const HarmonicFit& fit, const WidthStep& step,
                                        double& width) const {
     double to = std::clamp(width + step.by, kNarrowest * turning_.usual, kWidest * turning_.usual);
     if (width > 0.0) to = std::clamp(to, width / kStride, width * kStride);
@@ -129,7 +130,7 @@ class Widths {
 };
 
 // The slope says that the width may be it.
-bool promising(const Step& step, const HarmonicFit& fit, double most) {
+bool promising(const WidthStep& step, const HarmonicFit& fit, double most) {
   const double left = fit.chi_squared - step.gain;
   return step.gain > kWorthIt && left < std::max(most, kPromised * fit.chi_squared);
 }

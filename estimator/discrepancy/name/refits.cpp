@@ -15,8 +15,8 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kInterval = 2.0;       // standard errors
-constexpr double kWorthCentring = 5.0;  // of chi-squared: less is chance
+constexpr double kInterval = 2.0;        // standard errors
+constexpr double kRecentringGain = 5.0;  // of chi-squared: less is chance
 constexpr int kMemorySteps = 60;
 constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
 constexpr int kMemoryShare = 2;                  // of a way on a coarse grid: the points
@@ -235,7 +235,7 @@ bool Refits::recentred(Hypothesis& h) const {
     if (!lines[line].constants.contains("u0")) continue;
     const double before = h.fit->chi_squared;
     centre(h, line);
-    if (before - h.fit->chi_squared < kWorthCentring) return false;
+    if (before - h.fit->chi_squared < kRecentringGain) return false;
     judge(h);
     describe(h);
     return true;

@@ -9,6 +9,7 @@
 #include "estimator/discrepancy/cycles/record_checks.hpp"
 #include "estimator/discrepancy/records/spectral_floor.hpp"
 #include "estimator/discrepancy/records/transient_cosines.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/time/excitation.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -135,12 +136,12 @@ struct Curve {
 
 double end_slope(const VectorXd& y, Index first, Index at, double dt) {
   // Of the parabola through kEndSamples samples, at sample `at`.
-  Eigen::Matrix<double, kEndSamples, 3> a;
+  MatrixXd a(kEndSamples, 3);
   for (Index i = 0; i < kEndSamples; ++i) {
     const auto x = static_cast<double>(first + i - at);
     a.row(i) << 1.0, x, x * x;
   }
-  const Eigen::Vector3d c = a.colPivHouseholderQr().solve(y.segment(first, kEndSamples));
+  const VectorXd c = least_squares(a, VectorXd(y.segment(first, kEndSamples)));
   return c[1] / dt;
 }
 

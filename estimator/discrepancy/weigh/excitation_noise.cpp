@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "estimator/math/dense.hpp"
+
 namespace shaker::estimator::discrepancy {
 namespace {
 
@@ -9,9 +11,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTrifle = 0.01;  // of a cosine's variance: not worth a covariance
-constexpr Index kNarrowest = 24;  // cosines of a band of the excitation
-constexpr int kRounds = 25;       // towards its most probable spectrum
+constexpr double kTrifle = 0.01;                // of a cosine's variance: not worth a covariance
+constexpr Index kNarrowestExcitationBand = 24;  // cosines of a band of the excitation
+constexpr int kMaxSpectrumRounds = 25;          // towards its most probable spectrum
 
 // What lies above the band that is compared moves nothing in it.
 Index moving(const SampledRun& run, const RunDatum& datum) {
@@ -65,20 +67,20 @@ MatrixXd excitation_covariance(const Prediction& prediction, const std::vector<d
   std::vector<Band> bands;
   const double size = white.squaredNorm() / static_cast<double>(n);
   for (Index from = 0; from < slope.cols();) {
-    Index to = std::min(slope.cols(), from + std::max(kNarrowest, from / 4));
-    if (slope.cols() - to < kNarrowest) to = slope.cols();
+    Index to = std::min(slope.cols(), from + std::max(kNarrowestExcitationBand, from / 4));
+    if (slope.cols() - to < kNarrowestExcitationBand) to = slope.cols();
     const auto of = moves.middleCols(from, to - from);
     bands.push_back({from, to - from, of * of.transpose(),
                      size * run.excitation_noise.segment(from, to - from).mean()});
     from = to;
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMaxSpectrumRounds; ++round) {
     MatrixXd whole = MatrixXd::Identity(n, n);
     for (const Band& band : bands)
       whole += band.power * band.share;
-    const Eigen::LLT<MatrixXd> factors(whole);
-    if (factors.info() != Eigen::Success) return {};
-    const MatrixXd inverse = factors.solve(MatrixXd::Identity(n, n));
+    const Cholesky factors(whole);
+    if (!factors.positive()) return {};
+    const MatrixXd inverse = factors.solve(MatrixXd(MatrixXd::Identity(n, n)));
     const VectorXd weighed = inverse * white;
     for (Band& band : bands) {
       const double more =

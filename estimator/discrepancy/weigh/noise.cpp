@@ -4,10 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include <boost/math/special_functions/digamma.hpp>
-#include <boost/math/special_functions/trigamma.hpp>
-
 #include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/math/dense.hpp"
+#include "estimator/statistics.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -25,8 +24,8 @@ double inverse_trigamma(double y) {
   if (y < 1e-6) return 1.0 / y;
   double x = 0.5 + 1.0 / y;
   for (int i = 0; i < 50; ++i) {
-    const double t = boost::math::trigamma(x);
-    const double step = t * (1.0 - t / y) / boost::math::polygamma(2, x);
+    const double t = trigamma(x);
+    const double step = t * (1.0 - t / y) / tetragamma(x);
     x += step;
     if (-step / x < 1e-8) break;
   }
@@ -100,20 +99,20 @@ void moderate(const MatrixXd& trend, VectorXd& variance, VectorXd& freedom) {
   VectorXd e(n), error(n);
   for (Index g = 0; g < n; ++g) {
     const double half = 0.5 * freedom[g];
-    e[g] = std::log(variance[g]) - boost::math::digamma(half) + std::log(half);
-    error[g] = boost::math::trigamma(half);
+    e[g] = std::log(variance[g]) - digamma(half) + std::log(half);
+    error[g] = trigamma(half);
   }
   const VectorXd root = error.cwiseInverse().cwiseSqrt();
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(root.asDiagonal() * trend);
-  const VectorXd fitted = trend * qr.solve(root.cwiseProduct(e));
+  const PivotedQr qr(root.asDiagonal() * trend);
+  const VectorXd fitted = trend * qr.solve(VectorXd(root.cwiseProduct(e)));
   const double excess =
       (e - fitted).squaredNorm() / static_cast<double>(n - qr.rank()) - error.mean();
   const double prior =
       excess > 0.0 ? std::min(kMostFreedom, 2.0 * inverse_trigamma(excess)) : kMostFreedom;
   // The centre is itself an estimate, from neighbours that lend no more than they have.
-  const MatrixXd basis = qr.householderQ() * MatrixXd::Identity(n, qr.rank());
-  const double spread = boost::math::trigamma(0.5 * prior);
-  const double bias = boost::math::digamma(0.5 * prior) - std::log(0.5 * prior);
+  const MatrixXd basis = qr.basis(qr.rank());
+  const double spread = trigamma(0.5 * prior);
+  const double bias = digamma(0.5 * prior) - std::log(0.5 * prior);
   for (Index g = 0; g < n; ++g) {
     const double unsure = basis.row(g).squaredNorm() * (error[g] + spread);
     const double lent = 2.0 * inverse_trigamma(spread + unsure);

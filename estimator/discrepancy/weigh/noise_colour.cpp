@@ -11,6 +11,7 @@
 #include "estimator/discrepancy/detect/scoring.hpp"
 #include "estimator/discrepancy/records/transient_run.hpp"
 #include "estimator/discrepancy/weigh/excitation_noise.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/statistics.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -151,12 +152,12 @@ std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vec
   const VectorXd left = project(stacked_residual(fit, data));
   const VectorXd length = along.colwise().norm();
   along = project(along) * length.cwiseMax(1e-300).cwiseInverse().asDiagonal();
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(along);
-  qr.setThreshold(kSame);
+  PivotedQr qr(along);
+  qr.set_threshold(kSame);
   const auto shapes = static_cast<double>(qr.rank());
   const auto others = static_cast<double>(left.size() - jacobian.cols() - qr.rank());
   if (shapes < 1.0 || others < 1.0) return std::nullopt;
-  const double gain = (qr.householderQ().adjoint() * left).head(qr.rank()).squaredNorm();
+  const double gain = qr.rotated(left).head(qr.rank()).squaredNorm();
   const double beside = left.squaredNorm() - gain;
   return fisher_f_above(gain / shapes / (beside / others), shapes, others);
 }

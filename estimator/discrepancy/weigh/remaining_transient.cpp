@@ -4,6 +4,7 @@
 #include <complex>
 
 #include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/math/dense.hpp"
 #include "estimator/periodic/floquet.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -35,7 +36,7 @@ struct Steady {
 Steady steady_weights(Index cycles, const VectorXd* course) {
   MatrixXd known = MatrixXd::Ones(cycles, course != nullptr ? 2 : 1);
   if (course != nullptr) known.col(1) = *course;
-  const MatrixXd inverse = (known.transpose() * known).ldlt().solve(known.transpose());
+  const MatrixXd inverse = Ldlt(known.transpose() * known).solve(MatrixXd(known.transpose()));
   return {inverse.row(0), MatrixXd::Identity(cycles, cycles) - known * inverse};
 }
 
@@ -67,9 +68,9 @@ WithoutTransient less_modes(const MatrixXd& cycles, const DecayingModes& modes,
     along += weighted.transpose() * left.row(k).transpose();
     in_steady += steady.weight[k] * modes.of_cycle[static_cast<std::size_t>(k)];
   }
-  const Eigen::LDLT<MatrixXd> factors(normal);
+  const Ldlt factors(normal);
   const VectorXd amplitude = factors.solve(along);
-  const MatrixXd covariance = factors.solve(MatrixXd::Identity(count, count));
+  const MatrixXd covariance = factors.solve(MatrixXd(MatrixXd::Identity(count, count)));
   if (!amplitude.allFinite() || !covariance.allFinite()) return out;
   if (with_square) out.spent.setOnes();
   for (Index k = 0; k < n; ++k) {

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 constexpr double kAboveNoise = 16.0;  // squared ratio of a harmonic's amplitude to its error
 constexpr double kClock =
     1e-4;  // standard deviation of a quartz clock's rate, unless it is disciplined
-constexpr int kRounds = 4;
+constexpr int kWeighingRounds = 4;
 constexpr int kFewest = 5, kBeyond = 2;
 
 // The last harmonic that rises above its noise, and two more for what an effect may add.
@@ -110,7 +110,7 @@ std::vector<MatrixXd> take_transients(std::vector<Scatter>& scatter, const Harmo
                                    static_cast<int>(raw[r].cycles.rows())));
   }
   // Again: the transient is part of the scatter by which it is weighed first.
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kWeighingRounds; ++round) {
     const CampaignNoise noise = campaign_noise(scatter);
     for (std::size_t r = 0; r < raw.size(); ++r) {
       const auto count = static_cast<double>(raw[r].cycles.rows());

@@ -4,12 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/cycles/cycle_line.hpp"
 #include "estimator/discrepancy/weigh/noise.hpp"
+#include "estimator/statistics.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -26,13 +25,7 @@ constexpr double kShape = 0.5;         // of the means' chi-squared, by harmonic
 constexpr double kEffects = 40.0;      // that might be missing as well
 
 double two_sided(double t, double freedom) {
-  const boost::math::students_t student(std::max(freedom, 1.0));
-  return 2.0 * boost::math::cdf(boost::math::complement(student, std::fabs(t)));
-}
-
-double above(double chi_squared, double freedom) {
-  return boost::math::cdf(
-      boost::math::complement(boost::math::chi_squared(freedom), std::max(chi_squared, 0.0)));
+  return student_t_two_sided(t, std::max(freedom, 1.0));
 }
 
 // Lines through what the cycles do beside following the driver: a table that grows warm and weak
@@ -135,7 +128,7 @@ void combine(const std::vector<SteadyRun>& runs, const std::vector<CycleLine>& l
     drift.found = true;
     drift.chance = std::min(drift.chance, of_one);
   }
-  drift.common = others < 1.0 || above(apart, others) > kOneRate;
+  drift.common = others < 1.0 || chi_squared_above(apart, others) > kOneRate;
   for (std::size_t r = 0; r < runs.size(); ++r)
     drift.of_run[runs[r].name] = drift.common ? drift.rate : lines[r].rate[0];
 }
