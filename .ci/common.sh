@@ -51,4 +51,28 @@ configure() {  # FOLDER [CMAKE OPTIONS]
   cmake -S "$root" -B "$folder" -G Ninja "$@"
 }
 
+# show_progress WHAT: reads what ninja or ctest says and shows how far it is and how long it still
+# takes: one moving line on a terminal, a line every 30 s elsewhere. A first guess: it takes all
+# steps for equally long.
+show_progress() {
+  local what=$1 began=$SECONDS shown=$SECONDS line at=0 of=0 gone left text moving=no status
+  if [ -t 1 ]; then moving=yes; fi
+  while true; do
+    line='' status=0
+    IFS= read -r -t 1 line || status=$?
+    if [ $status != 0 ] && [ $status -le 128 ]; then break; fi  # above 128: nothing within a second
+    if [[ $line =~ ^\[?\ *([0-9]+)/([0-9]+)[]\ ] ]]; then
+      at=${BASH_REMATCH[1]} of=${BASH_REMATCH[2]}
+    fi
+    gone=$((SECONDS - began))
+    if [ "$at" = 0 ] || { [ $moving = no ] && [ $((SECONDS - shown)) -lt 30 ]; }; then continue; fi
+    shown=$SECONDS
+    left=$((gone * (of - at) / at))
+    text=$(printf '%s: %d of %d in %d:%02d min, about %d:%02d min left' "$what" "$at" "$of" \
+      $((gone / 60)) $((gone % 60)) $((left / 60)) $((left % 60)))
+    if [ $moving = yes ]; then printf '\r%s\033[K' "$text"; else say "$text"; fi
+  done
+  if [ $moving = yes ]; then printf '\r\033[K'; fi
+}
+
 seconds_since() { printf '%d s' $(($(date +%s) - $1)); }

@@ -1,6 +1,6 @@
 // What the cost of a diagnosis depends on: runs, and the size of the catalogue.
 //
-//   build/tests/blind/bench_diagnosis
+//   build/bench/bench_diagnosis
 //
 // Campaigns of the virtual rig, in several of which something is hidden, as the way of one search
 // is a matter of chance. Processor time of one thread, the least of three, and how it grows when

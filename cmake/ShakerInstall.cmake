@@ -1,10 +1,14 @@
 # What `cmake --install` puts in place, and the Debian package (cpack -G DEB) that carries the same.
 include(GNUInstallDirs)
 
-foreach(program IN ITEMS shakerd shakerctl oleosim shakerd-stop-exciter)
+foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis oleosim shakerd-stop-exciter)
   if(TARGET ${program})
     set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
-    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    set(folder ${CMAKE_INSTALL_BINDIR})
+    if(program STREQUAL shakerctl-analysis)  # only shakerctl calls it
+      set(folder ${CMAKE_INSTALL_LIBEXECDIR}/shakerd)
+    endif()
+    install(TARGETS ${program} RUNTIME DESTINATION ${folder})
   endif()
 endforeach()
 
@@ -18,7 +22,7 @@ endforeach()
 
 # The estimator stands alone: find_package(ShakerEstimator), tests/install/consumer shows how. For who
 # builds with it, so not in the rig PC's package.
-install(TARGETS shaker_base shaker_config shaker_estimator EXPORT ShakerEstimator
+install(TARGETS shaker_base shaker_config shaker_estimator shaker_analysis EXPORT ShakerEstimator
         ARCHIVE COMPONENT development)
 foreach(room IN ITEMS base config protocol estimator)
   install(DIRECTORY ${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/shaker COMPONENT development

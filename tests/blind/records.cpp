@@ -16,7 +16,7 @@ namespace {
 namespace discrepancy = estimator::discrepancy;
 
 constexpr int kSteps = 8;  // of the integration between two samples
-constexpr double kQuantum = 1e-6;
+constexpr double kRecordQuantum = 1e-6;
 constexpr std::string_view kShapes[] = {"random", "swept", "drop"};
 constexpr std::string_view kNoises[] = {"white", "coloured", "excitation", "coloured_excitation",
                                         "both"};
@@ -115,7 +115,7 @@ discrepancy::Recording record(const RecordCase& wanted, const Levels& levels, in
                               std::mt19937_64& source) {
   const sim::Plant plant(wanted.plant, wanted.truth);
   const bool drop = wanted.shape == Shape::drop;
-  const double duration = drop ? 1.5 : 12.0, rate = drop ? 1000.0 : 250.0;
+  const double duration = drop ? 1.5 : wanted.seconds, rate = drop ? 1000.0 : 250.0;
   sim::State state = plant.at_rest();
   Course table = [](double) { return 0.0; };
   if (drop) {
@@ -136,7 +136,8 @@ discrepancy::Recording record(const RecordCase& wanted, const Levels& levels, in
     const double t = i / rate, dt = 1.0 / rate / kSteps;
     r.t.push_back(t);
     r.displacement.push_back(
-        std::round((state[0] + levels.sensor.deviation * sensor()) / kQuantum) * kQuantum);
+        std::round((state[0] + levels.sensor.deviation * sensor()) / kRecordQuantum) *
+        kRecordQuantum);
     if (!drop) r.excitation.push_back(table(t) + levels.excitation.deviation * measuring());
     for (int k = 0; k < kSteps; ++k)
       state = stepped(plant, state, t + k * dt, dt, table);

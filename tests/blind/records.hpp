@@ -31,6 +31,7 @@ struct RecordCase {
   std::string hidden;  // name of what is missing; empty: nothing
   Truth truth;
   std::uint64_t seed = 1;
+  double seconds = 12.0;  // of each record but a drop's
   std::string label() const;
 };
 

@@ -12,7 +12,7 @@
 namespace shaker::cli {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr std::size_t kPoints = 32;
 
 // A motion of 1 with a subharmonic of `share` over `periods`, and white noise.
@@ -22,7 +22,7 @@ Cycles motion(int count, int periods, double share, double noise, unsigned seed)
   Cycles cycles{{}, kPoints};
   for (std::size_t i = 0; i < kPoints * static_cast<std::size_t>(count); ++i) {
     const double tau = static_cast<double>(i) / static_cast<double>(kPoints);
-    cycles.y.push_back(std::cos(kTwoPi * tau) + share * std::cos(kTwoPi * tau / periods) +
+    cycles.y.push_back(std::cos(kTurn * tau) + share * std::cos(kTurn * tau / periods) +
                        noise * normal(random));
   }
   return cycles;
@@ -88,7 +88,7 @@ TEST(ExcitationPhase, TellsTheFrequencyOfANoisyRecord) {
   std::vector<double> t, x;
   for (int i = 0; i < 5000; ++i) {
     t.push_back(0.37 + i / 733.0);
-    x.push_back(0.5 + std::cos(kTwoPi * 4.002 * t.back() - 1.0) + noise(random));
+    x.push_back(0.5 + std::cos(kTurn * 4.002 * t.back() - 1.0) + noise(random));
   }
   const PhaseDrift drift = phase_drift(t, x, 4.0);
   EXPECT_NEAR(drift.frequency_hz, 4.002, 1e-4);

@@ -8,11 +8,11 @@
 namespace shaker::config {
 namespace {
 
-const std::filesystem::path kExamples =
+const std::filesystem::path kCampaignExamples =
     std::filesystem::path(SHAKER_SOURCE_DIR) / "config" / "examples";
 
 TEST(Campaign, TakesItsModelFromAFileBesideIt) {
-  const auto campaign = load_campaign(kExamples / "campaign-three-runs.json");
+  const auto campaign = load_campaign(kCampaignExamples / "campaign-three-runs.json");
   ASSERT_TRUE(campaign) << campaign.error().what;
   EXPECT_EQ(campaign->model.name, "oleo");
   ASSERT_EQ(campaign->runs.size(), 3u);
@@ -66,7 +66,7 @@ TEST(Campaign, SaysNoReferenceMassWhereThereIsNone) {
 TEST(Campaign, PassesOnWhatIsWrongWithItsModelFile) {
   const auto campaign = parse_campaign(
       R"({"name": "c", "model": "no-such.json", "runs": [{"frequency_hz": 2, "amplitude": 3}]})",
-      "c.json", kExamples);
+      "c.json", kCampaignExamples);
   ASSERT_FALSE(campaign);
   EXPECT_THAT(campaign.error().what, testing::HasSubstr("c.json:1: /model: the model file"));
   EXPECT_THAT(campaign.error().what, testing::HasSubstr("no-such.json: cannot be read"));

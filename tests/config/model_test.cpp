@@ -8,11 +8,11 @@
 namespace shaker::config {
 namespace {
 
-const std::filesystem::path kExamples =
+const std::filesystem::path kModelExamples =
     std::filesystem::path(SHAKER_SOURCE_DIR) / "config" / "examples";
 
 TEST(Model, OfTheOleoIsReadAsItIsWritten) {
-  const auto model = load_model(kExamples / "model-oleo.json");
+  const auto model = load_model(kModelExamples / "model-oleo.json");
   ASSERT_TRUE(model) << model.error().what;
   EXPECT_EQ(model->name, "oleo");
   EXPECT_DOUBLE_EQ(model->gravity, 9.80665);

@@ -8,15 +8,15 @@
 namespace shaker::config {
 namespace {
 
-const std::filesystem::path kExamples =
+const std::filesystem::path kRigExamples =
     std::filesystem::path(SHAKER_SOURCE_DIR) / "config" / "examples";
 
 TEST(Rig, OfRealHardwareIsReadAsItIsWritten) {
-  const auto rig = load_rig(kExamples / "rig-modbus-can.json");
+  const auto rig = load_rig(kRigExamples / "rig-modbus-can.json");
   ASSERT_TRUE(rig) << rig.error().what;
   EXPECT_EQ(rig->name, "drop-tower-2");
   EXPECT_EQ(rig->model, "model-oleo.json");
-  EXPECT_EQ(rig->directory, kExamples);
+  EXPECT_EQ(rig->directory, kRigExamples);
   const auto& device = std::get<ModbusExciter>(rig->exciter.device);
   EXPECT_EQ(std::get<ModbusTcp>(device.link.transport).host, "192.168.1.20");
   const auto& frequency = device.registers.at("frequency");
@@ -37,7 +37,7 @@ TEST(Rig, OfRealHardwareIsReadAsItIsWritten) {
 }
 
 TEST(Rig, OnSerialLinesHasItsLineSettings) {
-  const auto rig = load_rig(kExamples / "rig-rtu.json");
+  const auto rig = load_rig(kRigExamples / "rig-rtu.json");
   ASSERT_TRUE(rig) << rig.error().what;
   const auto& rtu =
       std::get<ModbusRtu>(std::get<ModbusExciter>(rig->exciter.device).link.transport);

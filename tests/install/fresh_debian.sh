@@ -5,12 +5,12 @@
 #
 # Usage (as root): fresh_debian.sh FOLDER [COMMAND]
 #   FOLDER   to make the tree in, outside the project; used again when it is there
-#   COMMAND  default: ./check --quick
+#   COMMAND  default: ./check
 set -euo pipefail
 [ $# -ge 1 ] && [ "$(id -u)" = 0 ] || { sed -n '2,9s/^# \?//p' "$0" && exit 2; }
 project=$(cd "$(dirname "$0")/../.." && pwd)
 tree=$(mkdir -p "$1" && cd "$1" && pwd)/debian
-command=${2:-./check --quick}
+command=${2:-./check}
 
 # The mirrors are those of this machine, whatever they are.
 # shellcheck disable=SC2016  # the placeholders are apt-get's

@@ -10,9 +10,9 @@
 namespace shaker::protocol::can {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 std::string file_text(const std::string& name) {
   std::ifstream file(SHAKER_TEST_DATA "/can/" + name, std::ios::binary);

@@ -7,8 +7,8 @@
 namespace shaker::protocol::can {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 TEST(CandumpLog, ReadsClassicFrames) {
   const auto entry = parse_log_line("(1436509052.249713) vcan0 044#2A366C2BBA");

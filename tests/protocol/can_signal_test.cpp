@@ -12,7 +12,7 @@
 namespace shaker::protocol::can {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 Signal make(int start, int length, ByteOrder order,
             NumberFormat format = NumberFormat::unsigned_integer) {

@@ -9,8 +9,8 @@
 namespace shaker::protocol::modbus {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 RegisterSpec at(int address, RegisterType type = RegisterType::u16,
                 RegisterTable table = RegisterTable::holding) {
@@ -81,7 +81,7 @@ TEST(ModbusException, HasASentenceWithARemedyForEveryCode) {
   for (int code = 0x01; code <= 0x0B; ++code) {
     const std::string sentence = exception_sentence(code);
     EXPECT_THAT(sentence, HasSubstr("; ")) << "meaning; remedy";
-    EXPECT_THAT(seen, testing::Not(testing::Contains(sentence)));
+    EXPECT_THAT(seen, ::testing::Not(::testing::Contains(sentence)));
     seen.push_back(sentence);
   }
   EXPECT_THAT(exception_sentence(0x0A), HasSubstr("exception 0A: the gateway has no path"));

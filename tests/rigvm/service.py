@@ -14,7 +14,7 @@ from guest import Bus, Listener, Registers, expect, journal, run, step, unit_pro
 
 SOCKET = "/run/shakerd/shakerd.sock"
 PORT = 1502
-RATE_HZ, FREQUENCY_HZ, AMPLITUDE = 250, 1.25, 2.0
+RATE_HZ, FREQUENCY_HZ, AMPLITUDE = 250, 2.5, 2.0
 ENABLE = 4                      # a register of the exciter: sim/README.md
 TABLE = 386                     # a frame: sim/oleosim.dbc
 HEARTBEAT_TIMEOUT_S = 2.0       # the exciter's own; ExecStopPost is there before it
@@ -50,9 +50,9 @@ def write_files():
                 "theta2": {"start": 1.8}, "theta3": {"start": 4.8},
                 "theta4": {"start": 1.0, "fixed": True}}},
             {"effect": "gravity"}]},
-        "points_per_cycle": 16,  # a gap of one such step, 50 ms, is allowed
+        "points_per_cycle": 8,  # a gap of one such step, 50 ms, is allowed
         "ramp_s": 0.5}
-    for name, cycles in (("short", 6), ("long", 5000)):
+    for name, cycles in (("short", 12), ("long", 5000)):
         runs = [{"name": "dwell", "frequency_hz": FREQUENCY_HZ, "amplitude": AMPLITUDE,
                  "cycles": cycles}]
         open(f"/home/technician/{name}.json", "w").write(
@@ -186,7 +186,7 @@ def main():
     expect(at_rest(exciter), "the exciter does not rest before anything was asked")
     who_may_connect()
     listener = a_whole_campaign(exciter, bus)
-    accepted, estimates = the_data_are_whole(listener, 6)
+    accepted, estimates = the_data_are_whole(listener, 12)
     expect(estimates == accepted, f"{accepted} accepted cycles, {estimates} estimates")
     fails_in_mid_run(exciter, signal.SIGKILL, "signal")
     fails_in_mid_run(exciter, signal.SIGSTOP, "watchdog")

@@ -17,7 +17,7 @@ namespace {
 
 using testing::C;
 using testing::Formula;
-constexpr int kPoints = 37;  // no multiple of a lane
+constexpr int kOddPoints = 37;  // no multiple of a lane
 constexpr int kRoom = 40;
 constexpr double kStep = 1e-30;
 
@@ -65,7 +65,7 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> stroke(-0.05, 0.17), rate(-1.0, 1.0);
   Arrays in(7 + 3 * k);
-  for (int i = 0; i < kPoints; ++i) {
+  for (int i = 0; i < kOddPoints; ++i) {
     in.at[0][i] = stroke(random);
     for (std::size_t m = 1; m < in.at.size(); ++m)
       in.at[m][i] = rate(random);
@@ -74,7 +74,7 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
       in.at[m][i] = 0.55 + 0.4 * in.at[m][i];  // a temperature must be positive
   }
   Points points;
-  points.n = kPoints;
+  points.n = kOddPoints;
   points.u = in.at[0];
   points.v = in.at[1];
   points.a = in.at[2];
@@ -131,7 +131,7 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
   forces.h_theta = h_theta.data();
   ASSERT_TRUE(effect.evaluate(points, formula.theta.data(), formula.constants.data(), forces));
 
-  for (int i = 0; i < kPoints; ++i) {
+  for (int i = 0; i < kOddPoints; ++i) {
     testing::Seen seen;
     seen.u = points.u[i];
     seen.v = points.v[i];
@@ -215,15 +215,15 @@ TEST_P(EveryInstrument, HasTheSignalAndTheExactDerivativesOfItsFormula) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> stroke(-0.05, 0.17), load(-9.0, 15.0), time(-0.3, 0.3);
   Arrays in(3), out(3 + p);
-  for (int i = 0; i < kPoints; ++i) {
+  for (int i = 0; i < kOddPoints; ++i) {
     in.at[0][i] = stroke(random);
     in.at[1][i] = load(random);
     in.at[2][i] = time(random);
   }
-  instrument.observe({kPoints, in.at[0], in.at[1], in.at[2]}, formula.theta.data(),
+  instrument.observe({kOddPoints, in.at[0], in.at[1], in.at[2]}, formula.theta.data(),
                      formula.constants.data(),
                      {out.at[0], out.at[1], out.at[2], out.at.data() + 3});
-  for (int i = 0; i < kPoints; ++i) {
+  for (int i = 0; i < kOddPoints; ++i) {
     const auto at = [&](int which) {
       testing::SeenSignal seen{in.at[0][i],
                                in.at[1][i],

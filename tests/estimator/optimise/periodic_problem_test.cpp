@@ -70,16 +70,16 @@ void expect_curvature(PeriodicProblem& problem, const Eigen::VectorXd& theta, do
 }
 
 TEST(PeriodicProblem, HasTheExactHessianOfTheOleo) {
-  const Model model(testing::oleo());
-  const auto run = measured(model, testing::kOleoSi, 2.0, 3.048, 2e-3);
+  const Model model(estimator::testing::oleo());
+  const auto run = measured(model, estimator::testing::kOleoSi, 2.0, 3.048, 2e-3);
   PeriodicProblem problem(model, {run}, plain_grid());
   expect_curvature(problem, Eigen::Vector4d(18.0, 1.6, 5.2, 1.1), 1e-5);
 }
 
 TEST(PeriodicProblem, HasTheExactHessianOfTheOleoOnItsTyre) {
-  auto spec = testing::oleo_on_tyre(0.1);
+  auto spec = estimator::testing::oleo_on_tyre(0.1);
   const Model model(spec);
-  std::vector<double> theta = testing::kOleoSi;
+  std::vector<double> theta = estimator::testing::kOleoSi;
   theta.push_back(900.0);
   theta.push_back(3.0);
   auto run = measured(model, theta, 2.0, 3.048, 2e-3);
@@ -91,7 +91,7 @@ TEST(PeriodicProblem, HasTheExactHessianOfTheOleoOnItsTyre) {
 
 // (6.2), u'' + c u' + k (u) = A cos: the transfer function's second derivatives in closed form.
 TEST(PeriodicProblem, HasTheSecondDerivativesOfTheLinearOscillatorInClosedForm) {
-  const Model model(testing::linear_oscillator());
+  const Model model(estimator::testing::linear_oscillator());
   std::vector<double> theta = model.start();
   int c_at = -1, k_at = -1;
   for (int i = 0; i < model.parameter_count(); ++i) {
@@ -139,8 +139,8 @@ TEST(PeriodicProblem, HasTheSecondDerivativesOfTheLinearOscillatorInClosedForm) 
 }
 
 TEST(PeriodicProblem, IsSolvedAlikeByEveryMethodFromFivePerCent) {
-  const Model model(testing::oleo());
-  const auto run = measured(model, testing::kOleoSi, 2.0, 3.048, 2e-4);
+  const Model model(estimator::testing::oleo());
+  const auto run = measured(model, estimator::testing::kOleoSi, 2.0, 3.048, 2e-4);
   EstimationOptions options;
   options.grid = {Scheme::order6, 160, true};
   Estimator estimator(model, {run}, options);
@@ -160,8 +160,9 @@ TEST(PeriodicProblem, IsSolvedAlikeByEveryMethodFromFivePerCent) {
 }
 
 TEST(SeveralStarts, CureTheStartThatEndsWhereNothingMoves) {
-  const Model model(started(testing::oleo(), {0.1, 20.0, 0.5, 1.0}));
-  const auto run = measured(Model(testing::oleo()), testing::kOleoSi, 2.0, 3.048, 2e-4);
+  const Model model(started(estimator::testing::oleo(), {0.1, 20.0, 0.5, 1.0}));
+  const auto run =
+      measured(Model(estimator::testing::oleo()), estimator::testing::kOleoSi, 2.0, 3.048, 2e-4);
   EstimationOptions options;
   options.grid = {Scheme::order6, 80, true};
   PeriodicProblem problem(model, {run}, options);
@@ -174,14 +175,14 @@ TEST(SeveralStarts, CureTheStartThatEndsWhereNothingMoves) {
   const Summary& best = minima.found.front().summary;
   EXPECT_EQ(best.status, Status::converged);
   EXPECT_NEAR(best.sum_of_squares, 36 * 4e-8, 15 * 4e-8);
-  EXPECT_NEAR(best.theta[1], testing::kOleoSi[1], 0.1);
-  EXPECT_NEAR(best.theta[2], testing::kOleoSi[2], 0.1);
+  EXPECT_NEAR(best.theta[1], estimator::testing::kOleoSi[1], 0.1);
+  EXPECT_NEAR(best.theta[2], estimator::testing::kOleoSi[2], 0.1);
   EXPECT_GE(minima.found.size(), 2U) << "the valley is reported as well";
 }
 
 TEST(SeveralStarts, AreTheSameForTheSameSeedAndInsideTheBounds) {
-  const Model model(started(testing::oleo(), {15.0, 1.4, 5.0, 1.1}));
-  const auto run = measured(model, testing::kOleoSi, 2.0, 3.048, 2e-4);
+  const Model model(started(estimator::testing::oleo(), {15.0, 1.4, 5.0, 1.1}));
+  const auto run = measured(model, estimator::testing::kOleoSi, 2.0, 3.048, 2e-4);
   PeriodicProblem problem(model, {run}, plain_grid());
   const Eigen::VectorXd start = problem.reduce(model.start());
   const Method& method = *find_method("levenberg_marquardt");

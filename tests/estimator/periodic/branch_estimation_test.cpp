@@ -18,13 +18,12 @@ using testing::DuffingInTime;
 using ::testing::HasSubstr;
 using testing::State;
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-const std::vector<double> kTruth = {0.05, 1.0, 0.1};  // c, k, k3
-constexpr double kOmega = 1.2, kAmplitude = 0.18;     // two stable solutions and one between
+const std::vector<double> kBranchTruth = {0.05, 1.0, 0.1};  // c, k, k3
+constexpr double kBranchOmega = 1.2, kAmplitude = 0.18;     // two stable solutions and one between
 
 RunData run_of(const DuffingInTime& plant, State start, int settle, int periods = 1) {
   RunData run;
-  run.frequency_hz = plant.omega / kTwoPi;
+  run.frequency_hz = plant.omega / (2.0 * std::numbers::pi);
   run.amplitude = plant.amplitude;
   run.periods = periods;
   run.displacement = plant.record(plant.after_periods(start, settle), periods, 48 * periods);
@@ -32,14 +31,14 @@ RunData run_of(const DuffingInTime& plant, State start, int settle, int periods 
 }
 
 std::vector<double> off(double c, double k, double k3) {
-  return {c * kTruth[0], k * kTruth[1], k3 * kTruth[2]};
+  return {c * kBranchTruth[0], k * kBranchTruth[1], k3 * kBranchTruth[2]};
 }
 
 class Bistable : public ::testing::TestWithParam<std::tuple<bool, Method>> {};
 
 TEST_P(Bistable, DataOfEitherBranchGiveTheTruthFromEveryStart) {
   const auto [upper, method] = GetParam();
-  const DuffingInTime plant{kTruth, 0.0, kOmega, kAmplitude};
+  const DuffingInTime plant{kBranchTruth, 0.0, kBranchOmega, kAmplitude};
   const RunData run = run_of(plant, upper ? State{2.5, 0.0} : State{0.0, 0.0}, 250);
   const double most = *std::max_element(run.displacement.begin(), run.displacement.end());
   ASSERT_EQ(most > 2.0, upper) << "the integration settled on the other branch";
@@ -53,7 +52,8 @@ TEST_P(Bistable, DataOfEitherBranchGiveTheTruthFromEveryStart) {
     const Fit& fit = estimator.fit(start);
     EXPECT_EQ(fit.status, FitStatus::converged) << fit.trouble;
     for (int k = 0; k < 3; ++k)
-      EXPECT_NEAR(fit.theta[k], kTruth[k], 2e-5 * kTruth[k]) << k << " from " << start[2];
+      EXPECT_NEAR(fit.theta[k], kBranchTruth[k], 2e-5 * kBranchTruth[k])
+          << k << " from " << start[2];
     for (const std::string& warning : estimator.describe().warnings)
       EXPECT_THAT(warning, Not(HasSubstr("branch"))) << warning;
   }
@@ -66,17 +66,18 @@ INSTANTIATE_TEST_SUITE_P(Fits, Bistable,
 
 TEST(BranchWarnings, SayThatTheFittedSolutionIsUnstable) {
   const Model model(testing::duffing());
-  Continuation continuation(model, kTruth);
-  const Branch branch = continuation.over_frequency(kAmplitude, 0.9 / kTwoPi, 1.5 / kTwoPi);
-  const auto found = continuation.solutions_at(branch, kOmega / kTwoPi);
+  Continuation continuation(model, kBranchTruth);
+  const Branch branch = continuation.over_frequency(kAmplitude, 0.9 / (2.0 * std::numbers::pi),
+                                                    1.5 / (2.0 * std::numbers::pi));
+  const auto found = continuation.solutions_at(branch, kBranchOmega / (2.0 * std::numbers::pi));
   ASSERT_EQ(found.size(), 3u);
   RunData run;
-  run.frequency_hz = kOmega / kTwoPi;
+  run.frequency_hz = kBranchOmega / (2.0 * std::numbers::pi);
   run.amplitude = kAmplitude;
   for (std::size_t i = 0; i < found[1].at.z.size(); i += 8)
     run.displacement.push_back(found[1].at.z[i]);
   Estimator estimator(model, {run});
-  estimator.fit(kTruth);
+  estimator.fit(kBranchTruth);
   const Estimate estimate = estimator.describe();
   EXPECT_THAT(estimate.warnings, Contains(HasSubstr("unstable")));
   EXPECT_FALSE(estimate.usable);
@@ -89,17 +90,17 @@ TEST(BranchWarnings, SayThatAnotherBranchIsNearerToTheData) {
   const char* names[] = {"c", "k", "k3"};
   for (int k = 0; k < 3; ++k) {
     config::ParameterSpec parameter;
-    parameter.start = kTruth[k];
+    parameter.start = kBranchTruth[k];
     parameter.fixed = true;
     spec.effects[k].parameters[names[k]] = parameter;
   }
   const Model model(spec);
-  const DuffingInTime plant{kTruth, 0.0, kOmega, kAmplitude};
+  const DuffingInTime plant{kBranchTruth, 0.0, kBranchOmega, kAmplitude};
   Estimator estimator(model, {run_of(plant, {0.0, 0.0}, 250)});
-  estimator.fit(kTruth);
+  estimator.fit(kBranchTruth);
   EXPECT_THAT(estimator.describe().warnings, Not(Contains(HasSubstr("branch"))));
   estimator.update_run(0, run_of(plant, {2.5, 0.0}, 250));
-  estimator.fit(kTruth, true);  // warm: from the lower branch
+  estimator.fit(kBranchTruth, true);  // warm: from the lower branch
   const Estimate estimate = estimator.describe();
   EXPECT_THAT(estimate.warnings, Contains(HasSubstr("another branch")));
   EXPECT_FALSE(estimate.usable);
@@ -119,12 +120,12 @@ TEST(NoSolution, IsTheFitsTroubleWithHowFarTheExcitationGot) {
   }
   const Model model(spec);
   RunData run;
-  run.frequency_hz = 0.2 / kTwoPi;
+  run.frequency_hz = 0.2 / (2.0 * std::numbers::pi);
   run.amplitude = 0.5;
   // Newton's method begins at the data: near the solutions that there are, not where chance takes
   // it.
   for (int i = 0; i < 40; ++i)
-    run.displacement.push_back(0.3 + 0.1 * std::cos(kTwoPi * i / 40));
+    run.displacement.push_back(0.3 + 0.1 * std::cos(2.0 * std::numbers::pi * i / 40));
   Estimator estimator(model, {run});
   const Fit& fit = estimator.fit(model.start());
   EXPECT_EQ(fit.status, FitStatus::no_solution);

@@ -17,7 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 const std::vector<double> kDuffing = {0.05, 1.0, 0.1};  // c, k, k3
 
 struct Row {
@@ -45,11 +44,12 @@ std::vector<Row> duffing_table() {
 TEST(Duffing, CurveAgreesWithTheIndependentTableTo1e8) {
   const Model model(testing::duffing());
   Continuation continuation(model, kDuffing);
-  const Branch branch = continuation.over_frequency(0.18, 0.5 / kTwoPi, 1.6 / kTwoPi);
+  const Branch branch = continuation.over_frequency(0.18, 0.5 / (2.0 * std::numbers::pi),
+                                                    1.6 / (2.0 * std::numbers::pi));
   EXPECT_TRUE(branch.complete) << branch.ended;
   int compared = 0;
   for (const Row& row : duffing_table()) {
-    const auto found = continuation.solutions_at(branch, row.omega / kTwoPi);
+    const auto found = continuation.solutions_at(branch, row.omega / (2.0 * std::numbers::pi));
     if (row.omega > 1.29 && row.omega < 1.31) {
       // Past the fold: what the table has there is no solution of the upper branch.
       ASSERT_EQ(found.size(), 1u);
@@ -73,14 +73,15 @@ TEST(Duffing, CurveAgreesWithTheIndependentTableTo1e8) {
 TEST(Duffing, HasItsTwoFoldsWhereAMultiplierIsOne) {
   const Model model(testing::duffing());
   Continuation continuation(model, kDuffing);
-  const Branch branch = continuation.over_frequency(0.18, 0.5 / kTwoPi, 1.6 / kTwoPi);
+  const Branch branch = continuation.over_frequency(0.18, 0.5 / (2.0 * std::numbers::pi),
+                                                    1.6 / (2.0 * std::numbers::pi));
   ASSERT_EQ(branch.special.size(), 2u);
   for (const SpecialPoint& special : branch.special) {
     EXPECT_EQ(special.kind, Bifurcation::fold);
     EXPECT_NEAR(special.point.floquet.largest(), 1.0, 1e-6);
   }
-  const double upper = branch.special[0].point.frequency_hz * kTwoPi;
-  const double lower = branch.special[1].point.frequency_hz * kTwoPi;
+  const double upper = branch.special[0].point.frequency_hz * (2.0 * std::numbers::pi);
+  const double lower = branch.special[1].point.frequency_hz * (2.0 * std::numbers::pi);
   // By harmonic balance with one term, (1 - W^2 + 0.075 a^2)^2 a^2 + (0.1 W a)^2 = 0.18^2, the
   // folds are at 1.2522 and 1.1456; the third harmonic moves them a little.
   EXPECT_NEAR(upper, 1.2666, 0.005);
@@ -98,7 +99,8 @@ TEST(Duffing, HasItsTwoFoldsWhereAMultiplierIsOne) {
 TEST(Duffing, FoldsAreTheSameOverTheAmplitude) {
   const Model model(testing::duffing());
   Continuation continuation(model, kDuffing);
-  const Branch over_frequency = continuation.over_frequency(0.18, 0.5 / kTwoPi, 1.6 / kTwoPi);
+  const Branch over_frequency = continuation.over_frequency(0.18, 0.5 / (2.0 * std::numbers::pi),
+                                                            1.6 / (2.0 * std::numbers::pi));
   const double f = over_frequency.special.at(0).point.frequency_hz;
   const Branch over_amplitude = continuation.over_amplitude(f, 0.02, 1.0);
   EXPECT_TRUE(over_amplitude.complete) << over_amplitude.ended;
@@ -116,7 +118,7 @@ TEST(LinearOscillator, FollowsItsFormulaWithoutAnyFold) {
   EXPECT_TRUE(branch.complete);
   EXPECT_TRUE(branch.special.empty());
   for (const BranchPoint& point : branch.points) {
-    const double w = kTwoPi * point.frequency_hz;
+    const double w = (2.0 * std::numbers::pi) * point.frequency_hz;
     const double expected = a / std::hypot(k - w * w, c * w);
     EXPECT_NEAR(std::abs(point.harmonics[1]), expected, 1e-10 * expected);
     EXPECT_NEAR(point.most, expected, 1e-4 * expected);
@@ -169,7 +171,7 @@ TEST(NoSolution, SaysHowFarTheAmplitudeGot) {
   const Model model(loaded_softening_spring());
   const std::vector<double> softening = {0.2, 1.0, -1.0};
   Continuation continuation(model, softening);
-  const Branch branch = continuation.over_amplitude(0.2 / kTwoPi, 0.002, 0.5);
+  const Branch branch = continuation.over_amplitude(0.2 / (2.0 * std::numbers::pi), 0.002, 0.5);
   EXPECT_FALSE(branch.complete);
   EXPECT_THAT(branch.ended, HasSubstr("came back"));
   ASSERT_FALSE(branch.special.empty());
@@ -178,7 +180,7 @@ TEST(NoSolution, SaysHowFarTheAmplitudeGot) {
   for (const SpecialPoint& special : branch.special)
     reached = std::max(reached, special.point.amplitude);
   PeriodicSystem system(model, {Scheme::order6, 256, true});
-  system.set_excitation(0.2 / kTwoPi, 0.5);
+  system.set_excitation(0.2 / (2.0 * std::numbers::pi), 0.5);
   const SolveReport report = solve_through_folds(system, softening);
   EXPECT_EQ(report.status, SolveStatus::no_convergence);
   EXPECT_NEAR(report.amplitude_reached * 0.5, reached, 0.02 * reached);
@@ -189,7 +191,7 @@ TEST(NoSolution, SaysHowFarTheAmplitudeGot) {
 TEST(ThroughFolds, FindsTheSolutionBeyondThemThatStepsInAmplitudeMiss) {
   const Model model(testing::duffing());
   PeriodicSystem system(model, {Scheme::order6, 256, true});
-  system.set_excitation(1.2 / kTwoPi, 0.4);
+  system.set_excitation(1.2 / (2.0 * std::numbers::pi), 0.4);
   const SolveReport report = solve_through_folds(system, kDuffing);
   EXPECT_EQ(report.status, SolveStatus::converged) << report.sentence();
   EXPECT_LT(system.residual(), 1e-8);
@@ -198,7 +200,8 @@ TEST(ThroughFolds, FindsTheSolutionBeyondThemThatStepsInAmplitudeMiss) {
 TEST(Continuation, SaysThatThereIsNoStart) {
   const Model model(loaded_softening_spring());
   Continuation continuation(model, {0.2, 1.0, -1.0});
-  const Branch branch = continuation.over_frequency(0.5, 0.2 / kTwoPi, 0.3 / kTwoPi);
+  const Branch branch = continuation.over_frequency(0.5, 0.2 / (2.0 * std::numbers::pi),
+                                                    0.3 / (2.0 * std::numbers::pi));
   EXPECT_TRUE(branch.points.empty());
   EXPECT_THAT(branch.ended, HasSubstr("no start"));
   EXPECT_THAT(branch.ended, HasSubstr("%"));

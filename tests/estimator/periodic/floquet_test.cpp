@@ -157,8 +157,8 @@ TEST(Floquet, OfTheOleoOnItsTyreIsWhatDisturbedPeriodsShow) {
   ASSERT_TRUE(got.ok());
   ASSERT_EQ(got->multipliers.size(), 4u);
 
-  using State = std::array<double, 4>;  // stroke, tyre, their velocities
-  const auto rhs = [&](const State& y, State& d, double t) {
+  using TyreState = std::array<double, 4>;  // stroke, tyre, their velocities
+  const auto rhs = [&](const TyreState& y, TyreState& d, double t) {
     const double x = amplitude * std::cos(2 * std::numbers::pi * f * t);
     const double strut =
         theta[0] * std::fabs(y[2]) * y[2] + theta[1] * std::pow(1 - theta[2] * y[0], -theta[3]);
@@ -168,22 +168,22 @@ TEST(Floquet, OfTheOleoOnItsTyreIsWhatDisturbedPeriodsShow) {
     const double w = (ratio * (x + g) + strut - tyre) / ratio;
     d = {y[2], y[3], x + g - strut - w, w};
   };
-  const auto period = [&](State y) {
+  const auto period = [&](TyreState y) {
     namespace odeint = boost::numeric::odeint;
     odeint::integrate_adaptive(
-        odeint::make_controlled<odeint::runge_kutta_dopri5<State>>(1e-12, 1e-12), rhs, y, 0.0,
+        odeint::make_controlled<odeint::runge_kutta_dopri5<TyreState>>(1e-12, 1e-12), rhs, y, 0.0,
         1.0 / f, 1e-4);
     return y;
   };
-  const State start = {system.value(0, 0), system.value(0, 1), system.velocity(0, 0),
-                       system.velocity(0, 1)};
+  const TyreState start = {system.value(0, 0), system.value(0, 1), system.velocity(0, 0),
+                           system.velocity(0, 1)};
   Eigen::MatrixXd monodromy(4, 4);
   for (int k = 0; k < 4; ++k) {
-    State up = start, down = start;
+    TyreState up = start, down = start;
     const double h = 1e-5;
     up[k] += h;
     down[k] -= h;
-    const State a = period(up), b = period(down);
+    const TyreState a = period(up), b = period(down);
     for (int i = 0; i < 4; ++i)
       monodromy(i, k) = (a[i] - b[i]) / (2 * h);
   }

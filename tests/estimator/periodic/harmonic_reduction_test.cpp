@@ -15,12 +15,10 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-
 TEST(HarmonicReduction, DuffingAgreesWithTheIndependentTableTo1e8) {
   const Model model(testing::duffing());
   HarmonicReduction reduction(model, {.accuracy = 1e-11});
-  reduction.set_excitation(0.8 / kTwoPi, 0.18);
+  reduction.set_excitation(0.8 / (2.0 * std::numbers::pi), 0.18);
   const double theta[] = {0.05, 1.0, 0.1};
   const ReducedSolution found = reduction.solve(theta);
   ASSERT_TRUE(found.sufficient) << found.sentence();
@@ -84,7 +82,7 @@ TEST(HarmonicReduction, LinearOscillatorIsItsFirstHarmonicExactly) {
   const Model model(testing::linear_oscillator());
   HarmonicReduction reduction(model, {});
   reduction.set_excitation(1.3, 2.0);
-  const double c = 1.1, k = 40.0, w = kTwoPi * 1.3, theta[] = {c, k};
+  const double c = 1.1, k = 40.0, w = (2.0 * std::numbers::pi) * 1.3, theta[] = {c, k};
   const ReducedSolution found = reduction.solve(theta);
   EXPECT_EQ(found.harmonics, 3);
   EXPECT_NEAR(reduction.amplitude(1), 2.0 / std::hypot(k - w * w, c * w), 1e-14);

@@ -12,9 +12,9 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kPoints = 160;
+constexpr int kKinkPoints = 160;
 constexpr double kSwing = 0.05;
-constexpr GridOptions kGrid{Scheme::order6, kPoints, true};
+constexpr GridOptions kGrid{Scheme::order6, kKinkPoints, true};
 const std::vector<double> kTheta = {40.0, 5.0, 1.62, 1.0};  // of the oleo, feet
 
 // Rough, as a step into the gas's wall leaves it: kappa |a| h^2 is about 10 (kappa 4 theta1, a
@@ -26,7 +26,7 @@ double violent(int point) {
 // Plain second differences are at most 4.2 times the swing over h^2; 16 times that is what the
 // corrections may make of them. Uncut they pass any bound.
 double most() {
-  return 16.0 * 4.2 * kSwing * kPoints * kPoints;
+  return 16.0 * 4.2 * kSwing * kKinkPoints * kKinkPoints;
 }
 
 void expect_sound(const PeriodicSystem& system) {
@@ -41,7 +41,7 @@ TEST(KinkCorrection, DoesNotRunAwayOnAViolentTrialState) {
   PeriodicSystem system(model, kGrid);
   system.set_excitation(1.0, 10.0);
   system.begin();
-  for (int i = 0; i < kPoints; ++i)
+  for (int i = 0; i < kKinkPoints; ++i)
     system.state()[static_cast<std::size_t>(i)] = violent(i);
   for (int step = 0; step < 30; ++step)
     ASSERT_TRUE(system.linearise(kTheta));
@@ -56,7 +56,7 @@ TEST(KinkCorrection, DoesNotRunAwayInLanesEither) {
   lanes.begin();
   for (int lane = 0; lane < kLanes; ++lane) {
     lanes.set_excitation(lane, system);
-    for (int i = 0; i < kPoints; ++i)
+    for (int i = 0; i < kKinkPoints; ++i)
       lanes.state()[kLanes * i + lane] = violent(i);
     for (std::size_t k = 0; k < kTheta.size(); ++k)
       lanes.theta()[kLanes * k + static_cast<std::size_t>(lane)] = kTheta[k];

@@ -18,7 +18,6 @@ namespace {
 
 using testing::DuffingInTime;
 using testing::State;
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 // A spring under load, x'' + c x' + x + x^3 = 0.8 + A cos, is lopsided and doubles its period when
 // shaken at twice its natural frequency.
@@ -35,7 +34,7 @@ class Doubling : public ::testing::Test {
  protected:
   Model model{loaded_duffing()};
   Continuation continuation{model, kLoaded, {{Scheme::order6, 128, true}}};
-  Branch branch = continuation.over_amplitude(kOmega / kTwoPi, 0.05, 3.0);
+  Branch branch = continuation.over_amplitude(kOmega / (2.0 * std::numbers::pi), 0.05, 3.0);
   const SpecialPoint* doubling() const {
     for (const SpecialPoint& special : branch.special) {
       if (special.kind == Bifurcation::period_doubling) return &special;
@@ -49,7 +48,7 @@ TEST_F(Doubling, StandsWhereAMultiplierOfTheIntegratedMotionIsMinusOne) {
   const BranchPoint& point = doubling()->point;
   const DuffingInTime plant{kLoaded, 0.8, kOmega, point.amplitude};
   PeriodicSystem system(model, {Scheme::order6, 128, true});
-  set_excitation_over(system, 1, kOmega / kTwoPi, point.amplitude);
+  set_excitation_over(system, 1, kOmega / (2.0 * std::numbers::pi), point.amplitude);
   std::copy(point.at.z.begin(), point.at.z.end(), system.state().begin());
   ASSERT_EQ(system.solve(kLoaded).status, SolveStatus::converged);
   const State start = {system.value(0, 0), system.velocity(0, 0)};
@@ -80,7 +79,7 @@ TEST_F(Doubling, LeadsToTheMotionOfTwoPeriodsThatTheIntegrationSettlesOn) {
     if (++compared > 3) break;
     const DuffingInTime plant{kLoaded, 0.8, kOmega, point.amplitude};
     PeriodicSystem system(model, {Scheme::order6, 256, true});
-    set_excitation_over(system, 2, kOmega / kTwoPi, point.amplitude);
+    set_excitation_over(system, 2, kOmega / (2.0 * std::numbers::pi), point.amplitude);
     std::copy(point.at.z.begin(), point.at.z.end(), system.state().begin());
     ASSERT_EQ(system.solve(kLoaded).status, SolveStatus::converged);
     EXPECT_GT(subharmonic_share(system, 2), 0.05);
@@ -114,7 +113,7 @@ TEST(ThreePeriods, AreFoundFromARecordAndFollowedToTheirFold) {
   EXPECT_GT(subharmonic_share(record, 3), 0.3);
 
   PeriodicSystem system(model, {Scheme::order6, 3 * 128, true});
-  set_excitation_over(system, 3, omega / kTwoPi, amplitude);
+  set_excitation_over(system, 3, omega / (2.0 * std::numbers::pi), amplitude);
   start_from_record(system, record, 9);
   ASSERT_EQ(system.solve(theta).status, SolveStatus::converged);
   EXPECT_GT(subharmonic_share(system, 3), 0.3);
@@ -129,13 +128,14 @@ TEST(ThreePeriods, AreFoundFromARecordAndFollowedToTheirFold) {
   options.harmonics = 3;
   Continuation continuation(model, theta, options);
   // Downwards: the response ends in a fold and comes back as an unstable one.
-  const Branch branch = continuation.from_state(Along::frequency, amplitude, omega / kTwoPi,
-                                                6.0 / kTwoPi, 1.0 / kTwoPi, system.state());
+  const Branch branch = continuation.from_state(
+      Along::frequency, amplitude, omega / (2.0 * std::numbers::pi), 6.0 / (2.0 * std::numbers::pi),
+      1.0 / (2.0 * std::numbers::pi), system.state());
   EXPECT_FALSE(branch.complete);
   ASSERT_FALSE(branch.special.empty()) << branch.ended;
   const SpecialPoint& last = branch.special.front();
   EXPECT_EQ(last.kind, Bifurcation::fold) << name(last.kind);
-  EXPECT_LT(last.point.frequency_hz, omega / kTwoPi);
+  EXPECT_LT(last.point.frequency_hz, omega / (2.0 * std::numbers::pi));
   EXPECT_TRUE(branch.points[last.after].stable);
   EXPECT_FALSE(branch.points[last.after + 1].stable);
 }

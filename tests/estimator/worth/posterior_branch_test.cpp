@@ -14,9 +14,9 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kFrequency = 1.2 / (2.0 * std::numbers::pi), kAmplitude = 0.18;
-constexpr int kPoints = 48;
-constexpr double kNoise = 1e-3;
+constexpr double kFoldFrequency = 1.2 / (2.0 * std::numbers::pi), kFoldAmplitude = 0.18;
+constexpr int kFoldPoints = 48;
+constexpr double kFoldNoise = 1e-3;
 const std::vector<double> kTruth = {0.05, 1.0, 0.1};  // c, k, k3
 
 struct DuffingRate {
@@ -30,20 +30,20 @@ struct DuffingRate {
 class Branch {
  public:
   explicit Branch(std::array<double, 2> start)
-      : table_(testing::excitation_table(kAmplitude, {}, 20 * kPoints)), state_(start) {
+      : table_(testing::excitation_table(kFoldAmplitude, {}, 20 * kFoldPoints)), state_(start) {
     for (int settle = 0; settle < 250; ++settle)
-      testing::one_period(DuffingRate{kTruth}, table_, kFrequency, state_, kPoints);
+      testing::one_period(DuffingRate{kTruth}, table_, kFoldFrequency, state_, kFoldPoints);
   }
 
   std::vector<double> at(const std::vector<double>& theta) const {
     auto from = state_;
-    return testing::periodic_response(DuffingRate{theta}, table_, kFrequency, from, kPoints)
+    return testing::periodic_response(DuffingRate{theta}, table_, kFoldFrequency, from, kFoldPoints)
         .value();
   }
 
   Eigen::MatrixXd covariance() const {
     return testing::linear_covariance([this](const auto& theta) { return at(theta); }, kTruth,
-                                      kNoise);
+                                      kFoldNoise);
   }
 
  private:
@@ -57,18 +57,18 @@ TEST_P(PosteriorOfABistableOscillator, IsThatOfTheBranchThatWasMeasured) {
   const bool upper = GetParam();
   const Branch branch(upper ? std::array{2.5, 0.0} : std::array{0.0, 0.0});
   RunData run;
-  run.frequency_hz = kFrequency;
-  run.amplitude = kAmplitude;
+  run.frequency_hz = kFoldFrequency;
+  run.amplitude = kFoldAmplitude;
   run.displacement = branch.at(kTruth);
   const double most = *std::max_element(run.displacement.begin(), run.displacement.end());
   ASSERT_EQ(most > 2.0, upper) << "it settled on the other branch";
   std::mt19937_64 random(3);
-  std::normal_distribution<double> normal(0.0, kNoise);
+  std::normal_distribution<double> normal(0.0, kFoldNoise);
   for (double& u : run.displacement)
     u += normal(random);
   const Model model(testing::duffing());
   EstimationOptions how;
-  how.noise = kNoise;
+  how.noise = kFoldNoise;
   Estimator estimator(model, {run}, how);
   const Fit fit = estimator.fit(kTruth);
   ASSERT_EQ(fit.status, FitStatus::converged) << fit.trouble;

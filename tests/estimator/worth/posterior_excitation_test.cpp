@@ -17,13 +17,13 @@ using Complex = std::complex<double>;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFrequency = 2.0;
-constexpr int kPoints = 40;
+constexpr double kTableFrequency = 2.0;
+constexpr int kTablePoints = 40;
 constexpr int kParts = 6;  // cosine and sine of three harmonics
 
 // As an accelerometer shows it: amplitude * cos and what it adds.
 std::vector<double> shown(double amplitude, const std::vector<double>& parts) {
-  const auto table = testing::excitation_table(amplitude, parts, kPoints / 2);
+  const auto table = testing::excitation_table(amplitude, parts, kTablePoints / 2);
   return {table.begin(), table.end() - 1};
 }
 
@@ -39,17 +39,17 @@ std::vector<double> parts_of(double error, std::mt19937_64& random) {
 struct ClosedForm {
   double c, k, amplitude;
   Complex response(int h, double tau) const {
-    const double w = 2.0 * M_PI * kFrequency * h;
+    const double w = 2.0 * M_PI * kTableFrequency * h;
     return std::polar(1.0, 2.0 * M_PI * h * tau) / Complex(k - w * w, w * c);
   }
   double value(double tau) const { return amplitude * response(1, tau).real(); }
   // Covariance of least squares with errors of `noise` in the response and `error` in each part of
   // the excitation.
   MatrixXd covariance(double noise, double error) const {
-    MatrixXd j(kPoints, 2), s(kPoints, kParts);
-    for (int i = 0; i < kPoints; ++i) {
-      const double tau = static_cast<double>(i) / kPoints;
-      const double w = 2.0 * M_PI * kFrequency;
+    MatrixXd j(kTablePoints, 2), s(kTablePoints, kParts);
+    for (int i = 0; i < kTablePoints; ++i) {
+      const double tau = static_cast<double>(i) / kTablePoints;
+      const double w = 2.0 * M_PI * kTableFrequency;
       const Complex bend = -amplitude * response(1, tau) / Complex(k - w * w, w * c);
       j(i, 0) = (bend * Complex(0.0, w)).real();
       j(i, 1) = bend.real();
@@ -71,10 +71,10 @@ TEST(PosteriorOfNoisyExcitation, HasTheWidthOfClosedFormOnTheLinearOscillator) {
   std::mt19937_64 random(11);
   std::normal_distribution<double> normal(0.0, kNoise);
   RunData run;
-  run.frequency_hz = kFrequency;
+  run.frequency_hz = kTableFrequency;
   run.excitation = shown(exact.amplitude, parts_of(kError, random));
-  for (int i = 0; i < kPoints; ++i)
-    run.displacement.push_back(exact.value(static_cast<double>(i) / kPoints) + normal(random));
+  for (int i = 0; i < kTablePoints; ++i)
+    run.displacement.push_back(exact.value(static_cast<double>(i) / kTablePoints) + normal(random));
   EstimationOptions how;
   how.noise = kNoise;
   const MatrixXd without = exact.covariance(kNoise, 0.0);
@@ -109,8 +109,8 @@ TEST(PosteriorOfNoisyExcitation, IsAsWideAsEstimatesScatterOnTheOleo) {
   auto state = oleo.rest();
   const auto table = testing::excitation_table(kAmplitude, {}, 1600);
   for (int settle = 0; settle < 20; ++settle)
-    testing::one_period(oleo, table, kFrequency, state, kPoints);
-  const auto exact = testing::periodic_response(oleo, table, kFrequency, state, kPoints);
+    testing::one_period(oleo, table, kTableFrequency, state, kTablePoints);
+  const auto exact = testing::periodic_response(oleo, table, kTableFrequency, state, kTablePoints);
   ASSERT_TRUE(exact);
   const Model model(testing::oleo());
   EstimationOptions how;
@@ -119,7 +119,7 @@ TEST(PosteriorOfNoisyExcitation, IsAsWideAsEstimatesScatterOnTheOleo) {
   std::normal_distribution<double> normal(0.0, kNoise);
   VectorXd square = VectorXd::Zero(4);
   RunData run;
-  run.frequency_hz = kFrequency;
+  run.frequency_hz = kTableFrequency;
   for (int repetition = 0; repetition < kRepetitions; ++repetition) {
     run.excitation = shown(kAmplitude, parts_of(kError, random));
     run.displacement = *exact;
@@ -157,11 +157,11 @@ TEST(PosteriorOfNoisyExcitation, StaysInsideTheBounds) {
   auto spec = testing::linear_oscillator();
   const ClosedForm exact{2.0, 120.0, 3.0};
   RunData run;
-  run.frequency_hz = kFrequency;
+  run.frequency_hz = kTableFrequency;
   run.excitation = shown(exact.amplitude, std::vector<double>(kParts, 0.0));
   run.excitation_error = 5e-3;
-  for (int i = 0; i < kPoints; ++i)
-    run.displacement.push_back(exact.value(static_cast<double>(i) / kPoints));
+  for (int i = 0; i < kTablePoints; ++i)
+    run.displacement.push_back(exact.value(static_cast<double>(i) / kTablePoints));
   EstimationOptions how;
   how.noise = 2e-5;
   const double sd = std::sqrt(exact.covariance(how.noise, run.excitation_error)(0, 0));

@@ -186,9 +186,9 @@ TEST(PosteriorOfTheOleoOnItsTyre, HasTheCovarianceOfShooting) {
 
 // Figure 13 with theta1 and theta2 known, so that theta3 and theta4 can be integrated over, each
 // density from Runge-Kutta and shooting.
-class Valley {
+class BentValley {
  public:
-  Valley() : table_(testing::excitation_table(5.0, {}, 200)) {
+  BentValley() : table_(testing::excitation_table(5.0, {}, 200)) {
     const testing::OleoInTime exact{testing::kOleoFeet, 32.178};
     state_ = exact.rest();
     for (int settle = 0; settle < 20; ++settle)
@@ -268,7 +268,7 @@ struct Marginal {
 TEST(PosteriorOfFigure13, AgreesWithQuadrature) {
   constexpr double kFrom = 0.95, kTo = 1.05, kStep = 0.002;
   constexpr int kAcross = 12;  // nodes to each side of the ridge
-  Valley valley;
+  BentValley valley;
   Marginal third, fourth;
   std::vector<double> along;  // the ridge
   const double top = valley.log_density(valley.ridge(1.0), 1.0);

@@ -11,7 +11,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kNoise = 1e-4;
+constexpr double kOleoNoise = 1e-4;
 
 EstimationOptions known(double noise) {
   EstimationOptions options;
@@ -55,7 +55,7 @@ void expect_bias_of_differences(const Model& model, const std::vector<RunDesign>
                                 const std::vector<double>& truth, int grid, double tolerance) {
   const auto data = exact_data(model, design, truth);
   ASSERT_TRUE(data);
-  EstimationOptions options = known(kNoise);
+  EstimationOptions options = known(kOleoNoise);
   options.grid.points = grid;
   Estimator estimator(model, *data, options);
   const Fit centre = estimator.fit(truth);
@@ -68,7 +68,7 @@ void expect_bias_of_differences(const Model& model, const std::vector<RunDesign>
     for (std::size_t j = 0; j < (*data)[r].displacement.size(); ++j) {
       for (const double side : {-kSteps, kSteps}) {
         RunData moved = (*data)[r];
-        moved.displacement[j] += side * kNoise;
+        moved.displacement[j] += side * kOleoNoise;
         estimator.update_run(r, moved);
         const Fit& fit = estimator.fit(centre.theta);
         ASSERT_EQ(fit.status, FitStatus::converged);

@@ -16,7 +16,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kFrequency = 2.003, kRate = 101.7, kSeconds = 8.0;
 
 double rounded(double value, double step) {
@@ -27,7 +26,7 @@ double rounded(double value, double step) {
 double resting(double turn, double moving, bool eased) {
   turn -= std::floor(turn);
   const double part = std::min(1.0, std::fmod(turn, 0.5) / 0.5 / moving);
-  const double way = eased ? 1.0 - std::cos(0.5 * kTwoPi * part) : 2.0 * part;
+  const double way = eased ? 1.0 - std::cos(0.5 * (2.0 * std::numbers::pi) * part) : 2.0 * part;
   return turn < 0.5 ? way - 1.0 : 1.0 - way;
 }
 
@@ -49,7 +48,8 @@ Recording periodic(const Curve& displacement) {
   std::mt19937_64 source(3);
   std::normal_distribution<double> normal;
   for (const double t : r.t) {
-    r.excitation.push_back(3.0 * std::cos(kTwoPi * kFrequency * t) + 5e-3 * normal(source));
+    r.excitation.push_back(3.0 * std::cos((2.0 * std::numbers::pi) * kFrequency * t) +
+                           5e-3 * normal(source));
     r.displacement.push_back(displacement(kFrequency * t));
   }
   return r;
@@ -80,7 +80,8 @@ TEST(Clipping, IsNotADynamometerThatHoldsItsEnds) {
 
 TEST(Clipping, IsAnImposedMotionWhoseSensorHasMetItsEnd) {
   for (const double lost : {0.02, 0.1, 0.3}) {
-    Recording r = imposed([](double turn) { return 0.1 + 0.03 * std::sin(kTwoPi * turn); });
+    Recording r =
+        imposed([](double turn) { return 0.1 + 0.03 * std::sin((2.0 * std::numbers::pi) * turn); });
     for (double& u : r.displacement)
       u = std::min(u, 0.13 - 0.06 * lost);
     const auto run = steady_cycles(r);
@@ -104,9 +105,11 @@ TEST(Clipping, IsNotADamperThatSticksForLongOnACoarseGrid) {
 
 TEST(Clipping, IsNotAForceThatAValveCutsFlatWithinAStepOfACoarseGrid) {
   for (const double step : {0.01, 0.05}) {
-    Recording r = imposed([](double turn) { return 0.1 + 0.03 * std::sin(kTwoPi * turn); });
+    Recording r =
+        imposed([](double turn) { return 0.1 + 0.03 * std::sin((2.0 * std::numbers::pi) * turn); });
     for (std::size_t i = 0; i < r.t.size(); ++i) {
-      const double velocity = 0.03 * kTwoPi * kFrequency * std::cos(kTwoPi * kFrequency * r.t[i]);
+      const double velocity = 0.03 * (2.0 * std::numbers::pi) * kFrequency *
+                              std::cos((2.0 * std::numbers::pi) * kFrequency * r.t[i]);
       r.force[i] = rounded(std::clamp(20.0 * velocity, -2.5, 2.5), step);
     }
     const auto run = steady_cycles(r);
@@ -116,7 +119,8 @@ TEST(Clipping, IsNotAForceThatAValveCutsFlatWithinAStepOfACoarseGrid) {
 
 // Noise moves the flanks and not the flat.
 TEST(Clipping, IsALoadCellWithoutNoiseOnlyWhereItIsFlat) {
-  Recording r = imposed([](double turn) { return 0.1 + 0.03 * std::sin(kTwoPi * turn); });
+  Recording r =
+      imposed([](double turn) { return 0.1 + 0.03 * std::sin((2.0 * std::numbers::pi) * turn); });
   std::mt19937_64 source(9);
   std::normal_distribution<double> normal(0.0, 0.03);
   for (double& force : r.force)
@@ -131,8 +135,8 @@ TEST(Clipping, IsSeenUnderTheNoiseOfWhatComesAfterIt) {
     std::mt19937_64 source(13);
     std::normal_distribution<double> normal(0.0, 2e-6);
     const auto run = steady_cycles(periodic([&](double turn) {
-      const double u =
-          0.15 + 0.025 * std::sin(kTwoPi * turn) + 0.004 * std::cos(2.0 * kTwoPi * turn);
+      const double u = 0.15 + 0.025 * std::sin((2.0 * std::numbers::pi) * turn) +
+                       0.004 * std::cos(2.0 * (2.0 * std::numbers::pi) * turn);
       return rounded(std::max(u, 0.1215 + 0.05 * lost) + normal(source), 1e-6);
     }));
     ASSERT_FALSE(run) << lost;
@@ -144,7 +148,9 @@ TEST(Clipping, IsSeenOnACoarseGrid) {
   for (const double step : {1e-4, 5e-4}) {
     for (const double lost : {0.1, 0.2}) {
       const auto run = steady_cycles(periodic([&](double turn) {
-        return rounded(std::min(0.15 + 0.025 * std::sin(kTwoPi * turn), 0.175 - 0.05 * lost), step);
+        return rounded(
+            std::min(0.15 + 0.025 * std::sin((2.0 * std::numbers::pi) * turn), 0.175 - 0.05 * lost),
+            step);
       }));
       ASSERT_FALSE(run) << step << ", " << lost;
       EXPECT_THAT(run.error().what, HasSubstr("the displacement stays on its highest value"));
@@ -157,8 +163,8 @@ TEST(Clipping, IsNotACrestUnderNoise) {
     std::mt19937_64 source(17);
     std::normal_distribution<double> normal(0.0, noise);
     const auto run = steady_cycles(periodic([&](double turn) {
-      return 0.15 + 0.025 * std::sin(kTwoPi * turn) + 0.004 * std::cos(2.0 * kTwoPi * turn) +
-             normal(source);
+      return 0.15 + 0.025 * std::sin((2.0 * std::numbers::pi) * turn) +
+             0.004 * std::cos(2.0 * (2.0 * std::numbers::pi) * turn) + normal(source);
     }));
     EXPECT_TRUE(run) << noise << ": " << run.error().what;
   }

@@ -9,15 +9,14 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-
 // 0.15 m + 8 mm of cosine, with noise, rounded to steps that begin anywhere.
 std::vector<double> samples(double quantum, double noise, double origin = 0.0) {
   std::mt19937_64 source(3);
   std::normal_distribution<double> normal;
   std::vector<double> values;
   for (int i = 0; i < 4000; ++i) {
-    const double u = 0.15 + 8e-3 * std::cos(kTwoPi * i / 311.7) + noise * normal(source);
+    const double u =
+        0.15 + 8e-3 * std::cos((2.0 * std::numbers::pi) * i / 311.7) + noise * normal(source);
     values.push_back(quantum > 0.0 ? origin + quantum * std::round((u - origin) / quantum) : u);
   }
   return values;
@@ -53,8 +52,9 @@ double bessel_variance(int order, double amplitude, double quantum, double noise
   double sum = 0.0;
   for (int k = 1; k < 400; ++k) {
     const double kept = std::exp(-2.0 * std::pow(std::numbers::pi * k * noise / quantum, 2));
-    const double size = 2.0 * quantum / (std::numbers::pi * k) * kept *
-                        std::cyl_bessel_j(order, kTwoPi * k * amplitude / quantum);
+    const double size =
+        2.0 * quantum / (std::numbers::pi * k) * kept *
+        std::cyl_bessel_j(order, (2.0 * std::numbers::pi) * k * amplitude / quantum);
     sum += 0.5 * size * size;  // over all places of the grid, into cosine and sine
   }
   return 0.5 * sum;

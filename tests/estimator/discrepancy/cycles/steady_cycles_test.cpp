@@ -14,8 +14,6 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-
 struct Shape {
   double frequency = 2.003;
   double seconds = 8.0;
@@ -36,7 +34,7 @@ Recording recording(const Shape& s) {
   r.amplitude = 3.0;
   for (int i = 0; i < static_cast<int>(s.seconds * s.rate); ++i) {
     const double t = i / s.rate;
-    const double phase = kTwoPi * s.frequency * t + 0.4;
+    const double phase = (2.0 * std::numbers::pi) * s.frequency * t + 0.4;
     r.t.push_back(t);
     r.excitation.push_back(3.0 * std::cos(phase) + 5e-3 * normal(source));
     r.displacement.push_back(0.15 + 0.01 * std::cos(phase - 0.7) + 0.002 * std::cos(3.0 * phase) +
@@ -64,7 +62,7 @@ TEST(SteadyCycles, RecoversHarmonicsAgainstTheExcitationsOwnPhase) {
 TEST(SteadyCycles, IsNotTurnedByTheEndOfARamp) {
   Recording r = recording({.seconds = 9.0});
   for (std::size_t i = 0; i < r.t.size() && r.t[i] < 0.5; ++i)
-    r.excitation[i] += 0.03 * std::sin(kTwoPi * 2.003 * r.t[i] + 0.4);
+    r.excitation[i] += 0.03 * std::sin((2.0 * std::numbers::pi) * 2.003 * r.t[i] + 0.4);
   const auto run = steady_cycles(r);
   ASSERT_TRUE(run) << run.error().what;
   EXPECT_NEAR(run->frequency_hz, 2.003, 1e-5);
@@ -101,8 +99,8 @@ TEST(SteadyCycles, DoesNotTakeADyingAlternationForASubharmonic) {
   for (const double beside : {0.0, 0.03}) {
     Recording r = recording({});
     for (std::size_t i = 0; i < r.t.size(); ++i)
-      r.displacement[i] +=
-          5e-4 * std::exp(-0.6 * r.t[i]) * std::cos(kTwoPi * (1.0 + beside) * r.t[i]);
+      r.displacement[i] += 5e-4 * std::exp(-0.6 * r.t[i]) *
+                           std::cos((2.0 * std::numbers::pi) * (1.0 + beside) * r.t[i]);
     const auto run = steady_cycles(r);
     ASSERT_TRUE(run) << run.error().what;
     EXPECT_EQ(run->subharmonic, 0) << beside;
@@ -161,7 +159,8 @@ TEST(SteadyCycles, DoesNotTakeADamperThatSticksForAClippedSensor) {
     for (std::size_t i = 0; i < r.t.size(); ++i) {
       const double turn = std::fmod(2.003 * r.t[i], 1.0);
       const double part = std::fmod(turn, 0.5) / 0.44;  // it moves for 44 % of each half
-      const double way = part < 1.0 ? 0.5 - 0.5 * std::cos(0.5 * kTwoPi * part) : 1.0;
+      const double way =
+          part < 1.0 ? 0.5 - 0.5 * std::cos(0.5 * (2.0 * std::numbers::pi) * part) : 1.0;
       r.displacement[i] = 0.15 + 0.01 * (turn < 0.5 ? way : 1.0 - way);
       r.displacement[i] = step * std::round(r.displacement[i] / step);
     }
@@ -239,7 +238,7 @@ TEST(SteadyCycles, NamesASampleThatStandsAlone) {
 TEST(SteadyCycles, HasNoSpikesInAForceThatJumps) {
   Recording r = recording({});
   for (std::size_t i = 0; i < r.t.size(); ++i)
-    r.displacement[i] += std::sin(kTwoPi * 2.003 * r.t[i]) > 0.0 ? 0.004 : -0.004;
+    r.displacement[i] += std::sin((2.0 * std::numbers::pi) * 2.003 * r.t[i]) > 0.0 ? 0.004 : -0.004;
   const auto run = steady_cycles(r);
   ASSERT_TRUE(run) << run.error().what;
   EXPECT_THAT(run->warnings, ::testing::Not(::testing::Contains(::testing::HasSubstr("alone"))));

@@ -14,14 +14,14 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kSamplesACycle = 50.685;
 constexpr int kSteps = 20;  // of the integration, a sample
 
 struct Drive {
   double frequency_hz, amplitude, ramp_s;
   double at(double t) const {
-    return amplitude * std::min(1.0, t / ramp_s) * std::cos(kTwoPi * frequency_hz * t);
+    return amplitude * std::min(1.0, t / ramp_s) *
+           std::cos((2.0 * std::numbers::pi) * frequency_hz * t);
   }
 };
 
@@ -74,8 +74,8 @@ TEST(Succession, SeesAPeriodThatHasDoubled) {
   const auto duffing = [](double u, double v) { return 0.3 * v - u + u * u * u; };
   for (const double amplitude : {0.28, 0.65}) {
     for (const double cycles : {8.4, 20.4}) {
-      const auto run =
-          steady_cycles(simulated({1.2 / kTwoPi, amplitude, 10.0}, duffing, 60.0, cycles, 1e-3, 4));
+      const auto run = steady_cycles(simulated({1.2 / (2.0 * std::numbers::pi), amplitude, 10.0},
+                                               duffing, 60.0, cycles, 1e-3, 4));
       ASSERT_TRUE(run) << run.error().what;
       EXPECT_EQ(run->subharmonic, 2) << amplitude << ", " << cycles;
       EXPECT_FALSE(run->dying) << amplitude << ", " << cycles;

@@ -9,7 +9,7 @@ namespace shaker::estimator::discrepancy {
 namespace {
 
 // A design of 80 data, 5 parameters and 30 signatures, all at random.
-Design design(double freedom) {
+Design random_design(double freedom) {
   std::mt19937_64 source(4);
   std::normal_distribution<double> normal;
   const auto random = [&] { return normal(source); };
@@ -27,7 +27,7 @@ Design design(double freedom) {
 
 // Noise made otherwise than the calibration makes it: chi-squared as a sum of squares.
 double false_alarms(double freedom, double rate) {
-  const Design d = design(freedom);
+  const Design d = random_design(freedom);
   const Calibration calibration(d, 4000, 1);
   const Projector project(d.jacobian);
   std::mt19937_64 source(99);
@@ -61,14 +61,14 @@ TEST(Calibration, HoldsItWithFewCyclesToo) {
 }
 
 TEST(Calibration, ReachesBeyondItsDraws) {
-  const Calibration calibration(design(100.0), 2000, 1);
+  const Calibration calibration(random_design(100.0), 2000, 1);
   EXPECT_LT(calibration.of_length(400.0), 1e-6);
   EXPECT_GT(calibration.of_length(70.0), 0.3);
   EXPECT_LT(calibration.of_best_gain(60.0), 1e-6);
 }
 
 TEST(Projector, LeavesNothingOfWhatTheParametersCanDo) {
-  const Design d = design(10.0);
+  const Design d = random_design(10.0);
   const Projector project(d.jacobian);
   EXPECT_LT(project(d.jacobian).norm(), 1e-10 * d.jacobian.norm());
 }

@@ -48,7 +48,7 @@ const NamedEffect* find(const Diagnosis& d, const std::string& name) {
   return nullptr;
 }
 
-Diagnosis diagnosed(const Campaign& campaign) {
+Diagnosis diagnosed_quickly(const Campaign& campaign) {
   const auto d = diagnose(campaign, estimator::testing::oleo());
   EXPECT_TRUE(d) << d.error().what;
   return d ? *d : Diagnosis{};
@@ -94,7 +94,7 @@ TEST(FirstLook, DoesNotBlameTheSensorForOilThatWarms) {
 TEST(FirstLook, NamesTheDriftWithItsRate) {
   Campaign campaign = with({});
   add_drift(campaign, -3e-5);
-  const Diagnosis d = diagnosed(campaign);
+  const Diagnosis d = diagnosed_quickly(campaign);
   EXPECT_EQ(d.verdict, Verdict::explained);
   ASSERT_EQ(d.effects.size(), 1U);
   EXPECT_EQ(d.effects[0].name, "sensor_drift");
@@ -111,7 +111,7 @@ TEST(FirstLook, NamesTheDriftWithItsRate) {
 TEST(FirstLook, ADriftDoesNotHideFriction) {
   Campaign campaign = with({{"pressure_friction", 0.005}});
   add_drift(campaign, 3e-5);
-  const Diagnosis d = diagnosed(campaign);
+  const Diagnosis d = diagnosed_quickly(campaign);
   EXPECT_EQ(d.verdict, Verdict::explained);
   ASSERT_NE(find(d, "sensor_drift"), nullptr);
   const NamedEffect* friction = find(d, "pressure_friction");
@@ -123,7 +123,7 @@ TEST(FirstLook, NamesACoarseSensorAndBlamesTheDamperForNothing) {
   for (const double quantum : {2e-4, 5e-4}) {
     Campaign campaign = with({});
     round_off(campaign, quantum);
-    const Diagnosis d = diagnosed(campaign);
+    const Diagnosis d = diagnosed_quickly(campaign);
     EXPECT_EQ(d.verdict, Verdict::explained) << quantum;
     ASSERT_EQ(d.effects.size(), 1U) << quantum;
     EXPECT_EQ(d.effects[0].name, "sensor_quantisation");
@@ -134,7 +134,7 @@ TEST(FirstLook, NamesACoarseSensorAndBlamesTheDamperForNothing) {
 TEST(FirstLook, NoiseBlursAFineGrid) {
   Campaign campaign = with({});  // noise of 20 um
   round_off(campaign, 2e-5);
-  const Diagnosis d = diagnosed(campaign);
+  const Diagnosis d = diagnosed_quickly(campaign);
   EXPECT_EQ(d.verdict, Verdict::adequate);
   EXPECT_TRUE(d.effects.empty());
 }
@@ -142,7 +142,7 @@ TEST(FirstLook, NoiseBlursAFineGrid) {
 TEST(FirstLook, ACoarseSensorDoesNotHideFriction) {
   Campaign campaign = with({{"pressure_friction", 0.02}});
   round_off(campaign, 2e-4);
-  const Diagnosis d = diagnosed(campaign);
+  const Diagnosis d = diagnosed_quickly(campaign);
   EXPECT_EQ(d.verdict, Verdict::explained);
   EXPECT_NE(find(d, "sensor_quantisation"), nullptr);
   const NamedEffect* friction = find(d, "pressure_friction");

@@ -19,7 +19,7 @@ using testing::drop;
 using testing::sweep;
 using testing::Truth;
 
-config::ModelSpec oscillator() {
+config::ModelSpec drifting_oscillator() {
   auto model = estimator::testing::model_of({estimator::testing::effect("linear_stiffness"),
                                              estimator::testing::effect("viscous_damping")});
   model.effects[0].parameters["k"].start = 80.0;
@@ -42,7 +42,7 @@ Campaign drops(const Truth& truth, std::uint64_t seed) {
                      1);
 }
 
-Campaign sweeps(const Truth& truth, std::uint64_t seed) {
+Campaign oscillator_sweeps(const Truth& truth, std::uint64_t seed) {
   return campaign_of({sweep("linear", truth, 0.5, 4.0, 3.0, 12.0, seed),
                       sweep("linear", truth, 3.0, 1.0, 2.0, 12.0, seed + 1),
                       sweep("linear", truth, 0.8, 3.0, 2.5, 12.0, seed + 2)},
@@ -74,7 +74,7 @@ TEST(TransientCosines, ReturnACurveAndItsDerivatives) {
 }
 
 TEST(Transient, NoiseIsTheFloorAboveAllThatMoves) {
-  const auto runs = sampled_runs(sweeps({}, 3).runs);
+  const auto runs = sampled_runs(oscillator_sweeps({}, 3).runs);
   ASSERT_TRUE(runs) << runs.error().what;
   for (const auto& run : *runs) {
     // White: power of a cosine is twice the variance over the samples (6000 of them).
@@ -108,7 +108,8 @@ TEST(Transient, NamesTheFrictionHiddenInADrop) {
 }
 
 TEST(Transient, NamesTheStiffeningSpringOfASweptOscillator) {
-  const auto d = diagnose(sweeps({{"cubic_stiffness", 800.0}}, 7), oscillator());
+  const auto d =
+      diagnose(oscillator_sweeps({{"cubic_stiffness", 800.0}}, 7), drifting_oscillator());
   ASSERT_TRUE(d) << d.error().what;
   EXPECT_EQ(d->verdict, Verdict::explained);
   ASSERT_EQ(d->effects.size(), 1U);
@@ -179,13 +180,13 @@ TEST(Transient, NamesFrictionAlongAnImposedMotionWithoutAPeriod) {
 }
 
 void refused(const Campaign& campaign, const std::string& words) {
-  const auto d = diagnose(campaign, oscillator());
+  const auto d = diagnose(campaign, drifting_oscillator());
   ASSERT_FALSE(d);
   EXPECT_THAT(d.error().what, ::testing::HasSubstr(words));
 }
 
 TEST(Transient, SaysWhatIsWrongWithARecord) {
-  const Campaign good = sweeps({}, 1);
+  const Campaign good = oscillator_sweeps({}, 1);
   Campaign bad = good;
   bad.runs[0].excitation.pop_back();
   refused(bad, "not on one clock");
