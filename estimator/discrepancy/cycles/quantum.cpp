@@ -39,15 +39,15 @@ double smallest_step(const std::vector<double>& sorted, double trifle) {
 // What is expected of a sample's rounding, in steps, at a place in steps: the saw tooth, its
 // harmonics damped by the noise.
 double rounded_off(double place, double noise) {
-  constexpr double kPi = std::numbers::pi;
-  const double c = std::cos(2.0 * kPi * place), s = std::sin(2.0 * kPi * place);
+  const double c = std::cos(2.0 * std::numbers::pi * place),
+               s = std::sin(2.0 * std::numbers::pi * place);
   double ck = 1.0, sk = 0.0, sum = 0.0;
   for (int k = 1; k * noise < 0.7; ++k) {
     const double next = ck * c - sk * s;
     sk = sk * c + ck * s;
     ck = next;
-    const double kept = std::exp(-2.0 * std::pow(kPi * k * noise, 2));
-    sum += (k % 2 == 0 ? kept : -kept) * sk / (kPi * k);
+    const double kept = std::exp(-2.0 * std::pow(std::numbers::pi * k * noise, 2));
+    sum += (k % 2 == 0 ? kept : -kept) * sk / (std::numbers::pi * k);
   }
   return sum;
 }
