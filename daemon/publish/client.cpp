@@ -9,16 +9,35 @@
 #include "protocol/rpc.hpp"
 
 namespace shaker::daemon {
+namespace {
+
+// The part of `bytes` that one turn takes.
+std::size_t size_of_turn(std::string_view bytes) {
+  std::size_t end = 0;
+  for (int line = 0; line < kMaxLinesPerTurn; ++line) {
+    const auto newline = bytes.find('\n', end);
+    if (newline == std::string_view::npos) return bytes.size();
+    end = newline + 1;
+  }
+  return end;
+}
+
+}  // namespace
 
 Client::Client(UniqueFd fd, Peer peer, std::size_t max_queued)
     : fd_(std::move(fd)), peer_(std::move(peer)), max_queued_(max_queued) {}
 
 Client::Input Client::receive() {
   Input input;
-  std::array<char, 16 * 1024> buffer;
-  const ssize_t got = ::recv(fd_.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+  std::array<char, kMaxReadPerTurn> buffer;
+  ssize_t got = ::recv(fd_.get(), buffer.data(), buffer.size(), MSG_DONTWAIT | MSG_PEEK);
+  if (got > 0) {
+    const auto turn = size_of_turn({buffer.data(), static_cast<std::size_t>(got)});
+    got = ::recv(fd_.get(), buffer.data(), turn, MSG_DONTWAIT);
+  }
   if (got <= 0) {
     input.ended = got == 0 || (errno != EAGAIN && errno != EINTR);
+    input.nothing = !input.ended;
     return input;
   }
   std::string_view rest(buffer.data(), static_cast<std::size_t>(got));
@@ -40,13 +59,14 @@ Client::Input Client::receive() {
   return input;
 }
 
-void Client::send(const Line& line, Nanoseconds now) {
+void Client::send(const Line& line, Nanoseconds now, Kind kind) {
   if (condemned_since_) {
     if (!told_) ++missed_;
     return;
   }
-  queue_.push_back(line);
+  queue_.push_back({line, kind});
   queued_bytes_ += line->size();
+  if (kind == Kind::answer) answer_bytes_ += line->size();
   if (queued_bytes_ > max_queued_) condemn(now);
 }
 
@@ -55,12 +75,21 @@ void Client::condemn(Nanoseconds now) {
   const std::size_t begun = sent_of_first_ > 0 ? 1 : 0;  // a line is never cut
   missed_ += queue_.size() - begun;
   queue_.resize(begun);
-  queued_bytes_ = begun != 0 ? queue_.front()->size() - sent_of_first_ : 0;
+  queued_bytes_ = begun != 0 ? queue_.front().line->size() - sent_of_first_ : 0;
+  answer_bytes_ = 0;
+  if (begun != 0) queue_.front().kind = Kind::document;  // counts no more as an answer
+}
+
+void Client::forget_first() {
+  const Queued& first = queue_.front();
+  if (first.kind == Kind::answer) answer_bytes_ -= first.line->size();
+  queue_.pop_front();
+  sent_of_first_ = 0;
 }
 
 // It was not begun: what is missed until then counts too.
 void Client::withdraw_last_line() {
-  queued_bytes_ -= queue_.back()->size();
+  queued_bytes_ -= queue_.back().line->size();
   queue_.pop_back();
   told_ = false;
 }
@@ -69,12 +98,13 @@ bool Client::flush() {
   while (true) {
     if (queue_.empty() && condemned_since_ && !told_) {
       told_ = true;
-      queue_.push_back(std::make_shared<const std::string>(
-          fmt::format("{{\"type\":\"missed\",\"count\":{}}}\n", missed_)));
-      queued_bytes_ += queue_.back()->size();
+      queue_.push_back({std::make_shared<const std::string>(
+                            fmt::format("{{\"type\":\"missed\",\"count\":{}}}\n", missed_)),
+                        Kind::document});
+      queued_bytes_ += queue_.back().line->size();
     }
     if (queue_.empty()) return !told_;
-    const std::string& first = *queue_.front();
+    const std::string& first = *queue_.front().line;
     const ssize_t sent = ::send(fd_.get(), first.data() + sent_of_first_,
                                 first.size() - sent_of_first_, MSG_DONTWAIT | MSG_NOSIGNAL);
     if (sent < 0) {
@@ -85,8 +115,7 @@ bool Client::flush() {
     sent_of_first_ += static_cast<std::size_t>(sent);
     queued_bytes_ -= static_cast<std::size_t>(sent);
     if (sent_of_first_ < first.size()) continue;
-    queue_.pop_front();
-    sent_of_first_ = 0;
+    forget_first();
   }
 }
 

@@ -1,5 +1,9 @@
 // One connection: bytes in to lines, lines out to bytes. Never blocks.
 //
+// One call of `receive` takes a few KiB and a few lines at most, so that no client keeps the others
+// waiting. What is left stays in the kernel's buffer, so that the loop finds the connection ready
+// again and a client that sends faster than it is served waits by itself.
+//
 // A client that reads too slowly is condemned: what it had not begun to get is withdrawn and
 // counted, one line {"type":"missed","count":N} tells it so, and it is closed. It is never waited
 // for.
@@ -26,6 +30,12 @@ struct Peer {
   bool read_only = false;  // TCP: may listen, not command
 };
 
+// Of one client in one turn of the loop. An answer takes some 50 us.
+inline constexpr std::size_t kMaxReadPerTurn = 4096;  // bytes
+inline constexpr int kMaxLinesPerTurn = 4;
+// With more bytes of answers than this waiting, no more requests are read.
+inline constexpr std::size_t kMaxUnreadAnswers = 64 * 1024;
+
 class Client {
  public:
   Client(UniqueFd fd, Peer peer, std::size_t max_queued);
@@ -36,13 +46,17 @@ class Client {
   // --- in
   struct Input {
     std::vector<std::string> lines;
-    int too_long = 0;    // lines above the limit, thrown away up to their newline
-    bool ended = false;  // the other side will send no more
+    int too_long = 0;      // lines above the limit, thrown away up to their newline
+    bool ended = false;    // the other side will send no more
+    bool nothing = false;  // has come since the last call
   };
   Input receive();
+  // Whether its answers are read, so that more requests may be.
+  bool reads_answers() const { return answer_bytes_ <= kMaxUnreadAnswers; }
 
   // --- out
-  void send(const Line& line, Nanoseconds now);
+  enum class Kind : std::uint8_t { document, answer };
+  void send(const Line& line, Nanoseconds now, Kind kind = Kind::document);
   // As much as the kernel takes. False: the connection is to be closed (broken, or told and done).
   bool flush();
   bool wants_to_write() const { return !queue_.empty() || condemned_since_.has_value(); }
@@ -51,14 +65,20 @@ class Client {
 
  private:
   void condemn(Nanoseconds now);
+  void forget_first();
   void withdraw_last_line();
 
   UniqueFd fd_;
   Peer peer_;
   std::string in_;
   bool skipping_ = false;  // the rest of a line that was too long
-  std::deque<Line> queue_;
-  std::size_t sent_of_first_ = 0, queued_bytes_ = 0, max_queued_;
+  struct Queued {
+    Line line;
+    Kind kind = Kind::document;
+  };
+  std::deque<Queued> queue_;
+  // Of `queued_bytes_`, `answer_bytes_` are of answers not sent to their ends.
+  std::size_t sent_of_first_ = 0, queued_bytes_ = 0, answer_bytes_ = 0, max_queued_;
   std::optional<Nanoseconds> condemned_since_;
   std::uint64_t missed_ = 0;
   bool told_ = false;

@@ -1,9 +1,5 @@
 #include "daemon/publish/stream_server.hpp"
 
-#include <array>
-#include <cerrno>
-#include <pwd.h>
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/epoll.h>
@@ -11,6 +7,7 @@
 #include <system_error>
 
 #include "daemon/publish/event_loop.hpp"
+#include "daemon/publish/user_name.hpp"
 
 namespace shaker::daemon {
 namespace {
@@ -27,11 +24,17 @@ std::string describe_peer(int fd, bool read_only) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
   if (::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return "someone";
-  std::array<char, 4096> buffer;
-  passwd entry{}, *found = nullptr;
-  ::getpwuid_r(credentials.uid, &entry, buffer.data(), buffer.size(), &found);
-  const std::string user = found ? found->pw_name : fmt::format("uid {}", credentials.uid);
-  return fmt::format("{} (pid {})", user, credentials.pid);
+  return fmt::format("{} (pid {})", user_name(credentials.uid), credentials.pid);
+}
+
+Line refusal(std::string why) {
+  return as_line(
+      protocol::error_line({protocol::RpcCode::too_many_clients, std::move(why), nullptr}));
+}
+
+// These ask only: their senders are not kept for them.
+bool commands(const protocol::RpcRequest& request) {
+  return request.method != "ping" && request.method != "status";
 }
 
 EventSource add_io(sd_event* loop, int fd, std::uint32_t events, sd_event_io_handler_t callback,
@@ -57,8 +60,10 @@ struct StreamServer::Connection {
   StreamServer* server;
   Client client;
   EventSource source;
-  bool silent = false;  // it will send no more
-  bool dead = false;    // removed by reap(), never inside a callback of its own
+  std::optional<Nanoseconds> commanded_at;  // its last command that was obeyed
+  bool silent = false;                      // it will send no more
+  bool deaf = false;  // nothing can be sent to it; what it has sent is read to the end
+  bool dead = false;  // removed by reap(), never inside a callback of its own
 };
 
 StreamServer::StreamServer(sd_event* loop, Clock& clock, RequestHandler& handler,
@@ -87,15 +92,62 @@ void StreamServer::add_listener(UniqueFd listener, bool read_only) {
   listeners_.push_back(std::move(owned));
 }
 
+// Why no client more can be taken; empty when one can.
+std::string StreamServer::no_room(bool read_only) {
+  std::vector<Connection*> there;  // in the order in which they came
+  for (const auto& [number, connection] : clients_) {
+    if (!connection->dead && connection->client.peer().read_only == read_only)
+      there.push_back(connection.get());
+  }
+  const auto stay =
+      static_cast<std::size_t>(read_only ? options_.max_read_only : options_.max_local);
+  const auto most = stay + static_cast<std::size_t>(read_only ? 0 : options_.kept_places);
+  if (there.size() < most) return {};
+  if (read_only) {
+    return fmt::format(
+        "{} TCP clients listen already, and that is the limit; close one of them, or use the Unix "
+        "socket.",
+        most);
+  }
+  for (std::size_t i = stay; i < there.size(); ++i) {
+    if (make_way(*there[i])) return {};
+  }
+  return fmt::format(
+      "{} clients are connected already, and those on the places kept for commands have just "
+      "commanded; close one of them, or try again in {:.0f} s.",
+      most, seconds(options_.command_protects));
+}
+
+// What it has sent already comes first: it may be a stop.
+bool StreamServer::make_way(Connection& connection) {
+  on_readable(connection);
+  if (connection.dead) return true;
+  if (has_commanded(connection)) return false;
+  spdlog::info("Client {} makes way for a newer one.", connection.client.peer().client);
+  connection.client.send(
+      refusal(fmt::format("{} clients are connected and a newer one has come; this one has "
+                          "commanded nothing and made way. Close one of the others and connect "
+                          "again.",
+                          options_.max_local + options_.kept_places)),
+      clock_.now());
+  connection.client.flush();
+  close_later(connection);
+  return true;
+}
+
+bool StreamServer::has_commanded(const Connection& connection) const {
+  if (connection.client.peer().client == controller_) return true;
+  return connection.commanded_at &&
+         clock_.now() - *connection.commanded_at < options_.command_protects;
+}
+
 void StreamServer::accept(Listener& listener) {
   UniqueFd fd(::accept4(listener.fd.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!fd.valid()) return;
-  if (client_count() >= options_.max_clients) {
-    const auto line = as_line(protocol::error_line(
-        {protocol::RpcCode::too_many_clients,
-         fmt::format("{} clients are connected already, and that is the limit; close one of them.",
-                     options_.max_clients),
-         nullptr}));
+  const std::string full = no_room(listener.read_only);
+  reap();
+  if (!full.empty()) {
+    const Line line = refusal(full);
     // Best effort: a fresh socket's buffer is empty.
     if (::send(fd.get(), line->data(), line->size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0) return;
     return;
@@ -110,9 +162,7 @@ void StreamServer::accept(Listener& listener) {
       [](sd_event_source*, int, std::uint32_t events, void* self) {
         auto& ready = *static_cast<Connection*>(self);
         StreamServer& server = *ready.server;
-        if ((events & EPOLLIN) != 0 && !ready.silent) server.on_readable(ready);
-        if ((events & EPOLLOUT) != 0 && !ready.dead) server.push(ready);
-        if ((events & (EPOLLHUP | EPOLLERR)) != 0) server.close_later(ready);
+        server.on_event(ready, events);
         server.reap();
         return 0;
       },
@@ -139,6 +189,15 @@ void StreamServer::keep_for_late_joiners(const PublishedLine& line) {
   if (kept_.size() < kMaxKept) kept_.push_back(as_line(line.text));
 }
 
+// A client that is gone may have left requests behind, a stop among them: they are handled first, a
+// few in each turn, since the loop finds a connection that hung up ready again and again.
+void StreamServer::on_event(Connection& connection, std::uint32_t events) {
+  const bool hung_up = (events & (EPOLLHUP | EPOLLERR)) != 0;
+  if (((events & EPOLLIN) != 0 || hung_up) && !connection.silent) on_readable(connection);
+  if ((events & EPOLLOUT) != 0) push(connection);
+  if (hung_up && connection.silent) close_later(connection);
+}
+
 void StreamServer::on_readable(Connection& connection) {
   const auto input = connection.client.receive();
   for (int i = 0; i < input.too_long; ++i) {
@@ -148,40 +207,49 @@ void StreamServer::on_readable(Connection& connection) {
                                                          protocol::kMaxRequestLine),
                                              nullptr}));
   }
-  for (const std::string& line : input.lines) {
-    auto parsed = protocol::parse_request(line);
-    if (const auto* error = std::get_if<protocol::RpcError>(&parsed)) {
-      answer(connection, protocol::error_line(*error));
-      continue;
-    }
-    const auto& request = std::get<protocol::RpcRequest>(parsed);
-    Answer given = handler_.handle(request, connection.client.peer());
-    if (!request.id) continue;  // a notification is never answered
-    if (auto* error = std::get_if<protocol::RpcError>(&given)) {
-      error->id = *request.id;
-      answer(connection, protocol::error_line(*error));
-    } else {
-      answer(connection, protocol::result_line(*request.id, std::get<nlohmann::json>(given)));
-    }
-  }
+  for (const std::string& line : input.lines)
+    handle(connection, line);
   if (input.ended && !connection.silent) {
     connection.silent = true;  // it may go on listening, as `nc -N` does
     handler_.gone(connection.client.peer());
   }
+  if (connection.deaf && (input.ended || input.nothing)) return close_later(connection);
   push(connection);
 }
 
+void StreamServer::handle(Connection& connection, const std::string& line) {
+  auto parsed = protocol::parse_request(line);
+  if (const auto* error = std::get_if<protocol::RpcError>(&parsed))
+    return answer(connection, protocol::error_line(*error));
+  const auto& request = std::get<protocol::RpcRequest>(parsed);
+  Answer given = handler_.handle(request, connection.client.peer());
+  auto* error = std::get_if<protocol::RpcError>(&given);
+  if (!error && commands(request)) connection.commanded_at = clock_.now();
+  if (!error && request.method == "control.acquire") controller_ = connection.client.peer().client;
+  if (!request.id) return;  // a notification is never answered
+  if (error) {
+    error->id = *request.id;
+    answer(connection, protocol::error_line(*error));
+  } else {
+    answer(connection, protocol::result_line(*request.id, std::get<nlohmann::json>(given)));
+  }
+}
+
 void StreamServer::answer(Connection& connection, const std::string& line) {
-  connection.client.send(as_line(line), clock_.now());
+  if (!connection.deaf) connection.client.send(as_line(line), clock_.now(), Client::Kind::answer);
 }
 
 void StreamServer::push(Connection& connection) {
   if (connection.dead) return;
-  if (!connection.client.flush()) return close_later(connection);
-  const bool reading = !connection.silent && !connection.client.condemned_since();
-  const std::uint32_t events =
-      (reading ? EPOLLIN : 0U) | (connection.client.wants_to_write() ? EPOLLOUT : 0U);
-  ::sd_event_source_set_io_events(connection.source.get(), events);
+  const Client& client = connection.client;
+  if (!connection.deaf && !connection.client.flush()) {
+    if (client.condemned_since() || connection.silent) return close_later(connection);
+    connection.deaf = true;
+  }
+  const bool reading = !connection.silent && (connection.deaf || client.reads_answers());
+  const bool writing = !connection.deaf && client.wants_to_write();
+  ::sd_event_source_set_io_events(connection.source.get(),
+                                  (reading ? EPOLLIN : 0U) | (writing ? EPOLLOUT : 0U));
 }
 
 void StreamServer::publish(const PublishedLine& document) {
@@ -191,6 +259,7 @@ void StreamServer::publish(const PublishedLine& document) {
   if (document.type == "estimate") last_estimate_ = line;
   const Nanoseconds now = clock_.now();
   for (auto& [number, connection] : clients_) {
+    if (connection->deaf) continue;
     connection->client.send(line, now);
     push(*connection);
   }
@@ -202,6 +271,8 @@ void StreamServer::tick() {
   for (auto& [number, connection] : clients_) {
     const auto since = connection->client.condemned_since();
     if (since && now - *since > options_.condemned_grace) close_later(*connection);
+    // Its other side may have closed one direction only, of which the loop says nothing.
+    if (connection->deaf && !connection->dead) on_readable(*connection);
   }
   reap();
 }

@@ -1,0 +1,29 @@
+#include "daemon/publish/user_name.hpp"
+
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <pwd.h>
+
+#include <fmt/format.h>
+
+namespace shaker::daemon {
+namespace {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+}  // namespace
+
+std::string user_name(uid_t uid, const char* file) {
+  const std::unique_ptr<std::FILE, CloseFile> users(std::fopen(file, "re"));
+  std::array<char, 4096> buffer;  // of one line
+  passwd entry{}, *found = nullptr;
+  while (users && ::fgetpwent_r(users.get(), &entry, buffer.data(), buffer.size(), &found) == 0) {
+    if (entry.pw_uid == uid) return entry.pw_name;
+  }
+  return fmt::format("uid {}", uid);
+}
+
+}  // namespace shaker::daemon
