@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstring>
 #include <iterator>
+#include <numeric>
+#include <tuple>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -15,6 +17,8 @@
 
 namespace shaker::config {
 namespace {
+
+constexpr std::size_t kShownKey = 80;  // bytes of a key in a message
 
 // Tells the tree builder how far the lexer has read; nlohmann-json's events do not say.
 class CountingIterator {
@@ -82,13 +86,7 @@ class TreeBuilder final : public nlohmann::json_sax<nlohmann::json> {
   bool end_array() override { return close(); }
 
   bool key(string_t& value) override {
-    Node& object = *open_.back();
-    if (std::find(object.keys.begin(), object.keys.end(), value) != object.keys.end()) {
-      error_ = fmt::format("{}:{}: key \"{}\" occurs twice in one object; remove one", origin_,
-                           line(), value);
-      return false;
-    }
-    object.keys.push_back(std::move(value));
+    open_.back()->keys.push_back(std::move(value));
     return true;
   }
 
@@ -165,8 +163,26 @@ class TreeBuilder final : public nlohmann::json_sax<nlohmann::json> {
   }
 
   bool close() {
+    Node& closed = *open_.back();
     open_.pop_back();
-    return true;
+    return sort_keys(closed);
+  }
+
+  // False when a key occurs twice.
+  bool sort_keys(Node& object) {
+    const auto& keys = object.keys;
+    object.by_name.resize(keys.size());
+    std::iota(object.by_name.begin(), object.by_name.end(), 0U);
+    std::ranges::sort(object.by_name, [&](std::uint32_t a, std::uint32_t b) {
+      return std::tie(keys[a], a) < std::tie(keys[b], b);
+    });
+    const auto twice = std::ranges::adjacent_find(
+        object.by_name, [&](std::uint32_t a, std::uint32_t b) { return keys[a] == keys[b]; });
+    if (twice == object.by_name.end()) return true;
+    const std::uint32_t second = *std::next(twice);
+    error_ = fmt::format("{}:{}: key \"{}\" occurs twice in one object; remove one", origin_,
+                         object.elements[second].line, keys[second].substr(0, kShownKey));
+    return false;
   }
 
   const std::string& origin_;
@@ -182,8 +198,9 @@ class TreeBuilder final : public nlohmann::json_sax<nlohmann::json> {
 }  // namespace
 
 const Node* Node::find(const std::string& key) const {
-  const auto at = std::find(keys.begin(), keys.end(), key);
-  return at == keys.end() ? nullptr : &elements[static_cast<std::size_t>(at - keys.begin())];
+  const auto at = std::ranges::lower_bound(
+      by_name, key, {}, [&](std::uint32_t i) -> const std::string& { return keys[i]; });
+  return at == by_name.end() || keys[*at] != key ? nullptr : &elements[*at];
 }
 
 std::string Node::shown() const {
@@ -219,19 +236,19 @@ Result<Node> parse_json(const std::string& text, const std::string& origin) {
   return std::move(builder.root());
 }
 
-// Only regular files: a client of the daemon may name a model file, and opening a pipe would wait
-// for its other end.
-Result<std::string> read_text(const std::filesystem::path& file) {
+Result<std::string> read_text(const std::filesystem::path& file, std::size_t most) {
   const auto trouble = [&](const std::string& why) {
     return Error{ErrorKind::io, fmt::format("{}: {}", file.string(), why)};
   };
-  const UniqueFd fd(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  const UniqueFd fd(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (!fd.valid()) return trouble(fmt::format("cannot be read: {}", std::strerror(errno)));
   struct stat about {};
   if (::fstat(fd.get(), &about) != 0) return trouble(std::strerror(errno));
   if (S_ISDIR(about.st_mode)) return trouble("is a directory, not a file");
-  if (!S_ISREG(about.st_mode)) return trouble("is not a regular file");
-  std::string text(kFileBytesMax + 1, '\0');
+  if (!S_ISREG(about.st_mode)) {
+    return trouble("is not a regular file (a pipe, a socket or a device); give the path of a file");
+  }
+  std::string text(most + 1, '\0');
   std::size_t size = 0;
   while (size < text.size()) {
     const ssize_t got = ::read(fd.get(), text.data() + size, text.size() - size);
@@ -241,10 +258,10 @@ Result<std::string> read_text(const std::filesystem::path& file) {
     size += static_cast<std::size_t>(got);
   }
   text.resize(size);
-  if (size <= kFileBytesMax) return text;
+  if (size <= most) return text;
   return Error{ErrorKind::invalid,
                fmt::format("{}: larger than {} bytes, which is too large for such a file",
-                           file.string(), kFileBytesMax)};
+                           file.string(), most)};
 }
 
 }  // namespace shaker::config

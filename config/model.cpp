@@ -13,6 +13,8 @@ namespace shaker::config {
 namespace {
 
 constexpr double kLargestGravity = 1000.0;  // m/s^2
+// No model of a damper comes near; each is compared with each.
+constexpr std::size_t kCoordinatesMax = 100, kEffectsMax = 200;
 
 ParameterSpec read_parameter(const Node& node, const std::string& pointer, Findings& findings) {
   ParameterSpec spec;
@@ -107,15 +109,17 @@ EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& f
 
 // A model of several coordinates; with none given all of this must be left out.
 void read_coordinates(ObjectReader& reader, Findings& findings, ModelSpec& model) {
-  reader.array("coordinates", false, 1, [&](const Node& node, const std::string& pointer) {
-    if (node.kind != Node::Kind::string || node.text.empty()) {
-      findings.add(node, pointer, fmt::format("{} is not a name in double quotes", node.shown()));
-    } else if (std::find(model.coordinates.begin(), model.coordinates.end(), node.text) !=
-               model.coordinates.end()) {
-      findings.add(node, pointer, fmt::format("{} is given twice", node.shown()));
-    }
-    model.coordinates.push_back(node.text);
-  });
+  reader.array("coordinates", false, {1, kCoordinatesMax},
+               [&](const Node& node, const std::string& pointer) {
+                 if (node.kind != Node::Kind::string || node.text.empty()) {
+                   findings.add(node, pointer,
+                                fmt::format("{} is not a name in double quotes", node.shown()));
+                 } else if (std::find(model.coordinates.begin(), model.coordinates.end(),
+                                      node.text) != model.coordinates.end()) {
+                   findings.add(node, pointer, fmt::format("{} is given twice", node.shown()));
+                 }
+                 model.coordinates.push_back(node.text);
+               });
   model.mass = read_numbers(reader, findings, "mass");
   model.excitation = read_numbers(reader, findings, "excitation");
   reader.optional("observed", model.observed);
@@ -168,11 +172,12 @@ ModelSpec read_model(const Node& node, const std::string& pointer, Findings& fin
   reader.optional("gravity", model.gravity,
                   at_least(0).at_most(kLargestGravity / metres(model.length_unit).value_or(1e-6)));
   read_coordinates(reader, findings, model);
-  reader.array("effects", true, 1, [&](const Node& effect, const std::string& where) {
-    EffectSpec spec = read_effect(effect, where, findings);
-    check_effect(model, spec, effect, where, findings);
-    model.effects.push_back(std::move(spec));
-  });
+  reader.array("effects", true, {1, kEffectsMax},
+               [&](const Node& effect, const std::string& where) {
+                 EffectSpec spec = read_effect(effect, where, findings);
+                 check_effect(model, spec, effect, where, findings);
+                 model.effects.push_back(std::move(spec));
+               });
   reader.finish();
   return model;
 }

@@ -238,7 +238,7 @@ std::optional<std::size_t> ObjectReader::choice(const std::string& key,
   return std::nullopt;
 }
 
-void ObjectReader::array(const std::string& key, bool required, std::size_t least,
+void ObjectReader::array(const std::string& key, bool required, Entries entries,
                          const std::function<void(const Node&, const std::string&)>& each) {
   const Node* value = member(key, required);
   if (!value) return;
@@ -246,10 +246,15 @@ void ObjectReader::array(const std::string& key, bool required, std::size_t leas
     complain(key, fmt::format("is {}; an array [...] is wanted", value->shown()));
     return;
   }
-  if (value->elements.size() < least) {
-    complain(key, fmt::format("has {} entries; at least {} wanted", value->elements.size(), least));
+  const std::size_t count = value->elements.size();
+  if (count > entries.most) {
+    complain(key, fmt::format("has {} entries; at most {} are read", count, entries.most));
+    return;
   }
-  for (std::size_t i = 0; i < value->elements.size(); ++i) {
+  if (count < entries.least) {
+    complain(key, fmt::format("has {} entries; at least {} wanted", count, entries.least));
+  }
+  for (std::size_t i = 0; i < count; ++i) {
     each(value->elements[i], fmt::format("{}/{}", at(key), i));
   }
 }
@@ -271,10 +276,12 @@ void ObjectReader::finish() {
   for (const std::string& name : known_) {
     if (!node_.find(name)) unused.push_back(name);
   }
+  std::ranges::sort(known_);
   for (std::size_t i = 0; i < node_.keys.size(); ++i) {
     const std::string& key = node_.keys[i];
-    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-    findings_.add(node_.elements[i], at(key), "unknown key; " + suggestion(key, unused));
+    if (std::ranges::binary_search(known_, key)) continue;
+    findings_.add(node_.elements[i], at(key),
+                  "unknown key; " + (findings_.full() ? "" : suggestion(key, unused)));
   }
 }
 

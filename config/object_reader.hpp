@@ -32,6 +32,7 @@ class Findings {
   // `pointer` is a JSON pointer, empty for the whole file.
   void add(const Node& at, const std::string& pointer, const std::string& sentence);
   bool empty() const { return lines_.empty() && left_out_ == 0; }
+  bool full() const { return lines_.size() == kFindingsMax; }  // one more is only counted
   Error error() const;  // all of them, a line each. Precondition: !empty()
 
  private:
@@ -60,6 +61,13 @@ inline Range above(double limit) {
 inline Range at_least(double limit) {
   return {limit, std::numeric_limits<double>::infinity(), false, false};
 }
+
+// How many entries an array has. A bound above keeps a hostile file from costing more than its
+// size.
+struct Entries {
+  Entries(std::size_t at_least, std::size_t at_most = 10000) : least(at_least), most(at_most) {}
+  std::size_t least, most;
+};
 
 // "did you mean ...?" for a misspelt name, or the whole list when nothing is near.
 std::string suggestion(const std::string& wrong, std::span<const std::string> allowed);
@@ -93,8 +101,9 @@ class ObjectReader {
   std::optional<std::size_t> choice(const std::string& key, std::span<const std::string> names,
                                     bool required);
 
-  // Calls `each(member, pointer)`; complains when it is there and not an array of at least `least`.
-  void array(const std::string& key, bool required, std::size_t least,
+  // Calls `each(member, pointer)`; complains when it is there and not an array of so many entries.
+  // Of too many none is read.
+  void array(const std::string& key, bool required, Entries entries,
              const std::function<void(const Node&, const std::string&)>& each);
 
   // "format": optional, but if it is there it must be this one.

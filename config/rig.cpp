@@ -6,6 +6,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "config/rig_devices.hpp"
 
@@ -13,6 +14,9 @@ namespace shaker::config {
 namespace {
 
 using protocol::Channel;
+
+// m. The longest dampers, of bridges, have about 3 m of stroke.
+constexpr double kStrokeMax = 5.0;
 
 const std::array<std::string, 5> kActions = {"none", "indicate", "hold", "ramp_down", "stop"};
 
@@ -24,14 +28,20 @@ void read_action(ObjectReader& reader, const std::string& key, Action& action) {
 
 void read_limits(const Node& node, const std::string& pointer, Findings& findings, Limits& limits) {
   ObjectReader reader(node, pointer, findings);
-  reader.optional("stroke_min_m", limits.stroke_min_m, at_least(-10).at_most(10));
-  reader.optional("stroke_max_m", limits.stroke_max_m, at_least(-10).at_most(10));
+  reader.optional("stroke_min_m", limits.stroke_min_m, at_least(-kStrokeMax).at_most(kStrokeMax));
+  reader.optional("stroke_max_m", limits.stroke_max_m, at_least(-kStrokeMax).at_most(kStrokeMax));
   if (limits.stroke_max_m <= limits.stroke_min_m) {
     reader.complain("stroke_max_m", fmt::format("{} is not above stroke_min_m, which is {}",
                                                 limits.stroke_max_m, limits.stroke_min_m));
+  } else if (limits.stroke_max_m - limits.stroke_min_m > kStrokeMax) {
+    reader.complain(
+        "stroke_max_m",
+        fmt::format("{} allows a stroke of {} m from stroke_min_m; no damper has more "
+                    "than {} m: give the limits of this one",
+                    limits.stroke_max_m, limits.stroke_max_m - limits.stroke_min_m, kStrokeMax));
   }
   read_action(reader, "stroke_action", limits.stroke_action);
-  reader.optional("stroke_rate_max_m_s", limits.stroke_rate_max_m_s, above(0).at_most(100));
+  reader.optional("stroke_rate_max_m_s", limits.stroke_rate_max_m_s, above(0).at_most(20));
   read_action(reader, "stroke_rate_action", limits.stroke_rate_action);
   reader.optional("excitation_max_m_s2", limits.excitation_max_m_s2, above(0).at_most(1000));
   read_action(reader, "excitation_action", limits.excitation_action);
@@ -42,13 +52,36 @@ void read_limits(const Node& node, const std::string& pointer, Findings& finding
                     fmt::format("{} is below frequency_min_hz, which is {}",
                                 limits.frequency_max_hz, limits.frequency_min_hz));
   }
-  reader.optional("stale_s", limits.stale_s, at_least(0.001).at_most(10));
+  reader.optional("stale_s", limits.stale_s, at_least(0.001).at_most(2));
   read_action(reader, "stale_action", limits.stale_action);
-  reader.optional("command_error_fraction", limits.command_error_fraction, above(0).at_most(10));
+  // At 1 and above, a table that does not move at all would be no error.
+  reader.optional("command_error_fraction", limits.command_error_fraction, above(0).below(1));
   read_action(reader, "command_error_action", limits.command_error_action);
+  reader.optional("response_change_fraction", limits.response_change_fraction,
+                  above(0).at_most(10));
+  read_action(reader, "response_change_action", limits.response_change_action);
   reader.optional("under_peak_fraction", limits.under_peak_fraction, at_least(0).at_most(1));
   read_action(reader, "under_peak_action", limits.under_peak_action);
+  reader.optional("engine_stall_s", limits.engine_stall_s, at_least(0.05).at_most(2));
+  reader.optional("acquisition_stall_s", limits.acquisition_stall_s, at_least(0.1).at_most(5));
+  reader.optional("recorder_stall_s", limits.recorder_stall_s, at_least(0.5).at_most(10));
   reader.finish();
+}
+
+void check_protection(ObjectReader& reader, const RigConfig& rig) {
+  std::vector<std::string> acting;
+  for (const Guard& guard : guards(rig.limits)) {
+    if (guard.on && ends_motion(guard.action)) acting.emplace_back(guard.key);
+  }
+  if (acting.empty() && !rig.unprotected) {
+    reader.complain("limits",
+                    "no detector ends the motion: every action is none, indicate or hold; give at "
+                    "least one the action ramp_down or stop, or say \"unprotected\": true beside "
+                    "\"limits\"");
+  } else if (!acting.empty() && rig.unprotected) {
+    reader.complain("unprotected", fmt::format("true is wrong: {} end the motion; leave it out",
+                                               fmt::join(acting, ", ")));
+  }
 }
 
 // Together the sensors must give displacement, and each channel once.
@@ -159,6 +192,16 @@ void read_auxiliary(const Node& node, Findings& findings, protocol::ChannelLabel
 
 }  // namespace
 
+std::vector<Guard> guards(const Limits& limits) {
+  return {{"stroke_action", limits.stroke_action, true},
+          {"stroke_rate_action", limits.stroke_rate_action, true},
+          {"excitation_action", limits.excitation_action, true},
+          {"stale_action", limits.stale_action, true},
+          {"command_error_action", limits.command_error_action, true},
+          {"response_change_action", limits.response_change_action, true},
+          {"under_peak_action", limits.under_peak_action, limits.under_peak_fraction > 0.0}};
+}
+
 std::vector<Channel> channels_of(const SensorConfig& sensor) {
   std::vector<Channel> out;
   const auto* replay = std::get_if<ReplaySensor>(&sensor);
@@ -209,6 +252,7 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   if (const Node* node = reader.member("limits", false)) {
     read_limits(*node, "/limits", findings, rig.limits);
   }
+  reader.optional("unprotected", rig.unprotected);
   reader.optional("client_lease_s", rig.client_lease_s, at_least(0.1).at_most(60));
   reader.finish();
   // What concerns several parts is judged only when each part is good.
@@ -216,6 +260,7 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
     check_channels(reader, rig);
     check_auxiliary(reader, rig);
     check_together(reader, rig);
+    check_protection(reader, rig);
   }
   if (!findings.empty()) return findings.error();
   return rig;

@@ -63,8 +63,9 @@ struct ReplayExciter {};     // accepts every setpoint and moves nothing (driver
 
 struct ExciterConfig {
   std::variant<ModbusExciter, CanExciter, SimulatedExciter, ReplayExciter> device;
-  double heartbeat_period_s = 0.1;
-  double ramp_s = 2.0;  // from zero to the setpoint, and back
+  double heartbeat_period_s = 0.1;  // at most a third of deadman_max_s
+  double deadman_max_s = 1.0;       // the drive must stop by itself within this time of a lost link
+  double ramp_s = 2.0;              // from zero to the setpoint, and back
 };
 
 struct CanSignal {
@@ -135,9 +136,26 @@ struct Limits {
   Action stale_action = Action::ramp_down;
   double command_error_fraction = 0.2;  // measured against commanded amplitude
   Action command_error_action = Action::ramp_down;
+  double response_change_fraction = 0.4;  // of the stroke's answer, from one period to the next
+  Action response_change_action = Action::ramp_down;
   double under_peak_fraction = 0.0;  // 0: off
   Action under_peak_action = Action::indicate;
+  // What watches the table may stand still for so long; then the exciter is stopped at once.
+  double engine_stall_s = 0.2, acquisition_stall_s = 0.5, recorder_stall_s = 2.0;
 };
+
+// True when the action brings the table to rest.
+constexpr bool ends_motion(Action action) {
+  return action == Action::ramp_down || action == Action::stop;
+}
+// A detector of the limits, by the key of its action; `on` is false where its limit switches it
+// off.
+struct Guard {
+  const char* key;
+  Action action;
+  bool on;
+};
+std::vector<Guard> guards(const Limits& limits);
 
 struct RigConfig {
   std::string name;
@@ -148,6 +166,8 @@ struct RigConfig {
   // Names and units of the auxiliary channels that the sensors give; each has one.
   protocol::ChannelLabels auxiliary;
   Limits limits;
+  // No detector ends the motion, and the file says that this is meant. Every view shows it.
+  bool unprotected = false;
   double client_lease_s = 2.0;
   std::filesystem::path directory;  // of the rig file: relative paths in it start here
 };

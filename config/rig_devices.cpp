@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "protocol/unit.hpp"
+
 namespace shaker::config {
 namespace {
 
@@ -42,6 +44,8 @@ const std::array<std::string, 11> kRoles = {"frequency",
                                             "fault_reset"};
 constexpr std::size_t kWrittenRoles = 5;   // the first five are written: not in the input table
 constexpr std::size_t kRequiredRoles = 7;  // the first seven must be there
+
+constexpr double kBeatsWithinDeadman = 3.0;
 
 const std::array<int, 10> kBauds = {1200,  2400,  4800,   9600,   19200,
                                     38400, 57600, 115200, 230400, 460800};
@@ -82,6 +86,43 @@ RegisterSpec read_timestamp(const Node& node, const std::string& pointer, Findin
   }
   if (spec.scale < 0.0) reader.complain("scale", "a clock does not run backwards; above 0");
   return spec;
+}
+
+// The unit of the value after scaling is fixed by what the register is for. Another word would be
+// believed by nobody but the reader of the file.
+void check_unit(const RegisterSpec& spec, std::string_view si, std::string_view what,
+                const std::string& pointer, const Node& node, Findings& findings) {
+  if (si.empty() || protocol::is_unit(spec.unit, si)) return;
+  ObjectReader(node, pointer, findings)
+      .complain("unit", fmt::format("\"{}\" is not the unit of {}; set scale and offset so that "
+                                    "raw * scale + offset is in {}, and write \"{}\"",
+                                    spec.unit, what, si, si));
+}
+
+// The unit of a role of the exciter's map; empty: a number without one, or bits.
+std::string_view unit_of_role(std::string_view role) {
+  if (role.starts_with("frequency")) return "Hz";
+  if (role.starts_with("amplitude")) return "m/s^2";
+  return role == "ramp" || role == "heartbeat_timeout" ? "s" : "";
+}
+
+// Running and ready are told by the bits of a status of so many bits.
+void check_masks(ObjectReader& reader, std::uint32_t running, std::uint32_t ready, int bits) {
+  const auto check = [&](const char* key, std::uint32_t mask) {
+    if (mask == 0) {
+      reader.complain(key, "0 selects no bit, so the status would say nothing; name the bits");
+    } else if (bits < 32 && mask >> bits != 0) {
+      reader.complain(key, fmt::format("{} has bits beyond the {} bits of the register \"status\"",
+                                       mask, bits));
+    }
+  };
+  check("status_running", running);
+  check("status_ready", ready);
+  if (running == ready) {
+    reader.complain("status_ready", fmt::format("{} is status_running as well; an exciter that is "
+                                                "ready and one that runs must be told apart",
+                                                ready));
+  }
 }
 
 int words(const RegisterSpec& spec) {
@@ -162,6 +203,7 @@ void read_modbus_exciter(ObjectReader& reader, Findings& findings, ModbusExciter
     const Node* node = roles.member(kRoles[i], i < kRequiredRoles);
     if (!node) continue;
     const RegisterSpec spec = read_register(*node, roles.at(kRoles[i]), findings);
+    check_unit(spec, unit_of_role(kRoles[i]), kRoles[i], roles.at(kRoles[i]), *node, findings);
     const bool written = i < kWrittenRoles || kRoles[i] == "fault_reset";
     if (written && spec.table == protocol::modbus::RegisterTable::input) {
       roles.complain(kRoles[i], "input registers cannot be written; use the table \"holding\"");
@@ -170,6 +212,9 @@ void read_modbus_exciter(ObjectReader& reader, Findings& findings, ModbusExciter
   }
   complain_of_overlaps(roles, exciter.registers, [](const std::string& role) { return role; });
   roles.finish();
+  const auto status = exciter.registers.find("status");
+  check_masks(reader, exciter.status_running, exciter.status_ready,
+              status == exciter.registers.end() ? 32 : 16 * words(status->second));
 }
 
 // IFNAMSIZ leaves 15 bytes for a network interface's name.
@@ -190,6 +235,7 @@ void read_can_exciter(ObjectReader& reader, CanExciter& exciter) {
   reader.optional("period_s", exciter.period_s, at_least(0.001).at_most(1));
   reader.optional("status_running", exciter.status_running);
   reader.optional("status_ready", exciter.status_ready);
+  check_masks(reader, exciter.status_running, exciter.status_ready, 32);  // the DBC has the width
 }
 
 std::vector<CanSignal> read_signals(ObjectReader& reader, Findings& findings, bool required) {
@@ -240,8 +286,11 @@ void read_sensor_registers(ObjectReader& reader, Findings& findings, bool requir
   ObjectReader channels(*map, reader.at("registers"), findings);
   for (std::size_t i = 0; i < kChannels.size(); ++i) {
     if (const Node* node = channels.member(kChannels[i], false)) {
-      sensor.registers.emplace(static_cast<Channel>(i),
-                               read_register(*node, channels.at(kChannels[i]), findings));
+      const auto channel = static_cast<Channel>(i);
+      const RegisterSpec spec = read_register(*node, channels.at(kChannels[i]), findings);
+      check_unit(spec, protocol::unit(channel), kChannels[i], channels.at(kChannels[i]), *node,
+                 findings);
+      sensor.registers.emplace(channel, spec);
     }
   }
   std::map<std::string, RegisterSpec> all;
@@ -317,12 +366,44 @@ ReplaySensor read_replay_sensor(ObjectReader& reader, Findings& findings) {
   return sensor;
 }
 
+// A drive stops by itself within deadman_max_s of a lost link. What keeps it alive must come well
+// before, and what may hold a stop up must be over by then.
+void check_times(ObjectReader& reader, const ExciterConfig& exciter, Findings& findings) {
+  const double longest = exciter.deadman_max_s;
+  const double third = longest / kBeatsWithinDeadman;
+  if (exciter.heartbeat_period_s > third * (1.0 + 1e-9)) {
+    reader.complain("heartbeat_period_s",
+                    fmt::format("{} is more than a third of deadman_max_s, which is {}: one lost "
+                                "heartbeat would stop the drive; at most {:.3g} is allowed",
+                                exciter.heartbeat_period_s, longest, third));
+  }
+  const Node* device = reader.node().find("device");
+  if (const auto* can = std::get_if<CanExciter>(&exciter.device); device && can) {
+    if (can->period_s > third * (1.0 + 1e-9)) {
+      ObjectReader(*device, reader.at("device"), findings)
+          .complain("period_s", fmt::format("{} is more than a third of deadman_max_s, which is "
+                                            "{}; at most {:.3g} is allowed",
+                                            can->period_s, longest, third));
+    }
+  }
+  const Node* link = device ? device->find("link") : nullptr;
+  const auto* modbus = std::get_if<ModbusExciter>(&exciter.device);
+  if (link && modbus && modbus->link.response_timeout_s >= longest) {
+    ObjectReader(*link, reader.at("device") + "/link", findings)
+        .complain("response_timeout_s",
+                  fmt::format("{} is not below deadman_max_s, which is {}: a stop behind a missing "
+                              "answer would come too late",
+                              modbus->link.response_timeout_s, longest));
+  }
+}
+
 }  // namespace
 
 void read_exciter(const Node& node, const std::string& pointer, Findings& findings,
                   ExciterConfig& exciter) {
   ObjectReader reader(node, pointer, findings);
   reader.optional("heartbeat_period_s", exciter.heartbeat_period_s, at_least(0.005).at_most(5));
+  reader.optional("deadman_max_s", exciter.deadman_max_s, at_least(0.05).at_most(5));
   reader.optional("ramp_s", exciter.ramp_s, at_least(0).at_most(600));
   if (const Node* device = reader.member("device", true)) {
     ObjectReader inner(*device, reader.at("device"), findings);
@@ -334,6 +415,7 @@ void read_exciter(const Node& node, const std::string& pointer, Findings& findin
     if (kind) inner.finish();
   }
   reader.finish();
+  check_times(reader, exciter, findings);
 }
 
 std::optional<SensorConfig> read_sensor(const Node& node, const std::string& pointer,

@@ -1,9 +1,12 @@
 #include "config/json_tree.hpp"
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 namespace shaker::config {
 namespace {
@@ -73,6 +76,45 @@ TEST(JsonTree, BoundsTheSizeAndNamesAFileThatIsNotThere) {
   const auto device = read_text("/dev/zero");
   ASSERT_FALSE(device);
   EXPECT_THAT(device.error().what, testing::HasSubstr("is not a regular file"));
+}
+
+TEST(JsonTree, DoesNotWaitForTheOtherEndOfAPipe) {
+  const std::string pipe = testing::TempDir() + "json_tree_pipe";
+  std::filesystem::remove(pipe);
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto read = read_text(pipe);
+  std::filesystem::remove(pipe);
+  ASSERT_FALSE(read);
+  EXPECT_THAT(read.error().what, testing::HasSubstr("is not a regular file (a pipe"));
+}
+
+TEST(JsonTree, ReadsAFileUpToTheLimitThatIsAskedFor) {
+  const std::string file = testing::TempDir() + "json_tree_ten_bytes";
+  std::ofstream(file) << "0123456789";
+  const auto whole = read_text(file, 10);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(*whole, "0123456789");
+  const auto cut = read_text(file, 9);
+  std::filesystem::remove(file);
+  ASSERT_FALSE(cut);
+  EXPECT_THAT(cut.error().what, testing::HasSubstr("larger than 9 bytes"));
+}
+
+TEST(JsonTree, FindsEveryOneOfManyKeysAndTheOneThatOccursTwice) {
+  // Not in the order of the alphabet.
+  const auto key = [](int i) { return "k" + std::to_string(i * 7919 % 1000); };
+  std::string text = "{";
+  for (int i = 0; i < 1000; ++i)
+    text += "\"" + key(i) + "\": " + std::to_string(i) + ",\n";
+  const auto root = parse_json(text + "\"last\": -1}", "f.json");
+  ASSERT_TRUE(root) << root.error().what;
+  for (int i = 0; i < 1000; ++i)
+    EXPECT_EQ(root->find(key(i))->number, i);
+  EXPECT_EQ(root->find("k"), nullptr);
+  EXPECT_EQ(root->find("zzz"), nullptr);
+  const auto twice = parse_json(text + "\"k500\": -1}", "f.json");
+  ASSERT_FALSE(twice);
+  EXPECT_EQ(twice.error().what, "f.json:1001: key \"k500\" occurs twice in one object; remove one");
 }
 
 }  // namespace

@@ -93,6 +93,53 @@ TEST(Rig, RefusesAuxiliaryChannelsThatNobodyCouldRead) {
               testing::HasSubstr("/auxiliary/aux9: unknown key"));
 }
 
+std::string with_limits(const std::string& more) {
+  return R"({"name": "r", "exciter": {"device": {"kind": "simulated"}},
+             "sensors": [{"kind": "simulated"}], )" +
+         more + "}";
+}
+
+constexpr auto kNothingActs = R"("limits": {
+  "stroke_action": "none", "stroke_rate_action": "indicate", "excitation_action": "hold",
+  "stale_action": "none", "command_error_action": "none", "response_change_action": "none",
+  "under_peak_action": "stop"})";
+
+TEST(Rig, WithoutAnyProtectionMustSaySo) {
+  const auto refused = parse_rig(with_limits(kNothingActs), "r");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, testing::HasSubstr("no detector ends the motion"));
+  const auto meant =
+      parse_rig(with_limits(kNothingActs + std::string(R"(, "unprotected": true)")), "r");
+  ASSERT_TRUE(meant) << meant.error().what;
+  EXPECT_TRUE(meant->unprotected);
+}
+
+TEST(Rig, IsProtectedByEachDetectorThatEndsTheMotion) {
+  const auto rig = parse_rig(with_limits(R"("client_lease_s": 1)"), "r");
+  ASSERT_TRUE(rig) << rig.error().what;
+  EXPECT_FALSE(rig->unprotected);
+  for (const Guard& guard : guards(rig->limits)) {
+    std::string text = kNothingActs;
+    const std::string key = "\"" + std::string(guard.key) + "\": \"";
+    const auto from = text.find(key) + key.size();
+    text.replace(from, text.find('"', from) - from, "ramp_down");
+    if (std::string(guard.key) == "under_peak_action") {
+      text.replace(text.rfind('}'), 1, R"(, "under_peak_fraction": 0.5})");
+    }
+    EXPECT_TRUE(parse_rig(with_limits(text), "r")) << text;
+  }
+}
+
+TEST(Rig, TakesTimesAtTheirBounds) {
+  const auto rig = parse_rig(
+      R"({"name": "r", "exciter": {"device": {"kind": "simulated"}, "deadman_max_s": 0.3,
+          "heartbeat_period_s": 0.1}, "sensors": [{"kind": "simulated"}]})",
+      "r");
+  ASSERT_TRUE(rig) << rig.error().what;
+  EXPECT_DOUBLE_EQ(rig->exciter.deadman_max_s, 0.3);
+  EXPECT_DOUBLE_EQ(ExciterConfig{}.deadman_max_s, 1.0);
+}
+
 TEST(Rig, TellsSeveralMistakesAtOnceWithTheirLines) {
   const auto rig = parse_rig(
       "{\"name\": \"r\",\n \"exciter\": {\"device\": {\"kind\": \"simulated\"},\n"
