@@ -1,8 +1,12 @@
 // shakerd: see daemon/service/options.cpp for what it is told, daemon/service/service.cpp for what
 // it does.
+#include <csignal>
+#include <cstdio>
 #include <exception>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "base/clock.hpp"
 #include "config/rig.hpp"
@@ -15,9 +19,30 @@
 namespace shaker::daemon {
 namespace {
 
-int complain(const Error& error, int status) {
-  fmt::print(stderr, "shakerd: {}\n", error.what);
+// Not by fmt, which throws when nobody reads.
+int complain(const std::string& sentence, int status) {
+  std::fputs(("shakerd: " + sentence + "\n").c_str(), stderr);
   return status;
+}
+
+void end_gently() {
+  ::kill(::getpid(), SIGTERM);
+}
+
+// Whatever started the daemon, no socket or database may become its standard output, nobody who
+// stops reading that may kill it, and a terminal that closes ends it as SIGTERM does: with a ramp.
+// A signal that the starter ignores (nohup) stays ignored.
+void make_independent_of_the_starter() {
+  for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
+    if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) != fd) std::terminate();
+  }
+  ::signal(SIGPIPE, SIG_IGN);
+  struct sigaction hang_up {};
+  ::sigaction(SIGHUP, nullptr, &hang_up);
+  if (hang_up.sa_handler == SIG_IGN) return;
+  hang_up.sa_handler = [](int) { end_gently(); };
+  hang_up.sa_flags = SA_RESTART;
+  ::sigaction(SIGHUP, &hang_up, nullptr);
 }
 
 int describe(const config::RigConfig& rig, const drivers::Devices& devices,
@@ -32,17 +57,25 @@ int describe(const config::RigConfig& rig, const drivers::Devices& devices,
 int run(const Options& options) {
   RealClock clock;
   const auto rig = config::load_rig(options.rig);
-  if (!rig) return complain(rig.error(), kBadInput);
+  if (!rig) return complain(rig.error().what, kBadInput);
   auto devices = drivers::make_devices(*rig, clock);
-  if (!devices) return complain(devices.error(), kBadInput);
+  if (!devices) return complain(devices.error().what, kBadInput);
   if (options.check) return describe(*rig, *devices, options);
 
-  const auto lock = RigLock::take(options.rig, options.data);
-  if (!lock) return complain(lock.error(), kTrouble);
-  Service::block_signals();
+  Service::block_signals();  // the lock may start a thread
+  const auto lock =
+      RigLock::take(*rig, options.data, lock_place_of_this_process(), [](const std::string& who) {
+        complain(fmt::format("The service, {}, wants the exciter: ramping down and ending.", who),
+                 kGood);  // not by the log, which may have ended already
+        end_gently();
+      });
+  if (!lock) {
+    const bool taken = lock.error().kind == ErrorKind::refused;
+    return complain(lock.error().what, taken ? kTaken : kTrouble);
+  }
   const Logging logging;
   auto service = Service::make(options, *rig, std::move(*devices), clock);
-  if (!service) return complain(service.error(), kTrouble);
+  if (!service) return complain(service.error().what, kTrouble);
   return (*service)->run();
 }
 
@@ -51,12 +84,12 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace shaker::daemon;
+  make_independent_of_the_starter();
   const auto parsed = parse_options(argc, argv);
   if (const int* status = std::get_if<int>(&parsed)) return *status;
   try {
     return run(std::get<Options>(parsed));
   } catch (const std::exception& trouble) {
-    fmt::print(stderr, "shakerd: {}\n", trouble.what());
-    return kTrouble;
+    return complain(trouble.what(), kTrouble);
   }
 }

@@ -1,10 +1,14 @@
 // shakerd-stop-exciter: leaves the exciter of a rig stopped, whatever became of the daemon.
 //
 // systemd runs it when the daemon has ended in any way (ExecStopPost=), so it needs nothing of the
-// daemon, and of the rig file only the exciter. Amplitude zero and disabled, read back; tried again
-// for a few seconds. Exit status 0: it stands still. 1: it could not be made sure, with a sentence.
+// daemon, and of the rig file only the exciter. It does nothing after a daemon that was refused the
+// exciter (--unless-status): another one has it, and is in the middle of something. Amplitude zero
+// and disabled, read back; tried again for a few seconds. Exit status 0: it stands still. 1: it
+// could not be made sure, with a sentence.
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -20,6 +24,13 @@ using namespace std::chrono_literals;
 int say(const std::string& sentence) {
   fmt::print(stderr, "shakerd-stop-exciter: {}\n", sentence);
   return 1;
+}
+
+// systemd says with what the daemon ended (systemd.exec, ExecStopPost=).
+bool ended_with(int status) {
+  const char* code = std::getenv("EXIT_CODE");
+  const char* text = std::getenv("EXIT_STATUS");
+  return code && text && code == std::string("exited") && text == std::to_string(status);
 }
 
 int stop(const std::filesystem::path& file, double patience_s) {
@@ -50,11 +61,15 @@ int main(int argc, char** argv) {
   app.add_option("--for", patience_s, "keep trying for so many seconds")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 60.0));
+  std::optional<int> unless;
+  app.add_option("--unless-status", unless,
+                 "do nothing when systemd says that the daemon ended with this exit status");
   app.footer("Exit status: 0 the exciter is stopped; 1 it is not known to be, with the reason.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& wrong) {
     return app.exit(wrong) == 0 ? 0 : 1;
   }
+  if (unless && ended_with(*unless)) return 0;
   return stop(file, patience_s);
 }

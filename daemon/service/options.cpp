@@ -37,7 +37,8 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
       ->check(CLI::Range(0, 65535));
   app.add_flag("--check", options.check, "Read the rig file, say what is in it, and leave");
   app.footer(
-      "Exit status: 0 stopped as asked, 1 trouble (socket, lock), 2 bad options or rig file.\n"
+      "Exit status: 0 stopped as asked, 1 trouble (socket, ...), 2 bad options or rig file,\n"
+      "3 another shakerd has the exciter or the directory; nothing was sent.\n"
       "SIGTERM ramps down and leaves; a second one stops the exciter at once.\n"
       "Look at the stream with:  nc -U /run/shakerd/shakerd.sock | jq -c .");
   try {

@@ -18,8 +18,8 @@ struct Options {
 // The options, or the status to leave with (help, version and complaints have been printed).
 std::variant<Options, int> parse_options(int argc, char** argv);
 
-// Exit statuses.
-inline constexpr int kGood = 0, kTrouble = 1, kBadInput = 2;
+// Exit statuses. kTaken: another daemon has the exciter or the directory; nothing was sent.
+inline constexpr int kGood = 0, kTrouble = 1, kBadInput = 2, kTaken = 3;
 
 const char* program_version();
 

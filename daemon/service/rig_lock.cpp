@@ -7,11 +7,16 @@
 #include <sys/file.h>
 #include <system_error>
 
+#include "daemon/service/exciter_address.hpp"
+
 namespace shaker::daemon {
 namespace {
 
-Result<UniqueFd> lock(const std::filesystem::path& path, int flags, const char* what) {
-  UniqueFd fd(::open(path.c_str(), flags | O_CLOEXEC));
+// Who may read the directory may hold it: of the service's, the group that commands the rig.
+Result<UniqueFd> lock_directory(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::filesystem::create_directories(path, ignored);
+  UniqueFd fd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!fd.valid()) {
     return Error{
         ErrorKind::io,
@@ -19,25 +24,29 @@ Result<UniqueFd> lock(const std::filesystem::path& path, int flags, const char* 
                     path.string(), std::generic_category().message(errno))};
   }
   if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
-    return Error{ErrorKind::refused, fmt::format("{}: another shakerd {}; stop that one first "
-                                                 "(systemctl stop shakerd), there can be only one.",
-                                                 path.string(), what)};
+    return Error{ErrorKind::refused,
+                 fmt::format("{}: another shakerd records in this directory; stop that one first "
+                             "(systemctl stop shakerd), or give this one another with --data.",
+                             path.string())};
   }
   return fd;
 }
 
 }  // namespace
 
-Result<RigLock> RigLock::take(const std::filesystem::path& rig, const std::filesystem::path& data) {
+Result<RigLock> RigLock::take(const config::RigConfig& rig, const std::filesystem::path& data,
+                              const LockPlace& place, ExciterLock::LetGo let_go) {
   RigLock held;
-  auto first = lock(rig, O_RDONLY, "drives this rig");
-  if (!first) return first.error();
-  held.rig_ = std::move(*first);
-  std::error_code ignored;
-  std::filesystem::create_directories(data, ignored);
-  auto second = lock(data, O_RDONLY | O_DIRECTORY, "records in this directory");
-  if (!second) return second.error();
-  held.data_ = std::move(*second);
+  auto directory = lock_directory(data);
+  if (!directory) return directory.error();
+  held.data_ = std::move(*directory);
+  const auto address = exciter_address(rig);
+  if (!address) return address.error();
+  if (*address) {
+    auto exciter = ExciterLock::take(**address, place, std::move(let_go));
+    if (!exciter) return exciter.error();
+    held.exciter_ = std::move(*exciter);
+  }
   return held;
 }
 

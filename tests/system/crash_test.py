@@ -64,8 +64,8 @@ class Crash(unittest.TestCase):
 
     def test_a_second_daemon_is_refused(self):
         second = subprocess.run(self.daemon.command(), capture_output=True, text=True, timeout=20)
-        self.assertEqual(second.returncode, 1)
-        self.assertIn("another shakerd drives this rig", second.stderr)
+        self.assertEqual(second.returncode, 3)
+        self.assertIn("another shakerd records in this directory", second.stderr)
         self.assertIn("result", Client(self.daemon.socket).ask("ping"))
 
 

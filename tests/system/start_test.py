@@ -1,9 +1,12 @@
 """The command line, and what happens before there is a stream."""
-import json
+import contextlib
+import os
+import signal
 import subprocess
+import time
 import unittest
 
-from daemon import Daemon, RIG, SHAKERD
+from daemon import Client, Daemon, RIG, SHAKERD, endless_campaign
 
 
 class Start(unittest.TestCase):
@@ -42,6 +45,64 @@ class Start(unittest.TestCase):
         bad = subprocess.run([SHAKERD, "--rig", "/nonexistent.json"], capture_output=True, text=True)
         self.assertEqual(bad.returncode, 2)
         self.assertIn("/nonexistent.json", bad.stderr)
+
+
+class Inherited(unittest.TestCase):
+    """What a shell, a terminal or a pipe does to the daemon."""
+
+    def start(self, **how):
+        self.daemon = Daemon()
+        self.addCleanup(self.daemon.end)
+        self.daemon.log = open(self.daemon.directory / "log", "ab")
+        process = subprocess.Popen(self.daemon.command(), **{"stdout": self.daemon.log, "stderr": self.daemon.log, **how})
+        self.daemon.process = process
+        end = time.monotonic() + 20
+        while time.monotonic() < end and process.poll() is None:
+            with contextlib.suppress(OSError):
+                self.client = Client(self.daemon.socket)
+                self.addCleanup(self.client.close)
+                return process
+            time.sleep(0.02)
+        raise AssertionError(f"shakerd did not start, its status is {process.poll()}")
+
+    def test_it_goes_on_when_nobody_reads_its_log_any_more(self):
+        process = self.start(stderr=subprocess.PIPE)
+        self.assertTrue(process.stderr.readline())
+        process.stderr.close()
+        for _ in range(5):  # each is worth a line
+            with contextlib.closing(Client(self.daemon.socket)) as client:
+                self.assertIn("result", client.ask("ping"))
+        self.assertIn("result", self.client.ask("ping"))
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(20), 0)
+
+    def test_a_terminal_that_closes_ends_it_with_a_ramp(self):
+        process = self.start()
+        self.client.start(endless_campaign())
+        self.client.until_state("RAMP")
+        process.send_signal(signal.SIGHUP)
+        self.client.until_state("RAMP_DOWN", start=len(self.client.lines))
+        self.assertEqual(process.wait(20), 0)
+
+    def test_nohup_is_respected(self):
+        process = self.start(preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        process.send_signal(signal.SIGHUP)
+        self.assertEqual(self.client.ask("status")["result"]["state"]["state"], "IDLE")
+        status = open(f"/proc/{process.pid}/status").read()
+        ignored = int(next(line.split()[1] for line in status.splitlines() if line.startswith("SigIgn:")), 16)
+        self.assertTrue(ignored >> (signal.SIGHUP - 1) & 1)
+
+    def test_closed_standard_files_do_not_become_a_database_or_a_socket(self):
+        process = self.start(preexec_fn=lambda: [os.close(fd) for fd in range(3)])
+        for fd in range(3):
+            self.assertEqual(os.readlink(f"/proc/{process.pid}/fd/{fd}"), "/dev/null")
+        self.assertIn("result", self.client.ask("ping"))
+
+    def test_it_asks_nobody_else_for_the_names_of_users(self):
+        """A name server that hangs (LDAP) would hang the C library's getpwuid."""
+        used = subprocess.run(["nm", "-D", "--undefined-only", SHAKERD], capture_output=True, text=True)
+        self.assertIn("fgetpwent_r", used.stdout)
+        self.assertNotIn(" getpw", used.stdout)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 #include "daemon/service/rig_lock.hpp"
 
-#include <fstream>
 #include <optional>
+
+#include <fmt/format.h>
+#include <unistd.h>
 
 #include "tests/record/scratch.hpp"
 
@@ -14,46 +16,54 @@ using ::testing::HasSubstr;
 class RigLockTest : public ::testing::Test {
  protected:
   RigLockTest() {
-    std::ofstream(rig) << "{}";
-    std::ofstream(other_rig) << "{}";
+    config::ModbusExciter exciter;  // of an address that no other test has
+    exciter.link.transport = config::ModbusTcp{fmt::format("192.0.2.{}", ::getpid() % 250 + 1),
+                                               ::getpid() / 250 % 65000 + 1};
+    moving.exciter.device = exciter;
+    simulated.exciter.device = config::SimulatedExciter{};
   }
+  Result<RigLock> take(const config::RigConfig& rig, const std::filesystem::path& folder) {
+    return RigLock::take(rig, folder, place, [](const std::string&) {});
+  }
+
   Scratch scratch;
-  std::filesystem::path rig = scratch.path() / "rig.json",
-                        other_rig = scratch.path() / "other.json";
+  config::RigConfig moving, simulated;
   std::filesystem::path data = scratch.path() / "made" / "data",
                         other_data = scratch.path() / "more";
+  LockPlace place{scratch.path(), false, {}};
 };
 
-TEST_F(RigLockTest, RefusesASecondDaemonOnTheSameRigAndNamesIt) {
-  auto first = RigLock::take(rig, data);
+TEST_F(RigLockTest, RefusesASecondDaemonOnTheSameExciterWhateverItsFilesAre) {
+  auto first = take(moving, data);
   ASSERT_TRUE(first) << first.error().what;
-  const auto second = RigLock::take(rig, other_data);
+  const auto second = take(moving, other_data);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().kind, ErrorKind::refused);
-  EXPECT_THAT(second.error().what, HasSubstr(rig.string()));
-  EXPECT_THAT(second.error().what, HasSubstr("another shakerd drives this rig"));
+  EXPECT_THAT(second.error().what, HasSubstr("192.0.2."));
+  EXPECT_THAT(second.error().what, HasSubstr("drives this exciter"));
+}
+
+TEST_F(RigLockTest, LetsDaemonsWhoseDevicesMoveNothingRunSideBySide) {
+  auto first = take(simulated, data);
+  ASSERT_TRUE(first);
+  EXPECT_TRUE(take(simulated, other_data));
 }
 
 TEST_F(RigLockTest, RefusesASecondDaemonOnTheSameData) {
-  auto first = RigLock::take(rig, data);
+  auto first = take(simulated, data);
   ASSERT_TRUE(first);
-  const auto second = RigLock::take(other_rig, data);
+  const auto second = take(simulated, data);
   ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().kind, ErrorKind::refused);
   EXPECT_THAT(second.error().what, HasSubstr("records in this directory"));
 }
 
 TEST_F(RigLockTest, EndsWithItsHolder) {
-  auto taken = RigLock::take(rig, data);
+  auto taken = take(moving, data);
   ASSERT_TRUE(taken);
   std::optional<RigLock> held = std::move(*taken);
   held.reset();
-  EXPECT_TRUE(RigLock::take(rig, data));
-}
-
-TEST_F(RigLockTest, NamesARigFileThatIsNotThere) {
-  const auto lock = RigLock::take(scratch.path() / "missing.json", data);
-  ASSERT_FALSE(lock);
-  EXPECT_THAT(lock.error().what, HasSubstr("missing.json"));
+  EXPECT_TRUE(take(moving, data));
 }
 
 }  // namespace
