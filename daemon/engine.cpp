@@ -34,11 +34,25 @@ void Engine::on_sensor_error(const Error& error) {
 void Engine::on_exciter_status(const drivers::ExciterStatus& status) {
   impl_->status = status;
   impl_->exciter_error.reset();
+  impl_->compare_report();
 }
 
 void Engine::on_exciter_error(const Error& error) {
   impl_->exciter_error = error;
   impl_->device_trouble("exciter_error", error.what);
+}
+
+void Engine::on_heartbeat_withheld(const std::string& why) {
+  Impl& e = *impl_;
+  e.trip(why);
+  e.alarm("error", "heartbeat_withheld", why, config::Action::stop);
+}
+
+void Engine::end_motion(const std::string& code, const std::string& why) {
+  Impl& e = *impl_;
+  if (!e.moving() || e.state == State::ramp_down) return;
+  e.alarm("error", code, why, config::Action::ramp_down);
+  e.ramp_down("fail", why, After::fault);
 }
 
 void Engine::on_estimate(const EstimateOutcome& outcome) {
@@ -47,13 +61,15 @@ void Engine::on_estimate(const EstimateOutcome& outcome) {
 
 void Engine::tick() {
   Impl& e = *impl_;
+  if (auto well = e.outlet.healthy(); !well && !e.outlet_trouble) e.outlet_trouble = well.error();
   e.watch_outlet();
   e.watch_ages();
   e.watch_exciter();
   e.watch_hold();
   switch (e.state) {
     case State::check:
-      e.tick_check();
+      e.watch_rest();
+      if (e.state == State::check) e.tick_check();
       break;
     case State::ramp:
       e.tick_ramp();
@@ -122,7 +138,7 @@ Result<void> Engine::Impl::admit_levels() const {
   return {};
 }
 
-Result<void> Engine::Impl::admit(const config::CampaignSpec& wanted) const {
+Result<void> Engine::Impl::may_start() const {
   if (state == State::fault) {
     return Error{ErrorKind::refused,
                  fmt::format("the rig is in FAULT ({}); acknowledge it first", reason)};
@@ -131,6 +147,11 @@ Result<void> Engine::Impl::admit(const config::CampaignSpec& wanted) const {
     return Error{ErrorKind::refused,
                  fmt::format("the rig is in {}; wait until it is IDLE, or stop it", name(state))};
   }
+  return {};
+}
+
+Result<void> Engine::Impl::admit(const config::CampaignSpec& wanted) const {
+  if (auto may = may_start(); !may) return may;
   if (wanted.runs.empty()) {
     return Error{ErrorKind::invalid,
                  fmt::format("campaign \"{}\" has no runs; add one", wanted.name)};
@@ -152,6 +173,13 @@ Result<void> Engine::Impl::admit(const config::CampaignSpec& wanted) const {
   return admit_levels();
 }
 
+Result<void> Engine::may_start() const {
+  return impl_->may_start();
+}
+Result<void> Engine::admit(const config::CampaignSpec& wanted) const {
+  return impl_->admit(wanted);
+}
+
 Result<void> Engine::start(const config::CampaignSpec& wanted) {
   Impl& e = *impl_;
   if (auto ok = e.admit(wanted); !ok) return ok;
@@ -159,6 +187,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   e.campaign = wanted;
   e.recording = true;
   e.outlet_trouble.reset();
+  e.outlet_trouble_told = false;
   e.furthest = 0.0;
   e.run_index = 0;
   e.run_done = false;
@@ -213,6 +242,9 @@ Result<void> Engine::Impl::cause_persists() const {
     return no(exciter_error->what + "; so nobody knows whether the exciter stands still");
   }
   if (status->running) return no("the exciter still reports motion; stop it at the exciter");
+  if (awaits_rest && may_move_told > 0) {
+    return no("nobody has seen the table at rest since it was told to stop; use the hardware stop");
+  }
   if (status->fault != 0) {
     return no(fmt::format("the exciter reports fault {}; clear it at the exciter", status->fault));
   }
@@ -287,8 +319,14 @@ void Engine::set_controlled(bool controlled) {
 void Engine::set_client_count(int clients) {
   impl_->clients = clients;
 }
+void Engine::publish(const protocol::Document& document) {
+  impl_->publish(document);
+}
 State Engine::state() const {
   return impl_->state;
+}
+double Engine::ramp_s() const {
+  return impl_->ramp_s();
 }
 protocol::StateDocument Engine::state_document() const {
   return impl_->state_document();

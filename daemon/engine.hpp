@@ -65,11 +65,19 @@ class Engine {
   void on_sensor_error(const Error& error);
   void on_exciter_status(const drivers::ExciterStatus& status);
   void on_exciter_error(const Error& error);
+  // The exciter's thread no longer serves the heartbeat and has stopped the exciter.
+  void on_heartbeat_withheld(const std::string& why);
   void on_estimate(const EstimateOutcome& outcome);
   // Every 1 to 10 ms: timeouts, ramps, limits, the 1 Hz health document.
   void tick();
 
+  // Something around the engine fails, and no motion may go on: ramps down into FAULT. Nothing when
+  // nothing moves.
+  void end_motion(const std::string& code, const std::string& why);
+
   // --- what an operator asks. An Error is the sentence to show.
+  Result<void> may_start() const;                                // now
+  Result<void> admit(const config::CampaignSpec& wanted) const;  // this one, now
   Result<void> start(const config::CampaignSpec& campaign);
   Result<void> stop(const std::string& who);            // ramp down; anyone's
   Result<void> emergency_stop(const std::string& who);  // zero at once, latches FAULT; anyone's
@@ -79,8 +87,10 @@ class Engine {
   void lease_lost();  // the controlling client is gone: ramp down
   void set_controlled(bool controlled);
   void set_client_count(int clients);
+  void publish(const protocol::Document& document);  // of a worker; in order with the engine's own
 
   State state() const;
+  double ramp_s() const;  // how long the way down takes
   protocol::StateDocument state_document() const;
 
  private:

@@ -16,6 +16,10 @@ void Engine::Impl::take(std::span<const drivers::Sample> samples) {
   for (const auto& sample : samples) {
     if (!monitor(sample.channel).add(sample)) continue;
     if (detectors.sample(sample.channel, sample.t, sample.value)) watch_levels();
+    if (is_watched(sample.channel)) {
+      rest(sample.channel).add(sample.t, sample.value);
+      if (setpoint.enable) watch_period(sample.channel, sample.t, sample.value);
+    }
     if (collecting) assembler.push(sample.channel, sample.t, sample.value);
   }
   watch_levels();
@@ -47,7 +51,14 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
   if (state == State::ramp && step == RampStep::prove) return prove_cycle(cycle);
   if (!cutting() || ending) return;
   GateVerdict verdict;
-  if (cycle.whole) {
+  const bool spiked = cycle.whole && (cycle.stroke_max > rig.limits.stroke_max_m ||
+                                      cycle.stroke_min < rig.limits.stroke_min_m);
+  if (spiked) {
+    gate.interrupt();
+    verdict.why = fmt::format(
+        "a stroke of {:.4g} m lies outside the limits for a moment",
+        cycle.stroke_max > rig.limits.stroke_max_m ? cycle.stroke_max : cycle.stroke_min);
+  } else if (cycle.whole) {
     verdict = gate.add(cycle.measured.displacement, cycle.point_noise);
     sensor_noise = cycle.point_noise;
   } else {
@@ -60,7 +71,7 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
     gate.begin_anew();
     return reject(cycle, verdict, "held: " + held_by);
   }
-  if (!cycle.whole || !(verdict.steady || damper_changes(verdict)))
+  if (!cycle.whole || spiked || !(verdict.steady || damper_changes(verdict)))
     return reject(cycle, verdict, verdict.why);
   if (state == State::settle) steady_begins(cycle);
   if (state != State::measure) return reject(cycle, verdict, reason);
@@ -92,16 +103,6 @@ bool Engine::Impl::damper_changes(const GateVerdict& verdict) {
 // Detectors that need a whole period.
 void Engine::Impl::watch_cycle(const AssembledCycle& cycle) {
   const double commanded = run().amplitude;
-  if (excitation_measured) {
-    const double amplitude = cycle.measured.amplitude;
-    const bool off =
-        std::abs(amplitude - commanded) > rig.limits.command_error_fraction * commanded;
-    command_errors = off ? command_errors + 1 : 0;
-    detectors.report(Detector::command_error, {.tripped = command_errors >= 3,
-                                               .value = amplitude,
-                                               .limit = commanded,
-                                               .channel = Channel::excitation});
-  }
   double peak = cycle.measured.amplitude, wanted = commanded;
   if (!excitation_measured) {
     if (!cycle.whole) return;
@@ -128,6 +129,7 @@ void Engine::Impl::steady_begins(const AssembledCycle& cycle) {
       if (finding.fatal) return ramp_down("fail", finding.text, After::fault);
     }
   }
+  if (!response) response = last_answer;
   enter(State::measure, fmt::format("steady after {} cycles", unsettled));
   unsettled = restless = 0;
 }

@@ -38,19 +38,33 @@ void Engine::Impl::alarm(const std::string& severity, const std::string& code,
   document.code = code;
   document.text = text;
   if (action) document.action = std::string(name(*action));
+  raise(std::move(document));
+}
+
+// One fault, one error: what follows from it, until the rig is IDLE again, names it as its cause
+// and is a warning. Only that the table may still be moving stays an error.
+void Engine::Impl::raise(protocol::AlarmDocument document) {
+  if (document.severity == "error") {
+    if (episode.empty()) {
+      episode = document.code;
+    } else if (document.code != episode) {
+      document.cause = episode;
+      if (document.code != "stop_not_obeyed" && document.code != "emergency_stop")
+        document.severity = "warning";
+    }
+  }
   publish(document);
 }
 
 void Engine::Impl::detector_alarm(Detector detector, config::Action action) {
   const Level& level = detectors.level(detector);
-  publish(
-      protocol::AlarmDocument{.severity = action == config::Action::indicate ? "warning" : "error",
-                              .code = std::string(row(detector).code),
-                              .text = detectors.text(detector),
-                              .action = std::string(name(action)),
-                              .channel = std::string(protocol::name(level.channel)),
-                              .value = level.value,
-                              .limit = level.limit});
+  raise({.severity = action == config::Action::indicate ? "warning" : "error",
+         .code = std::string(row(detector).code),
+         .text = detectors.text(detector),
+         .action = std::string(name(action)),
+         .channel = std::string(protocol::name(level.channel)),
+         .value = level.value,
+         .limit = level.limit});
 }
 
 // A device that is away says so at every attempt, "next attempt in 0.4 s", and others say theirs in

@@ -2,12 +2,14 @@
 //
 //   engine.cpp            what the outside calls
 //   engine_states.cpp     transitions, faults, the end of runs and campaigns
-//   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: what is ordered from the exciter, and its
-//   answers engine_cycles.cpp     samples, cycles, the gate, estimates engine_documents.cpp  what
-//   is published
+//   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: what is ordered from the exciter
+//   engine_watch.cpp      what is looked at in every state
+//   engine_cycles.cpp     samples, cycles, the gate, estimates
+//   engine_documents.cpp  what is published
 #pragma once
 
 #include <array>
+#include <complex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +20,8 @@
 #include "daemon/engine.hpp"
 #include "daemon/safety/channel_monitor.hpp"
 #include "daemon/safety/detectors.hpp"
+#include "daemon/safety/period_watch.hpp"
+#include "daemon/safety/rest_watch.hpp"
 #include "daemon/safety/self_check.hpp"
 #include "daemon/state_table.hpp"
 
@@ -46,6 +50,7 @@ inline constexpr int kRestlessCycles = 3;  // lost in MEASURE before it is SETTL
 enum class RampStep { lower, gentle, prove, rise };
 // Why a campaign ends: FAULT is latched after its ramp-down, or nothing is.
 enum class After { idle, fault };
+enum class Motion { unknown, rests, moves };
 
 struct RunEnd {
   std::string status, reason;
@@ -63,6 +68,7 @@ struct Engine::Impl {
         detectors(rig.limits) {}
 
   // --- engine.cpp
+  Result<void> may_start() const;
   Result<void> admit(const config::CampaignSpec& wanted) const;
   Result<void> admit_run(const config::RunSpec& run) const;
   Result<void> admit_levels() const;
@@ -84,9 +90,25 @@ struct Engine::Impl {
   void watch_outlet();
   void leave_check(const std::string& outcome, const std::string& why);
   void act(Detector detector);
+
+  // --- engine_watch.cpp
   void watch_levels();
   void watch_ages();
   void watch_hold();
+  void learn_rest();
+  bool table_is_seen() const;
+  Motion table_motion(Nanoseconds from) const;
+  Motion stroke_motion(Nanoseconds from);
+  void watch_rest();
+  void moves_unasked(const std::string& why, bool sure);
+  void say_may_move(const std::string& why);
+  void begin_periods();
+  void watch_period(protocol::Channel channel, Nanoseconds t, double value);
+  void judge_command(const PeriodFigures& period);
+  void judge_response(const PeriodFigures& period);
+  void device_trouble(const std::string& code, const std::string& why);
+  void watch_exciter();
+  void compare_report();
 
   // --- engine_motion.cpp
   void command(double frequency_hz, double amplitude);
@@ -95,15 +117,12 @@ struct Engine::Impl {
   void wait_for_rest();
   void tick_ramp();
   void tick_ramp_down();
-  void watch_rest();
-  void watch_exciter();
   void begin_ramp();
   void begin_gentle_or_rise();
   void tick_prove();
   void pass_proof(const std::optional<Finding>& finding);
   bool arrived() const;
   double ramp_s() const;
-  void device_trouble(const std::string& code, const std::string& why);
 
   // --- engine_cycles.cpp
   void take(std::span<const drivers::Sample> samples);
@@ -124,6 +143,7 @@ struct Engine::Impl {
   void publish(const protocol::Document& document);
   void alarm(const std::string& severity, const std::string& code, const std::string& text,
              std::optional<config::Action> action = std::nullopt);
+  void raise(protocol::AlarmDocument document);
   void detector_alarm(Detector detector, config::Action action);
   void alarm_once(const std::string& code, const std::string& text);
   void publish_cycle(const AssembledCycle& cycle, bool accepted, const std::string& why,
@@ -144,6 +164,9 @@ struct Engine::Impl {
   const ChannelMonitor& monitor(protocol::Channel c) const {
     return monitors[static_cast<std::size_t>(c)];
   }
+  static bool is_watched(protocol::Channel c) { return static_cast<std::size_t>(c) < 2; }
+  RestWatch& rest(protocol::Channel c) { return rests[static_cast<std::size_t>(c)]; }
+  const RestWatch& rest(protocol::Channel c) const { return rests[static_cast<std::size_t>(c)]; }
 
   const config::RigConfig rig;
   Clock& clock;
@@ -161,6 +184,7 @@ struct Engine::Impl {
   std::size_t run_index = 0;
   bool recording = false;  // the outlet has a campaign open and has not failed
   std::optional<Error> outlet_trouble;
+  bool outlet_trouble_told = false;
   std::optional<RunEnd> ending;  // of the present run, once it has an outcome
   bool run_open = false;         // run_start was published, run_stop was not
   bool run_done = false;         // the present run ended by itself, nobody cut it short
@@ -171,6 +195,7 @@ struct Engine::Impl {
 
   // motion
   drivers::Setpoint setpoint;  // last ordered
+  double ramp_from = 0.0;      // the amplitude before it
   Nanoseconds ordered{};       // when
   Nanoseconds enabled{};       // when motion began
   RampStep step = RampStep::gentle;
@@ -197,7 +222,22 @@ struct Engine::Impl {
   };
   std::optional<Clearing> clearing;        // the exciter was told to clear its fault
   std::optional<Detector> fault_detector;  // whose level an acknowledgement asks again
-  int command_errors = 0, under_peaks = 0;
+  int command_errors = 0, under_peaks = 0, response_changes = 0, other_reports = 0;
+  // Of the displacement and the excitation: the rest before the campaign, each period since.
+  std::array<RestWatch, 2> rests{};
+  std::array<PeriodWatch, 2> periods{};
+  double stroke_noise = 0.0, table_noise = 0.0;  // of a sample at rest
+  bool stroke_lives = false;                     // at rest it showed noise
+  std::optional<PeriodFigures> table_period;     // the last
+  // The stroke's answer to the table: of the last period, and, once it has been steady in this run, of
+  // the last ones.
+  std::complex<double> last_answer;
+  std::optional<std::complex<double>> response;
+  bool awaits_rest = false;                      // told to stop, and not yet seen at rest
+  double level_before = 0.0;                     // of the stroke, when
+  Nanoseconds level_taken{}, may_move_said{};
+  int may_move_told = 0;
+  std::string episode;  // code of the error that the present trouble began with
   double largest_stroke = 0.0;
 
   // cycles

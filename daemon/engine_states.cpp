@@ -21,11 +21,16 @@ void Engine::Impl::enter(State to, const std::string& why) {
     collecting = false;
     // What only whole cycles and motion show is over with them.
     for (const Detector d :
-         {Detector::frozen_sensor, Detector::command_error, Detector::under_peak}) {
+         {Detector::frozen_sensor, Detector::response_change, Detector::under_peak}) {
       detectors.report(d, {});
     }
-    command_errors = under_peaks = 0;
+    under_peaks = response_changes = 0;
   }
+  if (!moving()) {
+    detectors.report(Detector::command_error, {});
+    command_errors = 0;
+  }
+  if (state == State::idle) episode.clear();
   if (campaign) furthest = std::max(furthest, done_s());
   publish(state_document());
 }
@@ -109,6 +114,7 @@ Result<void> Engine::Impl::begin_run(std::size_t index) {
   run_cycles = run_accepted = run_rejected = unsettled = 0;
   creeping = 0;
   restless = command_errors = under_peaks = 0;
+  response.reset();
   largest_stroke = 0.0;
   ending.reset();
   noise.restart(static_cast<std::size_t>(campaign->points_per_cycle));
@@ -132,15 +138,18 @@ bool Engine::Impl::keep(const Result<void>& recorded) {
   return recorded.ok();
 }
 
-// Nothing may be measured that cannot be kept.
+// Nothing may be measured that cannot be kept. Said once for a campaign, or for the rest after it.
 void Engine::Impl::watch_outlet() {
-  if (!outlet_trouble || !recording) return;
+  if (!outlet_trouble || outlet_trouble_told) return;
+  outlet_trouble_told = true;
   recording = false;
   const std::string why = fmt::format("nothing can be recorded: {}", outlet_trouble->what);
-  alarm("error", "record_failed", why, config::Action::ramp_down);
+  const bool in_motion = moving() && state != State::ramp_down;
+  alarm("error", "recording_failed", why,
+        in_motion ? config::Action::ramp_down : config::Action::indicate);
   if (state == State::check) {
     leave_check("fail", why);
-  } else if (moving()) {
+  } else if (in_motion) {
     ramp_down("fail", why, After::idle);
   }
 }
@@ -174,61 +183,6 @@ void Engine::Impl::act(Detector detector) {
     // A ramp cannot be held half way: that is no level that anyone asked for.
     fault_detector = detector;
     ramp_down("fail", why, After::fault);
-  }
-}
-
-void Engine::Impl::watch_levels() {
-  if (state == State::idle || state == State::fault) return;
-  for (const auto& r : detector_table()) {
-    const auto i = static_cast<std::size_t>(r.detector);
-    const bool tripped = detectors.level(r.detector).tripped;
-    const bool rose = tripped && !was_tripped[i];
-    was_tripped[i] = tripped;
-    if (rose) act(r.detector);
-    if (state == State::idle || state == State::fault) return;
-  }
-}
-
-void Engine::Impl::watch_ages() {
-  using protocol::Channel;
-  Level stale{.limit = rig.limits.stale_s};
-  Level frozen{.limit = rig.limits.stale_s};
-  for (const Channel c : {Channel::displacement, Channel::excitation}) {
-    if (c == Channel::excitation && !excitation_measured) continue;
-    const double age = since(monitor(c).last_good());
-    if (age > stale.limit && age > stale.value) {
-      stale.value = age;
-      stale.channel = c;
-      stale.tripped = true;
-    }
-  }
-  if (cutting()) {
-    frozen.value = since(monitor(Channel::displacement).last_change());
-    frozen.limit = std::max(frozen.limit, 0.25 / run().frequency_hz);
-    frozen.tripped = frozen.value > frozen.limit;
-  }
-  // CHECK has its own, kinder words for a sensor that is not there yet.
-  if (state == State::check) return;
-  detectors.report(Detector::stale_sensor, stale);
-  detectors.report(Detector::frozen_sensor, frozen);
-  watch_levels();
-}
-
-void Engine::Impl::watch_hold() {
-  if (held_by.empty()) return;
-  bool still = false;
-  for (const auto& r : detector_table()) {
-    still = still || (detectors.action(r.detector) == config::Action::hold &&
-                      detectors.level(r.detector).tripped);
-  }
-  if (!still || !cutting()) {
-    held_by.clear();
-    gate.interrupt();
-    return;
-  }
-  const double longest = campaign->settle_cycles_max / run().frequency_hz;
-  if (since(held_since) > longest) {
-    ramp_down("fail", fmt::format("held for {:.0f} s: {}", longest, held_by), After::fault);
   }
 }
 

@@ -30,6 +30,10 @@ class Outlet {
 
   // Records (while a campaign is open) and publishes one document.
   virtual Result<void> publish(const protocol::Document& document) = 0;
+
+  // Asked at every turn: an Error when what was handed over cannot be kept, or the disk has not
+  // answered for too long.
+  virtual Result<void> healthy() { return {}; }
 };
 
 }  // namespace shaker::daemon

@@ -194,7 +194,7 @@ void fill(Filler& out, const EstimateDocument& d) {
 
 void fill(Filler& out, const AlarmDocument& d) {
   out.name("severity", d.severity).name("code", d.code).text("text", d.text);
-  out.name("action", d.action).name("channel", d.channel);
+  out.name("cause", d.cause).name("action", d.action).name("channel", d.channel);
   out.number("value", d.value).number("limit", d.limit);
   out.name("parameter", d.parameter).name("run", d.run);
   out.put("cycle", d.cycle).number("standard_error", d.standard_error).put("alone", d.alone);

@@ -101,6 +101,8 @@ struct AlarmDocument {
   std::optional<double> standard_error = std::nullopt;  // of the jump
   std::optional<bool> alone = std::nullopt;
   std::vector<std::string> alternatives = {};
+  // The code of the error that this follows from; nothing where it is the fault itself.
+  std::optional<std::string> cause = std::nullopt;
 };
 
 struct ChannelHealth {

@@ -1,11 +1,11 @@
 #include "daemon/publish/commands.hpp"
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+
+#include "config/json_tree.hpp"
 
 namespace shaker::daemon {
 namespace {
@@ -14,34 +14,19 @@ using Json = nlohmann::json;
 using protocol::RpcCode;
 using protocol::RpcError;
 
-constexpr std::uintmax_t kMaxCampaignFile = 1024 * 1024;  // bytes
+constexpr std::size_t kMaxCampaignFile = 1024 * 1024;  // bytes
 
 Result<std::string> read_campaign_file(const std::filesystem::path& file) {
-  std::error_code trouble;
   if (!file.is_absolute()) {
     return Error{ErrorKind::invalid, fmt::format("{}: the daemon's directory is not yours; give an "
                                                  "absolute path, or send the campaign itself.",
                                                  file.string())};
   }
-  // A regular file: opening a pipe would wait for its other end.
-  if (!std::filesystem::is_regular_file(file, trouble)) {
-    return Error{ErrorKind::invalid,
-                 fmt::format("{}: the daemon finds no such file; check the path, and that the user "
-                             "shakerd may read it, or send the campaign itself.",
-                             file.string())};
-  }
-  if (std::filesystem::file_size(file, trouble) > kMaxCampaignFile) {
-    return Error{ErrorKind::invalid, fmt::format("{}: more than {} bytes is not a campaign file.",
-                                                 file.string(), kMaxCampaignFile)};
-  }
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) {
-    return Error{ErrorKind::io, fmt::format("{}: cannot be read; check that the user shakerd may.",
-                                            file.string())};
-  }
-  return text.str();
+  auto text = config::read_text(file, kMaxCampaignFile);
+  if (text) return text;
+  return Error{text.error().kind,
+               text.error().what +
+                   "; see that the user shakerd may read it, or send the campaign itself."};
 }
 
 RpcError bad_params(std::string message) {
@@ -202,6 +187,7 @@ Answer Commands::start(const Json& params, const Peer& peer) {
     return done(rig_.start(params["campaign"].dump(), "campaign.start", "/"));
   }
   if (params.contains("file") && params["file"].is_string()) {
+    if (const auto may = rig_.may_start(); !may) return done(may);
     const std::filesystem::path file = params["file"].get<std::string>();
     const auto text = read_campaign_file(file);
     if (!text) return done(text.error());

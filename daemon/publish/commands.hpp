@@ -1,6 +1,6 @@
 // What a client may ask for: JSON-RPC methods to the rig, and who is in control.
 //
-// On the main loop's thread. docs/protocol.md lists the methods for people.
+// On the clients' thread. docs/protocol.md lists the methods for people.
 #pragma once
 
 #include <functional>
@@ -31,6 +31,8 @@ struct DiagnosisPlace {
 class RigControl {
  public:
   virtual ~RigControl() = default;
+  // Could a campaign start now? Asked before its file is read.
+  virtual Result<void> may_start() = 0;
   // `text` is a campaign as JSON; paths in it start at `directory`, `origin` is for messages.
   virtual Result<void> start(const std::string& text, const std::string& origin,
                              const std::string& directory) = 0;

@@ -1,9 +1,12 @@
 #include "daemon/publish/recorder.hpp"
 
 #include <algorithm>
+#include <exception>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+
+#include "daemon/workers/thread_name.hpp"
 
 namespace shaker::daemon {
 namespace {
@@ -11,6 +14,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kSamplesWait = 500ms;  // raw samples alone are committed at least so often
+constexpr auto kStalled = 1s;         // in one call to the disk; half of what a heartbeat survives
+constexpr auto kLook = 1s;            // between two looks at the free space and the open file
 
 bool must_be_kept(const protocol::Document& document) {
   return std::holds_alternative<protocol::CycleDocument>(document) ||
@@ -44,7 +49,7 @@ Recorder::Recorder(RecorderOptions options, Clock& clock, Wake wake, Complete co
       clock_(clock),
       wake_(std::move(wake)),
       complete_(std::move(complete)),
-      progress_(clock.now()),
+      progress_(clock.now().count()),
       thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
 Recorder::~Recorder() {
@@ -54,7 +59,7 @@ Recorder::~Recorder() {
 
 // --- the engine's thread
 
-Result<void> Recorder::record_campaign(const config::CampaignSpec& campaign) {
+Result<record::CampaignWriter> Recorder::create(const config::CampaignSpec& campaign) const {
   record::CampaignRow row;
   row.name = campaign.name;
   row.started_utc = format_utc(clock_.utc());
@@ -62,12 +67,48 @@ Result<void> Recorder::record_campaign(const config::CampaignSpec& campaign) {
   row.auxiliary = options_.auxiliary;
   row.model_json = config::to_json_text(campaign.model);
   row.spec_json = config::to_json_text(campaign);
-  auto writer = record::CampaignWriter::create(options_.directory, row);
+  return record::CampaignWriter::create(options_.directory, row);
+}
+
+Result<void> Recorder::prepare(const config::CampaignSpec& campaign) {
+  auto writer = create(campaign);
   if (!writer) return writer.error();
+  const std::lock_guard lock(mutex_);
+  prepared_ = std::move(*writer);
+  return {};
+}
+
+void Recorder::discard() {
+  std::optional<record::CampaignWriter> unused;
+  {
+    const std::lock_guard lock(mutex_);
+    unused.swap(prepared_);
+  }
+  if (!unused) return;
+  const std::filesystem::path file = unused->file();
+  unused.reset();
+  std::error_code ignored;
+  for (const char* part : {"", "-wal", "-shm"})
+    std::filesystem::remove(file.string() + part, ignored);
+}
+
+Result<void> Recorder::record_campaign(const config::CampaignSpec& campaign) {
+  std::optional<record::CampaignWriter> writer;
+  {
+    const std::lock_guard lock(mutex_);
+    if (stalled_ && (busy_ || !queue_.empty())) return *trouble_;
+    writer.swap(prepared_);
+  }
+  if (!writer) {
+    auto created = create(campaign);
+    if (!created) return created.error();
+    writer = std::move(*created);
+  }
   spdlog::info("Campaign {} is recorded in {}.", campaign.name, writer->file().string());
   {
     const std::lock_guard lock(mutex_);
     trouble_.reset();
+    stalled_ = false;
   }
   open_ = true;
   run_ = -1;
@@ -137,7 +178,38 @@ Result<void> Recorder::publish(const protocol::Document& document) {
   if (const auto* stop = std::get_if<protocol::RunStopDocument>(&document)) {
     if (status_.empty() || stop->status == "fail" || status_ == "success") status_ = stop->status;
   }
+  if (stalled_) {
+    if (!must_be_kept(document)) publish_past_the_disk(std::move(waiting));
+    return healthy();
+  }
   return hand_over(std::move(waiting), 1024);
+}
+
+// It is in no file; the sentence of the alarm says why.
+void Recorder::publish_past_the_disk(Waiting waiting) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++seq_;
+    published_.push_back(
+        {seq_, protocol::type_name(waiting.document),
+         protocol::to_json_line(waiting.document, {seq_, waiting.utc, waiting.mono_ns})});
+  }
+  wake_();
+}
+
+Result<void> Recorder::healthy() {
+  const std::lock_guard lock(mutex_);
+  const Nanoseconds still = clock_.now() - last_progress();
+  if (busy_ && still > kStalled && !stalled_) {
+    stalled_ = true;
+    trouble_ =
+        Error{ErrorKind::timeout,
+              fmt::format("{}: the disk has not answered for {:.1f} s; what was acknowledged "
+                          "is kept, the rest is lost: look at the disk and its mount.",
+                          options_.directory.string(), seconds(still))};
+  }
+  if (trouble_) return *trouble_;
+  return {};
 }
 
 Recorder::Waiting Recorder::stamped(const protocol::Document& document) const {
@@ -170,14 +242,10 @@ bool Recorder::idle() const {
   return queue_.empty() && !busy_;
 }
 
-Nanoseconds Recorder::last_progress() const {
-  const std::lock_guard lock(mutex_);
-  return progress_;
-}
-
 // --- the recorder's thread
 
 void Recorder::work(const std::stop_token& stop) {
+  name_this_thread("recorder");
   while (true) {
     std::vector<Item> items;
     {
@@ -187,14 +255,34 @@ void Recorder::work(const std::stop_token& stop) {
       items.swap(queue_);
       waiting_bytes_ = 0;
       urgent_ = false;
-      busy_ = !items.empty();
-      progress_ = clock_.now();
+      busy_ = true;
+      advance();
     }
-    if (!items.empty()) write(std::move(items));
+    // Nothing may leave a thread by exception, want of memory for one.
+    try {
+      if (!items.empty()) write(std::move(items));
+      look_at_the_disk();
+    } catch (const std::exception& trouble) {
+      fail(Error{ErrorKind::exhausted, trouble.what()});
+      documents_.clear();
+    }
     const std::lock_guard lock(mutex_);
     busy_ = false;
-    progress_ = clock_.now();
+    advance();
   }
+}
+
+void Recorder::advance() {
+  progress_ = clock_.now().count();
+}
+
+// A hung mount shows here as well as in a write.
+void Recorder::look_at_the_disk() {
+  if (clock_.now() < next_look_) return;
+  next_look_ = clock_.now() + kLook;
+  std::error_code trouble;
+  const auto space = std::filesystem::space(options_.directory, trouble);
+  if (!trouble) disk_free_ = space.available;
 }
 
 void Recorder::write(std::vector<Item> items) {
@@ -226,12 +314,19 @@ void Recorder::apply(Item& item) {
 }
 
 void Recorder::keep(const Result<void>& outcome) {
+  advance();
   if (!outcome) fail(outcome.error());
 }
 
-std::vector<PublishedLine> Recorder::serialise() const {
+// What waits, as lines with the next numbers.
+std::vector<PublishedLine> Recorder::numbered() {
+  std::uint64_t seq = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    seq = seq_;
+    seq_ += documents_.size();
+  }
   std::vector<PublishedLine> lines;
-  std::uint64_t seq = seq_;
   for (const Waiting& waiting : documents_) {
     ++seq;
     lines.push_back(
@@ -252,21 +347,28 @@ void Recorder::store(const std::vector<PublishedLine>& lines) {
   flush_max_ = std::max(flush_max_, clock_.now() - before);
 }
 
-// Serialises what waits, writes it and flushes; then, and only then, lets it go.
+// Numbers what waits, writes it and flushes; then, and only then, lets it go. What the disk gave
+// back after it was given up is not let go: others have gone past it.
 void Recorder::commit() {
   if (documents_.empty() && !dirty_) return;
-  auto lines = serialise();
+  auto lines = numbered();
   if (writer_) store(lines);
   dirty_ = false;
+  if (stalled_) {
+    documents_.clear();
+    if (writer_) fail(Error{ErrorKind::timeout, "The disk was given up while it did not answer."});
+    return;
+  }
   if (failed_) {
     std::erase_if(documents_, [](const Waiting& w) { return must_be_kept(w.document); });
-    if (alarm_) documents_.push_back(std::move(*alarm_));
-    alarm_.reset();
-    lines = serialise();
+    {
+      const std::lock_guard lock(mutex_);
+      if (!stalled_) seq_ -= lines.size();
+    }
+    lines = numbered();
   }
   documents_.clear();
   if (lines.empty()) return;
-  seq_ = lines.back().seq;
   {
     const std::lock_guard lock(mutex_);
     std::ranges::move(lines, std::back_inserter(published_));
@@ -279,10 +381,8 @@ void Recorder::fail(const Error& error) {
   spdlog::error("Recording has failed. {}", error.what);
   writer_.reset();
   failed_ = true;
-  alarm_ = stamped(
-      protocol::AlarmDocument{"error", "recording_failed", error.what, "ramp_down", {}, {}, {}});
   const std::lock_guard lock(mutex_);
-  trouble_ = error;
+  if (!trouble_) trouble_ = error;
 }
 
 }  // namespace shaker::daemon

@@ -4,10 +4,12 @@
 // own thread writes them in order, commits what has come together (one flush for many), and only
 // then gives the documents to the main loop (`take`). So whatever a client has seen is on disk.
 // When the disk fails, the campaign's file is closed with what was committed, cycles and estimates
-// are withheld (they could not be kept), other documents still go out, and every later call returns
-// the Error, upon which the engine ramps down.
+// are withheld (they could not be kept), other documents still go out, and `healthy` returns the
+// Error, upon which the engine ramps down. A disk that does not come back from a call for kStalled
+// has failed too: from then on documents that need not be kept go out past it.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -43,6 +45,11 @@ class Recorder final : public Outlet {
   Recorder(RecorderOptions options, Clock& clock, Wake wake, Complete complete);
   ~Recorder() override;  // writes and commits everything that was handed over
 
+  // Creates the campaign's file, which the next record_campaign takes: any thread but the engine's,
+  // which must not wait for the disk. Without it record_campaign creates the file itself.
+  Result<void> prepare(const config::CampaignSpec& campaign);
+  void discard();  // what was prepared and not taken: the file is removed
+
   // --- Outlet, on the engine's thread
   Result<void> record_campaign(const config::CampaignSpec& campaign) override;
   Result<void> record_run(int run_index, const config::RunSpec& run) override;
@@ -50,12 +57,15 @@ class Recorder final : public Outlet {
   Result<void> record_cycle(const estimator::MeasuredCycle& cycle, bool accepted) override;
   void close_campaign() override;
   Result<void> publish(const protocol::Document& document) override;
+  Result<void> healthy() override;
 
   // --- any thread
   // Documents that may be published now, in order.
   std::vector<PublishedLine> take();
   bool idle() const;  // nothing handed over is waiting
-  Nanoseconds last_progress() const;
+  // When its thread last came back from the disk, or looked for work. Takes no lock.
+  Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
+  std::uint64_t disk_free_bytes() const { return disk_free_.load(); }
   const std::filesystem::path& directory() const { return options_.directory; }
 
  private:
@@ -76,7 +86,9 @@ class Recorder final : public Outlet {
   };
   using Item = std::variant<Begin, record::RunRow, Samples, record::CycleRow, Finish, Waiting>;
 
+  Result<record::CampaignWriter> create(const config::CampaignSpec& campaign) const;
   Result<void> hand_over(Item item, std::size_t bytes);
+  void publish_past_the_disk(Waiting waiting);
   Waiting stamped(const protocol::Document& document) const;
 
   void work(const std::stop_token& stop);
@@ -84,9 +96,11 @@ class Recorder final : public Outlet {
   void apply(Item& item);
   void keep(const Result<void>& outcome);
   void commit();
-  std::vector<PublishedLine> serialise() const;
+  std::vector<PublishedLine> numbered();
   void store(const std::vector<PublishedLine>& lines);
+  void look_at_the_disk();
   void fail(const Error& error);
+  void advance();
 
   RecorderOptions options_;
   Clock& clock_;
@@ -107,15 +121,19 @@ class Recorder final : public Outlet {
   bool urgent_ = false, busy_ = false;
   std::optional<Error> trouble_;
   std::vector<PublishedLine> published_;
-  Nanoseconds progress_{}, flush_max_{};
+  std::uint64_t seq_ = 0;  // of the last document that has a number
+  Nanoseconds flush_max_{};
+  std::optional<record::CampaignWriter> prepared_;
+  std::atomic<bool> stalled_{false};  // the disk was given up while a call to it was under way
+  std::atomic<std::int64_t> progress_{0};
+  std::atomic<std::uint64_t> disk_free_{0};
 
   // the recorder's thread
   std::optional<record::CampaignWriter> writer_;
   std::vector<Waiting> documents_;  // since the last commit
-  std::uint64_t seq_ = 0;           // of the last document let go
   bool dirty_ = false;
-  bool failed_ = false;           // this campaign can no longer be recorded
-  std::optional<Waiting> alarm_;  // says so, once
+  bool failed_ = false;  // this campaign can no longer be recorded
+  Nanoseconds next_look_{};
 
   std::jthread thread_;  // last: the rest is there before it starts
 };

@@ -22,11 +22,18 @@ constexpr std::array<DetectorRow, kDetectorCount> kTable{{
     {Detector::stale_sensor, "stale_sensor", "a needed channel gives no good sample for so long",
      "stale_s", &Limits::stale_action},
     {Detector::frozen_sensor, "frozen_sensor",
-     "in SETTLE or MEASURE the stroke repeats one value for that long and a quarter of a period",
+     "in SETTLE or MEASURE (in RAMP four times as patiently) the stroke repeats one value for that "
+     "long and a quarter of a period",
      "stale_s", &Limits::stale_action},
     {Detector::command_error, "command_error",
-     "three cycles in a row have a measured amplitude that far from the command",
+     "two periods in a row have a measured amplitude that far above the command, or, once it is "
+     "reached, that far below it at the commanded frequency",
      "command_error_fraction", &Limits::command_error_action},
+    {Detector::response_change, "response_change",
+     "in SETTLE or MEASURE the stroke's answer has vanished, or has changed by this part of what "
+     "it "
+     "was, for two periods in a row",
+     "response_change_fraction", &Limits::response_change_action},
     {Detector::under_peak, "under_peak",
      "two cycles in a row peak below this part of the command (of the run's largest stroke where "
      "the "
@@ -137,6 +144,11 @@ std::string Detectors::text(Detector detector) const {
           "measured amplitude {:.4g} m/s^2 differs from the commanded {:.4g} m/s^2 by "
           "more than {:g} %; check the exciter's tuning and the accelerometer's scale",
           l.value, l.limit, 100.0 * limits_.command_error_fraction);
+    case Detector::response_change:
+      return fmt::format(
+          "the stroke's answer to the excitation has jumped to {:.3g} of what it was, or turned "
+          "round; check the displacement sensor, its mounting, and the damper itself",
+          l.value);
     case Detector::under_peak:
       return fmt::format("peak {:.4g} {} stays below {:.4g}; check what is loose or stuck", l.value,
                          protocol::unit(l.channel), l.limit);

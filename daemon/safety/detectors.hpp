@@ -23,9 +23,10 @@ enum class Detector {
   stale_sensor,
   frozen_sensor,
   command_error,
+  response_change,
   under_peak
 };
-inline constexpr std::size_t kDetectorCount = 7;
+inline constexpr std::size_t kDetectorCount = 8;
 
 struct DetectorRow {
   Detector detector;

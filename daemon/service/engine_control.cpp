@@ -1,15 +1,72 @@
 #include "daemon/service/engine_control.hpp"
 
-namespace shaker::daemon {
+#include <exception>
+#include <memory>
 
-Result<void> EngineControl::start(const std::string& text, const std::string& origin,
-                                  const std::string& directory) {
+#include <fmt/format.h>
+
+#include "config/campaign.hpp"
+#include "estimator/online_estimator.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+// A model that cannot be built moves nothing.
+Result<void> prove_model(const config::CampaignSpec& campaign) {
+  try {
+    const estimator::OnlineEstimator built(campaign.model, estimator::OnlineOptions{});
+  } catch (const std::exception& trouble) {
+    return Error{ErrorKind::invalid, fmt::format("campaign \"{}\": model \"{}\": {}", campaign.name,
+                                                 campaign.model.name, trouble.what())};
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> EngineControl::may_start() {
   if (closed_) {
     return Error{ErrorKind::refused, "The daemon is about to end; start it again first."};
   }
+  return rig_.ask([](Engine& engine) { return engine.may_start(); });
+}
+
+Result<void> EngineControl::start(const std::string& text, const std::string& origin,
+                                  const std::string& directory) {
+  if (auto may = may_start(); !may) return may;
   auto campaign = config::parse_campaign(text, origin, directory);
   if (!campaign) return campaign.error();
-  return engine_.start(*campaign);
+  if (auto good = prove_model(*campaign); !good) return good;
+  // Shared: a question that was given up outlives this call.
+  const auto wanted = std::make_shared<const config::CampaignSpec>(std::move(*campaign));
+  const auto admitted = rig_.ask([wanted](Engine& engine) { return engine.admit(*wanted); });
+  if (!admitted) return admitted;
+  if (auto made = recorder_.prepare(*wanted); !made) return made;
+  const auto started = rig_.ask([wanted](Engine& engine) { return engine.start(*wanted); });
+  if (!started) recorder_.discard();
+  return started;
+}
+
+Result<void> EngineControl::stop(const std::string& who) {
+  return rig_.ask([who](Engine& engine) { return engine.stop(who); }, true);
+}
+
+// The exciter first: an engine that stands still does not keep the table moving.
+Result<void> EngineControl::emergency_stop(const std::string& who) {
+  exciter_.emergency_stop();
+  return rig_.ask([who](Engine& engine) { return engine.emergency_stop(who); }, true);
+}
+
+Result<void> EngineControl::acknowledge(const std::string& who) {
+  return rig_.ask([who](Engine& engine) { return engine.acknowledge(who); });
+}
+
+void EngineControl::lease_lost() {
+  rig_.tell([](Engine& engine) { engine.lease_lost(); });
+}
+
+void EngineControl::set_controlled(bool controlled) {
+  rig_.tell([controlled](Engine& engine) { engine.set_controlled(controlled); });
 }
 
 }  // namespace shaker::daemon

@@ -1,7 +1,6 @@
 #include "daemon/service/service.hpp"
 
 #include <algorithm>
-#include <array>
 #include <csignal>
 
 #include <fmt/format.h>
@@ -20,8 +19,8 @@
 #include "daemon/publish/stream_server.hpp"
 #include "daemon/service/engine_control.hpp"
 #include "daemon/service/logging.hpp"
+#include "daemon/service/rig_thread.hpp"
 #include "daemon/service/supervision.hpp"
-#include "daemon/workers/acquisition_thread.hpp"
 #include "daemon/workers/diagnosis_thread.hpp"
 #include "daemon/workers/estimator_thread.hpp"
 #include "daemon/workers/exciter_thread.hpp"
@@ -32,8 +31,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanoseconds kTick = 5ms;
-constexpr Nanoseconds kRampDownMargin = 5s;  // beyond the rig's ramp, at the end
+constexpr Nanoseconds kServiceTick = 5ms;
+constexpr Nanoseconds kRampDownMargin = 5s;  // beyond the ramp, at the end
 
 void must(int code, const char* what) {
   if (code < 0) throw std::system_error(-code, std::generic_category(), what);
@@ -56,15 +55,14 @@ ExciterOptions exciter_options(const config::RigConfig& rig) {
 struct Service::Parts {
   Parts(const Options& options, const config::RigConfig& config, drivers::Devices devices,
         Clock& the_clock);
+  ~Parts() { exciter.watch({}); }  // it outlives what it watches
 
   Result<void> listen(const Options& options);
   std::uint64_t tell_what_was_found();
   void attach();
-  void drain();
-  void drain_sensors();
-  void drain_workers();
+  void watch();
   void publish();
-  void tick(std::uint64_t due_us);
+  void tick();
   void ping_watchdog(Nanoseconds now);
   void end(int signal);
   void end_when_quiet(Nanoseconds now);
@@ -73,22 +71,22 @@ struct Service::Parts {
   config::RigConfig rig;
   Clock& clock;
   EventLoop loop;
-  Waker waker;
+  Waker waker;       // of the engine's thread
+  Waker lines_wait;  // of this one
   Recorder recorder;
   const std::uint64_t found_alarms;  // documents 1 to this say what an earlier daemon left
   ExciterThread exciter;
   EstimatorThread estimator;
   DiagnosisThread diagnosis;
-  std::vector<std::unique_ptr<AcquisitionThread>> sensors;
-  std::vector<drivers::SensorHealth> healths;
+  Sensors sensors;
   Engine engine;
+  RigThread rig_thread;
   DiagnosisDesk desk;
   EngineControl control;
   Commands commands;
   StreamServer server;
 
-  std::array<drivers::Sample, 4096> samples;
-  Nanoseconds late_max{}, next_ping{}, ping_period{};
+  Nanoseconds next_ping{}, ping_period{};
   bool was_stuck = false;
   std::optional<Nanoseconds> give_up_at;  // ending
 };
@@ -103,22 +101,26 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
         return made;
       }()),
       recorder(
-          {options.data, rig.name, rig.auxiliary}, clock, [this] { waker.wake(); },
+          {options.data, rig.name, rig.auxiliary}, clock, [this] { lines_wait.wake(); },
           [this](protocol::HealthDocument& health) { complete(health); }),
       found_alarms(tell_what_was_found()),
       exciter(std::move(devices.exciter), clock, waker, exciter_options(rig)),
       estimator(clock, waker),
-      diagnosis(waker),
-      healths(devices.sensors.size()),
+      diagnosis(lines_wait),
+      sensors([&] {
+        Sensors made;
+        for (auto& sensor : devices.sensors)
+          made.push_back(std::make_unique<AcquisitionThread>(std::move(sensor), clock, waker));
+        return made;
+      }()),
       engine(rig, clock, exciter, estimator, recorder),
+      rig_thread(engine, sensors, exciter, estimator, clock, waker),
       desk(diagnosis, recorder.directory()),
-      control(engine, desk),
+      control(rig_thread, exciter, recorder, desk),
       commands(control, clock, from_seconds(rig.client_lease_s)),
       server(loop.get(), clock, commands,
              protocol::VersionDocument{"shakerd", program_version(), 1, rig.name}) {
-  for (auto& sensor : devices.sensors) {
-    sensors.push_back(std::make_unique<AcquisitionThread>(std::move(sensor), clock, waker));
-  }
+  watch();
   std::uint64_t watchdog_us = 0;
   if (::sd_watchdog_enabled(0, &watchdog_us) > 0) {
     ping_period = std::chrono::microseconds(watchdog_us / 2);
@@ -164,25 +166,39 @@ std::uint64_t Service::Parts::tell_what_was_found() {
   return told;
 }
 
+// Without these three nobody would see what the table does, or nothing of it would be kept.
+void Service::Parts::watch() {
+  std::vector<Watched> watched;
+  watched.push_back({"the engine", from_seconds(rig.limits.engine_stall_s),
+                     [this] { return rig_thread.last_progress(); }});
+  for (const auto& sensor : sensors) {
+    watched.push_back({"the acquisition", from_seconds(rig.limits.acquisition_stall_s),
+                       [&sensor] { return sensor->last_progress(); }});
+  }
+  watched.push_back({"the recorder", from_seconds(rig.limits.recorder_stall_s),
+                     [this] { return recorder.last_progress(); }});
+  exciter.watch(std::move(watched));
+}
+
 void Service::Parts::attach() {
   must(::sd_event_add_io(
-           loop.get(), nullptr, waker.fd(), EPOLLIN,
+           loop.get(), nullptr, lines_wait.fd(), EPOLLIN,
            [](sd_event_source*, int, std::uint32_t, void* self) {
              auto& parts = *static_cast<Parts*>(self);
-             parts.waker.clear();
-             parts.drain();
+             parts.lines_wait.clear();
+             parts.publish();
              return 0;
            },
            this),
        "sd_event_add_io");
   // Accuracy 1 us: the default lets the kernel be late by 250 ms.
   must(::sd_event_add_time(
-           loop.get(), nullptr, CLOCK_MONOTONIC, microseconds(clock.now() + kTick), 1,
+           loop.get(), nullptr, CLOCK_MONOTONIC, microseconds(clock.now() + kServiceTick), 1,
            [](sd_event_source* source, std::uint64_t due_us, void* self) {
              auto& parts = *static_cast<Parts*>(self);
-             parts.tick(due_us);
+             parts.tick();
              const std::uint64_t next =
-                 std::max(due_us + microseconds(kTick), microseconds(parts.clock.now()));
+                 std::max(due_us + microseconds(kServiceTick), microseconds(parts.clock.now()));
              ::sd_event_source_set_time(source, next);
              ::sd_event_source_set_enabled(source, SD_EVENT_ONESHOT);
              return 0;
@@ -201,75 +217,26 @@ void Service::Parts::attach() {
   }
 }
 
-void Service::Parts::drain() {
-  drain_sensors();
-  drain_workers();
-  publish();
-}
-
-void Service::Parts::drain_sensors() {
-  bool news = false;
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    AcquisitionThread& sensor = *sensors[i];
-    while (const std::size_t count = sensor.drain(samples)) {
-      engine.on_samples(std::span(samples).first(count));
-    }
-    auto report = sensor.report();
-    for (const Error& error : report.errors)
-      engine.on_sensor_error(error);
-    if (!report.health) continue;
-    healths[i] = std::move(*report.health);
-    news = true;
-  }
-  if (!news) return;
-  drivers::SensorHealth all;  // the rig's sensors as one
-  all.link_up = true;
-  for (const auto& health : healths) {
-    all.samples += health.samples;
-    all.lost += health.lost;
-    all.malformed += health.malformed;
-    all.errors += health.errors;
-    all.reconnects += health.reconnects;
-    all.link_up = all.link_up && health.link_up;
-    if (all.trouble.empty()) all.trouble = health.trouble;
-  }
-  engine.on_sensor_health(all, sensors.front()->stamp_source());
-}
-
-void Service::Parts::drain_workers() {
-  for (const auto& news : exciter.take()) {
-    if (const auto* status = std::get_if<drivers::ExciterStatus>(&news)) {
-      engine.on_exciter_status(*status);
-    } else {
-      engine.on_exciter_error(std::get<Error>(news));
-    }
-  }
-  for (const auto& outcome : estimator.take())
-    engine.on_estimate(outcome);
+void Service::Parts::publish() {
   for (const auto& document : diagnosis.take()) {
     // Nothing that must be kept: the files are its record.
-    if (auto told = recorder.publish(document); !told) spdlog::warn("{}", told.error().what);
+    rig_thread.tell([document](Engine& told) { told.publish(document); });
   }
-}
-
-void Service::Parts::publish() {
   for (const auto& line : recorder.take()) {
     if (line.seq <= found_alarms) server.keep_for_late_joiners(line);
     server.publish(line);
   }
 }
 
-void Service::Parts::tick(std::uint64_t due_us) {
-  const Nanoseconds now = clock.now();
-  late_max = std::max(late_max, now - std::chrono::microseconds(due_us));
-  drain();
+void Service::Parts::tick() {
+  rig_thread.clients_are_heard();
+  publish();
   commands.tick();
-  engine.set_client_count(server.client_count());
-  engine.tick();
-  desk.watch(engine.state());
+  rig_thread.set_client_count(server.client_count());
+  desk.watch(rig_thread.state());
   server.tick();
-  ping_watchdog(now);
-  end_when_quiet(now);
+  ping_watchdog(clock.now());
+  end_when_quiet(clock.now());
 }
 
 void Service::Parts::ping_watchdog(Nanoseconds now) {
@@ -279,6 +246,7 @@ void Service::Parts::ping_watchdog(Nanoseconds now) {
   for (const auto& sensor : sensors) {
     progress.acquisition = std::min(progress.acquisition, sensor->last_progress());
   }
+  progress.engine = rig_thread.last_progress();
   progress.exciter = exciter.last_progress();
   progress.estimator_busy = estimator.busy_since();
   progress.recorder = recorder.last_progress();
@@ -297,23 +265,28 @@ void Service::Parts::ping_watchdog(Nanoseconds now) {
 void Service::Parts::end(int signal) {
   if (give_up_at) {
     spdlog::warn("Asked to end a second time: the exciter is stopped at once.");
-    exciter.stop();
+    exciter.emergency_stop();
     ::sd_event_exit(loop.get(), kGood);
     return;
   }
   ::sd_notify(0, "STOPPING=1\nSTATUS=Ramping down");
   spdlog::info("Asked to end (signal {}): ramping down.", signal);
-  give_up_at = clock.now() + from_seconds(rig.exciter.ramp_s) + kRampDownMargin;
+  const Nanoseconds way_down = from_seconds(rig_thread.ramp_s()) + kRampDownMargin;
+  give_up_at = clock.now() + way_down;
+  // A campaign's ramp may be longer than systemd waits by itself.
+  ::sd_notifyf(0, "EXTEND_TIMEOUT_USEC=%llu",
+               static_cast<unsigned long long>(microseconds(way_down + kRampDownMargin)));
   control.close();
   diagnosis.cancel("The daemon ends.");
-  if (const auto stopped = engine.stop("the daemon's end"); !stopped) {
-    spdlog::info("{}", stopped.error().what);
+  if (const auto stopped = control.stop("the daemon's end"); !stopped) {
+    spdlog::error("{}", stopped.error().what);
+    exciter.emergency_stop();
   }
 }
 
 void Service::Parts::end_when_quiet(Nanoseconds now) {
   if (!give_up_at) return;
-  const State state = engine.state();
+  const State state = rig_thread.state();
   const bool quiet = state == State::idle || state == State::fault;
   if (!quiet && now < *give_up_at) return;
   if (!quiet) spdlog::error("The rig did not ramp down in time; the exciter is stopped at once.");
@@ -322,17 +295,14 @@ void Service::Parts::end_when_quiet(Nanoseconds now) {
   ::sd_event_exit(loop.get(), kGood);
 }
 
-// What only the service knows.
+// What only the service knows. On the engine's thread.
 void Service::Parts::complete(protocol::HealthDocument& health) {
   for (const auto& sensor : sensors)
     health.ring_overflows += sensor->overflows();
   health.log_drops = dropped_log_lines();
   health.exciter_connected = exciter.connected();
-  health.loop_late_max_s = seconds(std::exchange(late_max, 0ns));
-  health.clients = server.client_count();
-  std::error_code trouble;
-  const auto space = std::filesystem::space(recorder.directory(), trouble);
-  if (!trouble) health.disk_free_bytes = space.available;
+  health.loop_late_max_s = seconds(rig_thread.take_latest());
+  if (const auto free = recorder.disk_free_bytes(); free > 0) health.disk_free_bytes = free;
 }
 
 void Service::block_signals() {
@@ -352,8 +322,7 @@ Result<std::unique_ptr<Service>> Service::make(const Options& options, const con
   if (auto listening = parts->listen(options); !listening) return listening.error();
   parts->attach();
   // Every client's snapshot has a state, also before the first change of one.
-  if (auto told = parts->recorder.publish(parts->engine.state_document()); !told)
-    return told.error();
+  parts->rig_thread.tell([](Engine& told) { told.publish(told.state_document()); });
   return std::unique_ptr<Service>(new Service(std::move(parts)));
 }
 

@@ -1,7 +1,6 @@
-// The process: engine, workers, recorder and stream on one sd-event loop.
-//
-// The loop drains the rings, turns the engine every 5 ms on absolute deadlines and whenever a
-// worker has something, and publishes what the recorder has committed. It waits for nothing else.
+// The process. This thread, an sd-event loop, serves the clients: it parses what they send and
+// gives them what the recorder has committed. The engine has a thread of its own (RigThread), as
+// have the devices, the recorder, the estimator and the diagnosis.
 #pragma once
 
 #include <memory>

@@ -7,16 +7,18 @@ using namespace std::chrono_literals;
 
 // A read waits 50 ms and a device at most its response timeout; connecting may take a few of those.
 constexpr auto kDevice = 5s;
-constexpr auto kEstimator = 10s;  // a fit takes milliseconds
+constexpr auto kEngine = 2s;      // its turns are 5 ms; the heartbeat has been withheld by then
+constexpr auto kEstimator = 60s;  // a fit takes milliseconds; the rig has ramped down by then
 constexpr auto kDisk = 20s;       // a dying disk retries for long; the rig has stopped by then
 
 }  // namespace
 
 std::string stuck(const Progress& progress, Nanoseconds now) {
   if (now - progress.acquisition > kDevice) return "The acquisition has not advanced for 5 s.";
+  if (now - progress.engine > kEngine) return "The engine has not advanced for 2 s.";
   if (now - progress.exciter > kDevice) return "The exciter's thread has not advanced for 5 s.";
   if (progress.estimator_busy && now - *progress.estimator_busy > kEstimator) {
-    return "The estimator has been busy with one cycle for 10 s.";
+    return "The estimator has been busy with one cycle for 60 s.";
   }
   if (!progress.recorder_idle && now - progress.recorder > kDisk) {
     return "The recorder has been writing for 20 s.";

@@ -13,7 +13,7 @@ namespace shaker::daemon {
 
 struct Progress {
   Nanoseconds acquisition{};  // when the slowest of the sensors' threads advanced
-  Nanoseconds exciter{};
+  Nanoseconds engine{}, exciter{};
   std::optional<Nanoseconds> estimator_busy;  // since when; nothing when idle
   Nanoseconds recorder{};
   bool recorder_idle = true;

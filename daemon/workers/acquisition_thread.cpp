@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "daemon/workers/thread_name.hpp"
+
 namespace shaker::daemon {
 namespace {
 
@@ -39,6 +41,7 @@ AcquisitionThread::Report AcquisitionThread::report() {
 }
 
 void AcquisitionThread::work(const std::stop_token& stop) {
+  name_this_thread("acquisition");
   bool connected = false;
   while (!stop.stop_requested()) {
     if (finished_) {

@@ -10,6 +10,7 @@
 #include <sys/resource.h>
 
 #include "config/campaign.hpp"
+#include "daemon/workers/thread_name.hpp"
 #include "estimator/discrepancy/diagnose.hpp"
 #include "record/accepted_cycles.hpp"
 #include "report/diagnosis_document.hpp"
@@ -92,6 +93,7 @@ std::vector<protocol::Document> DiagnosisThread::take() {
 }
 
 void DiagnosisThread::work(const std::stop_token& stop) {
+  name_this_thread("diagnosis");
   step_back();
   while (true) {
     std::optional<DiagnosisJob> job;

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "daemon/workers/thread_name.hpp"
+
 namespace shaker::daemon {
 
 EstimatorThread::EstimatorThread(Clock& clock, Waker& waker)
@@ -47,6 +49,7 @@ std::optional<Nanoseconds> EstimatorThread::busy_since() const {
 }
 
 void EstimatorThread::work(const std::stop_token& stop) {
+  name_this_thread("estimator");
   while (true) {
     std::unique_lock lock(mutex_);
     if (!ordered_.wait(lock, stop, [this] { return begun_ || waiting_; })) return;

@@ -2,12 +2,17 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
+#include "daemon/workers/thread_name.hpp"
+
 namespace shaker::daemon {
 namespace {
 
 using namespace std::chrono_literals;
 
 constexpr auto kTurn = 10ms;          // between two looks at what is due
+constexpr auto kTurnLate = 5ms;       // a wait may end so much later and count as on time
 constexpr std::size_t kMaxNews = 64;  // kept for a main loop that is busy; older ones go first
 
 }  // namespace
@@ -52,7 +57,20 @@ void ExciterThread::clear_fault() {
 }
 
 void ExciterThread::keep_alive(bool wanted) {
-  keep_alive_ = wanted;
+  if (!wanted) barred_ = false;
+  keep_alive_ = wanted && !barred_;
+}
+
+void ExciterThread::emergency_stop() {
+  barred_ = true;
+  keep_alive_ = false;
+  stop();
+}
+
+void ExciterThread::watch(std::vector<Watched> watched) {
+  const std::lock_guard lock(watch_mutex_);
+  watched_ = std::move(watched);
+  seen_.assign(watched_.size(), {});
 }
 
 std::vector<ExciterThread::News> ExciterThread::take() {
@@ -61,8 +79,10 @@ std::vector<ExciterThread::News> ExciterThread::take() {
 }
 
 void ExciterThread::work(const std::stop_token& token) {
+  name_this_thread("exciter");
   while (!token.stop_requested()) {
     wait_for_orders(token);
+    watch_over();
     obey();
     progress_ = clock_.now().count();
   }
@@ -71,22 +91,45 @@ void ExciterThread::work(const std::stop_token& token) {
 }
 
 void ExciterThread::wait_for_orders(const std::stop_token& token) {
+  const Nanoseconds before = clock_.now();
   std::unique_lock lock(mutex_);
   ordered_.wait_for(lock, token, kTurn,
                     [this] { return mailbox_.stop || mailbox_.setpoint || mailbox_.clear_fault; });
+  const Nanoseconds waited = clock_.now() - before;
+  if (waited > kTurn + kTurnLate) starved_ += waited - kTurn;
   if (mailbox_.stop) pending_ = {std::nullopt, true, false};
   if (mailbox_.clear_fault) pending_.clear_fault = true;
   if (mailbox_.setpoint) pending_.setpoint = mailbox_.setpoint;
   mailbox_ = {};
 }
 
-void ExciterThread::obey() {
-  if (pending_.stop) {
-    if (!good(exciter_->stop())) return;  // again at the next turn, until the device has taken it
-    pending_.stop = false;
+void ExciterThread::watch_over() {
+  if (!keep_alive_) return;
+  const Nanoseconds now = clock_.now();
+  const std::lock_guard lock(watch_mutex_);
+  for (std::size_t i = 0; i < watched_.size(); ++i) {
+    const Nanoseconds progress = watched_[i].last_progress();
+    if (progress != seen_[i].progress) seen_[i] = {progress, starved_};
+    const Nanoseconds still = now - progress - (starved_ - seen_[i].starved);
+    if (still <= watched_[i].bound) continue;
+    barred_ = true;
+    keep_alive_ = false;
+    pending_ = {std::nullopt, true, false};
+    tell(
+        Withheld{fmt::format("{} has not advanced for {:.2f} s, more than {:g} s; the exciter was "
+                             "stopped at once",
+                             watched_[i].name, seconds(still), seconds(watched_[i].bound))});
+    return;
   }
+}
+
+void ExciterThread::obey() {
+  // Again at every turn, until the device has taken it; its status is read all the same.
+  if (pending_.stop) pending_.stop = !good(exciter_->stop());
   connect_when_due();
   if (!connected_) return;
+  if (pending_.stop) return poll_when_due();
+  if (barred_) pending_.setpoint.reset();
   if (std::exchange(pending_.clear_fault, false)) {
     if (const auto cleared = exciter_->clear_fault(); !cleared && !good(cleared.error())) return;
     next_poll_ = clock_.now();
@@ -107,6 +150,7 @@ void ExciterThread::connect_when_due() {
     if (!made_safe_) {
       const auto stopped = exciter_->stop();
       made_safe_ = stopped.ok();
+      pending_.stop = !made_safe_;
       if (!stopped) tell(stopped.error());
     }
     connected_ = true;

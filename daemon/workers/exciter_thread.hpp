@@ -4,13 +4,21 @@
 // a stop overtakes everything and is repeated until the device has taken it. Between orders the
 // thread keeps the device's dead-man alive and reads its status. When it ends, it stops the
 // exciter.
+//
+// The heartbeat proves that somebody watches: it is served only while everything in `watch` has
+// advanced within its bound. What is overdue withholds it, stops the exciter, and bars every
+// setpoint until the engine has taken back its wish for a heartbeat. Time in which this thread
+// itself was not given a processor does not count: a machine that stood still as a whole is the
+// dead-man's affair.
 #pragma once
 
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <variant>
 #include <vector>
@@ -29,6 +37,13 @@ struct ExciterOptions {
   Nanoseconds longest_pause = std::chrono::seconds(5);
 };
 
+// What must advance while the table moves.
+struct Watched {
+  std::string name;  // for the sentence: "the engine"
+  Nanoseconds bound{};
+  std::function<Nanoseconds()> last_progress;  // neither blocks nor allocates
+};
+
 class ExciterThread final : public ExciterCommands {
  public:
   // Starts at once. `clock` and `waker` outlive it.
@@ -42,8 +57,17 @@ class ExciterThread final : public ExciterCommands {
   void keep_alive(bool wanted) override;
   void clear_fault() override;
 
-  // --- the main loop
-  using News = std::variant<drivers::ExciterStatus, Error>;
+  // --- any thread
+  // Replaces what is watched; an empty list watches nothing. Returns when the old list is no longer
+  // looked at.
+  void watch(std::vector<Watched> watched);
+  // Stops at once and bars setpoints, as something overdue does.
+  void emergency_stop();
+
+  struct Withheld {
+    std::string why;  // a sentence
+  };
+  using News = std::variant<drivers::ExciterStatus, Error, Withheld>;
   std::vector<News> take();
   bool connected() const { return connected_.load(); }
   Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
@@ -57,6 +81,7 @@ class ExciterThread final : public ExciterCommands {
 
   void work(const std::stop_token& token);
   void wait_for_orders(const std::stop_token& token);
+  void watch_over();
   void obey();
   void connect_when_due();
   void keep_alive_when_due();
@@ -74,9 +99,18 @@ class ExciterThread final : public ExciterCommands {
   Orders mailbox_;
   std::vector<News> news_;
   std::atomic<bool> keep_alive_{false};
+  std::atomic<bool> barred_{false};  // setpoints, until the engine takes back its keep_alive
+
+  struct Seen {
+    Nanoseconds progress{}, starved{};
+  };
+  std::mutex watch_mutex_;
+  std::vector<Watched> watched_;
+  std::vector<Seen> seen_;  // of each
 
   // of the thread
-  Orders pending_;  // taken out of the mailbox, not yet done
+  Nanoseconds starved_{};  // time without a processor so far
+  Orders pending_;         // taken out of the mailbox, not yet done
   Nanoseconds next_connect_{}, pause_, next_heartbeat_{}, next_poll_{};
   std::atomic<bool> connected_{false};
   bool made_safe_ = false;  // stopped once since the start of the process; the worker only

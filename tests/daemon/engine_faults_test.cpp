@@ -151,7 +151,7 @@ TEST(EngineFaults, AnExciterThatRunsUnaskedIsStoppedAgainAndAgain) {
   const int stops = bench.exciter.stops;
   bench.run(3.0);
   EXPECT_GE(bench.exciter.stops, stops + 4);
-  EXPECT_GE(bench.outlet.alarms("exciter_runs_unasked"), 1);
+  EXPECT_GE(bench.outlet.alarms("stop_not_obeyed"), 1);
   EXPECT_THAT(bench.engine.acknowledge("anna").error().what, HasSubstr("still reports motion"));
 }
 
@@ -203,7 +203,7 @@ TEST(EngineFaults, AFullDiskRampsDownAndFailsTheRunWithTheReason) {
   ASSERT_TRUE(bench.run_until(State::idle, 3.0));
   EXPECT_EQ(last_stop(bench),
             "fail: nothing can be recorded: campaign.db: no space left on device");
-  EXPECT_EQ(bench.outlet.alarms("record_failed"), 1);
+  EXPECT_EQ(bench.outlet.alarms("recording_failed"), 1);
   EXPECT_LE(bench.estimator.cycles.size(), accepted + 1);
   EXPECT_EQ(bench.engine.start(bench_campaign()).error().what, "disk full");
   EXPECT_EQ(bench.engine.state(), State::idle);

@@ -171,7 +171,7 @@ TEST_P(SimulatedFault, EndsTheCampaignWithItsAlarmAndTheTableAtRest) {
   campaign.runs[0].cycles = 100;
   SimulatedClock clock;
   const auto& sensor = std::get<config::SimulatedSensor>(rig_config.sensors[0]);
-  auto rig = drivers::sim::make_simulated_rig(sensor, 0.1, clock).value();
+  auto rig = drivers::sim::make_simulated_rig(sensor, {}, clock).value();
   drivers::Devices devices;
   devices.exciter = std::make_unique<drivers::sim::SimulatedExciter>(rig);
   devices.sensors.push_back(std::make_unique<drivers::sim::SimulatedSensor>(rig));
@@ -198,24 +198,25 @@ TEST_P(SimulatedFault, EndsTheCampaignWithItsAlarmAndTheTableAtRest) {
   EXPECT_FALSE(rig->at_now([](auto& r) { return r.status().running; }));
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, SimulatedFault,
-    ::testing::Values(FaultCase{Fault::sensor_silent, 0.2, "check_sensor"},
-                      FaultCase{Fault::sensor_nan, 0.2, "check_sensor"},
-                      FaultCase{Fault::exciter_silent, 0.2, "check_exciter"},
-                      FaultCase{Fault::sensor_inverted, 0.2, "stroke_limit"},
-                      FaultCase{Fault::sensor_inverted, 0.05, "polarity", -0.3},
-                      FaultCase{Fault::sensor_frozen, 0.2, "sensor_no_response"},
-                      FaultCase{Fault::sensor_silent, 20.0, "stale_sensor"},
-                      FaultCase{Fault::sensor_nan, 20.0, "stale_sensor"},
-                      FaultCase{Fault::sensor_frozen, 20.0, "frozen_sensor"},
-                      FaultCase{Fault::sensor_inverted, 20.0, "stroke_limit"},
-                      FaultCase{Fault::exciter_trip, 20.0, "exciter_trip"},
-                      FaultCase{Fault::exciter_silent, 20.0, "exciter_error"}),
-    [](const auto& one) {
-      return "fault" + std::to_string(static_cast<int>(one.param.fault)) +
-             (one.param.at_s < 1.0 ? "_at_rest_" : "_in_motion_") + one.param.code;
-    });
+INSTANTIATE_TEST_SUITE_P(All, SimulatedFault,
+                         ::testing::Values(FaultCase{Fault::sensor_silent, 0.2, "check_sensor"},
+                                           FaultCase{Fault::sensor_nan, 0.2, "check_sensor"},
+                                           FaultCase{Fault::exciter_silent, 0.2, "check_exciter"},
+                                           FaultCase{Fault::sensor_inverted, 0.2, "stroke_limit"},
+                                           FaultCase{Fault::sensor_inverted, 0.05, "polarity",
+                                                     -0.3},
+                                           FaultCase{Fault::sensor_frozen, 0.2, "frozen_sensor"},
+                                           FaultCase{Fault::sensor_silent, 20.0, "stale_sensor"},
+                                           FaultCase{Fault::sensor_nan, 20.0, "stale_sensor"},
+                                           FaultCase{Fault::sensor_frozen, 20.0, "frozen_sensor"},
+                                           FaultCase{Fault::sensor_inverted, 20.0, "stroke_limit"},
+                                           FaultCase{Fault::exciter_trip, 20.0, "exciter_trip"},
+                                           FaultCase{Fault::exciter_silent, 20.0, "exciter_error"}),
+                         [](const auto& one) {
+                           return "fault" + std::to_string(static_cast<int>(one.param.fault)) +
+                                  (one.param.at_s < 1.0 ? "_at_rest_" : "_in_motion_") +
+                                  one.param.code;
+                         });
 
 TEST(SimulatedCampaign, RefusesAnUnknownEffectWithItsPlace) {
   auto campaign = example_campaign();

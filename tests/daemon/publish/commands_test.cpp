@@ -151,9 +151,13 @@ TEST_F(CommandsTest, StartFromAFileReadsItAndRefusesWhatIsNone) {
   EXPECT_THAT(refused(ask(anna, "campaign.start", {{"file", "c.json"}})).message,
               HasSubstr("absolute path"));
   EXPECT_THAT(refused(ask(anna, "campaign.start", {{"file", directory}})).message,
-              HasSubstr("no such file"));
+              HasSubstr("is a directory"));
   EXPECT_THAT(refused(ask(anna, "campaign.start", {{"file", "/dev/zero"}})).message,
-              HasSubstr("no such file"));
+              HasSubstr("not a regular file"));
+  rig.outcome = Error{ErrorKind::refused, "the rig is in MEASURE"};  // then no file is looked at
+  EXPECT_THAT(refused(ask(anna, "campaign.start", {{"file", "/no/such/file"}})).message,
+              HasSubstr("MEASURE"));
+  rig.outcome = {};
   for (const json& params :
        {json(nullptr), json::array(), json{{"campaign", 3}}, json{{"other", 3}}}) {
     EXPECT_EQ(refused(ask(anna, "campaign.start", params)).code, RpcCode::invalid_params) << params;

@@ -10,6 +10,7 @@ namespace shaker::daemon::testing {
 
 class FakeRig final : public RigControl {
  public:
+  Result<void> may_start() override { return outcome; }
   Result<void> start(const std::string& text, const std::string& origin,
                      const std::string& directory) override {
     asked.push_back("start " + text + " from " + origin + " in " + directory);

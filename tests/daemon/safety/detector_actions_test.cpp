@@ -34,6 +34,9 @@ void cause(EngineBench& bench, Detector detector) {
     case Detector::command_error:
       bench.exciter.moves_part = 0.7;
       break;
+    case Detector::response_change:
+      bench.gain = 0.002;
+      break;
     case Detector::under_peak:
       bench.exciter.moves_part = 0.85;
       break;

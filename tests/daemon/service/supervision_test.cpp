@@ -7,7 +7,7 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
 constexpr Nanoseconds kNow = 1h;
-const Progress kAllWell{kNow, kNow, std::nullopt, kNow, true};
+const Progress kAllWell{kNow, kNow, kNow, std::nullopt, kNow, true};
 
 TEST(Supervision, PingsWhileEverythingAdvancesOrIsIdle) {
   EXPECT_EQ(stuck(kAllWell, kNow), "");
@@ -27,7 +27,10 @@ TEST(Supervision, NamesTheOneThatIsStuck) {
   progress.exciter = kNow - 6s;
   EXPECT_THAT(stuck(progress, kNow), HasSubstr("exciter"));
   progress = kAllWell;
-  progress.estimator_busy = kNow - 11s;
+  progress.engine = kNow - 3s;
+  EXPECT_THAT(stuck(progress, kNow), HasSubstr("engine"));
+  progress = kAllWell;
+  progress.estimator_busy = kNow - 61s;
   EXPECT_THAT(stuck(progress, kNow), HasSubstr("estimator"));
   progress = kAllWell;
   progress.recorder = kNow - 21s;

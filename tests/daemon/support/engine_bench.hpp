@@ -53,17 +53,17 @@ class FakeExciter final : public daemon::ExciterCommands {
     return from_ + (target_.amplitude - from_) * s / target_.ramp_s;
   }
   double phase() const {
-    return phase_ + 2.0 * std::numbers::pi * target_.frequency_hz * (1.0 + 200e-6) *
-                        seconds(clock_.now() - t0_);
+    return phase_ + 2.0 * std::numbers::pi * target_.frequency_hz * frequency_part *
+                        (1.0 + 200e-6) * seconds(clock_.now() - t0_);
   }
   drivers::ExciterStatus status() const {
     const bool moves = target_.enable && (amplitude() > 0.0 || target_.amplitude > 0.0);
     return {.t = clock_.now(),
             .ready = ready && fault == 0,
-            .running = moves && !stands,
+            .running = moves && !stands && !claims_rest,
             .fault = fault,
-            .frequency_hz = target_.frequency_hz,
-            .amplitude = amplitude(),
+            .frequency_hz = target_.frequency_hz * (admits ? frequency_part : 1.0),
+            .amplitude = claims_rest ? 0.0 : amplitude() * (admits ? moves_part : 1.0),
             .heartbeat_timeout_s = heartbeat_timeout_s};
   }
 
@@ -74,8 +74,11 @@ class FakeExciter final : public daemon::ExciterCommands {
   bool clearable = true;
   bool alive = false;
   bool ready = true, stands = false, deaf_to_orders = false, runs_on = false;
-  bool silent = false;      // gives no status
-  double moves_part = 1.0;  // of what was asked: 0 is a table that does not move
+  bool silent = false;          // gives no status
+  bool claims_rest = false;     // whatever it does, its status says that it stands
+  double frequency_part = 1.0;  // of what was asked, in what it does
+  bool admits = false;          // and reports that
+  double moves_part = 1.0;      // of what was asked: 0 is a table that does not move
   std::uint32_t fault = 0;
   std::optional<double> heartbeat_timeout_s = 0.5;
 
@@ -249,7 +252,8 @@ class EngineBench {
   // The plant and its sensors.
   double mean = 0.15, gain = 0.004, lag_turns = 0.1, noise = 2e-5;
   double polarity = 1.0;
-  double subharmonic_m = 0.0, wander_m = 0.0;
+  double subharmonic_m = 0.0, wander_m = 0.0, spike_m = 0.0;
+  double ring_m = 0.0;  // a free oscillation of 2 Hz that dies in 4 s, from when it is set
   bool silent = false, nan = false, frozen = false;
   bool excitation_silent = false;
 
@@ -259,6 +263,12 @@ class EngineBench {
     const double lag = 2.0 * std::numbers::pi * lag_turns;
     double u = mean + polarity * gain * a * std::cos(phase - lag) + noise * normal_(random_);
     if (a > 3.9) u += subharmonic_m * std::cos(phase / 2.0);
+    if (ring_m > 0.0) {
+      if (ringing_ == 0.0) ringing_ = seconds(clock.now());
+      const double s = seconds(clock.now()) - ringing_;
+      u += ring_m * std::exp(-s / 4.0) * std::cos(2.0 * std::numbers::pi * 2.0 * s);
+    }
+    if (count_ % 250 == 0) u += spike_m;  // one sample a period at 4 Hz
     if (++count_ % 200 == 0) wander_ = wander_m * normal_(random_);
     u += wander_;
     if (!frozen) stuck_ = u;
@@ -278,7 +288,7 @@ class EngineBench {
   std::mt19937_64 random_{42};
   std::normal_distribution<double> normal_;
   Nanoseconds next_status_{};
-  double stuck_ = 0.0, wander_ = 0.0;
+  double stuck_ = 0.0, wander_ = 0.0, ringing_ = 0.0;
   long count_ = 0;
 };
 

@@ -184,5 +184,103 @@ TEST_F(ExciterTest, StopsTheExciterWhenItEnds) {
   EXPECT_EQ(device.seen().back(), "stop");
 }
 
+// The heartbeat stands for those who watch.
+class ExciterWatchTest : public ExciterTest {
+ protected:
+  std::unique_ptr<ExciterThread> beating() {
+    auto thread = make();
+    advance();
+    thread->watch({{"the engine", 100ms, [this] { return Nanoseconds(progress.load()); }}});
+    EXPECT_TRUE(eventually([&] { return thread->connected(); }));
+    thread->keep_alive(true);
+    return thread;
+  }
+  void advance() { progress = clock.now().count(); }
+  int beats() {
+    const std::lock_guard lock(device.mutex);
+    return device.heartbeats;
+  }
+  std::string withheld(ExciterThread& thread) {
+    for (const auto& news : thread.take()) {
+      if (const auto* w = std::get_if<ExciterThread::Withheld>(&news)) why = w->why;
+    }
+    return why;
+  }
+
+  std::atomic<std::int64_t> progress{0};
+  std::string why;
+};
+
+TEST_F(ExciterWatchTest, BeatsWhileWhatIsWatchedAdvances) {
+  auto thread = beating();
+  const int before = beats();
+  EXPECT_TRUE(eventually([&] {
+    advance();
+    return beats() > before + 40;
+  }));
+  EXPECT_EQ(withheld(*thread), "");
+}
+
+TEST_F(ExciterWatchTest, StopsTheExciterWhenSomethingStandsStill) {
+  auto thread = beating();
+  thread->set(setpoint(1));
+  EXPECT_TRUE(eventually([&] { return !withheld(*thread).empty(); }));
+  EXPECT_THAT(why, ::testing::HasSubstr("the engine has not advanced for"));
+  EXPECT_TRUE(eventually([&] { return device.seen().back() == "stop"; }));
+  const int before = beats();
+  // What stood still goes on, and knows nothing yet: no motion comes back by itself.
+  advance();
+  thread->set(setpoint(2));
+  thread->keep_alive(true);
+  std::this_thread::sleep_for(50ms);
+  EXPECT_EQ(device.seen().back(), "stop");
+  EXPECT_EQ(beats(), before);
+  thread->stop();
+  thread->keep_alive(false);  // now it knows
+  thread->set(setpoint(3));
+  EXPECT_TRUE(eventually([&] { return device.seen().back() == "write 3"; }));
+}
+
+TEST_F(ExciterWatchTest, AnEmergencyStopNeedsNobodyElse) {
+  auto thread = beating();
+  thread->set(setpoint(1));
+  EXPECT_TRUE(eventually([&] { return device.seen().back() == "write 1"; }));
+  thread->emergency_stop();
+  EXPECT_TRUE(eventually([&] { return device.seen().back() == "stop"; }));
+  thread->set(setpoint(2));
+  std::this_thread::sleep_for(50ms);
+  EXPECT_EQ(device.seen().back(), "stop");
+}
+
+// A refused stop is repeated, and the exciter's status is read all the same: somebody must learn
+// that it still runs.
+TEST_F(ExciterTest, ReadsTheStatusWhileAStopIsRefused) {
+  auto thread = make();
+  EXPECT_TRUE(eventually([&] { return thread->connected(); }));
+  {
+    const std::lock_guard lock(device.mutex);
+    device.refuse_stops = 1'000'000;
+  }
+  thread->stop();
+  EXPECT_TRUE(eventually([&] { return device.seen().size() > 4; }));
+  thread->take();
+  EXPECT_TRUE(eventually([&] {
+    for (const auto& news : thread->take())
+      if (std::holds_alternative<drivers::ExciterStatus>(news)) return true;
+    return false;
+  }));
+  const std::lock_guard lock(device.mutex);
+  device.refuse_stops = 0;
+}
+
+// The first stop of a process is repeated until it is taken.
+TEST_F(ExciterTest, MakesSafeUntilTheDeviceHasTakenIt) {
+  device.refuse_stops = 3;
+  auto thread = make();
+  EXPECT_TRUE(eventually([&] { return std::ranges::count(device.seen(), "stop") >= 4; }));
+  std::this_thread::sleep_for(50ms);
+  EXPECT_EQ(std::ranges::count(device.seen(), "stop"), 4);
+}
+
 }  // namespace
 }  // namespace shaker::daemon

@@ -1,0 +1,342 @@
+// What is looked at in every state: levels and ages of the channels, the table at rest, each period
+// of the setpoint, and what the exciter says.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "daemon/engine_impl.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+using protocol::Channel;
+
+constexpr int kInARow = 2;                       // periods, or reports: one may be disturbed
+constexpr double kFrozenRising = 4.0;            // times as patient while the motion grows
+constexpr double kReportedFrequencyPart = 0.02;  // of the setpoint; registers are coarse
+constexpr double kFloorPart = 0.01;     // of the smallest amplitude: the least noise believed
+constexpr double kLeastStroke = 1e-7;   // m; for a sensor without noise
+constexpr double kSeenS = 0.2;          // a channel younger than that is alive
+constexpr double kStopTakesS = 0.1;     // a stop that is obeyed needs so long
+constexpr double kRingsS = 20.0;        // a damper may ring on for so long
+constexpr double kRingsPart = 0.9;      // and falls below this within a second
+constexpr double kLagS = 0.3;           // of a drive behind its order
+constexpr double kFewestPart = 0.8;     // of a period's samples, to judge it
+constexpr double kReferencePart = 0.2;  // of a new period in the reference of the response
+constexpr double kVanished = 3.0;       // times what noise alone gives
+constexpr double kAgainS = 5.0, kAgainMostS = 60.0;  // between two warnings that it may move
+
+}  // namespace
+
+// --- levels and ages
+
+void Engine::Impl::watch_levels() {
+  if (state == State::idle || state == State::fault) return;  // watch_rest looks there
+  for (const auto& r : detector_table()) {
+    const auto i = static_cast<std::size_t>(r.detector);
+    const bool tripped = detectors.level(r.detector).tripped;
+    const bool rose = tripped && !was_tripped[i];
+    was_tripped[i] = tripped;
+    if (rose) act(r.detector);
+    if (state == State::idle || state == State::fault) return;
+  }
+}
+
+void Engine::Impl::watch_ages() {
+  using protocol::Channel;
+  Level stale{.limit = rig.limits.stale_s};
+  Level frozen{.limit = rig.limits.stale_s};
+  for (const Channel c : {Channel::displacement, Channel::excitation}) {
+    if (c == Channel::excitation && !excitation_measured) continue;
+    const double age = since(monitor(c).last_good());
+    if (age > stale.limit && age > stale.value) {
+      stale.value = age;
+      stale.channel = c;
+      stale.tripped = true;
+    }
+  }
+  // At small strokes only a sensor that was never still can be called frozen.
+  const bool rising = state == State::ramp && stroke_lives;
+  if (cutting() || rising) {
+    frozen.value = since(monitor(Channel::displacement).last_change());
+    frozen.limit = std::max(rising ? kFrozenRising * frozen.limit : frozen.limit,
+                            (rising ? 1.0 : 0.25) / run().frequency_hz);
+    frozen.tripped = frozen.value > frozen.limit;
+  }
+  // CHECK has its own, kinder words for a sensor that is not there yet.
+  if (state == State::check) return;
+  detectors.report(Detector::stale_sensor, stale);
+  detectors.report(Detector::frozen_sensor, frozen);
+  watch_levels();
+}
+
+void Engine::Impl::watch_hold() {
+  if (held_by.empty()) return;
+  bool still = false;
+  for (const auto& r : detector_table()) {
+    still = still || (detectors.action(r.detector) == config::Action::hold &&
+                      detectors.level(r.detector).tripped);
+  }
+  if (!still || !cutting()) {
+    held_by.clear();
+    gate.interrupt();
+    return;
+  }
+  const double longest = campaign->settle_cycles_max / run().frequency_hz;
+  if (since(held_since) > longest) {
+    ramp_down("fail", fmt::format("held for {:.0f} s: {}", longest, held_by), After::fault);
+  }
+}
+
+// --- the table at rest
+
+void Engine::Impl::learn_rest() {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& r : campaign->runs)
+    least = std::min(least, r.amplitude);
+  const ChannelMonitor& stroke = monitor(Channel::displacement);
+  stroke_lives = stroke.rest_noise() > 0.0;
+  stroke_noise = stroke.rest_noise();
+  rest(Channel::displacement).learn(std::max(stroke_noise, kLeastStroke));
+  const ChannelMonitor& table = monitor(Channel::excitation);
+  table_noise = table.rest_count() > 1 ? table.rest_noise() : 0.0;
+  rest(Channel::excitation)
+      .learn(table.rest_count() > 1 ? std::max(table_noise, kFloorPart * least) : 0.0);
+}
+
+bool Engine::Impl::table_is_seen() const {
+  return rest(Channel::excitation).knows_rest() &&
+         since(monitor(Channel::excitation).last_good()) < kSeenS;
+}
+
+// What our own sensor of the table's motion says of the time since `from`.
+Motion Engine::Impl::table_motion(Nanoseconds from) const {
+  const RestWatch& table = rest(Channel::excitation);
+  if (!table_is_seen() || !table.covers_since(from)) return Motion::unknown;
+  return table.moves() ? Motion::moves : Motion::rests;
+}
+
+// Where only the stroke is measured. A damper that rings after a stop falls from second to second.
+Motion Engine::Impl::stroke_motion(Nanoseconds from) {
+  const RestWatch& stroke = rest(Channel::displacement);
+  if (!stroke.knows_rest() || since(monitor(Channel::displacement).last_good()) > kSeenS ||
+      !stroke.covers_since(from)) {
+    return Motion::unknown;
+  }
+  if (!stroke.moves()) return Motion::rests;
+  if (since(stop_ordered) > kRingsS) return Motion::moves;
+  if (since(level_taken) < 1.0) return Motion::unknown;
+  const bool sustained = level_taken > stop_ordered && stroke.level() > kRingsPart * level_before;
+  level_before = stroke.level();
+  level_taken = clock.now();
+  return sustained ? Motion::moves : Motion::unknown;
+}
+
+// Nothing may move in IDLE, CHECK and FAULT. Whoever moves the table, it is told to stop; and as
+// long as nobody has seen it at rest after an order to stop, that is said again and again.
+void Engine::Impl::watch_rest() {
+  const bool answered = status && status->t > stop_ordered && !exciter_error;
+  const double deadman = status && status->heartbeat_timeout_s ? *status->heartbeat_timeout_s : 1.0;
+  const double takes = kStopTakesS + (answered ? 0.0 : std::max(0.0, deadman));
+  const Nanoseconds from = stop_ordered + from_seconds(takes);
+  const Motion own = table_is_seen() ? table_motion(from) : stroke_motion(from);
+  const bool says_runs = answered && status->running && since(stop_ordered) >= kStopAgainS &&
+                         since(entered) >= kStopAgainS;
+  if (own == Motion::moves) {
+    const bool table = table_is_seen();
+    const double level =
+        std::numbers::sqrt2 * rest(table ? Channel::excitation : Channel::displacement).level();
+    return moves_unasked(
+        table
+            ? fmt::format("the table moves with {:.2g} m/s^2 although nothing is commanded", level)
+            : fmt::format("the stroke moves by {:.2g} m although nothing is commanded", level),
+        table);
+  }
+  if (says_runs) {
+    return moves_unasked("the exciter reports that it runs although nothing is commanded", true);
+  }
+  if (!awaits_rest) return;
+  if (own == Motion::rests || (answered && !status->running && !table_is_seen())) {
+    awaits_rest = false;
+    if (std::exchange(may_move_told, 0) > 0) {
+      alarm("info", "at_rest",
+            own == Motion::rests ? "the table is at rest: the sensor shows it"
+                                 : "the table is at rest, as the exciter says");
+    }
+    return;
+  }
+  if (!answered && since(stop_ordered) > takes + kStopAgainS) {
+    say_may_move(exciter_error ? fmt::format("the stop is not confirmed ({})", exciter_error->what)
+                               : "the stop is not confirmed: the exciter does not answer");
+  }
+}
+
+// `sure`: it is the table, and not somebody who handles the damper.
+void Engine::Impl::moves_unasked(const std::string& why, bool sure) {
+  const bool again = awaits_rest;  // it was told to stop before
+  if (since(stop_ordered) >= kStopAgainS) halt();
+  awaits_rest = true;
+  if (again || state == State::fault) return say_may_move(why);
+  if (!sure) {
+    alarm_once("stroke_moves", why + "; if nobody handles the damper, use the hardware stop");
+    return;
+  }
+  const std::string what = why + "; it was told to stop";
+  trip(what);
+  alarm("error", "table_moves", what, config::Action::stop);
+}
+
+void Engine::Impl::say_may_move(const std::string& why) {
+  const double pause = std::min(kAgainMostS, kAgainS * std::exp2(std::max(0, may_move_told - 1)));
+  if (may_move_told > 0 && since(may_move_said) < pause) return;
+  may_move_said = clock.now();
+  ++may_move_told;
+  alarm("error", "stop_not_obeyed", why + "; the table may still be moving: use the hardware stop",
+        config::Action::stop);
+}
+
+// --- each period of the setpoint
+
+void Engine::Impl::begin_periods() {
+  for (PeriodWatch& watch : periods)
+    watch.restart(setpoint.frequency_hz, clock.now());
+  table_period.reset();
+  command_errors = response_changes = 0;
+}
+
+void Engine::Impl::watch_period(Channel channel, Nanoseconds t, double value) {
+  const auto figures = periods[static_cast<std::size_t>(channel)].add(t, value);
+  if (!figures || !moving()) return;
+  const double rate = channel == Channel::excitation ? excitation_rate_hz : rate_hz;
+  if (figures->samples < kFewestPart * rate / setpoint.frequency_hz) return;
+  if (channel == Channel::excitation) {
+    table_period = figures;
+    judge_command(*figures);
+  } else {
+    judge_response(*figures);
+  }
+}
+
+// Upwards in every state; downwards only where the level has been reached and was proved once.
+void Engine::Impl::judge_command(const PeriodFigures& period) {
+  const Nanoseconds ramped = ordered + from_seconds(setpoint.ramp_s + kLagS);
+  const bool reached = period.begin >= ramped;
+  const double most = reached ? setpoint.amplitude : std::max(ramp_from, setpoint.amplitude);
+  const double still = std::numbers::sqrt2 * table_noise;
+  const double all = std::sqrt(std::max(0.0, period.all * period.all - still * still));
+  const double floor = kFloorPart * run().amplitude + 5.0 * still / std::sqrt(period.samples);
+  const double part = rig.limits.command_error_fraction;
+  const double amplitude = std::abs(period.fundamental);
+  const bool over = all > (1.0 + part) * most + floor;
+  const bool under = reached && cutting() && amplitude < (1.0 - part) * most - floor;
+  command_errors = over || under ? command_errors + 1 : 0;
+  detectors.report(Detector::command_error, {.tripped = command_errors >= kInARow,
+                                             .value = over ? all : amplitude,
+                                             .limit = setpoint.amplitude,
+                                             .channel = Channel::excitation});
+  watch_levels();
+}
+
+// The stroke's answer, relative to the table's motion where that is measured, must not jump from
+// one period to the next: slow changes are the damper's life, a jump is a fault of somebody.
+void Engine::Impl::judge_response(const PeriodFigures& period) {
+  if (!cutting() || period.begin < ordered + from_seconds(setpoint.ramp_s + kLagS)) {
+    response_changes = 0;
+    return;
+  }
+  std::complex<double> answer = period.fundamental;
+  if (excitation_measured) {
+    // Of the period before where the table's own has not come yet: it is steady.
+    if (!table_period || std::abs(table_period->fundamental) <= 0.0) return;
+    answer /= table_period->fundamental;
+  }
+  const double still = stroke_noise * std::sqrt(2.0 / period.samples);
+  const bool vanished = std::abs(period.fundamental) <= kVanished * still;
+  bool changed = vanished;
+  if (response && !vanished) {
+    changed =
+        std::abs(answer - *response) > rig.limits.response_change_fraction * std::abs(*response);
+  }
+  response_changes = changed ? response_changes + 1 : 0;
+  last_answer = answer;
+  if (!changed && response) *response += kReferencePart * (answer - *response);
+  detectors.report(Detector::response_change,
+                   {.tripped = response_changes >= kInARow,
+                    .value = response ? std::abs(answer / *response) : 0.0,
+                    .limit = rig.limits.response_change_fraction,
+                    .channel = Channel::displacement});
+  watch_levels();
+}
+
+// --- what the exciter says
+
+void Engine::Impl::device_trouble(const std::string& code, const std::string& why) {
+  if (!moving()) return alarm_once(code, why);
+  if (state == State::ramp_down) {
+    const std::string both = reason.find(why) != std::string::npos
+                                 ? fmt::format("{}, and so while ramping down", reason)
+                                 : fmt::format("{}; while ramping down: {}", reason, why);
+    trip(both);
+    alarm("error", code, both, config::Action::stop);
+    return;
+  }
+  alarm("error", code, why, config::Action::ramp_down);
+  ramp_down("fail", why, After::fault);
+}
+
+void Engine::Impl::watch_exciter() {
+  if (!moving()) return;
+  if (status && status->fault != 0 && status->t >= enabled) {
+    const std::string why =
+        fmt::format("the exciter tripped with fault {}; find its cause and clear it at the exciter",
+                    status->fault);
+    trip(why);
+    alarm("error", "exciter_trip", why, config::Action::stop);
+    return;
+  }
+  if (state == State::ramp_down) return;  // its own deadline is running
+  const Nanoseconds heard = status ? std::max(status->t, enabled) : enabled;
+  if (since(heard) > kExciterSilenceS) {
+    return device_trouble(
+        "exciter_silent",
+        fmt::format("the exciter has not answered for {:.1f} s; check its power and "
+                    "its link",
+                    since(heard)));
+  }
+  if (!status || status->t < enabled + from_seconds(kReadyGraceS)) return;
+  if (!status->ready) {
+    return device_trouble("exciter_not_ready",
+                          "the exciter is enabled and does not report ready; check its interlocks");
+  }
+  if (cutting() && !status->running && status->t >= entered) {
+    device_trouble("exciter_stopped", "the exciter has stopped by itself; check its interlocks");
+  }
+}
+
+// What the exciter reports of itself, against what it was told. Twice in a row: a status may have
+// been read while the setpoint was being written.
+void Engine::Impl::compare_report() {
+  if (!cutting() || !status || !status->running || status->t < entered) {
+    other_reports = 0;
+    return;
+  }
+  std::string what;
+  if (status->frequency_hz && std::abs(*status->frequency_hz - setpoint.frequency_hz) >
+                                  kReportedFrequencyPart * setpoint.frequency_hz) {
+    what =
+        fmt::format("{:.4g} Hz, asked for {:.4g} Hz", *status->frequency_hz, setpoint.frequency_hz);
+  } else if (status->amplitude && std::abs(*status->amplitude - setpoint.amplitude) >
+                                      rig.limits.command_error_fraction * setpoint.amplitude) {
+    what =
+        fmt::format("{:.4g} m/s^2, asked for {:.4g} m/s^2", *status->amplitude, setpoint.amplitude);
+  }
+  other_reports = what.empty() ? 0 : other_reports + 1;
+  if (other_reports < kInARow) return;
+  device_trouble("exciter_disagrees",
+                 fmt::format("the exciter reports {}; check its setpoint and its units", what));
+}
+
+}  // namespace shaker::daemon

@@ -1,0 +1,49 @@
+#include "daemon/safety/rest_watch.hpp"
+
+#include <cmath>
+
+namespace shaker::daemon {
+namespace {
+
+constexpr Nanoseconds kBin = std::chrono::milliseconds(10);
+constexpr Nanoseconds kForget = std::chrono::milliseconds(250);  // a gap begins anew
+
+}  // namespace
+
+void RestWatch::add(Nanoseconds t, double value) {
+  if (count_ > 0 && t - bin_begin_ > kForget) {
+    count_ = 0;
+    filled_ = 0;
+    moves_ = false;
+  } else if (count_ > 0 && t - bin_begin_ >= kBin) {
+    close_bin();
+  }
+  if (count_ == 0) {
+    bin_begin_ = t;
+    sum_ = 0.0;
+  }
+  sum_ += value;
+  ++count_;
+}
+
+void RestWatch::close_bin() {
+  bins_[next_] = sum_ / count_;
+  begins_[next_] = bin_begin_;
+  next_ = (next_ + 1) % kBins;
+  if (filled_ < kBins) ++filled_;
+  count_ = 0;
+  oldest_ = begins_[filled_ < kBins ? 0 : next_];
+  double mean = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < filled_; ++i)
+    mean += bins_[i] / static_cast<double>(filled_);
+  std::size_t far = 0;
+  for (std::size_t i = 0; i < filled_; ++i) {
+    const double off = bins_[i] - mean;
+    square += off * off;
+    if (std::abs(off) > limit_) ++far;
+  }
+  level_ = std::sqrt(square / static_cast<double>(filled_));
+  moves_ = knows_rest() && far >= kMovingBins;
+}
+
+}  // namespace shaker::daemon

@@ -1,0 +1,47 @@
+// Does a channel move although it should rest?
+//
+// Samples are averaged over 10 ms; the last 0.4 s of these averages are looked at. Motion is said
+// when a fifth of them lies further from their mean than five times the noise at rest: a single
+// wild sample is no motion, a sinusoid of that size is. One thread; add() neither allocates nor
+// blocks.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "base/clock.hpp"
+
+namespace shaker::daemon {
+
+class RestWatch {
+ public:
+  // Standard deviation of a sample at rest, in the channel's unit. Until it is known, or when it is
+  // zero, no motion is ever said.
+  void learn(double noise) { limit_ = kTimesNoise * noise; }
+  bool knows_rest() const { return limit_ > 0.0; }
+
+  // One good sample, in order of time.
+  void add(Nanoseconds t, double value);
+
+  bool moves() const { return moves_; }
+  // The window lies wholly after `t`: what is said is about the time since.
+  bool covers_since(Nanoseconds t) const { return filled_ == kBins && oldest_ >= t; }
+  double level() const { return level_; }  // root mean square about the mean, within the window
+
+ private:
+  static constexpr double kTimesNoise = 5.0;
+  static constexpr std::size_t kBins = 40;
+  static constexpr std::size_t kMovingBins = kBins / 5;
+
+  void close_bin();
+
+  double limit_ = 0.0, sum_ = 0.0, level_ = 0.0;
+  int count_ = 0;
+  Nanoseconds bin_begin_{}, oldest_{};
+  std::array<double, kBins> bins_{};
+  std::array<Nanoseconds, kBins> begins_{};
+  std::size_t next_ = 0, filled_ = 0;
+  bool moves_ = false;
+};
+
+}  // namespace shaker::daemon

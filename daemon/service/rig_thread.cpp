@@ -1,0 +1,215 @@
+#include "daemon/service/rig_thread.hpp"
+
+#include <algorithm>
+#include <condition_variable>
+#include <ctime>
+#include <optional>
+
+#include <poll.h>
+
+#include "daemon/workers/thread_name.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanoseconds kTick = 5ms;
+constexpr Nanoseconds kAnswer = 500ms;
+constexpr Nanoseconds kHeard = 1s;           // clients that cannot be heard cannot stop the rig
+constexpr Nanoseconds kEstimatorBusy = 10s;  // a fit takes milliseconds
+
+}  // namespace
+
+// Asked by one thread, answered by another.
+struct RigThread::Question {
+  Task task;
+  bool urgent = false;
+  std::mutex mutex;
+  std::condition_variable answered;
+  bool given_up = false;
+  std::optional<Result<void>> answer;
+};
+
+RigThread::RigThread(Engine& engine, Sensors& sensors, ExciterThread& exciter,
+                     EstimatorThread& estimator, Clock& clock, Waker& waker)
+    : engine_(engine),
+      sensors_(sensors),
+      exciter_(exciter),
+      estimator_(estimator),
+      clock_(clock),
+      waker_(waker),
+      progress_(clock.now().count()),
+      heard_(clock.now().count()),
+      shown_(std::make_shared<protocol::StateDocument>(engine.state_document())),
+      healths_(sensors.size()),
+      thread_([this](const std::stop_token& stop) { work(stop); }) {}
+
+RigThread::~RigThread() {
+  thread_.request_stop();
+  waker_.wake();
+  thread_.join();
+}
+
+Result<void> RigThread::ask(Task task, bool urgent) {
+  auto question = std::make_shared<Question>();
+  question->task = std::move(task);
+  question->urgent = urgent;
+  {
+    const std::lock_guard lock(mutex_);
+    questions_.push_back(question);
+  }
+  waker_.wake();
+  std::unique_lock lock(question->mutex);
+  if (question->answered.wait_for(lock, kAnswer, [&] { return question->answer.has_value(); })) {
+    return *question->answer;
+  }
+  question->given_up = !urgent;
+  return Error{
+      ErrorKind::timeout,
+      "The engine does not answer within 0.5 s; the exciter is stopped without it. Use the "
+      "hardware stop if the table moves."};
+}
+
+void RigThread::tell(std::function<void(Engine&)> task) {
+  auto question = std::make_shared<Question>();
+  question->task = [task = std::move(task)](Engine& engine) {
+    task(engine);
+    return Result<void>();
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    questions_.push_back(std::move(question));
+  }
+  waker_.wake();
+}
+
+protocol::StateDocument RigThread::state_document() const {
+  std::shared_ptr<const protocol::StateDocument> shown;
+  {
+    const std::lock_guard lock(mutex_);
+    shown = shown_;
+  }
+  return *shown;
+}
+
+// --- the thread
+
+void RigThread::work(const std::stop_token& stop) {
+  name_this_thread("engine");
+  Nanoseconds due = clock_.now() + kTick;
+  while (!stop.stop_requested()) {
+    wait(due);
+    drain_sensors();
+    drain_workers();
+    answer();
+    const Nanoseconds now = clock_.now();
+    if (now < due) continue;
+    late_max_ = std::max(late_max_.load(), (now - due).count());
+    turn();
+    due = std::max(due + kTick, clock_.now());
+  }
+}
+
+// Until then, or until somebody has something.
+void RigThread::wait(Nanoseconds due) {
+  const Nanoseconds left = std::max(due - clock_.now(), Nanoseconds{0});
+  pollfd wakes{waker_.fd(), POLLIN, 0};
+  const timespec span{.tv_sec = left / 1s, .tv_nsec = (left % 1s).count()};
+  if (::ppoll(&wakes, 1, &span, nullptr) > 0) waker_.clear();
+}
+
+void RigThread::turn() {
+  watch_the_others();
+  engine_.set_client_count(clients_);
+  engine_.tick();
+  show_state();
+  progress_ = clock_.now().count();
+}
+
+void RigThread::drain_sensors() {
+  bool news = false;
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    AcquisitionThread& sensor = *sensors_[i];
+    while (const std::size_t count = sensor.drain(samples_)) {
+      engine_.on_samples(std::span(samples_).first(count));
+    }
+    auto report = sensor.report();
+    for (const Error& error : report.errors)
+      engine_.on_sensor_error(error);
+    if (!report.health) continue;
+    healths_[i] = std::move(*report.health);
+    news = true;
+  }
+  if (!news) return;
+  drivers::SensorHealth all;  // the rig's sensors as one
+  all.link_up = true;
+  for (const auto& health : healths_) {
+    all.samples += health.samples;
+    all.lost += health.lost;
+    all.malformed += health.malformed;
+    all.errors += health.errors;
+    all.reconnects += health.reconnects;
+    all.link_up = all.link_up && health.link_up;
+    if (all.trouble.empty()) all.trouble = health.trouble;
+  }
+  engine_.on_sensor_health(all, sensors_.front()->stamp_source());
+}
+
+void RigThread::drain_workers() {
+  for (const auto& news : exciter_.take()) {
+    if (const auto* status = std::get_if<drivers::ExciterStatus>(&news)) {
+      engine_.on_exciter_status(*status);
+    } else if (const auto* withheld = std::get_if<ExciterThread::Withheld>(&news)) {
+      engine_.on_heartbeat_withheld(withheld->why);
+    } else {
+      engine_.on_exciter_error(std::get<Error>(news));
+    }
+  }
+  for (const auto& outcome : estimator_.take())
+    engine_.on_estimate(outcome);
+}
+
+// What is no danger by itself ends the motion along its ramp.
+void RigThread::watch_the_others() {
+  const Nanoseconds now = clock_.now();
+  if (now - Nanoseconds(heard_.load()) > kHeard) {
+    engine_.end_motion("clients_unheard",
+                       "no client can be heard: the thread that listens to them has not advanced "
+                       "for 1 s, so nobody could stop the rig");
+  }
+  if (const auto since = estimator_.busy_since(); since && now - *since > kEstimatorBusy) {
+    engine_.end_motion("estimator_stuck",
+                       "the estimator has been busy with one cycle for 10 s; the cycles are on "
+                       "disk, estimate them with shakerctl");
+  }
+}
+
+void RigThread::answer() {
+  std::vector<std::shared_ptr<Question>> asked;
+  {
+    const std::lock_guard lock(mutex_);
+    asked.swap(questions_);
+  }
+  for (const auto& question : asked) {
+    {
+      const std::lock_guard lock(question->mutex);
+      if (question->given_up) continue;
+    }
+    auto said = question->task(engine_);
+    show_state();
+    const std::lock_guard lock(question->mutex);
+    question->answer = std::move(said);
+    question->answered.notify_one();
+  }
+}
+
+void RigThread::show_state() {
+  auto shown = std::make_shared<const protocol::StateDocument>(engine_.state_document());
+  state_ = engine_.state();
+  ramp_s_ = engine_.ramp_s();
+  const std::lock_guard lock(mutex_);
+  shown_.swap(shown);
+}
+
+}  // namespace shaker::daemon

@@ -1,0 +1,83 @@
+// The engine on a thread of its own: what a client sends, reads or hangs on cannot delay it.
+//
+// The thread drains the sensors' rings, the exciter's news and the estimates, answers what other
+// threads ask, and turns the engine every 5 ms on absolute deadlines and whenever a worker has
+// something. It reads no file and parses nothing: others hand over ready values. When it stands
+// still, the exciter's thread sees that by `last_progress`.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "base/clock.hpp"
+#include "daemon/engine.hpp"
+#include "daemon/workers/acquisition_thread.hpp"
+#include "daemon/workers/estimator_thread.hpp"
+#include "daemon/workers/exciter_thread.hpp"
+#include "daemon/workers/waker.hpp"
+
+namespace shaker::daemon {
+
+using Sensors = std::vector<std::unique_ptr<AcquisitionThread>>;
+
+class RigThread {
+ public:
+  // Starts at once. `waker` is what the workers wake. All of them outlive it.
+  RigThread(Engine& engine, Sensors& sensors, ExciterThread& exciter, EstimatorThread& estimator,
+            Clock& clock, Waker& waker);
+  ~RigThread();
+
+  // --- any other thread
+  // Runs `task` between two turns and waits for what it says, at most half a second. A task that
+  // was not begun by then is not begun any more, unless it is urgent.
+  using Task = std::function<Result<void>(Engine&)>;
+  Result<void> ask(Task task, bool urgent = false);
+  void tell(std::function<void(Engine&)> task);  // does not wait
+
+  State state() const { return state_.load(); }
+  protocol::StateDocument state_document() const;   // as of the last turn
+  double ramp_s() const { return ramp_s_.load(); }  // of the present campaign, s
+  void set_client_count(int clients) { clients_ = clients; }
+  // The thread that listens to clients is alive: to be called every few milliseconds.
+  void clients_are_heard() { heard_ = clock_.now().count(); }
+  Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
+  Nanoseconds take_latest() { return Nanoseconds(late_max_.exchange(0)); }  // since the last call
+
+ private:
+  struct Question;
+  void work(const std::stop_token& stop);
+  void wait(Nanoseconds due);
+  void turn();
+  void drain_sensors();
+  void drain_workers();
+  void watch_the_others();
+  void answer();
+  void show_state();
+
+  Engine& engine_;
+  Sensors& sensors_;
+  ExciterThread& exciter_;
+  EstimatorThread& estimator_;
+  Clock& clock_;
+  Waker& waker_;
+
+  std::atomic<std::int64_t> progress_, heard_, late_max_{0};
+  std::atomic<State> state_{State::idle};
+  std::atomic<double> ramp_s_{0.0};
+  std::atomic<int> clients_{0};
+  mutable std::mutex mutex_;
+  std::vector<std::shared_ptr<Question>> questions_;
+  std::shared_ptr<const protocol::StateDocument> shown_;
+
+  // of the thread
+  std::vector<drivers::SensorHealth> healths_;
+  std::array<drivers::Sample, 4096> samples_;
+  std::jthread thread_;  // last
+};
+
+}  // namespace shaker::daemon

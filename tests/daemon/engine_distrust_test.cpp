@@ -1,0 +1,258 @@
+// No drive and no sensor is believed against what the daemon sees itself.
+#include <gtest/gtest.h>
+
+#include "support/engine_bench.hpp"
+
+namespace shaker::daemon {
+namespace {
+
+using testing::bench_campaign;
+using testing::bench_rig;
+using testing::EngineBench;
+using ::testing::HasSubstr;
+
+constexpr double kPeriodS = 0.25;  // of bench_campaign's first run
+
+// Only the stroke is measured.
+config::RigConfig blind_rig() {
+  auto rig = bench_rig();
+  config::CanSensor stroke;
+  stroke.signals.push_back({.message = "A", .signal = "stroke"});
+  rig.sensors = {stroke};
+  return rig;
+}
+
+int errors(const EngineBench& bench) {
+  int count = 0;
+  for (const auto& a : bench.outlet.all<protocol::AlarmDocument>())
+    count += a.severity == "error" ? 1 : 0;
+  return count;
+}
+
+std::string text_of(const EngineBench& bench, const std::string& code) {
+  for (const auto& a : bench.outlet.all<protocol::AlarmDocument>()) {
+    if (a.code == code) return a.text;
+  }
+  return {};
+}
+
+// Time until the rig is no longer in MEASURE, s.
+double leaves_measure(EngineBench& bench, double at_most = 5.0) {
+  const Nanoseconds begin = bench.clock.now();
+  while (bench.engine.state() == State::measure || bench.engine.state() == State::settle) {
+    if (seconds(bench.clock.now() - begin) > at_most) break;
+    bench.step();
+  }
+  return seconds(bench.clock.now() - begin);
+}
+
+TEST(EngineDistrust, SeesTheTableMoveThoughTheDriveSaysThatItHasStopped) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.runs_on = bench.exciter.claims_rest = bench.exciter.deaf_to_orders = true;
+  ASSERT_TRUE(bench.engine.stop("anna").ok());
+  ASSERT_TRUE(bench.run_until(State::fault, 4.0));
+  EXPECT_EQ(bench.outlet.states().find("IDLE"), std::string::npos);
+  EXPECT_THAT(bench.engine.state_document().reason, HasSubstr("the table still moves"));
+  bench.run(1.0);
+  EXPECT_THAT(text_of(bench, "stop_not_obeyed"),
+              HasSubstr("the table may still be moving: use the hardware stop"));
+  const int told = bench.outlet.alarms("stop_not_obeyed"), stops = bench.exciter.stops;
+  bench.run(20.0);
+  EXPECT_GT(bench.outlet.alarms("stop_not_obeyed"), told + 1);  // again and again
+  EXPECT_GT(bench.exciter.stops, stops + 10);
+  EXPECT_FALSE(bench.engine.acknowledge("anna").ok());
+  bench.exciter.runs_on = false;
+  bench.exciter.stop();
+  bench.run(1.5);
+  EXPECT_EQ(bench.outlet.alarms("at_rest"), 1);
+  EXPECT_TRUE(bench.engine.acknowledge("anna").ok());
+}
+
+TEST(EngineDistrust, SeesWithinHalfASecondThatTheTableMovesInIdle) {
+  EngineBench bench;
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.start(bench_campaign(1, 3)).ok());
+  ASSERT_TRUE(bench.run_until(State::measure));
+  ASSERT_TRUE(bench.run_until(State::idle));
+  bench.run(30.0);
+  bench.exciter.claims_rest = true;
+  bench.exciter.set({3.0, 1.0, true, 0.0});
+  bench.run(0.5);
+  EXPECT_EQ(bench.engine.state(), State::fault);
+  EXPECT_EQ(bench.exciter.amplitude(), 0.0);
+  EXPECT_EQ(bench.outlet.alarms("table_moves"), 1);
+  EXPECT_EQ(errors(bench), 1);
+}
+
+TEST(EngineDistrust, SaysThatAStopWasRefusedUntilSomebodySeesRest) {
+  auto rig = bench_rig();
+  EngineBench bench(rig);
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.runs_on = true;
+  bench.exciter.silent = true;  // its answers are errors from now on
+  ASSERT_TRUE(bench.engine.emergency_stop("anna").ok());
+  for (int i = 0; i < 120; ++i) {
+    bench.engine.on_exciter_error({ErrorKind::refused, "exception 04"});
+    bench.run(0.1);
+  }
+  EXPECT_GE(bench.outlet.alarms("stop_not_obeyed"), 2);
+  EXPECT_EQ(bench.outlet.alarms("at_rest"), 0);
+}
+
+TEST(EngineDistrust, StopsATableThatDoesAnotherAmplitude) {
+  for (const double part : {2.0, 0.5}) {
+    EngineBench bench;
+    ASSERT_TRUE(bench.measuring());
+    bench.exciter.moves_part = part;
+    EXPECT_LT(leaves_measure(bench), 3.1 * kPeriodS) << part;
+    EXPECT_EQ(bench.outlet.alarms("command_error"), 1) << part;
+    EXPECT_EQ(errors(bench), 1) << part;
+  }
+}
+
+TEST(EngineDistrust, StopsATableThatDoesTwiceTheAmplitudeWhileItRises) {
+  EngineBench bench;
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.start(bench_campaign(1, 1000)).ok());
+  ASSERT_TRUE(bench.run_until(State::ramp));
+  bench.exciter.moves_part = 2.0;
+  ASSERT_TRUE(bench.run_until(State::fault, 4.0));
+  EXPECT_EQ(bench.outlet.alarms("command_error"), 1);
+}
+
+TEST(EngineDistrust, StopsATableThatDoesAnotherFrequency) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.frequency_part = 1.8;
+  EXPECT_LT(leaves_measure(bench), 3.1 * kPeriodS);
+  EXPECT_EQ(errors(bench), 1);
+}
+
+TEST(EngineDistrust, BelievesADriveThatReportsSomethingElse) {
+  for (const bool frequency : {true, false}) {
+    EngineBench bench(blind_rig());
+    bench.excitation_silent = true;
+    ASSERT_TRUE(bench.measuring());
+    bench.exciter.admits = true;
+    (frequency ? bench.exciter.frequency_part : bench.exciter.moves_part) = 1.5;
+    EXPECT_LT(leaves_measure(bench), 3.1 * kPeriodS) << frequency;
+    EXPECT_EQ(errors(bench), 1) << frequency;
+  }
+}
+
+struct Jump {
+  const char* name;
+  void (*make)(EngineBench&);
+};
+class ResponseJump : public ::testing::TestWithParam<std::tuple<Jump, bool>> {};
+
+TEST_P(ResponseJump, IsStoppedWithinThreePeriods) {
+  EngineBench bench(std::get<1>(GetParam()) ? blind_rig() : bench_rig());
+  bench.excitation_silent = std::get<1>(GetParam());
+  ASSERT_TRUE(bench.measuring());
+  bench.run(2.0);
+  std::get<0>(GetParam()).make(bench);
+  EXPECT_LT(leaves_measure(bench), 3.1 * kPeriodS);
+  EXPECT_EQ(bench.outlet.alarms("response_change"), 1);
+  EXPECT_EQ(errors(bench), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, ResponseJump,
+    ::testing::Combine(::testing::Values(Jump{"vanished", [](EngineBench& b) { b.gain = 0.0; }},
+                                         Jump{"doubled", [](EngineBench& b) { b.gain *= 2.0; }},
+                                         Jump{"halved", [](EngineBench& b) { b.gain *= 0.5; }},
+                                         Jump{"turned", [](EngineBench& b) { b.polarity = -1.0; }},
+                                         Jump{"late", [](EngineBench& b) { b.lag_turns += 0.15; }}),
+                       ::testing::Bool()),
+    [](const auto& jump) {
+      return std::string(std::get<0>(jump.param).name) +
+             (std::get<1>(jump.param) ? "_excitation_unknown" : "");
+    });
+
+TEST(EngineDistrust, LetsADamperChangeSlowly) {
+  EngineBench bench;
+  auto campaign = bench_campaign(1, 1000);
+  campaign.change_detection.emplace();
+  ASSERT_TRUE(bench.measuring(campaign));
+  for (int i = 0; i < 400; ++i) {
+    bench.gain *= 0.998;
+    bench.run(0.05);
+  }
+  EXPECT_EQ(bench.outlet.alarms("response_change"), 0);
+}
+
+TEST(EngineDistrust, AcceptsNoCycleWithASpikeBeyondTheLimits) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.run(1.0);
+  bench.spike_m = 1.0;
+  bench.run(0.3);
+  const auto accepted = bench.outlet.recorded.size();
+  bench.run(2.0);
+  EXPECT_LE(bench.outlet.recorded.size(), accepted + 1);
+  for (const auto& c : bench.outlet.all<protocol::CycleDocument>()) {
+    if (c.accepted) {
+      EXPECT_LT(c.stroke_max_m, 0.3);
+    }
+  }
+}
+
+TEST(EngineDistrust, SeesASensorFreezeInALongRamp) {
+  auto rig = bench_rig();
+  rig.exciter.ramp_s = 20.0;
+  EngineBench bench(rig);
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.start(bench_campaign()).ok());
+  ASSERT_TRUE(bench.run_until(State::ramp));
+  bench.run(3.0);
+  bench.frozen = true;
+  bench.run(1.0);
+  EXPECT_EQ(bench.outlet.alarms("frozen_sensor"), 1);
+}
+
+// The damper rings on for some seconds after the stop: that is no table that moves.
+TEST(EngineDistrust, TakesADamperThatRingsForNoTable) {
+  EngineBench bench(blind_rig());
+  bench.excitation_silent = true;
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.start(bench_campaign(1, 3)).ok());
+  ASSERT_TRUE(bench.run_until(State::measure));
+  ASSERT_TRUE(bench.run_until(State::idle));
+  bench.ring_m = 5e-3;
+  bench.run(10.0);
+  EXPECT_EQ(bench.engine.state(), State::idle);
+  EXPECT_EQ(bench.outlet.alarms("stroke_moves"), 0);
+}
+
+TEST(EngineDistrust, EndsTheMotionWhenTheHeartbeatIsWithheld) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.engine.on_heartbeat_withheld("the recorder has not advanced");
+  EXPECT_EQ(bench.engine.state(), State::fault);
+  EXPECT_EQ(bench.exciter.amplitude(), 0.0);
+  EXPECT_EQ(errors(bench), 1);
+}
+
+TEST(EngineDistrust, NamesTheCauseOfWhatFollowsFromIt) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.silent = true;
+  bench.run(4.0);
+  ASSERT_EQ(bench.engine.state(), State::fault);
+  EXPECT_EQ(bench.outlet.alarms("exciter_silent"), 1);
+  bool followed = false;
+  for (const auto& a : bench.outlet.all<protocol::AlarmDocument>()) {
+    if (a.code == "exciter_silent") continue;
+    if (a.code == "ramp_down_unconfirmed") {
+      followed = true;
+      EXPECT_EQ(a.severity, "warning");
+      EXPECT_EQ(a.cause, "exciter_silent");
+    }
+  }
+  EXPECT_TRUE(followed);
+}
+
+}  // namespace
+}  // namespace shaker::daemon
