@@ -158,13 +158,17 @@ Result<void> CanExciter::take_status(Nanoseconds wait) {
   if (!got) return lost_link(got.error());
   if (*got == 0) return {};
   stamps_.update(read_pair(clock_));
+  Result<void> all_good;
   for (std::size_t i = 0; i < *got; ++i) {
     if (!codec_.is_status(batch_[i].frame)) continue;
     const auto status = codec_.status(batch_[i].frame, stamps_.convert(batch_[i].utc));
-    if (!status) return status.error();
-    status_ = *status;
+    if (status) {
+      status_ = *status;
+    } else {
+      all_good = status.error();
+    }
   }
-  return {};
+  return all_good;
 }
 
 Result<ExciterStatus> CanExciter::read() {

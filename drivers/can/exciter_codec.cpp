@@ -1,11 +1,15 @@
 #include "drivers/can/exciter_codec.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
+
+#include "protocol/unit.hpp"
 
 namespace shaker::drivers::can {
 namespace {
@@ -48,12 +52,38 @@ Result<Message> find_message(const Database& database, const std::string& name,
   return *message;
 }
 
+// Nothing also for a value that the signal cannot have: it would be believed.
 std::optional<double> value_of(const Message& message, std::string_view name, const Frame& frame) {
   const auto* signal = message.find(name);
   if (signal == nullptr) return std::nullopt;
   const auto decoded = protocol::can::decode(message, *signal, frame.bytes());
-  if (decoded.presence != protocol::can::Presence::present) return std::nullopt;
+  if (decoded.presence != protocol::can::Presence::present || !std::isfinite(decoded.value) ||
+      !protocol::can::in_range(*signal, decoded.value)) {
+    return std::nullopt;
+  }
   return decoded.value;
+}
+
+// A DBC file states the unit of the value after its factor. In another one a setpoint would be
+// obeyed as another motion.
+Result<void> check_unit(const Database& database, const Message& message, std::string_view name,
+                        std::string_view si) {
+  const auto* signal = message.find(name);
+  if (signal == nullptr || protocol::is_unit(signal->unit, si)) return {};
+  return Error{ErrorKind::invalid,
+               fmt::format("{}: signal {} of message {} is in \"{}\"; the CAN exciter needs it in "
+                           "{}: change its factor, offset and unit",
+                           database.origin, name, message.name, signal->unit, si)};
+}
+
+Result<void> check_mask(const Database& database, const Message& message, const char* key,
+                        std::uint32_t mask) {
+  const int bits = message.find("status")->length;
+  if (bits >= 32 || mask >> bits == 0) return {};
+  return Error{ErrorKind::invalid,
+               fmt::format("{} {} has bits beyond the {} bits of the signal status of message {} "
+                           "in {}",
+                           key, mask, bits, message.name, database.origin)};
 }
 
 std::optional<std::uint32_t> bits_of(const Message& message, std::string_view name,
@@ -72,6 +102,16 @@ Result<ExciterCodec> ExciterCodec::make(const Database& database,
   if (!setpoint) return setpoint.error();
   auto status = find_message(database, config.status_message, {"status", "fault"});
   if (!status) return status.error();
+  for (const auto& [name, si] : {std::pair{"frequency", "Hz"}, std::pair{"amplitude", "m/s^2"},
+                                 std::pair{"ramp", "s"}, std::pair{"heartbeat_timeout", "s"}}) {
+    for (const Message* message : {&*setpoint, &*status}) {
+      if (auto good = check_unit(database, *message, name, si); !good) return good.error();
+    }
+  }
+  for (const auto& [key, mask] : {std::pair{"status_running", config.status_running},
+                                  std::pair{"status_ready", config.status_ready}}) {
+    if (auto good = check_mask(database, *status, key, mask); !good) return good.error();
+  }
   ExciterCodec codec;
   codec.setpoint_ = std::move(*setpoint);
   codec.status_ = std::move(*status);
@@ -109,22 +149,24 @@ Result<Frame> ExciterCodec::setpoint(const Setpoint& setpoint, std::uint64_t hea
 }
 
 bool ExciterCodec::is_status(const Frame& frame) const {
-  return !frame.error && !frame.remote && frame.id == status_.id &&
+  return !frame.error && !frame.remote && !frame.fd && frame.id == status_.id &&
          frame.extended == status_.extended;
 }
 
 Result<ExciterStatus> ExciterCodec::status(const Frame& frame, Nanoseconds t) const {
   const auto bits = bits_of(status_, "status", frame);
   const auto fault = bits_of(status_, "fault", frame);
-  if (!bits || !fault) {
+  if (frame.length != status_.size || !bits || !fault) {
     return Error{ErrorKind::io,
-                 fmt::format("CAN exciter: status message {} came with {} bytes, expected {}",
+                 fmt::format("CAN exciter: status message {} came with {} bytes, expected {}; "
+                             "check the DBC file, and that no other node sends with this "
+                             "identifier",
                              status_.name, frame.length, status_.size)};
   }
   ExciterStatus status;
   status.t = t;
   status.running = (*bits & running_mask_) != 0;
-  status.ready = (*bits & ready_mask_) != 0;
+  status.ready = (*bits & ready_mask_) == ready_mask_ && *fault == 0;
   status.fault = *fault;
   status.frequency_hz = value_of(status_, "frequency", frame);
   status.amplitude = value_of(status_, "amplitude", frame);

@@ -17,14 +17,16 @@ class ExciterCodec {
  public:
   // The setpoint message needs signals named frequency (Hz), amplitude (m/s^2) and enable; ramp (s)
   // and heartbeat (a counter) are used where they exist. The status message needs status and fault;
-  // frequency, amplitude and heartbeat_timeout (s) are used where they exist.
+  // frequency, amplitude and heartbeat_timeout (s) are used where they exist. Units that the
+  // database states must be these.
   static Result<ExciterCodec> make(const protocol::can::Database& database,
                                    const config::CanExciter& config);
 
   // An Error names a value that its signal cannot hold. The counter wraps at the signal's width.
   Result<protocol::can::Frame> setpoint(const Setpoint& setpoint, std::uint64_t heartbeat) const;
 
-  // An Error when the frame is too short for a signal.
+  // An Error when the frame has not the message's length. Ready: all bits of the mask and no fault.
+  // A value that its signal cannot have is left out.
   Result<ExciterStatus> status(const protocol::can::Frame& frame, Nanoseconds t) const;
   bool is_status(const protocol::can::Frame& frame) const;
 

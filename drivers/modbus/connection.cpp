@@ -46,6 +46,7 @@ ModbusConnection::ModbusConnection(const config::ModbusLink& link, Clock& clock)
       description_(describe(link)),
       timeout_(from_seconds(link.response_timeout_s)),
       serial_(std::holds_alternative<config::ModbusRtu>(link.transport)),
+      tcp_(link.unit_id),
       backoff_(from_seconds(link.reconnect_s)) {}
 
 Error ModbusConnection::error(ErrorKind kind, const std::string& text) const {
@@ -132,7 +133,7 @@ Result<void> ModbusConnection::transact(const What& what, bool is_write, int fra
     const Nanoseconds left = std::max<Nanoseconds>(deadline - clock_.now(), 1ms);
     modbus_set_response_timeout(context_.get(), static_cast<std::uint32_t>(left / 1s),
                                 static_cast<std::uint32_t>(left % 1s / 1us));
-    if (request() >= 0) {
+    if (request(left) >= 0) {
       failures_ = 0;
       backoff_ = from_seconds(link_.reconnect_s);
       return {};
@@ -160,7 +161,8 @@ Result<void> ModbusConnection::read(const protocol::modbus::Block& block,
         block.words == 1 ? fmt::format("{}", block.address)
                          : fmt::format("{}..{}", block.address, block.address + block.words - 1));
   };
-  return transact(what, false, 13 + 2 * block.words, [&] {
+  return transact(what, false, 13 + 2 * block.words, [&](Nanoseconds left) {
+    if (!serial_) return tcp_.read(modbus_get_socket(context_.get()), block, words, left);
     const auto request = holding ? modbus_read_registers : modbus_read_input_registers;
     return request(context_.get(), block.address, block.words, words.data());
   });
@@ -171,12 +173,15 @@ Result<void> ModbusConnection::write(int address, std::span<const std::uint16_t>
   const auto what = [&] {
     return fmt::format("writing {} register{} from {}", count, count == 1 ? "" : "s", address);
   };
-  return transact(what, true, 17 + 2 * count, [&] {
+  return transact(what, true, 17 + 2 * count, [&](Nanoseconds left) {
+    const int socket = modbus_get_socket(context_.get());
     if (count == 1 && single_writes_) {
-      const int written = modbus_write_register(context_.get(), address, words[0]);
+      const int written = serial_ ? modbus_write_register(context_.get(), address, words[0])
+                                  : tcp_.write_single(socket, address, words[0], left);
       if (written != -1 || errno != EMBXILFUN) return written;
       single_writes_ = false;  // some devices know only function 16
     }
+    if (!serial_) return tcp_.write(socket, address, words, left);
     return modbus_write_registers(context_.get(), address, count, words.data());
   });
 }
@@ -194,6 +199,13 @@ Result<void> ModbusConnection::failed(const std::string& what, int trouble, Nano
     ++counters_.malformed;
     await_rest(deadline);
     count_failure();
+    if (trouble == EMBBADSLAVE && !serial_) {
+      return error(
+          ErrorKind::io,
+          fmt::format("{}: unit {} has answered instead of unit {}; check unit_id, and the "
+                      "gateway if there is one",
+                      what, tcp_.answered_unit(), link_.unit_id));
+    }
     return error(ErrorKind::io,
                  fmt::format("{}: the answer makes no sense ({}); check for a second device with "
                              "the same unit id, noise on the line, or a late answer",

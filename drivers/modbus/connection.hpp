@@ -1,9 +1,10 @@
 // One Modbus device on its wire, TCP or RTU: registers in, registers out, and never stuck.
 //
-// Around libmodbus, whose own recovery can loop for ever, and which a single late answer
-// desynchronises for good. Here every request starts on a drained line, waits at most the response
-// timeout (on a serial line plus the time that its frames take), and after some failures in a row
-// the connection is closed and re-opened with pauses that double from reconnect_s up to 30 s.
+// Around libmodbus for serial lines (its own recovery can loop for ever, and a single late answer
+// desynchronises it for good) and TcpExchange for TCP. Here every request starts on a drained line,
+// waits at most the response timeout (on a serial line plus the time that its frames take), and
+// after some failures in a row the connection is closed and re-opened with pauses that double from
+// reconnect_s up to 30 s.
 //
 // One object, one thread. Only `connect_now` and `wait_for_silence` wait longer than one timeout.
 // An Error begins with the device's description; its kind says what happened:
@@ -20,6 +21,7 @@
 #include "base/result.hpp"
 #include "config/rig.hpp"
 #include "drivers/modbus/dial.hpp"
+#include "drivers/modbus/tcp_exchange.hpp"
 #include "protocol/modbus/block.hpp"
 
 namespace shaker::drivers::modbus {
@@ -64,6 +66,7 @@ class ModbusConnection {
   Result<void> open(Nanoseconds started);
   Result<void> ready() const;
   // `what` makes the words of an Error, only when there is one; `request` is libmodbus' call.
+  // It gets the time that is left.
   template <class What, class Request>
   Result<void> transact(const What& what, bool is_write, int frame_bytes, const Request& request);
   Result<void> failed(const std::string& what, int error, Nanoseconds deadline);
@@ -79,6 +82,7 @@ class ModbusConnection {
   std::string description_;
   Nanoseconds timeout_;
   bool serial_;
+  TcpExchange tcp_;
   bool single_writes_ = true;  // function 06 is known
   int failures_ = 0;           // in a row
   Nanoseconds backoff_;

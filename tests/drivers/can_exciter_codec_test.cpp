@@ -1,4 +1,7 @@
 #include <array>
+#include <fstream>
+#include <iterator>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,15 +57,109 @@ TEST(CanExciterCodec, ReadsTheStatusFrame) {
   const auto status = codec().status(frame, 5s);
   ASSERT_TRUE(status.ok());
   EXPECT_TRUE(status->running);
-  EXPECT_TRUE(status->ready);
+  EXPECT_FALSE(status->ready) << "a fault";
   EXPECT_EQ(status->fault, 0x107u);
   EXPECT_DOUBLE_EQ(*status->frequency_hz, 2.5);
   EXPECT_DOUBLE_EQ(*status->amplitude, 9.81);
   EXPECT_FALSE(status->heartbeat_timeout_s);
-  frame.length = 3;
-  EXPECT_THAT(codec().status(frame, 5s).error().what, HasSubstr("3 bytes, expected 8"));
-  frame.extended = true;
-  EXPECT_FALSE(codec().is_status(frame));
+}
+
+protocol::can::Frame status_frame(std::uint8_t flags, std::uint8_t fault = 0) {
+  protocol::can::Frame frame;
+  frame.id = 0x201;
+  frame.length = 8;
+  frame.data = {flags, 0x00, fault, 0x00, 0xC4, 0x09, 0x52, 0x26};
+  return frame;
+}
+
+TEST(CanExciterCodec, IsReadyWithAllBitsOfTheMaskAndNoFault) {
+  auto config = settings();
+  config.status_running = 0x10;
+  config.status_ready = 0x06;
+  const auto made = ExciterCodec::make(*load_dbc(SHAKER_TEST_DATA "/can/rig.dbc"), config);
+  ASSERT_TRUE(made.ok());
+  const auto ready = [&](std::uint8_t flags, std::uint8_t fault) {
+    return made->status(status_frame(flags, fault), 5s)->ready;
+  };
+  EXPECT_TRUE(ready(0x06, 0));
+  EXPECT_TRUE(ready(0xFF, 0));
+  EXPECT_FALSE(ready(0x02, 0)) << "one of two bits";
+  EXPECT_FALSE(ready(0x04, 0));
+  EXPECT_FALSE(ready(0xF9, 0));
+  EXPECT_FALSE(ready(0x06, 1)) << "a fault";
+  EXPECT_TRUE(made->status(status_frame(0x10), 5s)->running);
+  EXPECT_FALSE(made->status(status_frame(0xEF), 5s)->running);
+}
+
+TEST(CanExciterCodec, RefusesAStatusOfAnotherLength) {
+  for (const std::uint8_t length : {0, 3, 4, 7}) {
+    auto frame = status_frame(3);
+    frame.length = length;
+    const auto refused = codec().status(frame, 5s);
+    ASSERT_FALSE(refused.ok()) << int{length};
+    EXPECT_EQ(refused.error().kind, ErrorKind::io);
+    EXPECT_THAT(refused.error().what, HasSubstr(std::to_string(length) + " bytes, expected 8"));
+  }
+}
+
+TEST(CanExciterCodec, TakesNothingElseForAStatus) {
+  const auto spoofed = [](auto change) {
+    auto frame = status_frame(3);
+    change(frame);
+    return codec().is_status(frame);
+  };
+  using protocol::can::Frame;
+  EXPECT_TRUE(spoofed([](Frame&) {}));
+  EXPECT_FALSE(spoofed([](Frame& f) { f.error = true; }));
+  EXPECT_FALSE(spoofed([](Frame& f) { f.remote = true; }));
+  EXPECT_FALSE(spoofed([](Frame& f) { f.extended = true; }));
+  EXPECT_FALSE(spoofed([](Frame& f) { f.fd = true; }));
+  EXPECT_FALSE(spoofed([](Frame& f) { f.id = 0x200; }));
+}
+
+TEST(CanExciterCodec, BelievesNoValueThatItsSignalCannotHave) {
+  auto frame = status_frame(3);
+  frame.data[6] = 0xFF;
+  frame.data[7] = 0xFF;  // 65.535 m/s^2; the database says 0 to 65
+  const auto status = codec().status(frame, 5s);
+  ASSERT_TRUE(status.ok());
+  EXPECT_FALSE(status->amplitude);
+  EXPECT_DOUBLE_EQ(*status->frequency_hz, 2.5);
+}
+
+// One word of the database changed.
+std::string refusal(const std::string& from, const std::string& to,
+                    const config::CanExciter& config = settings()) {
+  std::ifstream file(SHAKER_TEST_DATA "/can/rig.dbc");
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  const auto database = protocol::can::parse_dbc(text, "x.dbc");
+  EXPECT_TRUE(database.ok());
+  const auto made = ExciterCodec::make(*database, config);
+  return made.ok() ? "accepted" : made.error().what;
+}
+
+TEST(CanExciterCodec, RefusesOtherUnitsThanItsOwn) {
+  EXPECT_EQ(refusal("[0|65] \"m/s^2\" EXCITER", "[0|65] \"m/s2\" EXCITER"), "accepted");
+  EXPECT_EQ(refusal("[0|65] \"m/s^2\" EXCITER", "[0|65] \"\" EXCITER"), "accepted");
+  EXPECT_THAT(refusal("[0|65] \"m/s^2\" EXCITER", "[0|65] \"g\" EXCITER"),
+              HasSubstr("signal amplitude of message exciter_setpoint is in \"g\""));
+  EXPECT_THAT(refusal("[0|65] \"Hz\" EXCITER", "[0|65] \"rpm\" EXCITER"),
+              HasSubstr("signal frequency of message exciter_setpoint is in \"rpm\""));
+  EXPECT_THAT(refusal("[0|655] \"s\" EXCITER", "[0|655] \"ms\" EXCITER"), HasSubstr("ramp"));
+  EXPECT_THAT(refusal("[0|65] \"m/s^2\" RIG", "[0|65] \"g\" RIG"),
+              HasSubstr("signal amplitude of message exciter_status is in \"g\""));
+}
+
+TEST(CanExciterCodec, RefusesMasksBeyondItsSignal) {
+  auto config = settings();
+  config.status_ready = 0x8000;
+  EXPECT_EQ(refusal("VERSION", "VERSION", config), "accepted");
+  config.status_ready = 0x10000;
+  EXPECT_THAT(refusal("VERSION", "VERSION", config),
+              HasSubstr("status_ready 65536 has bits beyond the 16 bits"));
 }
 
 TEST(CanExciterCodec, WaitsForFivePeriodsOfTheStatus) {

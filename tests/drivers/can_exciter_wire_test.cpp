@@ -168,6 +168,8 @@ TEST(CanExciterWire, ReadsTheStatusAndMissesIt) {
   EXPECT_TRUE(status->running);
   EXPECT_EQ(status->fault, 5u);
   EXPECT_DOUBLE_EQ(*status->amplitude, 9.81);
+  peer.send(0x201, {0x02, 0x00});
+  EXPECT_THAT(exciter->read().error().what, HasSubstr("2 bytes, expected 8"));
   std::this_thread::sleep_for(150ms);
   EXPECT_FALSE(exciter->read().ok()) << "the old status is not taken for the present one";
 }

@@ -167,6 +167,33 @@ TEST_P(ModbusWire, SaysThatASpoiltAnswerMakesNoSense) {
   EXPECT_THAT(*read(*connection, 0, 1), ElementsAre(0x42));
 }
 
+TEST_P(ModbusWire, BelievesNoOtherUnit) {
+  server_.order("set 0 0042");
+  config::ModbusLink link = server_.link();
+  link.response_timeout_s = 0.3;
+  link.timeouts_before_close = 100;
+  auto connection = make(link, clock_);
+  ASSERT_TRUE(connection->connect());
+  const int unit = GetParam() == Wire::tcp ? 0 : 2;
+  server_.order(fmt::format("unit {} 3", unit));
+  const auto expect_refused = [&](const Result<void>& done) {
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().kind, ErrorKind::io) << done.error().what;
+    if (GetParam() == Wire::tcp) {
+      EXPECT_THAT(done.error().what, HasSubstr("unit 0 has answered instead of unit 1"));
+    }
+    connection->wait_for_silence();
+  };
+  Words word(1);
+  expect_refused(connection->read({RegisterTable::holding, 0, 1}, word));
+  if (GetParam() == Wire::tcp) {
+    EXPECT_EQ(word[0], 0) << "nothing of the answer is used";
+  }
+  expect_refused(connection->write(5, Words{1}));
+  expect_refused(connection->write(5, Words{1, 2}));
+  EXPECT_THAT(*read(*connection, 0, 1), ElementsAre(0x42));
+}
+
 TEST_P(ModbusWire, BelievesNoNoise) {
   server_.order("set 0 0042");
   config::ModbusLink link = server_.link();

@@ -14,6 +14,7 @@ answered with one line:
   exception_on FUNCTION CODE answers every request of this function so (0: no longer)
   delay MILLISECONDS COUNT   answers the next COUNT requests so late
   mute COUNT                 does not answer the next COUNT requests
+  unit UNIT COUNT            answers the next COUNT requests as if it were this unit
   garble COUNT               spoils the next COUNT answers (checksum or transaction id)
   noise COUNT                answers the next COUNT requests with random bytes (fixed seed)
   log                        the writes since the last "log": FUNCTION:ADDRESS=WORD,WORD ...
@@ -50,6 +51,7 @@ class Device:
         self.delay = [0.0, 0]
         self.mute = 0
         self.garble = 0
+        self.unit = [UNIT, 0]
         self.noise = 0
         self.random = random.Random(20260301)
         self.clamps = {}
@@ -100,6 +102,8 @@ class Device:
             self.delay = [int(rest[0]) / 1000.0, int(rest[1])]
         elif verb == "mute":
             self.mute = int(rest[0])
+        elif verb == "unit":
+            self.unit = [int(rest[0]), int(rest[1])]
         elif verb == "garble":
             self.garble = int(rest[0])
         elif verb == "noise":
@@ -137,6 +141,9 @@ class Line:
             return
         response.transaction_id = request.transaction_id
         response.unit_id = request.unit_id
+        if self.device.unit[1] > 0:
+            self.device.unit[1] -= 1
+            response.unit_id = self.device.unit[0]
         packet = bytearray(self.framer.buildPacket(response))
         if self.device.garble > 0:
             self.device.garble -= 1
