@@ -30,7 +30,7 @@ struct Peer {
   bool read_only = false;  // TCP: may listen, not command
 };
 
-// Of one client in one turn of the loop. An answer takes some 50 us.
+// Of one client in one turn of the loop.
 inline constexpr std::size_t kMaxReadPerTurn = 4096;  // bytes
 inline constexpr int kMaxLinesPerTurn = 4;
 // With more bytes of answers than this waiting, no more requests are read.
