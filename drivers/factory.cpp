@@ -79,7 +79,7 @@ Result<std::shared_ptr<sim::SimulatedRig>> make_virtual_rig(const config::RigCon
     if (simulated) found = simulated;
   }
   if (!found) return std::shared_ptr<sim::SimulatedRig>();
-  return sim::make_simulated_rig(*found, rig.exciter.heartbeat_period_s, clock);
+  return sim::make_simulated_rig(*found, rig.exciter, clock);
 }
 
 Error in_place(const std::string& place, const Error& error) {

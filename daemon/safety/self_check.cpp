@@ -18,6 +18,7 @@ constexpr double kBadPart = 0.05;          // of the samples
 constexpr double kAliveS = 0.2;            // a slow sensor is allowed so much at rest
 constexpr double kUndetermined = 0.03;     // |sin| of the lag: what two sensors' delays may feign
 constexpr double kMovesPart = 0.5;         // of the commanded amplitude
+constexpr double kRoundedPart = 1e-6;      // a drive reads its timeout back as a float
 constexpr double kAnswers = 5.0;           // times the noise of a point
 constexpr double kLeastStroke = 1e-7;      // m; for a sensor without noise
 
@@ -94,11 +95,18 @@ void check_deadman(std::vector<Finding>& found, const config::ExciterConfig& exc
         {false, "deadman_unknown",
          "the exciter's own reaction to a lost link cannot be read; prove it by pulling "
          "the cable at a small amplitude"});
-  } else if (*timeout_s <= 0.0) {
+  } else if (!(*timeout_s > 0.0)) {
+    found.push_back({true, "deadman_off",
+                     fmt::format("the exciter goes on when the link is lost (heartbeat timeout "
+                                 "{:g}); set a timeout of at most {:g} s in the drive",
+                                 *timeout_s, exciter.deadman_max_s)});
+  } else if (*timeout_s > exciter.deadman_max_s * (1.0 + kRoundedPart)) {
     found.push_back(
-        {false, "deadman_off",
-         "the exciter goes on when the link is lost (heartbeat timeout 0); set a timeout "
-         "in the drive"});
+        {true, "deadman_long",
+         fmt::format("the exciter goes on for {:g} s when the link is lost; {:g} s is allowed: "
+                     "shorten the heartbeat timeout in the drive, or raise deadman_max_s in the "
+                     "rig file if this damper bears so much",
+                     *timeout_s, exciter.deadman_max_s)});
   } else if (*timeout_s < 2.0 * exciter.heartbeat_period_s) {
     found.push_back({true, "deadman_short",
                      fmt::format("the exciter's heartbeat timeout of {:g} s is below twice the "

@@ -155,7 +155,8 @@ SensorHealth SimulatedSensor::health() const {
 }
 
 Result<std::shared_ptr<SimulatedRig>> make_simulated_rig(const config::SimulatedSensor& sensor,
-                                                         double heartbeat_period_s, Clock& clock) {
+                                                         const config::ExciterConfig& exciter,
+                                                         Clock& clock) {
   RigOptions options;
   options.plant = sensor.plant;
   options.parameters = sensor.parameters;
@@ -169,7 +170,8 @@ Result<std::shared_ptr<SimulatedRig>> make_simulated_rig(const config::Simulated
   options.seed = sensor.seed;
   for (const auto& [channel, quantity] : sensor.auxiliary)
     options.auxiliary.push_back(quantity);
-  options.heartbeat_timeout_s = std::max(0.5, 5.0 * heartbeat_period_s);
+  options.heartbeat_timeout_s =
+      std::min(exciter.deadman_max_s, std::max(0.5, 5.0 * exciter.heartbeat_period_s));
   try {
     return std::make_shared<SimulatedRig>(options, clock);
   } catch (const std::invalid_argument& error) {

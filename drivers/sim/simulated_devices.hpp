@@ -56,9 +56,10 @@ class SimulatedSensor final : public Sensor {
   std::vector<shaker::sim::RigSample> taken_;
 };
 
-// The virtual rig that a rig file describes. Its dead-man waits for five heartbeats, at least 0.5
-// s.
+// The virtual rig that a rig file describes. Its dead-man waits for five heartbeats, at least 0.5 s
+// and never longer than deadman_max_s.
 Result<std::shared_ptr<SimulatedRig>> make_simulated_rig(const config::SimulatedSensor& sensor,
-                                                         double heartbeat_period_s, Clock& clock);
+                                                         const config::ExciterConfig& exciter,
+                                                         Clock& clock);
 
 }  // namespace shaker::drivers::sim

@@ -21,6 +21,7 @@ def rig(port):
     made = json.loads(re.sub(r"^\s*//.*$", "", text, flags=re.M).replace("1502", str(port)))
     made["model"] = str(SOURCE / "config" / "examples" / "model-oleo.json")
     made["limits"]["stale_s"] = 0.5
+    made["exciter"]["deadman_max_s"] = 2.0
     for name, (address, form, unit) in INPUT.items():
         register = {"table": "input", "address": address, "type": form}
         made["sensors"][0]["registers"][name] = register if name == "aux1" else {**register, "unit": unit}

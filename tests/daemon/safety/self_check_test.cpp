@@ -93,17 +93,31 @@ TEST_F(SelfCheck, FindsAnExciterWithAFault) {
 }
 
 TEST_F(SelfCheck, ReadsTheDrivesOwnDeadManBack) {
-  const std::pair<std::optional<double>, const char*> cases[] = {{std::nullopt, "deadman_unknown"},
-                                                                 {0.0, "deadman_off"}};
-  for (const auto& [timeout, code] : cases) {
+  const std::pair<double, const char*> refused[] = {
+      {0.0, "goes on when the link is lost (heartbeat timeout 0); set a timeout of at most 1 s"},
+      {-1.0, "heartbeat timeout -1"},
+      {std::nan(""), "heartbeat timeout nan"},
+      {1.01, "goes on for 1.01 s when the link is lost; 1 s is allowed"},
+      {60.0, "goes on for 60 s when the link is lost"},
+      {0.15, "below twice the heartbeat period of 0.1 s"}};
+  for (const auto& [timeout, sentence] : refused) {
     EngineBench bench;
     bench.exciter.heartbeat_timeout_s = timeout;
-    ASSERT_TRUE(bench.measuring());
-    EXPECT_EQ(bench.outlet.alarms(code), 1);
+    EXPECT_THAT(failure(bench), HasSubstr(sentence));
+    EXPECT_TRUE(bench.exciter.sets.empty()) << "nothing has moved";
+  }
+}
+
+TEST_F(SelfCheck, TakesADeadManUpToWhatTheRigFileAllows) {
+  for (const double timeout : {0.2, 1.0}) {
+    EngineBench bench;
+    bench.exciter.heartbeat_timeout_s = timeout;
+    ASSERT_TRUE(bench.measuring()) << timeout;
   }
   EngineBench bench;
-  bench.exciter.heartbeat_timeout_s = 0.15;
-  EXPECT_THAT(failure(bench), HasSubstr("below twice the heartbeat period of 0.1 s"));
+  bench.exciter.heartbeat_timeout_s.reset();
+  ASSERT_TRUE(bench.measuring());
+  EXPECT_EQ(bench.outlet.alarms("deadman_unknown"), 1);
 }
 
 // --- what the first gentle motion shows

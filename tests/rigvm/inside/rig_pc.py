@@ -30,6 +30,7 @@ def write_files():
     rig = json.loads(re.sub(r"^\s*//.*$", "", text, flags=re.MULTILINE))
     # This machine has one slow CPU that it shares with whatever else the host does.
     rig["limits"]["stale_s"] = 1.0
+    rig["exciter"]["deadman_max_s"] = HEARTBEAT_TIMEOUT_S
     rig["exciter"]["device"]["link"]["response_timeout_s"] = 0.5
     json.dump(rig, open("/etc/shakerd/rig.json", "w"))
     run("sh", "-c", f"cp {examples}*.dbc /etc/shakerd/")
