@@ -9,11 +9,13 @@
 #include <unistd.h>
 
 #include "base/clock.hpp"
+#include "config/json_tree.hpp"
 #include "config/rig.hpp"
 #include "daemon/service/logging.hpp"
 #include "daemon/service/options.hpp"
 #include "daemon/service/rig_lock.hpp"
 #include "daemon/service/service.hpp"
+#include "daemon/service/used_rig.hpp"
 #include "drivers/factory.hpp"
 
 namespace shaker::daemon {
@@ -56,8 +58,11 @@ int describe(const config::RigConfig& rig, const drivers::Devices& devices,
 
 int run(const Options& options) {
   RealClock clock;
-  const auto rig = config::load_rig(options.rig);
+  const auto text = config::read_text(options.rig);
+  if (!text) return complain(text.error().what, kBadInput);
+  auto rig = config::parse_rig(*text, options.rig.string());
   if (!rig) return complain(rig.error().what, kBadInput);
+  rig->directory = options.rig.parent_path();
   auto devices = drivers::make_devices(*rig, clock);
   if (!devices) return complain(devices.error().what, kBadInput);
   if (options.check) return describe(*rig, *devices, options);
@@ -74,6 +79,9 @@ int run(const Options& options) {
     return complain(lock.error().what, taken ? kTaken : kTrouble);
   }
   const Logging logging;
+  if (const auto kept = keep_used_rig(used_rig_file(), *text); !kept) {
+    complain(kept.error().what, kGood);
+  }
   auto service = Service::make(options, *rig, std::move(*devices), clock);
   if (!service) return complain(service.error().what, kTrouble);
   return (*service)->run();

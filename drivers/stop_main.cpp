@@ -1,10 +1,11 @@
 // shakerd-stop-exciter: leaves the exciter of a rig stopped, whatever became of the daemon.
 //
 // systemd runs it when the daemon has ended in any way (ExecStopPost=), so it needs nothing of the
-// daemon, and of the rig file only the exciter. It does nothing after a daemon that was refused the
-// exciter (--unless-status): another one has it, and is in the middle of something. Amplitude zero
-// and disabled, read back; tried again for a few seconds. Exit status 0: it stands still. 1: it
-// could not be made sure, with a sentence.
+// daemon, and of the rig file only the exciter: of the copy that the daemon has kept (--used) where
+// there is one, since the file may have been edited while the daemon ran. It does nothing after a
+// daemon that was refused the exciter (--unless-status): another one has it, and is in the middle
+// of something. Amplitude zero and disabled, read back; tried again for a few seconds. Exit status
+// 0: it stands still. 1: it could not be made sure, with a sentence.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -33,8 +34,21 @@ bool ended_with(int status) {
   return code && text && code == std::string("exited") && text == std::to_string(status);
 }
 
-int stop(const std::filesystem::path& file, double patience_s) {
-  const auto rig = shaker::config::load_rig(file);
+using Rig = shaker::Result<shaker::config::RigConfig>;
+
+// Relative paths in the copy start where they do in the file that it is a copy of.
+Rig load(const std::filesystem::path& file, const std::filesystem::path& used) {
+  if (!used.empty()) {
+    if (Rig rig = shaker::config::load_rig(used)) {
+      rig->directory = file.parent_path();
+      return rig;
+    }
+  }
+  return shaker::config::load_rig(file);
+}
+
+int stop(const std::filesystem::path& file, const std::filesystem::path& used, double patience_s) {
+  const Rig rig = load(file, used);
   if (!rig) return say(rig.error().what);
   shaker::RealClock clock;
   const auto exciter = shaker::drivers::make_exciter(*rig, clock);
@@ -55,9 +69,12 @@ int stop(const std::filesystem::path& file, double patience_s) {
 
 int main(int argc, char** argv) {
   CLI::App app{"Stops the exciter of a rig at once: amplitude zero and disabled."};
-  std::string file;
+  std::string file, used;
   double patience_s = 5.0;
   app.add_option("rig", file, "the rig file, e.g. /etc/shakerd/rig.json")->required();
+  app.add_option("--used", used,
+                 "the copy of the rig file that the daemon has kept; where it is there and good, "
+                 "the exciter in it is stopped");
   app.add_option("--for", patience_s, "keep trying for so many seconds")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 60.0));
@@ -71,5 +88,5 @@ int main(int argc, char** argv) {
     return app.exit(wrong) == 0 ? 0 : 1;
   }
   if (unless && ended_with(*unless)) return 0;
-  return stop(file, patience_s);
+  return stop(file, used, patience_s);
 }

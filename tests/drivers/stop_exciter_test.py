@@ -39,7 +39,7 @@ def rig(transport, **link):
         "format": "shaker-rig/1", "name": "stand-in",
         "exciter": {"device": {
             "kind": "modbus",
-            "link": {"transport": transport, "response_timeout_s": 1.0, **link},
+            "link": {"transport": transport, "response_timeout_s": 0.9, **link},
             "registers": {
                 "frequency": {"address": FREQUENCY, "type": "f32", "order": "cdab"},
                 "amplitude": {"address": AMPLITUDE, "type": "f32", "order": "cdab"},
@@ -113,6 +113,25 @@ class StopExciter(unittest.TestCase):
         done = stop(rig(tcp(server.place)), "--for", "0")
         self.assertEqual(done.returncode, 1)
         self.assertIn("enable was written as 0 but reads back as 1", done.stderr)
+
+    def test_stops_what_the_daemon_drove_though_the_file_was_edited(self):
+        server, other = self.running("tcp"), self.running("tcp")
+        with tempfile.TemporaryDirectory() as folder:
+            used = pathlib.Path(folder) / "used.json"
+            used.write_text(json.dumps(rig(tcp(server.place))))
+            self.assert_stopped(stop(rig(tcp(other.place)), "--used", str(used)), server)
+            self.assertEqual(other.order(f"get {AMPLITUDE} 3"), "0000 4110 0001")
+            server.order(f"set {FREQUENCY} 0000 4020 0000 4110 0001")
+            self.assert_stopped(stop("{ no longer good", "--used", str(used)), server)
+
+    def test_goes_by_the_file_where_there_is_no_good_copy(self):
+        server = self.running("tcp")
+        with tempfile.TemporaryDirectory() as folder:
+            used = pathlib.Path(folder) / "used.json"
+            self.assert_stopped(stop(rig(tcp(server.place)), "--used", str(used)), server)
+            server.order(f"set {FREQUENCY} 0000 4020 0000 4110 0001")
+            used.write_text("{")
+            self.assert_stopped(stop(rig(tcp(server.place)), "--used", str(used)), server)
 
     def test_says_what_is_wrong_with_the_file(self):
         self.assertEqual(stop("{").returncode, 1)
