@@ -1,3 +1,6 @@
+#include <string>
+#include <utility>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,6 +45,49 @@ TEST(CandumpLog, ReadsFdFrames) {
   EXPECT_TRUE(fd->frame.fd);
   EXPECT_THAT(fd->frame.bytes(), ElementsAre(0xAA, 0xBB, 0xCC));
   EXPECT_TRUE(parse_log_line("(1.0) c 123##0" + std::string(128, 'A')));
+}
+
+// The fraction counts by its digits: .5 is 500 ms, .000000005 is 5 ns.
+TEST(CandumpLog, ReadsTimesToTheNanosecond) {
+  const std::pair<const char*, std::int64_t> times[] = {
+      {"0.5", 500'000'000},           {"0.05", 50'000'000},
+      {"1.000001", 1'000'001'000},    {"2.000000005", 2'000'000'005},
+      {"3.123456789", 3'123'456'789}, {"9000000000.0", 9'000'000'000'000'000'000}};
+  for (const auto& [text, ns] : times) {
+    const auto entry = parse_log_line("(" + std::string(text) + ") can0 123#00");
+    ASSERT_TRUE(entry) << text;
+    EXPECT_EQ(entry->t_ns, ns) << text;
+  }
+  for (const char* text : {"(9000000001.0)", "(1.)", "(.5)", "(.)", "(1.5", "1.5)",
+                           "(1.0123456789)", "(1.-5)", "(1.5x)", "(1)"}) {
+    EXPECT_FALSE(parse_log_line(std::string(text) + " can0 123#00")) << text;
+  }
+}
+
+TEST(CandumpLog, ReadsIdentifiersToTheirLast) {
+  EXPECT_EQ(parse_log_line("(0.0) c 7ff#")->frame.id, 0x7FFu);
+  const auto extended = parse_log_line("(0.0) c 1FFFFFFF#");
+  EXPECT_TRUE(extended->frame.extended && !extended->frame.error);
+  EXPECT_EQ(extended->frame.id, 0x1FFFFFFFu);
+  const auto error = parse_log_line("(0.0) c 3FFFFFFF#");
+  EXPECT_TRUE(error->frame.error && !error->frame.extended);
+  EXPECT_EQ(error->frame.id, 0x1FFFFFFFu);
+  for (const char* text : {"40000000#", "800#", "FFF#", "1234567#", "123456789#", "0000#", "12G#"})
+    EXPECT_FALSE(parse_log_line("(0.0) c " + std::string(text))) << text;
+}
+
+TEST(CandumpLog, ReadsLengthsToTheirLast) {
+  EXPECT_EQ(parse_log_line("(0.0) c 123#R")->frame.length, 0);
+  EXPECT_EQ(parse_log_line("(0.0) c 123#R0")->frame.length, 0);
+  EXPECT_FALSE(parse_log_line("(0.0) c 123#R/"));
+  EXPECT_FALSE(parse_log_line("(0.0) c 123#R11"));
+  EXPECT_EQ(parse_log_line("(0.0) c 123#1122334455667788")->frame.length, 8);
+  EXPECT_EQ(parse_log_line("(0.0) c 123##0" + std::string(128, 'a'))->frame.length, 64);
+  EXPECT_EQ(parse_log_line("(0.0) c 123#1122334455667788_F")->frame.length, 8);
+  EXPECT_FALSE(parse_log_line("(0.0) c 123#1122334455667788_"));
+  EXPECT_FALSE(parse_log_line("(0.0) c 123#1122334455667788_9A"));
+  EXPECT_FALSE(parse_log_line("(0.0) c 123#1122334455667788_G"));
+  EXPECT_THAT(parse_log_line("(0.0) c 123#9aF0")->frame.bytes(), ElementsAre(0x9A, 0xF0));
 }
 
 TEST(CandumpLog, RefusesWhatIsNotALogLine) {

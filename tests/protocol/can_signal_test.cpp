@@ -56,6 +56,67 @@ TEST(Signal, RefusesValuesThatDoNotFit) {
   EXPECT_EQ(data, (std::array<std::uint8_t, 2>{0xAA, 0x55}));
 }
 
+// Two's complement of n bits holds -2^(n-1) to 2^(n-1) - 1; what rounds into it fits.
+TEST(Signal, HoldsASignedRangeToItsLastValue) {
+  struct Row {
+    int length;
+    double lowest, highest;
+    std::vector<std::uint8_t> low_bytes, high_bytes;
+  };
+  const Row rows[] = {{8, -128.0, 127.0, {0x80, 0x00, 0x00}, {0x7F, 0x00, 0x00}},
+                      {16, -32768.0, 32767.0, {0x00, 0x80, 0x00}, {0xFF, 0x7F, 0x00}},
+                      {12, -2048.0, 2047.0, {0x00, 0x08, 0x00}, {0xFF, 0x07, 0x00}},
+                      {1, -1.0, 0.0, {0x01, 0x00, 0x00}, {0x00, 0x00, 0x00}}};
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.length);
+    const auto signal = make(0, row.length, ByteOrder::intel, NumberFormat::signed_integer);
+    std::vector<std::uint8_t> data(3);
+    for (const double value : {row.lowest, row.lowest - 0.49}) {
+      ASSERT_TRUE(encode(signal, value, data).ok()) << value;
+      EXPECT_EQ(data, row.low_bytes);
+      EXPECT_EQ(decode(signal, data), row.lowest);
+    }
+    for (const double value : {row.highest, row.highest + 0.49}) {
+      ASSERT_TRUE(encode(signal, value, data).ok()) << value;
+      EXPECT_EQ(data, row.high_bytes);
+      EXPECT_EQ(decode(signal, data), row.highest);
+    }
+    for (const double value :
+         {row.lowest - 1.0, row.lowest - 0.51, row.highest + 1.0, row.highest + 0.51}) {
+      EXPECT_FALSE(encode(signal, value, data).ok()) << value;
+    }
+    EXPECT_EQ(data, row.high_bytes) << "a refused value changes nothing";
+  }
+}
+
+TEST(Signal, SaysWhichRangeASignedSignalHolds) {
+  std::array<std::uint8_t, 1> data{};
+  auto signal = make(0, 8, ByteOrder::intel, NumberFormat::signed_integer);
+  EXPECT_THAT(encode(signal, 200.0, data).error().what, HasSubstr("its 8 bits hold -128 to 127"));
+  signal.factor = -0.5;
+  signal.offset = 1.0;
+  EXPECT_THAT(encode(signal, 70.0, data).error().what, HasSubstr("its 8 bits hold -62.5 to 65"));
+  ASSERT_TRUE(encode(signal, 65.0, data).ok());
+  EXPECT_EQ(data[0], 0x80);
+}
+
+TEST(Signal, HoldsTheLargestUnsignedValueAndNoMore) {
+  std::array<std::uint8_t, 8> data{};
+  const auto byte = make(0, 8, ByteOrder::intel);
+  EXPECT_TRUE(encode(byte, 255.4, data).ok());
+  EXPECT_EQ(data[0], 0xFF);
+  EXPECT_FALSE(encode(byte, 256.0, data).ok());
+  EXPECT_FALSE(encode(byte, -1.0, data).ok());
+  EXPECT_TRUE(encode(byte, 0.0, data).ok());
+  const auto whole = make(0, 64, ByteOrder::intel);
+  EXPECT_TRUE(encode(whole, std::ldexp(1.0, 63), data).ok());
+  EXPECT_EQ(data[7], 0x80);
+  const auto largest = static_cast<double>(std::numeric_limits<float>::max());
+  std::array<std::uint8_t, 4> four{};
+  EXPECT_TRUE(encode(make(0, 32, ByteOrder::intel, NumberFormat::float32), -largest, four).ok());
+  EXPECT_EQ(four, (std::array<std::uint8_t, 4>{0xFF, 0xFF, 0x7F, 0xFF}));
+}
+
 TEST(Signal, IsInRangeWithinHalfAStep) {
   auto signal = make(0, 16, ByteOrder::intel);
   EXPECT_TRUE(in_range(signal, 1e9)) << "no range is stated";
@@ -64,8 +125,18 @@ TEST(Signal, IsInRangeWithinHalfAStep) {
   signal.maximum = 1.0;
   EXPECT_TRUE(in_range(signal, 1.04));
   EXPECT_FALSE(in_range(signal, 1.06));
+  EXPECT_TRUE(in_range(signal, -1.04));
+  signal.factor = -0.1;
+  EXPECT_TRUE(in_range(signal, 1.04)) << "a step has a size, whatever its sign";
+  EXPECT_FALSE(in_range(signal, 1.06));
+  signal.factor = 0.1;
   EXPECT_FALSE(in_range(signal, -1.06));
   EXPECT_FALSE(in_range(signal, std::numeric_limits<double>::quiet_NaN()));
+  signal.minimum = 0.0;
+  EXPECT_FALSE(in_range(signal, -0.06)) << "0 to 1 is a range";
+  signal.minimum = -1.0;
+  signal.maximum = 0.0;
+  EXPECT_FALSE(in_range(signal, 0.06)) << "-1 to 0 is a range";
 }
 
 // ---- the table of tests/data/can/reference.py, which reads bit by bit --------------------------
