@@ -25,6 +25,9 @@ struct WatchOptions {
 struct RunOptions {
   std::filesystem::path campaign;
 };
+struct ProveOptions {
+  double frequency_hz = 0.0, amplitude = 0.0;  // m/s^2
+};
 struct EstimateOptions : InputOptions {
   int starts = 1;  // more: from so many, see estimator/optimise/several_starts.hpp
   unsigned seed = 1;
@@ -112,6 +115,7 @@ struct CheckOptions {
 int status(const Common& common);
 int watch(const Common& common, const WatchOptions& options);
 int run(const Common& common, const RunOptions& options);
+int prove_deadman(const Common& common, const ProveOptions& options);
 int order(const Common& common, const std::string& method);  // stop, estop, ack
 int estimate(const Common& common, const EstimateOptions& options);
 int estimate_channels(const Common& common, const EstimateOptions& options);

@@ -49,6 +49,7 @@ protocol::ParameterEntry parameter_from(const Json& json) {
 
 std::string narrate_state(const Json& d) {
   std::string line = fmt::format("state {}", text_of(d, "state"));
+  if (flag_of(d, "unprotected")) line += " (UNPROTECTED: no detector ends the motion)";
   if (const auto reason = text_of(d, "reason"); !reason.empty()) line += ": " + reason;
   return line;
 }

@@ -31,6 +31,7 @@ struct Options {
   Common common;
   WatchOptions watch;
   RunOptions run;
+  ProveOptions prove;
   EstimateOptions estimate;
   CompareOptions compare;
   DropOptions drop;
@@ -78,6 +79,21 @@ void add_online(CLI::App& app, Options& o) {
   running->footer(
       "Takes control, starts, and keeps the lease: when this program ends or hangs, the\n"
       "daemon ramps down. Ctrl-C stops and waits for the ramp; a second one leaves.");
+  auto* proving = add(app, o, "prove-deadman",
+                      "Prove in motion that the exciter comes to rest without its heartbeat",
+                      [&o] { return prove_deadman(o.common, o.prove); });
+  add_socket(proving, o);
+  proving->add_option("--frequency", o.prove.frequency_hz, "Hz")->required();
+  proving
+      ->add_option("--amplitude", o.prove.amplitude,
+                   "m/s^2, at most a tenth of the rig's excitation_max_m_s2")
+      ->required();
+  proving->footer(
+      "For a drive whose heartbeat timeout cannot be read, and that does not trip at amplitude "
+      "zero.\n"
+      "The table moves gently, the heartbeat is withheld, and the table must come to rest within "
+      "the\n"
+      "rig file's deadman_max_s. The proof is kept with date and user until the rig file changes.");
   add_socket(add(app, o, "stop", "Ramp down; anyone may", order_of("stop")), o);
   add_socket(
       add(app, o, "estop", "Zero at once, without a ramp; latches a fault", order_of("estop")), o);

@@ -34,12 +34,18 @@ void Engine::on_sensor_error(const Error& error) {
 void Engine::on_exciter_status(const drivers::ExciterStatus& status) {
   impl_->status = status;
   impl_->exciter_error.reset();
+  impl_->missed_answers = 0;
   impl_->compare_report();
 }
 
 void Engine::on_exciter_error(const Error& error) {
-  impl_->exciter_error = error;
-  impl_->device_trouble("exciter_error", error.what);
+  Impl& e = *impl_;
+  e.exciter_error = error;
+  // An answer may be missed: what it was about is asked or ordered again. Silence has its own
+  // limit.
+  const bool missed = error.kind == ErrorKind::timeout && ++e.missed_answers < kMissedAnswers;
+  if (missed && e.moving()) return e.alarm_once("exciter_missed", error.what);
+  e.device_trouble("exciter_error", error.what);
 }
 
 void Engine::on_heartbeat_withheld(const std::string& why) {
@@ -180,6 +186,24 @@ Result<void> Engine::admit(const config::CampaignSpec& wanted) const {
   return impl_->admit(wanted);
 }
 
+Result<void> Engine::prove_deadman(const config::CampaignSpec& gentle) {
+  if (auto may = may_start(); !may) return may;
+  impl_->proves_deadman = true;
+  auto begun = start(gentle);
+  if (!begun) impl_->proves_deadman = false;
+  return begun;
+}
+
+std::optional<Engine::DeadmanSeen> Engine::deadman_seen() const {
+  if (!impl_->deadman_proved) return std::nullopt;
+  return DeadmanSeen{*impl_->deadman_proved, impl_->deadman_proved_in_motion};
+}
+
+void Engine::trust_deadman(const DeadmanSeen& seen) {
+  impl_->deadman_proved = seen.seconds;
+  impl_->deadman_proved_in_motion = seen.in_motion;
+}
+
 Result<void> Engine::start(const config::CampaignSpec& wanted) {
   Impl& e = *impl_;
   if (auto ok = e.admit(wanted); !ok) return ok;
@@ -191,7 +215,9 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   e.furthest = 0.0;
   e.run_index = 0;
   e.run_done = false;
-  e.proved = e.polarity_known = false;
+  e.proved = e.proves_deadman;  // it has a gentle level of its own
+  e.polarity_known = false;
+  e.wrong_polarity = 0;
   e.outstanding = e.cycles_skipped = 0;
   e.detectors.reset();
   e.was_tripped = {};
@@ -203,6 +229,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
     e.leave_check("fail", ok.error().what);
     return ok;
   }
+  if (e.proves_deadman) return {};  // no cycle, no estimate
   estimator::OnlineOptions options;
   options.forgetting = wanted.forgetting;
   options.false_alarms_per_cycle = wanted.false_alarms_per_cycle();

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -79,6 +80,18 @@ class Engine {
   Result<void> may_start() const;                                // now
   Result<void> admit(const config::CampaignSpec& wanted) const;  // this one, now
   Result<void> start(const config::CampaignSpec& campaign);
+  // The first run of `gentle` is begun; once its amplitude is reached, the heartbeat is withheld
+  // and the table must come to rest within deadman_max_s.
+  Result<void> prove_deadman(const config::CampaignSpec& gentle);
+  // The exciter's dead-man was seen to act, so many seconds after the last heartbeat: by this
+  // engine, or earlier with the same rig file. Where its timeout cannot be read, CHECK asks for
+  // that.
+  struct DeadmanSeen {
+    double seconds = 0.0;
+    bool in_motion = false;
+  };
+  std::optional<DeadmanSeen> deadman_seen() const;
+  void trust_deadman(const DeadmanSeen& seen);
   Result<void> stop(const std::string& who);            // ramp down; anyone's
   Result<void> emergency_stop(const std::string& who);  // zero at once, latches FAULT; anyone's
   // Leaves FAULT when its cause is gone. Where that is a fault that the exciter itself latches and

@@ -10,6 +10,12 @@
 namespace shaker::daemon {
 
 using protocol::Channel;
+namespace {
+
+constexpr double kSteadyChange = 3.0;  // from cycle to cycle, times the noise: a campaign's default
+constexpr int kWrongInARow = 2;
+
+}  // namespace
 
 // Limits first, then the record, then cycles. Per sample: no allocation, no clock, no call outside.
 void Engine::Impl::take(std::span<const drivers::Sample> samples) {
@@ -73,7 +79,8 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
   }
   if (!cycle.whole || spiked || !(verdict.steady || damper_changes(verdict)))
     return reject(cycle, verdict, verdict.why);
-  if (state == State::settle) steady_begins(cycle);
+  if (!right_polarity(cycle, verdict)) return reject(cycle, verdict, reason);
+  if (state == State::settle) steady_begins();
   if (state != State::measure) return reject(cycle, verdict, reason);
   accept(cycle, verdict);
 }
@@ -120,15 +127,22 @@ void Engine::Impl::watch_cycle(const AssembledCycle& cycle) {
   watch_levels();
 }
 
-void Engine::Impl::steady_begins(const AssembledCycle& cycle) {
-  if (excitation_measured && !polarity_known) {
-    polarity_known = true;
-    if (polarity(cycle.lag_turns) != Polarity::right) {
-      const Finding finding = polarity_finding(cycle.lag_turns);
-      alarm(finding.fatal ? "error" : "warning", finding.code, finding.text);
-      if (finding.fatal) return ramp_down("fail", finding.text, After::fault);
-    }
-  }
+// Asked of cycles that really repeat, however loose the campaign's tolerance is: while a transient
+// lasts, the stroke's phase wanders. False when the rig is on its way down.
+bool Engine::Impl::right_polarity(const AssembledCycle& cycle, const GateVerdict& verdict) {
+  if (!excitation_measured || polarity_known || verdict.change > kSteadyChange) return true;
+  const Polarity seen = polarity(cycle.lag_turns);
+  wrong_polarity = seen == Polarity::wrong ? wrong_polarity + 1 : 0;
+  if (seen == Polarity::wrong && wrong_polarity < kWrongInARow) return true;
+  polarity_known = true;
+  if (seen == Polarity::right) return true;
+  const Finding finding = polarity_finding(cycle.lag_turns);
+  alarm(finding.fatal ? "error" : "warning", finding.code, finding.text);
+  if (finding.fatal) ramp_down("fail", finding.text, After::fault);
+  return !finding.fatal;
+}
+
+void Engine::Impl::steady_begins() {
   if (!response) response = last_answer;
   enter(State::measure, fmt::format("steady after {} cycles", unsettled));
   unsettled = restless = 0;

@@ -180,6 +180,7 @@ protocol::StateDocument Engine::Impl::state_document() const {
   document.state = std::string(name(state));
   document.reason = reason;
   document.controlled = controlled;
+  document.unprotected = rig.unprotected;
   if (!campaign) return document;
   document.campaign = campaign->name;
   document.run = run().name;

@@ -3,6 +3,7 @@
 //   engine.cpp            what the outside calls
 //   engine_states.cpp     transitions, faults, the end of runs and campaigns
 //   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: what is ordered from the exciter
+//   engine_deadman.cpp    the proof of the exciter's dead-man
 //   engine_watch.cpp      what is looked at in every state
 //   engine_cycles.cpp     samples, cycles, the gate, estimates
 //   engine_documents.cpp  what is published
@@ -33,6 +34,7 @@ inline constexpr double kCheckGiveUpS = 4.0;     // sensors and exciter may take
 inline constexpr double kRestGiveUpS = 20.0;     // and the damper to come to rest
 inline constexpr double kConfirmS = 2.0;         // after a ramp's end, for the exciter to say so
 inline constexpr double kExciterSilenceS = 1.0;  // without a status while it moves
+inline constexpr int kMissedAnswers = 3;         // in a row, with no status between them
 inline constexpr double kReadyGraceS = 1.0;      // from enabling to "ready"
 inline constexpr double kEstimateGiveUpS = 5.0;  // for the estimates of a run that has ended
 inline constexpr double kStopAgainS = 0.5;       // a stop that is not confirmed is repeated
@@ -55,6 +57,12 @@ enum class Motion { unknown, rests, moves };
 struct RunEnd {
   std::string status, reason;
   Nanoseconds deadline{};
+};
+
+struct DeadmanProof {
+  bool in_motion = false;
+  bool withheld = false;  // the heartbeat, since `began`; before, the exciter is enabled and served
+  Nanoseconds began{};
 };
 
 struct Engine::Impl {
@@ -90,6 +98,14 @@ struct Engine::Impl {
   void watch_outlet();
   void leave_check(const std::string& outcome, const std::string& why);
   void act(Detector detector);
+
+  // --- engine_deadman.cpp
+  bool wants_deadman_proof() const;
+  void begin_proof_at_rest();
+  void begin_proof_in_motion();
+  void tick_proof();
+  void end_proof(double took);
+  void fail_proof(const std::string& why);
 
   // --- engine_watch.cpp
   void watch_levels();
@@ -130,7 +146,8 @@ struct Engine::Impl {
   void on_cycle(const AssembledCycle& cycle);
   void watch_cycle(const AssembledCycle& cycle);
   void prove_cycle(const AssembledCycle& cycle);
-  void steady_begins(const AssembledCycle& cycle);
+  void steady_begins();
+  bool right_polarity(const AssembledCycle& cycle, const GateVerdict& verdict);
   void accept(const AssembledCycle& cycle, const GateVerdict& verdict);
   void reject(const AssembledCycle& cycle, const GateVerdict& verdict, const std::string& why);
   bool damper_changes(const GateVerdict& verdict);
@@ -201,12 +218,18 @@ struct Engine::Impl {
   RampStep step = RampStep::gentle;
   bool proved = false;  // of this campaign: signs and response
   bool polarity_known = false;
+  int wrong_polarity = 0;  // steady cycles in a row that show it
   Nanoseconds step_began{};
   int gentle_cycles = 0;
   After after_ramp_down = After::idle;
   std::optional<drivers::ExciterStatus> status;
   std::optional<Error> exciter_error;  // since the last good status
+  int missed_answers = 0;              // since then
   Nanoseconds stop_ordered{};
+  std::optional<DeadmanProof> proving;
+  std::optional<double> deadman_proved;  // s that it took
+  bool deadman_proved_in_motion = false;
+  bool proves_deadman = false;  // this campaign is nothing but the proof in motion
   double rate_hz = 0.0, excitation_rate_hz = 0.0;
 
   // watching
@@ -229,12 +252,12 @@ struct Engine::Impl {
   double stroke_noise = 0.0, table_noise = 0.0;  // of a sample at rest
   bool stroke_lives = false;                     // at rest it showed noise
   std::optional<PeriodFigures> table_period;     // the last
-  // The stroke's answer to the table: of the last period, and, once it has been steady in this run, of
-  // the last ones.
+  // The stroke's answer to the table: of the last period, and, once it has been steady in this run,
+  // of the last ones.
   std::complex<double> last_answer;
   std::optional<std::complex<double>> response;
-  bool awaits_rest = false;                      // told to stop, and not yet seen at rest
-  double level_before = 0.0;                     // of the stroke, when
+  bool awaits_rest = false;   // told to stop, and not yet seen at rest
+  double level_before = 0.0;  // of the stroke, when
   Nanoseconds level_taken{}, may_move_said{};
   int may_move_told = 0;
   std::string episode;  // code of the error that the present trouble began with

@@ -43,6 +43,7 @@ void Engine::Impl::halt() {
 // --- CHECK
 
 void Engine::Impl::tick_check() {
+  if (proving) return tick_proof();
   if (since(entered) < kCheckS || since(rest_began) < kCheckS) return;
   RestFacts facts{.now = clock.now(),
                   .displacement = monitor(Channel::displacement),
@@ -61,6 +62,7 @@ void Engine::Impl::tick_check() {
       alarm(f.fatal ? "error" : "warning", f.code, f.text);
     return leave_check("fail", why);
   }
+  if (wants_deadman_proof() && !proves_deadman) return begin_proof_at_rest();
   for (const auto& f : findings)
     alarm("warning", f.code, f.text);
   for (const auto& [channel, label] : rig.auxiliary) {
@@ -114,6 +116,7 @@ bool Engine::Impl::arrived() const {
 }
 
 void Engine::Impl::tick_ramp() {
+  if (proving) return tick_proof();
   if (step == RampStep::prove) return tick_prove();
   if (!arrived()) {
     if (since(ordered) > setpoint.ramp_s + kConfirmS) {
@@ -136,6 +139,7 @@ void Engine::Impl::tick_ramp() {
       restart_assembler();
       break;
     case RampStep::rise:
+      if (proves_deadman) return begin_proof_in_motion();
       enter(State::settle,
             fmt::format("{:g} Hz, {:g} m/s^2 reached", run().frequency_hz, run().amplitude));
       gate.restart(static_cast<std::size_t>(campaign->points_per_cycle),

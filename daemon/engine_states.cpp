@@ -41,6 +41,7 @@ void Engine::Impl::ramp_down(const std::string& outcome, const std::string& why,
     return;
   }
   if (!allowed(state, State::ramp_down)) return;
+  proving.reset();
   after_ramp_down = then;
   enter(State::ramp_down, why);
   end_run(outcome, why);
@@ -48,6 +49,7 @@ void Engine::Impl::ramp_down(const std::string& outcome, const std::string& why,
 }
 
 void Engine::Impl::trip(const std::string& why) {
+  proving.reset();
   halt();
   if (state == State::fault) return;
   enter(State::fault, why);
@@ -93,6 +95,7 @@ void Engine::Impl::close_campaign() {
   if (!campaign) return;
   outlet.close_campaign();
   recording = false;
+  proves_deadman = false;
   campaign.reset();
 }
 
@@ -156,6 +159,7 @@ void Engine::Impl::watch_outlet() {
 
 // Nothing has moved, so nothing is latched.
 void Engine::Impl::leave_check(const std::string& outcome, const std::string& why) {
+  if (std::exchange(proving, std::nullopt)) halt();
   end_run(outcome, why);
   finish_ended_run();
   enter(State::idle, why);

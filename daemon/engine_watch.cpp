@@ -143,8 +143,8 @@ void Engine::Impl::watch_rest() {
   const double takes = kStopTakesS + (answered ? 0.0 : std::max(0.0, deadman));
   const Nanoseconds from = stop_ordered + from_seconds(takes);
   const Motion own = table_is_seen() ? table_motion(from) : stroke_motion(from);
-  const bool says_runs = answered && status->running && since(stop_ordered) >= kStopAgainS &&
-                         since(entered) >= kStopAgainS;
+  const bool says_runs = !proving && answered && status->running &&
+                         since(stop_ordered) >= kStopAgainS && since(entered) >= kStopAgainS;
   if (own == Motion::moves) {
     const bool table = table_is_seen();
     const double level =
@@ -288,7 +288,7 @@ void Engine::Impl::device_trouble(const std::string& code, const std::string& wh
 }
 
 void Engine::Impl::watch_exciter() {
-  if (!moving()) return;
+  if (!moving() || proving) return;
   if (status && status->fault != 0 && status->t >= enabled) {
     const std::string why =
         fmt::format("the exciter tripped with fault {}; find its cause and clear it at the exciter",

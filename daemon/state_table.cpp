@@ -13,7 +13,8 @@ constexpr std::array<StateRow, kStateCount> kTable{{
      {false, true, false, false, false, false, true}},
     {State::check,
      "CHECK",
-     "the exciter is disabled; sensors and exciter are being proved at rest",
+     "nothing moves: the exciter is disabled, or enabled at amplitude zero while its dead-man is "
+     "proved; sensors are being proved at rest",
      false,
      false,
      {true, false, true, false, false, false, true}},

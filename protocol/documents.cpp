@@ -97,6 +97,7 @@ void fill(Filler& out, const StateDocument& d) {
   out.name("run", d.run).put("run_index", d.run_index).put("run_count", d.run_count);
   out.number("frequency_hz", d.frequency_hz).number("amplitude", d.amplitude);
   out.number("progress", d.progress).number("eta_s", d.eta_s).put("controlled", d.controlled);
+  if (d.unprotected) out.put("unprotected", true);
 }
 
 void fill(Filler& out, const RunStartDocument& d) {

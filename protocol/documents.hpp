@@ -32,7 +32,8 @@ struct StateDocument {
   std::optional<double> frequency_hz, amplitude;  // setpoint
   std::optional<double> progress;                 // of the campaign, 0..1
   std::optional<double> eta_s;
-  bool controlled = false;  // a client holds the lease
+  bool controlled = false;   // a client holds the lease
+  bool unprotected = false;  // no detector of the rig ends the motion: its rig file says so
 };
 
 struct RunStartDocument {

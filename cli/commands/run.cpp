@@ -28,10 +28,11 @@ class Campaign {
   Campaign(const Common& common, StreamClient& client, const config::CampaignSpec& spec)
       : common_(common), client_(client), progress_(spec), terminal_(stdout_is_terminal()) {}
 
-  int run(const Json& spec);
+  // `method` begins it; only a campaign of its own ends with an estimate.
+  int run(const char* method, const Json& params, bool estimates);
 
  private:
-  std::optional<int> begin(const Json& spec);
+  std::optional<int> begin(const char* method, const Json& params);
   Result<void> follow();
   Result<void> keep_lease();
   Result<void> heed_interrupts();
@@ -39,7 +40,7 @@ class Campaign {
   void show(const Json& document);
   void draw_bar();
   void clear_bar();
-  int finish();
+  int finish(bool estimates);
   double now() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
   const Common& common_;
@@ -52,7 +53,7 @@ class Campaign {
   Clock::time_point start_ = Clock::now();
 };
 
-std::optional<int> Campaign::begin(const Json& spec) {
+std::optional<int> Campaign::begin(const char* method, const Json& params) {
   // What comes before the start belongs to the rig's past: shown, but no part of this campaign.
   const auto before = [&](const std::string& line) {
     if (common_.json) fmt::print("{}\n", line);
@@ -65,8 +66,7 @@ std::optional<int> Campaign::begin(const Json& spec) {
     lease_s_ = number_of(control->result, "lease_s").value_or(lease_s_);
   }
   renewed_ = now();
-  const auto started = client_.ask("campaign.start", {{"campaign", spec}},
-                                   [&](const std::string& line) { take(line); });
+  const auto started = client_.ask(method, params, [&](const std::string& line) { take(line); });
   if (!started) return unreachable(common_, started.error());
   if (started->refused) return refused(common_, *started);
   return std::nullopt;
@@ -160,7 +160,7 @@ Result<void> Campaign::follow() {
   }
 }
 
-int Campaign::finish() {
+int Campaign::finish(bool estimates) {
   clear_bar();
   const Json& last = progress_.last_estimate();
   const auto estimate = last.is_null() ? protocol::EstimateDocument{} : estimate_from(last);
@@ -171,6 +171,10 @@ int Campaign::finish() {
                             progress_.reason().empty() ? "the rig is in " + progress_.state()
                                                        : printable(progress_.reason())));
   }
+  if (!estimates) {
+    if (!common_.json) fmt::print("{}.\n", printable(progress_.reason()));
+    return kOk;
+  }
   if (last.is_null() || !estimate.usable) {
     return fail(common_, kNotUsable, "the campaign is measured, but its estimate is not usable");
   }
@@ -178,8 +182,8 @@ int Campaign::finish() {
   return kOk;
 }
 
-int Campaign::run(const Json& spec) {
-  if (const auto trouble = begin(spec)) return *trouble;
+int Campaign::run(const char* method, const Json& params, bool estimates) {
+  if (const auto trouble = begin(method, params)) return *trouble;
   const auto followed = follow();
   clear_bar();
   if (!followed) {
@@ -190,7 +194,7 @@ int Campaign::run(const Json& spec) {
   }
   // The connection ends with this process: a release that does not arrive changes nothing.
   if (const auto released = client_.send("control.release"); !released) clear_bar();
-  return finish();
+  return finish(estimates);
 }
 
 }  // namespace
@@ -206,7 +210,20 @@ int run(const Common& common, const RunOptions& options) {
   auto client = StreamClient::connect(common.socket);
   if (!client) return unreachable(common, client.error());
   count_interrupts();
-  return Campaign(common, *client, *campaign).run(Json::parse(config::to_json_text(*campaign)));
+  const Json spec = Json::parse(config::to_json_text(*campaign));
+  return Campaign(common, *client, *campaign).run("campaign.start", {{"campaign", spec}}, true);
+}
+
+int prove_deadman(const Common& common, const ProveOptions& options) {
+  config::CampaignSpec proof;
+  proof.name = "deadman-proof";
+  proof.runs.push_back({"proof", options.frequency_hz, options.amplitude, 1});
+  auto client = StreamClient::connect(common.socket);
+  if (!client) return unreachable(common, client.error());
+  count_interrupts();
+  return Campaign(common, *client, proof)
+      .run("deadman.prove",
+           {{"frequency_hz", options.frequency_hz}, {"amplitude", options.amplitude}}, false);
 }
 
 }  // namespace shaker::cli

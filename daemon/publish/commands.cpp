@@ -24,9 +24,9 @@ Result<std::string> read_campaign_file(const std::filesystem::path& file) {
   }
   auto text = config::read_text(file, kMaxCampaignFile);
   if (text) return text;
-  return Error{text.error().kind,
-               text.error().what +
-                   "; see that the user shakerd may read it, or send the campaign itself."};
+  return Error{
+      text.error().kind,
+      text.error().what + "; see that the user shakerd may read it, or send the campaign itself."};
 }
 
 RpcError bad_params(std::string message) {
@@ -72,7 +72,7 @@ RpcCode code_of(ErrorKind kind) {
 
 }  // namespace
 
-// The table of methods. Only campaign.start and diagnose take parameters.
+// The table of methods. Only campaign.start, deadman.prove and diagnose take parameters.
 struct Commands::Method {
   const char* name;
   bool changes_something;  // refused on a connection that may only listen
@@ -93,6 +93,8 @@ Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
       {"lease.renew", true, [](Commands& c, const Json&, const Peer& p) { return c.renew(p); }},
       {"campaign.start", true,
        [](Commands& c, const Json& params, const Peer& p) { return c.start(params, p); }},
+      {"deadman.prove", true,
+       [](Commands& c, const Json& params, const Peer& p) { return c.prove_deadman(params, p); }},
       {"stop", true,
        [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.stop(p.who)); }},
       {"estop", true,
@@ -184,16 +186,31 @@ Answer Commands::start(const Json& params, const Peer& peer) {
         "\"params\" is {\"campaign\": {...}} or {\"file\": \"/path/of/campaign.json\"}.");
   }
   if (params.contains("campaign") && params["campaign"].is_object()) {
-    return done(rig_.start(params["campaign"].dump(), "campaign.start", "/"));
+    return done(rig_.start(peer.who, params["campaign"].dump(), "campaign.start", "/"));
   }
   if (params.contains("file") && params["file"].is_string()) {
     if (const auto may = rig_.may_start(); !may) return done(may);
     const std::filesystem::path file = params["file"].get<std::string>();
     const auto text = read_campaign_file(file);
     if (!text) return done(text.error());
-    return done(rig_.start(*text, file.string(), file.parent_path().string()));
+    return done(rig_.start(peer.who, *text, file.string(), file.parent_path().string()));
   }
   return bad_params("\"campaign\" is a campaign as an object, \"file\" the path of one.");
+}
+
+Answer Commands::prove_deadman(const Json& params, const Peer& peer) {
+  if (!lease_.held_by(peer.client)) {
+    return RpcError{RpcCode::not_in_control,
+                    "Motion needs control: ask for control.acquire first, and renew the lease.",
+                    nullptr};
+  }
+  const bool good = params.is_object() && params.size() == 2 && params.contains("frequency_hz") &&
+                    params["frequency_hz"].is_number() && params.contains("amplitude") &&
+                    params["amplitude"].is_number();
+  if (!good)
+    return bad_params("\"params\" is {\"frequency_hz\": 5, \"amplitude\": 0.5}, in Hz and m/s^2.");
+  return done(rig_.prove_deadman(peer.who, params["frequency_hz"].get<double>(),
+                                 params["amplitude"].get<double>()));
 }
 
 Answer Commands::status(const Peer& peer) const {

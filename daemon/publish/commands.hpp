@@ -34,8 +34,12 @@ class RigControl {
   // Could a campaign start now? Asked before its file is read.
   virtual Result<void> may_start() = 0;
   // `text` is a campaign as JSON; paths in it start at `directory`, `origin` is for messages.
-  virtual Result<void> start(const std::string& text, const std::string& origin,
-                             const std::string& directory) = 0;
+  virtual Result<void> start(const std::string& who, const std::string& text,
+                             const std::string& origin, const std::string& directory) = 0;
+  // Begins the operator's proof of the exciter's dead-man: motion at `amplitude` (m/s^2), then
+  // silence.
+  virtual Result<void> prove_deadman(const std::string& who, double frequency_hz,
+                                     double amplitude) = 0;
   virtual Result<void> stop(const std::string& who) = 0;
   virtual Result<void> emergency_stop(const std::string& who) = 0;
   virtual Result<void> acknowledge(const std::string& who) = 0;
@@ -62,6 +66,7 @@ class Commands final : public RequestHandler {
   Answer renew(const Peer& peer);
   Answer start(const nlohmann::json& params, const Peer& peer);
   Answer status(const Peer& peer) const;
+  Answer prove_deadman(const nlohmann::json& params, const Peer& peer);
   Answer diagnose(const nlohmann::json& params);
   Answer done(const Result<void>& outcome) const;
 

@@ -11,6 +11,8 @@
 namespace shaker::daemon {
 namespace {
 
+constexpr double kSmallPart = 0.1;  // of the rig's largest excitation, for a proof in motion
+
 // A model that cannot be built moves nothing.
 Result<void> prove_model(const config::CampaignSpec& campaign) {
   try {
@@ -31,20 +33,42 @@ Result<void> EngineControl::may_start() {
   return rig_.ask([](Engine& engine) { return engine.may_start(); });
 }
 
-Result<void> EngineControl::start(const std::string& text, const std::string& origin,
-                                  const std::string& directory) {
+Result<void> EngineControl::start(const std::string& who, const std::string& text,
+                                  const std::string& origin, const std::string& directory) {
   if (auto may = may_start(); !may) return may;
   auto campaign = config::parse_campaign(text, origin, directory);
   if (!campaign) return campaign.error();
   if (auto good = prove_model(*campaign); !good) return good;
-  // Shared: a question that was given up outlives this call.
-  const auto wanted = std::make_shared<const config::CampaignSpec>(std::move(*campaign));
+  starter_ = who;
+  return begin(std::make_shared<const config::CampaignSpec>(std::move(*campaign)), &Engine::start);
+}
+
+Result<void> EngineControl::prove_deadman(const std::string& who, double frequency_hz,
+                                          double amplitude) {
+  if (auto may = may_start(); !may) return may;
+  if (!(amplitude <= kSmallPart * excitation_max_)) {
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("{:g} m/s^2 is no small amplitude: the dead-man is proved with at most "
+                    "{:g} m/s^2, a tenth of the rig's excitation_max_m_s2.",
+                    amplitude, kSmallPart * excitation_max_)};
+  }
+  auto gentle = std::make_shared<config::CampaignSpec>();
+  gentle->name = "deadman-proof";
+  gentle->model.name = "none";
+  gentle->runs.push_back({"proof", frequency_hz, amplitude, 1});
+  starter_ = who;
+  return begin(std::move(gentle), &Engine::prove_deadman);
+}
+
+// Shared: a question that was given up outlives this call.
+Result<void> EngineControl::begin(std::shared_ptr<const config::CampaignSpec> wanted, Begin how) {
   const auto admitted = rig_.ask([wanted](Engine& engine) { return engine.admit(*wanted); });
   if (!admitted) return admitted;
   if (auto made = recorder_.prepare(*wanted); !made) return made;
-  const auto started = rig_.ask([wanted](Engine& engine) { return engine.start(*wanted); });
-  if (!started) recorder_.discard();
-  return started;
+  const auto begun = rig_.ask([wanted, how](Engine& engine) { return (engine.*how)(*wanted); });
+  if (!begun) recorder_.discard();
+  return begun;
 }
 
 Result<void> EngineControl::stop(const std::string& who) {

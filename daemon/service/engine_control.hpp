@@ -2,6 +2,7 @@
 // are read, proved and given a file here, and are handed to the engine's thread as ready values.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "daemon/publish/commands.hpp"
@@ -13,15 +14,23 @@ namespace shaker::daemon {
 
 class EngineControl final : public RigControl {
  public:
-  EngineControl(RigThread& rig, ExciterThread& exciter, Recorder& recorder, DiagnosisDesk& desk)
-      : rig_(rig), exciter_(exciter), recorder_(recorder), desk_(desk) {}
+  EngineControl(RigThread& rig, ExciterThread& exciter, Recorder& recorder, DiagnosisDesk& desk,
+                double excitation_max)
+      : rig_(rig),
+        exciter_(exciter),
+        recorder_(recorder),
+        desk_(desk),
+        excitation_max_(excitation_max) {}
 
   // From now on no campaign starts.
   void close() { closed_ = true; }
+  const std::string& starter() const { return starter_; }  // of the last motion
 
   Result<void> may_start() override;
-  Result<void> start(const std::string& text, const std::string& origin,
+  Result<void> start(const std::string& who, const std::string& text, const std::string& origin,
                      const std::string& directory) override;
+  Result<void> prove_deadman(const std::string& who, double frequency_hz,
+                             double amplitude) override;
   Result<void> stop(const std::string& who) override;
   Result<void> emergency_stop(const std::string& who) override;
   Result<void> acknowledge(const std::string& who) override;
@@ -34,11 +43,16 @@ class EngineControl final : public RigControl {
   Result<void> cancel_diagnosis(const std::string& who) override { return desk_.cancel(who); }
 
  private:
+  using Begin = Result<void> (Engine::*)(const config::CampaignSpec&);
+  Result<void> begin(std::shared_ptr<const config::CampaignSpec> wanted, Begin how);
+
   RigThread& rig_;
   ExciterThread& exciter_;
   Recorder& recorder_;
   DiagnosisDesk& desk_;
+  double excitation_max_;  // of the rig, m/s^2
   bool closed_ = false;
+  std::string starter_;
 };
 
 }  // namespace shaker::daemon

@@ -93,6 +93,11 @@ protocol::StateDocument RigThread::state_document() const {
   return *shown;
 }
 
+std::optional<Engine::DeadmanSeen> RigThread::deadman_seen() const {
+  const std::lock_guard lock(mutex_);
+  return deadman_seen_;
+}
+
 // --- the thread
 
 void RigThread::work(const std::stop_token& stop) {
@@ -209,6 +214,7 @@ void RigThread::show_state() {
   state_ = engine_.state();
   ramp_s_ = engine_.ramp_s();
   const std::lock_guard lock(mutex_);
+  deadman_seen_ = engine_.deadman_seen();
   shown_.swap(shown);
 }
 

@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -42,6 +43,7 @@ class RigThread {
   State state() const { return state_.load(); }
   protocol::StateDocument state_document() const;   // as of the last turn
   double ramp_s() const { return ramp_s_.load(); }  // of the present campaign, s
+  std::optional<Engine::DeadmanSeen> deadman_seen() const;
   void set_client_count(int clients) { clients_ = clients; }
   // The thread that listens to clients is alive: to be called every few milliseconds.
   void clients_are_heard() { heard_ = clock_.now().count(); }
@@ -73,6 +75,7 @@ class RigThread {
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<Question>> questions_;
   std::shared_ptr<const protocol::StateDocument> shown_;
+  std::optional<Engine::DeadmanSeen> deadman_seen_;
 
   // of the thread
   std::vector<drivers::SensorHealth> healths_;

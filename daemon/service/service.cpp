@@ -17,6 +17,7 @@
 #include "daemon/publish/listener.hpp"
 #include "daemon/publish/recorder.hpp"
 #include "daemon/publish/stream_server.hpp"
+#include "daemon/service/deadman_file.hpp"
 #include "daemon/service/engine_control.hpp"
 #include "daemon/service/logging.hpp"
 #include "daemon/service/rig_thread.hpp"
@@ -63,6 +64,7 @@ struct Service::Parts {
   void watch();
   void publish();
   void tick();
+  void keep_deadman_proof();
   void ping_watchdog(Nanoseconds now);
   void end(int signal);
   void end_when_quiet(Nanoseconds now);
@@ -86,6 +88,8 @@ struct Service::Parts {
   Commands commands;
   StreamServer server;
 
+  DeadmanFile deadman_file;
+  bool deadman_kept = false;
   Nanoseconds next_ping{}, ping_period{};
   bool was_stuck = false;
   std::optional<Nanoseconds> give_up_at;  // ending
@@ -116,10 +120,15 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
       engine(rig, clock, exciter, estimator, recorder),
       rig_thread(engine, sensors, exciter, estimator, clock, waker),
       desk(diagnosis, recorder.directory()),
-      control(rig_thread, exciter, recorder, desk),
+      control(rig_thread, exciter, recorder, desk, rig.limits.excitation_max_m_s2),
       commands(control, clock, from_seconds(rig.client_lease_s)),
       server(loop.get(), clock, commands,
-             protocol::VersionDocument{"shakerd", program_version(), 1, rig.name}) {
+             protocol::VersionDocument{"shakerd", program_version(), 1, rig.name}),
+      deadman_file(recorder.directory(), options.rig) {
+  if (const auto kept = deadman_file.load()) {
+    deadman_kept = true;
+    rig_thread.tell([seen = *kept](Engine& told) { told.trust_deadman(seen); });
+  }
   watch();
   std::uint64_t watchdog_us = 0;
   if (::sd_watchdog_enabled(0, &watchdog_us) > 0) {
@@ -235,8 +244,17 @@ void Service::Parts::tick() {
   rig_thread.set_client_count(server.client_count());
   desk.watch(rig_thread.state());
   server.tick();
+  keep_deadman_proof();
   ping_watchdog(clock.now());
   end_when_quiet(clock.now());
+}
+
+void Service::Parts::keep_deadman_proof() {
+  const auto seen = rig_thread.deadman_seen();
+  if (deadman_kept || !seen) return;
+  deadman_kept = true;
+  if (const auto saved = deadman_file.save(*seen, control.starter(), clock.utc()); !saved)
+    spdlog::warn("{}", saved.error().what);
 }
 
 void Service::Parts::ping_watchdog(Nanoseconds now) {

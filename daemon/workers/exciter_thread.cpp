@@ -135,7 +135,9 @@ void ExciterThread::obey() {
     next_poll_ = clock_.now();
   }
   if (const auto setpoint = std::exchange(pending_.setpoint, std::nullopt)) {
-    if (!good(exciter_->write(*setpoint))) return;
+    const auto written = exciter_->write(*setpoint);
+    if (!written && written.error().kind == ErrorKind::timeout) pending_.setpoint = setpoint;
+    if (!good(written)) return;
   }
   keep_alive_when_due();
   poll_when_due();

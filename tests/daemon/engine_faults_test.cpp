@@ -17,10 +17,26 @@ using testing::last_stop;
 TEST(EngineFaults, AnExciterErrorRampsDownAndLatches) {
   EngineBench bench;
   ASSERT_TRUE(bench.measuring());
-  bench.engine.on_exciter_error({ErrorKind::timeout, "exciter: no answer in 0.1 s"});
+  bench.engine.on_exciter_error({ErrorKind::unavailable, "exciter: no answer in 0.1 s"});
   EXPECT_EQ(bench.engine.state(), State::ramp_down);
   ASSERT_TRUE(bench.run_until(State::fault, 3.0));
   EXPECT_EQ(last_stop(bench), "fail: exciter: no answer in 0.1 s");
+}
+
+TEST(EngineFaults, ThreeMissedAnswersInARowEndTheRunAndFewerDoNot) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  const Error missed{ErrorKind::timeout, "exciter: no answer in 0.1 s"};
+  for (int i = 0; i < 10; ++i) {
+    bench.engine.on_exciter_error(missed);
+    bench.engine.on_exciter_error(missed);
+    bench.run(0.2);
+    ASSERT_EQ(bench.engine.state(), State::measure);
+  }
+  for (int i = 0; i < 3; ++i)
+    bench.engine.on_exciter_error(missed);
+  EXPECT_EQ(bench.engine.state(), State::ramp_down);
+  EXPECT_EQ(bench.outlet.alarms("exciter_error"), 1);
 }
 
 TEST(EngineFaults, ARefusedRampDownIsAStopAtOnce) {

@@ -11,7 +11,12 @@ namespace shaker::daemon::testing {
 class FakeRig final : public RigControl {
  public:
   Result<void> may_start() override { return outcome; }
-  Result<void> start(const std::string& text, const std::string& origin,
+  Result<void> prove_deadman(const std::string& who, double frequency_hz,
+                             double amplitude) override {
+    return note("prove by " + who + " at " + std::to_string(frequency_hz) + " with " +
+                std::to_string(amplitude));
+  }
+  Result<void> start(const std::string&, const std::string& text, const std::string& origin,
                      const std::string& directory) override {
     asked.push_back("start " + text + " from " + origin + " in " + directory);
     return outcome;

@@ -114,10 +114,73 @@ TEST_F(SelfCheck, TakesADeadManUpToWhatTheRigFileAllows) {
     bench.exciter.heartbeat_timeout_s = timeout;
     ASSERT_TRUE(bench.measuring()) << timeout;
   }
+}
+
+TEST_F(SelfCheck, ProvesADeadManThatCannotBeReadBeforeAnythingMoves) {
   EngineBench bench;
   bench.exciter.heartbeat_timeout_s.reset();
+  bench.exciter.deadman_s = 0.4;
   ASSERT_TRUE(bench.measuring());
-  EXPECT_EQ(bench.outlet.alarms("deadman_unknown"), 1);
+  EXPECT_EQ(bench.exciter.sets.front().amplitude, 0.0);
+  EXPECT_EQ(bench.outlet.alarms("deadman_proved"), 1);
+  ASSERT_TRUE(bench.engine.deadman_seen());
+  EXPECT_NEAR(bench.engine.deadman_seen()->seconds, 0.4, 0.1);
+  ASSERT_TRUE(bench.engine.stop("anna"));
+  ASSERT_TRUE(bench.run_until(State::idle, 5.0));
+  bench.run(2.0);
+  ASSERT_TRUE(bench.measuring());
+  EXPECT_EQ(bench.outlet.alarms("deadman_proved"), 1);  // once is enough
+}
+
+TEST_F(SelfCheck, RefusesADeadManThatCannotBeSeen) {
+  for (const double real : {1.5, 1e9}) {
+    EngineBench bench;
+    bench.exciter.heartbeat_timeout_s.reset();
+    bench.exciter.deadman_s = real;
+    ASSERT_TRUE(bench.engine.start(bench_campaign()).ok());
+    ASSERT_TRUE(bench.run_until(State::idle, 6.0));
+    EXPECT_THAT(last_stop(bench), HasSubstr("dead-man is not proved: enabled at amplitude zero"));
+    for (const auto& s : bench.exciter.sets)
+      EXPECT_EQ(s.amplitude, 0.0);
+    EXPECT_FALSE(bench.exciter.alive);
+    EXPECT_EQ(bench.outlet.alarms("deadman_unproven"), 1);
+  }
+}
+
+TEST_F(SelfCheck, TakesAnOperatorsProofInMotion) {
+  EngineBench bench;
+  bench.exciter.heartbeat_timeout_s.reset();
+  bench.exciter.deadman_s = 0.6;
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.prove_deadman(bench_campaign()));
+  ASSERT_TRUE(bench.run_until(State::ramp, 5.0));
+  ASSERT_TRUE(bench.run_until(State::idle, 10.0)) << bench.engine.state_document().reason;
+  EXPECT_EQ(bench.outlet.alarms("deadman_proved"), 1);
+  ASSERT_TRUE(bench.engine.deadman_seen());
+  EXPECT_TRUE(bench.engine.deadman_seen()->in_motion);
+  EXPECT_NEAR(bench.engine.deadman_seen()->seconds, 0.6, 0.15);
+  EXPECT_THAT(last_stop(bench), HasSubstr("success: the exciter's dead-man acts in motion"));
+  bench.run(2.0);
+  EXPECT_TRUE(bench.measuring());
+}
+
+TEST_F(SelfCheck, StopsATableWhoseDeadManDoesNotActInMotion) {
+  EngineBench bench;
+  bench.exciter.heartbeat_timeout_s.reset();
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.prove_deadman(bench_campaign()));
+  ASSERT_TRUE(bench.run_until(State::fault, 10.0));
+  EXPECT_EQ(bench.exciter.amplitude(), 0.0);
+  EXPECT_THAT(bench.engine.state_document().reason, HasSubstr("the table still moves 1 s after"));
+  EXPECT_FALSE(bench.engine.deadman_seen());
+}
+
+TEST_F(SelfCheck, TrustsAProofThatWasKept) {
+  EngineBench bench;
+  bench.exciter.heartbeat_timeout_s.reset();
+  bench.engine.trust_deadman({0.5, false});
+  ASSERT_TRUE(bench.measuring());
+  EXPECT_EQ(bench.outlet.alarms("deadman_proved"), 0);
 }
 
 // --- what the first gentle motion shows

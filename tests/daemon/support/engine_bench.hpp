@@ -35,13 +35,25 @@ class FakeExciter final : public daemon::ExciterCommands {
   }
   void stop() override {
     ++stops;
+    if (fault == kDeadmanFault) fault = 0;
     if (runs_on) return;
     phase_ = phase();
     from_ = 0.0;
     target_ = {};
     t0_ = clock_.now();
   }
-  void keep_alive(bool wanted) override { alive = wanted; }
+  void keep_alive(bool wanted) override {
+    if (alive && !wanted) withheld_ = clock_.now();
+    alive = wanted;
+  }
+  // Its own dead-man: enabled and without a heartbeat it trips.
+  void turn() {
+    if (!target_.enable || alive || seconds(clock_.now() - withheld_) < deadman_s) return;
+    fault = kDeadmanFault;
+    from_ = 0.0;
+    target_ = {};
+    t0_ = clock_.now();
+  }
   void clear_fault() override {
     ++clears;
     if (clearable) fault = 0;
@@ -81,13 +93,15 @@ class FakeExciter final : public daemon::ExciterCommands {
   double moves_part = 1.0;      // of what was asked: 0 is a table that does not move
   std::uint32_t fault = 0;
   std::optional<double> heartbeat_timeout_s = 0.5;
+  double deadman_s = std::numeric_limits<double>::infinity();  // what it really does
 
  private:
+  static constexpr std::uint32_t kDeadmanFault = 9;
   const SimulatedClock& clock_;
   const Error refusal_{ErrorKind::refused, "exciter: exception 03, value refused"};
   drivers::Setpoint target_;
   double from_ = 0.0, phase_ = 0.0;
-  Nanoseconds t0_{};
+  Nanoseconds t0_{}, withheld_{};
 };
 
 class FakeEstimator final : public daemon::EstimatorCommands {
@@ -219,6 +233,7 @@ class EngineBench {
       sample();
     }
     engine.on_samples(batch_);
+    exciter.turn();
     const bool due = clock.now() >= next_status_;
     if (due) next_status_ = clock.now() + std::chrono::milliseconds(50);
     while (!exciter.errors.empty()) {
