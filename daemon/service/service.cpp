@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/epoll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <system_error>
 #include <systemd/sd-daemon.h>
@@ -33,6 +34,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Nanoseconds kServiceTick = 5ms;
+constexpr int kClientsNice = 5;              // the clients' thread comes after all others
 constexpr Nanoseconds kRampDownMargin = 5s;  // beyond the ramp, at the end
 
 void must(int code, const char* what) {
@@ -345,6 +347,7 @@ Result<std::unique_ptr<Service>> Service::make(const Options& options, const con
 }
 
 int Service::run() {
+  ::setpriority(PRIO_PROCESS, 0, kClientsNice);  // of this thread alone, on Linux
   ::sd_notifyf(0, "READY=1\nSTATUS=Rig %s is idle", parts_->rig.name.c_str());
   spdlog::info("shakerd {} is ready; rig {}.", program_version(), parts_->rig.name);
   const int status = ::sd_event_loop(parts_->loop.get());

@@ -20,7 +20,7 @@ def rig(port):
     text = (SOURCE / "config" / "examples" / "rig-oleosim-modbus.json").read_text()
     made = json.loads(re.sub(r"^\s*//.*$", "", text, flags=re.M).replace("1502", str(port)))
     made["model"] = str(SOURCE / "config" / "examples" / "model-oleo.json")
-    made["limits"]["stale_s"] = 0.5
+    made["limits"] |= {"stale_s": 0.5, "engine_stall_s": 2.0, "acquisition_stall_s": 5.0, "recorder_stall_s": 10.0}
     made["exciter"]["deadman_max_s"] = 2.0
     for name, (address, form, unit) in INPUT.items():
         register = {"table": "input", "address": address, "type": form}

@@ -24,8 +24,9 @@ RIG = {
     "exciter": {"device": {"kind": "simulated"}, "ramp_s": 0.5},
     "sensors": [{"kind": "simulated", "rate_hz": 1000, "plant": "oleo", "parameters": TRUTH,
                  "clock_offset_ppm": 50, "jitter_fraction": 0.05}],
-    # A busy machine may keep the simulated sensor waiting: not what these tests are about.
-    "limits": {"stroke_min_m": 0.0, "stroke_max_m": 0.185, "stale_s": 0.5},
+    # A busy machine may keep the simulated sensor and the daemon waiting: not what these tests are about.
+    "limits": {"stroke_min_m": 0.0, "stroke_max_m": 0.185, "stale_s": 0.5, "engine_stall_s": 2.0,
+               "acquisition_stall_s": 5.0, "recorder_stall_s": 10.0},
 }
 
 CAMPAIGN = {

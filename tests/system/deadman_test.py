@@ -21,7 +21,7 @@ class Deadman(unittest.TestCase):
         port = re.search(r"port=(\d+)", virtual.stdout.readline()).group(1)
         text = (SOURCE / "config" / "examples" / "rig-oleosim-modbus.json").read_text()
         rig = json.loads(re.sub(r"^\s*//.*$", "", text, flags=re.M).replace("1502", port))
-        rig["limits"]["stale_s"] = 0.5
+        rig["limits"] |= {"stale_s": 0.5, "engine_stall_s": 2.0, "acquisition_stall_s": 5.0, "recorder_stall_s": 10.0}
         rig["exciter"]["deadman_max_s"] = 2.0
         del rig["exciter"]["device"]["registers"]["heartbeat_timeout"]
         self.daemon = Daemon(rig).start()

@@ -29,7 +29,7 @@ def write_files():
     text = open(examples + "rig-oleosim-can.json").read()
     rig = json.loads(re.sub(r"^\s*//.*$", "", text, flags=re.MULTILINE))
     # This machine has one slow CPU that it shares with whatever else the host does.
-    rig["limits"]["stale_s"] = 1.0
+    rig["limits"] |= {"stale_s": 1.0, "engine_stall_s": 2.0, "acquisition_stall_s": 5.0}
     rig["exciter"]["deadman_max_s"] = HEARTBEAT_TIMEOUT_S
     rig["exciter"]["device"]["link"]["response_timeout_s"] = 0.5
     json.dump(rig, open("/etc/shakerd/rig.json", "w"))
