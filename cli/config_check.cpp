@@ -92,6 +92,7 @@ class RigChecker {
     fact("limits: stroke {} .. {} m, rate {} m/s, excitation {} m/s^2, {} .. {} Hz", l.stroke_min_m,
          l.stroke_max_m, l.stroke_rate_max_m_s, l.excitation_max_m_s2, l.frequency_min_hz,
          l.frequency_max_hz);
+    detectors();
     if (!rig_.model.empty()) default_model();
   }
 
@@ -99,6 +100,29 @@ class RigChecker {
   template <class... Args>
   void fact(fmt::format_string<Args...> format, Args&&... args) {
     report_.facts.push_back(fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  // What acts on the limits: a limit without an action protects nothing.
+  void detectors() {
+    std::vector<std::string_view> ending, telling;
+    for (const config::Guard& guard : config::guards(rig_.limits)) {
+      std::string_view what = guard.key;
+      what.remove_suffix(std::string_view("_action").size());
+      if (!guard.on) continue;
+      if (config::ends_motion(guard.action)) {
+        ending.push_back(what);
+      } else if (guard.action != config::Action::none) {
+        telling.push_back(what);
+      } else {
+        report_.warnings.push_back(
+            fmt::format("{} is \"none\": the daemon does not watch this limit", guard.key));
+      }
+    }
+    if (!ending.empty()) fact("limits that end the motion: {}", fmt::join(ending, ", "));
+    if (!telling.empty()) fact("limits that are only told or hold: {}", fmt::join(telling, ", "));
+    if (rig_.unprotected) {
+      report_.warnings.emplace_back("unprotected: no limit of this rig ends the motion");
+    }
   }
 
   static std::string link(const config::ModbusLink& link) {

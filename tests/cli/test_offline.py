@@ -129,6 +129,27 @@ class Check(Scratch):
         (self.path / "shaker.dbc").unlink()
         self.assertIn("shaker.dbc: cannot be read", run("check", self.path / "rig.json").stderr)
 
+    def test_says_which_limits_act(self):
+        rig = {"name": "r", "exciter": {"device": {"kind": "simulated"}}, "sensors": [{"kind": "simulated"}]}
+        every = ("stroke", "stroke_rate", "excitation", "stale", "command_error", "response_change")
+        whole = run("check", self.write("whole.json", json.dumps(rig))).stdout
+        self.assertIn(f"limits that end the motion: {', '.join(every)}\n", whole)
+        self.assertNotIn("none", whole)
+        actions = {f"{key}_action": "none" for key in every} | {"stale_action": "ramp_down",
+                                                                "stroke_rate_action": "indicate"}
+        some = run("check", self.write("some.json", json.dumps(rig | {"limits": actions}))).stdout
+        self.assertIn("limits that end the motion: stale\n", some)
+        self.assertIn("limits that are only told or hold: stroke_rate\n", some)
+        self.assertIn('stroke_action is "none": the daemon does not watch this limit', some)
+        actions["stale_action"] = "none"
+        refused = run("check", self.write("bare.json", json.dumps(rig | {"limits": actions})))
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("/limits: no detector ends the motion", refused.stderr)
+        meant = run("check", self.write("meant.json", json.dumps(rig | {"limits": actions, "unprotected": True})))
+        self.assertEqual(meant.returncode, 0, meant.stderr)
+        self.assertIn("unprotected: no limit of this rig ends the motion", meant.stdout)
+        self.assertNotIn("limits that end", meant.stdout)
+
     def test_holds_a_campaign_against_a_rig(self):
         campaign = self.write("c.json", json.dumps(
             {"name": "c", "model": OLEO_FEET, "runs": [{"frequency_hz": 50, "amplitude": 16}]}))
