@@ -2,8 +2,8 @@
 //
 // Tables: campaign (one row: name, started, model, spec as JSON), run, sample (blocks of raw
 // samples as they came), channel (what the auxiliary ones are), cycle (resampled), document (every
-// published line). Schema version in user_version; 1 had no table of channels. Used by the daemon
-// (writes), shakerctl and drivers/replay (read). One thread per object.
+// published line). Schema version in user_version; 1 had no table of channels, 2 no checksums of
+// rows. Used by the daemon (writes), shakerctl and drivers/replay (read). One thread per object.
 #pragma once
 
 #include <cstdint>
@@ -64,6 +64,9 @@ class CampaignWriter {
   Result<void> add_document(std::uint64_t seq, const std::string& line);
   // Everything added before is on disk when this returns.
   Result<void> commit();
+  // An Error when the file or its log is no longer what its path names (removed, moved, replaced):
+  // what is committed then is kept nowhere. Three look-ups of a path, for once a second.
+  Result<void> still_there() const;
   Result<void> finish(const std::string& status, const std::string& finished_utc);
 
  private:

@@ -13,7 +13,9 @@
 
 #include "base/unique_fd.hpp"
 #include "record/campaign_files.hpp"
+#include "record/checksums.hpp"
 #include "record/database.hpp"
+#include "record/file_parts.hpp"
 
 namespace shaker::record {
 namespace {
@@ -60,12 +62,14 @@ struct CampaignWriter::Impl {
 
   std::filesystem::path file;
   SQLite::Database database;
+  std::vector<NamedFile> parts;  // as SQLite opened them; empty once the campaign has ended
   std::optional<SQLite::Statement> insert_run, insert_samples, insert_cycle, insert_document;
   std::vector<SampleRow> pending;  // of pending_run, not yet a row
   int pending_run = -1;
   std::string blob;
 
   void lay_out(const CampaignRow& campaign) {
+    add_row_sum(database);
     database.exec("PRAGMA journal_mode=WAL");
     database.exec("PRAGMA synchronous=FULL");
     // The log is folded into the file every so many pages: 16 MiB bounds it without stalling often.
@@ -74,16 +78,18 @@ struct CampaignWriter::Impl {
     database.exec(fmt::format("PRAGMA application_id={}", kApplicationId));
     database.exec(fmt::format("PRAGMA user_version={}", kSchemaVersion));
     database.exec(kSchema);
-    SQLite::Statement row(database,
-                          "INSERT INTO campaign(id, name, started_utc, rig, spec_json, model_json) "
-                          "VALUES(1, ?, ?, ?, ?, ?)");
+    SQLite::Statement row(
+        database,
+        "INSERT INTO campaign(id, name, started_utc, rig, spec_json, model_json, crc) "
+        "VALUES(1, ?1, ?2, ?3, ?4, ?5, row_sum(?1, ?2, ?3, ?4, ?5))");
     const std::array texts{&campaign.name, &campaign.started_utc, &campaign.rig,
                            &campaign.spec_json, &campaign.model_json};
     for (int i = 0; i < static_cast<int>(texts.size()); ++i) {
       row.bind(i + 1, *texts[static_cast<std::size_t>(i)]);
     }
     row.exec();
-    SQLite::Statement channel(database, "INSERT INTO channel VALUES(?, ?, ?)");
+    SQLite::Statement channel(database,
+                              "INSERT INTO channel VALUES(?1, ?2, ?3, row_sum(?1, ?2, ?3))");
     for (const auto& [id, label] : campaign.auxiliary) {
       channel.reset();
       channel.bind(1, static_cast<int>(id));
@@ -92,11 +98,18 @@ struct CampaignWriter::Impl {
       channel.exec();
     }
     database.exec("COMMIT");
-    insert_run.emplace(database, "INSERT INTO run VALUES(?, ?, ?, ?, ?)");
-    insert_samples.emplace(database, "INSERT INTO sample(run, count, data) VALUES(?, ?, ?)");
-    insert_cycle.emplace(database, "INSERT INTO cycle VALUES(?, ?, ?, ?, ?, ?, ?, ?)");
-    insert_document.emplace(database, "INSERT INTO document VALUES(?, ?)");
+    insert_run.emplace(database,
+                       "INSERT INTO run VALUES(?1, ?2, ?3, ?4, ?5, row_sum(?1, ?2, ?3, ?4, ?5))");
+    insert_samples.emplace(
+        database,
+        "INSERT INTO sample(run, count, data, crc) VALUES(?1, ?2, ?3, row_sum(?1, ?2, ?3))");
+    insert_cycle.emplace(database,
+                         "INSERT INTO cycle VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, row_sum(?1, ?2, "
+                         "?3, ?4, ?5, ?6, ?7, ?8))");
+    insert_document.emplace(database, "INSERT INTO document VALUES(?1, ?2, row_sum(?1, ?2))");
     pending.reserve(kBlock);
+    for (const char* suffix : {"", "-wal", "-shm"})
+      parts.emplace_back(file.string() + suffix);
   }
 
   // A failed statement may have rolled the transaction back: ask SQLite instead of remembering.
@@ -221,6 +234,18 @@ Result<void> CampaignWriter::commit() {
   });
 }
 
+Result<void> CampaignWriter::still_there() const {
+  for (const NamedFile& part : impl_->parts) {
+    if (part.still_named()) continue;
+    return Error{ErrorKind::io,
+                 fmt::format("{}: was removed, moved or replaced while the campaign was being "
+                             "recorded; what is measured from now on is kept nowhere. Keep other "
+                             "programs out of the data directory and start the campaign again.",
+                             part.path())};
+  }
+  return {};
+}
+
 Result<void> CampaignWriter::finish(const std::string& status, const std::string& finished_utc) {
   return impl_->guarded([&] {
     impl_->write_pending();
@@ -230,6 +255,7 @@ Result<void> CampaignWriter::finish(const std::string& status, const std::string
     row.bind(2, finished_utc);
     row.exec();
     impl_->database.exec("COMMIT");
+    impl_->parts.clear();
     // Fold the log in, so that the campaign is one file. Not possible while someone reads it: no
     // matter, the next opening does it.
     impl_->database.tryExec("PRAGMA wal_checkpoint(TRUNCATE)");

@@ -17,22 +17,23 @@ const char* const kSchema = R"sql(
     id INTEGER PRIMARY KEY CHECK(id = 1),
     name TEXT NOT NULL, started_utc TEXT NOT NULL, rig TEXT NOT NULL,
     spec_json TEXT NOT NULL, model_json TEXT NOT NULL,
-    finished_utc TEXT NOT NULL DEFAULT '', status TEXT NOT NULL DEFAULT 'running') STRICT;
+    finished_utc TEXT NOT NULL DEFAULT '', status TEXT NOT NULL DEFAULT 'running', crc INTEGER) STRICT;
   CREATE TABLE run(
     idx INTEGER PRIMARY KEY, name TEXT NOT NULL,
-    frequency_hz REAL NOT NULL, amplitude REAL NOT NULL, cycles_wanted INTEGER NOT NULL) STRICT;
+    frequency_hz REAL NOT NULL, amplitude REAL NOT NULL, cycles_wanted INTEGER NOT NULL,
+    crc INTEGER) STRICT;
   CREATE TABLE sample(
     id INTEGER PRIMARY KEY, run INTEGER NOT NULL, count INTEGER NOT NULL,
-    data BLOB NOT NULL) STRICT;
+    data BLOB NOT NULL, crc INTEGER) STRICT;
   CREATE TABLE channel(
-    id INTEGER PRIMARY KEY, name TEXT NOT NULL, unit TEXT NOT NULL) STRICT;
+    id INTEGER PRIMARY KEY, name TEXT NOT NULL, unit TEXT NOT NULL, crc INTEGER) STRICT;
   CREATE INDEX sample_by_run ON sample(run);
   CREATE TABLE cycle(
     run INTEGER NOT NULL, idx INTEGER NOT NULL, accepted INTEGER NOT NULL,
     frequency_hz REAL NOT NULL, amplitude REAL NOT NULL,
     displacement BLOB NOT NULL, excitation BLOB NOT NULL,
-    excitation_error REAL NOT NULL DEFAULT 0, PRIMARY KEY(run, idx)) STRICT;
-  CREATE TABLE document(seq INTEGER PRIMARY KEY, line TEXT NOT NULL) STRICT;
+    excitation_error REAL NOT NULL DEFAULT 0, crc INTEGER, PRIMARY KEY(run, idx)) STRICT;
+  CREATE TABLE document(seq INTEGER PRIMARY KEY, line TEXT NOT NULL, crc INTEGER) STRICT;
 )sql";
 
 Error describe(const SQLite::Exception& trouble, const std::filesystem::path& file) {
@@ -75,9 +76,8 @@ Error describe(const SQLite::Exception& trouble, const std::filesystem::path& fi
   }
 }
 
-namespace {
-
-Result<void> check(SQLite::Database& database, const std::filesystem::path& file, bool thorough) {
+Result<void> check_campaign(SQLite::Database& database, const std::filesystem::path& file,
+                            bool thorough) {
   const int id = database.execAndGet("PRAGMA application_id").getInt();
   const int version = database.execAndGet("PRAGMA user_version").getInt();
   if (id != kApplicationId) {
@@ -106,8 +106,6 @@ Result<void> check(SQLite::Database& database, const std::filesystem::path& file
   return {};
 }
 
-}  // namespace
-
 Result<std::unique_ptr<SQLite::Database>> open_campaign(const std::filesystem::path& file,
                                                         bool writable, bool thorough) {
   std::error_code ignored;
@@ -120,7 +118,7 @@ Result<std::unique_ptr<SQLite::Database>> open_campaign(const std::filesystem::p
   try {
     auto database = std::make_unique<SQLite::Database>(
         file.string(), writable ? SQLite::OPEN_READWRITE : SQLite::OPEN_READONLY, 2000);
-    if (auto good = check(*database, file, thorough); !good) return good.error();
+    if (auto good = check_campaign(*database, file, thorough); !good) return good.error();
     return database;
   } catch (const SQLite::Exception& trouble) {
     return describe(trouble, file);

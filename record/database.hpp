@@ -17,11 +17,17 @@
 namespace shaker::record {
 
 inline constexpr int kApplicationId = 0x5348414b;  // "SHAK", in the file's header
-inline constexpr int kSchemaVersion = 2;
+inline constexpr int kSchemaVersion = 3;
+inline constexpr int kSummedVersion = 3;  // the first whose rows have checksums
 extern const char* const kSchema;
 
 // What SQLite said, as a sentence that names the file and the remedy.
 Error describe(const SQLite::Exception& trouble, const std::filesystem::path& file);
+
+// An Error tells apart: not a campaign, damaged (both `invalid`), newer (`refused`). With
+// `thorough`, every page is checked. Throws SQLite::Exception.
+Result<void> check_campaign(SQLite::Database& database, const std::filesystem::path& file,
+                            bool thorough);
 
 // Opens an existing campaign. An Error tells apart: missing, not a campaign, damaged (all
 // `invalid`), newer (`refused`), and what the disk or another program refuses. With `thorough`,

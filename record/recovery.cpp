@@ -1,123 +1,247 @@
 #include "record/recovery.hpp"
 
-#include <algorithm>
-#include <optional>
+#include <fstream>
+#include <iterator>
+#include <set>
 
 #include <fmt/format.h>
 #include <system_error>
 
-#include "record/database.hpp"
+#include "record/campaign_check.hpp"
+#include "record/file_parts.hpp"
+#include "record/findings.hpp"
+#include "record/write_ahead_log.hpp"
 
 namespace shaker::record {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::int64_t count(SQLite::Database& database, const char* sql) {
-  return database.execAndGet(sql).getInt64();
+// SQLite writes a log's index anew when it opens the file, also when it then refuses it.
+std::string content(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-Recovered set_aside(const fs::path& file, const std::string& now_utc, const Error& why) {
-  std::string stamp = now_utc;
-  std::erase_if(stamp, [](char c) { return c == ':' || c == '.'; });
-  const std::string suffix = ".damaged-" + stamp;
-  Recovered found;
-  found.damaged = true;
-  found.file = file.string() + suffix;
-  std::error_code trouble, ignored;
-  fs::rename(file, found.file, trouble);
-  for (const char* part : {"-wal", "-shm"}) {
-    fs::rename(file.string() + part, found.file.string() + part, ignored);
-  }
-  found.what =
-      trouble ? fmt::format("{} It could not be set aside ({}).", why.what, trouble.message())
-              : fmt::format("{} It was set aside as {}.", why.what, found.file.filename().string());
-  if (trouble) found.file = file;
-  return found;
+void put_back(const std::string& bytes, const fs::path& file) {
+  if (holds_bytes(file)) std::ofstream(file, std::ios::binary) << bytes;
 }
 
-// Counts and marks. Throws SQLite::Exception.
-Recovered close_interrupted(SQLite::Database& database, const fs::path& file,
-                            const std::string& now_utc) {
+Recovered left_alone(const fs::path& file, const std::string& why) {
   Recovered found;
   found.file = file;
-  found.campaign = database.execAndGet("SELECT name FROM campaign").getString();
-  found.runs = count(database, "SELECT count(*) FROM run");
-  found.samples = count(database, "SELECT coalesce(sum(count), 0) FROM sample");
-  found.cycles = count(database, "SELECT count(*) FROM cycle");
-  found.documents = count(database, "SELECT count(*) FROM document");
-  SQLite::Statement mark(database, "UPDATE campaign SET status = 'interrupted', finished_utc = ?");
-  mark.bind(1, now_utc);
-  mark.exec();
-  database.tryExec("PRAGMA wal_checkpoint(TRUNCATE)");
-  database.tryExec("PRAGMA journal_mode=DELETE");
-  found.what = fmt::format(
-      "Campaign {} was interrupted; {} holds {} runs, {} samples, {} cycles and {} documents, all "
-      "whole. Start it again to measure the rest.",
-      found.campaign, file.string(), found.runs, found.samples, found.cycles, found.documents);
+  found.what = why;
   return found;
 }
 
-// A writer that died before its first commit leaves a file without tables: there is nothing in it.
-bool never_began(const fs::path& file) {
-  std::error_code ignored;
-  if (fs::file_size(file, ignored) == 0) return true;
+bool is_files_fault(const Error& error) {
+  return error.kind == ErrorKind::invalid;
+}
+
+// Sets all of it aside. `read`: a copy that holds what can be read, put in the file's place.
+Recovered set_aside(const fs::path& file, const std::string& now_utc, Recovered found,
+                    const fs::path& read) {
+  found.damaged = true;
+  found.aside = aside_name(file, "damaged", now_utc);
+  found.file = found.aside;
+  if (auto moved = move_parts(file, found.aside); !moved) {
+    if (!is_there(found.aside)) found.file = file;
+    found.what = " It could not be set aside: " + moved.error().what;
+    return found;
+  }
+  if (!read.empty()) {
+    std::error_code trouble;
+    fs::rename(read, file, trouble);
+    found.file = trouble ? read : file;
+  }
+  return found;
+}
+
+struct Salvaged {
+  std::optional<Recovered> found;  // what the copy holds
+  fs::path copy;
+  bool alone = false;            // read without its log
+  std::optional<Error> trouble;  // not the file's fault
+};
+
+// The file with its log, and the file alone, since the log may have been folded in already: the one
+// that holds more.
+Salvaged read_copies(const fs::path& file, const std::string& now_utc) {
+  Salvaged best;
+  for (const bool alone : {false, true}) {
+    if (alone && (!holds_bytes(file) || !holds_bytes(file.string() + "-wal"))) continue;
+    const fs::path copy = file.string() + (alone ? ".reading-alone" : ".reading");
+    remove_parts(copy);
+    auto read = read_copy(file, copy, !alone, now_utc);
+    if (read && (!best.found || read->documents > best.found->documents)) {
+      if (best.found) remove_parts(best.copy);
+      best = {std::move(*read), copy, alone, best.trouble};
+    } else {
+      remove_parts(copy);
+    }
+    if (!read && !is_files_fault(read.error())) best.trouble = read.error();
+  }
+  return best;
+}
+
+// The log cannot be read to its end, or the file is damaged.
+std::optional<Recovered> salvage(const fs::path& file, const LogReading& log,
+                                 const std::string& now_utc, const Error& why) {
+  Salvaged read = read_copies(file, now_utc);
+  if (!read.found && read.trouble && read.trouble->kind == ErrorKind::refused)
+    return left_alone(file, read.trouble->what);
+  Recovered found = read.found.value_or(Recovered{});
+  const bool folded = read.alone && log.indexed && *log.folded >= *log.indexed;
+  found.lost_commits = folded ? 0 : log.lost_commits;
+  found = set_aside(file, now_utc, std::move(found), read.copy);
+  if (!read.copy.empty() && found.file == found.aside) remove_parts(read.copy);
+  found.what = damage_sentence(file, found, log, why, read.found.has_value()) + found.what;
+  if (read.trouble) found.what += " Not all could be tried: " + read.trouble->what;
+  return found;
+}
+
+// No table: its writer ended before the first commit, or its log is gone.
+Recovered never_began(const fs::path& file, const LogReading& log, const std::string& now_utc) {
+  Recovered found;
+  found.aside = aside_name(file, "unbegun", now_utc);
+  found.file = found.aside;
+  const auto moved = move_parts(file, found.aside);
+  if (!moved) found.file = file;
+  found.lost_commits = log.lost_commits;
+  found.what = unbegun_sentence(file, found, log) + (moved ? "" : " " + moved.error().what);
+  return found;
+}
+
+// A regular file beside which nothing was ever written.
+bool is_void(const fs::path& file, const LogReading& log) {
+  return !holds_bytes(file) && log.bytes == 0 && log.indexed.value_or(0) == 0 &&
+         !holds_bytes(file.string() + "-journal");
+}
+
+// "?" and "%" and "#" have a meaning in the address of a file.
+std::string address(const fs::path& file) {
+  std::string text = "file:";
+  for (const char c : fs::absolute(file).string())
+    text += c == '?' || c == '%' || c == '#' ? fmt::format("%{:02X}", c) : std::string(1, c);
+  return text + "?immutable=1";
+}
+
+// By the file alone, without a lock or a byte written.
+bool looks_finished(const fs::path& file) {
   try {
-    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE, 2000);
-    return count(database, "SELECT count(*) FROM sqlite_schema") == 0;
+    SQLite::Database database(address(file), SQLite::OPEN_READONLY | SQLITE_OPEN_URI);
+    const auto known = check_campaign(database, file, false);
+    if (!known && known.error().kind != ErrorKind::refused) return false;
+    return database.execAndGet("SELECT status <> 'running' AND finished_utc <> '' FROM campaign")
+               .getInt() != 0;
   } catch (const SQLite::Exception&) {
     return false;
   }
 }
 
-void remove_with_log(const fs::path& file) {
-  std::error_code ignored;
-  for (const char* part : {"", "-wal", "-shm"})
-    fs::remove(file.string() + part, ignored);
+Error unsound_error(const fs::path& file, std::int64_t unsound) {
+  return {ErrorKind::invalid,
+          fmt::format("{}: {} rows do not fit their checksums.", file.string(), unsound)};
 }
 
-// Nothing when the file is finished, or of a newer version.
-std::optional<Recovered> recover_file(const fs::path& file, const std::string& now_utc) {
-  const auto given_up = [&](const Error& why) {
-    if (why.kind == ErrorKind::invalid) return set_aside(file, now_utc, why);
-    Recovered found;  // the disk's trouble, not the file's: leave it where it is
-    found.file = file;
-    found.what = why.what;
-    return found;
-  };
-  try {
-    // Light first: a finished campaign of a gigabyte must not delay the start.
-    auto database = open_campaign(file, true, false);
-    if (!database) {
-      if (database.error().kind == ErrorKind::refused) return std::nullopt;
-      return given_up(database.error());
-    }
-    const std::string status = (*database)->execAndGet("SELECT status FROM campaign").getString();
-    if (status != "running") return std::nullopt;
-    database = open_campaign(file, true, true);
-    if (!database) return given_up(database.error());
-    return close_interrupted(**database, file, now_utc);
-  } catch (const SQLite::Exception& error) {
-    return given_up(describe(error, file));
+// Nothing of it was changed so far; SQLite makes a log's index anew whenever it opens the file.
+std::optional<Recovered> close_checked(const fs::path& file, const LogReading& log,
+                                       const fs::path& kept, const std::string& now_utc) {
+  auto checked = check_whole(file);
+  if (!checked && checked.error().kind == ErrorKind::refused)
+    return looks_finished(file) ? std::nullopt
+                                : std::optional(left_alone(file, checked.error().what));
+  if (!checked && !is_files_fault(checked.error())) return left_alone(file, checked.error().what);
+  if (!checked) return salvage(file, log, now_utc, checked.error());
+  if (checked->empty || checked->unsound > 0) {
+    checked->database.reset();
+    return checked->empty ? never_began(file, log, now_utc)
+                          : salvage(file, log, now_utc, unsound_error(file, checked->unsound));
   }
+  leave_log_at_close(*checked->database, false);
+  if (checked->finished && kept.empty()) return std::nullopt;
+  try {
+    Recovered found = counted(*checked->database);
+    if (!checked->finished) mark_and_fold(*checked->database, now_utc);
+    found.file = file;
+    if (!kept.empty()) found.aside = kept.string() + "-wal";
+    found.lost_commits = log.lost_commits;
+    found.whole = log.state == LogState::whole && found.missing_documents == 0;
+    found.what = interrupted_sentence(found, log, checked->finished);
+    return found;
+  } catch (const SQLite::Exception& trouble) {
+    return left_alone(file, describe(trouble, file).what);
+  }
+}
+
+std::optional<Recovered> close_in_place(const fs::path& file, const LogReading& log,
+                                        const std::string& now_utc) {
+  fs::path kept;
+  if (log.state == LogState::doubtful) {
+    kept = aside_name(file, "unread", now_utc);
+    if (auto made = copy_part(file.string() + "-wal", kept.string() + "-wal"); !made)
+      return left_alone(file, made.error().what);
+  }
+  const std::string index = content(file.string() + "-shm");
+  auto found = close_checked(file, log, kept, now_utc);
+  const bool all_aside = found && !found->aside.empty() && is_there(found->aside) &&
+                         found->aside != kept.string() + "-wal";
+  if (all_aside && !index.empty()) put_back(index, found->aside.string() + "-shm");
+  if (all_aside && !kept.empty()) remove_parts(kept);  // the log itself is set aside
+  return found;
 }
 
 }  // namespace
 
-std::vector<Recovered> recover(const fs::path& directory, const std::string& now_utc) {
-  std::vector<fs::path> files;
+std::vector<fs::path> interrupted(const fs::path& directory) {
+  std::set<fs::path> files;
   std::error_code trouble;
   for (const auto& entry : fs::directory_iterator(directory, trouble)) {
-    if (entry.path().extension() == ".db") files.push_back(entry.path());
-  }
-  std::ranges::sort(files);
-  std::vector<Recovered> all;
-  for (const auto& file : files) {
-    if (never_began(file)) {
-      remove_with_log(file);
-    } else if (auto found = recover_file(file, now_utc)) {
-      all.push_back(std::move(*found));
+    const fs::path& path = entry.path();
+    if (path.extension() == ".db") files.insert(path);
+    if (path.extension() == ".db-wal" && holds_bytes(path)) {
+      fs::path file = path;
+      files.insert(file.replace_extension(".db"));
     }
+  }
+  std::vector<fs::path> found;
+  for (const auto& file : files) {
+    const bool alone = !holds_bytes(file.string() + "-wal") && !is_there(file.string() + "-shm") &&
+                       !is_there(file.string() + "-journal");
+    if (!alone || !holds_bytes(file) || !looks_finished(file)) found.push_back(file);
+  }
+  return found;
+}
+
+std::optional<Recovered> recover_one(const fs::path& file, const std::string& now_utc) {
+  std::error_code trouble;
+  if (is_there(file) && !fs::is_regular_file(fs::symlink_status(file, trouble)))
+    return left_alone(file, fmt::format("{}: is not a regular file; move it out of the data "
+                                        "directory.",
+                                        file.string()));
+  const LogReading log = read_log(file);
+  if (is_void(file, log)) {
+    remove_parts(file);
+    return std::nullopt;
+  }
+  // SQLite would remove the log of a file without a byte.
+  if (!holds_bytes(file) && (log.bytes > 0 || log.indexed.value_or(0) > 0))
+    return salvage(file, log, now_utc,
+                   Error{ErrorKind::invalid,
+                         fmt::format("{}: {}.", file.string(),
+                                     is_there(file) ? "is empty, and its log is not"
+                                                    : "is gone, and its log is still there")});
+  if (log.state == LogState::damaged)
+    return salvage(
+        file, log, now_utc,
+        Error{ErrorKind::invalid, fmt::format("{}: its log is damaged.", file.string())});
+  return close_in_place(file, log, now_utc);
+}
+
+std::vector<Recovered> recover(const fs::path& directory, const std::string& now_utc) {
+  std::vector<Recovered> all;
+  for (const auto& file : interrupted(directory)) {
+    if (auto found = recover_one(file, now_utc)) all.push_back(std::move(*found));
   }
   return all;
 }

@@ -218,7 +218,7 @@ class OfDatabases(Records):
             database.execute("DELETE FROM cycle")
             for r, cycles in enumerate(runs):
                 for index, accepted, displacement in cycles:
-                    database.execute("INSERT INTO cycle VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                    database.execute("INSERT INTO cycle VALUES (?, ?, ?, ?, ?, ?, ?, ?, NULL)",
                                      (r, index, accepted, known["frequency"], known["amplitude"], pack(displacement),
                                       pack(excitation), 0.01))
         database.close()

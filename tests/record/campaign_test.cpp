@@ -2,6 +2,8 @@
 #include <fstream>
 #include <limits>
 
+#include <SQLiteCpp/SQLiteCpp.h>
+
 #include "record/campaign_database.hpp"
 #include "tests/record/scratch.hpp"
 
@@ -87,6 +89,59 @@ TEST(Campaign, ComesBackAsItWasWritten) {
   EXPECT_EQ(cycles->front().excitation_error, 2.5e-4);
   EXPECT_THAT(*reader->documents(),
               ::testing::ElementsAre(R"({"seq":7,"text":"größer"})", R"({"seq":8})"));
+}
+
+// Samples become a row when a block is full, not before and not later: whatever the pieces in which
+// they came, whole blocks stand in the file and nothing is left over for the commit.
+TEST(Campaign, CutsSamplesIntoBlocksOf4096) {
+  struct Case {
+    std::vector<int> pieces;
+    std::vector<int> rows;
+  };
+  for (const auto& [pieces, rows] : std::vector<Case>{{{4095}, {4095}},
+                                                      {{4096}, {4096}},
+                                                      {{4097}, {4096, 1}},
+                                                      {{4095, 1}, {4096}},
+                                                      {{4095, 2}, {4096, 1}},
+                                                      {{1, 4096}, {4096, 1}},
+                                                      {{3000, 3000, 2192}, {4096, 4096}},
+                                                      {{8192}, {4096, 4096}},
+                                                      {{9000}, {4096, 4096, 808}}}) {
+    const Scratch scratch;
+    auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+    ASSERT_TRUE(writer) << writer.error().what;
+    int from = 0;
+    for (const int piece : pieces) {
+      ASSERT_TRUE(writer->add_samples(0, samples(from, piece)));
+      from += piece;
+    }
+    ASSERT_TRUE(writer->commit());
+    SQLite::Database database(writer->file().string(), SQLite::OPEN_READONLY);
+    SQLite::Statement row(database, "SELECT count, length(data) FROM sample ORDER BY id");
+    std::vector<int> kept;
+    while (row.executeStep()) {
+      kept.push_back(row.getColumn(0).getInt());
+      EXPECT_EQ(row.getColumn(1).getInt(), 18 * kept.back());
+    }
+    EXPECT_EQ(kept, rows) << from;
+    const auto reader = CampaignReader::open(writer->file());
+    ASSERT_TRUE(reader);
+    expect_same(*reader->samples(0), samples(0, from));
+  }
+}
+
+TEST(Campaign, CommitsWithNothingAddedAndTwice) {
+  const Scratch scratch;
+  auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(writer);
+  EXPECT_TRUE(writer->commit());
+  ASSERT_TRUE(writer->add_samples(0, samples(0, 5)));
+  ASSERT_TRUE(writer->add_samples(0, {}));
+  ASSERT_TRUE(writer->commit());
+  ASSERT_TRUE(writer->commit());
+  const auto reader = CampaignReader::open(writer->file());
+  ASSERT_TRUE(reader);
+  expect_same(*reader->samples(0), samples(0, 5));
 }
 
 TEST(Campaign, KeepsSamplesThatAreNotNumbers) {

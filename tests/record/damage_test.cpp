@@ -95,22 +95,23 @@ TEST(Recovery, SetsADamagedFileAsideAndLeavesTheOthersAlone) {
   SQLite::Database(newer.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version=99");
   const auto finished = write_campaign(scratch.path());
   SQLite::Database(finished.string(), SQLite::OPEN_READWRITE)
-      .exec("UPDATE campaign SET status = 'success'");
+      .exec("UPDATE campaign SET status = 'success', finished_utc = '2026-03-01T12:00:30.000Z'");
   std::ofstream(scratch.path() / "began_never.db");
 
   const auto found = recover(scratch.path(), kNow);
-  ASSERT_EQ(found.size(), 2U);
+  ASSERT_EQ(found.size(), 3U);
   for (const auto& one : found) {
-    EXPECT_TRUE(one.damaged);
-    EXPECT_THAT(one.what, HasSubstr("set aside as"));
     EXPECT_TRUE(std::filesystem::exists(one.file)) << one.file;
+    EXPECT_EQ(one.damaged, one.file != newer) << one.what;
+    EXPECT_THAT(one.what, HasSubstr(one.damaged ? "set aside as" : "newer shakerd"));
   }
   EXPECT_FALSE(std::filesystem::exists(damaged));
   EXPECT_FALSE(std::filesystem::exists(text));
   EXPECT_TRUE(std::filesystem::exists(newer));
   EXPECT_FALSE(std::filesystem::exists(scratch.path() / "began_never.db"));
   EXPECT_EQ(CampaignReader::open(finished)->campaign()->status, "success");
-  EXPECT_TRUE(recover(scratch.path(), kNow).empty());  // the second start has nothing to say
+  // The second start has nothing to say but of the newer one.
+  EXPECT_EQ(recover(scratch.path(), kNow).size(), 1U);
 }
 
 TEST(Recovery, OfAnInterruptedCampaignCountsWhatIsThereAndMarksIt) {
@@ -122,6 +123,97 @@ TEST(Recovery, OfAnInterruptedCampaignCountsWhatIsThereAndMarksIt) {
   EXPECT_EQ(found[0].documents, 200);
   EXPECT_THAT(found[0].what, HasSubstr("200 documents"));
   EXPECT_EQ(CampaignReader::open(file)->campaign()->finished_utc, kNow);
+}
+
+// FAULTS: both were removed, or folded in as if they were whole, without a word.
+TEST(Recovery, OfALogThatIsDamagedEarlyOrEmptyRemovesNothing) {
+  for (const bool cut : {false, true}) {
+    const Scratch scratch, left;
+    std::filesystem::path file;
+    {
+      auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+      ASSERT_TRUE(writer) << writer.error().what;
+      for (std::uint64_t i = 1; i <= 49; ++i) {
+        ASSERT_TRUE(writer->add_document(i, std::string(3000, 'd')));
+        ASSERT_TRUE(writer->commit());
+      }
+      file = left.path() / writer->file().filename();
+      for (const char* part : {"", "-wal", "-shm"})
+        std::filesystem::copy_file(writer->file().string() + part, file.string() + part);
+    }
+    const auto log = file.string() + "-wal";
+    if (cut)
+      std::filesystem::resize_file(log, 0);
+    else
+      overwrite(log, 100'000, 1);
+    const auto size = std::filesystem::file_size(log);
+    const auto found = recover(left.path(), kNow);
+    ASSERT_EQ(found.size(), 1U) << cut;
+    EXPECT_TRUE(found[0].damaged);
+    EXPECT_FALSE(found[0].whole);
+    EXPECT_THAT(found[0].what, ::testing::Not(HasSubstr("all whole")));
+    EXPECT_THAT(found[0].what, HasSubstr("commits are lost"));
+    EXPECT_GE(found[0].documents + found[0].lost_commits, 49);
+    EXPECT_EQ(std::filesystem::file_size(found[0].aside.string() + "-wal"), size);
+    EXPECT_TRUE(std::filesystem::exists(found[0].aside));
+  }
+}
+
+// The look is for the start: it changes nothing, however often it is done.
+TEST(Recovery, LooksFirstAndChecksLater) {
+  const Scratch scratch;
+  const auto running = write_campaign(scratch.path());
+  auto ended = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(ended->finish("success", kNow));
+  EXPECT_THAT(interrupted(scratch.path()), ::testing::ElementsAre(running));
+  EXPECT_THAT(interrupted(scratch.path()), ::testing::ElementsAre(running));
+  EXPECT_EQ(CampaignReader::open(running)->campaign()->status, "running");
+  const auto found = recover_one(running, kNow);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->documents, 200);
+  EXPECT_TRUE(interrupted(scratch.path()).empty());
+}
+
+TEST(Recovery, OfAValueThatWasChangedSaysSoAndKeepsTheFile) {
+  const Scratch scratch;
+  const auto file = write_campaign(scratch.path());
+  SQLite::Database(file.string(), SQLite::OPEN_READWRITE)
+      .exec("UPDATE document SET line = 'x' WHERE seq = 77");
+  const auto found = recover(scratch.path(), kNow);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_TRUE(found[0].damaged);
+  EXPECT_EQ(found[0].unsound_rows, 1);
+  EXPECT_EQ(found[0].documents, 199);
+  EXPECT_EQ(found[0].missing_documents, 1);
+  EXPECT_THAT(found[0].what, HasSubstr("1 rows do not fit their checksums"));
+  EXPECT_EQ(CampaignReader::open(file)->documents()->size(), 199U);
+  EXPECT_TRUE(std::filesystem::exists(found[0].aside));
+}
+
+TEST(Writer, NoticesThatAFileOfItsIsGoneOrReplaced) {
+  for (const std::string part : {"", "-wal", "-shm"}) {
+    for (const bool replaced : {false, true}) {
+      const Scratch scratch;
+      auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+      ASSERT_TRUE(writer) << writer.error().what;
+      ASSERT_TRUE(writer->add_document(1, "{}"));
+      ASSERT_TRUE(writer->commit());
+      EXPECT_TRUE(writer->still_there());
+      const std::string path = writer->file().string() + part;
+      std::filesystem::rename(path, path + ".moved");
+      if (replaced) std::filesystem::copy_file(path + ".moved", path);
+      const auto there = writer->still_there();
+      ASSERT_FALSE(there) << path;
+      EXPECT_THAT(there.error().what, HasSubstr(path + ": was removed, moved or replaced"));
+    }
+  }
+}
+
+TEST(Writer, DoesNotMissTheLogOfAnEndedCampaign) {
+  const Scratch scratch;
+  auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(writer->finish("success", kNow));
+  EXPECT_TRUE(writer->still_there());
 }
 
 TEST(Recovery, OfADirectoryThatIsNotThereFindsNothing) {
