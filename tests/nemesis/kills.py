@@ -1,0 +1,170 @@
+#!/usr/bin/python3
+"""kill -9 at random moments: nothing that a client has seen is missing, and the next daemon starts.
+
+Real processes and real files; the rig is the one inside the daemon, with a fast dwell, so that a
+life of the daemon takes some seconds.
+"""
+import argparse
+import contextlib
+import multiprocessing
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import places  # noqa: F401  first: it says where the others are
+import ledger
+from daemon import CAMPAIGN, RIG, Daemon
+from witness import Witness, integrity, missing
+
+FAST = {**CAMPAIGN, "name": "kills", "ramp_s": 0.05,
+        "runs": [{"name": "fast", "frequency_hz": 10.0, "amplitude": 3.0, "cycles": 100000}]}
+COUNTED = ("kills", "acknowledged", "cycles", "estimates", "lost", "wrong")
+
+
+class Lives:
+    """One daemon, killed and started again in one folder; what it left is compared each time."""
+
+    def __init__(self, seed):
+        self.random = random.Random(seed)
+        rig = {**RIG, "limits": {**RIG["limits"], "stale_s": 2.0}}  # several share the machine
+        self.daemon = Daemon(rig)
+        self.counts = dict.fromkeys(COUNTED, 0)
+        self.sentences = []
+
+    def live(self):
+        """A campaign, a kill in it, and the next start, which recovers and is compared."""
+        witness = None
+        try:
+            if not self.daemon.process:
+                self.daemon.start()
+            witness = Witness(self.daemon.socket)
+            witness.start(FAST)
+            if self.random.random() < 0.8:
+                with contextlib.suppress(AssertionError):  # a busy machine: then it is any moment
+                    witness.until(lambda line: line.get("type") == "estimate", 20)
+                time.sleep(1.0 * self.random.random())
+            else:
+                time.sleep(2.5 * self.random.random())
+            self.kill(witness)
+            if self.random.random() < 0.2:
+                self.kill_at_start()
+            self.daemon.start()
+            self.compare(witness)
+        except AssertionError as trouble:
+            self.wrong(str(trouble)[-600:])
+            self.daemon.kill()
+            self.daemon.process = None
+        finally:
+            if witness:
+                witness.close()
+            self.clear()
+
+    def kill(self, witness):
+        self.daemon.kill()
+        self.counts["kills"] += 1
+        end = time.monotonic() + 5
+        while not witness.closed and time.monotonic() < end:
+            time.sleep(0.005)  # what was sent before the kill is still read
+
+    def kill_at_start(self):
+        """While it starts, recovers, or has just done so."""
+        self.daemon.process = subprocess.Popen(self.daemon.command(), stderr=self.daemon.log,
+                                               stdout=self.daemon.log)
+        time.sleep(0.15 * self.random.random())
+        self.daemon.kill()
+        self.counts["kills"] += 1
+
+    def compare(self, witness):
+        acknowledged = witness.acknowledged()
+        files = self.daemon.databases()
+        for kind in ("cycle", "estimate"):
+            found = sum(line["type"] == kind for line, _ in acknowledged)
+            self.counts[kind + "s"] += found
+            self.counts["acknowledged"] += found
+        lost = missing(acknowledged, files)
+        self.counts["lost"] += len(lost)
+        self.sentences += lost[:3]
+        for file in files:
+            if (said := integrity(file)) != "ok":
+                self.wrong(f"{file.name}: {said}")
+
+    def wrong(self, sentence):
+        self.counts["wrong"] += 1
+        self.sentences.append(sentence)
+
+    def clear(self):
+        """What was compared; the daemon that recovered it has let it go."""
+        for file in self.daemon.data.glob("*"):
+            file.unlink()
+
+
+def work(task):
+    seed, lives = task
+    life = Lives(seed)
+    try:
+        for _ in range(lives):
+            life.live()
+    finally:
+        life.daemon.end()
+    return seed, life.counts, life.sentences
+
+
+def run(options):
+    sums, began = dict.fromkeys(COUNTED, 0), time.monotonic()
+    end = began + 60 * options.minutes if options.minutes else float("inf")
+    ignore = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with multiprocessing.get_context("fork").Pool(options.parallel) as workers:
+        signal.signal(signal.SIGINT, ignore)
+        waiting, number = [], options.first
+        try:
+            while waiting or (sums["kills"] < options.count and time.monotonic() < end):
+                while (len(waiting) < options.parallel and sums["kills"] < options.count
+                       and time.monotonic() < end):
+                    waiting.append(workers.apply_async(work, ((f"{options.seed}:{number}", 5),)))
+                    number += 1
+                for done in [w for w in waiting if w.ready()]:
+                    waiting.remove(done)
+                    seed, counts, sentences = done.get()
+                    sums = {key: sums[key] + counts[key] for key in COUNTED}
+                    for sentence in sentences:
+                        print(f"\nlives {seed}: VIOLATED: {sentence}")
+                    show(sums, began)
+                time.sleep(0.05)
+        except KeyboardInterrupt:
+            print("\nended by hand; what was done is counted")
+    return sums, began
+
+
+def progress(sums, began):
+    minutes = (time.monotonic() - began) / 60
+    return (f"{sums['kills']} kills, {sums['acknowledged']} acknowledged ({sums['cycles']} cycles, "
+            f"{sums['estimates']} estimates), {sums['lost']} lost, {sums['wrong']} otherwise wrong, "
+            f"{sums['kills'] / minutes:.0f} kills a minute")
+
+
+def show(sums, began):
+    if sys.stdout.isatty():
+        print(f"\r\033[K{progress(sums, began)}", end="", flush=True)
+
+
+def main():
+    parse = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parse.add_argument("--count", type=int, default=100, help="kills, or a few more")
+    parse.add_argument("--minutes", type=float, help="begin no life after so long")
+    parse.add_argument("--seed", default="1")
+    parse.add_argument("--first", type=int, default=0, help="number of the first five lives")
+    parse.add_argument("--parallel", type=int, default=4, help="daemons at once")
+    parse.add_argument("--keep", action="store_true", help="add the counts to docs/soak")
+    options = parse.parse_args()
+    sums, began = run(options)
+    print("\n" + progress(sums, began))
+    if options.keep:
+        print(ledger.keep("kills", {"seed": options.seed, **sums}))
+    return 1 if sums["lost"] or sums["wrong"] or not sums["kills"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

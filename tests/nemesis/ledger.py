@@ -1,0 +1,66 @@
+#!/usr/bin/python3
+"""docs/soak: what long runs found, one line of JSON a run, so that runs on the same code add up."""
+import datetime
+import json
+import os
+import pathlib
+import subprocess
+
+from places import SOURCE
+
+ROOMS = ("daemon", "drivers", "record")
+FOLDER = SOURCE / "docs" / "soak"
+
+
+def git(*words):
+    return subprocess.run(["git", "-C", str(SOURCE), *words], capture_output=True, text=True,
+                          check=True).stdout.strip()
+
+
+def code():
+    """{room: the id of its tree in HEAD}: the same for the same files, whatever the commit."""
+    return {room: git("rev-parse", f"HEAD:{room}")[:12] for room in ROOMS}
+
+
+def why_not():
+    """Why a run may not be counted for this code; empty when it may."""
+    changed = git("status", "--porcelain", "--", *ROOMS)
+    if changed:
+        return f"files of {', '.join(ROOMS)} are not committed"
+    newest = max(path.stat().st_mtime for room in ROOMS for path in (SOURCE / room).rglob("*.[ch]pp"))
+    if pathlib.Path(os.environ["SHAKERD"]).stat().st_mtime < newest:
+        return "the program is older than its files; build it"
+    return ""
+
+
+def keep(name, counts):
+    """Adds a run to docs/soak/NAME.jsonl; a sentence on what was done."""
+    reason = why_not()
+    if reason:
+        return f"not kept: {reason}"
+    file = FOLDER / f"{name}.jsonl"
+    line = {"day": datetime.date.today().isoformat(), **counts, "code": code()}
+    with open(file, "a", encoding="utf-8") as out:
+        out.write(json.dumps(line) + "\n")
+    runs, total = totals(name)
+    return f"kept in docs/soak/{name}.jsonl: {runs} runs on this code, {total}"
+
+
+def totals(name):
+    """(runs, {count: sum}) of the lines whose code is the present one."""
+    file, present, sums, runs = FOLDER / f"{name}.jsonl", code(), {}, 0
+    for text in file.read_text(encoding="utf-8").splitlines() if file.exists() else []:
+        line = json.loads(text)
+        if line["code"] == present:
+            runs += 1
+            for key, value in line.items():
+                if key != "seed" and isinstance(value, int):
+                    sums[key] = sums.get(key, 0) + value
+    return runs, sums
+
+
+if __name__ == "__main__":
+    for book in sorted(FOLDER.glob("*.jsonl")):
+        count, sums = totals(book.stem)
+        print(f"{book.stem}: {count} runs on the present code: "
+              + (", ".join(f"{value} {key}" for key, value in sums.items()) or "none"))

@@ -1,0 +1,155 @@
+// Makes the disk of one folder, or the wall clock, fail on command (LD_PRELOAD).
+//
+// NEMESIS_ORDER names a file that the test maps too: four 32-bit words and a double, `struct
+// order`. NEMESIS_FOLDER is the folder whose files are meant; calls on other files are never
+// touched.
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/statvfs.h>
+#include <sys/syscall.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+enum { NOTHING, FLUSH_HANGS, MOUNT_HANGS, FLUSH_FAILS, WRITE_FAILS };
+
+struct order {
+  volatile int32_t mode;
+  volatile int32_t code;    // errno of a call that fails
+  volatile int32_t left;    // so many calls fail yet; -1: all
+  volatile int32_t hits;    // calls that were touched
+  volatile double clock_s;  // by which the wall clock is off
+};
+
+static struct order none;
+static struct order* order = &none;
+static char folder[4096];
+
+__attribute__((constructor)) static void begin(void) {
+  const char* file = getenv("NEMESIS_ORDER");
+  const char* where = getenv("NEMESIS_FOLDER");
+  if (!file || !where) return;
+  snprintf(folder, sizeof folder, "%s", where);
+  const int fd = open(file, O_RDWR | O_CLOEXEC);
+  if (fd < 0) return;
+  void* shared = mmap(NULL, sizeof *order, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+  close(fd);
+  if (shared != MAP_FAILED) order = shared;
+}
+
+static int below(const char* path) {
+  return folder[0] && strncmp(path, folder, strlen(folder)) == 0;
+}
+static int ours(int fd) {
+  char link[64], path[4096];
+  snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+  const ssize_t length = readlink(link, path, sizeof path - 1);
+  if (length < 0) return 0;
+  path[length] = 0;
+  return below(path);
+}
+static void hang(void) {
+  const int mode = order->mode;
+  __sync_fetch_and_add(&order->hits, 1);
+  while (order->mode == mode)
+    usleep(5000);
+}
+// 1: the call fails with errno set.
+static int fails(void) {
+  if (order->left == 0) return 0;
+  if (order->left > 0) __sync_fetch_and_sub(&order->left, 1);
+  __sync_fetch_and_add(&order->hits, 1);
+  errno = order->code;
+  return 1;
+}
+static int touch_flush(int fd) {
+  if (order->mode == NOTHING || !ours(fd)) return 0;
+  if (order->mode == FLUSH_HANGS || order->mode == MOUNT_HANGS) hang();
+  return order->mode == FLUSH_FAILS && fails();
+}
+static int touch_write(int fd) {
+  if (order->mode == NOTHING || !ours(fd)) return 0;
+  if (order->mode == MOUNT_HANGS) hang();
+  return order->mode == WRITE_FAILS && fails();
+}
+static void touch_path(const char* path) {
+  if (order->mode == MOUNT_HANGS && path && below(path)) hang();
+}
+
+#define NEXT(name)               \
+  static __typeof__(&name) next; \
+  if (!next) next = (__typeof__(&name))dlsym(RTLD_NEXT, #name)
+
+int fsync(int fd) {
+  NEXT(fsync);
+  return touch_flush(fd) ? -1 : next(fd);
+}
+int fdatasync(int fd) {
+  NEXT(fdatasync);
+  return touch_flush(fd) ? -1 : next(fd);
+}
+ssize_t write(int fd, const void* data, size_t size) {
+  NEXT(write);
+  return touch_write(fd) ? -1 : next(fd, data, size);
+}
+ssize_t pwrite(int fd, const void* data, size_t size, off_t at) {
+  NEXT(pwrite);
+  return touch_write(fd) ? -1 : next(fd, data, size, at);
+}
+ssize_t pwrite64(int fd, const void* data, size_t size, off64_t at) {
+  NEXT(pwrite64);
+  return touch_write(fd) ? -1 : next(fd, data, size, at);
+}
+int ftruncate(int fd, off_t size) {
+  NEXT(ftruncate);
+  return touch_write(fd) ? -1 : next(fd, size);
+}
+int ftruncate64(int fd, off64_t size) {
+  NEXT(ftruncate64);
+  return touch_write(fd) ? -1 : next(fd, size);
+}
+int statvfs(const char* path, struct statvfs* out) {
+  NEXT(statvfs);
+  touch_path(path);
+  return next(path, out);
+}
+int statvfs64(const char* path, struct statvfs64* out) {
+  NEXT(statvfs64);
+  touch_path(path);
+  return next(path, out);
+}
+int open(const char* path, int flags, ...) {
+  NEXT(open);
+  va_list rest;
+  va_start(rest, flags);
+  const mode_t mode = va_arg(rest, mode_t);
+  va_end(rest);
+  touch_path(path);
+  return next(path, flags, mode);
+}
+int open64(const char* path, int flags, ...) {
+  NEXT(open64);
+  va_list rest;
+  va_start(rest, flags);
+  const mode_t mode = va_arg(rest, mode_t);
+  va_end(rest);
+  touch_path(path);
+  return next(path, flags, mode);
+}
+
+int clock_gettime(clockid_t which, struct timespec* out) {
+  NEXT(clock_gettime);
+  const int result = next(which, out);
+  const double off = order->clock_s;
+  if (result == 0 && which == CLOCK_REALTIME && off != 0.0) out->tv_sec += (time_t)off;
+  return result;
+}

@@ -1,0 +1,45 @@
+"""The daemon's disk and wall clock, which fail on command: shim.c, compiled once, and its orders."""
+import errno
+import mmap
+import pathlib
+import struct
+import subprocess
+import tempfile
+
+NOTHING, FLUSH_HANGS, MOUNT_HANGS, FLUSH_FAILS, WRITE_FAILS = range(5)
+CODES = {"EIO": errno.EIO, "ENOSPC": errno.ENOSPC, "EROFS": errno.EROFS, "EDQUOT": errno.EDQUOT}
+
+
+def compiled(folder=None):
+    """The shared library, built next to nothing else; its folder is the caller's to remove."""
+    library = pathlib.Path(folder or tempfile.mkdtemp(prefix="nemesis.")) / "shim.so"
+    source = pathlib.Path(__file__).with_name("shim.c")
+    subprocess.run(["gcc", "-O1", "-fPIC", "-shared", "-o", library, source, "-ldl"], check=True)
+    return library
+
+
+class Shim:
+    def __init__(self, library, folder, data):
+        self.file = folder / "order"
+        self.file.write_bytes(bytes(24))
+        with open(self.file, "r+b") as file:
+            self.map = mmap.mmap(file.fileno(), 24)
+        self.environment = [f"LD_PRELOAD={library}", f"NEMESIS_ORDER={self.file}",
+                            f"NEMESIS_FOLDER={data}", "ASAN_OPTIONS=verify_asan_link_order=0"]
+
+    def order(self, mode, code=0, left=-1):
+        self.map[4:16] = struct.pack("=iii", code, left, 0)
+        self.map[0:4] = struct.pack("=i", mode)
+
+    def set_clock_off(self, seconds):
+        self.map[16:24] = struct.pack("=d", seconds)
+
+    @property
+    def hits(self):
+        return struct.unpack("=i", self.map[12:16])[0]
+
+    def lift(self):
+        self.order(NOTHING)
+
+    def close(self):
+        self.map.close()

@@ -1,0 +1,210 @@
+"""Every fault, what it must lead to, within what time, and why that time. One row each."""
+from dataclasses import dataclass, field
+from typing import Any, Callable
+
+import acts
+import crowd
+import lies_drive as drive
+import lies_sensor as sensor
+import lies_wire as wire
+import modbus_wire as modbus
+import shim
+from stand import ANSWER_S, DEADMAN_S, FREQUENCY_HZ, RAMP_S, STALE_S
+
+# What a fault must lead to.
+STOPS = "stops"  # the table is at rest within the bound, and stays so
+GOES_ON = "goes on"  # the campaign does not notice, and a stop is heard as ever
+ANY = "any"  # either, cleanly
+REFUSED = "refused"  # nothing ever moves
+STILL_MOVES = "still moves"  # nothing in software stops it: an alarm says so, again and again
+
+# What does not hold yet (issue 17).
+TWICE = "the ramp that could not be confirmed is a second error alarm"
+EACH_CHANNEL = "in CHECK each silent channel is an error alarm of its own"
+LATE = "it is seen late while the motion grows"
+
+# What bounds are made of, s.
+ORDER = 0.3  # a turn of the exciter's thread, an exchange, a turn of the table's controller
+DEAD = DEADMAN_S + 0.1  # the drive's own dead-man
+DOWN = RAMP_S + ORDER  # from the decision to rest
+SEEN = (3 + 2) / FREQUENCY_HZ  # three cycles; the one that was under way, and the one that is awaited
+LEASE = 2.0
+DISK = 2.0  # a call that has not come back is a failure from then on
+CONFIRM = 2.0  # a drive that still says after a ramp that it moves is stopped at once
+WATCHED = {"engine": 0.2, "acquisition": 0.5, "recorder": 2.0}  # a thread that is overdue
+
+
+@dataclass(frozen=True)
+class Fault:
+    name: str
+    effect: str
+    bound_s: float
+    why: str  # this bound
+    begin: Callable[[Any], Callable[[], None]]
+    moment: str = "motion"  # before the "daemon", the "campaign"; in a "ramp"; while it may "measure"
+    by_cycles: bool = False  # only whole cycles show it: the bound counts from SETTLE on
+    silent: bool = False  # no error alarm is owed: someone asked, or nobody is there to raise it
+    alone: bool = False  # needs a stand of its own, or makes other faults' bounds meaningless
+    stand: dict = field(default_factory=dict)
+    open: str = ""  # what does not hold yet; the short form leaves it out
+
+
+def over_the_wire():
+    """The same on the exciter's wire and on the sensor's."""
+    kinds = {
+        "black_hole": lambda s: wire.BlackHole(), "late": lambda s: wire.Late(ANSWER_S + 0.1),
+        "wrong_transaction": lambda s: wire.WrongTransaction(), "wrong_unit": lambda s: wire.WrongUnit(),
+        "garbage": lambda s: wire.Garbage(s.seed), "short_frames": lambda s: wire.ShortFrames(),
+        **{f"exception_{code}": lambda s, code=code: wire.Exceptions(code) for code in (4, 5, 6)}}
+    for kind, rule in kinds.items():
+        yield Fault(f"exciter_{kind}", STOPS, ANSWER_S + DEAD, "no beat gets through: the dead-man",
+                    acts.on("exciter", rule), open=TWICE)
+        yield Fault(f"sensor_{kind}", STOPS, STALE_S + ANSWER_S + DOWN, "stale, then a ramp",
+                    acts.on("sensor", rule), open=EACH_CHANNEL)
+
+
+def threads():
+    for name, bound in WATCHED.items():
+        yield Fault(f"thread_{name}", STOPS, bound + 1.0, "overdue: stopped within 1 s",
+                    acts.thread_frozen(name), silent=name == "engine")
+
+
+WIRES = [
+    *over_the_wire(),
+    Fault("exciter_reset", STOPS, ANSWER_S + DEAD + DOWN, "connected again and ramped down, or the dead-man",
+          acts.reset("exciter"), open=TWICE),
+    Fault("sensor_reset", ANY, 0, "a new connection may be quick enough", acts.reset("sensor")),
+    Fault("exciter_one_lost", ANY, 0, "one answer more or less", acts.on("exciter", lambda s: wire.OneLost())),
+    Fault("sensor_one_lost", ANY, 0, "one answer more or less", acts.on("sensor", lambda s: wire.OneLost())),
+    Fault("rig_stopped", STOPS, 1.0 + DEAD + ORDER, "stands still for 1 s; then its dead-man",
+          acts.rig_stands_still, alone=True, open=TWICE),
+    Fault("rig_killed", STOPS, ORDER, "the table is gone", acts.rig_dies, alone=True, open=TWICE),
+]
+
+DRIVE = [
+    Fault("drive_trips", STOPS, ORDER, "the drive stops by itself", acts.rig_fault(modbus.EXCITER_TRIP)),
+    Fault("drive_deaf", STOPS, SEEN + DOWN, "it stands still, and says that it runs: the accelerometer",
+          acts.rig_fault(modbus.EXCITER_DEAF), by_cycles=True),
+    Fault("stop_refused", STOPS, DOWN + CONFIRM + DEAD, "no confirmed ramp, no beat: the dead-man",
+          acts.stop_with(drive.RefusesStop), alone=True),
+    Fault("stop_ignored", STOPS, DOWN + CONFIRM + DEAD, "no confirmed ramp, no beat: the dead-man",
+          acts.stop_with(lambda: drive.IgnoresStop(lies=False)), alone=True),
+    Fault("stop_denied", STOPS, DOWN + CONFIRM + DEAD, "the accelerometer confirms no rest: the dead-man",
+          acts.stop_with(lambda: drive.IgnoresStop(lies=True)), alone=True),
+    Fault("stop_refused_no_dead_man", STILL_MOVES, DOWN + CONFIRM + ORDER, "after the last order failed",
+          acts.stop_with(drive.RefusesStop, dead_man_works=False),
+          moment="measure", alone=True),
+    Fault("stop_ignored_no_dead_man", STILL_MOVES, DOWN + CONFIRM + ORDER, "after the last order failed",
+          acts.stop_with(lambda: drive.IgnoresStop(lies=False), dead_man_works=False),
+          moment="measure", alone=True),
+    Fault("stop_denied_no_dead_man", STILL_MOVES, DOWN + CONFIRM + 0.5 + ORDER,
+          "the accelerometer shows it in 0.5 s",
+          acts.stop_with(lambda: drive.IgnoresStop(lies=True), dead_man_works=False),
+          moment="measure", alone=True),
+    Fault("amplitude_doubled", STOPS, SEEN + DOWN, "the accelerometer shows it",
+          acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=True), **acts.doubles), by_cycles=True),
+    Fault("frequency_changed", STOPS, SEEN + DOWN, "the accelerometer shows it",
+          acts.moves_otherwise(lambda: drive.other_frequency(hides=True), **acts.hurries), by_cycles=True),
+    Fault("amplitude_doubled_unmeasured", STOPS, SEEN + DOWN, "the drive itself says so",
+          acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=False), **acts.doubles),
+          alone=True, stand={"measured": False}, by_cycles=True),
+    Fault("frequency_changed_unmeasured", STOPS, SEEN + DOWN, "the drive itself says so",
+          acts.moves_otherwise(lambda: drive.other_frequency(hides=False), **acts.hurries),
+          alone=True, stand={"measured": False}, by_cycles=True),
+    Fault("dead_man_off", REFUSED, 0, "the self check asks for one", lambda s: acts.nothing,
+          moment="campaign", alone=True, stand={"dead_man_s": 0}),
+    Fault("dead_man_60_s", REFUSED, 0, "the self check asks for a short one", lambda s: acts.nothing,
+          moment="campaign", alone=True, stand={"dead_man_s": 60}),
+]
+
+
+def said(stroke=None, excitation=None):
+    """The sensor's values go through these; each is made anew for a stand."""
+    return acts.on("sensor", lambda s: sensor.Sensor(stroke and stroke(s), excitation and excitation(s)))
+
+
+SENSOR = [
+    Fault("stroke_frozen", STOPS, STALE_S + DOWN, "as long as stale_s",
+          said(lambda s: sensor.Frozen()), open=LATE),
+    Fault("stroke_nan", STOPS, STALE_S + DOWN, "no good value: stale", said(lambda s: sensor.not_a_number)),
+    Fault("stroke_offset", STOPS, SEEN + DOWN, "beyond the limit, or a jump",
+          said(lambda s: lambda u: u + 0.03), by_cycles=True),
+    Fault("stroke_huge", STOPS, SEEN + DOWN, "beyond the limit",
+          said(lambda s: lambda u: 3e38), by_cycles=True),
+    Fault("stroke_negative", STOPS, SEEN + DOWN, "beyond the limit",
+          said(lambda s: lambda u: -u), by_cycles=True),
+    Fault("stroke_inverted", STOPS, SEEN + DOWN, "the response has changed its sign",
+          said(lambda s: sensor.ScaledAboutItsMiddle(-1.0)), by_cycles=True, moment="measure"),
+    Fault("stroke_negative_from_start", REFUSED, 0, "beyond the limit at rest",
+          said(lambda s: lambda u: -u), moment="campaign", alone=True),
+    Fault("stroke_halved", STOPS, SEEN + DOWN, "the response has halved",
+          said(lambda s: sensor.ScaledAboutItsMiddle(0.5)), by_cycles=True, moment="measure"),
+    Fault("stroke_stuck_noisy", STOPS, SEEN + DOWN, "the response has gone",
+          said(lambda s: sensor.StuckButNoisy(s.seed)), by_cycles=True, moment="measure"),
+    Fault("stroke_spikes", STOPS, SEEN + DOWN, "one in each cycle is no single wild sample",
+          said(lambda s: sensor.SpikeEachCycle(1 / FREQUENCY_HZ)), by_cycles=True, open="it is not noticed"),
+    Fault("stroke_frozen_in_ramp", STOPS, STALE_S + 3.0 + DOWN, "stale, then the long ramp back",
+          said(lambda s: sensor.Frozen()), moment="ramp", alone=True, stand={"ramp_s": 3.0},
+          open=LATE),
+    Fault("excitation_nan", STOPS, STALE_S + DOWN, "no good value: stale",
+          said(excitation=lambda s: sensor.not_a_number)),
+    Fault("excitation_frozen", STOPS, SEEN + DOWN, "the table seems to rest",
+          said(excitation=lambda s: sensor.Frozen()), by_cycles=True),
+    Fault("block_repeated", STOPS, STALE_S + DOWN, "nothing new: stale",
+          acts.on("sensor", lambda s: sensor.RepeatedBlock())),
+]
+
+PROCESS = [
+    *threads(),
+    Fault("thread_exciter", STOPS, DEAD, "no beat: the dead-man", acts.thread_frozen("exciter")),
+    Fault("thread_estimator", ANY, 0, "it moves nothing", acts.thread_frozen("estimator")),
+    Fault("thread_log", GOES_ON, 0, "nobody waits for the log", acts.thread_frozen("shakerd")),
+    Fault("thread_main", STOPS, LEASE + DOWN + 0.5, "no stop is heard: the lease runs out",
+          acts.thread_frozen("main"), silent=True),
+    Fault("killed", STOPS, DEAD, "no beat: the dead-man", acts.killed, silent=True),
+    Fault("stopped_0_3_s", ANY, 0, "shorter than the dead-man", acts.stands_still(0.3)),
+    Fault("stopped_1_s", STOPS, DEAD, "no beat: the dead-man", acts.stands_still(1.0)),
+    Fault("stopped_4_s", STOPS, DEAD, "no beat: the dead-man", acts.stands_still(4.0)),
+    Fault("sigterm", STOPS, DOWN, "ramps down and leaves", acts.ended_by(15), silent=True),
+    Fault("sigint", STOPS, DOWN, "ramps down and leaves", acts.ended_by(2), silent=True),
+    Fault("second_daemon", GOES_ON, 0, "it is refused the rig", acts.second_daemon,
+          open="of the same root user it makes the first one end"),
+    *(Fault(f"clock_{name}", GOES_ON, 0, "nothing is timed by it", acts.clock_off(seconds))
+      for name, seconds in {"day_on": 86400.0, "day_back": -86400.0, "year_back": -400 * 86400.0,
+                            "years_on": 30 * 365.25 * 86400.0}.items()),
+]
+
+DISK_FAULTS = [
+    Fault("flush_hangs", STOPS, DISK + DOWN, "as long as a call may take", acts.disk(shim.FLUSH_HANGS)),
+    Fault("mount_hangs", STOPS, DISK + DOWN, "as long as a call may take", acts.disk(shim.MOUNT_HANGS)),
+    *(Fault(f"{call}_{code}{'_once' if left > 0 else ''}", STOPS, DISK + DOWN, "the next call",
+            acts.disk_error(mode, code, left))
+      for call, mode in (("flush", shim.FLUSH_FAILS), ("write", shim.WRITE_FAILS))
+      for code, left in (("EIO", -1), ("EIO", 1), ("ENOSPC", -1), ("EDQUOT", -1), ("EROFS", -1))),
+    Fault("disk_full_at_start", REFUSED, 0, "nothing is measured that cannot be kept",
+          acts.disk_error(shim.WRITE_FAILS, "ENOSPC"), moment="campaign", alone=True),
+    Fault("database_deleted", STOPS, DISK + DOWN, "looked at each second", acts.database_deleted, alone=True,
+          open="it is not noticed"),
+    *(Fault(f"log_{name}", STOPS, DEAD, "killed: the dead-man", acts.log_damaged(damage), silent=True,
+            alone=True)
+      for name, damage in (("bit_flipped", acts.flipped), ("cut", acts.cut), ("zeroed", acts.zeroed))),
+    Fault("strange_files", GOES_ON, 0, "they are not the daemon's", acts.strange_files, moment="daemon"),
+]
+
+CLIENTS = [
+    Fault("clients_200", GOES_ON, 0, "places are kept for a stop", acts.crowd_of(acts.unix, 200)),
+    Fault("listeners_20", GOES_ON, 0, "places are kept for a stop", acts.crowd_of(acts.tcp, 20)),
+    Fault("half_open", GOES_ON, 0, "a line that never ends", lambda s: crowd.half_open(s.daemon.socket)),
+    Fault("rubbish", GOES_ON, 0, "each has its error code", acts.mob("rubbish", "unix", 4)),
+    Fault("never_read", GOES_ON, 0, "told, and dropped", acts.mob("never_reads", "unix", 8)),
+    Fault("flood", GOES_ON, 0, "served, not obeyed", acts.mob("floods", "unix", 8)),
+    Fault("flood_by_listeners", GOES_ON, 0, "served, not obeyed", acts.mob("floods", "tcp", 8)),
+    Fault("listener_stops", GOES_ON, 0, "who listens may not command", acts.estop_by_tcp),
+    Fault("flipped_file", GOES_ON, 0, "no file is waited for", acts.flipped_file),
+    Fault("awkward_file", GOES_ON, 0, "no file is read at the engine's cost", acts.awkward_file),
+    Fault("operator_gone", STOPS, DOWN, "nobody is in control", acts.operator_goes, silent=True),
+    Fault("lease_lost", STOPS, LEASE + DOWN, "the lease runs out", acts.operator_is_silent, silent=True),
+]
+
+TABLE = {fault.name: fault for fault in
+         (*WIRES, *DRIVE, *SENSOR, *PROCESS, *DISK_FAULTS, *CLIENTS)}
