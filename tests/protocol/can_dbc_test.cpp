@@ -49,6 +49,35 @@ TEST(Dbc, ReadsAFileWithCrlfLatin1CommentsAndSectionsItDoesNotKnow) {
   EXPECT_FALSE(db.find("wide")->cycle_time_s) << "the default of 0 ms says nothing";
 }
 
+// The boundaries of RFC 3629, table of section 4. What is no UTF-8 is Latin-1.
+TEST(Dbc, TellsUtf8FromLatin1) {
+  const auto unit = [](const std::string& bytes) {
+    const auto parsed =
+        parse_dbc("BO_ 1 m: 8 X\n SG_ s : 0|8@1+ (1,0) [0|0] \"" + bytes + "\" X\n", "x.dbc");
+    EXPECT_TRUE(parsed.ok()) << parsed.error().what;
+    return parsed.ok() ? parsed->find("m")->find("s")->unit : "refused";
+  };
+  for (const std::string utf8 :
+       {"\x7E", "\xC2\x80", "\xDF\xBF", "\xE0\xA0\x80", "\xE0\xBF\xBF", "\xE1\x80\x80",
+        "\xEC\xBF\xBF", "\xED\x80\x80", "\xED\x9F\xBF", "\xEE\x80\x80", "\xEF\xBF\xBF",
+        "\xF0\x90\x80\x80", "\xF0\xBF\xBF\xBF", "\xF1\x80\x80\x80", "\xF3\xBF\xBF\xBF",
+        "\xF4\x80\x80\x80", "\xF4\x8F\xBF\xBF"}) {
+    EXPECT_EQ(unit(utf8), utf8);
+  }
+  for (const std::string latin1 :
+       {"\x80", "\xBF", "\xC0\x80", "\xC1\xBF", "\xC2", "\xC2\x7F", "\xC2\xC0", "\xDF\x41",
+        "\xE0\x9F\xBF", "\xE0\xA0", "\xE1\x80", "\xE1\x80\x41", "\xED\xA0\x80", "\xF0\x8F\xBF\xBF",
+        "\xF0\x90\x80", "\xF1\x80\x80\x41", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFF"}) {
+    std::string expected;
+    for (const char c : latin1) {
+      const auto byte = static_cast<unsigned char>(c);
+      if (byte >= 0x80) expected += byte >= 0xC0 ? '\xC3' : '\xC2';
+      expected += byte >= 0xC0 ? static_cast<char>(byte - 0x40) : c;
+    }
+    EXPECT_EQ(unit(latin1), expected);
+  }
+}
+
 TEST(Dbc, TellsExtendedFromStandardIdentifiers) {
   const Database db = rig();
   const Message* cell = db.find("load_cell");
