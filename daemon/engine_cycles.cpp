@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kSteadyChange = 3.0;  // from cycle to cycle, times the noise: a campaign's default
 constexpr int kWrongInARow = 2;
+constexpr int kWildInARow = 2;
 
 }  // namespace
 
@@ -70,6 +71,16 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
   } else {
     gate.interrupt();
     verdict.why = cycle.why;
+  }
+  // One wild sample is nobody's fault; one in each of two cycles is.
+  spiked_cycles = spiked ? spiked_cycles + 1 : 0;
+  if (spiked_cycles >= kWildInARow) {
+    detectors.report(
+        Detector::stroke_limit,
+        {.tripped = true,
+         .value = cycle.stroke_max > rig.limits.stroke_max_m ? cycle.stroke_max : cycle.stroke_min,
+         .limit = rig.limits.stroke_max_m});
+    watch_levels();
   }
   watch_cycle(cycle);
   if (!cutting()) return reject(cycle, verdict, reason);

@@ -219,6 +219,7 @@ struct Engine::Impl {
   bool proved = false;  // of this campaign: signs and response
   bool polarity_known = false;
   int wrong_polarity = 0;  // steady cycles in a row that show it
+  int spiked_cycles = 0;   // in a row, with a stroke beyond its limits for a moment
   Nanoseconds step_began{};
   int gentle_cycles = 0;
   After after_ramp_down = After::idle;

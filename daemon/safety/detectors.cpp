@@ -11,7 +11,8 @@ namespace {
 using config::Limits;
 
 constexpr std::array<DetectorRow, kDetectorCount> kTable{{
-    {Detector::stroke_limit, "stroke_limit", "two samples in a row lie outside",
+    {Detector::stroke_limit, "stroke_limit",
+     "two samples in a row lie outside, or one in each of two cycles in a row",
      "stroke_min_m, stroke_max_m", &Limits::stroke_action},
     {Detector::stroke_rate, "stroke_rate",
      "the stroke is faster over 5 ms, twice in a row in one direction", "stroke_rate_max_m_s",

@@ -183,8 +183,20 @@ TEST(EngineDistrust, LetsADamperChangeSlowly) {
   EXPECT_EQ(bench.outlet.alarms("response_change"), 0);
 }
 
+TEST(EngineDistrust, StopsWhereTheStrokeLeavesItsLimitsOnceInEachCycle) {
+  auto rig = bench_rig();
+  rig.limits.response_change_action = config::Action::none;  // it would see such spikes as well
+  EngineBench bench(rig);
+  ASSERT_TRUE(bench.measuring());
+  bench.spike_m = 1.0;
+  EXPECT_LT(leaves_measure(bench), 4.0 * kPeriodS);
+  EXPECT_EQ(bench.outlet.alarms("stroke_limit"), 1);
+}
+
 TEST(EngineDistrust, AcceptsNoCycleWithASpikeBeyondTheLimits) {
-  EngineBench bench;
+  auto rig = bench_rig();
+  rig.limits.stroke_action = config::Action::none;
+  EngineBench bench(rig);
   ASSERT_TRUE(bench.measuring());
   bench.run(1.0);
   bench.spike_m = 1.0;

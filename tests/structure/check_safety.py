@@ -1,0 +1,42 @@
+"""docs/safety.md names tests that exist, and bounds that are the rig file's defaults."""
+import pathlib
+import re
+import sys
+
+root = pathlib.Path(sys.argv[1])
+text = (root / "docs" / "safety.md").read_text()
+sources = {path: path.read_text() for path in (root / "tests").rglob("*.cpp")}
+gtests = {f"{suite}.{name}" for body in sources.values()
+          for suite, name in re.findall(r"TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)", body)}
+system = {f"system.{path.stem.removesuffix('_test')}.{name}"
+          for path in (root / "tests" / "system").glob("*_test.py")
+          for name in re.findall(r"def test_(\w+)", path.read_text())}
+nemesis = (root / "tests" / "nemesis" / "table.py").read_text()
+
+
+def exists(test):
+    if test.startswith("nemesis:"):
+        name = test.removeprefix("nemesis:")
+        # Some rows are made for each of several threads or calls: "thread_{name}".
+        stem = name.split("_")[0] + "_{"
+        last = name.split("_")[-1]
+        return f'"{name}"' in nemesis or (f'f"{stem}' in nemesis and f'"{last}"' in nemesis)
+    return test in gtests or test in system
+
+
+table = text.split("## Hazards")[1].split("\n## ")[0]
+rows = [line for line in table.splitlines() if line.startswith("| ")][1:]  # without the header
+wrong = [] if len(rows) > 20 else ["the table of hazards has gone"]
+for row in rows:
+    cells = [cell.strip() for cell in row.strip("|").split("|")]
+    tests = re.findall(r"`([^`]+)`", cells[-1])
+    if not tests:
+        wrong.append(f"no test: {cells[0]}")
+    wrong += [f"there is no test {test} ({cells[0]})" for test in tests if not exists(test)]
+
+header = (root / "config" / "rig.hpp").read_text()
+for key, value in re.findall(r"`(\w+_s)`, ([\d.]+) s", text):
+    if not re.search(rf"\b{key} = {float(value)}\b", header):
+        wrong.append(f"{key} is not {value} s in config/rig.hpp")
+print("\n".join(wrong) or f"{len(rows)} hazards, each with tests that exist")
+sys.exit(1 if wrong else 0)
