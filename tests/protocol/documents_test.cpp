@@ -74,6 +74,72 @@ TEST(DocumentLine, ReplacesTextThatIsNotUtf8AndDoesNotCutACharacter) {
   EXPECT_THAT(text, ::testing::EndsWith("\xe2\x82\xac..."));
 }
 
+// 32 alternatives and 64 channels are given, and how many more there were.
+TEST(DocumentLine, GivesSoManyEntriesOfAListAndCountsTheRest) {
+  AlarmDocument alarm;
+  for (const std::size_t count : {1, 32, 33, 40}) {
+    alarm.alternatives.assign(count, "theta1");
+    alarm.alternatives.front() = "first";
+    const json d = parsed(alarm);
+    EXPECT_EQ(d["alternatives"].size(), std::min<std::size_t>(count, 32)) << count;
+    EXPECT_EQ(d["alternatives"][0], "first");
+    if (count <= 32) {
+      EXPECT_FALSE(d.contains("omitted")) << count;
+    } else {
+      EXPECT_EQ(d["omitted"], json::array({{{"pointer", "/alternatives/32"},
+                                            {"reason", std::to_string(count - 32) + " more"}}}));
+    }
+  }
+  HealthDocument health;
+  health.channels.resize(64);
+  EXPECT_EQ(parsed(health)["channels"].size(), 64u);
+  EXPECT_EQ(parsed(health).value("omitted", json::array()).dump().find("more"), std::string::npos);
+  health.channels.resize(65);
+  EXPECT_EQ(parsed(health)["channels"].size(), 64u);
+  EXPECT_THAT(parsed(health)["omitted"].dump(), HasSubstr("1 more"));
+}
+
+TEST(DocumentLine, KeepsANameOfItsLargestLength) {
+  AlarmDocument alarm;
+  alarm.code = std::string(96, 'c');
+  alarm.text = std::string(1024, 't');
+  EXPECT_EQ(parsed(alarm)["code"], alarm.code);
+  EXPECT_EQ(parsed(alarm)["text"], alarm.text);
+  alarm.code += 'x';
+  EXPECT_EQ(parsed(alarm)["code"], std::string(93, 'c') + "...");
+}
+
+TEST(DocumentLine, CarriesEveryMemberOfAnAlarm) {
+  AlarmDocument alarm;
+  alarm.severity = "error";
+  alarm.code = "frozen_sensor";
+  alarm.cause = "sensor_link";
+  alarm.action = "ramp_down";
+  alarm.channel = "displacement";
+  alarm.value = 0.5;
+  alarm.limit = 0.25;
+  alarm.parameter = "theta1";
+  alarm.run = "slow";
+  alarm.cycle = 7;
+  alarm.standard_error = 0.125;
+  alarm.alone = true;
+  const json d = parsed(alarm);
+  const json expected = {{"severity", "error"},
+                         {"code", "frozen_sensor"},
+                         {"cause", "sensor_link"},
+                         {"action", "ramp_down"},
+                         {"channel", "displacement"},
+                         {"value", 0.5},
+                         {"limit", 0.25},
+                         {"parameter", "theta1"},
+                         {"run", "slow"},
+                         {"cycle", 7},
+                         {"standard_error", 0.125},
+                         {"alone", true}};
+  for (const auto& [key, value] : expected.items())
+    EXPECT_EQ(d[key], value) << key;
+}
+
 TEST(DocumentLine, LeavesOutWhatThereIsNone) {
   const json d = parsed(StateDocument{});
   EXPECT_FALSE(d.contains("campaign"));
