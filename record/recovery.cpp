@@ -160,18 +160,21 @@ std::optional<Recovered> close_checked(const fs::path& file, const LogReading& l
   }
   leave_log_at_close(*checked->database, false);
   if (checked->finished && kept.empty()) return std::nullopt;
+  Recovered found;
   try {
-    Recovered found = counted(*checked->database);
-    if (!checked->finished) mark_and_fold(*checked->database, now_utc);
+    found = counted(*checked->database);
     found.file = file;
-    if (!kept.empty()) found.aside = kept.string() + "-wal";
-    found.lost_commits = log.lost_commits;
-    found.whole = log.state == LogState::whole && found.missing_documents == 0;
-    found.what = interrupted_sentence(found, log, checked->finished);
-    return found;
+    if (!checked->finished) mark_and_fold(*checked->database, now_utc);
   } catch (const SQLite::Exception& trouble) {
-    return left_alone(file, describe(trouble, file).what);
+    found.file = file;
+    found.what = describe(trouble, file).what;
+    return found;
   }
+  if (!kept.empty()) found.aside = kept.string() + "-wal";
+  found.lost_commits = log.lost_commits;
+  found.whole = log.state == LogState::whole && found.missing_documents == 0;
+  found.what = interrupted_sentence(found, log, checked->finished);
+  return found;
 }
 
 std::optional<Recovered> close_in_place(const fs::path& file, const LogReading& log,

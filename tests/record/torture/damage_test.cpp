@@ -104,7 +104,7 @@ TEST(DamagedLog, EveryByteOfItsHeader) {
 
 TEST(DamagedLog, CutAtEveryFrameAndAboutIt) {
   Tally tally;
-  const int commits = effort().count > 0 ? 40 : 8;
+  const int commits = effort().count > 0 ? 40 : 5;
   for (const int folded : {0, commits / 2}) {
     const Remains remains = left_behind(commits, folded);
     const std::size_t size = remains.at("-wal").size();

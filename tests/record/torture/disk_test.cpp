@@ -141,9 +141,10 @@ void expect_kept(const std::filesystem::path& directory, const Written& written,
 
 TEST(FailingDisk, EveryCallOnceAndForGood) {
   FaultyDisk& disk = FaultyDisk::install();
-  const int commits = effort().count > 0 ? 30 : 4;
+  const int commits = effort().count > 0 ? 30 : 3;
   for (const bool for_good : {false, true}) {
     for (const int code : {SQLITE_IOERR_WRITE, SQLITE_FULL}) {
+      if (effort().count == 0 && for_good == (code == SQLITE_FULL)) continue;
       std::int64_t n = 0;
       int failed = 0;
       for (bool reached = true; reached;) {
