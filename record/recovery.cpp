@@ -5,6 +5,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 #include <system_error>
 
 #include "record/campaign_check.hpp"

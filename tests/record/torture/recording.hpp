@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "record/campaign_database.hpp"
 #include "record/recovery.hpp"
 
 namespace shaker::record::torture {
