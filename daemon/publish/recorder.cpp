@@ -343,6 +343,7 @@ void Recorder::store(const std::vector<PublishedLine>& lines) {
     if (writer_) keep(writer_->add_document(line.seq, line.text));
   }
   if (writer_) keep(writer_->commit());
+  if (writer_) keep(writer_->still_there());  // what is in no file is not acknowledged
   const std::lock_guard lock(mutex_);
   flush_max_ = std::max(flush_max_, clock_.now() - before);
 }

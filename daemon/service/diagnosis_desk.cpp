@@ -38,6 +38,10 @@ Result<DiagnosisPlace> DiagnosisDesk::begin(const DiagnosisRequest& request, Sta
     return Error{ErrorKind::refused,
                  fmt::format("The rig is in {}: a diagnosis waits until the campaign is over.",
                              name(state))};
+  if (checking_)
+    return Error{ErrorKind::refused,
+                 "The daemon is still checking what an earlier one left behind; ask again when it "
+                 "has said what it found."};
   if (thread_.busy())
     return Error{ErrorKind::refused,
                  "A diagnosis is under way already; wait for its end, or ask for diagnose.cancel."};

@@ -4,6 +4,7 @@
 // else. On the main loop's thread; blocks for a look into that directory.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <string>
 
@@ -16,9 +17,10 @@ namespace shaker::daemon {
 
 class DiagnosisDesk {
  public:
-  // `thread` outlives it.
-  DiagnosisDesk(DiagnosisThread& thread, std::filesystem::path directory)
-      : thread_(thread), directory_(std::move(directory)) {}
+  // `thread` and `checking` outlive it: while the latter is true, files are being recovered.
+  DiagnosisDesk(DiagnosisThread& thread, std::filesystem::path directory,
+                const std::atomic<bool>& checking)
+      : thread_(thread), directory_(std::move(directory)), checking_(checking) {}
 
   // An Error is the sentence to show: the rig is not at rest, another is under way, there is no
   // such campaign, a bad model.
@@ -30,6 +32,7 @@ class DiagnosisDesk {
  private:
   DiagnosisThread& thread_;
   std::filesystem::path directory_;
+  const std::atomic<bool>& checking_;
 };
 
 }  // namespace shaker::daemon

@@ -1,7 +1,9 @@
 #include "daemon/service/service.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <csignal>
+#include <thread>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -26,6 +28,7 @@
 #include "daemon/workers/diagnosis_thread.hpp"
 #include "daemon/workers/estimator_thread.hpp"
 #include "daemon/workers/exciter_thread.hpp"
+#include "daemon/workers/thread_name.hpp"
 #include "record/recovery.hpp"
 
 namespace shaker::daemon {
@@ -61,7 +64,7 @@ struct Service::Parts {
   ~Parts() { exciter.watch({}); }  // it outlives what it watches
 
   Result<void> listen(const Options& options);
-  std::uint64_t tell_what_was_found();
+  void recover();
   void attach();
   void watch();
   void publish();
@@ -78,7 +81,6 @@ struct Service::Parts {
   Waker waker;       // of the engine's thread
   Waker lines_wait;  // of this one
   Recorder recorder;
-  const std::uint64_t found_alarms;  // documents 1 to this say what an earlier daemon left
   ExciterThread exciter;
   EstimatorThread estimator;
   DiagnosisThread diagnosis;
@@ -95,6 +97,8 @@ struct Service::Parts {
   Nanoseconds next_ping{}, ping_period{};
   bool was_stuck = false;
   std::optional<Nanoseconds> give_up_at;  // ending
+  std::atomic<bool> checking{false};
+  std::jthread checker;  // last: it ends before what it tells
 };
 
 Service::Parts::Parts(const Options& options, const config::RigConfig& config,
@@ -109,7 +113,6 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
       recorder(
           {options.data, rig.name, rig.auxiliary}, clock, [this] { lines_wait.wake(); },
           [this](protocol::HealthDocument& health) { complete(health); }),
-      found_alarms(tell_what_was_found()),
       exciter(std::move(devices.exciter), clock, waker, exciter_options(rig)),
       estimator(clock, waker),
       diagnosis(lines_wait),
@@ -121,7 +124,7 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
       }()),
       engine(rig, clock, exciter, estimator, recorder),
       rig_thread(engine, sensors, exciter, estimator, clock, waker),
-      desk(diagnosis, recorder.directory()),
+      desk(diagnosis, recorder.directory(), checking),
       control(rig_thread, exciter, recorder, desk, rig.limits.excitation_max_m_s2),
       commands(control, clock, from_seconds(rig.client_lease_s)),
       server(loop.get(), clock, commands,
@@ -132,6 +135,7 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
     rig_thread.tell([seen = *kept](Engine& told) { told.trust_deadman(seen); });
   }
   watch();
+  recover();
   std::uint64_t watchdog_us = 0;
   if (::sd_watchdog_enabled(0, &watchdog_us) > 0) {
     ping_period = std::chrono::microseconds(watchdog_us / 2);
@@ -159,22 +163,26 @@ Result<void> Service::Parts::listen(const Options& options) {
   return {};
 }
 
-// To the log, and as the first documents of all, which every later client is given again.
-std::uint64_t Service::Parts::tell_what_was_found() {
-  std::uint64_t told = 0;
-  for (const auto& found : record::recover(recorder.directory(), format_utc(clock.utc()))) {
-    const char* code = found.damaged            ? "campaign_damaged"
-                       : found.campaign.empty() ? "campaign_unreadable"
-                                                : "campaign_interrupted";
-    const protocol::AlarmDocument alarm{
-        found.damaged ? "error" : "warning", code, found.what, "none", {}, {}, {}};
-    if (recorder.publish(alarm)) {
-      ++told;  // and logged
-    } else {
-      spdlog::warn("{}: {}", code, found.what);
+// What an earlier daemon left is listed before anything is recorded, and checked on a thread of its
+// own: a second for each gigabyte. Every later client is given again what was found.
+void Service::Parts::recover() {
+  auto files = record::interrupted(recorder.directory());
+  if (files.empty()) return;
+  checking = true;
+  checker = std::jthread([this, files = std::move(files)] {
+    name_this_thread("recovery");
+    for (const auto& file : files) {
+      const auto found = record::recover_one(file, format_utc(clock.utc()));
+      if (!found) continue;
+      const char* code = found->damaged            ? "campaign_damaged"
+                         : found->campaign.empty() ? "campaign_unreadable"
+                                                   : "campaign_interrupted";
+      const protocol::AlarmDocument alarm{
+          found->damaged ? "error" : "warning", code, found->what, "none", {}, {}, {}};
+      rig_thread.tell([alarm](Engine& told) { told.publish(alarm); });
     }
-  }
-  return told;
+    checking = false;
+  });
 }
 
 // Without these three nobody would see what the table does, or nothing of it would be kept.
@@ -234,7 +242,8 @@ void Service::Parts::publish() {
     rig_thread.tell([document](Engine& told) { told.publish(document); });
   }
   for (const auto& line : recorder.take()) {
-    if (line.seq <= found_alarms) server.keep_for_late_joiners(line);
+    if (line.type == "alarm" && line.text.find(R"("code":"campaign_)") != std::string::npos)
+      server.keep_for_late_joiners(line);
     server.publish(line);
   }
 }

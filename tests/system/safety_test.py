@@ -41,7 +41,7 @@ class Safety(unittest.TestCase):
         self.assertIn("error", self.operator.ask("campaign.start", {"campaign": endless_campaign()}))
         end = time.monotonic() + 5  # refused until the exciter itself says that it is still
         while "error" in (answer := self.other.ask("ack")) and time.monotonic() < end:
-            self.assertIn("still reports motion", answer["error"]["message"])
+            self.assertIn("not acknowledged", answer["error"]["message"])
         self.assertIn("result", answer)
         self.until_still(self.other, "IDLE")
 

@@ -255,6 +255,20 @@ TEST_F(RecorderTest, SendsWhatNeedNotBeKeptPastADiskThatHangs) {
   EXPECT_GT(all.back().seq, lines[0].seq);
 }
 
+TEST_F(RecorderTest, AcknowledgesNothingThatIsInNoFile) {
+  auto recorder = make();
+  ASSERT_TRUE(recorder->record_campaign(campaign()));
+  ASSERT_TRUE(recorder->publish(cycle_document()));
+  settle(*recorder);
+  ASSERT_EQ(all.size(), 1U);
+  for (const auto& entry : std::filesystem::directory_iterator(scratch.path()))
+    std::filesystem::remove(entry.path());
+  ASSERT_TRUE(recorder->publish(cycle_document()));
+  settle(*recorder);
+  EXPECT_EQ(all.size(), 1U);
+  EXPECT_FALSE(recorder->healthy());
+}
+
 TEST_F(RecorderTest, TakesAPreparedFileOrRemovesIt) {
   auto recorder = make();
   ASSERT_TRUE(recorder->prepare(campaign()));
