@@ -14,12 +14,13 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kSamplesWait = 500ms;  // raw samples alone are committed at least so often
-constexpr auto kStalled = 1s;         // in one call to the disk; half of what a heartbeat survives
 constexpr auto kLook = 1s;            // between two looks at the free space and the open file
 
+bool must_be_kept(std::string_view type) {
+  return type == "cycle" || type == "estimate";
+}
 bool must_be_kept(const protocol::Document& document) {
-  return std::holds_alternative<protocol::CycleDocument>(document) ||
-         std::holds_alternative<protocol::EstimateDocument>(document);
+  return must_be_kept(protocol::type_name(document));
 }
 
 // What an operator looks for in the journal afterwards. A state is told again as it progresses;
@@ -189,19 +190,35 @@ Result<void> Recorder::publish(const protocol::Document& document) {
 void Recorder::publish_past_the_disk(Waiting waiting) {
   {
     const std::lock_guard lock(mutex_);
-    ++seq_;
-    published_.push_back(
-        {seq_, protocol::type_name(waiting.document),
-         protocol::to_json_line(waiting.document, {seq_, waiting.utc, waiting.mono_ns})});
+    std::vector<Waiting> alone;
+    alone.push_back(std::move(waiting));
+    std::ranges::move(numbered(alone), std::back_inserter(published_));
   }
+  wake_();
+}
+
+// What is behind a call to the disk that does not come back, and need not be kept. Under the lock.
+void Recorder::let_pass() {
+  for (PublishedLine& line : in_flight_) {
+    if (!must_be_kept(line.type)) published_.push_back(std::move(line));
+  }
+  in_flight_.clear();
+  for (Item& item : queue_) {
+    if (auto* waiting = std::get_if<Waiting>(&item)) documents_.push_back(std::move(*waiting));
+  }
+  std::erase_if(queue_, [](const Item& item) { return std::holds_alternative<Waiting>(item); });
+  std::erase_if(documents_, [](const Waiting& w) { return must_be_kept(w.document); });
+  std::ranges::move(numbered(documents_), std::back_inserter(published_));
+  documents_.clear();
   wake_();
 }
 
 Result<void> Recorder::healthy() {
   const std::lock_guard lock(mutex_);
   const Nanoseconds still = clock_.now() - last_progress();
-  if (busy_ && still > kStalled && !stalled_) {
+  if (busy_ && still > options_.stall && !stalled_) {
     stalled_ = true;
+    let_pass();
     trouble_ =
         Error{ErrorKind::timeout,
               fmt::format("{}: the disk has not answered for {:.1f} s; what was acknowledged "
@@ -247,12 +264,12 @@ bool Recorder::idle() const {
 void Recorder::work(const std::stop_token& stop) {
   name_this_thread("recorder");
   while (true) {
-    std::vector<Item> items;
+    std::size_t count = 0;
     {
       std::unique_lock lock(mutex_);
       ready_.wait_for(lock, stop, kSamplesWait, [this] { return urgent_; });
       if (stop.stop_requested() && queue_.empty()) break;
-      items.swap(queue_);
+      count = queue_.size();
       waiting_bytes_ = 0;
       urgent_ = false;
       busy_ = true;
@@ -260,11 +277,13 @@ void Recorder::work(const std::stop_token& stop) {
     }
     // Nothing may leave a thread by exception, want of memory for one.
     try {
-      if (!items.empty()) write(std::move(items));
+      if (count > 0) write(count);
       look_at_the_disk();
     } catch (const std::exception& trouble) {
       fail(Error{ErrorKind::exhausted, trouble.what()});
+      const std::lock_guard lock(mutex_);
       documents_.clear();
+      in_flight_.clear();
     }
     const std::lock_guard lock(mutex_);
     busy_ = false;
@@ -285,9 +304,18 @@ void Recorder::look_at_the_disk() {
   if (!trouble) disk_free_ = space.available;
 }
 
-void Recorder::write(std::vector<Item> items) {
-  for (Item& item : items)
-    apply(item);
+// The oldest `count`, one by one: what has not been taken can still go past the disk.
+void Recorder::write(std::size_t count) {
+  for (; count > 0; --count) {
+    std::optional<Item> item;
+    {
+      const std::lock_guard lock(mutex_);
+      if (queue_.empty()) break;
+      item = std::move(queue_.front());
+      queue_.pop_front();
+    }
+    apply(*item);
+  }
   commit();
 }
 
@@ -297,6 +325,7 @@ void Recorder::apply(Item& item) {
     writer_ = std::move(begin->writer);
     failed_ = false;
   } else if (auto* waiting = std::get_if<Waiting>(&item)) {
+    const std::lock_guard lock(mutex_);
     documents_.push_back(std::move(*waiting));
   } else if (auto* finish = std::get_if<Finish>(&item)) {
     commit();
@@ -318,20 +347,14 @@ void Recorder::keep(const Result<void>& outcome) {
   if (!outcome) fail(outcome.error());
 }
 
-// What waits, as lines with the next numbers.
-std::vector<PublishedLine> Recorder::numbered() {
-  std::uint64_t seq = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    seq = seq_;
-    seq_ += documents_.size();
-  }
+// As lines with the next numbers. Under the lock.
+std::vector<PublishedLine> Recorder::numbered(const std::vector<Waiting>& documents) {
   std::vector<PublishedLine> lines;
-  for (const Waiting& waiting : documents_) {
-    ++seq;
+  for (const Waiting& waiting : documents) {
+    ++seq_;
     lines.push_back(
-        {seq, protocol::type_name(waiting.document),
-         protocol::to_json_line(waiting.document, {seq, waiting.utc, waiting.mono_ns})});
+        {seq_, protocol::type_name(waiting.document),
+         protocol::to_json_line(waiting.document, {seq_, waiting.utc, waiting.mono_ns})});
   }
   return lines;
 }
@@ -349,31 +372,31 @@ void Recorder::store(const std::vector<PublishedLine>& lines) {
 }
 
 // Numbers what waits, writes it and flushes; then, and only then, lets it go. What the disk gave
-// back after it was given up is not let go: others have gone past it.
+// back after it was given up is not let go: it, or others, have gone past it.
 void Recorder::commit() {
-  if (documents_.empty() && !dirty_) return;
-  auto lines = numbered();
-  if (writer_) store(lines);
-  dirty_ = false;
-  if (stalled_) {
-    documents_.clear();
-    if (writer_) fail(Error{ErrorKind::timeout, "The disk was given up while it did not answer."});
-    return;
-  }
-  if (failed_) {
-    std::erase_if(documents_, [](const Waiting& w) { return must_be_kept(w.document); });
-    {
-      const std::lock_guard lock(mutex_);
-      if (!stalled_) seq_ -= lines.size();
-    }
-    lines = numbered();
-  }
-  documents_.clear();
-  if (lines.empty()) return;
+  std::vector<Waiting> documents;
+  std::vector<PublishedLine> lines;
   {
     const std::lock_guard lock(mutex_);
-    std::ranges::move(lines, std::back_inserter(published_));
+    documents.swap(documents_);
+    lines = numbered(documents);
+    if (writer_) in_flight_ = lines;
   }
+  if (lines.empty() && !dirty_) return;
+  if (writer_) store(lines);
+  dirty_ = false;
+  if (stalled_ && writer_)
+    fail(Error{ErrorKind::timeout, "The disk was given up while it did not answer."});
+  const std::lock_guard lock(mutex_);
+  const bool passed = stalled_ && in_flight_.empty();
+  in_flight_.clear();
+  if (passed || lines.empty()) return;
+  if (failed_) {
+    std::erase_if(documents, [](const Waiting& w) { return must_be_kept(w.document); });
+    if (seq_ == lines.back().seq) seq_ -= lines.size();
+    lines = numbered(documents);
+  }
+  std::ranges::move(lines, std::back_inserter(published_));
   wake_();
 }
 

@@ -5,13 +5,14 @@
 // then gives the documents to the main loop (`take`). So whatever a client has seen is on disk.
 // When the disk fails, the campaign's file is closed with what was committed, cycles and estimates
 // are withheld (they could not be kept), other documents still go out, and `healthy` returns the
-// Error, upon which the engine ramps down. A disk that does not come back from a call for kStalled
+// Error, upon which the engine ramps down. A disk that does not come back from a call for `stall`
 // has failed too: from then on documents that need not be kept go out past it.
 #pragma once
 
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -34,6 +35,8 @@ struct RecorderOptions {
   std::string rig;
   protocol::ChannelLabels auxiliary = {};      // of the rig file, written into every campaign
   std::size_t max_waiting = 64 * 1024 * 1024;  // bytes not yet on disk
+  // In one call to the disk; a heartbeat survives twice as much.
+  Nanoseconds stall = std::chrono::seconds(1);
 };
 
 class Recorder final : public Outlet {
@@ -92,11 +95,12 @@ class Recorder final : public Outlet {
   Waiting stamped(const protocol::Document& document) const;
 
   void work(const std::stop_token& stop);
-  void write(std::vector<Item> items);
+  void write(std::size_t count);
   void apply(Item& item);
   void keep(const Result<void>& outcome);
   void commit();
-  std::vector<PublishedLine> numbered();
+  std::vector<PublishedLine> numbered(const std::vector<Waiting>& documents);
+  void let_pass();
   void store(const std::vector<PublishedLine>& lines);
   void look_at_the_disk();
   void fail(const Error& error);
@@ -116,7 +120,9 @@ class Recorder final : public Outlet {
   // shared
   mutable std::mutex mutex_;
   std::condition_variable_any ready_;
-  std::vector<Item> queue_;
+  std::deque<Item> queue_;
+  std::vector<Waiting> documents_;        // taken since the last commit
+  std::vector<PublishedLine> in_flight_;  // being written
   std::size_t waiting_bytes_ = 0;
   bool urgent_ = false, busy_ = false;
   std::optional<Error> trouble_;
@@ -130,7 +136,6 @@ class Recorder final : public Outlet {
 
   // the recorder's thread
   std::optional<record::CampaignWriter> writer_;
-  std::vector<Waiting> documents_;  // since the last commit
   bool dirty_ = false;
   bool failed_ = false;  // this campaign can no longer be recorded
   Nanoseconds next_look_{};

@@ -111,7 +111,11 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
         return made;
       }()),
       recorder(
-          {options.data, rig.name, rig.auxiliary}, clock, [this] { lines_wait.wake(); },
+          {.directory = options.data,
+           .rig = rig.name,
+           .auxiliary = rig.auxiliary,
+           .stall = from_seconds(rig.limits.recorder_stall_s) / 2},
+          clock, [this] { lines_wait.wake(); },
           [this](protocol::HealthDocument& health) { complete(health); }),
       exciter(std::move(devices.exciter), clock, waker, exciter_options(rig)),
       estimator(clock, waker),

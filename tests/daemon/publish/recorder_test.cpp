@@ -229,6 +229,9 @@ TEST_F(RecorderTest, SendsWhatNeedNotBeKeptPastADiskThatHangs) {
   ASSERT_EQ(all.size(), 1U);
   testing::hang_the_disk(true);
   ASSERT_TRUE(recorder->publish(cycle_document()));
+  ASSERT_TRUE(recorder->publish(state("MEASURE", "Behind the disk.")));
+  clock.sleep_until(clock.now() + 100ms);  // in the midst of the call, or in the queue
+  ASSERT_TRUE(recorder->publish(state("MEASURE", "In the queue.")));
   const Nanoseconds begin = clock.now();
   while (recorder->healthy() && clock.now() - begin < 10s)
     clock.sleep_until(clock.now() + 5ms);
@@ -239,9 +242,13 @@ TEST_F(RecorderTest, SendsWhatNeedNotBeKeptPastADiskThatHangs) {
   EXPECT_FALSE(recorder->publish(cycle_document()));  // could not be kept
   EXPECT_FALSE(recorder->record_campaign(campaign()));
   auto lines = recorder->take();
-  ASSERT_EQ(lines.size(), 1U);
-  EXPECT_EQ(lines[0].type, "state");
+  ASSERT_EQ(lines.size(), 3U);
+  for (const auto& line : lines)
+    EXPECT_EQ(line.type, "state");
+  EXPECT_THAT(lines[0].text, HasSubstr("Behind the disk."));
+  EXPECT_THAT(lines[1].text, HasSubstr("In the queue."));
   EXPECT_GT(lines[0].seq, all[0].seq);
+  EXPECT_GT(lines[2].seq, lines[1].seq);
   testing::hang_the_disk(false);
   settle(*recorder);
   EXPECT_EQ(all.size(), 1U);  // what the disk gave back too late is in the file at most
@@ -252,7 +259,7 @@ TEST_F(RecorderTest, SendsWhatNeedNotBeKeptPastADiskThatHangs) {
   EXPECT_TRUE(recorder->healthy());
   ASSERT_TRUE(recorder->publish(cycle_document()));
   settle(*recorder);
-  EXPECT_GT(all.back().seq, lines[0].seq);
+  EXPECT_GT(all.back().seq, lines[2].seq);
 }
 
 TEST_F(RecorderTest, AcknowledgesNothingThatIsInNoFile) {
