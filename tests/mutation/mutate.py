@@ -179,9 +179,9 @@ def attempt(worktree, mutation, timeout):
         file.write_text(text)
 
 
-def summary(table):
+def summary(table, commit):
     with table.open(newline="") as file:
-        rows = list(csv.DictReader(file))
+        rows = [r for r in csv.DictReader(file) if r["commit"] == commit]
     for room in sorted({r["room"] for r in rows}):
         results = [r["result"] for r in rows if r["room"] == room and r["result"] != "not compiled"]
         killed = sum(r != "survived" for r in results)
@@ -231,7 +231,7 @@ def main():
         note(table, dict(zip(COLUMNS, (commit, room, path, line, kind, before, after, result,
                                        round(time.monotonic() - start)))))
         print(f"{result:12} {path}:{line}: {kind}: {before} -> {after}", flush=True)
-    summary(table)
+    summary(table, commit)
 
 
 if __name__ == "__main__":
