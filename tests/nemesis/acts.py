@@ -53,6 +53,7 @@ def rig_stands_still(stand):
 
 
 def rig_dies(stand):
+    stand.observer.end()  # there is nothing to see, and nothing to wait for
     stand.rig.kill()
     return nothing
 

@@ -5,6 +5,7 @@ import pathlib
 import sqlite3
 import struct
 import tempfile
+import threading
 import unittest
 
 import places  # noqa: F401  first: it says where the others are
@@ -88,7 +89,7 @@ class Sensor(unittest.TestCase):
 class Judges(unittest.TestCase):
     def test_the_observer_sees_motion_and_its_own_lateness(self):
         observer = object.__new__(Observer)
-        observer.queue = Queue()
+        observer.queue, observer.ended = Queue(), threading.Event()
         observer.readings = [Reading(0.01 * i, True, 5.0, 3.0 if i < 50 else 0.0) for i in range(100)]
         del observer.readings[60:80]
         self.assertEqual(len(observer.moving(0.2, 10.0)), 30)

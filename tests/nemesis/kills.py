@@ -119,11 +119,12 @@ def run(options):
     with multiprocessing.get_context("fork").Pool(options.parallel) as workers:
         signal.signal(signal.SIGINT, ignore)
         waiting, number = [], options.first
+        lives = min(5, max(1, options.count // options.parallel))
         try:
             while waiting or (sums["kills"] < options.count and time.monotonic() < end):
                 while (len(waiting) < options.parallel and sums["kills"] < options.count
                        and time.monotonic() < end):
-                    waiting.append(workers.apply_async(work, ((f"{options.seed}:{number}", 5),)))
+                    waiting.append(workers.apply_async(work, ((f"{options.seed}:{number}", lives),)))
                     number += 1
                 for done in [w for w in waiting if w.ready()]:
                     waiting.remove(done)
@@ -155,14 +156,15 @@ def main():
     parse.add_argument("--count", type=int, default=100, help="kills, or a few more")
     parse.add_argument("--minutes", type=float, help="begin no life after so long")
     parse.add_argument("--seed", default="1")
-    parse.add_argument("--first", type=int, default=0, help="number of the first five lives")
+    parse.add_argument("--first", type=int, default=0, help="number of the first lives, five at a time")
     parse.add_argument("--parallel", type=int, default=4, help="daemons at once")
     parse.add_argument("--keep", action="store_true", help="add the counts to docs/soak")
     options = parse.parse_args()
+    page = ledger.Page("kills") if options.keep else None
     sums, began = run(options)
     print("\n" + progress(sums, began))
-    if options.keep:
-        print(ledger.keep("kills", {"seed": options.seed, **sums}))
+    if page:
+        print(page.keep({"seed": options.seed, **sums}))
     return 1 if sums["lost"] or sums["wrong"] or not sums["kills"] else 0
 
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """docs/soak: what long runs found, one line of JSON a run, so that runs on the same code add up."""
 import datetime
+import hashlib
 import json
 import os
 import pathlib
@@ -9,6 +10,7 @@ import subprocess
 from places import SOURCE
 
 ROOMS = ("daemon", "drivers", "record")
+SOURCES = (".cpp", ".hpp")
 FOLDER = SOURCE / "docs" / "soak"
 
 
@@ -18,14 +20,18 @@ def git(*words):
 
 
 def code():
-    """{room: the id of its tree in HEAD}: the same for the same files, whatever the commit."""
-    return {room: git("rev-parse", f"HEAD:{room}")[:12] for room in ROOMS}
+    """{room: an id of its C++ files in HEAD}: the same for the same files, whatever the commit."""
+    def of(room):
+        files = [line for line in git("ls-tree", "-r", "HEAD", "--", room).splitlines()
+                 if line.endswith(SOURCES)]
+        return hashlib.sha256("\n".join(files).encode()).hexdigest()[:12]
+    return {room: of(room) for room in ROOMS}
 
 
 def why_not():
     """Why a run may not be counted for this code; empty when it may."""
-    changed = git("status", "--porcelain", "--", *ROOMS)
-    if changed:
+    changed = git("status", "--porcelain", "--untracked-files=all", "--", *ROOMS).splitlines()
+    if [line for line in changed if line.endswith(SOURCES)]:
         return f"files of {', '.join(ROOMS)} are not committed"
     newest = max(path.stat().st_mtime for room in ROOMS for path in (SOURCE / room).rglob("*.[ch]pp"))
     if pathlib.Path(os.environ["SHAKERD"]).stat().st_mtime < newest:
@@ -33,17 +39,20 @@ def why_not():
     return ""
 
 
-def keep(name, counts):
-    """Adds a run to docs/soak/NAME.jsonl; a sentence on what was done."""
-    reason = why_not()
-    if reason:
-        return f"not kept: {reason}"
-    file = FOLDER / f"{name}.jsonl"
-    line = {"day": datetime.date.today().isoformat(), **counts, "code": code()}
-    with open(file, "a", encoding="utf-8") as out:
-        out.write(json.dumps(line) + "\n")
-    runs, total = totals(name)
-    return f"kept in docs/soak/{name}.jsonl: {runs} runs on this code, {total}"
+class Page:
+    """One run's line in docs/soak/NAME.jsonl. Its code is that of its begin: others may commit meanwhile."""
+
+    def __init__(self, name):
+        self.name, self.reason, self.code = name, why_not(), code()
+
+    def keep(self, counts):
+        """Adds the line; a sentence on what was done."""
+        if self.reason:
+            return f"not kept: {self.reason}"
+        line = {"day": datetime.date.today().isoformat(), **counts, "code": self.code}
+        with open(FOLDER / f"{self.name}.jsonl", "a", encoding="utf-8") as out:
+            out.write(json.dumps(line) + "\n")
+        return f"kept in docs/soak/{self.name}.jsonl"
 
 
 def totals(name):

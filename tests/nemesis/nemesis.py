@@ -114,6 +114,7 @@ def memory():
 
 
 def run(options):
+    page = ledger.Page("nemesis") if options.keep else None
     folder = tempfile.mkdtemp(prefix="nemesis.")
     tempfile.tempdir = memory()
     tally = Tally()
@@ -144,8 +145,8 @@ def run(options):
     for line in tally.table():
         print(line)
     print(tally.progress())
-    if options.keep:
-        print(ledger.keep("nemesis", {"seed": options.seed, **tally.sums}))
+    if page:
+        print(page.keep({"seed": options.seed, **tally.sums}))
     return tally
 
 

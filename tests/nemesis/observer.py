@@ -102,7 +102,8 @@ class Observer(threading.Thread):
     def lateness(self, since, until):
         """By how much the machine kept us waiting: gaps beyond five periods, and waits for a core."""
         times = [r.t for r in list(self.readings)]
-        times.append(max(times[-1], min(until, time.monotonic())) if times else until)
+        if times and not self.ended.is_set():
+            times.append(max(times[-1], min(until, time.monotonic())))
         gaps = sum(max(0.0, b - a - 5 * PERIOD_S) for a, b in zip(times, times[1:])
                    if b >= since and a <= until)
         return max(gaps, self.queue.lateness(since, until))

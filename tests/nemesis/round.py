@@ -183,16 +183,18 @@ class Round:
         observer, give_up = self.stand.observer, time.monotonic() + WAIT_MOTION_S
         while time.monotonic() < give_up:
             end = self.deadline()
-            if end and time.monotonic() > end + observer.lateness(since, time.monotonic()):
-                break
-            if end is None and self.at_rest() and self.over():
+            if end:
+                end += observer.lateness(since, time.monotonic())
+                if time.monotonic() > end:
+                    break
+            elif self.at_rest() and self.over():
                 return  # it never began to move
             time.sleep(0.02)
-        end = (self.deadline() or give_up) + observer.lateness(since, time.monotonic())
+        end = end or give_up
         moving = observer.moving(end - 0.05)
         if moving:
             self.late(f"the table moves {moving[-1].amplitude:.2f} m/s^2, {moving[-1].t - since:.2f} s after "
-                       f"{self.named()}; it had to rest within {end - since:.2f} s")
+                      f"{self.named()}; it had to rest within {end - since:.2f} s")
             time.sleep(3.0)  # how long, is worth knowing
         moved = observer.moving(since)
         if moved:
@@ -237,7 +239,7 @@ class Round:
             time.sleep(0.02)
         if not said():
             return self.late(f"no alarm says within {end - began:.1f} s that the table may still be moving, "
-                              f"after {fault.name}")
+                             f"after {fault.name}")
         again = time.monotonic() + SAID_AGAIN_S + self.slack_s
         while time.monotonic() < again and len(said()) < 2:
             time.sleep(0.05)
