@@ -2,7 +2,7 @@
 //
 // The engine's thread hands things over and goes on: it never waits for the disk. The recorder's
 // own thread writes them in order, commits what has come together (one flush for many), and only
-// then gives the documents to the main loop (`take`). So whatever a client has seen is on disk.
+// then gives the documents to the clients' loop (`take`). So whatever a client has seen is on disk.
 // When the disk fails, the campaign's file is closed with what was committed, cycles and estimates
 // are withheld (they could not be kept), other documents still go out, and `healthy` returns the
 // Error, upon which the engine ramps down. A disk that does not come back from a call for `stall`

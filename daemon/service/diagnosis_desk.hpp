@@ -1,7 +1,7 @@
 // Where a diagnosis is asked for: may it be done now, of which campaign, and where to?
 //
 // Reads and writes in the daemon's own directory alone, so that a client can make it touch nothing
-// else. On the main loop's thread; blocks for a look into that directory.
+// else. On the clients' thread; blocks for a look into that directory.
 #pragma once
 
 #include <atomic>

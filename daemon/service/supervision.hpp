@@ -19,7 +19,8 @@ struct Progress {
   bool recorder_idle = true;
 };
 
-// Which of them is stuck, a sentence; empty when none is. The main loop is not among them: it asks.
+// Which of them is stuck, a sentence; empty when none is. The clients' loop is not among them: it
+// asks.
 std::string stuck(const Progress& progress, Nanoseconds now);
 
 }  // namespace shaker::daemon

@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::size_t kBatch = 1024;    // samples in one read, at most
-constexpr std::size_t kMaxErrors = 16;  // kept for a main loop that is busy
+constexpr std::size_t kMaxErrors = 16;  // kept for an engine that is busy
 
 }  // namespace
 

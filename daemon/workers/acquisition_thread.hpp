@@ -37,7 +37,7 @@ class AcquisitionThread {
                     AcquisitionOptions options = {});
   ~AcquisitionThread();
 
-  // --- the main loop
+  // --- the engine's thread
   std::size_t drain(std::span<drivers::Sample> out);
   struct Report {
     std::optional<drivers::SensorHealth> health;  // when there is a newer one

@@ -38,7 +38,7 @@ class DiagnosisThread {
   explicit DiagnosisThread(Waker& waker);  // which outlives it
   ~DiagnosisThread();                      // cancels
 
-  // --- the main loop
+  // --- the clients' loop
   bool busy() const;                       // one is under way
   void begin(DiagnosisJob job);            // while none is
   void cancel(const std::string& why);     // a sentence; nothing when none is under way

@@ -31,7 +31,7 @@ class EstimatorThread final : public EstimatorCommands {
   void begin(const config::ModelSpec& model, const estimator::OnlineOptions& options) override;
   void add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) override;
 
-  // --- the main loop
+  // --- the engine's thread
   std::vector<EstimateOutcome> take();
   // Since when it is busy with one cycle; nothing when it is idle.
   std::optional<Nanoseconds> busy_since() const;

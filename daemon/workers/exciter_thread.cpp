@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kTurn = 10ms;          // between two looks at what is due
 constexpr auto kTurnLate = 5ms;       // a wait may end so much later and count as on time
-constexpr std::size_t kMaxNews = 64;  // kept for a main loop that is busy; older ones go first
+constexpr std::size_t kMaxNews = 64;  // kept for an engine that is busy; older ones go first
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Wakes the main loop from another thread. Many wakes before one `clear` cost one system call.
+// Wakes a loop from another thread. Many wakes before one `clear` cost one system call.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,7 @@ class Waker {
  public:
   Waker();                // throws std::system_error
   void wake() noexcept;   // any thread; neither blocks nor allocates
-  void clear() noexcept;  // the main loop, before it looks at what there is
+  void clear() noexcept;  // the loop, before it looks at what there is
   int fd() const { return fd_.get(); }
 
  private:
