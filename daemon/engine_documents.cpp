@@ -47,7 +47,7 @@ void Engine::Impl::raise(protocol::AlarmDocument document) {
   if (document.severity == "error") {
     if (episode.empty()) {
       episode = document.code;
-    } else if (document.code != episode) {
+    } else {
       document.cause = episode;
       if (document.code != "stop_not_obeyed" && document.code != "emergency_stop")
         document.severity = "warning";

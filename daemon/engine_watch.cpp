@@ -139,7 +139,8 @@ Motion Engine::Impl::stroke_motion(Nanoseconds from) {
 // long as nobody has seen it at rest after an order to stop, that is said again and again.
 void Engine::Impl::watch_rest() {
   const bool answered = status && status->t > stop_ordered && !exciter_error;
-  const double deadman = status && status->heartbeat_timeout_s ? *status->heartbeat_timeout_s : 1.0;
+  const double deadman = status && status->heartbeat_timeout_s ? *status->heartbeat_timeout_s
+                                                               : rig.exciter.deadman_max_s;
   const double takes = kStopTakesS + (answered ? 0.0 : std::max(0.0, deadman));
   const Nanoseconds from = stop_ordered + from_seconds(takes);
   const Motion own = table_is_seen() ? table_motion(from) : stroke_motion(from);

@@ -73,6 +73,9 @@ std::optional<uid_t> owner(const std::filesystem::path& folder) {
   return status.st_uid;
 }
 
+constexpr char kLetGo = 'g';   // what the service says to a plain daemon
+constexpr int kWordMs = 1000;  // it says so at once
+
 // Connects to a socket that a daemon holds. Alive without a connection: its queue is full.
 struct Knock {
   explicit Knock(const SocketAddress& where) : line(unix_socket()) {
@@ -125,6 +128,13 @@ class Doorkeeper {
       if (!caller.valid()) continue;
       const auto who = other_side(caller.get());
       if (!who || (who->uid != 0 && owner(folder_) != who->uid)) continue;
+      // Who only looks who holds the name says nothing.
+      pollfd says{caller.get(), POLLIN, 0};
+      char word = 0;
+      if (::poll(&says, 1, kWordMs) <= 0 ||
+          ::recv(caller.get(), &word, sizeof word, MSG_DONTWAIT) != 1 || word != kLetGo) {
+        continue;
+      }
       service = std::move(caller);
       let_go_(describe(who));
     }
@@ -205,6 +215,7 @@ Result<void> HeldExciter::claim_name(const std::string& address, const LockPlace
       if (asked->who && (asked->who->uid == 0 || asked->who->uid == ::geteuid()))
         return taken(address, describe(asked->who));
       if (asked->who) {
+        ::send(asked->line.get(), &kLetGo, sizeof kLetGo, MSG_DONTWAIT | MSG_NOSIGNAL);
         say(fmt::format("{} has the exciter {}; asked to ramp down and end.", describe(asked->who),
                         address));
       }

@@ -1,10 +1,12 @@
 // Daemons of several users, as processes of their own where the user matters (then as root only).
 #include "daemon/service/exciter_lock.hpp"
 
+#include <atomic>
 #include <csignal>
 #include <cstring>
 #include <future>
 #include <optional>
+#include <thread>
 
 #include <fmt/format.h>
 #include <sys/socket.h>
@@ -98,6 +100,16 @@ TEST_F(ExciterLockTest, RefusesASecondPlainDaemonAndNamesTheFirst) {
   EXPECT_THAT(second.error().what, HasSubstr(fmt::format("(pid {}), drives this", ::getpid())));
 }
 
+TEST_F(ExciterLockTest, WhoOnlyLooksWhoHasTheExciterEndsNobody) {
+  std::atomic<int> asked{0};
+  const auto first = take(plain, [&](const std::string&) { ++asked; });
+  ASSERT_TRUE(first) << first.error().what;
+  for (int i = 0; i < 3; ++i)
+    EXPECT_FALSE(take(plain));
+  std::this_thread::sleep_for(100ms);
+  EXPECT_EQ(asked, 0);
+}
+
 TEST_F(ExciterLockTest, RefusesASecondService) {
   const auto first = take(service);
   ASSERT_TRUE(first) << first.error().what;
@@ -179,7 +191,10 @@ TEST_F(ExciterLockTest, APlainDaemonDoesNotLetGoForAStranger) {
   });
   const UniqueFd service_calls(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   ASSERT_EQ(::connect(service_calls.get(), name.get(), name.size), 0);
-  EXPECT_THAT(asked.get_future().get(), HasSubstr(fmt::format("(pid {})", ::getpid())));
+  ASSERT_EQ(::send(service_calls.get(), "g", 1, MSG_NOSIGNAL), 1);  // the service's word
+  auto answer = asked.get_future();
+  ASSERT_EQ(answer.wait_for(20s), std::future_status::ready);
+  EXPECT_THAT(answer.get(), HasSubstr(fmt::format("(pid {})", ::getpid())));
 }
 
 TEST_F(ExciterLockTest, IsGoneWithItsProcess) {
