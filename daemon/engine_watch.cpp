@@ -100,9 +100,11 @@ void Engine::Impl::learn_rest() {
   const ChannelMonitor& stroke = monitor(Channel::displacement);
   stroke_lives = stroke.rest_noise() > 0.0;
   stroke_noise = stroke.rest_noise();
-  rest(Channel::displacement).learn(std::max(stroke_noise, kLeastStroke));
   const ChannelMonitor& table = monitor(Channel::excitation);
   table_noise = table.rest_count() > 1 ? table.rest_noise() : 0.0;
+  // What was recorded once says nothing of a table today.
+  if (std::holds_alternative<config::ReplayExciter>(rig.exciter.device)) return;
+  rest(Channel::displacement).learn(std::max(stroke_noise, kLeastStroke));
   rest(Channel::excitation)
       .learn(table.rest_count() > 1 ? std::max(table_noise, kFloorPart * least) : 0.0);
 }

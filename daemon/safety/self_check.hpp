@@ -3,8 +3,8 @@
 //
 // At rest: sensors alive with a plausible rate, quiet and within limits; the exciter answers
 // without a fault and does not move; its own dead-man is on and acts within deadman_max_s (one that
-// cannot be read back the engine proves; a replay moves nothing and needs none). In gentle motion: the
-// table moves, the stroke answers, and with the right sign.
+// cannot be read back the engine proves; a replay moves nothing and needs none). In gentle motion:
+// the table moves, the stroke answers, and with the right sign.
 //
 // The sign: a damper takes power, it never gives any. Over a whole period the excitation does the
 // work of the damping, mean(x du/dt) > 0, for every passive damper and at every frequency, so the
