@@ -24,6 +24,8 @@ class Crash(unittest.TestCase):
         for life in (1, 2):  # recovery is tested twice in a row
             client = self.run_and_kill(5)
             self.daemon.start()
+            after = Client(self.daemon.socket)
+            alarm = after.until(lambda line: line.get("code") == "campaign_interrupted", 10)  # checked by then
             file = self.daemon.databases()[-1]
             with sqlite3.connect(file) as database:
                 kept = {line for (line,) in database.execute("SELECT line FROM document")}
@@ -37,8 +39,6 @@ class Crash(unittest.TestCase):
                     self.assertIn((line["cycle"],), cycles)
             self.assertEqual(status, "interrupted")
 
-            after = Client(self.daemon.socket)
-            alarm = after.until(lambda line: line.get("code") == "campaign_interrupted", 5)
             self.assertEqual(Schemas().faults(alarm), [])
             self.assertIn(f"{samples} samples", alarm["text"])
             self.assertIn("endless", alarm["text"])

@@ -100,9 +100,11 @@ class Inherited(unittest.TestCase):
 
     def test_it_asks_nobody_else_for_the_names_of_users(self):
         """A name server that hangs (LDAP) would hang the C library's getpwuid."""
-        used = subprocess.run(["nm", "-D", "--undefined-only", SHAKERD], capture_output=True, text=True)
+        used = subprocess.run(["nm", "-D", SHAKERD], capture_output=True, text=True)
+        if "__asan_init" in used.stdout or "__tsan_init" in used.stdout:
+            self.skipTest("a sanitizer asks for everything")
         self.assertIn("fgetpwent_r", used.stdout)
-        self.assertNotIn(" getpw", used.stdout)
+        self.assertNotIn(" U getpw", used.stdout)
 
 
 if __name__ == "__main__":

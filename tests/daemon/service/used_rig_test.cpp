@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/record/scratch.hpp"
+
 namespace shaker::daemon {
 namespace {
 
@@ -17,13 +19,8 @@ std::string content(const std::filesystem::path& file) {
 
 class UsedRig : public ::testing::Test {
  protected:
-  UsedRig() {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~UsedRig() override { std::filesystem::remove_all(folder_); }
-  const std::filesystem::path folder_ =
-      std::filesystem::path(::testing::TempDir()) / "used_rig_test";
+  record::testing::Scratch scratch_;
+  const std::filesystem::path folder_ = scratch_.path();
 };
 
 TEST_F(UsedRig, IsKeptInTheServicesFolder) {
