@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <csignal>
+#include <exception>
+#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
@@ -176,7 +178,14 @@ void Service::Parts::recover() {
   checker = std::jthread([this, files = std::move(files)] {
     name_this_thread("recovery");
     for (const auto& file : files) {
-      const auto found = record::recover_one(file, format_utc(clock.utc()));
+      std::optional<record::Recovered> found;
+      try {
+        found = record::recover_one(file, format_utc(clock.utc()));
+      } catch (const std::exception& trouble) {  // want of memory: the file is left as it was
+        found.emplace();
+        found->what = fmt::format("{}: cannot be checked ({}); start the daemon again.",
+                                  file.string(), trouble.what());
+      }
       if (!found) continue;
       const char* code = found->damaged            ? "campaign_damaged"
                          : found->campaign.empty() ? "campaign_unreadable"
