@@ -12,6 +12,7 @@
 #include "estimator/model.hpp"
 #include "tests/estimator/discrepancy/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
+#include "tests/sanitized.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -97,6 +98,7 @@ double width_of(const config::EffectSpec& line) {
 // Nor as the catalogue states it, nor at once: the width is found with the friction.
 TEST(Diagnose, FindsTheWidthOverWhichFrictionTurnsRound) {
   for (const double e : {1e-3, 2e-3, 3e-3, 7e-3, 10e-3}) {
+    if (kSanitized && e != 3e-3) continue;  // they differ in nothing that a sanitizer sees
     SCOPED_TRACE(e);
     const auto found = diagnose(with_gentle_friction(0.2, e), estimator::testing::oleo());
     ASSERT_TRUE(found) << found.error().what;

@@ -9,6 +9,7 @@
 
 #include "estimator/objectives/channels.hpp"
 #include "tests/estimator/fixtures.hpp"
+#include "tests/sanitized.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -122,7 +123,7 @@ TEST(ChannelsInABox, EndWhereNothingBesideIsLikelier) {
     ChannelOptions options;
     options.noise = noise;
     options.grid.points = 80;
-    EXPECT_GT(fit_in_boxes(options, 300), 1190);
+    EXPECT_GT(fit_in_boxes(options, repetitions(300)), repetitions(300) * 4 - 10);
   }
 }
 
@@ -130,7 +131,7 @@ TEST(ChannelsInABox, EndWhereNothingBesideIsLikelierStagewise) {
   ChannelOptions options;
   options.stagewise = true;
   options.grid.points = 80;
-  EXPECT_GT(fit_in_boxes(options, 100), 392);
+  EXPECT_GT(fit_in_boxes(options, repetitions(100)), repetitions(100) * 4 - 8);
 }
 
 }  // namespace

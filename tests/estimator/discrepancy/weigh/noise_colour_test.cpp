@@ -11,6 +11,7 @@
 #include "estimator/discrepancy/weigh/transient.hpp"
 #include "tests/estimator/discrepancy/records.hpp"
 #include "tests/estimator/fixtures.hpp"
+#include "tests/sanitized.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -45,7 +46,7 @@ Recording coloured(Recording record, std::uint64_t seed) {
 }
 
 // A diagnosis of such noise takes the square of a record's length: s.
-constexpr double kLong = 12.0, kShort = 8.0;
+constexpr double kLong = 12.0, kShort = kSanitized ? 4.0 : 8.0;
 
 Campaign sweeps(const Truth& truth, std::uint64_t seed, double length = kLong) {
   Campaign campaign;
