@@ -4,19 +4,30 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "drivers/can/bus_watch.hpp"
 #include "drivers/can/can_socket.hpp"
 #include "drivers/can/dbc_file.hpp"
 #include "drivers/can/dead_man.hpp"
 #include "drivers/can/exciter_codec.hpp"
 #include "drivers/can/stamps.hpp"
+#include "protocol/can/error_frame.hpp"
 
 namespace shaker::drivers::can {
 namespace {
 
+using namespace std::chrono_literals;
+using protocol::can::Frame;
+
 constexpr double kHeartbeatsMissed = 3.0;
+constexpr int kMostBatches = 64;              // of one look at the bus: a flood has no end
+constexpr Nanoseconds kForeignAgain = 500ms;  // between two words about another node's setpoints
+constexpr Nanoseconds kLeastReturn = 100ms;   // within it a frame of ours is on the bus
 
 bool at_rest(const Setpoint& setpoint) {
   return !setpoint.enable || setpoint.amplitude == 0.0;
@@ -36,7 +47,8 @@ class CanExciter final : public Exciter {
         period_(from_seconds(config.period_s)),
         count_(frames_until_silence(heartbeat_period_s, config.period_s)),
         codec_(std::move(codec)),
-        clock_(clock) {}
+        clock_(clock),
+        bus_(period_, codec_.status_period_s()) {}
 
   std::string description() const override {
     return fmt::format("CAN {}, {} every {} ms, at most {} times", config_.interface,
@@ -51,12 +63,18 @@ class CanExciter final : public Exciter {
  private:
   struct Link {
     DeadMan dead_man;
-    CanSocket status;
+    CanSocket bus;  // the drive's status, and every setpoint whoever sends it
   };
   Result<void> look_for_expiry();
   Result<void> arm();
-  Result<void> take_status(Nanoseconds wait);
+  Result<void> look_at_bus(Nanoseconds wait);
+  Result<void> take(const Received& received);
+  Result<void> take_error(const Frame& frame);
+  Result<void> judge_bus();
+  Result<void> await_return();
   Error lost_link(const Error& error);
+  void nothing_is_sent();
+  bool moving() const { return armed_ && !at_rest(*armed_); }
 
   config::CanExciter config_;
   Nanoseconds period_;
@@ -69,34 +87,39 @@ class CanExciter final : public Exciter {
   bool expired_ = false;           // it stopped while motion was commanded
   std::uint64_t counter_ = 0;
   std::optional<ExciterStatus> status_;
+  BusWatch bus_;
+  bool foreign_ = false;  // another node sends our setpoint's identifier, not yet said
+  Nanoseconds foreign_said_{};
   std::array<Received, CanSocket::kBatch> batch_;
 };
 
 Result<void> CanExciter::connect() {
-  const bool was_moving = armed_ && !at_rest(*armed_);
   link_.reset();  // closing the broadcast manager's socket ends its sending
   status_.reset();
-  armed_.reset();
-  if (was_moving) expired_ = true;
+  nothing_is_sent();
   auto dead_man = DeadMan::open(config_.interface);
   if (!dead_man) return dead_man.error();
   CanSocket::Options options;
   options.interface = config_.interface;
-  options.identifiers = {codec_.status_identifier()};
-  options.error_frames = false;  // the sensor reports them
-  options.receive_buffer = 64 << 10;
-  auto status = CanSocket::open(options);
-  if (!status) return status.error();
-  link_.emplace(Link{std::move(*dead_man), std::move(*status)});
+  options.identifiers = {codec_.status_identifier(), codec_.setpoint_identifier()};
+  options.receive_buffer = 256 << 10;
+  auto bus = CanSocket::open(options);
+  if (!bus) return bus.error();
+  link_.emplace(Link{std::move(*dead_man), std::move(*bus)});
   stamps_.restart(read_pair(clock_));
   return {};
 }
 
 Error CanExciter::lost_link(const Error& error) {
-  if (armed_ && !at_rest(*armed_)) expired_ = true;
   link_.reset();
-  armed_.reset();
+  nothing_is_sent();
   return error;
+}
+
+void CanExciter::nothing_is_sent() {
+  if (moving()) expired_ = true;
+  armed_.reset();
+  bus_.silent(clock_.now());
 }
 
 Result<void> CanExciter::look_for_expiry() {
@@ -106,15 +129,14 @@ Result<void> CanExciter::look_for_expiry() {
   }
   const auto expired = link_->dead_man.expired();
   if (!expired) return lost_link(expired.error());
-  if (!*expired) return {};
-  if (armed_ && !at_rest(*armed_)) expired_ = true;
-  armed_.reset();
+  if (*expired) nothing_is_sent();
   return {};
 }
 
 Result<void> CanExciter::arm() {
   const auto frame = codec_.setpoint(*armed_, ++counter_);
   if (!frame) return frame.error();
+  bus_.sending(*frame, clock_.now());
   if (auto done = link_->dead_man.arm(*frame, period_, count_); !done)
     return lost_link(done.error());
   if (auto held = link_->dead_man.verify(*frame); !held) return lost_link(held.error());
@@ -153,33 +175,92 @@ Result<void> CanExciter::heartbeat() {
   return arm();
 }
 
-Result<void> CanExciter::take_status(Nanoseconds wait) {
-  const auto got = link_->status.receive(batch_, wait);
-  if (!got) return lost_link(got.error());
-  if (*got == 0) return {};
-  stamps_.update(read_pair(clock_));
+// Everything that is there: what lies behind in the queue is no present status.
+Result<void> CanExciter::look_at_bus(Nanoseconds wait) {
   Result<void> all_good;
-  for (std::size_t i = 0; i < *got; ++i) {
-    if (!codec_.is_status(batch_[i].frame)) continue;
-    const auto status = codec_.status(batch_[i].frame, stamps_.convert(batch_[i].utc));
-    if (status) {
-      status_ = *status;
-    } else {
-      all_good = status.error();
+  for (int i = 0; i < kMostBatches; ++i) {
+    const auto got = link_->bus.receive(batch_, i == 0 ? wait : Nanoseconds{0});
+    if (!got) return lost_link(got.error());
+    if (*got == 0) break;
+    stamps_.update(read_pair(clock_));
+    for (const Received& received : std::span(batch_).first(*got)) {
+      if (received.frame.error) {
+        if (auto well = take_error(received.frame); !well) return well;
+      } else if (auto taken = take(received); !taken) {
+        all_good = taken;
+      }
     }
+    if (*got < batch_.size()) break;
   }
   return all_good;
+}
+
+Result<void> CanExciter::take(const Received& received) {
+  const Nanoseconds t = stamps_.convert(received.utc);
+  if (codec_.is_setpoint(received.frame)) {
+    const bool matters = moving() || codec_.commands_motion(received.frame);
+    if (!bus_.is_ours(received.frame, t) && matters) foreign_ = true;
+    return {};
+  }
+  if (!codec_.is_status(received.frame)) return {};
+  bus_.on_status(t);
+  const auto status = codec_.status(received.frame, t);
+  if (!status) return status.error();
+  status_ = *status;
+  return {};
+}
+
+// What waits in the queue of a controller that has left the bus must not move anything later.
+Result<void> CanExciter::take_error(const Frame& frame) {
+  if (!protocol::can::interpret_error(frame).bus_off) return {};
+  std::string sentence;
+  protocol::can::describe_error(frame, config_.interface, sentence);
+  return lost_link(Error{ErrorKind::unavailable, sentence});
+}
+
+Result<void> CanExciter::judge_bus() {
+  const Nanoseconds now = clock_.now();
+  if (foreign_ && (foreign_said_.count() == 0 || now - foreign_said_ >= kForeignAgain)) {
+    foreign_ = false;
+    foreign_said_ = now;
+    return Error{
+        ErrorKind::refused,
+        fmt::format("{}: another node sends {} too, and the drive may follow that one: find the "
+                    "node and take it off the bus",
+                    config_.interface, config_.setpoint_message)};
+  }
+  if (bus_.unheard(now)) {
+    return Error{
+        ErrorKind::exhausted,
+        fmt::format("{}: the setpoint frames do not get onto the bus: the send queue is full, "
+                    "nobody acknowledges, or another node fills the bus; check the wiring, the bit "
+                    "rate and the other nodes",
+                    config_.interface)};
+  }
+  if (bus_.two_senders()) {
+    return Error{
+        ErrorKind::refused,
+        fmt::format("{}: {} comes much more often than {} states, so that two nodes may send it: "
+                    "find the other one and take it off the bus, or correct the message's cycle "
+                    "time",
+                    config_.interface, config_.status_message, config_.dbc.string())};
+  }
+  return {};
 }
 
 Result<ExciterStatus> CanExciter::read() {
   if (auto looked = look_for_expiry(); !looked) return looked.error();
   const auto limit = codec_.status_limit();
   const auto started = clock_.now();
+  bool looked_before = false;
   for (auto now = started;; now = clock_.now()) {
     const bool fresh = status_ && now - status_->t <= limit;
     const auto left = started + limit - now;
-    if (auto taken = take_status(fresh ? Nanoseconds{0} : left); !taken) return taken.error();
+    if (auto taken = look_at_bus(fresh ? Nanoseconds{0} : left); !taken) return taken.error();
     const auto after = clock_.now();
+    if (!std::exchange(looked_before, true) || after - started >= limit) {
+      if (auto well = judge_bus(); !well) return well.error();
+    }
     if (status_ && after - status_->t <= limit) return *status_;
     if (after - started >= limit) {
       return Error{
@@ -193,10 +274,10 @@ Result<ExciterStatus> CanExciter::read() {
 }
 
 // The frame at rest replaces the other in the kernel and goes out at once, then `count_` times in
-// all.
+// all. The kernel takes it also when its queue is full; only what comes back was sent.
 Result<void> CanExciter::stop() {
   const Setpoint rest{};
-  if (link_ && write(rest)) return {};
+  if (link_ && write(rest)) return await_return();
   if (auto again = connect(); !again) {
     return Error{
         again.error().kind,
@@ -205,7 +286,25 @@ Result<void> CanExciter::stop() {
             "last heartbeat",
             again.error().what, config_.period_s * 1e3 * count_)};
   }
-  return write(rest);
+  if (auto written = write(rest); !written) return written;
+  return await_return();
+}
+
+Result<void> CanExciter::await_return() {
+  const Nanoseconds limit = std::max(kLeastReturn, 3 * period_);
+  const Nanoseconds started = clock_.now();
+  for (Nanoseconds now = started; !bus_.heard(); now = clock_.now()) {
+    if (now - started > limit) {
+      return Error{
+          ErrorKind::exhausted,
+          fmt::format("{}: the stop does not get onto the bus: the send queue is full, nobody "
+                      "acknowledges, or another node fills the bus; the drive stops by itself "
+                      "where its dead-man is on",
+                      config_.interface)};
+    }
+    if (auto looked = look_at_bus(started + limit - now); !looked && !link_) return looked;
+  }
+  return {};
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 // (dead_man.hpp), so that a hung or killed daemon leaves a silent bus and the drive's own watchdog
 // stops it. Once that has happened, heartbeat() refuses until a setpoint at rest (amplitude zero or
 // disabled) has been written: motion never resumes by itself. "Read back" is what the kernel holds,
-// since a drive on its ramp rightly reports other values than the setpoint.
+// since a drive on its ramp rightly reports other values than the setpoint. The bus is listened to
+// as well: read() says when another node sends the setpoint too, and when our frames do not get
+// there; stop() is done when its frame was on the bus (bus_watch.hpp).
 #pragma once
 
 #include <filesystem>

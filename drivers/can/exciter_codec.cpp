@@ -153,11 +153,22 @@ bool ExciterCodec::is_status(const Frame& frame) const {
          frame.extended == status_.extended;
 }
 
+bool ExciterCodec::is_setpoint(const Frame& frame) const {
+  return !frame.error && frame.id == setpoint_.id && frame.extended == setpoint_.extended;
+}
+
+bool ExciterCodec::commands_motion(const Frame& frame) const {
+  const auto enable = bits_of(setpoint_, "enable", frame);
+  const auto amplitude = bits_of(setpoint_, "amplitude", frame);
+  return frame.length != setpoint_.size || !enable || !amplitude ||
+         (*enable != 0 && *amplitude != 0);
+}
+
 Result<ExciterStatus> ExciterCodec::status(const Frame& frame, Nanoseconds t) const {
   const auto bits = bits_of(status_, "status", frame);
   const auto fault = bits_of(status_, "fault", frame);
   if (frame.length != status_.size || !bits || !fault) {
-    return Error{ErrorKind::io,
+    return Error{ErrorKind::invalid,
                  fmt::format("CAN exciter: status message {} came with {} bytes, expected {}; "
                              "check the DBC file, and that no other node sends with this "
                              "identifier",

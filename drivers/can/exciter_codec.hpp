@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "base/clock.hpp"
 #include "base/result.hpp"
@@ -29,8 +30,14 @@ class ExciterCodec {
   // A value that its signal cannot have is left out.
   Result<ExciterStatus> status(const protocol::can::Frame& frame, Nanoseconds t) const;
   bool is_status(const protocol::can::Frame& frame) const;
+  bool is_setpoint(const protocol::can::Frame& frame) const;
+  // Precondition: is_setpoint(frame). True also when the frame has not the message's length: nobody
+  // knows what the drive makes of it.
+  bool commands_motion(const protocol::can::Frame& frame) const;
 
   Identifier status_identifier() const { return {status_.id, status_.extended}; }
+  Identifier setpoint_identifier() const { return {setpoint_.id, setpoint_.extended}; }
+  std::optional<double> status_period_s() const { return status_.cycle_time_s; }
   // How long a status may be missing: five of its periods, 0.1 s at least; 0.5 s when none is
   // stated.
   Nanoseconds status_limit() const;

@@ -97,9 +97,26 @@ TEST(CanExciterCodec, RefusesAStatusOfAnotherLength) {
     frame.length = length;
     const auto refused = codec().status(frame, 5s);
     ASSERT_FALSE(refused.ok()) << int{length};
-    EXPECT_EQ(refused.error().kind, ErrorKind::io);
+    EXPECT_EQ(refused.error().kind, ErrorKind::invalid) << "no reason to give up the link";
     EXPECT_THAT(refused.error().what, HasSubstr(std::to_string(length) + " bytes, expected 8"));
   }
+}
+
+TEST(CanExciterCodec, KnowsASetpointThatCommandsMotion) {
+  protocol::can::Frame frame;
+  frame.id = 0x200;
+  frame.length = 8;
+  frame.data = {0xC4, 0x09, 0x52, 0x26, 0xC8, 0x00, 0x01, 0xFF};
+  ASSERT_TRUE(codec().is_setpoint(frame));
+  EXPECT_TRUE(codec().commands_motion(frame));
+  frame.data[6] = 0;
+  EXPECT_FALSE(codec().commands_motion(frame)) << "not enabled";
+  frame.data = {0xC4, 0x09, 0x00, 0x00, 0xC8, 0x00, 0x01, 0xFF};
+  EXPECT_FALSE(codec().commands_motion(frame)) << "amplitude zero";
+  frame.length = 7;
+  EXPECT_TRUE(codec().commands_motion(frame)) << "nobody knows what a drive makes of it";
+  frame.extended = true;
+  EXPECT_FALSE(codec().is_setpoint(frame));
 }
 
 TEST(CanExciterCodec, TakesNothingElseForAStatus) {

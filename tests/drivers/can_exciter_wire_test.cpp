@@ -135,6 +135,78 @@ TEST(CanExciterWire, StopsThroughALinkThatWasDown) {
   }
 }
 
+TEST(CanExciterWire, HearsAnotherNodeCommandTheDrive) {
+  Peer peer("vcan0");
+  auto exciter = connected_exciter(1.0);
+  const auto spoofed = [&] {
+    peer.send(0x201, {0x02, 0x00, 0x00, 0x00, 0xC4, 0x09, 0x00, 0x00});
+    return exciter->read();
+  };
+  ASSERT_TRUE(exciter->write(kMotion).ok());
+  for (int i = 0; i < 5; ++i) {
+    const auto own = spoofed();
+    EXPECT_TRUE(own.ok()) << "our own frames: " << own.error().what;
+    ASSERT_TRUE(exciter->heartbeat().ok());
+  }
+  peer.send(0x200, {0xC4, 0x09, 0x10, 0x27, 0xC8, 0x00, 0x01, 0x09});
+  const auto told = spoofed();
+  ASSERT_FALSE(told.ok());
+  EXPECT_THAT(told.error().what, HasSubstr("another node sends exciter_setpoint too"));
+  EXPECT_EQ(told.error().kind, ErrorKind::refused)
+      << "the link is kept, so that a ramp can be sent";
+  EXPECT_TRUE(exciter->heartbeat().ok());
+  EXPECT_TRUE(spoofed().ok()) << "it was said";
+  ASSERT_TRUE(exciter->stop().ok());
+}
+
+TEST(CanExciterWire, HearsAnotherNodeAlsoAtRestAndIgnoresItsOrdersToRest) {
+  Peer peer("vcan0");
+  auto exciter = connected_exciter();
+  peer.send(0x200, {0, 0, 0, 0, 0, 0, 0, 0x09});
+  peer.send(0x201, {0x02, 0x00, 0x00, 0x00, 0xC4, 0x09, 0x00, 0x00});
+  EXPECT_TRUE(exciter->read().ok());
+  peer.send(0x200, {0xC4, 0x09, 0x10, 0x27, 0xC8, 0x00, 0x01});
+  EXPECT_FALSE(exciter->read().ok()) << "and a frame that is too short moves perhaps";
+}
+
+TEST(CanExciterWire, SaysThatTheControllerHasLeftTheBus) {
+  Peer peer("vcan0");
+  auto exciter = connected_exciter(1.0);
+  ASSERT_TRUE(exciter->write(kMotion).ok());
+  peer.send_raw(CAN_ERR_FLAG | CAN_ERR_BUSOFF, CAN_ERR_DLC);
+  const auto off = exciter->read();
+  ASSERT_FALSE(off.ok());
+  EXPECT_EQ(off.error().kind, ErrorKind::unavailable);
+  EXPECT_THAT(off.error().what, HasSubstr("bus-off"));
+  peer.take_all();
+  std::this_thread::sleep_for(100ms);
+  EXPECT_EQ(std::ranges::count_if(peer.take_all(), moving), 0) << "nothing is sent any more";
+  ASSERT_TRUE(exciter->connect().ok());
+  EXPECT_FALSE(exciter->write(kMotion).ok()) << "not before it has been at rest";
+}
+
+// A queue that takes one frame and never gives it to the bus, as when nobody acknowledges.
+TEST(CanExciterWire, SaysThatItsFramesDoNotGetOntoTheBus) {
+  TemporaryLink link("vcanfull");
+  auto config = exciter_config();
+  config.interface = "vcanfull";
+  auto made = make_can_exciter(config, 1.0, kData, real_clock);
+  ASSERT_TRUE(made.ok());
+  auto& exciter = **made;
+  ASSERT_TRUE(exciter.connect().ok());
+  ASSERT_TRUE(exciter.write(kMotion).ok());
+  run("tc qdisc add dev vcanfull root netem limit 1 delay 100s");
+  Peer peer("vcanfull");
+  ASSERT_TRUE(exciter.heartbeat().ok()) << "the kernel has taken it";
+  const auto stopped = exciter.stop();
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_THAT(stopped.error().what, HasSubstr("the stop does not get onto the bus"));
+  EXPECT_EQ(stopped.error().kind, ErrorKind::exhausted) << "so that it is tried again on this link";
+  run("tc qdisc del dev vcanfull root");
+  ASSERT_TRUE(exciter.stop().ok());
+  EXPECT_GE(std::ranges::count_if(peer.take_until(1, resting), resting), 1);
+}
+
 // A process that hangs: its frames end all the same.
 TEST(CanExciterWire, FallsSilentWhenItsProcessHangs) {
   Peer peer("vcan0");
