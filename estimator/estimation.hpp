@@ -5,10 +5,10 @@
 // Generalised least squares on Fourier coefficients with their covariance. Normal priors of the
 // model's parameters count in all of them (3.8): the estimate is then the maximum a posteriori.
 // Further objectives are loops around this: see objectives/. Methods:
-//   lifted              Gauss-Newton on theta and the periodic solutions together, one
-//   linearisation
-//                       a step: about half the work of the nested form and less dependent on the
-//                       start. Falls back to levenberg_marquardt when it does not contract.
+//   lifted              Gauss-Newton on theta and the periodic solutions together: one
+//                       linearisation a step, about half the work of the nested form and less
+//                       dependence on the start. Falls back to levenberg_marquardt when it does
+//                       not contract.
 //   gauss_newton        the paper's (4.7): inner Newton converged for every theta, full steps.
 //   levenberg_marquardt the same with damping (4.8) that refuses steps which worsen the fit or for
 //                       which there is no admissible periodic solution.

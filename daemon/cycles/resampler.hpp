@@ -3,8 +3,7 @@
 // Each point is the value at its own place of a cubic fitted by least squares to the samples within
 // 1/n of a period on either side. Chosen for what the estimator assumes of its data:
 //  - symmetric, so no phase lag, and exact for cubics: the bias is a m^4 / n^4 * 0.56 for a
-//  harmonic
-//    of order m and amplitude a (3e-8 of a fundamental at n = 64);
+//    harmonic of order m and amplitude a (3e-8 of a fundamental at n = 64);
 //  - every sample is used, and folding is damped to 4 % of the white-noise power below half the new
 //    rate, so that the noise of the points is nearly white with 1.125 n/N of the samples' variance,
 //    which is also its power at the low harmonics that carry the parameters: standard errors

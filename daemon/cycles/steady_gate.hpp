@@ -1,18 +1,16 @@
-// Has the transient died? Lets cycles through once the response repeats, and says why when it does
-// not.
+// The steady-state gate: accepts cycles once the response repeats, and states the reason when it
+// does not.
 //
-// Three questions to every whole cycle, over the last eight:
-//  - does it repeat the one before? `change` is the root mean square difference in units of what
-//  noise
-//    alone would make (sqrt 2 of a point's standard deviation): about 1 when steady. At most
-//    `tolerance`, four times in a row: one agreement may be chance.
-//  - does it creep? A slope of the mean and the first four harmonics over the eight cycles that the
-//    scatter about it does not explain (F test at 0.1 %), and that moves the cycle by more than
-//    tolerance / 10 of the noise. A slow transient passes the first question long before it is
-//    over.
-//  - does it repeat only every second, third or fourth period? Then it is a subharmonic, which is
-//  not
-//    a periodic solution of period one and must not be fitted as one.
+// The gate asks three questions about every whole cycle, over the last eight cycles:
+//  - Does it repeat the one before? `change` is the root mean square difference in units of what
+//    noise alone would make (sqrt 2 of a point's standard deviation): about 1 when steady. It must
+//    be at most `tolerance` four times in a row, since one agreement may be chance.
+//  - Does it creep? It does when the mean and the first four harmonics have a slope over the eight
+//    cycles that their scatter does not explain (F test at 0.1 %), and that moves the cycle by more
+//    than tolerance / 10 of the noise. A slow transient passes the first question long before it
+//    is over.
+//  - Does it repeat only every second, third or fourth period? Then it is a subharmonic, which is
+//    not a periodic solution of period one and must not be fitted as one.
 //
 // With white noise one cycle in a thousand is held back; a transient that decays by 10 % a cycle is
 // let through when less than 1.5 of a point's noise is left of it (tests hold both).

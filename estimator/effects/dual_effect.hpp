@@ -4,8 +4,8 @@
 //   class EndStop final : public DualEffect<EndStop, kSeesU | kSeesV, 3> {
 //     ...
 //     template <class T>
-//     static bool formula(const Local<T, 0>& at, const T* theta, const double* constants, T& f, T*)
-//     {
+//     static bool formula(const Local<T, 0>& at, const T* theta, const double* constants, T& f,
+//                         T*) {
 //       f = theta[0] * smooth_ramp(at.u - theta[1], constants[0]);
 //       return true;
 //     }

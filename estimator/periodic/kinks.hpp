@@ -19,9 +19,8 @@
 // in u and of second in s, however high its own order.
 //
 //            own side  |  other side
-//      o-----o-----o---|-o- - -o- - -o      neighbours right of t* minus sum [u^(m)] (t - t*)^m /
-//      m!
-//                    t*
+//      o-----o-----o---|-o- - -o- - -o      neighbours right of t*:
+//                      t*                   minus sum [u^(m)] (t - t*)^m / m!
 //
 // The jumps of s need s itself: they are taken from the sensitivities of the step before, and so
 // settle along with Newton's method. A finer grid starts from the jumps by the coarser one's last

@@ -2,16 +2,16 @@
 // with a whole system in each SIMD lane, so that every operation is vertical and nothing waits for
 // anything but its own lane.
 //
-//           inner unknowns          border          one row of the matrix in memory: a Lanes each
-//     [ x x x x               | b b b ]               for 2 reach + 1 coefficients (not stored:
-//     they [ x x x x x             |   b b ]               are made from g_u, g_v, g_a as they are
-//     met) [ x x x x x x           |     b ]             right of it, eliminated along: Newton
-//     step, [ x x x x x x x         |       ]               sensitivities, and the columns b as
-//     further [       . . .           |       ]               right-hand sides [         x x x x x
-//     x   | b     ] [           x x x x x   | b b   ]             after the way down and up, inner
-//     = r - B border; [             x x x x   | b b b ]             put into the last rows that
-//     leaves a
-//     [-----------------------+-------]             reach x reach system for the border.
+//          inner unknowns      | border
+//     [ x x x x               | b b b ]     One row of the matrix is a Lanes for each of its
+//     [ x x x x x             |   b b ]     2 reach + 1 coefficients. They are not stored: they
+//     [ x x x x x x           |     b ]     are made from g_u, g_v, g_a as they are met.
+//     [ x x x x x x x         |       ]     The right-hand sides are eliminated along: the Newton
+//     [       . . .           |       ]     step, the sensitivities, and the columns b as further
+//     [         x x x x x x   | b     ]     right-hand sides. After the way down and up,
+//     [           x x x x x   | b b   ]         inner = r - B border.
+//     [             x x x x   | b b b ]     Put into the last rows, that leaves a reach x reach
+//     [-----------------------+-------]     system for the border.
 //     [ b b b           b b b | x x x ]
 //
 // No row exchanges: a lane whose pivot gets small against its row is reported as unsound.

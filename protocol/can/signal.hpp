@@ -3,8 +3,7 @@
 // The two byte orders number their bits differently (PRACTICE and the DBC format):
 //   Intel     start bit = the least significant one; following bits are start+1, start+2, ...
 //   Motorola  start bit = the *most* significant one; within a byte the numbers fall from 7 to 0,
-//   then
-//             go on at bit 7 of the next byte ("sawtooth").
+//             then go on at bit 7 of the next byte ("sawtooth").
 // Bit n is bit n%8 (0 = least significant) of byte n/8. For the bytes 02 EF 70: 0|16 Intel is
 // 61186, 7|16 Motorola is 751, 0|16 Motorola is 30648.
 //
