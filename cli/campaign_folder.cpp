@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "base/unit.hpp"
 #include "cli/campaign_units.hpp"
 #include "cli/csv.hpp"
 #include "config/campaign.hpp"
-#include "config/length_unit.hpp"
 #include "config/object_reader.hpp"
 #include "record/accepted_cycles.hpp"
 
@@ -98,7 +98,8 @@ Result<Recording> read_columns(Described described, const std::filesystem::path&
 }
 
 void use_gravity(double given, config::ModelSpec& model, Campaign& campaign) {
-  const double in_model = given / config::metres(model.length_unit).value_or(1.0);
+  const auto metre = unit_called(model.length_unit, Dimension::length);
+  const double in_model = given / (metre ? metre->scale : 1.0);
   if (std::fabs(in_model / model.gravity - 1.0) > 1e-6)
     campaign.warnings.push_back(
         fmt::format("the campaign's gravity, {:.6g} {}/s^2, is used instead "

@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "config/length_unit.hpp"
+#include "base/unit.hpp"
 
 namespace shaker::cli {
 namespace {
 
-using config::metres;
 using config::Node;
 
 constexpr double kLargestScale = 1e12;
@@ -19,7 +18,7 @@ class Units {
       : findings_(findings),
         reader_(node, pointer, findings),
         length_(length_unit),
-        metre_(metres(length_unit)),
+        metre_(unit_called(length_unit, Dimension::length)),
         mass_(mass) {}
 
   Factors factors() {
@@ -60,44 +59,39 @@ class Units {
     const bool length = name == "displacement";
     const std::string wanted = length ? length_ : length_ + "/s^2";
     if (unit.empty() || unit == wanted) return 1.0;
-    if (!length && (unit == "N" || unit == "kN")) return newtons(name, unit);
-    const auto slash = unit.find("/s^2");
-    std::optional<double> given;
-    if (length)
-      given = metres(unit);
-    else if (slash != std::string::npos)
-      given = metres(unit.substr(0, slash));
-    else if (unit == "g")
-      given = 9.80665;
-    if (given && metre_) return *given / *metre_;
+    if (const auto force = unit_called(unit, Dimension::force); force && !length)
+      return over_mass(name, *force);
+    const auto given = unit_called(unit, length ? Dimension::length : Dimension::acceleration);
+    if (given && metre_) return given->scale / metre_->scale;
     reader_.complain(
-        name, fmt::format("\"{}\" and the model's \"{}\" do not match; say {{\"label\": \"{}\", "
-                          "\"scale\": ...}} with the size of one {} in {}",
-                          unit, wanted, unit, unit, wanted));
+        name,
+        fmt::format("\"{}\" and the model's \"{}\" do not match; known are {}{}. For another one, "
+                    "say {{\"label\": \"{}\", \"scale\": ...}} with the size of one {} in {}",
+                    unit, wanted, units_of(length ? Dimension::length : Dimension::acceleration),
+                    length ? "" : ", " + units_of(Dimension::force), unit, unit, wanted));
     return std::nullopt;
   }
 
   std::optional<double> time(const std::string& unit) {
-    if (unit == "s") return 1.0;
-    if (unit == "ms") return 1e-3;
-    if (unit == "us") return 1e-6;
-    reader_.complain("time", fmt::format("is \"{}\"; it is s, ms or us", unit));
+    if (const auto known = unit_called(unit, Dimension::time)) return known->scale;
+    reader_.complain("time", fmt::format("\"{}\" is no unit of time; known are {}", unit,
+                                         units_of(Dimension::time)));
     return std::nullopt;
   }
 
   // Effects are forces over a mass.
-  std::optional<double> newtons(const std::string& name, const std::string& unit) {
-    if (mass_ > 0.0 && metre_) return (unit == "kN" ? 1e3 : 1.0) / mass_ / *metre_;
+  std::optional<double> over_mass(const std::string& name, const Unit& force) {
+    if (mass_ > 0.0 && metre_) return force.scale / mass_ / metre_->scale;
     reader_.complain(name, fmt::format("is \"{}\", but the model counts forces over a mass, in "
                                        "{}/s^2: give /reference_mass in kg, above 0",
-                                       unit, length_));
+                                       force.name, length_));
     return std::nullopt;
   }
 
   config::Findings& findings_;
   config::ObjectReader reader_;
   std::string length_;
-  std::optional<double> metre_;
+  std::optional<Unit> metre_;  // the model's unit of length, where it is known
   double mass_;
 };
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "config/length_unit.hpp"
+#include "base/unit.hpp"
 #include "config/model_reader.hpp"
 
 namespace shaker::config {
@@ -169,8 +169,9 @@ ModelSpec read_model(const Node& node, const std::string& pointer, Findings& fin
   reader.format("shaker-model/1");
   reader.required("name", model.name);
   reader.optional("length_unit", model.length_unit);
+  const auto metre = unit_called(model.length_unit, Dimension::length);
   reader.optional("gravity", model.gravity,
-                  at_least(0).at_most(kLargestGravity / metres(model.length_unit).value_or(1e-6)));
+                  at_least(0).at_most(kLargestGravity / (metre ? metre->scale : 1e-6)));
   read_coordinates(reader, findings, model);
   reader.array("effects", true, {1, kEffectsMax},
                [&](const Node& effect, const std::string& where) {

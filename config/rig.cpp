@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/unit.hpp"
 #include "config/rig_devices.hpp"
 
 namespace shaker::config {
@@ -130,6 +131,38 @@ void check_auxiliary(ObjectReader& reader, const RigConfig& rig) {
                       fmt::format("{} (\"{}\") is given by no sensor; name it in a sensor, or "
                                   "leave it out",
                                   protocol::name(channel), label.name));
+    }
+  }
+}
+
+// What an auxiliary channel is measured in becomes what its label says.
+void convert_auxiliary(ObjectReader& reader, RigConfig& rig) {
+  const auto convert = [&](auto& registers) {
+    for (auto& [channel, spec] : registers) {
+      const auto label = rig.auxiliary.find(channel);
+      if (label != rig.auxiliary.end() && !to_unit(spec, label->second.unit)) {
+        reader.complain(
+            "auxiliary",
+            fmt::format("{0} is measured in \"{1}\", which cannot be converted into \"{2}\"; "
+                        "known are {3}. For another one, give the register a scale that "
+                        "leads to {2}, and this unit",
+                        protocol::name(channel), spec.unit, label->second.unit,
+                        units_like(label->second.unit)));
+      }
+    }
+  };
+  const auto want = [&](std::vector<CanSignal>& signals) {
+    for (CanSignal& signal : signals) {
+      if (const auto label = rig.auxiliary.find(signal.channel); label != rig.auxiliary.end())
+        signal.unit = label->second.unit;
+    }
+  };
+  for (SensorConfig& sensor : rig.sensors) {
+    if (auto* can = std::get_if<CanSensor>(&sensor)) want(can->signals);
+    if (auto* modbus = std::get_if<ModbusSensor>(&sensor)) convert(modbus->registers);
+    if (auto* replay = std::get_if<ReplaySensor>(&sensor)) {
+      want(replay->signals);
+      convert(replay->registers);
     }
   }
 }
@@ -259,6 +292,7 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   if (findings.empty() && sensors_good) {
     check_channels(reader, rig);
     check_auxiliary(reader, rig);
+    convert_auxiliary(reader, rig);
     check_together(reader, rig);
     check_protection(reader, rig);
   }

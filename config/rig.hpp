@@ -72,8 +72,10 @@ struct CanSignal {
   protocol::Channel channel = protocol::Channel::displacement;
   std::string message;
   std::string signal;
-  double scale = 1.0;  // to SI: value * scale + offset (the DBC's own scaling comes before)
-  double offset = 0.0;
+  // To SI: value * scale + offset. Where the file gives neither, the unit that the DBC states is
+  // converted. The DBC's own scaling comes before.
+  std::optional<double> scale{}, offset{};
+  std::string unit{};  // that is wanted; empty: the channel's SI unit
 };
 struct CanOpen {
   int node_id = 1;

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "protocol/unit.hpp"
+#include "base/unit.hpp"
 
 namespace shaker::config {
 namespace {
@@ -88,22 +88,19 @@ RegisterSpec read_timestamp(const Node& node, const std::string& pointer, Findin
   return spec;
 }
 
-// The unit of the value after scaling is fixed by what the register is for. Another word would be
-// believed by nobody but the reader of the file.
-void check_unit(const RegisterSpec& spec, std::string_view si, std::string_view what,
-                const std::string& pointer, const Node& node, Findings& findings) {
-  if (si.empty() || protocol::is_unit(spec.unit, si)) return;
-  ObjectReader(node, pointer, findings)
-      .complain("unit", fmt::format("\"{}\" is not the unit of {}; set scale and offset so that "
-                                    "raw * scale + offset is in {}, and write \"{}\"",
-                                    spec.unit, what, si, si));
-}
-
 // The unit of a role of the exciter's map; empty: a number without one, or bits.
 std::string_view unit_of_role(std::string_view role) {
   if (role.starts_with("frequency")) return "Hz";
   if (role.starts_with("amplitude")) return "m/s^2";
   return role == "ramp" || role == "heartbeat_timeout" ? "s" : "";
+}
+
+void convert(RegisterSpec& spec, std::string_view wanted, ObjectReader&& reader) {
+  if (wanted.empty() || to_unit(spec, wanted)) return;
+  reader.complain(
+      "unit", fmt::format("\"{}\" cannot be converted into {}; known are {}. For another one, set "
+                          "scale and offset so that raw * scale + offset is in {}",
+                          spec.unit, wanted, units_like(wanted), wanted));
 }
 
 // Running and ready are told by the bits of a status of so many bits.
@@ -202,8 +199,8 @@ void read_modbus_exciter(ObjectReader& reader, Findings& findings, ModbusExciter
   for (std::size_t i = 0; i < kRoles.size(); ++i) {
     const Node* node = roles.member(kRoles[i], i < kRequiredRoles);
     if (!node) continue;
-    const RegisterSpec spec = read_register(*node, roles.at(kRoles[i]), findings);
-    check_unit(spec, unit_of_role(kRoles[i]), kRoles[i], roles.at(kRoles[i]), *node, findings);
+    RegisterSpec spec = read_register(*node, roles.at(kRoles[i]), findings);
+    convert(spec, unit_of_role(kRoles[i]), ObjectReader(*node, roles.at(kRoles[i]), findings));
     const bool written = i < kWrittenRoles || kRoles[i] == "fault_reset";
     if (written && spec.table == protocol::modbus::RegisterTable::input) {
       roles.complain(kRoles[i], "input registers cannot be written; use the table \"holding\"");
@@ -249,7 +246,7 @@ std::vector<CanSignal> read_signals(ObjectReader& reader, Findings& findings, bo
     inner.required("message", signal.message);
     inner.required("signal", signal.signal);
     inner.optional("scale", signal.scale);
-    if (signal.scale == 0.0) {
+    if (signal.scale && *signal.scale == 0.0) {
       inner.complain("scale", "0 would lose every value; leave it out for 1");
     }
     inner.optional("offset", signal.offset);
@@ -287,9 +284,9 @@ void read_sensor_registers(ObjectReader& reader, Findings& findings, bool requir
   for (std::size_t i = 0; i < kChannels.size(); ++i) {
     if (const Node* node = channels.member(kChannels[i], false)) {
       const auto channel = static_cast<Channel>(i);
-      const RegisterSpec spec = read_register(*node, channels.at(kChannels[i]), findings);
-      check_unit(spec, protocol::unit(channel), kChannels[i], channels.at(kChannels[i]), *node,
-                 findings);
+      RegisterSpec spec = read_register(*node, channels.at(kChannels[i]), findings);
+      convert(spec, protocol::unit(channel),
+              ObjectReader(*node, channels.at(kChannels[i]), findings));
       sensor.registers.emplace(channel, spec);
     }
   }
@@ -398,6 +395,16 @@ void check_times(ObjectReader& reader, const ExciterConfig& exciter, Findings& f
 }
 
 }  // namespace
+
+bool to_unit(RegisterSpec& spec, std::string_view wanted) {
+  if (spec.unit.empty()) return true;
+  const auto found = conversion(spec.unit, wanted);
+  if (!found) return false;
+  spec.scale *= found->scale;
+  spec.offset = spec.offset * found->scale + found->offset;
+  spec.unit = wanted;
+  return true;
+}
 
 void read_exciter(const Node& node, const std::string& pointer, Findings& findings,
                   ExciterConfig& exciter) {

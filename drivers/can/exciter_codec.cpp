@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "protocol/unit.hpp"
+#include "base/unit.hpp"
 
 namespace shaker::drivers::can {
 namespace {
@@ -64,16 +64,27 @@ std::optional<double> value_of(const Message& message, std::string_view name, co
   return decoded.value;
 }
 
-// A DBC file states the unit of the value after its factor. In another one a setpoint would be
-// obeyed as another motion.
-Result<void> check_unit(const Database& database, const Message& message, std::string_view name,
-                        std::string_view si) {
-  const auto* signal = message.find(name);
-  if (signal == nullptr || protocol::is_unit(signal->unit, si)) return {};
-  return Error{ErrorKind::invalid,
-               fmt::format("{}: signal {} of message {} is in \"{}\"; the CAN exciter needs it in "
-                           "{}: change its factor, offset and unit",
-                           database.origin, name, message.name, signal->unit, si)};
+// A DBC file states the unit of the value after its factor. The signal is changed to one in SI.
+Result<void> convert(const std::string& origin, Message& message, std::string_view name,
+                     Dimension dimension) {
+  const auto signal = std::ranges::find(message.signals, name, &protocol::can::Signal::name);
+  if (signal == message.signals.end() || signal->unit.empty()) return {};
+  const auto unit = unit_called(signal->unit, dimension);
+  if (!unit) {
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("{}: signal {} of message {} is in \"{}\", which is no unit of it; known "
+                    "are {}. For another one, change its factor, offset and unit",
+                    origin, name, message.name, signal->unit, units_of(dimension))};
+  }
+  if (signal->minimum != 0.0 || signal->maximum != 0.0) {
+    signal->minimum = unit->to_si(signal->minimum);
+    signal->maximum = unit->to_si(signal->maximum);
+  }
+  signal->factor *= unit->scale;
+  signal->offset = unit->to_si(signal->offset);
+  signal->unit = si_unit(dimension);
+  return {};
 }
 
 Result<void> check_mask(const Database& database, const Message& message, const char* key,
@@ -102,10 +113,13 @@ Result<ExciterCodec> ExciterCodec::make(const Database& database,
   if (!setpoint) return setpoint.error();
   auto status = find_message(database, config.status_message, {"status", "fault"});
   if (!status) return status.error();
-  for (const auto& [name, si] : {std::pair{"frequency", "Hz"}, std::pair{"amplitude", "m/s^2"},
-                                 std::pair{"ramp", "s"}, std::pair{"heartbeat_timeout", "s"}}) {
-    for (const Message* message : {&*setpoint, &*status}) {
-      if (auto good = check_unit(database, *message, name, si); !good) return good.error();
+  for (const auto& [name, dimension] :
+       {std::pair{"frequency", Dimension::frequency},
+        std::pair{"amplitude", Dimension::acceleration}, std::pair{"ramp", Dimension::time},
+        std::pair{"heartbeat_timeout", Dimension::time}}) {
+    for (Message* message : {&*setpoint, &*status}) {
+      if (auto good = convert(database.origin, *message, name, dimension); !good)
+        return good.error();
     }
   }
   for (const auto& [key, mask] : {std::pair{"status_running", config.status_running},

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "base/unit.hpp"
+
 namespace shaker::drivers::can {
 namespace {
 
@@ -23,6 +25,26 @@ std::optional<std::size_t> index_of(const protocol::can::Message& message, std::
   return static_cast<std::size_t>(signal - message.signals.data());
 }
 
+// Sets scale and offset by the unit that the database states, unless the rig file has its own.
+Result<void> convert(config::CanSignal& asked, const protocol::can::Signal& signal,
+                     const std::string& origin) {
+  const std::string wanted(asked.unit.empty() ? protocol::unit(asked.channel) : asked.unit);
+  if (asked.scale || asked.offset || wanted.empty() || signal.unit.empty()) return {};
+  const auto found = conversion(signal.unit, wanted);
+  if (!found) {
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("{}: signal {} of message {} is in \"{}\", which cannot be converted into "
+                    "{}; known are {}. For another one, give the signal a scale in the rig "
+                    "file that leads to {}",
+                    origin, asked.signal, asked.message, signal.unit, wanted, units_like(wanted),
+                    wanted)};
+  }
+  asked.scale = found->scale;
+  asked.offset = found->offset;
+  return {};
+}
+
 }  // namespace
 
 Result<FrameDecoder> FrameDecoder::make(protocol::can::Database database,
@@ -32,7 +54,7 @@ Result<FrameDecoder> FrameDecoder::make(protocol::can::Database database,
     return Error{ErrorKind::invalid,
                  "the CAN sensor has no signals; list at least one under 'signals'"};
   }
-  for (const config::CanSignal& asked : signals) {
+  for (config::CanSignal asked : signals) {
     const auto* message = database.find(asked.message);
     if (message == nullptr) {
       return Error{ErrorKind::invalid,
@@ -51,6 +73,7 @@ Result<FrameDecoder> FrameDecoder::make(protocol::can::Database database,
           fmt::format("{}: message {} has {} bytes, a frame holds at most {}", database.origin,
                       message->name, message->size, protocol::can::kMaxLength)};
     }
+    if (auto good = convert(asked, *signal, database.origin); !good) return good.error();
     const auto index = static_cast<std::size_t>(message - database.messages.data());
     auto group = std::ranges::find(decoder.groups_, index, &Group::message);
     if (group == decoder.groups_.end()) {
@@ -58,7 +81,7 @@ Result<FrameDecoder> FrameDecoder::make(protocol::can::Database database,
           group, Group{index, {}, index_of(*message, "counter"), index_of(*message, "error")});
     }
     group->wanted.push_back({static_cast<std::size_t>(signal - message->signals.data()),
-                             asked.channel, asked.scale, asked.offset});
+                             asked.channel, asked.scale.value_or(1.0), asked.offset.value_or(0.0)});
     decoder.most_samples_ = std::max(decoder.most_samples_, group->wanted.size());
     decoder.longest_ = std::max(decoder.longest_, message->size);
   }

@@ -30,7 +30,7 @@ TEST(Rig, OfRealHardwareIsReadAsItIsWritten) {
   const auto& sensor = std::get<CanSensor>(rig->sensors.at(0));
   EXPECT_EQ(sensor.signals.at(1).channel, protocol::Channel::excitation);
   EXPECT_EQ(sensor.signals.at(0).message, "STROKE");
-  EXPECT_DOUBLE_EQ(sensor.signals.at(0).scale, 0.001);
+  EXPECT_DOUBLE_EQ(sensor.signals.at(0).scale.value(), 0.001);
   EXPECT_EQ(sensor.canopen->node_id, 5);
   EXPECT_EQ(rig->limits.stale_action, Action::ramp_down);
   EXPECT_DOUBLE_EQ(rig->limits.stroke_min_m, 0.01);
@@ -45,6 +45,37 @@ TEST(Rig, OnSerialLinesHasItsLineSettings) {
   EXPECT_EQ(rtu.baud, 115200);
   EXPECT_EQ(rtu.parity, 'E');
   EXPECT_EQ(std::get<ModbusSensor>(rig->sensors.at(0)).registers.size(), 1u);
+}
+
+TEST(Rig, ConvertsWhatAnAuxiliaryRegisterIsMeasuredIn) {
+  const auto rig = [](const std::string& unit, const std::string& label) {
+    return parse_rig(
+        R"({"name": "r", "exciter": {"device": {"kind": "simulated"}}, "auxiliary": {
+              "aux1": {"name": "gas", "unit": ")" +
+            label + R"("}}, "sensors": [{"kind": "simulated"}, {"kind": "modbus",
+              "link": {"transport": {"kind": "tcp", "host": "h"}}, "registers": {
+              "aux1": {"address": 0, "type": "u16", "scale": 2, "offset": 1, "unit": ")" +
+            unit + R"("}}}]})",
+        "r.json");
+  };
+  const auto read = [&](const std::string& unit, const std::string& label) {
+    const auto found = rig(unit, label);
+    EXPECT_TRUE(found) << found.error().what;
+    return std::get<ModbusSensor>(found->sensors.at(1)).registers.at(protocol::Channel::aux1);
+  };
+  EXPECT_DOUBLE_EQ(read("psi", "psi").scale, 2.0);
+  EXPECT_NEAR(read("psi", "kPa").scale, 2.0 * 6.894757, 1e-5);
+  EXPECT_NEAR(read("psi", "kPa").offset, 6.894757, 1e-5);
+  EXPECT_NEAR(read("degF", "degC").scale, 10.0 / 9.0, 1e-12);
+  EXPECT_NEAR(read("degF", "degC").offset, -31.0 * 5.0 / 9.0, 1e-9);
+  EXPECT_DOUBLE_EQ(read("", "volts of the bridge").scale, 2.0);
+  EXPECT_DOUBLE_EQ(read("mV/V", "mV/V").scale, 2.0) << "what is not converted needs not be known";
+  const auto refused = rig("mV", "kPa");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(
+      refused.error().what,
+      ::testing::HasSubstr("aux1 is measured in \"mV\", which cannot be converted into \"kPa\"; "
+                           "known are Pa, kPa, MPa, mbar, bar, atm, psi"));
 }
 
 TEST(Rig, TakesDefaultsForWhatIsLeftOut) {

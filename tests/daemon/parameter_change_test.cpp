@@ -67,7 +67,8 @@ TEST(ParameterChange, IsNotSeenInADamperThatStaysAsItIs) {
 // dwell the true rate, more than 24 alarms in 30 dwells would come once in 100.
 TEST(ParameterChange, IsNotSaidFalselyMoreOftenThanStated) {
   std::size_t alarms = 0;
-  for (std::uint64_t seed = 100; seed < 100U + static_cast<std::uint64_t>(repetitions(30)); ++seed) {
+  for (std::uint64_t seed = 100; seed < 100U + static_cast<std::uint64_t>(repetitions(30));
+       ++seed) {
     const auto quiet =
         measured({}, config::ChangeDetectionSpec{.false_alarms_per_run = 0.5}, seed, 60);
     ASSERT_TRUE(quiet.ok()) << quiet.error().what;

@@ -144,30 +144,61 @@ TEST(CanExciterCodec, BelievesNoValueThatItsSignalCannotHave) {
   EXPECT_DOUBLE_EQ(*status->frequency_hz, 2.5);
 }
 
-// One word of the database changed.
-std::string refusal(const std::string& from, const std::string& to,
-                    const config::CanExciter& config = settings()) {
+protocol::can::Database changed(const std::string& from, const std::string& to) {
   std::ifstream file(SHAKER_TEST_DATA "/can/rig.dbc");
   std::string text{std::istreambuf_iterator<char>(file), {}};
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   text.replace(at, from.size(), to);
-  const auto database = protocol::can::parse_dbc(text, "x.dbc");
+  auto database = protocol::can::parse_dbc(text, "x.dbc");
   EXPECT_TRUE(database.ok());
-  const auto made = ExciterCodec::make(*database, config);
+  return std::move(*database);
+}
+
+// One word of the database changed.
+std::string refusal(const std::string& from, const std::string& to,
+                    const config::CanExciter& config = settings()) {
+  const auto made = ExciterCodec::make(changed(from, to), config);
   return made.ok() ? "accepted" : made.error().what;
 }
 
-TEST(CanExciterCodec, RefusesOtherUnitsThanItsOwn) {
+// One word of the database changed; what a setpoint of 9.80665 m/s^2 at 2 Hz is on the bus.
+protocol::can::Frame sent(const std::string& from, const std::string& to) {
+  const auto made = ExciterCodec::make(changed(from, to), settings());
+  EXPECT_TRUE(made.ok()) << made.error().what;
+  return *made->setpoint({2.0, 9.80665, true, 1.0}, 0);
+}
+int word(const protocol::can::Frame& frame, std::size_t at) {
+  return frame.data.at(at) + 256 * frame.data.at(at + 1);
+}
+
+TEST(CanExciterCodec, SendsTheUnitThatTheDatabaseStates) {
+  EXPECT_EQ(word(sent("[0|65] \"m/s^2\" EXCITER", "[0|65] \"m/s^2\" EXCITER"), 2), 9807);
+  EXPECT_EQ(word(sent("[0|65] \"m/s^2\" EXCITER", "[0|65] \"g\" EXCITER"), 2), 1000);
+  EXPECT_EQ(word(sent("(0.001,0) [0|65] \"Hz\" EXCITER", "(0.01,0) [0|650] \"rpm\" EXCITER"), 0),
+            12000);
+  // Its range is in its unit, too: 0.9 g are not enough for 9.8 m/s^2.
+  const auto narrow =
+      ExciterCodec::make(changed("[0|65] \"m/s^2\" EXCITER", "[0|0.9] \"g\" EXCITER"), settings());
+  ASSERT_TRUE(narrow.ok()) << narrow.error().what;
+  EXPECT_FALSE(narrow->setpoint({2.0, 9.80665, true, 1.0}, 0).ok());
+  const auto told =
+      ExciterCodec::make(changed("[0|65] \"m/s^2\" RIG", "[0|65] \"g\" RIG"), settings());
+  ASSERT_TRUE(told.ok()) << told.error().what;
+  EXPECT_NEAR(*told->status(status_frame(3), 5s)->amplitude, 9.81 * 9.80665, 1e-9);
+}
+
+TEST(CanExciterCodec, RefusesUnitsThatLeadNowhere) {
   EXPECT_EQ(refusal("[0|65] \"m/s^2\" EXCITER", "[0|65] \"m/s2\" EXCITER"), "accepted");
   EXPECT_EQ(refusal("[0|65] \"m/s^2\" EXCITER", "[0|65] \"\" EXCITER"), "accepted");
-  EXPECT_THAT(refusal("[0|65] \"m/s^2\" EXCITER", "[0|65] \"g\" EXCITER"),
-              HasSubstr("signal amplitude of message exciter_setpoint is in \"g\""));
-  EXPECT_THAT(refusal("[0|65] \"Hz\" EXCITER", "[0|65] \"rpm\" EXCITER"),
-              HasSubstr("signal frequency of message exciter_setpoint is in \"rpm\""));
-  EXPECT_THAT(refusal("[0|655] \"s\" EXCITER", "[0|655] \"ms\" EXCITER"), HasSubstr("ramp"));
-  EXPECT_THAT(refusal("[0|65] \"m/s^2\" RIG", "[0|65] \"g\" RIG"),
-              HasSubstr("signal amplitude of message exciter_status is in \"g\""));
+  EXPECT_THAT(refusal("[0|65] \"m/s^2\" EXCITER", "[0|65] \"mm\" EXCITER"),
+              HasSubstr("signal amplitude of message exciter_setpoint is in \"mm\", which is no "
+                        "unit of it; known are m/s^2"));
+  EXPECT_THAT(refusal("[0|65] \"Hz\" EXCITER", "[0|65] \"1/s\" EXCITER"),
+              HasSubstr("signal frequency of message exciter_setpoint is in \"1/s\""));
+  EXPECT_THAT(refusal("[0|655] \"s\" EXCITER", "[0|655] \"msec\" EXCITER"), HasSubstr("ramp"));
+  EXPECT_THAT(refusal("[0|65] \"m/s^2\" RIG", "[0|65] \"G\" RIG"),
+              HasSubstr("signal amplitude of message exciter_status is in \"G\""));
 }
 
 TEST(CanExciterCodec, RefusesMasksBeyondItsSignal) {

@@ -57,6 +57,39 @@ struct Bench {
   Receiver receiver;
 };
 
+// The database's unit is converted, unless the rig file gives a scale of its own.
+TEST(CanDecoder, ConvertsTheUnitThatTheDatabaseStates) {
+  protocol::can::Database database;
+  auto& message = database.messages.emplace_back();
+  message.name = "m";
+  message.id = 0x10;
+  message.size = 4;
+  auto& signal = message.signals.emplace_back();
+  signal.name = "s";
+  signal.length = 32;
+  const auto value = [&](const char* unit, const config::CanSignal& asked) {
+    signal.unit = unit;
+    auto made = FrameDecoder::make(database, std::array{asked});
+    if (!made.ok()) return -1.0;
+    std::array<Sample, 1> out;
+    const auto outcome = made->decode(frame("010#E8030000"), 0ns, out);  // 1000
+    return outcome.samples == 1 ? out[0].value : -2.0;
+  };
+  config::CanSignal stroke{Channel::displacement, "m", "s"};
+  EXPECT_DOUBLE_EQ(value("", stroke), 1000.0);
+  EXPECT_DOUBLE_EQ(value("mm", stroke), 1.0);
+  EXPECT_DOUBLE_EQ(value("ft", stroke), 304.8);
+  EXPECT_EQ(value("g", stroke), -1.0);
+  EXPECT_EQ(value("furlong", stroke), -1.0);
+  stroke.scale = 2e-3;
+  EXPECT_DOUBLE_EQ(value("mm", stroke), 2.0);
+  config::CanSignal pressure{Channel::aux1, "m", "s"};
+  EXPECT_DOUBLE_EQ(value("kPa", pressure), 1000.0) << "nothing says what is wanted";
+  pressure.unit = "bar";
+  EXPECT_DOUBLE_EQ(value("kPa", pressure), 10.0);
+  EXPECT_EQ(value("mm", pressure), -1.0);
+}
+
 TEST(CanDecoder, SaysWhatTheDatabaseHasInsteadOfWhatWasAsked) {
   EXPECT_THAT(refusal({{Channel::displacement, "tpdo", "position", 1.0, 0.0}}),
               HasSubstr("no message 'tpdo'; it has: transducer_tpdo1, accelerometer"));

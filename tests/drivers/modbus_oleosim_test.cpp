@@ -1,13 +1,16 @@
 // The Modbus drivers against the virtual rig's controller, whose register codec is its own.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <modbus.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -108,6 +111,49 @@ TEST(ModbusAgainstTheVirtualRig, ClearsATripOnlyWhereTheMapHasAnOrderForIt) {
   ASSERT_TRUE((*with)->connect());
   EXPECT_TRUE(*(*with)->clear_fault());
   EXPECT_EQ((*with)->read()->fault, 0u);
+}
+
+// From the rig file to the register, which libmodbus reads back: what the file calls g is written
+// in g.
+TEST(ModbusAgainstTheVirtualRig, WritesTheUnitThatTheRigFileStates) {
+  Oleosim sim;
+  RealClock clock;
+  const int port = std::get<config::ModbusTcp>(sim.link().transport).port;
+  const auto rig =
+      config::parse_rig(fmt::format(R"({{"name": "r", "sensors": [{{"kind": "modbus", "registers":
+        {{"displacement": {{"table": "input", "address": 6, "type": "f32", "unit": "mm"}}}},
+        "link": {{"transport": {{"kind": "tcp", "host": "127.0.0.1", "port": {0}}}}}}}],
+        "exciter": {{"device": {{"kind": "modbus",
+          "link": {{"transport": {{"kind": "tcp", "host": "127.0.0.1", "port": {0}}}}},
+          "registers": {{
+            "frequency": {{"address": 0, "type": "f32", "unit": "rpm"}},
+            "amplitude": {{"address": 2, "type": "f32", "unit": "g", "scale": 0.1}},
+            "enable": {{"address": 4, "type": "u16"}},
+            "ramp": {{"address": 5, "type": "f32", "unit": "ms"}},
+            "heartbeat": {{"address": 7, "type": "u16", "cyclic": true}},
+            "status": {{"table": "input", "address": 0, "type": "u16"}},
+            "fault": {{"table": "input", "address": 1, "type": "u16"}}}}}}}}}})",
+                                    port),
+                        "r.json");
+  ASSERT_TRUE(rig) << rig.error().what;
+  auto exciter = make_exciter(std::get<config::ModbusExciter>(rig->exciter.device), clock);
+  ASSERT_TRUE(exciter) << exciter.error().what;
+  ASSERT_TRUE((*exciter)->connect());
+  const auto written = (*exciter)->write({0.5, 0.0980665, true, 0.3});
+  ASSERT_TRUE(written) << written.error().what;
+
+  modbus_t* raw = ::modbus_new_tcp("127.0.0.1", port);
+  ASSERT_EQ(::modbus_connect(raw), 0);
+  ::modbus_set_slave(raw, 1);
+  std::array<std::uint16_t, 8> registers{};
+  EXPECT_EQ(::modbus_read_registers(raw, 0, 8, registers.data()), 8);
+  ::modbus_close(raw);
+  ::modbus_free(raw);
+  EXPECT_FLOAT_EQ(::modbus_get_float_abcd(registers.data()), 30.0F);       // rpm
+  EXPECT_FLOAT_EQ(::modbus_get_float_abcd(registers.data() + 2), 0.1F);    // tenths of g
+  EXPECT_FLOAT_EQ(::modbus_get_float_abcd(registers.data() + 5), 300.0F);  // ms
+  const auto& stroke = std::get<config::ModbusSensor>(rig->sensors.at(0)).registers;
+  EXPECT_DOUBLE_EQ(stroke.at(Channel::displacement).scale, 1e-3);
 }
 
 TEST(ModbusAgainstTheVirtualRig, ShakesWhileTheHeartbeatBeatsAndStopsWithoutIt) {

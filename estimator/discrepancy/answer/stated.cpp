@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "config/length_unit.hpp"
+#include "base/unit.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -46,8 +46,8 @@ void warn_of_widths(const config::ModelSpec& model, Diagnosis& said) {
 
 // Starts, bounds and widths of the catalogue are metres'.
 void warn_of_unit(const config::ModelSpec& model, Diagnosis& said) {
-  const auto metres = config::metres(model.length_unit);
-  if (!metres || *metres == 1.0) return;
+  const auto metre = unit_called(model.length_unit, Dimension::length);
+  if (!metre || metre->scale == 1.0) return;
   said.warnings.push_back(fmt::format(
       "the model counts in {}, but the catalogue's bounds, starts and widths are metres': effects "
       "may be missed or taken for others; give the model, and the files, in m",
