@@ -10,6 +10,7 @@ using protocol::can::Frame;
 
 constexpr Nanoseconds kLeastPatience = 200ms;
 constexpr Nanoseconds kQueued = 1s;  // an old frame may wait so long for the bus
+constexpr Nanoseconds kWindow = 500ms;
 constexpr double kCrowdedPart = 1.5;
 
 bool same(const Frame& a, const Frame& b) {
@@ -20,7 +21,8 @@ bool same(const Frame& a, const Frame& b) {
 
 BusWatch::BusWatch(Nanoseconds setpoint_period, std::optional<double> status_period_s)
     : patience_(std::max(kLeastPatience, 5 * setpoint_period)) {
-  if (status_period_s && *status_period_s > 0.0) allowed_ = kCrowdedPart / *status_period_s + 1.0;
+  if (status_period_s && *status_period_s > 0.0)
+    allowed_ = kCrowdedPart * seconds(kWindow) / *status_period_s + 1.0;
 }
 
 void BusWatch::sending(const Frame& frame, Nanoseconds now) {
@@ -60,13 +62,13 @@ bool BusWatch::unheard(Nanoseconds now) {
 
 void BusWatch::on_status(Nanoseconds t) {
   if (!allowed_) return;
-  if (t - second_began_ >= 1s) {
-    const bool crowded = in_second_ > *allowed_;
-    crowded_ = crowded && t - second_began_ < 2s ? crowded_ + 1 : 0;
-    second_began_ = t;
-    in_second_ = 0;
+  if (t - window_began_ >= kWindow) {
+    const bool crowded = in_window_ > *allowed_;
+    crowded_ = crowded && t - window_began_ < 2 * kWindow ? crowded_ + 1 : 0;
+    window_began_ = t;
+    in_window_ = 0;
   }
-  ++in_second_;
+  ++in_window_;
 }
 
 }  // namespace shaker::drivers::can

@@ -33,12 +33,12 @@ class BusWatch {
   // To be called at each look at the bus, after what it brought: true when frames are being sent
   // and none has come back for five periods (0.2 s at least), nor since the two looks before.
   bool unheard(Nanoseconds now);
-  // Three seconds in a row brought more than one and a half times the stated number.
-  bool two_senders() const { return crowded_ >= kCrowdedSeconds; }
+  // Two half seconds in a row brought more than one and a half times the stated number.
+  bool two_senders() const { return crowded_ >= kCrowdedInARow; }
 
  private:
   static constexpr std::size_t kRemembered = 64;
-  static constexpr int kCrowdedSeconds = 3;
+  static constexpr int kCrowdedInARow = 2;
   static constexpr int kLooks = 3;
   struct Sent {
     protocol::can::Frame frame;
@@ -52,9 +52,9 @@ class BusWatch {
   Nanoseconds last_heard_{};
   int looks_ = 0;  // without one of ours
 
-  std::optional<double> allowed_;  // statuses in a second
-  Nanoseconds second_began_{};
-  int in_second_ = 0, crowded_ = 0;
+  std::optional<double> allowed_;  // statuses in half a second
+  Nanoseconds window_began_{};
+  int in_window_ = 0, crowded_ = 0;
 };
 
 }  // namespace shaker::drivers::can

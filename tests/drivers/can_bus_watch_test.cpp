@@ -91,17 +91,17 @@ void statuses(BusWatch& watch, Nanoseconds from, Nanoseconds until, Nanoseconds 
 TEST_F(CanBusWatch, SeesThatTwoNodesSendTheStatus) {
   statuses(watch, 10s, 20s, 20ms);
   EXPECT_FALSE(watch.two_senders()) << "as stated";
-  statuses(watch, 20s, 22s, 10ms);
+  statuses(watch, 20s, 21s, 10ms);
   EXPECT_FALSE(watch.two_senders()) << "not yet";
-  statuses(watch, 22s, 25s, 10ms);
+  statuses(watch, 21s, 22s, 10ms);
   EXPECT_TRUE(watch.two_senders());
-  statuses(watch, 25s, 28s, 20ms);
+  statuses(watch, 22s, 24s, 20ms);
   EXPECT_FALSE(watch.two_senders()) << "the other one has gone";
 }
 
 TEST_F(CanBusWatch, TakesABurstAfterAPauseForNoSecondSender) {
-  for (Nanoseconds t = 10s; t < 60s; t += 4s)
-    statuses(watch, t, t + 1s, 5ms);
+  for (Nanoseconds t = 10s; t < 60s; t += 2s)
+    statuses(watch, t, t + 200ms, 2ms);
   EXPECT_FALSE(watch.two_senders());
 }
 
