@@ -54,6 +54,19 @@ void Engine::on_heartbeat_withheld(const std::string& why) {
   e.alarm("error", "heartbeat_withheld", why, config::Action::stop);
 }
 
+void Engine::on_late_heartbeat(double gap_s) {
+  Impl& e = *impl_;
+  if (!e.moving() || e.state == State::ramp_down || e.proving || e.moves_nothing()) return;
+  const double deadman = e.deadman_s();
+  if (deadman <= 0.0 || gap_s <= deadman) return;
+  const std::string why = fmt::format(
+      "the exciter got no heartbeat for {:.2f} s, longer than its dead-man of {:.2g} s, which has "
+      "stopped the table; find out what held this PC up",
+      gap_s, deadman);
+  e.trip(why);
+  e.alarm("error", "heartbeat_late", why, config::Action::stop);
+}
+
 void Engine::end_motion(const std::string& code, const std::string& why) {
   Impl& e = *impl_;
   if (!e.moving() || e.state == State::ramp_down) return;

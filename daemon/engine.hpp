@@ -68,6 +68,9 @@ class Engine {
   void on_exciter_error(const Error& error);
   // The exciter's thread no longer serves the heartbeat and has stopped the exciter.
   void on_heartbeat_withheld(const std::string& why);
+  // Between two heartbeats so much time went by. Longer than the exciter's dead-man takes, and it
+  // has stopped the table: that is the fault, not what the sensors then show.
+  void on_late_heartbeat(double gap_s);
   void on_estimate(const EstimateOutcome& outcome);
   // Every 1 to 10 ms: timeouts, ramps, limits, the 1 Hz health document.
   void tick();

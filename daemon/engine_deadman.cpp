@@ -18,9 +18,19 @@ constexpr double kRestWindowS = 0.4;  // what RestWatch needs to say that the ta
 
 }  // namespace
 
+// What was recorded once says nothing of a table today.
+bool Engine::Impl::moves_nothing() const {
+  return std::holds_alternative<config::ReplayExciter>(rig.exciter.device);
+}
+
+// Within so long of the last heartbeat the exciter stops by itself; 0: it does not.
+double Engine::Impl::deadman_s() const {
+  if (status && status->heartbeat_timeout_s) return *status->heartbeat_timeout_s;
+  return deadman_proved.value_or(rig.exciter.deadman_max_s);
+}
+
 bool Engine::Impl::wants_deadman_proof() const {
-  return !deadman_proved && status && !status->heartbeat_timeout_s &&
-         !std::holds_alternative<config::ReplayExciter>(rig.exciter.device);
+  return !deadman_proved && status && !status->heartbeat_timeout_s && !moves_nothing();
 }
 
 void Engine::Impl::begin_proof_at_rest() {

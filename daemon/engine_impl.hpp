@@ -33,6 +33,7 @@ inline constexpr double kCheckS = 1.0;           // at rest, for noise and rate
 inline constexpr double kCheckGiveUpS = 4.0;     // sensors and exciter may take so long to appear
 inline constexpr double kRestGiveUpS = 20.0;     // and the damper to come to rest
 inline constexpr double kConfirmS = 2.0;         // after a ramp's end, for the exciter to say so
+inline constexpr double kLagS = 0.3;             // of a drive behind its order
 inline constexpr double kExciterSilenceS = 1.0;  // without a status while it moves
 inline constexpr int kMissedAnswers = 3;         // in a row, with no status between them
 inline constexpr double kReadyGraceS = 1.0;      // from enabling to "ready"
@@ -100,6 +101,8 @@ struct Engine::Impl {
   void act(Detector detector);
 
   // --- engine_deadman.cpp
+  bool moves_nothing() const;
+  double deadman_s() const;
   bool wants_deadman_proof() const;
   void begin_proof_at_rest();
   void begin_proof_in_motion();
@@ -132,6 +135,7 @@ struct Engine::Impl {
   void tick_check();
   void wait_for_rest();
   void tick_ramp();
+  std::optional<Nanoseconds> must_rest_since();
   void tick_ramp_down();
   void begin_ramp();
   void begin_gentle_or_rise();
@@ -223,6 +227,7 @@ struct Engine::Impl {
   Nanoseconds step_began{};
   int gentle_cycles = 0;
   After after_ramp_down = After::idle;
+  std::optional<Nanoseconds> rest_said;  // by the exciter, after the ramp's end
   std::optional<drivers::ExciterStatus> status;
   std::optional<Error> exciter_error;  // since the last good status
   int missed_answers = 0;              // since then

@@ -184,6 +184,19 @@ void Engine::Impl::pass_proof(const std::optional<Finding>& finding) {
 
 // --- RAMP_DOWN
 
+// Since when the table must rest: since the exciter says so, or, where it reports no amplitude,
+// since its lag is over. Nothing as long as it says that it still moves: then it has kConfirmS.
+std::optional<Nanoseconds> Engine::Impl::must_rest_since() {
+  const Nanoseconds end = ordered + from_seconds(setpoint.ramp_s);
+  if (!status || status->t < end) return std::nullopt;
+  if (arrived() && (status->amplitude || !status->running)) {
+    if (!rest_said || *rest_said < end) rest_said = status->t;
+    return rest_said;
+  }
+  if (status->amplitude) return std::nullopt;
+  return end + from_seconds(kLagS);
+}
+
 void Engine::Impl::tick_ramp_down() {
   // The exciter's word is enough only where no sensor of ours sees the table.
   const Motion own = table_motion(ordered + from_seconds(setpoint.ramp_s));
@@ -195,12 +208,15 @@ void Engine::Impl::tick_ramp_down() {
     finish_ended_run();
     return;
   }
-  if (since(ordered) > setpoint.ramp_s + kConfirmS) {
+  const auto rests_since = must_rest_since();
+  const bool denied = rests_since && table_motion(*rests_since) == Motion::moves;
+  const double over = since(ordered) - setpoint.ramp_s;
+  if (denied || over > kConfirmS) {
     const std::string why =
-        fmt::format("{}; {} {:g} s after the ramp's end, and was stopped at once", reason,
+        fmt::format("{}; {} {:.1f} s after the ramp's end, and was stopped at once", reason,
                     own == Motion::moves ? "the table still moves, whatever the exciter says,"
                                          : "the exciter did not confirm zero",
-                    kConfirmS);
+                    over);
     trip(why);
     alarm("error", "ramp_down_unconfirmed", why, config::Action::stop);
   }

@@ -23,7 +23,6 @@ constexpr double kSeenS = 0.2;          // a channel younger than that is alive
 constexpr double kStopTakesS = 0.1;     // a stop that is obeyed needs so long
 constexpr double kRingsS = 20.0;        // a damper may ring on for so long
 constexpr double kRingsPart = 0.9;      // and falls below this within a second
-constexpr double kLagS = 0.3;           // of a drive behind its order
 constexpr double kFewestPart = 0.8;     // of a period's samples, to judge it
 constexpr double kReferencePart = 0.2;  // of a new period in the reference of the response
 constexpr double kVanished = 3.0;       // times what noise alone gives
@@ -102,8 +101,7 @@ void Engine::Impl::learn_rest() {
   stroke_noise = stroke.rest_noise();
   const ChannelMonitor& table = monitor(Channel::excitation);
   table_noise = table.rest_count() > 1 ? table.rest_noise() : 0.0;
-  // What was recorded once says nothing of a table today.
-  if (std::holds_alternative<config::ReplayExciter>(rig.exciter.device)) return;
+  if (moves_nothing()) return;
   rest(Channel::displacement).learn(std::max(stroke_noise, kLeastStroke));
   rest(Channel::excitation)
       .learn(table.rest_count() > 1 ? std::max(table_noise, kFloorPart * least) : 0.0);

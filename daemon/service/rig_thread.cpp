@@ -7,6 +7,7 @@
 
 #include <poll.h>
 
+#include "daemon/service/supervision.hpp"
 #include "daemon/workers/thread_name.hpp"
 
 namespace shaker::daemon {
@@ -15,9 +16,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Nanoseconds kTick = 5ms;
+constexpr Nanoseconds kPaused = 100ms;
+constexpr Nanoseconds kExcitersTurn = 50ms;
 constexpr Nanoseconds kAnswer = 500ms;
-constexpr Nanoseconds kHeard = 1s;           // clients that cannot be heard cannot stop the rig
-constexpr Nanoseconds kEstimatorBusy = 10s;  // a fit takes milliseconds
 
 }  // namespace
 
@@ -105,6 +106,7 @@ void RigThread::work(const std::stop_token& stop) {
   Nanoseconds due = clock_.now() + kTick;
   while (!stop.stop_requested()) {
     wait(due);
+    if (clock_.now() - due > kPaused) hear_the_exciter_first();
     drain_sensors();
     drain_workers();
     answer();
@@ -114,6 +116,15 @@ void RigThread::work(const std::stop_token& stop) {
     turn();
     due = std::max(due + kTick, clock_.now());
   }
+}
+
+// After a pause of the whole process the samples that piled up show a table that the dead-man has
+// stopped. Why it did, the exciter's thread knows, once it has had its turn.
+void RigThread::hear_the_exciter_first() {
+  const Nanoseconds woken = clock_.now();
+  while (exciter_.last_progress() <= woken && clock_.now() - woken < kExcitersTurn)
+    std::this_thread::sleep_for(1ms);
+  drain_workers();
 }
 
 // Until then, or until somebody has something.
@@ -167,6 +178,8 @@ void RigThread::drain_workers() {
       engine_.on_exciter_status(*status);
     } else if (const auto* withheld = std::get_if<ExciterThread::Withheld>(&news)) {
       engine_.on_heartbeat_withheld(withheld->why);
+    } else if (const auto* late = std::get_if<ExciterThread::Late>(&news)) {
+      engine_.on_late_heartbeat(seconds(late->gap));
     } else {
       engine_.on_exciter_error(std::get<Error>(news));
     }
@@ -175,19 +188,11 @@ void RigThread::drain_workers() {
     engine_.on_estimate(outcome);
 }
 
-// What is no danger by itself ends the motion along its ramp.
 void RigThread::watch_the_others() {
-  const Nanoseconds now = clock_.now();
-  if (now - Nanoseconds(heard_.load()) > kHeard) {
-    engine_.end_motion("clients_unheard",
-                       "no client can be heard: the thread that listens to them has not advanced "
-                       "for 1 s, so nobody could stop the rig");
-  }
-  if (const auto since = estimator_.busy_since(); since && now - *since > kEstimatorBusy) {
-    engine_.end_motion("estimator_stuck",
-                       "the estimator has been busy with one cycle for 10 s; the cycles are on "
-                       "disk, estimate them with shakerctl");
-  }
+  const auto reason =
+      must_end({.clients = Nanoseconds(heard_.load()), .estimator_busy = estimator_.busy_since()},
+               clock_.now());
+  if (reason) engine_.end_motion(reason->code, reason->why);
 }
 
 void RigThread::answer() {

@@ -55,6 +55,7 @@ class RigThread {
   void work(const std::stop_token& stop);
   void wait(Nanoseconds due);
   void turn();
+  void hear_the_exciter_first();
   void drain_sensors();
   void drain_workers();
   void watch_the_others();

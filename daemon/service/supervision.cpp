@@ -11,6 +11,9 @@ constexpr auto kEngine = 2s;      // its turns are 5 ms; the heartbeat has been 
 constexpr auto kEstimator = 60s;  // a fit takes milliseconds; the rig has ramped down by then
 constexpr auto kDisk = 20s;       // a dying disk retries for long; the rig has stopped by then
 
+constexpr auto kHeard = 1s;           // clients that cannot be heard cannot stop the rig
+constexpr auto kEstimatorSlow = 10s;  // the watchdog waits for longer, so that the ramp comes first
+
 }  // namespace
 
 std::string stuck(const Progress& progress, Nanoseconds now) {
@@ -24,6 +27,20 @@ std::string stuck(const Progress& progress, Nanoseconds now) {
     return "The recorder has been writing for 20 s.";
   }
   return {};
+}
+
+std::optional<EndOfMotion> must_end(const Helpers& helpers, Nanoseconds now) {
+  if (now - helpers.clients > kHeard) {
+    return EndOfMotion{"clients_unheard",
+                       "no client can be heard: the thread that listens to them has not advanced "
+                       "for 1 s, so nobody could stop the rig"};
+  }
+  if (helpers.estimator_busy && now - *helpers.estimator_busy > kEstimatorSlow) {
+    return EndOfMotion{"estimator_stuck",
+                       "the estimator has been busy with one cycle for 10 s; the cycles are on "
+                       "disk, estimate them with shakerctl"};
+  }
+  return std::nullopt;
 }
 
 }  // namespace shaker::daemon

@@ -1,4 +1,5 @@
-// May systemd's watchdog be told that all is well? Only when everything that must advance has.
+// Who does not advance, and what follows: the motion ends along its ramp, or systemd's watchdog is
+// no longer told that all is well.
 //
 // A sensor or exciter that does not answer is not a hang: its thread goes on trying, and the
 // engine's own limits act on it. A thread that is stuck is one, and only a restart helps.
@@ -22,5 +23,15 @@ struct Progress {
 // Which of them is stuck, a sentence; empty when none is. The clients' loop is not among them: it
 // asks.
 std::string stuck(const Progress& progress, Nanoseconds now);
+
+// Threads without which nothing is in danger at once, but without which no motion may go on.
+struct Helpers {
+  Nanoseconds clients{};                      // when clients were last heard
+  std::optional<Nanoseconds> estimator_busy;  // since when; nothing when idle
+};
+struct EndOfMotion {
+  std::string code, why;  // of the alarm
+};
+std::optional<EndOfMotion> must_end(const Helpers& helpers, Nanoseconds now);
 
 }  // namespace shaker::daemon

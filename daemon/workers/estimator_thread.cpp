@@ -34,6 +34,7 @@ void EstimatorThread::add(const estimator::MeasuredCycle& cycle, Nanoseconds las
     const std::lock_guard lock(mutex_);
     if (waiting_) ++skipped_;
     waiting_ = Job{cycle, last_sample};
+    if (!busy_since_) busy_since_ = clock_.now();  // also for a thread that never takes it up
   }
   ordered_.notify_one();
 }
@@ -68,7 +69,7 @@ void EstimatorThread::work(const std::stop_token& stop) {
     }
 
     lock.lock();
-    busy_since_.reset();
+    busy_since_ = waiting_ ? std::optional(clock_.now()) : std::nullopt;
     if (!outcome || campaign != campaign_) continue;
     outcomes_.push_back(std::move(*outcome));
     lock.unlock();

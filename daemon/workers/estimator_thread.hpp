@@ -33,7 +33,7 @@ class EstimatorThread final : public EstimatorCommands {
 
   // --- the engine's thread
   std::vector<EstimateOutcome> take();
-  // Since when it is busy with one cycle; nothing when it is idle.
+  // Since when it has had one cycle; nothing when it has none.
   std::optional<Nanoseconds> busy_since() const;
 
  private:

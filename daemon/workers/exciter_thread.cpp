@@ -166,8 +166,12 @@ void ExciterThread::connect_when_due() {
 
 void ExciterThread::keep_alive_when_due() {
   const Nanoseconds now = clock_.now();
-  if (!keep_alive_ || now < next_heartbeat_) return;
+  if (!keep_alive_) return last_heartbeat_.reset();
+  if (now < next_heartbeat_) return;
   next_heartbeat_ = now + options_.heartbeat_period;
+  if (last_heartbeat_ && now - *last_heartbeat_ >= 3 * options_.heartbeat_period)
+    tell(Late{now - *last_heartbeat_});
+  last_heartbeat_ = now;
   good(exciter_->heartbeat());
 }
 

@@ -67,7 +67,10 @@ class ExciterThread final : public ExciterCommands {
   struct Withheld {
     std::string why;  // a sentence
   };
-  using News = std::variant<drivers::ExciterStatus, Error, Withheld>;
+  struct Late {
+    Nanoseconds gap{};  // between two heartbeats, three periods or more
+  };
+  using News = std::variant<drivers::ExciterStatus, Error, Withheld, Late>;
   std::vector<News> take();
   bool connected() const { return connected_.load(); }
   Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
@@ -112,6 +115,7 @@ class ExciterThread final : public ExciterCommands {
   Nanoseconds starved_{};  // time without a processor so far
   Orders pending_;         // taken out of the mailbox, not yet done
   Nanoseconds next_connect_{}, pause_, next_heartbeat_{}, next_poll_{};
+  std::optional<Nanoseconds> last_heartbeat_;  // while it is wanted
   std::atomic<bool> connected_{false};
   bool made_safe_ = false;  // stopped once since the start of the process; the worker only
   std::atomic<std::int64_t> progress_;

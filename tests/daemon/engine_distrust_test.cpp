@@ -69,6 +69,29 @@ TEST(EngineDistrust, SeesTheTableMoveThoughTheDriveSaysThatItHasStopped) {
   EXPECT_TRUE(bench.engine.acknowledge("anna").ok());
 }
 
+TEST(EngineDistrust, SeesHalfASecondAfterTheRampThatTheDriveDeniesTheStop) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.runs_on = bench.exciter.claims_rest = bench.exciter.deaf_to_orders = true;
+  ASSERT_TRUE(bench.engine.stop("anna").ok());
+  bench.run(0.5);  // the ramp
+  ASSERT_EQ(bench.engine.state(), State::ramp_down);
+  EXPECT_TRUE(bench.run_until(State::fault, 0.55));
+  EXPECT_EQ(bench.outlet.alarms("ramp_down_unconfirmed"), 1);
+}
+
+TEST(EngineDistrust, WaitsForADriveThatSaysThatItStillMoves) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.deaf_to_orders = true;
+  ASSERT_TRUE(bench.engine.stop("anna").ok());
+  bench.run(1.5);
+  EXPECT_EQ(bench.engine.state(), State::ramp_down) << "its own ramp may be slower";
+  bench.exciter.stop();
+  EXPECT_TRUE(bench.run_until(State::idle, 0.9));
+  EXPECT_EQ(bench.outlet.alarms("ramp_down_unconfirmed"), 0);
+}
+
 TEST(EngineDistrust, SeesWithinHalfASecondThatTheTableMovesInIdle) {
   EngineBench bench;
   bench.run(0.3);

@@ -39,6 +39,20 @@ TEST(EngineFaults, ThreeMissedAnswersInARowEndTheRunAndFewerDoNot) {
   EXPECT_EQ(bench.outlet.alarms("exciter_error"), 1);
 }
 
+TEST(EngineFaults, AHeartbeatThatCameTooLateIsTheFaultAndNotWhatTheTableThenShows) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.engine.on_late_heartbeat(0.5);
+  EXPECT_EQ(bench.engine.state(), State::measure) << "the dead-man takes 0.5 s";
+  bench.engine.on_late_heartbeat(0.51);
+  EXPECT_EQ(bench.engine.state(), State::fault);
+  EXPECT_EQ(bench.outlet.alarms("heartbeat_late"), 1);
+  bench.run(1.0);
+  EXPECT_EQ(bench.outlet.alarms("command_error"), 0);
+  bench.engine.on_late_heartbeat(9.0);
+  EXPECT_EQ(bench.outlet.alarms("heartbeat_late"), 1) << "nothing moves";
+}
+
 TEST(EngineFaults, ARefusedRampDownIsAStopAtOnce) {
   EngineBench bench;
   ASSERT_TRUE(bench.measuring());

@@ -38,5 +38,29 @@ TEST(Supervision, NamesTheOneThatIsStuck) {
   EXPECT_THAT(stuck(progress, kNow), HasSubstr("recorder"));
 }
 
+TEST(Supervision, EndsTheMotionWhileAnEstimatorIsStuckAndTheWatchdogStillWaits) {
+  const auto after = [](Nanoseconds busy) {
+    return must_end({.clients = kNow, .estimator_busy = kNow - busy}, kNow);
+  };
+  EXPECT_FALSE(must_end({.clients = kNow, .estimator_busy = std::nullopt}, kNow));
+  EXPECT_FALSE(after(10s));
+  ASSERT_TRUE(after(10s + 1ms));
+  EXPECT_EQ(after(11s)->code, "estimator_stuck");
+  EXPECT_THAT(after(11s)->why, HasSubstr("the cycles are on disk"));
+  // A ramp of up to 25.5 s, and the confirmation of its end.
+  Progress progress = kAllWell;
+  progress.estimator_busy = kNow - 10s - 28s;
+  EXPECT_EQ(stuck(progress, kNow), "");
+}
+
+TEST(Supervision, EndsTheMotionWhenNobodyCouldStopIt) {
+  const auto after = [](Nanoseconds silence) {
+    return must_end({.clients = kNow - silence, .estimator_busy = std::nullopt}, kNow);
+  };
+  EXPECT_FALSE(after(1s));
+  ASSERT_TRUE(after(1s + 1ms));
+  EXPECT_EQ(after(2s)->code, "clients_unheard");
+}
+
 }  // namespace
 }  // namespace shaker::daemon

@@ -72,6 +72,17 @@ TEST_F(EstimatorThreadTest, GivesExactlyOneOutcomeForEachCycle) {
   EXPECT_FALSE(thread.busy_since());
 }
 
+TEST_F(EstimatorThreadTest, IsBusyFromWhenItIsGivenACycle) {
+  thread.begin(oscillator(), {});
+  const Nanoseconds before = clock.now();
+  thread.add(cycle(0), {});
+  // A thread that never takes it up must be seen too.
+  const auto since = thread.busy_since();
+  EXPECT_GE(since.value_or(before), before);
+  EXPECT_TRUE(since || !thread.take().empty());
+  EXPECT_TRUE(eventually([&] { return !thread.busy_since(); }));
+}
+
 TEST_F(EstimatorThreadTest, SkipsToTheNewestCycleAndCounts) {
   thread.begin(oscillator(), {});
   for (long i = 0; i < 1000; ++i)

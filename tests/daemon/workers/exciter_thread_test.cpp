@@ -159,6 +159,30 @@ TEST_F(ExciterTest, KeepsTheDeadManAliveOnlyWhileAsked) {
   EXPECT_EQ(beats(), last);
 }
 
+TEST_F(ExciterTest, TellsThatAHeartbeatCameLate) {
+  auto thread = make();
+  thread->keep_alive(true);
+  EXPECT_TRUE(eventually([&] {
+    const std::lock_guard lock(device.mutex);
+    return device.heartbeats > 0;
+  }));
+  device.hold_writes = true;
+  const Nanoseconds held = clock.now();
+  thread->set(setpoint(1));
+  EXPECT_TRUE(eventually([&] { return device.writing.load(); }));
+  EXPECT_TRUE(eventually([&] { return clock.now() - held > 60ms; }));
+  thread->take();
+  device.hold_writes = false;
+  Nanoseconds longest{};
+  EXPECT_TRUE(eventually([&] {
+    for (const auto& news : thread->take()) {
+      const auto* late = std::get_if<ExciterThread::Late>(&news);
+      if (late != nullptr) longest = std::max(longest, late->gap);
+    }
+    return longest >= 40ms;
+  }));
+}
+
 TEST_F(ExciterTest, ReconnectsAndTellsTheErrors) {
   device.refuse_connects = 2;
   auto thread = make();
