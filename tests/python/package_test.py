@@ -1,0 +1,163 @@
+"""The Python package against the real daemon and the real shakerctl, which share no code with it."""
+import csv
+import importlib
+import json
+import os
+import pathlib
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent.parent / "python"), str(HERE.parent / "system")]
+import daemon  # noqa: E402
+import shakerd  # noqa: E402
+
+SHAKERCTL = os.environ["SHAKERCTL"]
+CAMPAIGN = {**daemon.CAMPAIGN, "ramp_s": 0.2,
+            "runs": [{"name": "slow", "frequency_hz": 5.0, "amplitude": 3.0, "cycles": 4},
+                     {"name": "fast", "frequency_hz": 7.0, "amplitude": 3.0, "cycles": 6}]}
+DOUBLE = 1e-9  # of the numbers in shakerctl's CSV, relative
+
+
+def rows(file):
+    with open(file, newline="") as text:
+        return list(csv.DictReader(line for line in text if not line.startswith("#")))
+
+
+class AgainstARig(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.rig = daemon.Daemon().start()
+        with shakerd.connect(cls.rig.socket) as client:
+            cls.version = client.version
+            cls.documents = list(client.run(CAMPAIGN))
+        cls.rig.campaign_status()  # it is written to its end
+        [cls.file] = cls.rig.databases()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.rig.end()
+
+    def test_a_campaign_runs_to_its_end(self):
+        self.assertEqual(self.version["type"], "version")
+        stops = [d for d in self.documents if d["type"] == "run_stop"]
+        self.assertEqual([d["status"] for d in stops], ["success", "success"])
+        self.assertEqual(self.documents[-1]["state"], "IDLE")
+        with shakerd.connect(self.rig.socket) as client:
+            self.assertEqual(client.status()["state"]["state"], "IDLE")
+
+    def test_what_was_seen_is_in_the_file(self):
+        seen = [d for d in self.documents if d["type"] == "estimate"]
+        with shakerd.open_campaign(self.file) as campaign:
+            self.assertEqual(campaign.name, "two short runs")
+            self.assertEqual(campaign.status, "success")
+            self.assertEqual([(r.name, r.frequency_hz, r.cycles_wanted) for r in campaign.runs],
+                             [("slow", 5.0, 4), ("fast", 7.0, 6)])
+            self.assertEqual([d["seq"] for d in campaign.documents("estimate")], [d["seq"] for d in seen])
+            self.assertEqual(campaign.estimate(), seen[-1])
+            self.assertEqual(campaign.channels(), {"displacement": "m", "excitation": "m/s^2"})
+
+    def test_samples_and_cycles_are_those_that_shakerctl_exports(self):
+        with tempfile.TemporaryDirectory() as folder, shakerd.open_campaign(self.file) as campaign:
+            for words in ([], ["--samples"]):
+                subprocess.run([SHAKERCTL, "export", str(self.file), "--directory", folder, *words], check=True,
+                               stdout=subprocess.DEVNULL)
+            exported = sorted(pathlib.Path(folder).glob("*.csv"))
+            self.assertGreaterEqual(len(exported), 4, exported)
+            for run in campaign.runs:
+                own = [f for f in exported if f.stem.split("_")[-1] == run.name or run.name in f.stem]
+                samples = next(rows(f) for f in own if "channel" in rows(f)[0])
+                for channel in ("displacement", "excitation"):
+                    wanted = [(float(r["t"]), float(r["value"])) for r in samples if r["channel"] == channel]
+                    t, values = campaign.samples(run.name, channel, bad=True)
+                    self.assertEqual(len(t), len(wanted))
+                    for (at, value), found_at, found in zip(wanted, t, values):
+                        self.assertAlmostEqual(found_at - t[0], at - wanted[0][0], delta=2e-9)
+                        self.assertAlmostEqual(found, value, delta=DOUBLE * (1 + abs(value)))
+                cycles = next(rows(f) for f in own if "channel" not in rows(f)[0])
+                found = [u for c in campaign.cycles(run.name, accepted=True) for u in c.displacement]
+                self.assertEqual(len(found), len(cycles))
+                for value, row in zip(found, cycles):
+                    self.assertAlmostEqual(value, float(row["displacement"]), delta=DOUBLE)
+
+    def test_estimate_and_diagnosis_are_shakerctls(self):
+        found = shakerd.estimate(self.file)
+        values = {p["name"]: p["interval"] for p in found["parameters"]}
+        lower, upper = values["theta3"]
+        self.assertLess(lower, daemon.TRUTH["theta3"])
+        self.assertGreater(upper, daemon.TRUTH["theta3"])
+        self.assertEqual(shakerd.diagnose(self.file)["effects"], [])
+
+    def test_refusals_are_exceptions_with_the_daemons_sentence(self):
+        with shakerd.connect(self.rig.socket) as client:
+            with self.assertRaises(shakerd.Refused) as refused:
+                client.ask("campaign.start", {"campaign": CAMPAIGN})
+            self.assertEqual(refused.exception.code, -32001)
+            self.assertIn("control.acquire", str(refused.exception))
+            with self.assertRaisesRegex(shakerd.Refused, "frequency_hz"):
+                wrong = json.loads(json.dumps(CAMPAIGN))
+                wrong["runs"][0]["frequency_hz"] = -1
+                next(client.run(wrong))
+            with self.assertRaisesRegex(ValueError, "at most 65536"):
+                client.ask("campaign.start", {"campaign": {"name": "x" * 70000}})
+        with self.assertRaisesRegex(shakerd.ToolFailed, "there is no such file"):
+            shakerd.estimate("/nowhere.db")
+
+
+class OfFiles(unittest.TestCase):
+    def test_nobody_listens(self):
+        with self.assertRaisesRegex(shakerd.ConnectionLost, "is shakerd running"):
+            shakerd.connect("/nowhere.sock")
+
+    def test_other_files_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            text, other = pathlib.Path(folder) / "a.db", pathlib.Path(folder) / "b.db"
+            text.write_text("no database" * 100)
+            with sqlite3.connect(other) as database:
+                database.execute("CREATE TABLE t(x)")
+            for file in (text, other):
+                with self.assertRaises(shakerd.NotACampaign):
+                    shakerd.open_campaign(file)
+        with self.assertRaises(FileNotFoundError):
+            shakerd.open_campaign("/nowhere.db")
+
+
+class WithoutAClient(unittest.TestCase):
+    def test_a_caller_that_leaves_the_loop_makes_the_rig_ramp_down(self):
+        rig = daemon.Daemon().start()
+        try:
+            with shakerd.connect(rig.socket) as watcher, shakerd.connect(rig.socket) as client:
+                for document in client.run(daemon.endless_campaign()):
+                    if document["type"] == "state" and document["state"] == "SETTLE":
+                        break
+                states = [d["state"] for d in self.until_idle(watcher)]
+                self.assertIn("RAMP_DOWN", states)
+        finally:
+            rig.end()
+
+    def until_idle(self, watcher):
+        moved = False
+        for document in watcher.documents(timeout=20):
+            if document["type"] == "state":
+                yield document
+                moved = moved or document["state"] != "IDLE"
+                if moved and document["state"] == "IDLE":
+                    return
+        raise AssertionError("the rig has not come to rest")
+
+
+class StandardLibraryAlone(unittest.TestCase):
+    def test_doubles_are_the_same_without_numpy(self):
+        module = importlib.import_module("shakerd.campaign")
+        kept, module.numpy = module.numpy, None
+        try:
+            self.assertEqual(list(module._from_blob(b"\0\0\0\0\0\0\xf0\x3f" * 2)), [1.0, 1.0])
+        finally:
+            module.numpy = kept
+
+
+if __name__ == "__main__":
+    unittest.main()
