@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <csignal>
-#include <exception>
+#include <filesystem>
 #include <optional>
 #include <thread>
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/epoll.h>
 #include <sys/resource.h>
@@ -25,6 +24,7 @@
 #include "daemon/service/deadman_file.hpp"
 #include "daemon/service/engine_control.hpp"
 #include "daemon/service/logging.hpp"
+#include "daemon/service/recovery_report.hpp"
 #include "daemon/service/rig_thread.hpp"
 #include "daemon/service/supervision.hpp"
 #include "daemon/workers/diagnosis_thread.hpp"
@@ -177,23 +177,14 @@ void Service::Parts::recover() {
   checking = true;
   checker = std::jthread([this, files = std::move(files)] {
     name_this_thread("recovery");
-    for (const auto& file : files) {
-      std::optional<record::Recovered> found;
-      try {
-        found = record::recover_one(file, format_utc(clock.utc()));
-      } catch (const std::exception& trouble) {  // want of memory: the file is left as it was
-        found.emplace();
-        found->what = fmt::format("{}: cannot be checked ({}); start the daemon again.",
-                                  file.string(), trouble.what());
-      }
-      if (!found) continue;
-      const char* code = found->damaged            ? "campaign_damaged"
-                         : found->campaign.empty() ? "campaign_unreadable"
-                                                   : "campaign_interrupted";
-      const protocol::AlarmDocument alarm{
-          found->damaged ? "error" : "warning", code, found->what, "none", {}, {}, {}};
+    const auto check = [this](const std::filesystem::path& file) {
+      return record::recover_one(file, format_utc(clock.utc()));
+    };
+    const auto tell = [this](const protocol::AlarmDocument& alarm) {
       rig_thread.tell([alarm](Engine& told) { told.publish(alarm); });
-    }
+    };
+    for (const auto& file : files)
+      report_recovery(file, check, tell);
     checking = false;
   });
 }

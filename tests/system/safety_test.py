@@ -64,6 +64,22 @@ class Safety(unittest.TestCase):
     def test_ctrl_c_ramps_down_and_ends_with_success(self):
         self.ramps_down_at(signal.SIGINT)
 
+    def test_sigterm_gives_the_campaigns_ramp_its_time(self):
+        """A ramp of 6 s where the rig's own takes 0.5 s, which is over before it."""
+        self.operator.ask("stop")
+        self.operator.until_state("IDLE", start=len(self.operator.lines))
+        mark = len(self.operator.lines)
+        self.operator.start(endless_campaign() | {"ramp_s": 6.0})
+        self.operator.until_state("RAMP", start=mark)
+        mark = len(self.operator.lines)
+        began = time.monotonic()
+        self.daemon.process.send_signal(signal.SIGTERM)
+        self.operator.until_state("RAMP_DOWN", start=mark)
+        self.operator.until_state("IDLE", start=mark)
+        self.assertGreater(time.monotonic() - began, 5.5)
+        self.assertEqual(self.daemon.process.wait(20), 0)
+        self.assertNotIn("did not ramp down in time", self.daemon.log_text())
+
     def ramps_down_at(self, ending):
         self.other.read()
         self.mark = len(self.other.lines)
