@@ -11,6 +11,7 @@ gtests = {f"{suite}.{name}" for body in sources.values()
 system = {f"system.{path.stem.removesuffix('_test')}.{name}"
           for path in (root / "tests" / "system").glob("*_test.py")
           for name in re.findall(r"def test_(\w+)", path.read_text())}
+rigvm = set(re.findall(r"rigvm_test\((\w+)", (root / "tests" / "rigvm" / "CMakeLists.txt").read_text()))
 nemesis = (root / "tests" / "nemesis" / "table.py").read_text()
 
 
@@ -21,6 +22,8 @@ def exists(test):
         stem = name.split("_")[0] + "_{"
         last = name.split("_")[-1]
         return f'"{name}"' in nemesis or (f'f"{stem}' in nemesis and f'"{last}"' in nemesis)
+    if test.startswith("rigvm."):
+        return test.removeprefix("rigvm.") in rigvm
     return test in gtests or test in system
 
 
