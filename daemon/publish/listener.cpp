@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <grp.h>
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -14,6 +13,8 @@
 #include <system_error>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
+
+#include "daemon/publish/user_name.hpp"
 
 namespace shaker::daemon {
 namespace {
@@ -73,8 +74,8 @@ Result<UniqueFd> listen_unix(const std::filesystem::path& path) {
                     "that this user may write in it.",
                     text, reason())};
   }
-  if (const group* shaker = ::getgrnam("shaker")) {
-    if (::chown(text.c_str(), static_cast<uid_t>(-1), shaker->gr_gid) != 0) {
+  if (const auto shaker = group_id("shaker")) {
+    if (::chown(text.c_str(), static_cast<uid_t>(-1), *shaker) != 0) {
       // Not a member of it: the socket is then this user's alone, which is safe.
     }
   }

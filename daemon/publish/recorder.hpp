@@ -19,6 +19,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <variant>
 #include <vector>
@@ -89,11 +90,15 @@ class Recorder final : public Outlet {
   };
   using Item = std::variant<Begin, record::RunRow, Samples, record::CycleRow, Finish, Waiting>;
 
+  static bool must_be_kept(std::string_view type);
+  static bool must_be_kept(const protocol::Document& document);
+
   Result<record::CampaignWriter> create(const config::CampaignSpec& campaign) const;
   Result<void> hand_over(Item item, std::size_t bytes);
   void publish_past_the_disk(Waiting waiting);
   Waiting stamped(const protocol::Document& document) const;
 
+  // --- recorder_thread.cpp
   void work(const std::stop_token& stop);
   void write(std::size_t count);
   void apply(Item& item);

@@ -19,5 +19,15 @@ TEST(UserName, IsFoundInTheFile) {
   EXPECT_EQ(user_name(0, (scratch.path() / "missing").c_str()), "uid 0");
 }
 
+TEST(GroupId, IsFoundInTheFile) {
+  const record::testing::Scratch scratch;
+  const auto groups = scratch.path() / "group";
+  std::ofstream(groups) << "root:x:0:\n# a remark\nshakers:x:7:\nshaker:x:977:anna,bert\n";
+  EXPECT_EQ(group_id("shaker", groups.c_str()), gid_t{977});
+  EXPECT_EQ(group_id("root", groups.c_str()), gid_t{0});
+  EXPECT_EQ(group_id("shake", groups.c_str()), std::nullopt);
+  EXPECT_EQ(group_id("shaker", (scratch.path() / "missing").c_str()), std::nullopt);
+}
+
 }  // namespace
 }  // namespace shaker::daemon
