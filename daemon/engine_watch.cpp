@@ -179,12 +179,12 @@ void Engine::Impl::watch_rest() {
 void Engine::Impl::moves_unasked(const std::string& why, bool sure) {
   const bool again = awaits_rest;  // it was told to stop before
   if (since(stop_ordered) >= kStopAgainS) halt();
-  awaits_rest = true;
-  if (again || state == State::fault) return say_may_move(why);
-  if (!sure) {
+  if (!sure && !again) {
     alarm_once("stroke_moves", why + "; if nobody handles the damper, use the hardware stop");
     return;
   }
+  awaits_rest = true;
+  if (again || state == State::fault) return say_may_move(why);
   const std::string what = why + "; it was told to stop";
   trip(what);
   alarm("error", "table_moves", what, config::Action::stop);

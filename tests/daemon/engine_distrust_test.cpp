@@ -94,10 +94,7 @@ TEST(EngineDistrust, WaitsForADriveThatSaysThatItStillMoves) {
 
 TEST(EngineDistrust, SeesWithinHalfASecondThatTheTableMovesInIdle) {
   EngineBench bench;
-  bench.run(0.3);
-  ASSERT_TRUE(bench.engine.start(bench_campaign(1, 3)).ok());
-  ASSERT_TRUE(bench.run_until(State::measure));
-  ASSERT_TRUE(bench.run_until(State::idle));
+  ASSERT_TRUE(bench.idle_after_a_campaign());
   bench.run(30.0);
   bench.exciter.claims_rest = true;
   bench.exciter.set({3.0, 1.0, true, 0.0});
@@ -251,14 +248,29 @@ TEST(EngineDistrust, SeesASensorFreezeInALongRamp) {
 TEST(EngineDistrust, TakesADamperThatRingsForNoTable) {
   EngineBench bench(blind_rig());
   bench.excitation_silent = true;
-  bench.run(0.3);
-  ASSERT_TRUE(bench.engine.start(bench_campaign(1, 3)).ok());
-  ASSERT_TRUE(bench.run_until(State::measure));
-  ASSERT_TRUE(bench.run_until(State::idle));
+  ASSERT_TRUE(bench.idle_after_a_campaign());
   bench.ring_m = 5e-3;
   bench.run(10.0);
   EXPECT_EQ(bench.engine.state(), State::idle);
   EXPECT_EQ(bench.outlet.alarms("stroke_moves"), 0);
+}
+
+// Somebody sets up the damper: the exciter is told to stop all the same, and nothing is claimed of
+// the table.
+TEST(EngineDistrust, TakesADamperThatIsHandledInIdleForNoTable) {
+  EngineBench bench(blind_rig());
+  bench.excitation_silent = true;
+  ASSERT_TRUE(bench.idle_after_a_campaign());
+  bench.run(30.0);
+  const int stops = bench.exciter.stops;
+  bench.wander_m = 5e-3;
+  bench.run(25.0);
+  EXPECT_EQ(bench.engine.state(), State::idle);
+  EXPECT_THAT(text_of(bench, "stroke_moves"), HasSubstr("if nobody handles the damper"));
+  EXPECT_GE(bench.outlet.alarms("stroke_moves"), 2) << "again and again";
+  EXPECT_GT(bench.exciter.stops, stops);
+  EXPECT_EQ(bench.outlet.alarms("stop_not_obeyed"), 0);
+  EXPECT_EQ(errors(bench), 0);
 }
 
 TEST(EngineDistrust, EndsTheMotionWhenTheHeartbeatIsWithheld) {

@@ -105,6 +105,7 @@ class Inherited(unittest.TestCase):
             self.skipTest("a sanitizer asks for everything")
         self.assertIn("fgetpwent_r", used.stdout)
         self.assertNotIn(" U getpw", used.stdout)
+        self.assertNotIn(" U getgr", used.stdout)
 
 
 if __name__ == "__main__":

@@ -226,6 +226,11 @@ class EngineBench {
     return engine.start(campaign).ok() && run_until(daemon::State::measure);
   }
 
+  // In IDLE after a short campaign: what rest looks like is known.
+  bool idle_after_a_campaign() {
+    return measuring(bench_campaign(1, 3)) && run_until(daemon::State::idle);
+  }
+
   void step() {
     batch_.clear();
     for (int i = 0; i < 5; ++i) {
