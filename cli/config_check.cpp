@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "cli/campaign_folder.hpp"
+#include "cli/dbc_check.hpp"
 #include "config/campaign.hpp"
 #include "config/json_tree.hpp"
 #include "config/rig.hpp"
@@ -319,6 +320,11 @@ CheckReport check_file(const fs::path& file, const fs::path& rig_file) {
   CheckReport report;
   const auto text = config::read_text(file);
   if (!text) return report.errors.push_back(text.error().what), report;
+  if (file.extension() == ".dbc") {
+    report.kind = "DBC";
+    check_dbc(file, *text, rig_file, report);
+    return report;
+  }
   const auto root = config::parse_json(*text, file.string());
   if (!root) return report.errors.push_back(root.error().what), report;
   report.kind = kind_of(*root);

@@ -10,7 +10,7 @@
 namespace shaker::cli {
 
 struct CheckReport {
-  std::string kind;                 // "rig", "model", "campaign"; empty: could not be told
+  std::string kind;                 // "rig", "model", "campaign", "DBC"; empty: could not be told
   std::vector<std::string> facts;   // what it says, for a person to compare with his intention
   std::vector<std::string> errors;  // sentences with their places
   std::vector<std::string> warnings;

@@ -260,6 +260,7 @@ void ObjectReader::array(const std::string& key, bool required, Entries entries,
 }
 
 void ObjectReader::format(const std::string& expected) {
+  member("$schema", false);  // for editors, which complete by it
   std::string text = expected;
   optional("format", text);
   if (text == expected) return;
@@ -274,7 +275,7 @@ void ObjectReader::format(const std::string& expected) {
 void ObjectReader::finish() {
   std::vector<std::string> unused;
   for (const std::string& name : known_) {
-    if (!node_.find(name)) unused.push_back(name);
+    if (!node_.find(name) && !name.starts_with('$')) unused.push_back(name);
   }
   std::ranges::sort(known_);
   for (std::size_t i = 0; i < node_.keys.size(); ++i) {

@@ -71,6 +71,25 @@ class Check(Scratch):
         self.assertEqual(report["kind"], "campaign")
         self.assertGreaterEqual(len(report["errors"]), 3)
 
+    def test_check_says_what_a_dbc_holds_and_what_a_rig_uses_of_it(self):
+        plain = run("check", EXAMPLES / "shaker.dbc")
+        self.assertEqual(plain.returncode, 0, plain.stderr)
+        self.assertIn("frequency: 16 bits from 0, Hz, 0 to 65.535\n", plain.stdout)
+        used = run("check", EXAMPLES / "shaker.dbc", "--rig", EXAMPLES / "rig-can.json").stdout
+        self.assertIn("amplitude: 16 bits from 16, m/s^2, 0 to 65.535  <- used by the rig", used)
+        text = (EXAMPLES / "shaker.dbc").read_text(encoding="latin-1").replace('"m/s^2" SHAKER', '"barn" SHAKER')
+        odd = run("check", self.write("odd.dbc", text))
+        self.assertIn('amplitude: "barn" is no unit', odd.stdout)
+        broken = run("check", self.write("broken.dbc", text.replace("0|16@1+", "0|16@7+", 1)))
+        self.assertEqual(broken.returncode, 2)
+        self.assertRegex(broken.stderr, r"broken.dbc:\d+: ")
+
+    def test_a_file_may_name_its_schema(self):
+        example = EXAMPLES / "campaign-demo.json"
+        self.assertIn('"$schema": "../schema/campaign.schema.json"', example.read_text())
+        self.assertTrue((example.parent.parent / "schema" / "campaign.schema.json").is_file())
+        self.assertEqual(run("check", example).returncode, 0)
+
     def test_a_recorded_campaign_is_read_with_its_runs(self):
         self.write("r1.csv", "t,displacement,force\n0,1,2\n50,2,3\n")
         text = ('{"format": "shaker-campaign/1", "units": {"time": "ms", "displacement": "mm"},\n'
