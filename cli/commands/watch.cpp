@@ -1,6 +1,9 @@
 // Shows what happens: a table that is redrawn on a terminal, a line for each document elsewhere.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,6 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto kRedraw = std::chrono::milliseconds(200);
+constexpr auto kReconnect = std::chrono::milliseconds(250);
 
 int terminal_height() {
   winsize size{};
@@ -33,11 +37,25 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
+  // An alarm is told without colour, too: reverse video and its word.
+  static std::string styled(const LiveView::Line& line) {
+    switch (line.style) {
+      case LiveView::Style::alarm:
+        return "\x1b[1;7;31m" + line.text + "\x1b[0m";
+      case LiveView::Style::warning:
+        return "\x1b[1m" + line.text + "\x1b[0m";
+      case LiveView::Style::plain:
+        break;
+    }
+    return line.text;
+  }
+
+  static void bell() { fmt::print("\a"); }
+
   void draw(const LiveView& view) {
     std::string text = "\x1b[H";
-    for (const std::string& line : view.lines(terminal_width(), terminal_height())) {
-      text += line + "\x1b[K\r\n";
-    }
+    for (const LiveView::Line& line : view.lines(terminal_width(), terminal_height()))
+      text += styled(line) + "\x1b[K\r\n";
     fmt::print("{}\x1b[J", text);
     std::fflush(stdout);
   }
@@ -58,17 +76,42 @@ Result<void> follow(StreamClient& client, double seconds, Take take, Idle idle) 
   return {};
 }
 
-Result<void> draw(StreamClient& client, double seconds, LiveView& view) {
+// A daemon that has gone is asked for again, and the screen says so meanwhile.
+Result<void> draw(StreamClient& first, const Common& common, double seconds, LiveView& view) {
   Screen screen;
   auto drawn = Clock::now() - kRedraw;
-  return follow(
-      client, seconds,
-      [&](const std::string& line) { view.take(nlohmann::json::parse(line, nullptr, false)); },
-      [&] {
-        if (Clock::now() - drawn < kRedraw) return;
-        drawn = Clock::now();
-        screen.draw(view);
-      });
+  const auto begin = Clock::now();
+  const auto left = [&] {
+    return seconds <= 0.0
+               ? 0.0
+               : std::max(1e-3,
+                          seconds - std::chrono::duration<double>(Clock::now() - begin).count());
+  };
+  const auto redraw = [&] {
+    if (Clock::now() - drawn < kRedraw) return;
+    drawn = Clock::now();
+    screen.draw(view);
+  };
+  std::optional<StreamClient> again;
+  for (StreamClient* client = &first;;) {
+    const auto outcome = follow(
+        *client, left(),
+        [&](const std::string& line) {
+          if (view.take(nlohmann::json::parse(line, nullptr, false))) Screen::bell();
+        },
+        redraw);
+    if (outcome) return {};  // its time is over, or Ctrl-C
+    view.set_lost(outcome.error().what);
+    for (again.reset(); !again && interrupts() == 0;) {
+      if (seconds > 0.0 && Clock::now() - begin > std::chrono::duration<double>(seconds)) return {};
+      redraw();
+      std::this_thread::sleep_for(kReconnect);
+      if (auto found = StreamClient::connect(common.socket)) again = std::move(*found);
+    }
+    if (!again) return {};
+    client = &*again;
+    view.take(client->version());
+  }
 }
 
 Result<void> narrate_all(StreamClient& client, double seconds) {
@@ -113,10 +156,9 @@ int watch(const Common& common, const WatchOptions& options) {
   } else if (stdout_is_terminal()) {
     LiveView view;
     view.take(client->version());
-    outcome = draw(*client, options.seconds, view);
-    for (const std::string& line : view.lines(terminal_width(), terminal_height())) {
-      fmt::print("{}\n", line);
-    }
+    outcome = draw(*client, common, options.seconds, view);
+    for (const LiveView::Line& line : view.lines(terminal_width(), terminal_height()))
+      fmt::print("{}\n", line.text);
   } else {
     outcome = narrate_all(*client, options.seconds);
   }

@@ -201,30 +201,55 @@ class Watch(Online):
         self.assertEqual(lines, ["shakerd 9.9.9 on rig bench", "state IDLE: ready", "state RAMP",
                                  "estimate from 1 cycle: theta1 16.667 ± 0.021"])
 
-    def test_draws_a_table_on_a_terminal_and_gives_the_screen_back(self):
-        health = {"type": "health", "state": "MEASURE", "channels": [
-            {"channel": "displacement", "quality": "good", "value": 0.125, "unit": "m", "rate_hz": 1000.2, "age_s": 0.004},
-            {"channel": "aux1", "name": "gas_pressure", "quality": "good", "value": 981234.0, "unit": "Pa", "rate_hz": 100, "age_s": 0.01}]}
-        self.serve([VERSION, state("MEASURE", progress=0.5, eta_s=65), health, estimate()])
+    def on_a_terminal(self, seconds, meanwhile=lambda: None):
+        """What `watch` writes to a terminal; `meanwhile` is called once it has drawn something."""
         master, terminal = os.openpty()
-        program = subprocess.Popen([SHAKERCTL, "watch", "--seconds", "1", "--socket", self.socket],
+        program = subprocess.Popen([SHAKERCTL, "watch", "--seconds", str(seconds), "--socket", self.socket],
                                    stdout=terminal, stderr=subprocess.PIPE)
         os.close(terminal)
         screen = b""
         try:
             while chunk := os.read(master, 65536):
                 screen += chunk
+                meanwhile, once = (lambda: None), meanwhile
+                once()
         except OSError:  # the terminal's other end is closed
             pass
         os.close(master)
         self.assertEqual(program.wait(30), 0, program.stderr.read())
         program.stderr.close()
-        screen = screen.decode()
+        return screen.decode()
+
+    def test_draws_a_table_on_a_terminal_and_gives_the_screen_back(self):
+        health = {"type": "health", "state": "MEASURE", "channels": [
+            {"channel": "displacement", "quality": "good", "value": 0.125, "unit": "m", "rate_hz": 1000.2, "age_s": 0.004},
+            {"channel": "aux1", "name": "gas_pressure", "quality": "good", "value": 981234.0, "unit": "Pa", "rate_hz": 100, "age_s": 0.01}]}
+        self.serve([VERSION, state("MEASURE", progress=0.5, eta_s=65), health, estimate()])
+        screen = self.on_a_terminal(1)
         self.assertIn("\x1b[?1049h", screen)
         self.assertRegex(screen, r"displacement +good +0\.125 +m +1000 +4")
         self.assertRegex(screen, r"gas_pressure +good +9\.8123e\+05 +Pa +100 +10")
         self.assertIn("[###############...............]  50 %   ETA 1 min 05 s", screen)
         self.assertIn("16.667 ± 0.021", screen[screen.rindex("\x1b[?1049l"):])
+
+    def test_an_alarm_rings_and_is_the_first_that_one_sees(self):
+        self.serve([VERSION, state("FAULT"), {"type": "alarm", "severity": "error", "code": "emergency_stop",
+                                              "t_utc": "2026-03-01T12:34:56.000Z", "text": "the rig was stopped"}])
+        screen = self.on_a_terminal(1)
+        self.assertIn("\a", screen)
+        self.assertIn("\x1b[1;7;31mALARM since 12:34:56 UTC: the rig was stopped", screen)
+
+    def test_asks_for_a_daemon_that_has_gone_until_it_is_back(self):
+        first = self.serve([VERSION, IDLE], answers={})
+
+        def restart():
+            first.client.shutdown(socket.SHUT_RDWR)
+            first.close()
+            self.socket.unlink()
+            threading.Timer(0.6, lambda: self.serve([dict(VERSION, rig="again"), IDLE])).start()
+        screen = self.on_a_terminal(4, restart)
+        self.assertIn("NO CONNECTION", screen)
+        self.assertIn("on rig again", screen[screen.rindex("NO CONNECTION"):])
 
     def test_json_is_the_stream_itself(self):
         self.serve([VERSION, IDLE])

@@ -1,0 +1,121 @@
+#include "cli/live_view.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shaker::cli {
+namespace {
+
+using Json = nlohmann::json;
+using ::testing::AnyOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+Json state(const char* name, Json more = Json::object()) {
+  Json document = {{"type", "state"}, {"state", name}, {"reason", ""}};
+  document.update(more);
+  return document;
+}
+
+Json alarm(const char* severity, const char* code, const char* text = "the text") {
+  return {{"type", "alarm"},
+          {"severity", severity},
+          {"code", code},
+          {"text", text},
+          {"t_utc", "2026-03-01T12:34:56.789Z"}};
+}
+
+// As tall as an operator's terminal is not.
+Json estimate() {
+  Json parameters = Json::array();
+  for (int i = 0; i < 30; ++i)
+    parameters.push_back({{"name", "theta" + std::to_string(i)},
+                          {"value", 1.0},
+                          {"unit", "m"},
+                          {"standard_error", 0.1},
+                          {"interval", {0.8, 1.2}}});
+  return {{"type", "estimate"}, {"parameters", parameters}, {"usable", true}, {"cycles_used", 3}};
+}
+
+std::vector<std::string> texts(const LiveView& view) {
+  std::vector<std::string> found;
+  for (const auto& line : view.lines(80, 24))
+    found.push_back(line.text);
+  return found;
+}
+
+TEST(LiveView, ShowsAnAlarmAboveAnEstimateThatIsTallerThanTheTerminal) {
+  LiveView view;
+  view.take({{"type", "version"}, {"program", "shakerd"}, {"version", "1"}, {"rig", "r"}});
+  view.take(state("MEASURE"));
+  view.take(estimate());
+  EXPECT_FALSE(view.take(alarm("warning", "slow_sensor")));
+  EXPECT_TRUE(view.take(alarm("error", "emergency_stop"))) << "the bell rings";
+  const auto lines = view.lines(80, 24);
+  ASSERT_THAT(lines, SizeIs(24));
+  EXPECT_EQ(lines[2].text, "ALARM since 12:34:56 UTC: the text");
+  EXPECT_EQ(lines[2].style, LiveView::Style::alarm);
+  EXPECT_EQ(lines[3].text, "warning since 12:34:56 UTC: the text");
+}
+
+TEST(LiveView, KeepsAnAlarmUntilItIsAcknowledged) {
+  LiveView view;
+  view.take(state("FAULT"));
+  view.take(alarm("error", "stroke_limit"));
+  for (int i = 0; i < 20; ++i) {  // many things happen meanwhile
+    view.take(alarm("error", "stroke_limit"));
+    view.take({{"type", "run_stop"}, {"run", "r"}, {"status", "fail"}});
+    view.take(alarm("info", "note"));
+  }
+  EXPECT_THAT(texts(view), Contains("ALARM since 12:34:56 UTC, 21 times: the text"));
+  view.take(state("FAULT", {{"reason", "again"}}));
+  EXPECT_THAT(texts(view), Contains(HasSubstr("ALARM")));
+  view.take(state("IDLE"));
+  EXPECT_THAT(texts(view), Not(Contains(HasSubstr("ALARM"))));
+}
+
+TEST(LiveView, ForgetsTheCampaignBeforeWhenTheNextBegins) {
+  LiveView view;
+  view.take(state("MEASURE"));
+  view.take(estimate());
+  view.take(alarm("warning", "parameter_change"));
+  view.take(state("IDLE"));
+  EXPECT_THAT(texts(view), Contains(HasSubstr("theta0")));
+  view.take(state("CHECK"));
+  EXPECT_THAT(texts(view), Not(Contains(AnyOf(HasSubstr("theta0"), HasSubstr("warning")))));
+}
+
+TEST(LiveView, ShowsTheSetpointBesideWhatWasMeasuredAndNothingOfItAtRest) {
+  LiveView view;
+  const Json more = {{"frequency_hz", 2.0}, {"amplitude", 3.0}, {"progress", 0.5}, {"eta_s", 10}};
+  view.take(state("MEASURE", more));
+  view.take({{"type", "run_start"},
+             {"run", "slow"},
+             {"run_index", 1},
+             {"run_count", 4},
+             {"frequency_hz", 2.0},
+             {"amplitude", 3.0},
+             {"cycles_wanted", 20}});
+  view.take({{"type", "cycle"}, {"accepted", true}, {"frequency_hz", 2.0001}, {"amplitude", 2.95}});
+  const auto moving = texts(view);
+  EXPECT_THAT(moving, Contains("setpoint 2 Hz, 3 m/s^2   measured 2.0001 Hz, 2.95 m/s^2"));
+  EXPECT_THAT(moving, Contains("run 2 of 4, slow: 1 of 20 cycles accepted, 0 left out"));
+  view.take(state("IDLE", more));
+  for (const char* gone : {"setpoint", "ETA", "measured"})
+    EXPECT_THAT(texts(view), Not(Contains(HasSubstr(gone)))) << gone;
+}
+
+TEST(LiveView, SaysFirstThatTheDaemonIsGone) {
+  LiveView view;
+  view.take(state("MEASURE"));
+  view.set_lost("nobody listens");
+  EXPECT_THAT(texts(view).front(), StartsWith("NO CONNECTION: nobody listens"));
+  view.take(state("IDLE"));
+  EXPECT_THAT(texts(view), Not(Contains(HasSubstr("NO CONNECTION"))));
+}
+
+}  // namespace
+}  // namespace shaker::cli
