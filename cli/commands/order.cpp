@@ -26,6 +26,10 @@ int order(const Common& common, const std::string& method) {
     fmt::print("{}\n", answer->result.dump());
   } else {
     const std::string state = answer->result.is_object() ? text_of(answer->result, "state") : "";
+    if (method == "stop" && state == "IDLE") {
+      fmt::print("Nothing was moving. State: IDLE.\n");
+      return kOk;
+    }
     const bool still = method == "ack" && state == "FAULT";
     fmt::print("{}{}\n", still ? "The exciter is told to clear its own fault." : done(method),
                state.empty() ? "" : " State: " + printable(state) + ".");

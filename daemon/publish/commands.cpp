@@ -146,10 +146,17 @@ void Commands::tick() {
 }
 
 Answer Commands::acquire(const Peer& peer) {
+  const bool again = lease_.held_by(peer.client);
   if (!lease_.acquire(peer.client, clock_.now())) {
     return RpcError{RpcCode::control_taken,
-                    "Another client is in control; wait until it releases, or stop the rig.",
+                    fmt::format("{} has been in control for {:.0f} s; wait until it releases, or "
+                                "stop the rig.",
+                                holder_, seconds(clock_.now() - held_since_)),
                     nullptr};
+  }
+  if (!again) {
+    holder_ = peer.who;
+    held_since_ = clock_.now();
   }
   rig_.set_controlled(true);
   return Json{{"lease_s", seconds(lease_.duration())}};

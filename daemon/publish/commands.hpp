@@ -73,6 +73,8 @@ class Commands final : public RequestHandler {
   RigControl& rig_;
   Clock& clock_;
   Lease lease_;
+  std::string holder_;  // of the lease, for people
+  Nanoseconds held_since_{};
 };
 
 }  // namespace shaker::daemon

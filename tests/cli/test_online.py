@@ -185,6 +185,10 @@ class Orders(Online):
         self.assertEqual(result.returncode, 4)
         self.assertIn("the daemon refuses: The stroke is still outside", result.stderr)
 
+    def test_a_stop_at_rest_says_that_nothing_was_moving(self):
+        self.serve(answers={"stop": lambda _: {"state": "IDLE"}})
+        self.assertEqual(self.shakerctl("stop").stdout, "Nothing was moving. State: IDLE.\n")
+
     def test_a_daemon_that_goes_away_is_3(self):
         self.serve(answers={"stop": hang_up})
         result = self.shakerctl("stop")

@@ -44,7 +44,12 @@ TEST_F(CommandsTest, StartNeedsTheLease) {
   EXPECT_TRUE(good(ask(anna, "campaign.start", params)));
   EXPECT_THAT(rig.asked, ElementsAre(R"(start {"name":"c"} from campaign.start in /)"));
   EXPECT_EQ(refused(ask(otto, "campaign.start", params)).code, RpcCode::not_in_control);
-  EXPECT_EQ(refused(ask(otto, "control.acquire")).code, RpcCode::control_taken);
+  clock.advance(1s);
+  ASSERT_TRUE(good(ask(anna, "control.acquire"))) << "again";
+  clock.advance(1s);
+  const RpcError taken = refused(ask(otto, "control.acquire"));
+  EXPECT_EQ(taken.code, RpcCode::control_taken);
+  EXPECT_THAT(taken.message, ::testing::StartsWith("anna (pid 1) has been in control for 2 s"));
 }
 
 TEST_F(CommandsTest, ADiagnosisNeedsNoLeaseAndSaysWhereItGoes) {
