@@ -92,7 +92,7 @@ class Campaign(unittest.TestCase):
         self.assertGreater(samples, 5000)  # two channels at 1 kHz for some seconds
 
     def test_an_estimate_is_quick(self):
-        """Not a gate on time, which belongs to a rig PC: the table in docs/protocol.md comes from here."""
+        """Not a gate on time, which belongs to a rig PC: the table in docs/protocol_limits.md is from here."""
         computed, flushed = [], []
         for line, came in zip(self.client.lines, self.client.times):
             if line.get("type") == "estimate":
