@@ -15,8 +15,7 @@ constexpr Parameter kParameters[] = {
     {"sensor_quadratic", "1/m", 0.0, -10.0, 10.0, "q in y = G (u + q u^2) + b"},
     {"sensor_drift", "m/s", 0.0, -1e-2, 1e-2, "rate at which b grows"},
     {"series_stiffness", "1/s^2", 0.0, 0.0, 1e9,
-     "k_n of the fixture that gives under the damper's force, inside the transducer's span; 0: "
-     "rigid"},
+     "k_n of the fixture under the damper's force, inside the transducer's span; 0: rigid"},
     {"excitation_sensor_gain", "1", 1.0, 0.1, 10.0, "gain of the recorded excitation"},
     {"excitation_sensor_delay", "s", 0.0, 0.0, 1.0, "dead time of the recorded excitation"},
     {"excitation_sensor_phase", "rad", 0.0, -3.0, 3.0,

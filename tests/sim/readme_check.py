@@ -1,4 +1,4 @@
-"""sim/README.md lists the parameters that `oleosim --help` prints; with --write it is brought up to date."""
+"""sim/parameters.md lists what `oleosim --help` prints; with --write it is brought up to date."""
 import pathlib
 import re
 import subprocess
@@ -27,8 +27,7 @@ def main(program, readme, write):
     text, wanted = path.read_text(), tables(program)
     if write:
         start = text.index("alike.\n") + len("alike.\n")
-        end = text.index("\n## ", start)
-        path.write_text(f"{text[:start]}\n{wanted}\n{text[end:]}")
+        path.write_text(f"{text[:start]}\n{wanted}\n")
         return 0
     if wanted.count("\n") < 30 or wanted not in text:
         print(f"{readme}: the parameter tables are out of date; run this with --write")
