@@ -87,6 +87,7 @@ class CanExciter final : public Exciter {
   bool expired_ = false;           // it stopped while motion was commanded
   std::uint64_t counter_ = 0;
   std::optional<ExciterStatus> status_;
+  std::optional<ExciterStatus> fault_;  // the first since the last read(): later frames hide none
   BusWatch bus_;
   bool foreign_ = false;  // another node sends our setpoint's identifier, not yet said
   Nanoseconds foreign_said_{};
@@ -96,6 +97,7 @@ class CanExciter final : public Exciter {
 Result<void> CanExciter::connect() {
   link_.reset();  // closing the broadcast manager's socket ends its sending
   status_.reset();
+  fault_.reset();
   nothing_is_sent();
   auto dead_man = DeadMan::open(config_.interface);
   if (!dead_man) return dead_man.error();
@@ -207,6 +209,7 @@ Result<void> CanExciter::take(const Received& received) {
   const auto status = codec_.status(received.frame, t);
   if (!status) return status.error();
   status_ = *status;
+  if (status->fault != 0 && !fault_) fault_ = *status;
   return {};
 }
 
@@ -261,6 +264,7 @@ Result<ExciterStatus> CanExciter::read() {
     if (!std::exchange(looked_before, true) || after - started >= limit) {
       if (auto well = judge_bus(); !well) return well.error();
     }
+    if (fault_) return *std::exchange(fault_, std::nullopt);
     if (status_ && after - status_->t <= limit) return *status_;
     if (after - started >= limit) {
       return Error{

@@ -135,6 +135,21 @@ TEST(CanExciterWire, StopsThroughALinkThatWasDown) {
   }
 }
 
+TEST(CanExciterWire, TellsAFaultThatTheNextStatusNoLongerHas) {
+  Peer peer("vcan0");
+  auto exciter = connected_exciter();
+  peer.send(0x201, {0x03, 0x00, 0x05, 0x00, 0xC4, 0x09, 0x52, 0x26});
+  peer.send(0x201, {0x03, 0x00, 0x00, 0x00, 0xC4, 0x09, 0x52, 0x26});
+  const auto first = exciter->read();
+  ASSERT_TRUE(first.ok()) << first.error().what;
+  EXPECT_EQ(first->fault, 5u);
+  EXPECT_FALSE(first->ready);
+  peer.send(0x201, {0x03, 0x00, 0x00, 0x00, 0xC4, 0x09, 0x52, 0x26});
+  const auto second = exciter->read();
+  ASSERT_TRUE(second.ok()) << second.error().what;
+  EXPECT_EQ(second->fault, 0u) << "it is told once";
+}
+
 TEST(CanExciterWire, HearsAnotherNodeCommandTheDrive) {
   Peer peer("vcan0");
   auto exciter = connected_exciter(1.0);
