@@ -140,7 +140,7 @@ def commanded_by_another(stand):
 
 
 def status_of_another(stand):
-    sends(stand, STATUS, lambda i: status(3, 0, 2 * FREQUENCY_HZ, AMPLITUDE), 1.6)
+    sends(stand, STATUS, lambda i: status(3, 0, 2 * FREQUENCY_HZ, AMPLITUDE), 2.0)
 
 
 def trip_of_another(stand):
