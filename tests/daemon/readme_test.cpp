@@ -1,6 +1,5 @@
-// The tables in daemon/README.md are those of the code.
+// The lists of states and detectors in daemon/README.md are the tables of the code.
 #include <fstream>
-#include <iterator>
 #include <string>
 
 #include <fmt/format.h>
@@ -12,9 +11,13 @@
 namespace shaker::daemon {
 namespace {
 
+// With one space in place of each line break and indentation.
 std::string readme() {
   std::ifstream file(SHAKER_SOURCE_DIR "/daemon/README.md");
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::string text, word;
+  while (file >> word)
+    text += word + ' ';
+  return text;
 }
 
 TEST(Readme, ShowsEveryStateWithItsPromiseAndWhereItLeads) {
@@ -24,7 +27,8 @@ TEST(Readme, ShowsEveryStateWithItsPromiseAndWhereItLeads) {
     for (const auto& r : state_table()) {
       if (allowed(from.state, r.state)) to += fmt::format("{}{}", to.empty() ? "" : ", ", r.name);
     }
-    const std::string line = fmt::format("| {} | {} | {} |", from.name, from.promise, to);
+    const std::string line =
+        fmt::format("- **{}**: {}. Leads to: {}.", from.name, from.promise, to);
     EXPECT_NE(text.find(line), std::string::npos) << line;
   }
 }
@@ -32,7 +36,7 @@ TEST(Readme, ShowsEveryStateWithItsPromiseAndWhereItLeads) {
 TEST(Readme, ShowsEveryDetector) {
   const std::string text = readme();
   for (const auto& r : detector_table()) {
-    const std::string line = fmt::format("| {} | {} | {} |", r.code, r.trips, r.limit);
+    const std::string line = fmt::format("- **{}**: {}. Limit: {}.", r.code, r.trips, r.limit);
     EXPECT_NE(text.find(line), std::string::npos) << line;
   }
 }
