@@ -9,6 +9,7 @@ import threading
 import unittest
 
 import places  # noqa: F401  first: it says where the others are
+import ledger
 import lies_drive
 import lies_sensor
 import modbus_wire as modbus
@@ -121,6 +122,24 @@ class Judges(unittest.TestCase):
             self.assertIn(fault.effect, (STOPS, GOES_ON, ANY, REFUSED, STILL_MOVES), fault.name)
             self.assertEqual(fault.bound_s > 0, fault.effect in (STOPS, STILL_MOVES), fault.name)
             self.assertTrue(fault.why, fault.name)
+
+
+class Ledger(unittest.TestCase):
+    def test_comments_and_blanks_make_no_other_code(self):
+        one = ledger.digest({"a.cpp": 'int f(int x) { // it\'s x\n  return x + 1\'000; /* \n " */ }\n'})
+        self.assertEqual(one, ledger.digest({"a.cpp": "int f(int x)\n{ return x+1'000; }"}))
+        self.assertNotEqual(one, ledger.digest({"a.cpp": "int f(int x) { return x - 1'000; }"}))
+        self.assertNotEqual(one, ledger.digest({"b.cpp": "int f(int x) { return x+1'000; }"}))
+
+    def test_what_a_string_says_counts(self):
+        for other in ('"a  // b"', '"a // c"', "'\"'; // b", 'R"(a // b)"', 'R"x(a" // b)x"'):
+            self.assertNotEqual(ledger.essence('"a // b"'), ledger.essence(other))
+        self.assertEqual(ledger.essence('R"x(a" // b)x"; // c'), 'R"x(a" // b)x";')
+        self.assertEqual(ledger.essence("'\"' /* \" */ '\\'' // '"), "'\"''\\''")
+
+    def test_the_files_of_each_room_are_found(self):
+        for room in ledger.ROOMS:
+            self.assertGreater(len(ledger.committed(room)), 10, room)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,13 @@
 #!/usr/bin/python3
 """docs/soak: what long runs found, one line of JSON a run, so that runs on the same code add up."""
+import argparse
 import datetime
 import hashlib
 import json
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 
 from places import SOURCE
@@ -12,26 +15,61 @@ from places import SOURCE
 ROOMS = ("daemon", "drivers", "record")
 SOURCES = (".cpp", ".hpp")
 FOLDER = SOURCE / "docs" / "soak"
+PROGRAMS = ("SHAKERD", "SHAKERCTL", "OLEOSIM")
+# A raw string, a string, a character; then what says nothing to the compiler: comments and blanks.
+TOKEN = re.compile(r'(R"([^()\s]*)\(.*?\)\2"|"(?:\\.|[^"\\\n])*"|\'(?:\\[^\n]{1,4}?|[^\'\\\n])\')'
+                   r"|//[^\n]*|/\*.*?\*/|\s+", re.DOTALL)
 
 
-def git(*words):
-    return subprocess.run(["git", "-C", str(SOURCE), *words], capture_output=True, text=True,
-                          check=True).stdout.strip()
+def git(*words, **more):
+    return subprocess.run(["git", "-C", str(SOURCE), *words], capture_output=True, check=True, **more).stdout
 
 
-def code():
-    """{room: an id of its C++ files in HEAD}: the same for the same files, whatever the commit."""
-    def of(room):
-        files = [line for line in git("ls-tree", "-r", "HEAD", "--", room).splitlines()
-                 if line.endswith(SOURCES)]
-        return hashlib.sha256("\n".join(files).encode()).hexdigest()[:12]
-    return {room: of(room) for room in ROOMS}
+def essence(text):
+    """C++ without comments and blanks: the same for files that compile to the same program."""
+    return TOKEN.sub(lambda found: found.group(1) or "", text)
+
+
+def digest(files):
+    """The id of {name: text}."""
+    whole = hashlib.sha256()
+    for name, text in sorted(files.items()):
+        whole.update(f"{name}\0{essence(text)}\0".encode())
+    return whole.hexdigest()[:12]
+
+
+def committed(room):
+    """{name: text} of the C++ files of a room in HEAD."""
+    names = [name for name in git("ls-tree", "-r", "--name-only", "HEAD", "--", room, text=True).splitlines()
+             if name.endswith(SOURCES)]
+    octets = git("cat-file", "--batch", input="".join(f"HEAD:{name}\n" for name in names).encode())
+    files = {}
+    for name in names:
+        head, octets = octets.split(b"\n", 1)
+        size = int(head.split()[-1])
+        files[name], octets = octets[:size].decode(), octets[size + 1:]
+    return files
+
+
+def written(room):
+    """The same of the files as they lie there."""
+    return {str(path.relative_to(SOURCE)): path.read_text(encoding="utf-8")
+            for path in (SOURCE / room).rglob("*") if path.suffix in SOURCES}
+
+
+def code(files=committed):
+    """{room: an id of what its C++ files say to the compiler}."""
+    return {room: digest(files(room)) for room in ROOMS}
+
+
+def label():
+    """What lies beside a copy of the programs: the code that they were made of."""
+    return pathlib.Path(os.environ["SHAKERD"]).with_name("code.json")
 
 
 def why_not():
     """Why a run may not be counted for this code; empty when it may."""
-    changed = git("status", "--porcelain", "--untracked-files=all", "--", *ROOMS).splitlines()
-    if [line for line in changed if line.endswith(SOURCES)]:
+    if code(written) != code():
         return f"files of {', '.join(ROOMS)} are not committed"
     newest = max(path.stat().st_mtime for room in ROOMS for path in (SOURCE / room).rglob("*.[ch]pp"))
     if pathlib.Path(os.environ["SHAKERD"]).stat().st_mtime < newest:
@@ -39,11 +77,26 @@ def why_not():
     return ""
 
 
+def copy_programs(folder):
+    """The programs, and what they were made of: a build that goes on meanwhile does not touch them."""
+    if reason := why_not():
+        return f"not copied: {reason}"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in PROGRAMS:
+        shutil.copy2(os.environ[name], folder)
+    (folder / "code.json").write_text(json.dumps(code()))
+    return f"copied; SHAKER_BIN={folder} makes the other commands use them"
+
+
 class Page:
     """One run's line in docs/soak/NAME.jsonl. Its code is that of its begin: others may commit meanwhile."""
 
     def __init__(self, name):
-        self.name, self.reason, self.code = name, why_not(), code()
+        self.name = name
+        if label().exists():
+            self.reason, self.code = "", json.loads(label().read_text())
+        else:
+            self.reason, self.code = why_not(), code()
 
     def keep(self, counts):
         """Adds the line; a sentence on what was done."""
@@ -60,7 +113,7 @@ def totals(name):
     file, present, sums, runs = FOLDER / f"{name}.jsonl", code(), {}, 0
     for text in file.read_text(encoding="utf-8").splitlines() if file.exists() else []:
         line = json.loads(text)
-        if line["code"] == present:
+        if line.get("code") == present:
             runs += 1
             for key, value in line.items():
                 if key != "seed" and isinstance(value, int):
@@ -68,8 +121,19 @@ def totals(name):
     return runs, sums
 
 
-if __name__ == "__main__":
-    for book in sorted(FOLDER.glob("*.jsonl")):
-        count, sums = totals(book.stem)
-        print(f"{book.stem}: {count} runs on the present code: "
+def main():
+    parse = argparse.ArgumentParser(description=__doc__)
+    parse.add_argument("--copy-programs", type=pathlib.Path, metavar="FOLDER",
+                       help="copy the programs for a long run beside builds")
+    options = parse.parse_args()
+    if options.copy_programs:
+        print(copy_programs(options.copy_programs.resolve()))
+        return
+    for name in ("kills", "nemesis"):
+        count, sums = totals(name)
+        print(f"{name}: {count} runs on the present code: "
               + (", ".join(f"{value} {key}" for key, value in sums.items()) or "none"))
+
+
+if __name__ == "__main__":
+    main()

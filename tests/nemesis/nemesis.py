@@ -1,9 +1,7 @@
 #!/usr/bin/python3
 """Random faults against the real daemon, an independent observer, and what must hold: README.md."""
 import argparse
-import contextlib
 import multiprocessing
-import os
 import random
 import shutil
 import signal
@@ -14,6 +12,7 @@ import traceback
 
 import places  # noqa: F401  first: it says where the others are
 import ledger
+from places import end_with_parent, memory
 from round import Result, Round, choose
 from shim import compiled
 from table import TABLE
@@ -105,14 +104,6 @@ def show(text):
         print(f"\r\033[K{text}", end="", flush=True)
 
 
-def memory():
-    """Where a stand's files lie: in memory, if there is room, so that a busy disk is no fault of its own."""
-    with contextlib.suppress(OSError):
-        if shutil.disk_usage("/dev/shm").free > 2**30 and os.access("/dev/shm", os.W_OK):
-            return "/dev/shm"
-    return None
-
-
 def run(options):
     page = ledger.Page("nemesis") if options.keep else None
     folder = tempfile.mkdtemp(prefix="nemesis.")
@@ -121,7 +112,8 @@ def run(options):
     end = time.monotonic() + 60 * options.minutes if options.minutes else float("inf")
     made = tasks(options, compiled(folder))
     ignore = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with multiprocessing.get_context("fork").Pool(options.parallel, maxtasksperchild=20) as workers:
+    with multiprocessing.get_context("fork").Pool(options.parallel, end_with_parent,
+                                                     maxtasksperchild=20) as workers:
         signal.signal(signal.SIGINT, ignore)
         try:
             waiting, begun = [], 0

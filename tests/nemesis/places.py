@@ -1,11 +1,29 @@
 """Where the programs and the helpers of other tests are, for those who start a script by hand."""
+import contextlib
+import ctypes
 import os
 import pathlib
+import shutil
+import signal
 import sys
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-BIN = SOURCE / "build" / "bin"
+BIN = pathlib.Path(os.environ.get("SHAKER_BIN", SOURCE / "build" / "bin"))
 for variable, path in {"SHAKERD": BIN / "shakerd", "SHAKERCTL": BIN / "shakerctl",
                        "OLEOSIM": BIN / "oleosim", "SHAKER_SOURCE": SOURCE}.items():
     os.environ.setdefault(variable, str(path))
 sys.path.insert(0, str(SOURCE / "tests" / "system"))
+
+
+def memory():
+    """Where a stand's files lie: in memory, if there is room, so that a busy disk is no fault of its own."""
+    with contextlib.suppress(OSError):
+        if shutil.disk_usage("/dev/shm").free > 2**30 and os.access("/dev/shm", os.W_OK):
+            return "/dev/shm"
+    return None
+
+
+def end_with_parent():
+    """For a process that a script forks: it is killed when the script is."""
+    set_death_signal = 1
+    ctypes.CDLL(None).prctl(set_death_signal, signal.SIGKILL)
