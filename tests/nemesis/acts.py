@@ -1,5 +1,6 @@
 """How each fault is done to a stand: a function that begins it, and gives the function that lifts it."""
 import contextlib
+import math
 import os
 import pathlib
 import random
@@ -154,6 +155,20 @@ def second_daemon(stand):
         other.kill()
         other.wait()
     return lift
+
+
+def out_of_memory(name, for_good, nth=None):
+    """The nth allocation of a thread fails; without a number the round's seed draws one, small ones mostly."""
+    def begin(stand):
+        [thread] = freeze.threads(stand.pid)[name]
+        drawn = nth or int(math.exp(random.Random(stand.seed).uniform(0.0, math.log(5000.0))))
+        stand.shim.starve(thread, drawn, for_good)
+
+        def lift():
+            stand.starved = stand.starved or stand.shim.hits > 0
+            stand.shim.lift()
+        return lift
+    return begin
 
 
 # --- the disk

@@ -20,7 +20,7 @@ import freeze
 import ledger
 from crowd import DIES_WITH_US
 from daemon import CAMPAIGN, RIG, Daemon
-from places import end_with_parent, memory
+from places import Progress, end_with_parent, memory
 from witness import Witness, integrity, missing
 
 FAST = {**CAMPAIGN, "name": "kills", "ramp_s": 0.05, "settle_tolerance": 1000.0,
@@ -65,7 +65,7 @@ class Lives:
             self.await_recovery()
             self.compare(witness)
         except AssertionError as trouble:
-            self.wrong(str(trouble)[-600:])
+            self.wrong(f"{str(trouble)[:300]} ... {str(trouble)[-600:]}")
             self.daemon.kill()
             self.daemon.process = None
         finally:
@@ -140,7 +140,7 @@ def work(task):
 
 
 def run(options):
-    sums, began = dict.fromkeys(COUNTED, 0), time.monotonic()
+    sums, began, line = dict.fromkeys(COUNTED, 0), time.monotonic(), Progress()
     end = began + 60 * options.minutes if options.minutes else float("inf")
     ignore = signal.signal(signal.SIGINT, signal.SIG_IGN)
     tempfile.tempdir = memory()
@@ -160,7 +160,7 @@ def run(options):
                     sums = {key: sums[key] + counts[key] for key in COUNTED}
                     for sentence in sentences:
                         print(f"\nlives {seed}: VIOLATED: {sentence}")
-                    show(sums, began)
+                    line.show(progress(sums, began))
                 time.sleep(0.05)
         except KeyboardInterrupt:
             print("\nended by hand; what was done is counted")
@@ -172,11 +172,6 @@ def progress(sums, began):
     return (f"{sums['kills']} kills, {sums['acknowledged']} acknowledged ({sums['cycles']} cycles, "
             f"{sums['estimates']} estimates), {sums['lost']} lost, {sums['wrong']} otherwise wrong, "
             f"{sums['kills'] / minutes:.0f} kills a minute")
-
-
-def show(sums, began):
-    if sys.stdout.isatty():
-        print(f"\r\033[K{progress(sums, began)}", end="", flush=True)
 
 
 def main():

@@ -68,9 +68,7 @@ def label():
 
 
 def why_not():
-    """Why a run may not be counted for this code; empty when it may."""
-    if code(written) != code():
-        return f"files of {', '.join(ROOMS)} are not committed"
+    """Why it cannot be said which code the programs were made of; empty when it can."""
     newest = max(path.stat().st_mtime for room in ROOMS for path in (SOURCE / room).rglob("*.[ch]pp"))
     if pathlib.Path(os.environ["SHAKERD"]).stat().st_mtime < newest:
         return "the program is older than its files; build it"
@@ -84,19 +82,19 @@ def copy_programs(folder):
     folder.mkdir(parents=True, exist_ok=True)
     for name in PROGRAMS:
         shutil.copy2(os.environ[name], folder)
-    (folder / "code.json").write_text(json.dumps(code()))
+    (folder / "code.json").write_text(json.dumps(code(written)))
     return f"copied; SHAKER_BIN={folder} makes the other commands use them"
 
 
 class Page:
-    """One run's line in docs/soak/NAME.jsonl. Its code is that of its begin: others may commit meanwhile."""
+    """One run's line in docs/soak/NAME.jsonl. Its code is what lay there when it began."""
 
     def __init__(self, name):
         self.name = name
         if label().exists():
             self.reason, self.code = "", json.loads(label().read_text())
         else:
-            self.reason, self.code = why_not(), code()
+            self.reason, self.code = why_not(), code(written)
 
     def keep(self, counts):
         """Adds the line; a sentence on what was done."""
@@ -129,7 +127,7 @@ def main():
     if options.copy_programs:
         print(copy_programs(options.copy_programs.resolve()))
         return
-    for name in ("kills", "nemesis"):
+    for name in ("kills", "nemesis", "memory"):
         count, sums = totals(name)
         print(f"{name}: {count} runs on the present code: "
               + (", ".join(f"{value} {key}" for key, value in sums.items()) or "none"))

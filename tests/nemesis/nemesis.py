@@ -12,10 +12,10 @@ import traceback
 
 import places  # noqa: F401  first: it says where the others are
 import ledger
-from places import end_with_parent, memory
-from round import Result, Round, choose
+from places import Progress, end_with_parent, memory
+from round import Result, Round
 from shim import compiled
-from table import TABLE
+from table import TABLE, choose
 
 COUNTED = ("rounds", "faults", "acknowledged", "violations")
 
@@ -99,16 +99,11 @@ def report(result):
         print(f"    {line}")
 
 
-def show(text):
-    if sys.stdout.isatty():
-        print(f"\r\033[K{text}", end="", flush=True)
-
-
 def run(options):
     page = ledger.Page("nemesis") if options.keep else None
     folder = tempfile.mkdtemp(prefix="nemesis.")
     tempfile.tempdir = memory()
-    tally = Tally()
+    tally, line = Tally(), Progress()
     end = time.monotonic() + 60 * options.minutes if options.minutes else float("inf")
     made = tasks(options, compiled(folder))
     ignore = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -128,7 +123,7 @@ def run(options):
                     tally.add(result)
                     if result.violations:
                         report(result)
-                    show(tally.progress())
+                    line.show(tally.progress())
                 time.sleep(0.02)
         except KeyboardInterrupt:
             print("\nended by hand; what was done is counted")

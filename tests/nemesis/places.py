@@ -6,6 +6,7 @@ import pathlib
 import shutil
 import signal
 import sys
+import time
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("SHAKER_BIN", SOURCE / "build" / "bin"))
@@ -27,3 +28,17 @@ def end_with_parent():
     """For a process that a script forks: it is killed when the script is."""
     set_death_signal = 1
     ctypes.CDLL(None).prctl(set_death_signal, signal.SIGKILL)
+
+
+class Progress:
+    """On a terminal one line that is written over; elsewhere a line each minute."""
+
+    def __init__(self):
+        self.due = time.monotonic() + 60
+
+    def show(self, text):
+        if sys.stdout.isatty():
+            print(f"\r\033[K{text}", end="", flush=True)
+        elif time.monotonic() >= self.due:
+            print(text, flush=True)
+            self.due = time.monotonic() + 60

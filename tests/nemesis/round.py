@@ -1,4 +1,4 @@
-"""One round: a campaign, one to three faults at random moments, and what must hold whatever they are."""
+"""One round: a campaign, one to five faults at random moments, and what must hold whatever they are."""
 import contextlib
 import random
 import time
@@ -29,6 +29,8 @@ class Result:
     violations: list = field(default_factory=list)
     skipped: str = ""  # why it could not be tried
     undecided: str = ""  # why what was seen says nothing of the daemon
+    starved: bool = False  # an allocation failed
+    died: bool = False  # the daemon ended by itself, as it may
     acknowledged: int = 0
     to_rest: dict = field(default_factory=dict)  # fault: s, of the first that stopped the table
     story: list = field(default_factory=list)
@@ -47,6 +49,7 @@ class Round:
     def run(self):
         more = {key: value for fault in self.faults for key, value in fault.stand.items()}
         self.stand = Stand(self.result.seed, self.library, **more)
+        self.made = time.monotonic()
         try:
             self.play()
         except acts.Unavailable as why:
@@ -54,7 +57,8 @@ class Round:
         except Undecided as why:
             self.result.undecided = str(why)
         except AssertionError as trouble:
-            self.wrong(f"the daemon did not do as it should: {str(trouble)[:600]}")
+            told = self.late if str(trouble).startswith("timeout") else self.wrong
+            told(f"the daemon did not do as it should: {str(trouble)[:600]}")
         finally:
             self.lift()
             if self.result.violations:
@@ -67,7 +71,8 @@ class Round:
 
     def late(self, sentence):
         """Wrong too, unless this machine was so busy that it kept even the observer waiting."""
-        waited = self.stand.observer.lateness(self.begun[0][1] - 1.0, time.monotonic())
+        since = self.begun[0][1] - 1.0 if self.begun else self.made
+        waited = self.stand.observer.lateness(since, time.monotonic())
         if waited < BUSY_S:
             self.wrong(sentence)
         else:
@@ -176,7 +181,8 @@ class Round:
         stopping = [began for fault, began in self.begun if fault.effect == STOPS]
         if not stopping:
             time.sleep(1.5)
-            return None if self.at_rest() else self.stop_as_anyone()
+            self.at_rest_if_dead()
+            return None if self.at_rest() and self.over() else self.stop_as_anyone()
         self.await_rest(min(stopping))
 
     def await_rest(self, since):
@@ -200,6 +206,15 @@ class Round:
         if moved:
             self.result.to_rest[self.faults[0].name] = moved[-1].t - moved[0].t
 
+    def at_rest_if_dead(self):
+        """A daemon that has ended by itself sends no beat: the dead-man has stopped the table by now."""
+        if not any(fault.may_die for fault in self.faults) or self.stand.daemon.process.poll() is None:
+            return
+        self.stand.leaves("killed")
+        self.result.died = True
+        if not self.at_rest():
+            self.late(f"the daemon has ended after {self.named()}, and the table moves")
+
     def over(self):
         """No campaign is under way, or nobody is there who could run one."""
         states = self.states()
@@ -221,7 +236,9 @@ class Round:
         self.asked = time.monotonic()
         status, said = self.stand.shakerctl(self.random.choice(("stop", "estop")))
         heard = time.monotonic()
-        if status != 0:
+        if any(fault.may_die for fault in self.faults):
+            time.sleep(1.0)  # it may have ended by now, and the dead-man has stopped the table
+        elif status != 0:
             self.late(f"shakerctl was not heard beside {self.named()}: {said.strip()[-200:]}")
             return
         end = heard + 1.0 + self.slack_s
@@ -252,6 +269,8 @@ class Round:
     def look_after(self):
         lifted = time.monotonic()
         self.lift()
+        self.result.starved = self.stand.starved
+        self.at_rest_if_dead()
         self.stand.start_again()
         time.sleep(AFTERWARDS_S)
         if not any(f.effect == STILL_MOVES for f in self.faults):
@@ -360,13 +379,3 @@ class Round:
                 moves = reading.moves
                 story.append((reading.t, f"table {'moves' if moves else 'rests'}"))
         self.result.story = [f"{t - zero:8.2f} s  {what}" for t, what in sorted(set(story))]
-
-
-def choose(choose_by, table, most=3):
-    """The faults of one random round: one, two or three that go together, or one that goes alone."""
-    first = choose_by.choice(sorted(table))
-    if table[first].alone:
-        return [first]
-    others = [name for name in sorted(table) if name != first and not table[name].alone]
-    return [first, *choose_by.sample(others, min(choose_by.randrange(most), len(others)))]
-

@@ -1,7 +1,6 @@
-// Makes the disk of one folder, or the wall clock, fail on command (LD_PRELOAD).
+// Makes the disk of one folder, the wall clock, or the memory of one thread fail on command (LD_PRELOAD).
 //
-// NEMESIS_ORDER names a file that the test maps too: four 32-bit words and a double, `struct
-// order`. NEMESIS_FOLDER is the folder whose files are meant; calls on other files are never
+// NEMESIS_ORDER names a file that the test maps too: `struct order`. NEMESIS_FOLDER is the folder whose files are meant; calls on other files are never
 // touched.
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -28,6 +27,9 @@ struct order {
   volatile int32_t left;    // so many calls fail yet; -1: all
   volatile int32_t hits;    // calls that were touched
   volatile double clock_s;  // by which the wall clock is off
+  volatile int32_t starved;  // the thread whose allocations are counted; 0: none
+  volatile int32_t nth;      // allocations until one fails
+  volatile int32_t for_good; // all that follow fail too
 };
 
 static struct order none;
@@ -144,6 +146,26 @@ int open64(const char* path, int flags, ...) {
   va_end(rest);
   touch_path(path);
   return next(path, flags, mode);
+}
+
+// operator new calls malloc.
+static __thread int32_t own_tid __attribute__((tls_model("initial-exec")));
+static int starves(void) {
+  if (order->starved == 0) return 0;
+  if (own_tid == 0) own_tid = (int32_t)syscall(SYS_gettid);
+  if (order->starved != own_tid || --order->nth > 0) return 0;
+  if (!order->for_good) order->starved = 0;
+  __sync_fetch_and_add(&order->hits, 1);
+  errno = ENOMEM;
+  return 1;
+}
+void* __libc_malloc(size_t size);
+void* __libc_realloc(void* memory, size_t size);
+void* malloc(size_t size) {
+  return starves() ? NULL : __libc_malloc(size);
+}
+void* realloc(void* memory, size_t size) {
+  return starves() ? NULL : __libc_realloc(memory, size);
 }
 
 int clock_gettime(clockid_t which, struct timespec* out) {

@@ -1,4 +1,4 @@
-"""The daemon's disk and wall clock, which fail on command: shim.c, compiled once, and its orders."""
+"""The daemon's disk, wall clock and memory, which fail on command: shim.c, compiled once, and its orders."""
 import errno
 import mmap
 import pathlib
@@ -6,6 +6,7 @@ import struct
 import subprocess
 import tempfile
 
+SIZE = 40  # of its struct order
 NOTHING, FLUSH_HANGS, MOUNT_HANGS, FLUSH_FAILS, WRITE_FAILS = range(5)
 CODES = {"EIO": errno.EIO, "ENOSPC": errno.ENOSPC, "EROFS": errno.EROFS, "EDQUOT": errno.EDQUOT}
 
@@ -21,9 +22,9 @@ def compiled(folder=None):
 class Shim:
     def __init__(self, library, folder, data):
         self.file = folder / "order"
-        self.file.write_bytes(bytes(24))
+        self.file.write_bytes(bytes(SIZE))
         with open(self.file, "r+b") as file:
-            self.map = mmap.mmap(file.fileno(), 24)
+            self.map = mmap.mmap(file.fileno(), SIZE)
         self.environment = [f"LD_PRELOAD={library}", f"NEMESIS_ORDER={self.file}",
                             f"NEMESIS_FOLDER={data}", "ASAN_OPTIONS=verify_asan_link_order=0"]
 
@@ -34,12 +35,19 @@ class Shim:
     def set_clock_off(self, seconds):
         self.map[16:24] = struct.pack("=d", seconds)
 
+    def starve(self, thread, nth, for_good):
+        """The nth allocation of this thread from now on fails, and all later ones if it is for good."""
+        self.map[12:16] = bytes(4)
+        self.map[28:36] = struct.pack("=ii", nth, for_good)
+        self.map[24:28] = struct.pack("=i", thread)
+
     @property
     def hits(self):
         return struct.unpack("=i", self.map[12:16])[0]
 
     def lift(self):
         self.order(NOTHING)
+        self.map[24:28] = bytes(4)
 
     def close(self):
         self.map.close()

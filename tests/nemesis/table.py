@@ -44,6 +44,7 @@ class Fault:
     silent: bool = False  # no error alarm is owed: someone asked, or nobody is there to raise it
     alone: bool = False  # needs a stand of its own, or makes other faults' bounds meaningless
     stand: dict = field(default_factory=dict)
+    may_die: bool = False  # the daemon may end; then the dead-man stops the table
     open: str = ""  # what does not hold yet; the short form leaves it out
 
 
@@ -170,6 +171,12 @@ PROCESS = [
                             "years_on": 30 * 365.25 * 86400.0}.items()),
 ]
 
+MEMORY = [
+    Fault(f"memory_{'publisher' if thread == 'main' else thread}_{'for_good' if for_good else 'once'}", ANY, 0,
+          "it goes on, stops, or ends: the dead-man", acts.out_of_memory(thread, for_good), may_die=True,
+          silent=True, alone=True)
+    for thread in ("recorder", "estimator", "engine", "main") for for_good in (False, True)]
+
 DISK_FAULTS = [
     Fault("flush_hangs", STOPS, DISK + DOWN, "as long as a call may take", acts.disk(shim.FLUSH_HANGS)),
     Fault("mount_hangs", STOPS, DISK + DOWN, "as long as a call may take", acts.disk(shim.MOUNT_HANGS)),
@@ -202,4 +209,13 @@ CLIENTS = [
 ]
 
 TABLE = {fault.name: fault for fault in
-         (*WIRES, *DRIVE, *SENSOR, *PROCESS, *DISK_FAULTS, *CLIENTS)}
+         (*WIRES, *DRIVE, *SENSOR, *PROCESS, *MEMORY, *DISK_FAULTS, *CLIENTS)}
+
+
+def choose(choose_by, table, most=5):
+    """The faults of one random round: one to five that go together, or one that goes alone."""
+    first = choose_by.choice(sorted(table))
+    if table[first].alone:
+        return [first]
+    others = [name for name in sorted(table) if name != first and not table[name].alone]
+    return [first, *choose_by.sample(others, min(choose_by.randrange(most), len(others)))]
