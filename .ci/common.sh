@@ -51,11 +51,11 @@ configure() {  # FOLDER [CMAKE OPTIONS]
   cmake -S "$root" -B "$folder" -G Ninja "$@"
 }
 
-# show_progress WHAT: reads what ninja or ctest says and shows how far it is and how long it still
+# show_progress WHAT [BEGAN]: reads what ninja or ctest says and shows how far it is and how long it still
 # takes: one moving line on a terminal, a line every 30 s elsewhere. A first guess: it takes all
-# steps for equally long.
+# steps for equally long. BEGAN: $SECONDS when the first step began, where that was before.
 show_progress() {
-  local what=$1 began=$SECONDS shown=$SECONDS line at=0 of=0 gone left text moving=no status
+  local what=$1 began=${2:-$SECONDS} shown=$SECONDS line at=0 of=0 gone left text moving=no status
   if [ -t 1 ]; then moving=yes; fi
   while true; do
     line='' status=0

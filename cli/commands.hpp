@@ -98,6 +98,7 @@ struct ExportOptions {
   std::filesystem::path directory = ".";
   bool samples = false;  // raw samples instead of cycles
   bool all = false;      // cycles that were left out, too
+  std::string format = "csv";
 };
 struct DiagnoseCommandOptions {
   std::filesystem::path campaign;  // a folder with campaign.json, or a database
@@ -105,6 +106,7 @@ struct DiagnoseCommandOptions {
   std::filesystem::path out;  // empty: nothing is written
   double false_alarm_rate = 0.01;
   bool thorough = false;  // as long as there is more to try
+  bool job = false;       // one of the daemon, read from standard input
   bool daemon = false;    // by the daemon: campaign is then a name in its directory, or empty
 };
 struct CheckOptions {
@@ -128,6 +130,7 @@ int plan(const Common& common, const PlanCommand& command);
 int monte_carlo(const Common& common, const MonteCarloCommand& command);
 int export_runs(const Common& common, const ExportOptions& options);
 int diagnose(const Common& common, const DiagnoseCommandOptions& options);
+int diagnose_job();  // asked for by the daemon: daemon/workers/diagnosis_child.hpp
 int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& options);
 int check(const Common& common, const CheckOptions& options);
 

@@ -267,6 +267,7 @@ void add_offline(CLI::App& app, Options& o) {
       "Let the daemon do it, on a campaign of its own: CAMPAIGN is then a name\n"
       "(default: the newest), --model defaults to the campaign's, and --out names\n"
       "a folder beside the campaign");
+  diagnosing->add_flag("--job", o.diagnose.job, "For the daemon")->group("");
   add_socket(diagnosing, o);
   diagnosing
       ->add_option("--false-alarm-rate", o.diagnose.false_alarm_rate,
@@ -276,10 +277,14 @@ void add_offline(CLI::App& app, Options& o) {
   diagnosing->add_flag("--thorough", o.diagnose.thorough,
                        "Go on as long as there is more to try, not just for some two seconds");
   add_drop(app, o);
-  auto* exporting = add(app, o, "export", "Write a campaign database as CSV, one file a run",
+  auto* exporting = add(app, o, "export", "Write a campaign database as CSV, MAT or UFF",
                         [&o] { return export_runs(o.common, o.export_runs); });
   exporting->add_option("database", o.export_runs.database, "Campaign database")->required();
   exporting->add_option("--directory", o.export_runs.directory, "Where to")->capture_default_str();
+  exporting
+      ->add_option("--format", o.export_runs.format, "csv, mat (MATLAB 7.3), uff (data sets 58)")
+      ->check(CLI::IsMember({"csv", "mat", "uff"}))
+      ->capture_default_str();
   exporting->add_flag("--samples", o.export_runs.samples, "Raw samples instead of cycles");
   exporting->add_flag("--all", o.export_runs.all, "Also cycles that were not accepted");
   auto* checking = add(app, o, "check", "Is a rig, model or campaign file good?",

@@ -1,11 +1,11 @@
 # What `cmake --install` puts in place, and the Debian package (cpack -G DEB) that carries the same.
 include(GNUInstallDirs)
 
-foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis oleosim shakerd-stop-exciter)
+foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter)
   if(TARGET ${program})
     set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
     set(folder ${CMAKE_INSTALL_BINDIR})
-    if(program STREQUAL shakerctl-analysis)  # only shakerctl calls it
+    if(program MATCHES "^shakerctl-")  # only shakerctl and shakerd call them
       set(folder ${CMAKE_INSTALL_LIBEXECDIR}/shakerd)
     endif()
     install(TARGETS ${program} RUNTIME DESTINATION ${folder})

@@ -27,6 +27,7 @@ estimator::discrepancy::Progress progress_line() {
 }  // namespace
 
 int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
+  if (options.job) return diagnose_job();
   if (options.daemon) return diagnose_by_daemon(common, options);
   if (options.campaign.empty() || options.model.empty())
     return fail(common, kBadInput,

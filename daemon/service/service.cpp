@@ -15,6 +15,7 @@
 #include <systemd/sd-daemon.h>
 #include <systemd/sd-event.h>
 
+#include "base/program_places.hpp"
 #include "daemon/engine.hpp"
 #include "daemon/publish/commands.hpp"
 #include "daemon/publish/event_loop.hpp"
@@ -121,7 +122,7 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
           [this](protocol::HealthDocument& health) { complete(health); }),
       exciter(std::move(devices.exciter), clock, waker, exciter_options(rig)),
       estimator(clock, waker),
-      diagnosis(lines_wait),
+      diagnosis(lines_wait, program_places("shakerctl-diagnosis")),
       sensors([&] {
         Sensors made;
         for (auto& sensor : devices.sensors)

@@ -1,62 +1,48 @@
 #include "daemon/workers/diagnosis_thread.hpp"
 
-#include <algorithm>
 #include <exception>
-#include <pthread.h>
-#include <sched.h>
 #include <utility>
 
 #include <fmt/format.h>
-#include <sys/resource.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
 
-#include "config/campaign.hpp"
+#include "daemon/workers/diagnosis_child.hpp"
 #include "daemon/workers/thread_name.hpp"
-#include "estimator/discrepancy/diagnose.hpp"
-#include "record/accepted_cycles.hpp"
-#include "report/diagnosis_document.hpp"
-#include "report/diagnosis_files.hpp"
-#include "report/diagnosis_page.hpp"
 
 namespace shaker::daemon {
 namespace {
 
-using estimator::discrepancy::Campaign;
-using estimator::discrepancy::Diagnosis;
-using estimator::discrepancy::recording_of;
+using Json = nlohmann::json;
 
-constexpr int kNice = 10;
-
-// Thrown by the progress of a diagnosis that is not wanted any more, caught by its thread.
-struct Cancelled {};
-
-// Of the calling thread alone. It may have been born with SCHED_FIFO, where niceness means nothing.
-// Where even that is forbidden, the diagnosis is done all the same: nothing moves then.
-void step_back() {
-  const sched_param none{};
-  ::pthread_setschedparam(::pthread_self(), SCHED_BATCH, &none);
-  ::setpriority(PRIO_PROCESS, 0, kNice);  // 0: this thread, on Linux
+std::string text_of(const DiagnosisJob& job) {
+  Json text = {{"parent", ::getpid()},
+               {"database", job.database.string()},
+               {"folder", job.folder.string()},
+               {"false_alarm_rate", job.false_alarm_rate},
+               {"thorough", job.thorough}};
+  if (job.model) text["model"] = config::to_json_text(*job.model);
+  return text.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-Result<Campaign> campaign_of(const record::CampaignReader& reader, const record::CampaignRow& row) {
-  auto runs = record::accepted_cycles(reader);
-  if (!runs) return runs.error();
-  Campaign campaign;
-  campaign.name = row.name;
-  const double mass = config::reference_mass(row.spec_json);
-  for (record::AcceptedCycles& run : *runs)
-    add_cycles(campaign, recording_of(std::move(run)), mass);
-  if (campaign.runs.empty())
-    return Error{ErrorKind::invalid,
-                 fmt::format("The campaign {} holds no accepted cycle: there is nothing to "
-                             "diagnose; run it again.",
-                             row.name)};
-  return campaign;
+// What the program says is believed where it has the form of what it should say. Throws
+// Json::exception elsewhere.
+void take_result(const Json& line, protocol::DiagnosisResultDocument& result) {
+  const std::string status = line.at("status").get<std::string>();
+  result.campaign = line.at("campaign").get<std::string>();
+  result.reason = line.at("reason").get<std::string>();
+  if (status != "done") return;
+  result.folder = line.at("folder").get<std::string>();
+  result.diagnosis = line.at("diagnosis").get<std::string>();
+  result.status = status;
 }
 
 }  // namespace
 
-DiagnosisThread::DiagnosisThread(Waker& waker)
-    : waker_(waker), thread_([this](const std::stop_token& stop) { work(stop); }) {}
+DiagnosisThread::DiagnosisThread(Waker& waker, std::vector<std::filesystem::path> program)
+    : waker_(waker),
+      program_(std::move(program)),
+      thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
 DiagnosisThread::~DiagnosisThread() {
   cancelled_ = true;
@@ -94,7 +80,6 @@ std::vector<protocol::Document> DiagnosisThread::take() {
 
 void DiagnosisThread::work(const std::stop_token& stop) {
   name_this_thread("diagnosis");
-  step_back();
   while (true) {
     std::optional<DiagnosisJob> job;
     {
@@ -117,64 +102,73 @@ void DiagnosisThread::work(const std::stop_token& stop) {
 // Nothing may leave a thread by exception.
 void DiagnosisThread::diagnose(const DiagnosisJob& job, protocol::DiagnosisResultDocument& result) {
   result.status = "failed";
+  result.campaign = job.database.stem().string();  // until the program has said it
   try {
-    const auto found = find(job, result.campaign);
-    if (!found) {
-      result.reason = found.error().what;
+    auto child = DiagnosisChild::start(program_, text_of(job));
+    if (!child) {
+      result.reason = child.error().what;
       return;
     }
-    if (auto written = report::write_diagnosis(job.folder, *found); !written) {
-      result.reason = written.error().what;
-      return;
-    }
-    result.diagnosis = report::diagnosis_json(*found);
-    result.reason = report::diagnosis_sentence(*found);
-    result.folder = std::filesystem::absolute(job.folder).string();
-    result.status = "done";
-  } catch (const Cancelled&) {
-    const std::lock_guard lock(mutex_);
-    result.status = "cancelled";
-    result.reason = why_cancelled_;
+    follow(*child, result);
   } catch (const std::exception& trouble) {
+    result.status = "failed";
     result.reason = fmt::format("The diagnosis failed: {}.", trouble.what());
   }
 }
 
-Result<Diagnosis> DiagnosisThread::find(const DiagnosisJob& job, std::string& name) {
-  name = job.database.stem().string();  // until the database has said it
-  tell(name, "reading", 0.0);
-  const auto reader = record::CampaignReader::open(job.database);
-  if (!reader) return reader.error();
-  const auto row = reader->campaign();
-  if (!row) return row.error();
-  name = row->name;
-  const auto model = job.model
-                         ? Result<config::ModelSpec>(*job.model)
-                         : config::parse_model(row->model_json, job.database.filename().string());
-  if (!model) return model.error();
-  if (model->length_unit != "m")
-    return Error{
-        ErrorKind::invalid,
-        fmt::format("The model counts in \"{}\" and the campaign in m: these do not match; "
-                    "give a model in metres.",
-                    model->length_unit)};
-  const auto campaign = campaign_of(*reader, *row);
-  if (!campaign) return campaign.error();
-  estimator::discrepancy::DiagnoseOptions options;
-  options.false_alarm_rate = job.false_alarm_rate;
-  if (job.thorough) options.effort = estimator::discrepancy::kThorough;
-  options.calibrations = &calibrations_;
-  return estimator::discrepancy::diagnose(
-      *campaign, *model, options,
-      [&](std::string_view stage, double share) { tell(name, stage, share); });
+void DiagnosisThread::follow(DiagnosisChild& child, protocol::DiagnosisResultDocument& result) {
+  bool has_ended = false;
+  while (!has_ended) {
+    if (cancelled_) {
+      const std::lock_guard lock(mutex_);
+      result.status = "cancelled";
+      result.reason = why_cancelled_;
+      return;  // the child is killed
+    }
+    bool good = true;
+    const auto more = child.read([&](const std::string& line) {
+      if (!has_ended && good) good = take(line, result, has_ended);
+    });
+    if (!good) return;  // the child is killed
+    if (!more) {
+      result.reason = more.error().what;
+      return;
+    }
+    if (!*more) break;
+  }
+  const std::string how = child.end();
+  if (!has_ended)
+    result.reason = fmt::format(
+        "The diagnosis failed: its program ended with {} before it gave a result; ask again, and "
+        "look into the daemon's log if that fails as well.",
+        how);
 }
 
-void DiagnosisThread::tell(const std::string& campaign, std::string_view stage, double share) {
-  if (cancelled_) throw Cancelled{};
+bool DiagnosisThread::take(const std::string& text, protocol::DiagnosisResultDocument& result,
+                           bool& has_ended) {
+  const Json line = Json::parse(text, nullptr, false);
+  try {
+    if (line.is_object() && line.at("type") == "result") {
+      take_result(line, result);
+      has_ended = true;
+      return true;
+    }
+    result.campaign = line.at("campaign").get<std::string>();
+    tell(result.campaign, line.at("stage").get<std::string>(), line.at("share").get<double>());
+    return true;
+  } catch (const Json::exception&) {
+    result.status = "failed";
+    result.reason =
+        "The diagnosis failed: its program wrote a line that is no part of a "
+        "diagnosis; install program and daemon from one package.";
+    return false;
+  }
+}
+
+void DiagnosisThread::tell(const std::string& campaign, std::string stage, double share) {
   {
     const std::lock_guard lock(mutex_);
-    documents_.emplace_back(
-        protocol::DiagnosisProgressDocument{campaign, std::string(stage), share});
+    documents_.emplace_back(protocol::DiagnosisProgressDocument{campaign, std::move(stage), share});
   }
   waker_.wake();
 }

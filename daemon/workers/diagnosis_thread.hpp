@@ -1,9 +1,9 @@
 // What does the model lack? The discrepancy workflow on a campaign's database, beside everything
 // else that the daemon does.
 //
-// A diagnosis takes about a second of one core. It runs at a low priority, so that acquisition and
-// estimator never wait for it, one at a time, and can be cancelled: it ends at its next step,
-// within a fraction of a second. Each one that is begun gives exactly one DiagnosisResultDocument.
+// A diagnosis takes about a second of one core. It runs in a process of its own (DiagnosisChild) at
+// a low priority, so that acquisition and estimator never wait for it and its end is not the
+// daemon's; one at a time. It can be cancelled at once, even where its program hangs. Each one that is begun gives exactly one DiagnosisResultDocument.
 #pragma once
 
 #include <atomic>
@@ -18,12 +18,11 @@
 #include "base/result.hpp"
 #include "config/model.hpp"
 #include "daemon/workers/waker.hpp"
-#include "estimator/discrepancy/campaign.hpp"
-#include "estimator/discrepancy/detect/calibration_cache.hpp"
-#include "estimator/discrepancy/diagnosis.hpp"
 #include "protocol/documents.hpp"
 
 namespace shaker::daemon {
+
+class DiagnosisChild;
 
 struct DiagnosisJob {
   std::filesystem::path database;
@@ -35,8 +34,9 @@ struct DiagnosisJob {
 
 class DiagnosisThread {
  public:
-  explicit DiagnosisThread(Waker& waker);  // which outlives it
-  ~DiagnosisThread();                      // cancels
+  // The waker outlives it. `program`: where the program of the diagnosis may be.
+  DiagnosisThread(Waker& waker, std::vector<std::filesystem::path> program);
+  ~DiagnosisThread();  // cancels
 
   // --- the clients' loop
   bool busy() const;                       // one is under way
@@ -47,10 +47,13 @@ class DiagnosisThread {
  private:
   void work(const std::stop_token& stop);
   void diagnose(const DiagnosisJob& job, protocol::DiagnosisResultDocument& result);
-  Result<estimator::discrepancy::Diagnosis> find(const DiagnosisJob& job, std::string& campaign);
-  void tell(const std::string& campaign, std::string_view stage, double share);
+  void follow(DiagnosisChild& child, protocol::DiagnosisResultDocument& result);
+  // One line of the program. False: it is none; `result` says so.
+  bool take(const std::string& line, protocol::DiagnosisResultDocument& result, bool& has_ended);
+  void tell(const std::string& campaign, std::string stage, double share);
 
   Waker& waker_;
+  std::vector<std::filesystem::path> program_;
   mutable std::mutex mutex_;
   std::condition_variable_any ordered_;
   std::optional<DiagnosisJob> job_;
@@ -58,8 +61,7 @@ class DiagnosisThread {
   std::string why_cancelled_;
   std::vector<protocol::Document> documents_;
   std::atomic<bool> cancelled_ = false;
-  estimator::discrepancy::CalibrationCache calibrations_;  // of this process
-  std::jthread thread_;                                    // last
+  std::jthread thread_;  // last
 };
 
 }  // namespace shaker::daemon

@@ -19,7 +19,7 @@ fail() {
   echo "$*"
   exit 1
 }
-for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter} usr/libexec/shakerd/shakerctl-analysis usr/lib/systemd/system/shakerd.service \
+for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter} usr/libexec/shakerd/shakerctl-{analysis,diagnosis} usr/lib/systemd/system/shakerd.service \
   usr/lib/systemd/system/shakerd.socket usr/lib/sysusers.d/shakerd.conf \
   usr/lib/tmpfiles.d/shakerd.conf etc/shakerd/rig.json; do
   grep -q " \./$file$" "$folder/contents" || fail "the package lacks /$file"
