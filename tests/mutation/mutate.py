@@ -57,7 +57,7 @@ class Clone:
         with contextlib.ExitStack() as held:
             if self.lock:
                 fcntl.flock(held.enter_context(open(self.lock, "a")), fcntl.LOCK_EX)
-            return run(["nice", "ninja", "-C", str(self.build), "-j", str(self.jobs), *targets]) == 0
+            return run(["ninja", "-C", str(self.build), "-j", str(self.jobs), *targets]) == 0
 
 
 class Table:

@@ -99,7 +99,7 @@ def confirmed(program, failed, build, timeout):
 
 def start(program, build, *words, **environment):
     log = tempfile.TemporaryFile("w+")
-    process = subprocess.Popen(["nice", str(program), "--gtest_fail_fast", *words], stdout=log,
+    process = subprocess.Popen([str(program), "--gtest_fail_fast", *words], stdout=log,
                                stderr=subprocess.STDOUT, start_new_session=True, cwd=build,
                                env={**os.environ, **environment})
     process.log = log

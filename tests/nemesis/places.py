@@ -1,11 +1,11 @@
 """Where the programs and the helpers of other tests are, for those who start a script by hand."""
 import contextlib
-import ctypes
 import os
 import pathlib
 import shutil
 import signal
 import sys
+import threading
 import time
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
@@ -25,9 +25,15 @@ def memory():
 
 
 def end_with_parent():
-    """For a process that a script forks: it is killed when the script is."""
-    set_death_signal = 1
-    ctypes.CDLL(None).prctl(set_death_signal, signal.SIGKILL)
+    """For a process that a script forks: it ends when the script has. (The kernel's own signal for that would
+    come when the thread that forked has ended, and a pool's thread ends before its processes.)"""
+    parent = os.getppid()
+
+    def watch():
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os.kill(os.getpid(), signal.SIGKILL)
+    threading.Thread(target=watch, daemon=True).start()
 
 
 class Progress:
