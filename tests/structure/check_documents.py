@@ -12,8 +12,7 @@ import sys
 COLUMNS, LINES, WORDS = 120, 200, 15
 UNWRAPPED = {
     "docs/benchmarks.md", "docs/blind_suite.md", "docs/effects.md", "docs/estimation.md", "docs/estimation_coverage.md",
-    "docs/online.md", "docs/optimisers.md", "docs/paper.md", "estimator/discrepancy/README.md",
-    "estimator/effects/README.md", "estimator/optimise/README.md", "estimator/time/README.md",
+    "docs/online.md", "docs/optimisers.md", "estimator/discrepancy/README.md",
 }
 FENCE = re.compile(r"^ {0,3}(```|~~~)")
 HEADING = re.compile(r"^#{1,6} +(.*?)(?: +#+)?$")
