@@ -10,10 +10,7 @@ import re
 import sys
 
 COLUMNS, LINES, WORDS = 120, 200, 15
-UNWRAPPED = {
-    "docs/benchmarks.md", "docs/blind_suite.md", "docs/effects.md", "docs/estimation.md", "docs/estimation_coverage.md",
-    "docs/online.md", "docs/optimisers.md", "estimator/discrepancy/README.md",
-}
+UNWRAPPED = {"estimator/discrepancy/README.md"}
 FENCE = re.compile(r"^ {0,3}(```|~~~)")
 HEADING = re.compile(r"^#{1,6} +(.*?)(?: +#+)?$")
 LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(<?([^()\s<>]*(?:\([^()\s]*\)[^()\s<>]*)*)>?(?:\s+\"[^\"]*\")?\)")
