@@ -4,7 +4,6 @@ import io
 import pathlib
 import tempfile
 import unittest
-import unittest.mock
 
 import check_documents
 
@@ -71,11 +70,6 @@ class Documents(unittest.TestCase):
 
     def test_code_holds_no_links(self):
         self.passes("`[b](gone.md)` and\n```\n[b](gone.md)\n```\n")
-
-    def test_an_unwrapped_page_may_be_long_but_its_links_are_checked(self):
-        with unittest.mock.patch.object(check_documents, "UNWRAPPED", {"docs/old.md"}):
-            self.passes("x" * 121, "docs/old.md")
-            self.fails("[b](gone.md)", "there is no gone.md", "docs/old.md")
 
     def test_a_link_stays_in_the_project(self):
         self.fails("[b](../../)", "outside the project")
