@@ -69,8 +69,21 @@ target_link_libraries(shaker_headers PRIVATE Threads::Threads fmt::fmt Eigen3::E
 target_precompile_headers(shaker_headers PRIVATE
   <algorithm> <cmath> <functional> <limits> <memory> <numbers> <optional> <span> <stdexcept>
   <string> <vector> <fmt/format.h> ${CMAKE_SOURCE_DIR}/estimator/math/eigen_kernels.hpp)
+# The same for rooms whose files read or write JSON.
+file(GENERATE OUTPUT json_headers.cpp CONTENT "// Only for its precompiled headers.\n")
+add_library(shaker_json_headers OBJECT ${CMAKE_CURRENT_BINARY_DIR}/json_headers.cpp)
+target_link_libraries(shaker_json_headers PRIVATE Threads::Threads fmt::fmt
+                                                  nlohmann_json::nlohmann_json)
+target_precompile_headers(shaker_json_headers PRIVATE
+  <algorithm> <filesystem> <functional> <map> <memory> <optional> <string> <string_view> <vector>
+  <fmt/format.h> <nlohmann/json.hpp>)
+# shaker_precompiled(NAME [json_headers])
 function(shaker_precompiled name)
-  target_precompile_headers(shaker_${name} REUSE_FROM shaker_headers)
+  set(headers headers)
+  if(ARGC GREATER 1)
+    set(headers ${ARGV1})
+  endif()
+  target_precompile_headers(shaker_${name} REUSE_FROM shaker_${headers})
 endfunction()
 
 # shaker_batches(TARGET SOURCE...): compiles the files of one folder together, in batches of at most
