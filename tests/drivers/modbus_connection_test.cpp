@@ -348,6 +348,33 @@ TEST(ModbusBackOff, DoesNotHoldBackAStop) {
   EXPECT_TRUE(connection->connect_now());
 }
 
+// The queue of a listener that takes no connection fills; from then on a handshake is not answered.
+TEST(ModbusConnect, GivesUpAHandshakeThatIsNotAnswered) {
+  const UniqueFd listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in here{};
+  here.sin_family = AF_INET;
+  here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof here;
+  auto* address = reinterpret_cast<sockaddr*>(&here);
+  ASSERT_EQ(::bind(listener.get(), address, size), 0);
+  ASSERT_EQ(::listen(listener.get(), 0), 0);
+  ASSERT_EQ(::getsockname(listener.get(), address, &size), 0);
+  std::vector<UniqueFd> queued;
+  for (int i = 0; i < 4; ++i) {
+    queued.emplace_back(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    ::connect(queued.back().get(), address, size);
+  }
+  RealClock clock;
+  config::ModbusLink link;
+  link.transport = config::ModbusTcp{"127.0.0.1", ntohs(here.sin_port)};
+  link.response_timeout_s = 0.1;
+  auto connection = make(link, clock);
+  const auto outcome = connection->connect();
+  ASSERT_FALSE(outcome);
+  EXPECT_THAT(outcome.error().what, HasSubstr("Connection timed out"));
+  EXPECT_FALSE(connection->connected());
+}
+
 TEST(ModbusPause, IsKeptAfterConnecting) {
   SilentListener listener;
   config::ModbusLink link = listener.link();

@@ -19,10 +19,11 @@ import os
 import pathlib
 import subprocess
 import sys
+import threading
 import time
 
 from places_to_change import sample
-from programs import ROOMS, Programs, run_tests
+from programs import NEED_CAN, ROOMS, Programs, run_tests
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 NOT_COUNTED = ("not compiled", "same program")
@@ -67,10 +68,9 @@ class Table:
         self.path = path
         self.rows = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
-    def tried(self, commit, mutation, source):
-        _, path, _, kind, before, _ = mutation
-        return any((r["commit"], r["file"], r["source"], r["kind"], r["before"])
-                   == (commit, str(path), source, kind, before) for r in self.rows)
+    def tried(self, row):
+        same = ("commit", "file", "line", "column", "kind", "before")
+        return any(all(r[key] == row[key] for key in same) for r in self.rows)
 
     def save(self):
         fresh = self.path.with_suffix(".new")
@@ -112,7 +112,7 @@ class Session:
         self.commit = git("-C", str(SOURCE), "rev-parse", options.commit)
         self.clone = Clone(options.work, self.commit, options.jobs, options.lock)
         self.programs = Programs(self.clone.build, options.work / "run")
-        self.table = Table(options.table)
+        self.table, self.noting = Table(options.table), threading.Lock()
 
     def baseline(self, rooms):
         """Every test passes without any mutation."""
@@ -141,53 +141,49 @@ class Session:
         """Compiles one while the tests of those before it run."""
         with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as testers:
             waiting = []
-            for key, mutation in mutations:
+            for row, mutation in mutations:
                 began = time.monotonic()
-                copies = self.build(mutation)
-                waiting.append(testers.submit(self.judge, copies, key, mutation, began, note))
+                waiting.append(testers.submit(self.judge, self.build(mutation), row, began, note))
                 while len([w for w in waiting if not w.done()]) > self.options.jobs:
                     time.sleep(0.1)
             for done in waiting:
                 done.result()
 
-    def judge(self, copies, key, mutation, began, note):
+    def judge(self, copies, row, began, note):
         if copies is None:
             result, by = "not compiled", ""
         elif not copies.programs:
             result, by = "same program", ""
         else:
             result, by = run_tests(copies, self.options)
-        _, path, offset, kind, before, after = mutation
-        number, _ = line_of((self.clone.tree / path).read_text(), offset)
-        print(f"{result:12} {path}:{number}: {kind}: {before} -> {after}  {by}", flush=True)
-        note(key, mutation, result, by, round(time.monotonic() - began))
+        print(f"{result:12} {row['file']}:{row['line']}: {row['kind']}: {row['before']} -> {row['after']}  {by}",
+              flush=True)
+        with self.noting:
+            note(row, {"result": result, "by": by, "seconds": round(time.monotonic() - began)})
+            self.table.save()
+
+    def described(self, mutation):
+        """A row without its result."""
+        room, path, offset, kind, before, after = mutation
+        text = (self.clone.tree / path).read_text()
+        number, source = line_of(text, offset)
+        begin = text.find(source, text.rfind("\n", 0, offset) + 1)
+        return {"day": datetime.date.today().isoformat(), "commit": self.commit, "seed": self.options.seed,
+                "room": room, "file": str(path), "line": number, "column": offset - begin, "kind": kind,
+                "before": before, "after": after, "source": source}
 
     def sampled(self):
-        def note(source, mutation, result, by, seconds):
-            room, path, offset, kind, before, after = mutation
-            text = (self.clone.tree / path).read_text()
-            number, _ = line_of(text, offset)
-            column = offset - (text.rfind("\n", 0, offset) + 1)
-            line = text.split("\n")[number - 1]
-            self.table.rows.append({
-                "day": datetime.date.today().isoformat(), "commit": self.commit, "seed": self.options.seed,
-                "room": room, "file": str(path), "line": number, "column": column - (len(line) - len(line.lstrip())),
-                "kind": kind, "before": before, "after": after, "source": source, "result": result, "by": by,
-                "seconds": seconds})
-            self.table.save()
-        chosen = []
-        for mutation in sample(self.clone.tree, self.options.rooms, self.options.seed, self.options.count):
-            _, source = line_of((self.clone.tree / mutation[1]).read_text(), mutation[2])
-            if not self.table.tried(self.commit, mutation, source):
-                chosen.append((source, mutation))
-        self.attempt(chosen, note)
+        def note(row, found):
+            self.table.rows.append({**row, **found})
+        mutations = [m for m in sample(self.clone.tree, self.options.rooms, self.options.seed, self.options.count)
+                     if str(m[1]) not in NEED_CAN]
+        rows = [(self.described(mutation), mutation) for mutation in mutations]
+        self.attempt([(row, mutation) for row, mutation in rows if not self.table.tried(row)], note)
 
     def survivors_again(self):
-        def note(row, _, result, by, seconds):
-            if result not in NOT_COUNTED:
-                row.update({"survived_at": row["commit"], "commit": self.commit, "result": result, "by": by,
-                            "seconds": seconds} if result != "survived" else {})
-            self.table.save()
+        def note(row, found):
+            if found["result"] in ("killed", "hung"):
+                row.update({"survived_at": row["commit"], "commit": self.commit, **found})
         rows = [r for r in self.table.rows if r["result"] == "survived" and r.get("judged") != "equivalent"
                 and r["room"] in self.options.rooms]
         self.attempt([(r, m) for r in rows if (m := place_again(self.clone.tree, r))], note)

@@ -27,13 +27,17 @@ class Room:
 ROOMS = {
     "protocol": Room({"protocol": "tests/protocol/test_protocol"}),
     "config": Room({"config": "tests/config/test_config"}),
-    "record": Room({"record": "tests/record/test_record"}),
-    "drivers": Room({"drivers": "tests/drivers/test_drivers"}),
+    "record": Room({"record": "tests/record/test_record", "": "tests/record/test_record_torture"}),
+    "drivers": Room({"drivers/replay": "tests/replay/test_replay", "drivers": "tests/drivers/test_drivers"}),
     "daemon": Room({"daemon/service": "tests/daemon/service/test_service",
                     "daemon/publish": "tests/daemon/publish/test_publish",
                     "daemon/workers": "tests/daemon/workers/test_workers",
                     "daemon": "tests/daemon/test_daemon"}),
 }
+
+# Tested in a kernel that has CAN interfaces only: tests/rigvm.
+NEED_CAN = {f"drivers/can/{name}.cpp" for name in ("can_exciter", "can_link", "can_sensor", "can_socket",
+                                                   "dead_man")}
 
 
 @dataclass
