@@ -229,9 +229,11 @@ TEST(CanReceiver, CountsGapsInACounterAndBelievesTheSensorsErrorFlag) {
   receiver.count_dropped(3);
   take("181#00000000F5FF00");  // F1 to F4 are missing: the three, and one more on the bus
   EXPECT_EQ(receiver.health().lost, 2u + 4u);
+  take("181#00000000F8FF00");  // F6 and F7 are missing: the three explain no second gap
+  EXPECT_EQ(receiver.health().lost, 6u + 2u);
   receiver.connected(2ms);
   take("181#00000000500000");
-  EXPECT_EQ(receiver.health().lost, 6u) << "what passed while there was no link is not counted";
+  EXPECT_EQ(receiver.health().lost, 8u) << "what passed while there was no link is not counted";
 }
 
 // ---- CANopen ------------------------------------------------------------------------------------

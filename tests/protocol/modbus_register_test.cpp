@@ -94,6 +94,29 @@ TEST(ModbusRegister, ScalesAndRoundsToTheNearestStep) {
   EXPECT_EQ(words[0], 0xFFFA);
 }
 
+// The ends of two's complement.
+TEST(ModbusRegister, TakesEachIntegerToItsEndsAndNoFurther) {
+  struct Ends {
+    RegisterType type;
+    double low, high;
+  };
+  for (const Ends& ends :
+       {Ends{RegisterType::u16, 0.0, 65535.0}, Ends{RegisterType::i16, -32768.0, 32767.0},
+        Ends{RegisterType::u32, 0.0, 4294967295.0},
+        Ends{RegisterType::i32, -2147483648.0, 2147483647.0}}) {
+    RegisterSpec spec;
+    spec.type = ends.type;
+    std::array<std::uint16_t, 2> words{};
+    const auto view = std::span(words).first(static_cast<std::size_t>(word_count(ends.type)));
+    for (const double whole : {ends.low, ends.high}) {
+      ASSERT_TRUE(encode(spec, whole, view)) << whole;
+      EXPECT_EQ(decode(spec, view), whole);
+    }
+    EXPECT_FALSE(encode(spec, ends.low - 1.0, view)) << ends.low;
+    EXPECT_FALSE(encode(spec, ends.high + 1.0, view)) << ends.high;
+  }
+}
+
 TEST(ModbusRegister, RoundTripsWithinItsResolution) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> value(0.0, 60.0), scale(0.001, 1.0);
