@@ -1,0 +1,45 @@
+"""check_includes.py refuses what it should."""
+import contextlib
+import io
+import pathlib
+import tempfile
+import unittest
+
+import check_includes
+
+
+class Includes(unittest.TestCase):
+    def said_of(self, file, include):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / file
+            path.parent.mkdir(parents=True)
+            path.write_text(f'// A line.\n#include "{include}"\n')
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                status = check_includes.main(pathlib.Path(folder))
+        return status, out.getvalue()
+
+    def test_down_the_tables_is_allowed(self):
+        for file, include in (("daemon/a.cpp", "estimator/model.hpp"), ("drivers/sim/a.hpp", "sim/plant.hpp"),
+                              ("estimator/paper/a.cpp", "estimator/time/b.hpp"),
+                              ("estimator/math/a.cpp", "estimator/math/b.hpp")):
+            self.assertEqual(self.said_of(file, include)[0], 0, file)
+
+    def test_up_between_rooms_is_refused(self):
+        self.assertEqual(self.said_of("sim/a.cpp", "estimator/model.hpp"),
+                         (1, "sim/a.cpp:2: sim/ may not include estimator/\n"))
+
+    def test_up_inside_the_estimator_is_refused(self):
+        self.assertEqual(self.said_of("estimator/math/a.cpp", "estimator/paper/b.hpp"),
+                         (1, "estimator/math/a.cpp:2: estimator/math/ may not include estimator/paper/\n"))
+        self.assertEqual(self.said_of("estimator/a.cpp", "estimator/paper/b.hpp"),
+                         (1, "estimator/a.cpp:2: estimator/ may not include estimator/paper/\n"))
+
+    def test_a_new_inner_room_needs_a_row(self):
+        status, text = self.said_of("estimator/new/a.cpp", "estimator/math/b.hpp")
+        self.assertEqual(status, 1)
+        self.assertIn("has no row", text)
+
+
+if __name__ == "__main__":
+    unittest.main()
