@@ -150,6 +150,24 @@ TEST(DeviceClock, CountsTheWrapsOfAPause) {
   EXPECT_LT(scatter(poller.error), 0.3e-3) << "a millisecond's own steps are 0.29";
 }
 
+// 1000 ppm are 0.1 s in 100 s: a clock of another rate is no clock that has jumped.
+TEST(DeviceClock, GoesOnAfterAPauseAtAnotherRate) {
+  Poller poller(kMicroseconds, 1000.0);
+  poller.run(15.0);
+  poller.pause(100.0);
+  poller.run(1.0);
+  EXPECT_EQ(poller.clock.beginnings(), 1u);
+}
+
+TEST(DeviceClock, BeginsAnewWhenTheClockLostTimeInAPause) {
+  Poller poller(kMicroseconds, 0.0);
+  poller.run(15.0);
+  poller.pause(1.0);
+  poller.set_device_clock(1015.7);  // it would be 1016
+  poller.run(1.0);
+  EXPECT_EQ(poller.clock.beginnings(), 2u);
+}
+
 TEST(DeviceClock, BeginsAnewWhenTheDevicesClockJumps) {
   for (const double to : {0.0, 999.0, 1015.1, 1016.0, 3000.0}) {  // it would be 1015
     Poller poller(kMicroseconds, 0.0);
