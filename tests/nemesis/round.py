@@ -1,6 +1,7 @@
 """One round: a campaign, one to five faults at random moments, and what must hold whatever they are."""
 import contextlib
 import random
+import subprocess
 import time
 from dataclasses import dataclass, field
 
@@ -59,6 +60,10 @@ class Round:
         except AssertionError as trouble:
             told = self.late if str(trouble).startswith("timeout") else self.wrong
             told(f"the daemon did not do as it should: {str(trouble)[:600]}")
+        except subprocess.TimeoutExpired as trouble:
+            self.late(f"the daemon did not end within {trouble.timeout:g} s", trouble.timeout / 3)
+        except OSError as trouble:  # the rig is no fault of the daemon's; it may be this machine's
+            self.late(f"the rig did not answer the test itself: {trouble}")
         finally:
             self.lift()
             if self.result.violations:
@@ -69,11 +74,11 @@ class Round:
     def wrong(self, sentence):
         self.result.violations.append(sentence)
 
-    def late(self, sentence):
+    def late(self, sentence, busy_s=BUSY_S):
         """Wrong too, unless this machine was so busy that it kept even the observer waiting."""
         since = self.begun[0][1] - 1.0 if self.begun else self.made
         waited = self.stand.observer.lateness(since, time.monotonic())
-        if waited < BUSY_S:
+        if waited < busy_s:
             self.wrong(sentence)
         else:
             self.result.undecided = f"the observer had to wait for {waited:.1f} s: {sentence}"
