@@ -79,6 +79,26 @@ TEST_F(ReplayDevices, StartAgainWhenConnectedAgain) {
   }
 }
 
+TEST_F(ReplayDevices, CountTheReconnectionsOfALogOfPollsAnewEachTime) {
+  config::ReplaySensor polls;
+  polls.file = write("polls.log",
+                     "(1.000000000 1.000000000) connected\n"
+                     "(1.010000000 1.011000000) input0#3F800000\n"
+                     "(2.000000000 2.000000000) connected\n"
+                     "(2.010000000 2.011000000) input0#40000000\n");
+  auto& displacement = polls.registers[Channel::displacement];
+  displacement.table = protocol::modbus::RegisterTable::input;
+  displacement.type = protocol::modbus::RegisterType::f32;
+  auto sensor = make_replay_sensor(polls, "/", clock_);
+  ASSERT_TRUE(sensor.ok()) << sensor.error().what;
+  for (int round = 0; round < 2; ++round) {
+    ASSERT_TRUE((*sensor)->connect().ok());
+    ASSERT_EQ(*(*sensor)->read(out_, 0ns), 2u);
+    EXPECT_EQ(out_[1].value, 2.0);
+    EXPECT_EQ((*sensor)->health().reconnects, 1u);
+  }
+}
+
 TEST_F(ReplayDevices, AreFinishedAtOnceWithAnEmptyOrForeignLog) {
   for (const std::string& text :
        {std::string(), std::string(100'000, 'x'), std::string("\n\n\n")}) {
