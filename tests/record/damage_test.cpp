@@ -159,6 +159,37 @@ TEST(Recovery, OfALogThatIsDamagedEarlyOrEmptyRemovesNothing) {
   }
 }
 
+// What a damaged log held is in the file already: nothing of it is lost.
+TEST(Recovery, LosesNothingOfADamagedLogThatWasFoldedInBefore) {
+  const Scratch scratch, left;
+  auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(writer);
+  for (std::uint64_t i = 1; i <= 49; ++i) {
+    ASSERT_TRUE(writer->add_document(i, std::string(3000, 'd')));
+    ASSERT_TRUE(writer->commit());
+  }
+  SQLite::Database other(writer->file().string(), SQLite::OPEN_READWRITE);
+  other.exec("PRAGMA wal_checkpoint(PASSIVE)");
+  const auto file = left.path() / writer->file().filename();
+  for (const char* part : {"", "-wal", "-shm"})
+    std::filesystem::copy_file(writer->file().string() + part, file.string() + part);
+  overwrite(file.string() + "-wal", 100'000, 1);
+  const auto found = recover(left.path(), kNow);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].documents, 49);
+  EXPECT_EQ(found[0].lost_commits, 0) << found[0].what;
+}
+
+TEST(Recovery, SetsAnEmptyFileWithAJournalAsideAsUnbegun) {
+  const Scratch scratch;
+  const auto file = scratch.path() / "a.db";
+  std::ofstream(file).flush();
+  std::ofstream(file.string() + "-journal") << std::string(600, 'j');
+  const auto found = recover(scratch.path(), kNow);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_THAT(found[0].aside.string(), HasSubstr("a.db.unbegun-"));
+}
+
 // The look is for the start: it changes nothing, however often it is done.
 TEST(Recovery, LooksFirstAndChecksLater) {
   const Scratch scratch;
