@@ -92,7 +92,7 @@ TEST_F(DiagnosisProcess, ThatEndsWithoutAResultFails) {
 TEST_F(DiagnosisProcess, ThatWritesGarbageFails) {
   for (const char* garbage : {"no JSON", "[1]", "{}", R"({"type":"result","status":7})",
                               R"({"type":"progress","campaign":"c","stage":1,"share":"x"})"}) {
-    const auto result = result_of(script("echo '" + std::string(garbage) + "'; sleep 60"));
+    const auto result = result_of(script("echo '" + std::string(garbage) + "'; exec sleep 60"));
     EXPECT_EQ(result.status, "failed") << garbage;
     EXPECT_THAT(result.reason, HasSubstr("no part of a diagnosis")) << garbage;
   }
