@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "base/heap.hpp"
+#include "base/sanitizer.hpp"
 #include "cli/commands.hpp"
 #include "config/campaign.hpp"
 #include "estimator/discrepancy/diagnose.hpp"
@@ -41,10 +42,9 @@ void step_back() {
   const sched_param none{};
   ::sched_setscheduler(0, SCHED_BATCH, &none);
   ::setpriority(PRIO_PROCESS, 0, kJobNice);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they reserve terabytes
+  if (kSanitized) return;  // sanitizers reserve terabytes
   const rlimit memory{kJobMemory, kJobMemory};
   ::setrlimit(RLIMIT_AS, &memory);
-#endif
 }
 
 // A daemon that does not read any more is gone: SIGPIPE ends this process.
