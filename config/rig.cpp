@@ -10,6 +10,7 @@
 
 #include "base/unit.hpp"
 #include "config/rig_devices.hpp"
+#include "config/rig_registers.hpp"
 
 namespace shaker::config {
 namespace {

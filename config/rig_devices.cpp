@@ -7,18 +7,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "base/unit.hpp"
+#include "config/rig_registers.hpp"
 
 namespace shaker::config {
 namespace {
 
 using protocol::Channel;
-using protocol::modbus::RegisterSpec;
 
 // The words of an enum, in its order.
-const std::array<std::string, 2> kTables = {"holding", "input"};
-const std::array<std::string, 5> kTypes = {"u16", "i16", "u32", "i32", "f32"};
-const std::array<std::string, 4> kOrders = {"abcd", "cdab", "badc", "dcba"};
 const std::array<std::string, 2> kTransports = {"tcp", "rtu"};
 const std::array<std::string, 3> kParities = {"N", "E", "O"};
 const std::array<std::string, 4> kExciters = {"modbus", "can", "simulated", "replay"};
@@ -50,57 +46,11 @@ constexpr double kBeatsWithinDeadman = 3.0;
 const std::array<int, 10> kBauds = {1200,  2400,  4800,   9600,   19200,
                                     38400, 57600, 115200, 230400, 460800};
 
-RegisterSpec read_register(const Node& node, const std::string& pointer, Findings& findings) {
-  RegisterSpec spec;
-  ObjectReader reader(node, pointer, findings);
-  if (const auto table = reader.choice("table", kTables, false)) {
-    spec.table = static_cast<protocol::modbus::RegisterTable>(*table);
-  }
-  reader.required("address", spec.address, at_least(0).at_most(65535));
-  if (const auto type = reader.choice("type", kTypes, true)) {
-    spec.type = static_cast<protocol::modbus::RegisterType>(*type);
-  }
-  if (const auto order = reader.choice("order", kOrders, false)) {
-    spec.order = static_cast<protocol::modbus::WordOrder>(*order);
-  }
-  reader.optional("scale", spec.scale);
-  if (spec.scale == 0.0) reader.complain("scale", "0 would lose every value; leave it out for 1");
-  reader.optional("offset", spec.offset);
-  reader.optional("unit", spec.unit);
-  reader.optional("cyclic", spec.cyclic);
-  reader.finish();
-  return spec;
-}
-
-// A counter that wraps: its difference from one sample to the next is all that counts.
-RegisterSpec read_timestamp(const Node& node, const std::string& pointer, Findings& findings) {
-  const RegisterSpec spec = read_register(node, pointer, findings);
-  ObjectReader reader(node, pointer, findings);
-  using protocol::modbus::RegisterType;
-  if (spec.type != RegisterType::u16 && spec.type != RegisterType::u32) {
-    reader.complain("type", "a time stamp is a counter that wraps; allowed are u16, u32");
-  }
-  if (spec.unit != "us" && spec.unit != "ms" && spec.unit != "s") {
-    reader.complain(
-        "unit", fmt::format("\"{}\" is no unit of a time stamp; allowed are us, ms, s", spec.unit));
-  }
-  if (spec.scale < 0.0) reader.complain("scale", "a clock does not run backwards; above 0");
-  return spec;
-}
-
 // The unit of a role of the exciter's map; empty: a number without one, or bits.
 std::string_view unit_of_role(std::string_view role) {
   if (role.starts_with("frequency")) return "Hz";
   if (role.starts_with("amplitude")) return "m/s^2";
   return role == "ramp" || role == "heartbeat_timeout" ? "s" : "";
-}
-
-void convert(RegisterSpec& spec, std::string_view wanted, ObjectReader&& reader) {
-  if (wanted.empty() || to_unit(spec, wanted)) return;
-  reader.complain(
-      "unit", fmt::format("\"{}\" cannot be converted into {}; known are {}. For another one, set "
-                          "scale and offset so that raw * scale + offset is in {}",
-                          spec.unit, wanted, units_like(wanted), wanted));
 }
 
 // Running and ready are told by the bits of a status of so many bits.
@@ -119,30 +69,6 @@ void check_masks(ObjectReader& reader, std::uint32_t running, std::uint32_t read
     reader.complain("status_ready", fmt::format("{} is status_running as well; an exciter that is "
                                                 "ready and one that runs must be told apart",
                                                 ready));
-  }
-}
-
-int words(const RegisterSpec& spec) {
-  return spec.type == protocol::modbus::RegisterType::u16 ||
-                 spec.type == protocol::modbus::RegisterType::i16
-             ? 1
-             : 2;
-}
-
-// Two values in one register is always a slip of the pen in a map.
-template <class Map, class Name>
-void complain_of_overlaps(ObjectReader& reader, const Map& registers, Name name) {
-  for (auto a = registers.begin(); a != registers.end(); ++a) {
-    for (auto b = std::next(a); b != registers.end(); ++b) {
-      const RegisterSpec& first = a->second;
-      const RegisterSpec& second = b->second;
-      if (first.table == second.table && first.address < second.address + words(second) &&
-          second.address < first.address + words(first)) {
-        reader.complain(name(b->first),
-                        fmt::format("register {} overlaps \"{}\" at {}; give each its own address",
-                                    second.address, name(a->first), first.address));
-      }
-    }
   }
 }
 
@@ -207,7 +133,7 @@ void read_modbus_exciter(ObjectReader& reader, Findings& findings, ModbusExciter
     }
     exciter.registers.emplace(kRoles[i], spec);
   }
-  complain_of_overlaps(roles, exciter.registers, [](const std::string& role) { return role; });
+  complain_of_overlaps(roles, exciter.registers);
   roles.finish();
   const auto status = exciter.registers.find("status");
   check_masks(reader, exciter.status_running, exciter.status_ready,
@@ -297,7 +223,7 @@ void read_sensor_registers(ObjectReader& reader, Findings& findings, bool requir
     sensor.timestamp = read_timestamp(*node, channels.at("timestamp"), findings);
     all.emplace("timestamp", *sensor.timestamp);
   }
-  complain_of_overlaps(channels, all, [](const std::string& name) { return name; });
+  complain_of_overlaps(channels, all);
   channels.finish();
 }
 
@@ -395,16 +321,6 @@ void check_times(ObjectReader& reader, const ExciterConfig& exciter, Findings& f
 }
 
 }  // namespace
-
-bool to_unit(RegisterSpec& spec, std::string_view wanted) {
-  if (spec.unit.empty()) return true;
-  const auto found = conversion(spec.unit, wanted);
-  if (!found) return false;
-  spec.scale *= found->scale;
-  spec.offset = spec.offset * found->scale + found->offset;
-  spec.unit = wanted;
-  return true;
-}
 
 void read_exciter(const Node& node, const std::string& pointer, Findings& findings,
                   ExciterConfig& exciter) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "config/object_reader.hpp"
 #include "config/rig.hpp"
@@ -11,10 +10,6 @@ namespace shaker::config {
 
 void read_exciter(const Node& node, const std::string& pointer, Findings& findings,
                   ExciterConfig& exciter);
-
-// raw * scale + offset is in the stated unit (none: in `wanted`), and afterwards in `wanted`. False
-// where there is no way from one to the other.
-bool to_unit(protocol::modbus::RegisterSpec& spec, std::string_view wanted);
 
 // nullopt when its kind is missing or unknown (with a finding).
 std::optional<SensorConfig> read_sensor(const Node& node, const std::string& pointer,
