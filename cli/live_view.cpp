@@ -69,11 +69,15 @@ bool LiveView::take(const Json& document) {
   if (type == "run_start") accepted_ = rejected_ = 0;
   if (type == "cycle") ++(flag_of(document, "accepted") ? accepted_ : rejected_);
   if (type == "run_start" || type == "run_stop" || type == "missed" || type == "diagnosis_result") {
-    events_.push_back(clock_of(text_of(document, "t_utc")) + "  " + narrate(document));
-    if (events_.size() > kEvents) events_.pop_front();
+    add_event(document);
   }
   last_[type] = document;
   return type == "alarm" && take_alarm(document);
+}
+
+void LiveView::add_event(const Json& document) {
+  events_.push_back(clock_of(text_of(document, "t_utc")) + "  " + narrate(document));
+  if (events_.size() > kEvents) events_.pop_front();
 }
 
 void LiveView::take_state(const Json& document) {
@@ -90,8 +94,7 @@ void LiveView::take_state(const Json& document) {
 bool LiveView::take_alarm(const Json& document) {
   const std::string severity = text_of(document, "severity");
   if (severity != "error" && severity != "warning") {
-    events_.push_back(clock_of(text_of(document, "t_utc")) + "  " + narrate(document));
-    if (events_.size() > kEvents) events_.pop_front();
+    add_event(document);
     return false;
   }
   const std::string code = text_of(document, "code"), text = printable(text_of(document, "text"));

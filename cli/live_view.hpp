@@ -37,6 +37,7 @@ class LiveView {
     int times = 1;
   };
   bool take_alarm(const nlohmann::json& document);
+  void add_event(const nlohmann::json& document);
   void take_state(const nlohmann::json& document);
   void add_alarms(std::vector<Line>& out) const;
   void add_motion(std::vector<Line>& out, const nlohmann::json& state) const;
