@@ -64,7 +64,7 @@ Result<StreamClient> StreamClient::connect(const std::filesystem::path& socket) 
 Result<void> StreamClient::greet(const std::string& socket) {
   const auto wait = next(kGreetMs, version_line_);
   if (!wait) {
-    return Error{ErrorKind::unavailable,
+    return Error{ErrorKind::exhausted,
                  fmt::format("{}: the daemon closed the connection at once; it may have as many "
                              "clients as it allows, or be stopping",
                              socket)};
@@ -78,7 +78,7 @@ Result<void> StreamClient::greet(const std::string& socket) {
   version_ = nlohmann::json::parse(version_line_, nullptr, false);
   Answer refusal;
   if (version_.is_object() && is_answer(version_, refusal) && refusal.refused) {
-    return Error{ErrorKind::refused, refusal.message};
+    return Error{ErrorKind::exhausted, refusal.message};
   }
   if (!version_.is_object() || version_.value("type", "") != "version" ||
       !version_.contains("protocol") || !version_["protocol"].is_number_integer()) {

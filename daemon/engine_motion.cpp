@@ -79,7 +79,8 @@ void Engine::Impl::tick_check() {
   begin_ramp();
 }
 
-// A damper rings on for a while after a campaign: each look is at the last second alone.
+// A damper rings for a while after a campaign: each measurement at rest covers the last second
+// only.
 void Engine::Impl::wait_for_rest() {
   if (since(rest_began) < kCheckS) return;
   rest_began = clock.now();
@@ -89,7 +90,8 @@ void Engine::Impl::wait_for_rest() {
 
 // --- RAMP
 
-// Another frequency is begun from rest: what a drive does between two is its own affair.
+// A change of frequency starts from rest, because the behaviour of a drive between two
+// frequencies is not specified.
 void Engine::Impl::begin_ramp() {
   step_began = clock.now();
   if (setpoint.amplitude > 0.0 && setpoint.frequency_hz != run().frequency_hz) {
@@ -159,7 +161,7 @@ void Engine::Impl::tick_prove() {
     return pass_proof(Finding{true, "sensor_no_response",
                               fmt::format("no whole cycle at the gentle level: {}", last_why)});
   }
-  pass_proof(check_in_motion(nullptr, setpoint.amplitude, excitation_measured));
+  pass_proof(check_in_motion(nullptr, setpoint.amplitude, excitation_measured, table_period));
 }
 
 void Engine::Impl::prove_cycle(const AssembledCycle& cycle) {
@@ -177,15 +179,16 @@ void Engine::Impl::pass_proof(const std::optional<Finding>& finding) {
     return ramp_down("fail", finding->text, After::fault);
   }
   proved = true;
-  // Undetermined at the gentle level: asked again once the full level is steady.
+  // If the sign is undetermined at the gentle level, it is checked again at the full level.
   polarity_known = !finding && excitation_measured;
   begin_gentle_or_rise();
 }
 
 // --- RAMP_DOWN
 
-// Since when the table must rest: since the exciter says so, or, where it reports no amplitude,
-// since its lag is over. Nothing as long as it says that it still moves: then it has kConfirmS.
+// The time since which the table must rest: since the exciter reports rest or, if it reports no
+// amplitude, since its delay is over. Empty while it reports motion; then kConfirmS is the
+// limit.
 std::optional<Nanoseconds> Engine::Impl::must_rest_since() {
   const Nanoseconds end = ordered + from_seconds(setpoint.ramp_s);
   if (!status || status->t < end) return std::nullopt;
@@ -198,7 +201,7 @@ std::optional<Nanoseconds> Engine::Impl::must_rest_since() {
 }
 
 void Engine::Impl::tick_ramp_down() {
-  // The exciter's word is enough only where no sensor of ours sees the table.
+  // The exciter's report suffices only if none of our sensors observes the table.
   const Motion own = table_motion(ordered + from_seconds(setpoint.ramp_s));
   if (arrived() && (own == Motion::rests || !table_is_seen())) {
     halt();

@@ -1,4 +1,8 @@
 // stop, estop, ack: one request, one answer.
+#include <chrono>
+#include <optional>
+#include <thread>
+
 #include <fmt/format.h>
 
 #include "cli/commands/daemon_error.hpp"
@@ -14,12 +18,27 @@ const char* done(const std::string& method) {
   return "The fault is acknowledged.";
 }
 
+// Asks again, for 5 s, where the daemon has no place free, or where the connection is
+// lost before the answer: it keeps places for those who command, and others may compete for them.
+Result<Answer> insist(const Common& common, const std::string& method) {
+  using namespace std::chrono_literals;
+  const auto until = std::chrono::steady_clock::now() + 5s;
+  std::optional<Error> lost;
+  for (;;) {
+    auto client = StreamClient::connect(common.socket);
+    if (!client && client.error().kind != ErrorKind::exhausted)
+      return lost.value_or(client.error());
+    const auto answer = client ? client->ask(method) : Result<Answer>(client.error());
+    if (answer || std::chrono::steady_clock::now() > until) return answer;
+    lost = answer.error();
+    std::this_thread::sleep_for(50ms);
+  }
+}
+
 }  // namespace
 
 int order(const Common& common, const std::string& method) {
-  auto client = StreamClient::connect(common.socket);
-  if (!client) return unreachable(common, client.error());
-  const auto answer = client->ask(method);
+  const auto answer = insist(common, method);
   if (!answer) return unreachable(common, answer.error());
   if (answer->refused) return refused(common, *answer);
   if (common.json) {

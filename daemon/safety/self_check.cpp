@@ -12,15 +12,15 @@ namespace {
 using protocol::Channel;
 
 constexpr double kFewestPerPeriod = 20.0;  // five samples for each of four harmonics
-constexpr double kNoisyPart = 0.01;        // of the allowed stroke
-constexpr double kRestlessPart = 0.2;      // of the first amplitude
-constexpr double kBadPart = 0.05;          // of the samples
-constexpr double kAliveS = 0.2;            // a slow sensor is allowed so much at rest
-constexpr double kUndetermined = 0.03;     // |sin| of the lag: what two sensors' delays may feign
-constexpr double kMovesPart = 0.5;         // of the commanded amplitude
-constexpr double kRoundedPart = 1e-6;      // a drive reads its timeout back as a float
-constexpr double kAnswers = 5.0;           // times the noise of a point
-constexpr double kLeastStroke = 1e-7;      // m; for a sensor without noise
+constexpr double kNoisyPart = 0.01;        // of the allowed range of stroke
+constexpr double kRestlessPart = 0.2;      // of the first run's amplitude
+constexpr double kBadPart = 0.05;          // largest part of bad samples
+constexpr double kAliveS = 0.2;            // the largest age of a sample at rest
+constexpr double kUndetermined = 0.03;     // |sin| of the lag: sensor delays may cause it
+constexpr double kMovesPart = 0.5;         // smallest part of the commanded amplitude
+constexpr double kRoundedPart = 1e-6;      // the timeout may be a rounded float
+constexpr double kAnswers = 5.0;           // times the noise of a point: smallest response
+constexpr double kLeastStroke = 1e-7;      // m; lower limit for a sensor without noise
 
 double fastest(const config::CampaignSpec& campaign) {
   double f = 0.0;
@@ -29,7 +29,7 @@ double fastest(const config::CampaignSpec& campaign) {
   return f;
 }
 
-// What a driver said, in brackets within a sentence.
+// The driver's message, in brackets within a sentence.
 std::string as_reason(const std::string& trouble) {
   return trouble.empty() ? std::string() : fmt::format(" ({})", trouble);
 }
@@ -89,7 +89,7 @@ void check_levels(std::vector<Finding>& found, const config::Limits& limits,
 
 void check_deadman(std::vector<Finding>& found, const config::ExciterConfig& exciter,
                    const std::optional<double>& timeout_s) {
-  if (std::holds_alternative<config::ReplayExciter>(exciter.device)) return;  // moves nothing
+  if (std::holds_alternative<config::ReplayExciter>(exciter.device)) return;  // it moves no table
   if (!timeout_s) return;  // the engine proves it
   if (!(*timeout_s > 0.0)) {
     found.push_back({true, "deadman_off",
@@ -192,7 +192,17 @@ Finding polarity_finding(double lag_turns) {
 }
 
 std::optional<Finding> check_in_motion(const AssembledCycle* cycle, double commanded,
-                                       bool excitation_measured) {
+                                       bool excitation_measured,
+                                       const std::optional<PeriodFigures>& table) {
+  if (excitation_measured && cycle == nullptr && table &&
+      std::abs(table->fundamental) >= kMovesPart * commanded) {
+    return Finding{
+        true, "excitation_without_phase",
+        fmt::format("the table moves as commanded, but {} samples a period with their noise and "
+                    "uneven times do not tell its phase; measure the excitation faster, or excite "
+                    "more slowly",
+                    table->samples)};
+  }
   if (excitation_measured &&
       (cycle == nullptr || cycle->measured.amplitude < kMovesPart * commanded)) {
     return Finding{

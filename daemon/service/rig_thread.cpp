@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <ctime>
+#include <exception>
 #include <optional>
 
 #include <poll.h>
@@ -22,7 +23,7 @@ constexpr Nanoseconds kAnswer = 500ms;
 
 }  // namespace
 
-// Asked by one thread, answered by another.
+// A task of another thread, and its answer.
 struct RigThread::Question {
   Task task;
   bool urgent = false;
@@ -106,20 +107,37 @@ void RigThread::work(const std::stop_token& stop) {
   Nanoseconds due = clock_.now() + kTick;
   while (!stop.stop_requested()) {
     wait(due);
-    if (clock_.now() - due > kPaused) hear_the_exciter_first();
-    drain_sensors();
-    drain_workers();
-    answer();
-    const Nanoseconds now = clock_.now();
-    if (now < due) continue;
-    late_max_ = std::max(late_max_.load(), (now - due).count());
-    turn();
-    due = std::max(due + kTick, clock_.now());
+    // No exception may leave a thread, for example for lack of memory. The engine's work is
+    // then incomplete, so motion must not continue.
+    try {
+      serve(due);
+    } catch (const std::exception&) {
+      exciter_.emergency_stop();  // allocates nothing
+      threw_ = true;
+    }
   }
 }
 
-// After a pause of the whole process the samples that piled up show a table that the dead-man has
-// stopped. Why it did, the exciter's thread knows, once it has had its turn.
+void RigThread::serve(Nanoseconds& due) {
+  if (threw_) {
+    engine_.on_heartbeat_withheld(
+        "the engine was interrupted by an error of this program or by want of memory; the exciter "
+        "was stopped at once");
+    threw_ = false;
+  }
+  if (clock_.now() - due > kPaused) hear_the_exciter_first();
+  drain_sensors();
+  drain_workers();
+  answer();
+  const Nanoseconds now = clock_.now();
+  if (now < due) return;
+  late_max_ = std::max(late_max_.load(), (now - due).count());
+  turn();
+  due = std::max(due + kTick, clock_.now());
+}
+
+// After a pause of the whole process, the accumulated samples show a table that the dead-man
+// has stopped. The exciter's thread reports the reason, so it gets its turn first.
 void RigThread::hear_the_exciter_first() {
   const Nanoseconds woken = clock_.now();
   while (exciter_.last_progress() <= woken && clock_.now() - woken < kExcitersTurn)
@@ -127,7 +145,7 @@ void RigThread::hear_the_exciter_first() {
   drain_workers();
 }
 
-// Until then, or until somebody has something.
+// Waits until `due` or until a worker wakes this thread.
 void RigThread::wait(Nanoseconds due) {
   const Nanoseconds left = std::max(due - clock_.now(), Nanoseconds{0});
   pollfd wakes{waker_.fd(), POLLIN, 0};
@@ -158,7 +176,7 @@ void RigThread::drain_sensors() {
     news = true;
   }
   if (!news) return;
-  drivers::SensorHealth all;  // the rig's sensors as one
+  drivers::SensorHealth all;  // sum over the rig's sensors
   all.link_up = true;
   for (const auto& health : healths_) {
     all.samples += health.samples;

@@ -1,9 +1,9 @@
-// The engine on a thread of its own: what a client sends, reads or hangs on cannot delay it.
+// Runs the engine on a thread of its own, so that no client can delay it.
 //
-// The thread drains the sensors' rings, the exciter's news and the estimates, answers what other
-// threads ask, and turns the engine every 5 ms on absolute deadlines and whenever a worker has
-// something. It reads no file and parses nothing: others hand over ready values. When it stands
-// still, the exciter's thread sees that by `last_progress`.
+// The thread waits for its workers. It drains the sensors' ring buffers, the messages of the
+// exciter and the estimates, runs the tasks of other threads, and calls Engine::tick every 5 ms
+// on absolute deadlines. It reads no file and parses nothing: others pass ready values. The
+// exciter's thread detects a stuck engine by `last_progress`.
 #pragma once
 
 #include <array>
@@ -28,31 +28,32 @@ using Sensors = std::vector<std::unique_ptr<AcquisitionThread>>;
 
 class RigThread {
  public:
-  // Starts at once. `waker` is what the workers wake. All of them outlive it.
+  // Starts at once. The workers wake `waker`. All arguments outlive it.
   RigThread(Engine& engine, Sensors& sensors, ExciterThread& exciter, EstimatorThread& estimator,
             Clock& clock, Waker& waker);
   ~RigThread();
 
   // --- any other thread
-  // Runs `task` between two turns and waits for what it says, at most half a second. A task that
-  // was not begun by then is not begun any more, unless it is urgent.
+  // Runs `task` between two ticks and waits for its result, at most half a second; then returns
+  // an Error (timeout). A task that has not begun by then is dropped, unless it is urgent.
   using Task = std::function<Result<void>(Engine&)>;
   Result<void> ask(Task task, bool urgent = false);
   void tell(std::function<void(Engine&)> task);  // does not wait
 
   State state() const { return state_.load(); }
-  protocol::StateDocument state_document() const;   // as of the last turn
-  double ramp_s() const { return ramp_s_.load(); }  // of the present campaign, s
+  protocol::StateDocument state_document() const;   // as of the last tick
+  double ramp_s() const { return ramp_s_.load(); }  // of the current campaign, s
   std::optional<Engine::DeadmanSeen> deadman_seen() const;
   void set_client_count(int clients) { clients_ = clients; }
-  // The thread that listens to clients is alive: to be called every few milliseconds.
+  // The clients' thread calls this every few milliseconds to show that it is alive.
   void clients_are_heard() { heard_ = clock_.now().count(); }
   Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
-  Nanoseconds take_latest() { return Nanoseconds(late_max_.exchange(0)); }  // since the last call
+  Nanoseconds take_latest() { return Nanoseconds(late_max_.exchange(0)); }  // largest delay
 
  private:
   struct Question;
   void work(const std::stop_token& stop);
+  void serve(Nanoseconds& due);
   void wait(Nanoseconds due);
   void turn();
   void hear_the_exciter_first();
@@ -79,6 +80,7 @@ class RigThread {
   std::optional<Engine::DeadmanSeen> deadman_seen_;
 
   // of the thread
+  bool threw_ = false;  // and the engine has not been told
   std::vector<drivers::SensorHealth> healths_;
   std::array<drivers::Sample, 4096> samples_;
   std::jthread thread_;  // last

@@ -1,6 +1,7 @@
 #include "daemon/workers/acquisition_thread.hpp"
 
 #include <algorithm>
+#include <exception>
 
 #include "daemon/workers/thread_name.hpp"
 
@@ -10,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::size_t kBatch = 1024;    // samples in one read, at most
-constexpr std::size_t kMaxErrors = 16;  // kept for an engine that is busy
+constexpr std::size_t kMaxErrors = 16;  // kept while the engine is busy
 
 }  // namespace
 
@@ -36,21 +37,38 @@ std::size_t AcquisitionThread::drain(std::span<drivers::Sample> out) {
 }
 
 AcquisitionThread::Report AcquisitionThread::report() {
-  const std::lock_guard lock(mutex_);
-  return std::exchange(report_, {});
+  Report report;
+  {
+    const std::lock_guard lock(mutex_);
+    report = std::exchange(report_, {});
+  }
+  if (threw_.exchange(false)) {
+    report.errors.push_back({ErrorKind::exhausted,
+                             "The acquisition was interrupted by an error of this program or by want "
+                             "of memory; it connects again."});
+  }
+  return report;
 }
 
 void AcquisitionThread::work(const std::stop_token& stop) {
   name_this_thread("acquisition");
   bool connected = false;
   while (!stop.stop_requested()) {
-    if (finished_) {
-      advance();
-      pause(stop, 100ms);
-    } else if (!connected) {
-      connected = connect(stop);
-    } else {
-      connected = read_once();
+    // No exception may leave a thread, for example for lack of memory.
+    try {
+      if (finished_) {
+        advance();
+        pause(stop, 100ms);
+      } else if (!connected) {
+        connected = connect(stop);
+      } else {
+        connected = read_once();
+      }
+    } catch (const std::exception&) {
+      connected = false;
+      threw_ = true;
+      waker_.wake();
+      pause(stop, options_.first_pause);
     }
   }
 }
@@ -74,7 +92,7 @@ bool AcquisitionThread::connect(const std::stop_token& stop) {
   return false;
 }
 
-// False when the link is gone.
+// Returns false if the link is lost.
 bool AcquisitionThread::read_once() {
   const auto count = sensor_->read(buffer_, options_.read_timeout);
   advance();
@@ -115,7 +133,7 @@ void AcquisitionThread::advance() {
   progress_ = clock_.now().count();
 }
 
-// In short steps, so that the pause counts as progress.
+// Waits in short steps, so that the pause counts as progress.
 void AcquisitionThread::pause(const std::stop_token& stop, Nanoseconds duration) {
   const Nanoseconds end = clock_.now() + duration;
   while (!stop.stop_requested() && clock_.now() < end) {

@@ -1,8 +1,9 @@
-// Reads one sensor, for ever, and waits for nobody.
+// Reads one sensor continuously and never waits for another thread.
 //
-// Samples go into a bounded single-producer ring; what finds it full is counted, not waited for.
-// When the link is gone, the thread reconnects with a pause that doubles. On the path of a sample
-// it neither logs nor allocates nor takes a lock that anyone holds while working.
+// Samples go into a bounded single-producer ring buffer. Samples that find it full are dropped
+// and counted. If the link is lost, the thread reconnects with a pause that doubles. On the
+// path of a sample it does not log, does not allocate, and takes no lock that is held during
+// work.
 #pragma once
 
 #include <atomic>
@@ -40,14 +41,14 @@ class AcquisitionThread {
   // --- the engine's thread
   std::size_t drain(std::span<drivers::Sample> out);
   struct Report {
-    std::optional<drivers::SensorHealth> health;  // when there is a newer one
+    std::optional<drivers::SensorHealth> health;  // if there is a newer one
     std::vector<Error> errors;                    // since the last call
   };
   Report report();
   drivers::StampSource stamp_source() const { return stamps_.load(); }
   std::uint64_t overflows() const { return overflows_.load(); }
   Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
-  bool finished() const { return finished_.load(); }  // a replay has given its last sample
+  bool finished() const { return finished_.load(); }  // a replay has delivered its last sample
 
  private:
   void work(const std::stop_token& stop);
@@ -68,6 +69,7 @@ class AcquisitionThread {
   std::atomic<std::int64_t> progress_;
   std::atomic<drivers::StampSource> stamps_;
   std::atomic<bool> finished_{false};
+  std::atomic<bool> threw_{false};  // and the engine has not been told
   std::mutex mutex_;
   Report report_;
   std::jthread thread_;  // last

@@ -27,7 +27,7 @@ Error failed(const char* what, int reason) {
                                           std::strerror(reason))};
 }
 
-// A file in memory, so that writing the job never waits for who reads it.
+// Puts the job into a file in memory, so that writing it never waits for the reader.
 Result<UniqueFd> file_of(const std::string& job) {
   UniqueFd file(::memfd_create("diagnosis", MFD_CLOEXEC));
   if (!file.valid()) return failed("memfd_create", errno);
@@ -37,7 +37,7 @@ Result<UniqueFd> file_of(const std::string& job) {
   return file;
 }
 
-// Returns an errno. vfork and exec in effect: nothing of the daemon's memory is copied.
+// Returns 0 or an errno. Acts like vfork and exec: the daemon's memory is not copied.
 int spawn(const std::filesystem::path& program, int input, int output, pid_t& process) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t how;

@@ -25,8 +25,7 @@ std::string text_of(const DiagnosisJob& job) {
   return text.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// What the program says is believed where it has the form of what it should say. Throws
-// Json::exception elsewhere.
+// Accepts a result line only if it has the specified form; otherwise throws Json::exception.
 void take_result(const Json& line, protocol::DiagnosisResultDocument& result) {
   const std::string status = line.at("status").get<std::string>();
   result.campaign = line.at("campaign").get<std::string>();
@@ -39,9 +38,11 @@ void take_result(const Json& line, protocol::DiagnosisResultDocument& result) {
 
 }  // namespace
 
-DiagnosisThread::DiagnosisThread(Waker& waker, std::vector<std::filesystem::path> program)
+DiagnosisThread::DiagnosisThread(Waker& waker, std::vector<std::filesystem::path> program,
+                                 std::chrono::milliseconds silence)
     : waker_(waker),
       program_(std::move(program)),
+      silence_(silence),
       thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
 DiagnosisThread::~DiagnosisThread() {
@@ -99,10 +100,10 @@ void DiagnosisThread::work(const std::stop_token& stop) {
   }
 }
 
-// Nothing may leave a thread by exception.
+// No exception may leave a thread.
 void DiagnosisThread::diagnose(const DiagnosisJob& job, protocol::DiagnosisResultDocument& result) {
   result.status = "failed";
-  result.campaign = job.database.stem().string();  // until the program has said it
+  result.campaign = job.database.stem().string();  // until the program reports it
   try {
     auto child = DiagnosisChild::start(program_, text_of(job));
     if (!child) {
@@ -117,7 +118,9 @@ void DiagnosisThread::diagnose(const DiagnosisJob& job, protocol::DiagnosisResul
 }
 
 void DiagnosisThread::follow(DiagnosisChild& child, protocol::DiagnosisResultDocument& result) {
+  using std::chrono::steady_clock;
   bool has_ended = false;
+  auto heard = steady_clock::now();
   while (!has_ended) {
     if (cancelled_) {
       const std::lock_guard lock(mutex_);
@@ -127,6 +130,7 @@ void DiagnosisThread::follow(DiagnosisChild& child, protocol::DiagnosisResultDoc
     }
     bool good = true;
     const auto more = child.read([&](const std::string& line) {
+      heard = steady_clock::now();
       if (!has_ended && good) good = take(line, result, has_ended);
     });
     if (!good) return;  // the child is killed
@@ -135,6 +139,12 @@ void DiagnosisThread::follow(DiagnosisChild& child, protocol::DiagnosisResultDoc
       return;
     }
     if (!*more) break;
+    if (steady_clock::now() - heard > silence_) {
+      result.reason = fmt::format(
+          "The diagnosis failed: its program said nothing for {:g} s and was ended; ask again.",
+          std::chrono::duration<double>(silence_).count());
+      return;  // the child is killed
+    }
   }
   const std::string how = child.end();
   if (!has_ended)

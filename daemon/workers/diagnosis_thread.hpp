@@ -1,9 +1,9 @@
-// What does the model lack? The discrepancy workflow on a campaign's database, beside everything
-// else that the daemon does.
+// Runs diagnoses of campaign databases in parallel to the daemon's other work.
 //
-// A diagnosis takes about a second of one core. It runs in a process of its own (DiagnosisChild) at
-// a low priority, so that acquisition and estimator never wait for it and its end is not the
-// daemon's; one at a time. It can be cancelled at once, even where its program hangs. Each one that is begun gives exactly one DiagnosisResultDocument.
+// A diagnosis takes about a second of one core. It runs in a separate process (DiagnosisChild)
+// at a low priority, so that acquisition and estimator never wait for it and its crash does not
+// end the daemon. One diagnosis runs at a time. It can be cancelled at once, even if its
+// program hangs. Each one that is begun gives exactly one DiagnosisResultDocument.
 #pragma once
 
 #include <atomic>
@@ -27,33 +27,37 @@ class DiagnosisChild;
 struct DiagnosisJob {
   std::filesystem::path database;
   std::filesystem::path folder;            // for diagnosis.json, model.json and report.html
-  std::optional<config::ModelSpec> model;  // nothing: the campaign's own
+  std::optional<config::ModelSpec> model;  // empty: the campaign's own
   double false_alarm_rate = 0.01;
   bool thorough = false;
 };
 
 class DiagnosisThread {
  public:
-  // The waker outlives it. `program`: where the program of the diagnosis may be.
-  DiagnosisThread(Waker& waker, std::vector<std::filesystem::path> program);
+  // `waker` outlives it. `program`: possible paths of the diagnosis program. A program without
+  // output for `silence` hangs and is killed; the longest stage without progress takes seconds.
+  DiagnosisThread(Waker& waker, std::vector<std::filesystem::path> program,
+                  std::chrono::milliseconds silence = std::chrono::minutes(10));
   ~DiagnosisThread();  // cancels
 
   // --- the clients' loop
-  bool busy() const;                       // one is under way
-  void begin(DiagnosisJob job);            // while none is
-  void cancel(const std::string& why);     // a sentence; nothing when none is under way
-  std::vector<protocol::Document> take();  // what there is to publish, in order
+  bool busy() const;                       // a diagnosis runs
+  void begin(DiagnosisJob job);            // precondition: not busy
+  void cancel(const std::string& why);     // `why` is a sentence; no effect if not busy
+  std::vector<protocol::Document> take();  // documents to publish, in order
 
  private:
   void work(const std::stop_token& stop);
   void diagnose(const DiagnosisJob& job, protocol::DiagnosisResultDocument& result);
   void follow(DiagnosisChild& child, protocol::DiagnosisResultDocument& result);
-  // One line of the program. False: it is none; `result` says so.
+  // Handles one line of the program. Returns false if the line is invalid; `result` then has
+  // the reason.
   bool take(const std::string& line, protocol::DiagnosisResultDocument& result, bool& has_ended);
   void tell(const std::string& campaign, std::string stage, double share);
 
   Waker& waker_;
   std::vector<std::filesystem::path> program_;
+  std::chrono::milliseconds silence_;
   mutable std::mutex mutex_;
   std::condition_variable_any ordered_;
   std::optional<DiagnosisJob> job_;

@@ -34,7 +34,7 @@ void EstimatorThread::add(const estimator::MeasuredCycle& cycle, Nanoseconds las
     const std::lock_guard lock(mutex_);
     if (waiting_) ++skipped_;
     waiting_ = Job{cycle, last_sample};
-    if (!busy_since_) busy_since_ = clock_.now();  // also for a thread that never takes it up
+    if (!busy_since_) busy_since_ = clock_.now();  // also if the thread never takes it
   }
   ordered_.notify_one();
 }
@@ -87,8 +87,8 @@ void EstimatorThread::start(const Campaign& campaign) {
   }
 }
 
-// Nothing may leave a thread by exception: what the estimator throws, out of memory for one, is the
-// outcome of this cycle.
+// No exception may leave a thread: what the estimator throws, for example for lack of memory,
+// is the outcome of this cycle.
 Result<estimator::Estimate> EstimatorThread::fit(const estimator::MeasuredCycle& cycle) {
   if (unusable_) return *unusable_;
   if (!estimator_) return Error{ErrorKind::invalid, "No campaign has begun: there is no model."};

@@ -1,9 +1,9 @@
-// Fits, so that nobody else waits for it.
+// Estimates parameters on a thread of its own, so that no other thread waits for a fit.
 //
-// One cycle may wait while another is being fitted; a newer one replaces it, and the next outcome
-// says how many were skipped (they are on disk all the same). Each cycle that is fitted gives
-// exactly one outcome. A new campaign forgets what is waiting, and outcomes of the one before never
-// come out.
+// One cycle may wait while another is fitted. A newer one replaces it, and the next outcome has
+// the number of skipped cycles (they are on disk nevertheless). Each fitted cycle gives exactly
+// one outcome. A new campaign discards the waiting cycle and all outcomes of the campaign
+// before.
 #pragma once
 
 #include <condition_variable>
@@ -33,7 +33,7 @@ class EstimatorThread final : public EstimatorCommands {
 
   // --- the engine's thread
   std::vector<EstimateOutcome> take();
-  // Since when it has had one cycle; nothing when it has none.
+  // Start of the work on the current cycle; empty if there is none.
   std::optional<Nanoseconds> busy_since() const;
 
  private:
@@ -53,7 +53,7 @@ class EstimatorThread final : public EstimatorCommands {
   Waker& waker_;
   mutable std::mutex mutex_;
   std::condition_variable_any ordered_;
-  std::optional<Campaign> begun_;  // of a campaign that has just begun
+  std::optional<Campaign> begun_;  // a campaign that has just begun
   std::optional<Job> waiting_;
   long skipped_ = 0;
   std::uint64_t campaign_ = 0;

@@ -1,6 +1,7 @@
 #include "daemon/workers/exciter_thread.hpp"
 
 #include <algorithm>
+#include <exception>
 
 #include <fmt/format.h>
 
@@ -11,9 +12,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kTurn = 10ms;          // between two looks at what is due
-constexpr auto kTurnLate = 5ms;       // a wait may end so much later and count as on time
-constexpr std::size_t kMaxNews = 64;  // kept for an engine that is busy; older ones go first
+constexpr auto kTurn = 10ms;          // longest wait for orders
+constexpr auto kTurnLate = 5ms;       // tolerated delay of the end of a wait
+constexpr std::size_t kMaxNews = 64;  // kept while the engine is busy; the oldest are dropped
 
 }  // namespace
 
@@ -82,12 +83,34 @@ void ExciterThread::work(const std::stop_token& token) {
   name_this_thread("exciter");
   while (!token.stop_requested()) {
     wait_for_orders(token);
-    watch_over();
-    obey();
+    // No exception may leave a thread, for example for lack of memory.
+    try {
+      turn();
+    } catch (const std::exception&) {
+      stop_by_itself();
+      threw_ = true;
+    }
     progress_ = clock_.now().count();
   }
-  // Whatever was wanted before: the process ends, and nothing may go on shaking.
+  // The process ends, so the motion must end, whatever was ordered.
   if (!good(exciter_->stop())) good(exciter_->stop());
+}
+
+void ExciterThread::turn() {
+  if (threw_) {
+    tell(Withheld{
+        "the thread that speaks to the exciter was interrupted by an error of this program or by "
+        "want of memory; the exciter was stopped at once"});
+    threw_ = false;
+  }
+  watch_over();
+  obey();
+}
+
+void ExciterThread::stop_by_itself() {
+  barred_ = true;
+  keep_alive_ = false;
+  pending_ = {std::nullopt, true, false};
 }
 
 void ExciterThread::wait_for_orders(const std::stop_token& token) {
@@ -112,9 +135,7 @@ void ExciterThread::watch_over() {
     if (progress != seen_[i].progress) seen_[i] = {progress, starved_};
     const Nanoseconds still = now - progress - (starved_ - seen_[i].starved);
     if (still <= watched_[i].bound) continue;
-    barred_ = true;
-    keep_alive_ = false;
-    pending_ = {std::nullopt, true, false};
+    stop_by_itself();
     tell(
         Withheld{fmt::format("{} has not advanced for {:.2f} s, more than {:g} s; the exciter was "
                              "stopped at once",
@@ -124,7 +145,7 @@ void ExciterThread::watch_over() {
 }
 
 void ExciterThread::obey() {
-  // Again at every turn, until the device has taken it; its status is read all the same.
+  // Repeats the stop in every turn until the device has taken it; the status is still read.
   if (pending_.stop) pending_.stop = !good(exciter_->stop());
   connect_when_due();
   if (!connected_) return;
@@ -147,8 +168,8 @@ void ExciterThread::connect_when_due() {
   if (connected_ || clock_.now() < next_connect_) return;
   const auto outcome = exciter_->connect();
   if (outcome) {
-    // Whoever shook the table before (a daemon that was killed) has left it in some state: at rest
-    // and disabled is the one to begin with, and clears a dead-man that has tripped.
+    // An earlier process (for example a daemon that was killed) may have left the exciter in
+    // any state. Start at rest and disabled; this also clears a dead-man that has tripped.
     if (!made_safe_) {
       const auto stopped = exciter_->stop();
       made_safe_ = stopped.ok();
@@ -187,7 +208,7 @@ void ExciterThread::poll_when_due() {
   }
 }
 
-// Tells what went wrong. A link that is gone is connected again, after a pause.
+// Reports an Error. After the loss of the link it is connected again, after a pause.
 bool ExciterThread::good(const Result<void>& outcome) {
   if (outcome) return true;
   const ErrorKind kind = outcome.error().kind;

@@ -1,15 +1,14 @@
-// Speaks to the exciter, so that nobody else waits for it.
+// Communicates with the exciter, so that no other thread waits for it.
 //
-// Orders lie in a mailbox: the newest setpoint replaces an older one that was not written yet, and
-// a stop overtakes everything and is repeated until the device has taken it. Between orders the
-// thread keeps the device's dead-man alive and reads its status. When it ends, it stops the
+// Orders go into a mailbox: the newest setpoint replaces an older one that was not written yet.
+// A stop overtakes all other orders and is repeated until the device has taken it. Between
+// orders the thread sends the heartbeat and reads the status. When it ends, it stops the
 // exciter.
 //
-// The heartbeat proves that somebody watches: it is served only while everything in `watch` has
-// advanced within its bound. What is overdue withholds it, stops the exciter, and bars every
-// setpoint until the engine has taken back its wish for a heartbeat. Time in which this thread
-// itself was not given a processor does not count: a machine that stood still as a whole is the
-// dead-man's affair.
+// The heartbeat is sent only while every thread in `watch` has advanced within its bound. If
+// one is overdue, this thread withholds the heartbeat, stops the exciter, and refuses setpoints
+// until the engine calls keep_alive(false). Time in which this thread itself got no processor
+// does not count: if the whole machine stood still, the dead-man acts.
 #pragma once
 
 #include <atomic>
@@ -37,9 +36,9 @@ struct ExciterOptions {
   Nanoseconds longest_pause = std::chrono::seconds(5);
 };
 
-// What must advance while the table moves.
+// A thread that must advance while the table moves.
 struct Watched {
-  std::string name;  // for the sentence: "the engine"
+  std::string name;  // for the message: "the engine"
   Nanoseconds bound{};
   std::function<Nanoseconds()> last_progress;  // neither blocks nor allocates
 };
@@ -58,10 +57,10 @@ class ExciterThread final : public ExciterCommands {
   void clear_fault() override;
 
   // --- any thread
-  // Replaces what is watched; an empty list watches nothing. Returns when the old list is no longer
-  // looked at.
+  // Replaces the list; an empty list watches nothing. Returns when the old list is no longer in
+  // use.
   void watch(std::vector<Watched> watched);
-  // Stops at once and bars setpoints, as something overdue does.
+  // Stops at once and refuses setpoints, as an overdue thread does.
   void emergency_stop();
 
   struct Withheld {
@@ -83,6 +82,8 @@ class ExciterThread final : public ExciterCommands {
   };
 
   void work(const std::stop_token& token);
+  void turn();
+  void stop_by_itself();
   void wait_for_orders(const std::stop_token& token);
   void watch_over();
   void obey();
@@ -102,22 +103,23 @@ class ExciterThread final : public ExciterCommands {
   Orders mailbox_;
   std::vector<News> news_;
   std::atomic<bool> keep_alive_{false};
-  std::atomic<bool> barred_{false};  // setpoints, until the engine takes back its keep_alive
+  std::atomic<bool> barred_{false};  // refuses setpoints until keep_alive(false)
 
   struct Seen {
     Nanoseconds progress{}, starved{};
   };
   std::mutex watch_mutex_;
   std::vector<Watched> watched_;
-  std::vector<Seen> seen_;  // of each
+  std::vector<Seen> seen_;  // for each of watched_
 
   // of the thread
-  Nanoseconds starved_{};  // time without a processor so far
-  Orders pending_;         // taken out of the mailbox, not yet done
+  Nanoseconds starved_{};  // total time without a processor
+  Orders pending_;         // taken from the mailbox, not yet done
   Nanoseconds next_connect_{}, pause_, next_heartbeat_{}, next_poll_{};
-  std::optional<Nanoseconds> last_heartbeat_;  // while it is wanted
+  std::optional<Nanoseconds> last_heartbeat_;  // empty while no heartbeat is wanted
   std::atomic<bool> connected_{false};
-  bool made_safe_ = false;  // stopped once since the start of the process; the worker only
+  bool threw_ = false;      // and the engine has not been told
+  bool made_safe_ = false;  // stopped once since the process started; worker thread only
   std::atomic<std::int64_t> progress_;
   std::jthread thread_;  // last
 };

@@ -1,4 +1,5 @@
-// Names the calling thread, for `ps -L`, `top -H` and a debugger: at most 15 characters.
+// Names the calling thread for `ps -L`, `top -H` and a debugger. `name` has at most 15
+// characters.
 #pragma once
 
 #include <pthread.h>

@@ -11,7 +11,7 @@ class Waker {
  public:
   Waker();                // throws std::system_error
   void wake() noexcept;   // any thread; neither blocks nor allocates
-  void clear() noexcept;  // the loop, before it looks at what there is
+  void clear() noexcept;  // called by the loop before it examines its inputs
   int fd() const { return fd_.get(); }
 
  private:

@@ -32,11 +32,11 @@ def estimate(usable=True):
 
 class Daemon:
     """Serves one client: greets it with `greeting`, then answers requests by `answers[method](self)`, which
-    gives the result, or raises Refusal."""
+    gives the result, or raises Refusal. `full` clients before it find no place."""
 
-    def __init__(self, path, greeting, answers=None):
+    def __init__(self, path, greeting, answers=None, full=0):
         self.path, self.greeting, self.answers = path, greeting, answers or {}
-        self.requests = []
+        self.requests, self.full = [], full
         self.listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.listener.bind(str(path))
         self.listener.listen(1)
@@ -50,6 +50,10 @@ class Daemon:
 
     def serve(self):
         try:
+            for _ in range(self.full):
+                self.client, _ = self.listener.accept()
+                with self.client:
+                    self.say({"jsonrpc": "2.0", "id": None, "error": {"code": -32000, "message": "No place."}})
             self.client, _ = self.listener.accept()
         except OSError:  # closed before anyone came
             return
@@ -93,7 +97,8 @@ def refuse(sentence):
     return answer
 
 
-def hang_up(_):
+def hang_up(daemon):
+    daemon.listener.close()
     raise HangUp
 
 
@@ -103,8 +108,8 @@ class Online(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.socket = pathlib.Path(folder.name) / "s"
 
-    def serve(self, greeting=(VERSION, IDLE), answers=None):
-        daemon = Daemon(self.socket, greeting, answers)
+    def serve(self, greeting=(VERSION, IDLE), answers=None, full=0):
+        daemon = Daemon(self.socket, greeting, answers, full)
         self.addCleanup(daemon.close)
         return daemon
 
@@ -184,6 +189,18 @@ class Orders(Online):
         result = self.shakerctl("ack")
         self.assertEqual(result.returncode, 4)
         self.assertIn("the daemon refuses: The stroke is still outside", result.stderr)
+
+    def test_a_stop_is_asked_again_until_there_is_a_place(self):
+        daemon = self.serve(answers={"estop": lambda _: {"state": "FAULT"}}, full=5)
+        result = self.shakerctl("estop")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual([each["method"] for each in daemon.requests], ["estop"])
+
+    def test_a_stop_that_finds_no_place_for_5_s_says_so(self):
+        self.serve(full=10**6)
+        result = self.shakerctl("stop")
+        self.assertEqual(result.returncode, 3)
+        self.assertIn("No place.", result.stderr)
 
     def test_a_stop_at_rest_says_that_nothing_was_moving(self):
         self.serve(answers={"stop": lambda _: {"state": "IDLE"}})

@@ -19,7 +19,7 @@ from round import Round
 from shim import compiled
 from table import TABLE
 
-THREADS = ("recorder", "publisher", "estimator")
+THREADS = ("engine", "exciter", "acquisition", "recorder", "publisher", "estimator")
 COUNTED = ("rounds", "starved", "died", "undecided", "violations")
 ENOUGH = 5  # rounds in a row that reach none
 

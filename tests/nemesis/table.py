@@ -175,7 +175,7 @@ MEMORY = [
     Fault(f"memory_{'publisher' if thread == 'main' else thread}_{'for_good' if for_good else 'once'}", ANY, 0,
           "it goes on, stops, or ends: the dead-man", acts.out_of_memory(thread, for_good), may_die=True,
           silent=True, alone=True)
-    for thread in ("recorder", "estimator", "engine", "main") for for_good in (False, True)]
+    for thread in ("recorder", "estimator", "engine", "exciter", "acquisition", "main") for for_good in (False, True)]
 
 DISK_FAULTS = [
     Fault("flush_hangs", STOPS, DISK + DOWN, "as long as a call may take", acts.disk(shim.FLUSH_HANGS)),

@@ -56,7 +56,8 @@ class Crash(unittest.TestCase):
         (self.daemon.data / "rubbish.db").write_bytes(b"not a database")
         self.daemon.start()
         after = Client(self.daemon.socket)
-        after.until(lambda line: line.get("code") == "campaign_damaged", 5)
+        for name in (file.name, "rubbish.db"):  # one alarm a file, after the file was set aside
+            after.until(lambda line, name=name: line.get("code") == "campaign_damaged" and name in line["text"], 5)
         self.assertFalse(file.exists())
         self.assertEqual(len(list(self.daemon.data.glob("*.damaged-*Z"))), 2)
         after.start(endless_campaign())

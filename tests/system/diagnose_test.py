@@ -3,6 +3,7 @@ import copy
 import json
 import os
 import pathlib
+import signal
 import stat
 import subprocess
 import time
@@ -49,6 +50,30 @@ def measured_elsewhere(model):
     finally:
         client.close()
         daemon.end()
+
+
+def children(pid):
+    stats = [path.read_text() for path in pathlib.Path("/proc").glob("[0-9]*/stat")]
+    return [int(stat.split()[0]) for stat in stats if int(stat.rpartition(")")[2].split()[1]) == pid]
+
+
+class TheDaemonDies(unittest.TestCase):
+    def test_its_diagnosis_dies_with_it(self):
+        daemon = Daemon(rig()).start()
+        self.addCleanup(daemon.end)
+        client = Client(daemon.socket)
+        measure(client)
+        client.ask("diagnose")
+        client.until(lambda line: line.get("type") == "diagnosis_progress")
+        [diagnosis] = children(daemon.process.pid)
+        os.kill(diagnosis, signal.SIGSTOP)  # it would never end by itself
+        daemon.process.kill()
+        daemon.process.wait()
+        deadline = time.monotonic() + 10
+        while pathlib.Path(f"/proc/{diagnosis}/exe").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        self.assertFalse(pathlib.Path(f"/proc/{diagnosis}/exe").exists())
+        client.close()
 
 
 class Diagnose(unittest.TestCase):

@@ -225,6 +225,20 @@ TEST_F(GentleStart, FindsATableThatDoesNotMove) {
   EXPECT_EQ(bench.outlet.alarms("exciter_no_motion"), 1);
 }
 
+TEST(NoCycle, OfATableThatMovesSaysThatTheExcitationCarriesNoPhase) {
+  PeriodFigures table;
+  table.samples = 20;
+  table.fundamental = {0.0, 0.9};
+  const auto moving = check_in_motion(nullptr, 1.0, true, table);
+  ASSERT_TRUE(moving && moving->fatal);
+  EXPECT_EQ(moving->code, "excitation_without_phase");
+  EXPECT_THAT(moving->text, HasSubstr("20 samples a period"));
+  table.fundamental = {0.0, 0.1};
+  const auto still = check_in_motion(nullptr, 1.0, true, table);
+  ASSERT_TRUE(still && still->fatal);
+  EXPECT_EQ(still->code, "exciter_no_motion");
+}
+
 TEST_F(GentleStart, SaysWhenThePolarityCannotBeTold) {
   EngineBench bench;
   bench.lag_turns = 0.002;

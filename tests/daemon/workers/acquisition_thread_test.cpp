@@ -14,7 +14,7 @@ using testing::eventually;
 
 // What the test scripts and what it sees; outlives the thread.
 struct Script {
-  std::atomic<int> connects{0}, refuse_connects{0}, fail_reads{0};
+  std::atomic<int> connects{0}, refuse_connects{0}, fail_reads{0}, throwing_reads{0};
   std::atomic<std::int64_t> available{0};  // samples that may be read
   std::atomic<bool> finished{false};
 };
@@ -41,6 +41,10 @@ class ScriptedSensor final : public drivers::Sensor {
       --script_.fail_reads;
       health_.link_up = false;
       return Error{ErrorKind::io, "The link is gone."};
+    }
+    if (script_.throwing_reads > 0) {
+      --script_.throwing_reads;
+      throw std::bad_alloc();
     }
     const auto count = std::min(script_.available.load(), static_cast<std::int64_t>(out.size()));
     if (count == 0) std::this_thread::sleep_for(200us);
@@ -139,6 +143,22 @@ TEST_F(AcquisitionTest, ReconnectsTwiceInARow) {
   ASSERT_EQ(errors.size(), 5U);
   EXPECT_EQ(errors.front().what, "The sensor is not there.");
   EXPECT_EQ(errors.back().what, "The link is gone.");
+}
+
+TEST_F(AcquisitionTest, ConnectsAgainAndSaysSoAfterWantOfMemory) {
+  auto thread = make();
+  EXPECT_TRUE(eventually([&] { return script.connects == 1; }));
+  script.throwing_reads = 2;
+  std::vector<std::string> errors;
+  EXPECT_TRUE(eventually([&] {
+    for (const Error& error : thread->report().errors)
+      errors.push_back(error.what);
+    return script.connects == 3 && !errors.empty();
+  }));
+  EXPECT_THAT(errors.front(), ::testing::HasSubstr("want of memory"));
+  script.available = 10;
+  std::array<drivers::Sample, 16> part;
+  EXPECT_TRUE(eventually([&] { return thread->drain(part) == 10; }));
 }
 
 TEST_F(AcquisitionTest, AdvancesWhileItWaitsForASensorThatIsAbsent) {

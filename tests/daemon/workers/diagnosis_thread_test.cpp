@@ -125,6 +125,24 @@ TEST_F(DiagnosisProcess, ThatHangsIsKilledByACancel) {
   EXPECT_EQ(::kill(process, 0), -1);  // gone, and waited for
 }
 
+TEST_F(DiagnosisProcess, ThatSaysNothingForTooLongIsEnded) {
+  const auto pid_file = (folder_ / "pid").string();
+  DiagnosisThread thread(waker_,
+                         script("echo $$ >" + pid_file + R"(
+for i in 1 2 3; do
+  echo '{"type":"progress","campaign":"c","stage":"naming","share":0.5}'
+  sleep 0.3
+done
+exec sleep 600)"),
+                         std::chrono::milliseconds(700));
+  thread.begin(job());
+  const auto result = result_of(thread);
+  EXPECT_EQ(result.status, "failed");
+  EXPECT_THAT(result.reason, HasSubstr("said nothing for 0.7 s"));
+  EXPECT_EQ(documents_.size(), 4U);  // it was heard while it spoke
+  EXPECT_EQ(::kill(std::stoi(text("pid")), 0), -1);
+}
+
 // A descriptor of the daemon (a socket, a lock) that lacks O_CLOEXEC stays the daemon's, and a signal
 // that the daemon blocks is not blocked.
 TEST_F(DiagnosisProcess, InheritsNoDescriptorAndNoBlockedSignal) {

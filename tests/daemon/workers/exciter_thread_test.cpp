@@ -14,7 +14,7 @@ struct Device {
   std::mutex mutex;
   std::vector<std::string> calls;  // without reads and heartbeats
   int heartbeats = 0, refuse_stops = 0, refuse_connects = 0;
-  bool lose_link = false;
+  bool lose_link = false, no_memory = false;
   std::atomic<bool> hold_writes{false}, writing{false};
 
   void note(std::string what) {
@@ -52,6 +52,7 @@ class DeviceExciter final : public drivers::Exciter {
     if (std::exchange(device_.lose_link, false)) {
       return Error{ErrorKind::unavailable, "The link is gone."};
     }
+    if (std::exchange(device_.no_memory, false)) throw std::bad_alloc();
     drivers::ExciterStatus status;
     status.ready = true;
     return status;
@@ -243,6 +244,29 @@ TEST_F(ExciterWatchTest, BeatsWhileWhatIsWatchedAdvances) {
     return beats() > before + 40;
   }));
   EXPECT_EQ(withheld(*thread), "");
+}
+
+TEST_F(ExciterWatchTest, StopsTheExciterWhenItsOwnThreadIsInterrupted) {
+  auto thread = beating();
+  thread->set(setpoint(1));
+  EXPECT_TRUE(eventually([&] { return device.seen().size() == 3; }));
+  {
+    const std::lock_guard lock(device.mutex);
+    device.no_memory = true;
+  }
+  EXPECT_TRUE(eventually([&] {
+    advance();
+    return !withheld(*thread).empty();
+  }));
+  EXPECT_THAT(why, ::testing::HasSubstr("want of memory"));
+  EXPECT_TRUE(eventually([&] { return device.seen().back() == "stop"; }));
+  thread->set(setpoint(2));  // barred: the engine has not taken back its wish
+  std::this_thread::sleep_for(50ms);
+  EXPECT_EQ(device.seen().back(), "stop");
+  advance();
+  thread->keep_alive(false);
+  thread->set(setpoint(3));
+  EXPECT_TRUE(eventually([&] { return device.seen().back() == "write 3"; }));
 }
 
 TEST_F(ExciterWatchTest, StopsTheExciterWhenSomethingStandsStill) {
