@@ -31,7 +31,7 @@ struct Answer {
 class StreamClient {
  public:
   // Connects and reads the first line. ErrorKind: unavailable (no daemon), refused (no permission,
-  // another protocol), timeout.
+  // another protocol), exhausted (no place free), timeout.
   static Result<StreamClient> connect(const std::filesystem::path& socket);
 
   const nlohmann::json& version() const { return version_; }

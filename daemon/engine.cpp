@@ -26,7 +26,7 @@ void Engine::on_sensor_health(const drivers::SensorHealth& health, drivers::Stam
   impl_->stamps = stamps;
 }
 
-// What to do about it decides the age of the samples: a link that comes back in time is no fault.
+// The age of the samples decides on the reaction: a link that recovers in time is not a fault.
 void Engine::on_sensor_error(const Error& error) {
   impl_->alarm_once("sensor_link", error.what);
 }
@@ -41,8 +41,8 @@ void Engine::on_exciter_status(const drivers::ExciterStatus& status) {
 void Engine::on_exciter_error(const Error& error) {
   Impl& e = *impl_;
   e.exciter_error = error;
-  // An answer may be missed: what it was about is asked or ordered again. Silence has its own
-  // limit.
+  // A single answer may be missed, because each request is repeated. Silence has a limit of its
+  // own.
   const bool missed = error.kind == ErrorKind::timeout && ++e.missed_answers < kMissedAnswers;
   if (missed && e.moving()) return e.alarm_once("exciter_missed", error.what);
   e.device_trouble("exciter_error", error.what);
@@ -118,7 +118,7 @@ Result<void> Engine::Impl::admit_run(const config::RunSpec& r) const {
                              what, value, unit, why)};
   };
   const auto& limits = rig.limits;
-  // Written so that a NaN is refused too.
+  // These conditions also refuse a NaN.
   if (!(r.frequency_hz >= limits.frequency_min_hz)) {
     return refuse(
         "frequency", r.frequency_hz, "Hz",
@@ -143,7 +143,8 @@ Result<void> Engine::Impl::admit_run(const config::RunSpec& r) const {
   return {};
 }
 
-// Levels, not crossings: what is wrong before anything moves is wrong.
+// Checks levels, not crossings: a value beyond its limit before any motion is a reason to
+// refuse.
 Result<void> Engine::Impl::admit_levels() const {
   for (const Detector d : {Detector::stroke_limit, Detector::excitation_limit}) {
     const bool acts = detectors.action(d) >= config::Action::hold;
@@ -228,7 +229,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   e.furthest = 0.0;
   e.run_index = 0;
   e.run_done = false;
-  e.proved = e.proves_deadman;  // it has a gentle level of its own
+  e.proved = e.proves_deadman;  // its own level is gentle
   e.polarity_known = false;
   e.wrong_polarity = 0;
   e.outstanding = e.cycles_skipped = 0;
@@ -242,7 +243,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
     e.leave_check("fail", ok.error().what);
     return ok;
   }
-  if (e.proves_deadman) return {};  // no cycle, no estimate
+  if (e.proves_deadman) return {};  // it measures no cycles
   estimator::OnlineOptions options;
   options.forgetting = wanted.forgetting;
   options.false_alarms_per_cycle = wanted.false_alarms_per_cycle();
@@ -258,14 +259,14 @@ Result<void> Engine::stop(const std::string& who) {
   } else if (e.state != State::ramp_down && e.moving()) {
     e.ramp_down("abort", why, After::idle);
   }
-  return {};  // nothing moves, or it is on its way down: a second stop is no error
+  return {};  // nothing moves, or it already ramps down: a second stop is no error
 }
 
 Result<void> Engine::emergency_stop(const std::string& who) {
   Impl& e = *impl_;
   const std::string why = fmt::format("emergency stop by {}", who);
   e.fault_detector.reset();
-  e.trip(why);  // tells the exciter before anything else
+  e.trip(why);  // stops the exciter before anything else
   e.alarm("error", "emergency_stop", why, config::Action::stop);
   return {};
 }
@@ -277,7 +278,7 @@ Result<void> Engine::Impl::cause_persists() const {
   if (!status || since(status->t) > kExciterSilenceS) {
     return no("the exciter does not answer, so nobody knows whether it stands still");
   }
-  // What it reported before the link went says nothing of now.
+  // A report from before the link failed does not describe the present.
   if (exciter_error) {
     return no(exciter_error->what + "; so nobody knows whether the exciter stands still");
   }
@@ -294,7 +295,7 @@ Result<void> Engine::Impl::cause_persists() const {
   return {};
 }
 
-// Only what stands still and says so may be told to forget its fault.
+// Only an exciter that reports standstill may be told to clear its fault.
 bool Engine::Impl::may_clear() const {
   const auto* modbus = std::get_if<config::ModbusExciter>(&rig.exciter.device);
   return modbus && modbus->registers.contains("fault_reset") && status &&

@@ -12,13 +12,14 @@ namespace shaker::daemon {
 using protocol::Channel;
 namespace {
 
-constexpr double kSteadyChange = 3.0;  // from cycle to cycle, times the noise: a campaign's default
+constexpr double kSteadyChange = 3.0;  // change between cycles over the noise: a campaign's default
 constexpr int kWrongInARow = 2;
 constexpr int kWildInARow = 2;
 
 }  // namespace
 
-// Limits first, then the record, then cycles. Per sample: no allocation, no clock, no call outside.
+// Checks limits first, then records, then cuts cycles. Per sample, unless a limit trips: no
+// allocation, no clock, no call to another component.
 void Engine::Impl::take(std::span<const drivers::Sample> samples) {
   for (const auto& sample : samples) {
     if (!monitor(sample.channel).add(sample)) continue;
@@ -72,7 +73,7 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
     gate.interrupt();
     verdict.why = cycle.why;
   }
-  // One wild sample is nobody's fault; one in each of two cycles is.
+  // A single sample beyond the limits is tolerated; one in each of two cycles in a row is not.
   spiked_cycles = spiked ? spiked_cycles + 1 : 0;
   if (spiked_cycles >= kWildInARow) {
     detectors.report(
@@ -96,9 +97,10 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
   accept(cycle, verdict);
 }
 
-// A campaign that asks for changes of the damper wants the cycles in which it changes, and a damper
-// that warms up creeps. Once steady, what creeps is the damper; before, it may be a transient,
-// which dies, and what does not die is the damper too.
+// Decides whether a drift comes from the damper. A campaign with change detection needs the
+// cycles in which the damper changes, and a damper that warms up drifts. In MEASURE every drift
+// is the damper. In SETTLE it may be a transient, which decays; a drift that does not decay is
+// the damper too.
 bool Engine::Impl::damper_changes(const GateVerdict& verdict) {
   if (!campaign->change_detection || verdict.creep == 0.0) {
     creeping = 0;
@@ -138,8 +140,8 @@ void Engine::Impl::watch_cycle(const AssembledCycle& cycle) {
   watch_levels();
 }
 
-// Asked of cycles that really repeat, however loose the campaign's tolerance is: while a transient
-// lasts, the stroke's phase wanders. False when the rig is on its way down.
+// Checks the polarity on cycles that really repeat, however large the campaign's tolerance is:
+// the phase of the stroke wanders during a transient. Returns false if the rig ramps down.
 bool Engine::Impl::right_polarity(const AssembledCycle& cycle, const GateVerdict& verdict) {
   if (!excitation_measured || polarity_known || verdict.change > kSteadyChange) return true;
   const Polarity seen = polarity(cycle.lag_turns);
@@ -177,7 +179,7 @@ void Engine::Impl::accept(const AssembledCycle& cycle, const GateVerdict& verdic
                         "sensor's own noise is {:.2e} m",
                         run_accepted, noise.point_standard_deviation(), sensor_noise));
   }
-  estimator.add(outgoing, cycle.last_sample);  // last: its answer may come at once
+  estimator.add(outgoing, cycle.last_sample);  // last, because the answer may come at once
 }
 
 void Engine::Impl::reject(const AssembledCycle& cycle, const GateVerdict& verdict,
@@ -204,7 +206,8 @@ void Engine::Impl::reject(const AssembledCycle& cycle, const GateVerdict& verdic
   }
 }
 
-// The likeliest first, then what would look alike or, where none alone explains it, an alarm too.
+// Publishes the most likely change first, then the parameters that would look alike or, if no
+// single one explains the change, that also raised an alarm.
 void Engine::Impl::changed(const std::vector<estimator::ParameterChange>& changes) {
   if (changes.empty()) return;
   const estimator::ParameterChange& change = changes.front();

@@ -1,6 +1,6 @@
-// The proof that the exciter comes to rest by itself when its heartbeat is withheld, where its
-// timeout cannot be read back. At rest: enabled at amplitude zero, it must report its trip. In
-// motion, at a small amplitude, when an operator asks for it: the table must come to rest.
+// Proves that the exciter stops by itself when its heartbeat is withheld, if its timeout cannot
+// be read back. At rest: the exciter, enabled at amplitude zero, must report its trip. In
+// motion, at a small amplitude and on an operator's request: the table must come to rest.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -12,18 +12,18 @@ namespace {
 
 using protocol::Channel;
 
-constexpr double kReportS = 0.3;      // a trip is reported within so long
-constexpr double kBeatsS = 0.3;       // enabled and served for so long first
-constexpr double kRestWindowS = 0.4;  // what RestWatch needs to say that the table rests
+constexpr double kReportS = 0.3;      // delay of the report of a trip
+constexpr double kBeatsS = 0.3;       // enabled with heartbeat for this long first
+constexpr double kRestWindowS = 0.4;  // the window of RestWatch
 
 }  // namespace
 
-// What was recorded once says nothing of a table today.
+// A replay moves no table.
 bool Engine::Impl::moves_nothing() const {
   return std::holds_alternative<config::ReplayExciter>(rig.exciter.device);
 }
 
-// Within so long of the last heartbeat the exciter stops by itself; 0: it does not.
+// Time after the last heartbeat at which the exciter stops by itself, s; 0: it does not.
 double Engine::Impl::deadman_s() const {
   if (status && status->heartbeat_timeout_s) return *status->heartbeat_timeout_s;
   return deadman_proved.value_or(rig.exciter.deadman_max_s);
@@ -94,7 +94,7 @@ void Engine::Impl::end_proof(double took) {
   if (in_motion) {
     ramp_down("success", text, After::idle);
   } else {
-    entered = clock.now();  // the check begins anew, with the exciter disabled
+    entered = clock.now();  // CHECK begins again, with the exciter disabled
     wait_for_rest();
   }
 }

@@ -22,7 +22,7 @@ std::string quality_name(const ChannelMonitor& monitor) {
   return "bad";
 }
 
-// A guess for the progress bar: the window of the gate and a little more.
+// Estimated cycles in SETTLE for the progress bar: the window of the gate and a little more.
 constexpr double kSettleGuess = 12.0;
 
 }  // namespace
@@ -41,8 +41,9 @@ void Engine::Impl::alarm(const std::string& severity, const std::string& code,
   raise(std::move(document));
 }
 
-// One fault, one error: what follows from it, until the rig is IDLE again, names it as its cause
-// and is a warning. Only that the table may still be moving stays an error.
+// One incident gives one error. Until the rig is IDLE again, later errors name the first one as
+// their cause and become warnings, except those that the table may still move and the emergency
+// stop.
 void Engine::Impl::raise(protocol::AlarmDocument document) {
   if (document.severity == "error") {
     if (episode.empty()) {
@@ -67,8 +68,9 @@ void Engine::Impl::detector_alarm(Detector detector, config::Action action) {
          .limit = level.limit});
 }
 
-// A device that is away says so at every attempt, "next attempt in 0.4 s", and others say theirs in
-// between; the operator wants to hear each now and then. What differs by its numbers is the same.
+// An absent device reports every attempt ("next attempt in 0.4 s"), mixed with reports of other
+// devices. Each is published once in kSameAlarmS. Texts that differ only in their numbers are
+// equal.
 void Engine::Impl::alarm_once(const std::string& code, const std::string& text) {
   std::string key = code + text;
   std::erase_if(key, [](char c) { return (c >= '0' && c <= '9') || c == '.'; });

@@ -1,12 +1,12 @@
-// The engine's inside; included by the engine_*.cpp only.
+// The engine's implementation; included by the engine_*.cpp files only.
 //
-//   engine.cpp            what the outside calls
+//   engine.cpp            the public interface
 //   engine_states.cpp     transitions, faults, the end of runs and campaigns
-//   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: what is ordered from the exciter
+//   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: orders to the exciter
 //   engine_deadman.cpp    the proof of the exciter's dead-man
-//   engine_watch.cpp      what is looked at in every state
+//   engine_watch.cpp      supervision in every state
 //   engine_cycles.cpp     samples, cycles, the gate, estimates
-//   engine_documents.cpp  what is published
+//   engine_documents.cpp  published documents
 #pragma once
 
 #include <array>
@@ -28,30 +28,31 @@
 
 namespace shaker::daemon {
 
-// Times that are not the rig's to choose, s.
-inline constexpr double kCheckS = 1.0;           // at rest, for noise and rate
-inline constexpr double kCheckGiveUpS = 4.0;     // sensors and exciter may take so long to appear
-inline constexpr double kRestGiveUpS = 20.0;     // and the damper to come to rest
-inline constexpr double kConfirmS = 2.0;         // after a ramp's end, for the exciter to say so
-inline constexpr double kLagS = 0.3;             // of a drive behind its order
-inline constexpr double kExciterSilenceS = 1.0;  // without a status while it moves
-inline constexpr int kMissedAnswers = 3;         // in a row, with no status between them
+// Constants that the rig file cannot change; times in s.
+inline constexpr double kCheckS = 1.0;           // at rest, to measure noise and rate
+inline constexpr double kCheckGiveUpS = 4.0;     // limit for sensors and exciter to appear
+inline constexpr double kRestGiveUpS = 20.0;     // limit for the damper to come to rest
+inline constexpr double kConfirmS = 2.0;         // limit after a ramp's end for its confirmation
+inline constexpr double kLagS = 0.3;             // delay of a drive behind its order
+inline constexpr double kExciterSilenceS = 1.0;  // limit without a status while it moves
+inline constexpr int kMissedAnswers = 3;         // limit in a row, with no status between them
 inline constexpr double kReadyGraceS = 1.0;      // from enabling to "ready"
-inline constexpr double kEstimateGiveUpS = 5.0;  // for the estimates of a run that has ended
+inline constexpr double kEstimateGiveUpS = 5.0;  // limit for the last estimates of a run
 inline constexpr double kStopAgainS = 0.5;       // a stop that is not confirmed is repeated
-inline constexpr double kClearS = 2.0;           // for the exciter to clear its fault
+inline constexpr double kClearS = 2.0;           // limit for the exciter to clear its fault
 inline constexpr std::size_t kSaidMost = 64;
-inline constexpr double kSameAlarmS = 10.0;  // the same trouble of a device is said once
-inline constexpr double kGentlePart = 0.25;  // of the first amplitude: proves signs before the rest
-inline constexpr int kGentleCycles = 4;      // seen before the proof
-inline constexpr int kGentleCyclesMax = 12;  // and before it fails: transients may mislead
-inline constexpr double kReachedPart = 0.02;  // a ramp has arrived within so much of its end
-// A creep that has not fallen to half in so many cycles is no transient: the damper changes.
+inline constexpr double kSameAlarmS = 10.0;   // the same message of a device is published once
+inline constexpr double kGentlePart = 0.25;   // of the run's amplitude: level of the sign check
+inline constexpr int kGentleCycles = 4;       // whole cycles before the sign check
+inline constexpr int kGentleCyclesMax = 12;   // cycles before it fails: transients may mislead
+inline constexpr double kReachedPart = 0.02;  // of the run's amplitude: tolerance of a ramp's end
+// A drift that has not fallen to half in this many cycles is not a transient: the damper
+// changes.
 inline constexpr int kCreepCycles = 16;
-inline constexpr int kRestlessCycles = 3;  // lost in MEASURE before it is SETTLE again
+inline constexpr int kRestlessCycles = 3;  // cycles lost in a row before MEASURE returns to SETTLE
 
 enum class RampStep { lower, gentle, prove, rise };
-// Why a campaign ends: FAULT is latched after its ramp-down, or nothing is.
+// What follows RAMP_DOWN: IDLE, or a latched FAULT.
 enum class After { idle, fault };
 enum class Motion { unknown, rests, moves };
 
@@ -62,7 +63,7 @@ struct RunEnd {
 
 struct DeadmanProof {
   bool in_motion = false;
-  bool withheld = false;  // the heartbeat, since `began`; before, the exciter is enabled and served
+  bool withheld = false;  // the heartbeat is withheld since `began`; before, it is sent
   Nanoseconds began{};
 };
 
@@ -89,7 +90,7 @@ struct Engine::Impl {
   // --- engine_states.cpp
   void enter(State to, const std::string& why);
   void ramp_down(const std::string& status, const std::string& why, After then);
-  void trip(const std::string& why);  // zero at once, FAULT
+  void trip(const std::string& why);  // zero at once, then FAULT
   void end_run(const std::string& status, const std::string& why);
   void finish_ended_run();
   void close_campaign();
@@ -198,7 +199,7 @@ struct Engine::Impl {
   State state = State::idle;
   std::string reason = "started";
   Nanoseconds entered{};
-  Nanoseconds rest_began{};  // of the look at the rig at rest
+  Nanoseconds rest_began{};  // begin of the measurement at rest
 
   // the campaign
   std::optional<config::CampaignSpec> campaign;
@@ -206,36 +207,36 @@ struct Engine::Impl {
   bool recording = false;  // the outlet has a campaign open and has not failed
   std::optional<Error> outlet_trouble;
   bool outlet_trouble_told = false;
-  std::optional<RunEnd> ending;  // of the present run, once it has an outcome
+  std::optional<RunEnd> ending;  // of the current run, once it has an outcome
   bool run_open = false;         // run_start was published, run_stop was not
-  bool run_done = false;         // the present run ended by itself, nobody cut it short
+  bool run_done = false;         // the current run ended without an interruption
   long run_cycles = 0, run_accepted = 0, run_rejected = 0;
-  long outstanding = 0;  // estimates asked for and not answered
+  long outstanding = 0;  // estimates that were requested and have not arrived
   long cycles_skipped = 0;
   bool excitation_measured = false;
 
   // motion
-  drivers::Setpoint setpoint;  // last ordered
-  double ramp_from = 0.0;      // the amplitude before it
+  drivers::Setpoint setpoint;  // last order
+  double ramp_from = 0.0;      // amplitude before this order
   Nanoseconds ordered{};       // when
-  Nanoseconds enabled{};       // when motion began
+  Nanoseconds enabled{};       // time of the enabling
   RampStep step = RampStep::gentle;
-  bool proved = false;  // of this campaign: signs and response
+  bool proved = false;  // signs and response were checked in this campaign
   bool polarity_known = false;
-  int wrong_polarity = 0;  // steady cycles in a row that show it
-  int spiked_cycles = 0;   // in a row, with a stroke beyond its limits for a moment
+  int wrong_polarity = 0;  // steady cycles in a row with the wrong sign
+  int spiked_cycles = 0;   // cycles in a row with a single sample beyond the stroke limits
   Nanoseconds step_began{};
   int gentle_cycles = 0;
   After after_ramp_down = After::idle;
-  std::optional<Nanoseconds> rest_said;  // by the exciter, after the ramp's end
+  std::optional<Nanoseconds> rest_said;  // the exciter reported rest after the ramp's end
   std::optional<drivers::ExciterStatus> status;
   std::optional<Error> exciter_error;  // since the last good status
-  int missed_answers = 0;              // since then
+  int missed_answers = 0;              // since the last good status
   Nanoseconds stop_ordered{};
   std::optional<DeadmanProof> proving;
-  std::optional<double> deadman_proved;  // s that it took
+  std::optional<double> deadman_proved;  // measured delay, s
   bool deadman_proved_in_motion = false;
-  bool proves_deadman = false;  // this campaign is nothing but the proof in motion
+  bool proves_deadman = false;  // this campaign only proves the dead-man in motion
   double rate_hz = 0.0, excitation_rate_hz = 0.0;
 
   // watching
@@ -243,30 +244,30 @@ struct Engine::Impl {
   std::array<std::uint64_t, protocol::kChannelCount> counted{};  // for the rate in health
   Detectors detectors;
   std::array<bool, kDetectorCount> was_tripped{};
-  std::string held_by;  // text of the detector that holds; empty: not held
+  std::string held_by;  // text of the holding detector; empty: not held
   Nanoseconds held_since{};
   struct Clearing {
     std::string who;
     Nanoseconds ordered{};
   };
   std::optional<Clearing> clearing;        // the exciter was told to clear its fault
-  std::optional<Detector> fault_detector;  // whose level an acknowledgement asks again
+  std::optional<Detector> fault_detector;  // an acknowledgement checks its level again
   int command_errors = 0, under_peaks = 0, response_changes = 0, other_reports = 0;
-  // Of the displacement and the excitation: the rest before the campaign, each period since.
+  // For displacement and excitation: rest detection, and the figures of each period.
   std::array<RestWatch, 2> rests{};
   std::array<PeriodWatch, 2> periods{};
-  double stroke_noise = 0.0, table_noise = 0.0;  // of a sample at rest
-  bool stroke_lives = false;                     // at rest it showed noise
-  std::optional<PeriodFigures> table_period;     // the last
-  // The stroke's answer to the table: of the last period, and, once it has been steady in this run,
-  // of the last ones.
+  double stroke_noise = 0.0, table_noise = 0.0;  // standard deviation of a sample at rest
+  bool stroke_lives = false;                     // the stroke shows noise at rest
+  std::optional<PeriodFigures> table_period;     // figures of the last period
+  // Response of the stroke to the table: in the last period, and the running mean of the
+  // periods since this run became steady.
   std::complex<double> last_answer;
   std::optional<std::complex<double>> response;
-  bool awaits_rest = false;   // told to stop, and not yet seen at rest
-  double level_before = 0.0;  // of the stroke, when
+  bool awaits_rest = false;   // a stop was ordered, and rest is not yet seen
+  double level_before = 0.0;  // stroke level one second ago
   Nanoseconds level_taken{}, may_move_said{};
   int may_move_told = 0;
-  std::string episode;  // code of the error that the present trouble began with
+  std::string episode;  // code of the first error of the current incident
   double largest_stroke = 0.0;
 
   // cycles
@@ -274,13 +275,13 @@ struct Engine::Impl {
   bool collecting = false;
   SteadyGate gate;
   CycleNoise noise;
-  double sensor_noise = 0.0;  // of a point, last cycle
-  double creep_began = 0.0;   // where the present creep was kCreepCycles ago at most
+  double sensor_noise = 0.0;  // of a point in the last cycle
+  double creep_began = 0.0;   // drift when the current drift began
   int creeping = 0;           // cycles since then
   long unsettled = 0;         // cycles since the last accepted one, or since SETTLE began
   int restless = 0;
   std::string last_why;
-  estimator::MeasuredCycle outgoing;  // copy handed out, its memory reused
+  estimator::MeasuredCycle outgoing;  // the copy that is handed out; its memory is reused
 
   // documents
   Nanoseconds last_health{};
@@ -290,10 +291,10 @@ struct Engine::Impl {
     std::string key;
     Nanoseconds t{};
   };
-  std::vector<Said> said;  // troubles of devices in the last kSameAlarmS
+  std::vector<Said> said;  // messages of devices in the last kSameAlarmS
   bool controlled = false;
   int clients = 0;
-  double furthest = 0.0;  // of the plan, s: progress never goes back
+  double furthest = 0.0;  // planned seconds that are done; never decreases
 };
 
 }  // namespace shaker::daemon

@@ -8,7 +8,7 @@ namespace shaker::daemon {
 
 void Engine::Impl::enter(State to, const std::string& why) {
   if (!allowed(state, to)) {
-    // A programming error; the rig must not pay for it.
+    // A programming error must not endanger the rig.
     halt();
     reason = fmt::format("internal error: {} may not lead to {} ({})", name(state), name(to), why);
     state = State::fault;
@@ -19,7 +19,7 @@ void Engine::Impl::enter(State to, const std::string& why) {
   entered = clock.now();
   if (!cutting()) {
     collecting = false;
-    // What only whole cycles and motion show is over with them.
+    // These detectors need whole cycles or motion, so their levels end here.
     for (const Detector d :
          {Detector::frozen_sensor, Detector::response_change, Detector::under_peak}) {
       detectors.report(d, {});
@@ -53,10 +53,11 @@ void Engine::Impl::trip(const std::string& why) {
   halt();
   if (state == State::fault) return;
   enter(State::fault, why);
-  end_run("fail", why);  // published at the next tick: the cycle that tripped it comes before
+  end_run("fail", why);  // published at the next tick, after the cycle that tripped it
 }
 
-// The outcome is settled here; it is published when the run's estimates have come, or are given up.
+// Sets the outcome of the run. It is published once the run's estimates have arrived or have
+// timed out.
 void Engine::Impl::end_run(const std::string& outcome, const std::string& why) {
   if (!run_open || ending) return;
   held_by.clear();
@@ -134,14 +135,14 @@ Result<void> Engine::Impl::begin_run(std::size_t index) {
   return recorded;
 }
 
-// Remembered here and acted upon in watch_outlet, so that no call in the middle of a transition
-// starts another one.
+// Only stores the error; watch_outlet reacts to it. Thus a call in the middle of a transition
+// does not start another transition.
 bool Engine::Impl::keep(const Result<void>& recorded) {
   if (!recorded && recording && !outlet_trouble) outlet_trouble = recorded.error();
   return recorded.ok();
 }
 
-// Nothing may be measured that cannot be kept. Said once for a campaign, or for the rest after it.
+// Data that cannot be kept must not be measured. Raises one alarm in each campaign.
 void Engine::Impl::watch_outlet() {
   if (!outlet_trouble || outlet_trouble_told) return;
   outlet_trouble_told = true;
@@ -157,7 +158,7 @@ void Engine::Impl::watch_outlet() {
   }
 }
 
-// Nothing has moved, so nothing is latched.
+// Nothing has moved, so no fault is latched.
 void Engine::Impl::leave_check(const std::string& outcome, const std::string& why) {
   if (std::exchange(proving, std::nullopt)) halt();
   end_run(outcome, why);
@@ -184,7 +185,7 @@ void Engine::Impl::act(Detector detector) {
     if (held_by.empty()) held_since = clock.now();
     held_by = why;
   } else if (state != State::ramp_down) {
-    // A ramp cannot be held half way: that is no level that anyone asked for.
+    // A ramp is not held half way, because nobody ordered that level.
     fault_detector = detector;
     ramp_down("fail", why, After::fault);
   }

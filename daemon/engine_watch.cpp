@@ -1,5 +1,5 @@
-// What is looked at in every state: levels and ages of the channels, the table at rest, each period
-// of the setpoint, and what the exciter says.
+// Supervision in every state: levels and ages of the channels, the table at rest, each period
+// of the setpoint, and the reports of the exciter.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,26 +14,26 @@ namespace {
 
 using protocol::Channel;
 
-constexpr int kInARow = 2;                       // periods, or reports: one may be disturbed
-constexpr double kFrozenRising = 4.0;            // times as patient while the motion grows
+constexpr int kInARow = 2;                       // periods or reports: one may be disturbed
+constexpr double kFrozenRising = 4.0;            // factor on the limit while the motion grows
 constexpr double kReportedFrequencyPart = 0.02;  // of the setpoint; registers are coarse
-constexpr double kFloorPart = 0.01;     // of the smallest amplitude: the least noise believed
-constexpr double kLeastStroke = 1e-7;   // m; for a sensor without noise
-constexpr double kSeenS = 0.2;          // a channel younger than that is alive
-constexpr double kStopTakesS = 0.1;     // a stop that is obeyed needs so long
-constexpr double kRingsS = 20.0;        // a damper may ring on for so long
-constexpr double kRingsPart = 0.9;      // and falls below this within a second
-constexpr double kFewestPart = 0.8;     // of a period's samples, to judge it
-constexpr double kReferencePart = 0.2;  // of a new period in the reference of the response
-constexpr double kVanished = 3.0;       // times what noise alone gives
-constexpr double kAgainS = 5.0, kAgainMostS = 60.0;  // between two warnings that it may move
+constexpr double kFloorPart = 0.01;     // of the smallest amplitude: lower limit of the noise
+constexpr double kLeastStroke = 1e-7;   // m; lower limit for a sensor without noise
+constexpr double kSeenS = 0.2;          // a channel with a younger sample is alive
+constexpr double kStopTakesS = 0.1;     // delay of a stop that is obeyed
+constexpr double kRingsS = 20.0;        // a damper may ring for this long
+constexpr double kRingsPart = 0.9;      // and its level falls below this part within a second
+constexpr double kFewestPart = 0.8;     // of a period's samples, required to judge it
+constexpr double kReferencePart = 0.2;  // weight of a new period in the reference response
+constexpr double kVanished = 3.0;       // times the amplitude that noise alone causes
+constexpr double kAgainS = 5.0, kAgainMostS = 60.0;  // between two warnings of possible motion
 
 }  // namespace
 
 // --- levels and ages
 
 void Engine::Impl::watch_levels() {
-  if (state == State::idle || state == State::fault) return;  // watch_rest looks there
+  if (state == State::idle || state == State::fault) return;  // watch_rest supervises these states
   for (const auto& r : detector_table()) {
     const auto i = static_cast<std::size_t>(r.detector);
     const bool tripped = detectors.level(r.detector).tripped;
@@ -57,7 +57,7 @@ void Engine::Impl::watch_ages() {
       stale.tripped = true;
     }
   }
-  // At small strokes only a sensor that was never still can be called frozen.
+  // At small strokes only a sensor that shows noise at rest can be called frozen.
   const bool rising = state == State::ramp && stroke_lives;
   if (cutting() || rising) {
     frozen.value = since(monitor(Channel::displacement).last_change());
@@ -65,7 +65,7 @@ void Engine::Impl::watch_ages() {
                             (rising ? 1.0 : 0.25) / run().frequency_hz);
     frozen.tripped = frozen.value > frozen.limit;
   }
-  // CHECK has its own, kinder words for a sensor that is not there yet.
+  // CHECK reports a sensor that is not there yet in its own, milder words.
   if (state == State::check) return;
   detectors.report(Detector::stale_sensor, stale);
   detectors.report(Detector::frozen_sensor, frozen);
@@ -112,14 +112,15 @@ bool Engine::Impl::table_is_seen() const {
          since(monitor(Channel::excitation).last_good()) < kSeenS;
 }
 
-// What our own sensor of the table's motion says of the time since `from`.
+// Motion of the table since `from` according to our own sensor of the excitation.
 Motion Engine::Impl::table_motion(Nanoseconds from) const {
   const RestWatch& table = rest(Channel::excitation);
   if (!table_is_seen() || !table.covers_since(from)) return Motion::unknown;
   return table.moves() ? Motion::moves : Motion::rests;
 }
 
-// Where only the stroke is measured. A damper that rings after a stop falls from second to second.
+// The same if only the stroke is measured. The level of a damper that rings after a stop
+// decreases from second to second; a sustained level is motion.
 Motion Engine::Impl::stroke_motion(Nanoseconds from) {
   const RestWatch& stroke = rest(Channel::displacement);
   if (!stroke.knows_rest() || since(monitor(Channel::displacement).last_good()) > kSeenS ||
@@ -135,8 +136,8 @@ Motion Engine::Impl::stroke_motion(Nanoseconds from) {
   return sustained ? Motion::moves : Motion::unknown;
 }
 
-// Nothing may move in IDLE, CHECK and FAULT. Whoever moves the table, it is told to stop; and as
-// long as nobody has seen it at rest after an order to stop, that is said again and again.
+// Nothing may move in IDLE, CHECK and FAULT. Any motion is answered by an order to stop. The
+// warning is repeated as long as no sensor has shown rest after that order.
 void Engine::Impl::watch_rest() {
   const bool answered = status && status->t > stop_ordered && !exciter_error;
   const double deadman = status && status->heartbeat_timeout_s ? *status->heartbeat_timeout_s
@@ -175,9 +176,9 @@ void Engine::Impl::watch_rest() {
   }
 }
 
-// `sure`: it is the table, and not somebody who handles the damper.
+// `sure`: the table moves; otherwise somebody may be handling the damper.
 void Engine::Impl::moves_unasked(const std::string& why, bool sure) {
-  const bool again = awaits_rest;  // it was told to stop before
+  const bool again = awaits_rest;  // a stop was ordered before
   if (since(stop_ordered) >= kStopAgainS) halt();
   if (!sure && !again) {
     alarm_once("stroke_moves", why + "; if nobody handles the damper, use the hardware stop");
@@ -221,7 +222,8 @@ void Engine::Impl::watch_period(Channel channel, Nanoseconds t, double value) {
   }
 }
 
-// Upwards in every state; downwards only where the level has been reached and was proved once.
+// Excess amplitude is judged in every state; a deficit only in SETTLE and MEASURE, once the
+// ramp is over.
 void Engine::Impl::judge_command(const PeriodFigures& period) {
   const Nanoseconds ramped = ordered + from_seconds(setpoint.ramp_s + kLagS);
   const bool reached = period.begin >= ramped;
@@ -241,8 +243,8 @@ void Engine::Impl::judge_command(const PeriodFigures& period) {
   watch_levels();
 }
 
-// The stroke's answer, relative to the table's motion where that is measured, must not jump from
-// one period to the next: slow changes are the damper's life, a jump is a fault of somebody.
+// The response of the stroke, relative to the table's motion if that is measured, must not jump
+// from one period to the next. A slow change comes from the damper; a jump is a fault.
 void Engine::Impl::judge_response(const PeriodFigures& period) {
   if (!cutting() || period.begin < ordered + from_seconds(setpoint.ramp_s + kLagS)) {
     response_changes = 0;
@@ -250,7 +252,8 @@ void Engine::Impl::judge_response(const PeriodFigures& period) {
   }
   std::complex<double> answer = period.fundamental;
   if (excitation_measured) {
-    // Of the period before where the table's own has not come yet: it is steady.
+    // If the table's current period is not complete yet, the one before serves: the motion is
+    // steady.
     if (!table_period || std::abs(table_period->fundamental) <= 0.0) return;
     answer /= table_period->fundamental;
   }
@@ -298,7 +301,7 @@ void Engine::Impl::watch_exciter() {
     alarm("error", "exciter_trip", why, config::Action::stop);
     return;
   }
-  if (state == State::ramp_down) return;  // its own deadline is running
+  if (state == State::ramp_down) return;  // RAMP_DOWN has its own deadline
   const Nanoseconds heard = status ? std::max(status->t, enabled) : enabled;
   if (since(heard) > kExciterSilenceS) {
     return device_trouble(
@@ -317,8 +320,8 @@ void Engine::Impl::watch_exciter() {
   }
 }
 
-// What the exciter reports of itself, against what it was told. Twice in a row: a status may have
-// been read while the setpoint was being written.
+// Compares the exciter's own report with its orders. Requires two deviations in a row, because
+// a status may be read while the setpoint is being written.
 void Engine::Impl::compare_report() {
   if (!cutting() || !status || !status->running || status->t < entered) {
     other_reports = 0;

@@ -1,5 +1,5 @@
-// shakerd: see daemon/service/options.cpp for what it is told, daemon/service/service.cpp for what
-// it does.
+// shakerd, the daemon. daemon/service/options.cpp has its options, daemon/service/service.cpp
+// its work.
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -21,7 +21,7 @@
 namespace shaker::daemon {
 namespace {
 
-// Not by fmt, which throws when nobody reads.
+// Does not use fmt, which throws if the output is closed.
 int complain(const std::string& sentence, int status) {
   std::fputs(("shakerd: " + sentence + "\n").c_str(), stderr);
   return status;
@@ -31,9 +31,9 @@ void end_gently() {
   ::kill(::getpid(), SIGTERM);
 }
 
-// Whatever started the daemon, no socket or database may become its standard output, nobody who
-// stops reading that may kill it, and a terminal that closes ends it as SIGTERM does: with a ramp.
-// A signal that the starter ignores (nohup) stays ignored.
+// Makes the daemon independent of its starter: no socket or database becomes its standard
+// output, a closed reader of that output does not kill it, and a closed terminal ends it as
+// SIGTERM does, with a ramp. A hang-up signal that the starter ignores (nohup) stays ignored.
 void make_independent_of_the_starter() {
   for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
     if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) != fd) std::terminate();
@@ -71,7 +71,7 @@ int run(const Options& options) {
   const auto lock =
       RigLock::take(*rig, options.data, lock_place_of_this_process(), [](const std::string& who) {
         complain(fmt::format("The service, {}, wants the exciter: ramping down and ending.", who),
-                 kGood);  // not by the log, which may have ended already
+                 kGood);  // not in the log, which may have ended already
         end_gently();
       });
   if (!lock) {

@@ -15,7 +15,7 @@ namespace {
 constexpr Nanoseconds kStatusPeriod = std::chrono::milliseconds(50);
 constexpr std::size_t kBatch = 4096;
 
-// Obeys at once; what went wrong is told at the next turn, as a thread would.
+// Obeys at once; reports errors in the next turn, as a thread would.
 class InlineExciter final : public ExciterCommands {
  public:
   InlineExciter(drivers::Exciter& exciter, const Clock& clock, Nanoseconds heartbeat_period)
@@ -59,7 +59,7 @@ class InlineExciter final : public ExciterCommands {
 
 class InlineEstimator final : public EstimatorCommands {
  public:
-  // The model is tried at once: what is unknown to the estimator throws here.
+  // Builds the estimator at once, so that an unknown model throws here.
   explicit InlineEstimator(const config::ModelSpec& model) : estimator_(model) {}
 
   void begin(const config::ModelSpec& model, const estimator::OnlineOptions& options) override {
@@ -187,7 +187,7 @@ Result<SimulatedCampaign> run_simulated_campaign(const config::RigConfig& rig,
   std::optional<Simulation> simulation;
   try {
     simulation.emplace(rig, campaign, options, devices, clock);
-  } catch (const std::invalid_argument& unknown) {  // the model, see OnlineEstimator
+  } catch (const std::invalid_argument& unknown) {  // unknown model, see OnlineEstimator
     return Error{ErrorKind::invalid, unknown.what()};
   }
   return simulation->run(campaign);

@@ -1,7 +1,8 @@
-// A whole campaign on one thread in simulated time: devices, engine and estimator inline.
+// Runs a whole campaign on one thread in simulated time, with devices, engine and estimator
+// inline.
 //
-// The same engine, drivers' ports and estimator as in the service, without its threads, sockets and
-// disk; three dwells take seconds. For tests, for trying a campaign file, and for benchmarks.
+// Uses the engine, driver ports and estimator of the service, without its threads, sockets and
+// disk. Three dwells take seconds. For tests, for trying a campaign file, and for benchmarks.
 #pragma once
 
 #include <functional>
@@ -17,27 +18,29 @@
 namespace shaker::daemon {
 
 struct SimulatedCampaign {
-  std::vector<protocol::Document> documents;       // all that was published, in order
-  std::vector<estimator::MeasuredCycle> accepted;  // as the estimator saw them
-  std::uint64_t samples = 0;                       // recorded
+  std::vector<protocol::Document> documents;       // all published documents, in order
+  std::vector<estimator::MeasuredCycle> accepted;  // as passed to the estimator
+  std::uint64_t samples = 0;                       // number of recorded samples
   double duration_s = 0.0;                         // of simulated time
   State final_state = State::idle;
 };
 
 struct SimulationOptions {
-  double at_most_s = 3600.0;  // of simulated time; then an Error (timeout)
+  double at_most_s = 3600.0;  // limit of simulated time; then an Error (timeout)
   Nanoseconds tick = std::chrono::milliseconds(5);
-  // Called after every tick with the seconds since the start: faults, stops, acknowledgements.
+  // Called after every tick with the seconds since the start; may inject faults, stops and
+  // acknowledgements.
   std::function<void(Engine&, double)> each_tick;
 };
 
-// Ends when the campaign is over and the rig is IDLE or in FAULT. An Error when the devices cannot
-// be connected, the campaign is refused, or the model is unknown to the estimator.
+// Returns when the campaign is over and the rig is IDLE or in FAULT. Returns an Error if a
+// device cannot be connected, the campaign is refused, the estimator does not know the model,
+// or the time limit is reached.
 Result<SimulatedCampaign> run_simulated_campaign(const config::RigConfig& rig,
                                                  const config::CampaignSpec& campaign,
                                                  const SimulationOptions& options = {});
 
-// The same with devices and a clock of the caller's, to inject faults into.
+// The same with the caller's devices and clock, for fault injection.
 Result<SimulatedCampaign> run_simulated_campaign(const config::RigConfig& rig,
                                                  const config::CampaignSpec& campaign,
                                                  const SimulationOptions& options,

@@ -1,8 +1,8 @@
-// The rig's states as a table: what each one promises, and where it may lead.
+// The states of the rig as a table: what each state guarantees and which states may follow.
 //
-// The engine asks this table before every change; a change that is not listed is a programming
-// error and ends in FAULT with the exciter stopped. Printed in daemon/README.md, which a test
-// compares.
+// The engine checks this table before every transition. A transition that is not listed is a
+// programming error and ends in FAULT with the exciter stopped. daemon/README.md contains the
+// table; a test compares the two.
 #pragma once
 
 #include <array>
@@ -18,10 +18,10 @@ inline constexpr int kStateCount = 7;
 struct StateRow {
   State state;
   std::string_view name;                      // as published: "IDLE"
-  std::string_view promise;                   // what holds while the rig is in it
-  bool setpoint_may_leave;                    // an order to move other than "down to zero"
-  bool keeps_alive;                           // the exciter's heartbeat is served
-  std::array<bool, kStateCount> may_lead_to;  // by State
+  std::string_view promise;                   // the guarantee of the state
+  bool setpoint_may_leave;                    // a setpoint above zero may be ordered
+  bool keeps_alive;                           // motion is commanded, and the heartbeat is sent
+  std::array<bool, kStateCount> may_lead_to;  // indexed by State
 };
 
 std::span<const StateRow> state_table();

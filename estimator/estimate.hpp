@@ -1,9 +1,9 @@
-// What an estimation gives: parameters with what they are worth. Plain data, no library types, so
-// that everyone can include it.
+// The result of an estimation: parameters with their uncertainty. Plain data without library types,
+// so that every part of the program can include it.
 //
-// Sources: covariance (3.27) with s^2 from (3.28); intervals (3.29) with Student's t quantile of
-// the degrees of freedom instead of 1.96; condition of the Jacobian with columns scaled to unit
-// length.
+// Sources: covariance (3.27) with s^2 from (3.28); intervals (3.29), but with the quantile of
+// Student's t for the degrees of freedom instead of 1.96. `condition` is that of the Jacobian with
+// its columns scaled to unit length.
 #pragma once
 
 #include <limits>
@@ -17,12 +17,13 @@ struct ParameterEstimate {
   std::string effect;  // e.g. "orifice_damping"
   std::string unit;
   double value = 0.0;
-  double standard_error = 0.0;      // NaN when undetermined
-  double lower = 0.0, upper = 0.0;  // 95 % interval
+  double standard_error = 0.0;      // NaN if undetermined
+  double lower = 0.0, upper = 0.0;  // interval, 95 % by default
   bool fixed = false;
   bool at_bound = false;
-  bool determined = true;  // false: the data do not fix it; see Estimate::warnings
-  // That was taken off the optimum to give `value` (worth/second_order.hpp); 0: it is the optimum.
+  bool determined = true;  // false: the data do not determine it; see Estimate::warnings
+  // Bias that was subtracted from the optimum to give `value` (worth/second_order.hpp). 0: `value`
+  // is the optimum.
   double bias = 0.0;
 };
 
@@ -30,42 +31,42 @@ struct ParameterEstimate {
 struct ParameterChange {
   std::string name, unit;
   int run = 0;
-  long cycle = 0;    // of the run, about the first after the change
-  long seen_at = 0;  // the cycle at which the test said so
+  long cycle = 0;    // of the run; about the first cycle after the change
+  long seen_at = 0;  // the cycle at which the test detected it
   double jump = 0.0, standard_error = 0.0;
-  double before = 0.0;  // what it was taken for
+  double before = 0.0;  // value before the change
   double statistic = 0.0, threshold = 0.0;
-  // This parameter's change alone explains all that was seen.
+  // True if the change of this parameter alone explains all that was detected.
   bool alone = true;
   std::string sentence() const;  // for the operator
 };
 
-// Root mean squares over the mean cycles of all runs that repeat, in the model's unit of length.
-// NaN where too few cycles tell the noise.
+// How far the model misses the mean cycles: root mean squares over the mean cycles of all runs with
+// repeated cycles, in the model's length unit. NaN if there are too few cycles to know the noise.
 struct ModelGap {
   double size = std::numeric_limits<double>::quiet_NaN();         // measured less simulated
   double noise_floor = std::numeric_limits<double>::quiet_NaN();  // what scatter alone explains
-  int worst_run = 0;                                              // as a multiple of its own noise
+  int worst_run = 0;  // index of the run whose gap is largest as a multiple of its own noise
 };
 
 struct Estimate {
   std::string model;
   std::vector<ParameterEstimate> parameters;
   std::vector<double> covariance;             // free parameters only, row by row, in their order
-  std::vector<std::string> covariance_order;  // names of those
-  double noise_standard_deviation = 0.0;      // s of (3.28), m
+  std::vector<std::string> covariance_order;  // names of the free parameters in `covariance`
+  double noise_standard_deviation = 0.0;      // s of (3.28), in the model's length unit
   double sum_of_squares = 0.0;
   double condition = 0.0;  // scaled condition number of the Jacobian
   long observations = 0;
   long degrees_of_freedom = 0;
-  long cycles = 0;  // that count in it
+  long cycles = 0;  // number of cycles in the estimate
   int runs = 0;
   int iterations = 0;
   bool converged = false;
-  bool usable = false;                   // converged, determined, inside the bounds
-  ModelGap gap;                          // what the intervals do not count: a model that is wrong
+  bool usable = false;                   // converged, determined, in the bounds, right branch
+  ModelGap gap;                          // error of the model, which the intervals do not include
   std::vector<std::string> warnings;     // sentences for the operator
-  std::vector<ParameterChange> changes;  // that the test saw at this cycle
+  std::vector<ParameterChange> changes;  // that the test detected at this cycle
 };
 
 }  // namespace shaker::estimator

@@ -1,4 +1,5 @@
-// The last few periods of one channel, in order of time. Sized once; a push writes two words.
+// Ring buffer with the last few periods of one channel, in order of time. Allocates in reset()
+// only; a push writes two words.
 #pragma once
 
 #include <bit>
@@ -16,12 +17,13 @@ class ChannelBuffer {
     double value = 0.0;
   };
 
-  // Forgets everything; keeps at least `capacity` points from now on.
+  // Clears the buffer; from now on it keeps at least `capacity` points.
   void reset(std::size_t capacity) {
     points_.assign(std::bit_ceil(capacity < 64 ? std::size_t{64} : capacity), {});
     count_ = 0;
   }
-  // Precondition: reset() was called. A stamp that does not advance is refused.
+  // Precondition: reset() was called. Returns false, and drops the point, if `t` does not
+  // increase.
   bool push(Nanoseconds t, double value) {
     if (count_ > 0 && t <= latest()) return false;
     points_[count_++ & (points_.size() - 1)] = {t, value};
@@ -30,7 +32,7 @@ class ChannelBuffer {
   bool empty() const { return count_ == 0; }
   Nanoseconds latest() const { return points_[(count_ - 1) & (points_.size() - 1)].t; }
 
-  // Numbers of the points kept: [first(), end()); they grow for ever.
+  // The points that are kept have the numbers [first(), end()). Numbers increase without limit.
   std::uint64_t first() const { return count_ > points_.size() ? count_ - points_.size() : 0; }
   std::uint64_t end() const { return count_; }
   const Point& operator[](std::uint64_t number) const {

@@ -14,11 +14,12 @@
 namespace shaker::daemon {
 namespace {
 
-// The ring holds this many periods: the one being cut, the one arriving, and slack for late polls.
+// The ring buffer holds this many periods: the one being cut, the one arriving, and a reserve
+// for late polls.
 constexpr double kPeriodsKept = 3.0;
-// A fundamental below so many times its own standard error carries no phase.
+// A fundamental below this multiple of its standard error carries no phase.
 constexpr double kPhaseSigmas = 20.0;
-// Regular stamps must explain the samples so much better than the given ones to be believed.
+// Regular time stamps replace the given ones if they reduce the residual at least to this part.
 constexpr double kClearlyBetter = 0.95;
 
 }  // namespace
@@ -78,7 +79,8 @@ HarmonicFit CycleAssembler::fit_reference(Nanoseconds begin, Nanoseconds end) {
   return best;
 }
 
-// A fit's phase is sharpest, and free of the frequency's error, in the middle of its block.
+// The phase of a fit is most accurate, and independent of the frequency error, in the middle of
+// its block.
 double CycleAssembler::turns_at_middle(const HarmonicFit& fit, Nanoseconds begin,
                                        Nanoseconds end) const {
   return fit.turns() + seconds((end - begin) / 2) * tracker_.frequency_hz();
@@ -91,7 +93,7 @@ bool CycleAssembler::revise_first() {
   return fit.ok;
 }
 
-// The first period gives the phase; cycles begin at the next turn with samples on both its sides.
+// The first period gives the phase. Cycles begin at the next turn with samples on both sides.
 bool CycleAssembler::begin() {
   const Nanoseconds period = from_seconds(1.0 / options_.nominal_hz);
   if (reference().empty() || reference().latest() < next_block_ + period) return false;
@@ -116,7 +118,7 @@ const AssembledCycle* CycleAssembler::poll() {
   if (!tracker_.started() && !begin()) return nullptr;
   Nanoseconds begin_at = tracker_.time_of(turn_start(next_turn_));
   Nanoseconds end_at = tracker_.time_of(turn_start(next_turn_ + 1.0));
-  // The last point wants four samples behind it, which matters where they are few.
+  // The last point needs four samples after it, which matters at a low sample rate.
   const double step = 1.0 / options_.points;
   const double after =
       std::max(0.0, 4.5 * tracker_.frequency_hz() / options_.sample_rate_hz - step);
@@ -129,7 +131,8 @@ const AssembledCycle* CycleAssembler::poll() {
   double at_middle = turns_at_middle(fit, begin_at, end_at);
   if (fit.ok) {
     tracker_.add(middle, at_middle);
-    // The first two were fitted at the nominal frequency, and know it better together.
+    // The first two blocks were fitted at the nominal frequency. Together they give a better
+    // frequency, so they are fitted again.
     const bool second = std::exchange(first_only_, false) && tracker_.observations() == 2;
     if (second && revise_first()) {
       fit = fit_reference(begin_at, end_at);
@@ -192,8 +195,8 @@ void CycleAssembler::assemble(Nanoseconds begin_at, Nanoseconds end_at, const Ha
   cycle_.whole = true;
 }
 
-// At the phase that it really had. Where that wanders, the line which cuts the cycles comes late,
-// and the stroke of its zero belongs to another phase of the excitation.
+// Evaluates the excitation at the phase of this cycle's own fit. If the phase wanders, the line
+// that cuts the cycles follows it late, and the stroke at tau = 0 belongs to another phase.
 void CycleAssembler::describe_excitation(const HarmonicFit& fit, double turns_at_begin) {
   for (std::size_t i = 0; i < cycle_.measured.excitation.size(); ++i)
     cycle_.measured.excitation[i] =

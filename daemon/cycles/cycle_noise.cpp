@@ -75,7 +75,8 @@ double CycleNoise::point_standard_deviation() const {
 CycleNoise::Matrix CycleNoise::covariance() const {
   Matrix turned{};
   if (count_ < 2) return turned;
-  // Into each harmonic's own direction: (along, across) = R (real, imaginary), first the rows.
+  // Rotates into each harmonic's own direction: (along, across) = R (real, imaginary), rows
+  // first.
   const auto turn = [&](std::size_t h, double& real, double& imaginary) {
     const double size = std::abs(harmonic_mean_[h]);
     if (size == 0.0) return;

@@ -1,10 +1,10 @@
-// How much one accepted cycle differs from the next: the noise that the estimates really have.
+// Cycle-to-cycle noise of the accepted cycles: the actual noise of the estimates.
 //
-// The sensor's own noise falls out of every cycle (Resampled::point_noise); what is above it from
-// cycle to cycle is the rig's repeatability. Running mean and scatter of the points, and of the
-// first harmonics as complex numbers, so that a wandering phase (scatter across the harmonic) can
-// be told from a wandering amplitude (along it). Welford's update: no history is kept. One thread;
-// add() does not allocate.
+// The noise of the sensor comes from within a cycle (Resampled::point_noise); the additional
+// noise from cycle to cycle is the repeatability of the rig. The class computes running mean
+// and scatter of the points, and of the mean and the first four harmonics as complex numbers.
+// Scatter across a harmonic is a wandering phase, scatter along it a wandering amplitude.
+// Welford's update needs no history. One thread; add() does not allocate.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ class CycleNoise {
     double along = 0.0, across = 0.0,
            mixed = 0.0;  // m^2, relative to the mean harmonic's direction
   };
-  // Of the mean, then of each harmonic along and across its own mean direction.
+  // Order: the mean, then for each harmonic the parts along and across its own mean direction.
   static constexpr std::size_t kCoefficients = 2 * kStrokeHarmonics - 1;
   using Matrix = std::array<std::array<double, kCoefficients>, kCoefficients>;
 
@@ -33,10 +33,10 @@ class CycleNoise {
   void add(std::span<const double> cycle);
 
   long cycles() const { return count_; }
-  // Of one point from cycle to cycle, m; 0 with fewer than two cycles.
+  // Standard deviation of one point from cycle to cycle, m; 0 with fewer than two cycles.
   double point_standard_deviation() const;
   Covariance covariance(std::size_t harmonic) const;  // precondition: harmonic < kStrokeHarmonics
-  // All of them together, m^2: what wanders in one harmonic wanders in the others too. 0 with fewer
+  // Covariance of all coefficients, m^2, with the correlation between harmonics; 0 with fewer
   // than two cycles.
   Matrix covariance() const;
 

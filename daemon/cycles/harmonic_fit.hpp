@@ -1,8 +1,8 @@
-// A least-squares Fourier series of one block of samples at a given frequency.
+// Fits a Fourier series to one block of samples at a given frequency, by least squares.
 //
-// Least squares instead of a transform because the samples are unevenly spaced: with a jitter of
-// 10 % and lost samples a DFT leaks, a fit does not. One pass throws out outliers (beyond eight
-// robust standard deviations), so that a single wild sample does not turn the phase.
+// The samples are unevenly spaced: with a jitter of 10 % and lost samples a DFT leaks, a fit
+// does not. A second pass omits outliers (beyond eight robust standard deviations), so that a
+// single wrong sample does not change the phase.
 #pragma once
 
 #include <array>
@@ -20,16 +20,17 @@ struct HarmonicFit {
   double mean = 0.0;
   std::array<std::complex<double>, kExcitationHarmonics> c{};
   double noise = 0.0;  // standard deviation of the residual
-  long used = 0;       // samples left after outliers
+  long used = 0;       // samples without the outliers
 
   double amplitude() const { return std::abs(c[0]); }
-  // Phase of the fundamental at t = 0 in turns, in (-0.5, 0.5]: 0 at its positive peak.
+  // Phase of the fundamental at t = 0, in turns in (-0.5, 0.5]; 0 at its positive peak.
   double turns() const;
-  // The series without its mean at `turns` after the fundamental's positive peak.
+  // Value of the series without its mean, `turns` after the fundamental's positive peak.
   double periodic_part(double turns) const;
 };
 
-// Preallocated; one thread. ok is false with fewer than 2 samples per unknown or a singular fit.
+// One thread; allocates only for more than `samples_max` samples. `t` in s. ok is false for
+// fewer than 2 samples per unknown or a singular fit.
 class HarmonicFitter {
  public:
   explicit HarmonicFitter(std::size_t samples_max) { scratch_.reserve(2 * samples_max); }

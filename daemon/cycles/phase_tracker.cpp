@@ -6,8 +6,8 @@
 namespace shaker::daemon {
 namespace {
 
-// An innovation beyond this is a jump, not noise. The floor, 0.7 degrees, is above what noise does
-// to a phase and below what would be seen in the stroke as a transient anyway.
+// A larger innovation is a jump, not noise. The minimum, 0.7 degrees, is above the effect of
+// noise on a phase and below a phase change that would be visible in the stroke as a transient.
 constexpr double kJumpFloor = 0.002;
 constexpr double kJumpSigmas = 10.0;
 
@@ -30,10 +30,11 @@ void PhaseTracker::add(Nanoseconds t, double turns) {
   }
   const double predicted = turns_at(t);
   const double innovation = std::remainder(turns - predicted, 1.0);
-  // With one or two observations the nominal frequency's own error (0.1 % a period) is no jump.
+  // With fewer than four observations the error of the nominal frequency (0.1 % a period) is
+  // not a jump.
   const double allowed = std::max(count_ < 4 ? 0.02 : kJumpFloor, kJumpSigmas * scatter_);
   if (std::abs(innovation) > allowed) {
-    // The count of turns goes on, so that a cycle is neither repeated nor lost.
+    // The count of turns continues, so that no cycle is repeated or lost.
     ++jumps_;
     count_ = next_ = 0;
     scatter_ = 0.0;
@@ -62,7 +63,7 @@ void PhaseTracker::fit() {
   double stt = 0.0, stp = 0.0, spp = 0.0;
   for (std::size_t i = 0; i < count_; ++i) {
     const double dt = window_[i].t - mean_t_;
-    // Against the last frequency, so that thousands of turns do not eat the digits.
+    // Relative to the last frequency, so that thousands of turns do not cost digits.
     const double dp = window_[i].turns - mean_turns_ - frequency_ * dt;
     stt += dt * dt;
     stp += dt * dp;

@@ -24,7 +24,7 @@ Point local_fit(std::span<const double> tau, std::span<const double> value, std:
   using Matrix = Eigen::Matrix<double, kTerms, kTerms>;
   double moment[2 * kTerms - 1] = {};
   Vector b = Vector::Zero();
-  const double base = value[first];  // keeps the squares small against the noise
+  const double base = value[first];  // keeps the squares small relative to the noise
   double square = 0.0;
   for (std::size_t i = first; i < last; ++i) {
     const double x = (tau[i] - centre) / reach, v = value[i] - base;
@@ -108,7 +108,8 @@ StampFit smooth_stamps(std::span<const double> t, std::span<double> smooth,
   std::ranges::nth_element(steps, middle);
   double interval = *middle, start = t[0];
   if (!(interval > 0.0)) return result;
-  // The number of each sample on the clock: first from step to step, then from the line itself.
+  // Number of each sample on the regular clock: first from step to step, then from the line
+  // itself.
   for (int pass = 0; pass < 3; ++pass) {
     double sk = 0.0, st = 0.0, skk = 0.0, skt = 0.0, k = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -136,7 +137,8 @@ StampFit smooth_stamps(std::span<const double> t, std::span<double> smooth,
   }
   result.interval = interval;
   result.jitter = std::sqrt(squares / static_cast<double>(n)) / interval;
-  // Evenly scattered stamps have 0.29: beyond that there is no clock to be found.
+  // Uniformly distributed stamps have a jitter of 0.29: near that value there is no regular
+  // clock.
   result.ok = result.jitter < 0.25;
   return result;
 }

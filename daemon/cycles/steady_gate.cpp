@@ -13,7 +13,8 @@ namespace {
 // 99.9 % quantile of F(9, 54): nine slopes against the scatter of 8 - 2 cycles in nine
 // coefficients.
 constexpr double kFisher = 3.62;
-// A sensor without noise would never be steady: below this part of the stroke nobody looks.
+// Lower limit of the noise, as a part of the stroke: without it a noise-free sensor would never
+// be steady.
 constexpr double kNoiseFloor = 1e-5;
 
 }  // namespace
@@ -45,7 +46,7 @@ double SteadyGate::recent_change(double noise) const {
 
 std::optional<int> SteadyGate::find_subharmonic(double noise) const {
   if (count_ < kWindow) return std::nullopt;
-  // A period of three may have two cycles that are nearly alike; the largest tells.
+  // A response of three periods may have two similar cycles; the largest difference decides.
   double most = 0.0;
   for (std::size_t age = 0; age < 4; ++age)
     most = std::max(most, difference(age, 1, noise));

@@ -31,10 +31,9 @@ struct GateVerdict {
   bool steady = false;
   double change = 0.0;             // from the cycle before, in units of noise; 0 for the first
   std::optional<int> subharmonic;  // repeats only every so many periods
-  // It repeats as far as the other questions go, and creeps by so many times the noise over the
-  // cycles that were seen; 0: it does not.
+  // Drift over the window in units of the noise, if the cycle repeats otherwise; 0: no drift.
   double creep = 0.0;
-  std::string why;  // when not steady
+  std::string why;  // the reason, if not steady
 };
 
 class SteadyGate {
@@ -43,21 +42,22 @@ class SteadyGate {
   static constexpr int kMissingMost = 2;  // one gap on the edge of two cycles spoils both
 
   void restart(std::size_t points, double tolerance);
-  // A whole cycle with the standard deviation of its points' noise.
+  // Takes a whole cycle (m, `points` values) and the standard deviation of its points' noise
+  // (m).
   GateVerdict add(std::span<const double> cycle, double point_noise);
-  // A cycle that was not whole. Where the next whole one is like the last one before, it costs no
-  // more than itself; otherwise, and after more than kMissingMost in a row, the succession begins
-  // anew. (What repeats only every second period does not pass as steady by that: two of its cycles
-  // that are alike are followed by one that is not.)
+  // Reports a cycle that is not whole. If the next whole cycle agrees with the last one before,
+  // only the broken cycle is lost. Otherwise, or after more than kMissingMost in a row, the
+  // window starts again. (A response of two periods does not pass as steady by this: two equal
+  // cycles of it are followed by a different one.)
   void interrupt() { ++missing_; }
-  // What was seen counts no more: the measurement was held.
+  // Clears the window, because the measurement was held.
   void begin_anew() { count_ = 0; }
 
  private:
   static constexpr std::size_t kCoefficients = 9;  // mean, and two for each of four harmonics
   struct Entry {
     std::vector<double> cycle;
-    std::array<double, kCoefficients> white{};  // scaled to a point's noise
+    std::array<double, kCoefficients> white{};  // scaled to the noise of a point
   };
   const Entry& back(std::size_t age) const { return ring_[(newest_ + kWindow - age) % kWindow]; }
   double difference(std::size_t age, std::size_t apart, double noise) const;

@@ -11,7 +11,7 @@
 namespace shaker::daemon {
 namespace {
 
-// The part of `bytes` that one turn takes.
+// Number of bytes that one turn takes.
 std::size_t size_of_turn(std::string_view bytes) {
   std::size_t end = 0;
   for (int line = 0; line < kMaxLinesPerTurn; ++line) {
@@ -72,12 +72,12 @@ void Client::send(const Line& line, Nanoseconds now, Kind kind) {
 
 void Client::condemn(Nanoseconds now) {
   condemned_since_ = now;
-  const std::size_t begun = sent_of_first_ > 0 ? 1 : 0;  // a line is never cut
+  const std::size_t begun = sent_of_first_ > 0 ? 1 : 0;  // a line that was begun is completed
   missed_ += queue_.size() - begun;
   queue_.resize(begun);
   queued_bytes_ = begun != 0 ? queue_.front().line->size() - sent_of_first_ : 0;
   answer_bytes_ = 0;
-  if (begun != 0) queue_.front().kind = Kind::document;  // counts no more as an answer
+  if (begun != 0) queue_.front().kind = Kind::document;  // no longer counted as an answer
 }
 
 void Client::forget_first() {
@@ -87,7 +87,7 @@ void Client::forget_first() {
   sent_of_first_ = 0;
 }
 
-// It was not begun: what is missed until then counts too.
+// The line was not begun, so lines that are missed from now on are counted in it too.
 void Client::withdraw_last_line() {
   queued_bytes_ -= queue_.back().line->size();
   queue_.pop_back();

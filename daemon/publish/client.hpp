@@ -1,12 +1,12 @@
-// One connection: bytes in to lines, lines out to bytes. Never blocks.
+// One connection: converts received bytes to lines and lines to sent bytes. Never blocks.
 //
-// One call of `receive` takes a few KiB and a few lines at most, so that no client keeps the others
-// waiting. What is left stays in the kernel's buffer, so that the loop finds the connection ready
-// again and a client that sends faster than it is served waits by itself.
+// One call of `receive` takes at most 4 KiB and four lines, so that no client delays the
+// others. The rest stays in the kernel's buffer. The loop then finds the connection ready
+// again, and a client that sends faster than it is served has to wait.
 //
-// A client that reads too slowly is condemned: what it had not begun to get is withdrawn and
-// counted, one line {"type":"missed","count":N} tells it so, and it is closed. It is never waited
-// for.
+// A client that reads too slowly is condemned: lines of which nothing was sent are withdrawn
+// and counted, one line {"type":"missed","count":N} reports them, and the connection is closed.
+// The server never waits for a client.
 #pragma once
 
 #include <cstdint>
@@ -25,15 +25,15 @@ namespace shaker::daemon {
 using Line = std::shared_ptr<const std::string>;  // with its newline; shared by all clients
 
 struct Peer {
-  int client = 0;          // counts connections, from 1
-  std::string who;         // for people: "anna (pid 4711)"
+  int client = 0;          // number of the connection, from 1
+  std::string who;         // for messages: "anna (pid 4711)"
   bool read_only = false;  // TCP: may listen, not command
 };
 
-// Of one client in one turn of the loop.
+// Limits for one client in one turn of the loop.
 inline constexpr std::size_t kMaxReadPerTurn = 4096;  // bytes
 inline constexpr int kMaxLinesPerTurn = 4;
-// With more bytes of answers than this waiting, no more requests are read.
+// No further requests are read while more bytes of answers than this are waiting.
 inline constexpr std::size_t kMaxUnreadAnswers = 64 * 1024;
 
 class Client {
@@ -46,18 +46,19 @@ class Client {
   // --- in
   struct Input {
     std::vector<std::string> lines;
-    int too_long = 0;      // lines above the limit, thrown away up to their newline
-    bool ended = false;    // the other side will send no more
-    bool nothing = false;  // has come since the last call
+    int too_long = 0;      // lines above the limit, discarded up to their newline
+    bool ended = false;    // the other side sends no more
+    bool nothing = false;  // nothing has arrived since the last call
   };
   Input receive();
-  // Whether its answers are read, so that more requests may be.
+  // True if the client reads its answers, so that further requests may be read.
   bool reads_answers() const { return answer_bytes_ <= kMaxUnreadAnswers; }
 
   // --- out
   enum class Kind : std::uint8_t { document, answer };
   void send(const Line& line, Nanoseconds now, Kind kind = Kind::document);
-  // As much as the kernel takes. False: the connection is to be closed (broken, or told and done).
+  // Sends as much as the kernel takes. Returns false if the connection is to be closed: it is
+  // broken, or the missed lines were reported.
   bool flush();
   bool wants_to_write() const { return !queue_.empty() || condemned_since_.has_value(); }
   std::optional<Nanoseconds> condemned_since() const { return condemned_since_; }
@@ -71,13 +72,13 @@ class Client {
   UniqueFd fd_;
   Peer peer_;
   std::string in_;
-  bool skipping_ = false;  // the rest of a line that was too long
+  bool skipping_ = false;  // the rest of a line that is too long
   struct Queued {
     Line line;
     Kind kind = Kind::document;
   };
   std::deque<Queued> queue_;
-  // Of `queued_bytes_`, `answer_bytes_` are of answers not sent to their ends.
+  // `answer_bytes_` counts those of `queued_bytes_` that belong to unsent answers.
   std::size_t sent_of_first_ = 0, queued_bytes_ = 0, answer_bytes_ = 0, max_queued_;
   std::optional<Nanoseconds> condemned_since_;
   std::uint64_t missed_ = 0;

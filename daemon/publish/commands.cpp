@@ -75,7 +75,7 @@ RpcCode code_of(ErrorKind kind) {
 // The table of methods. Only campaign.start, deadman.prove and diagnose take parameters.
 struct Commands::Method {
   const char* name;
-  bool changes_something;  // refused on a connection that may only listen
+  bool changes_something;  // refused on a read-only connection
   Answer (*call)(Commands&, const Json& params, const Peer&);
 };
 
@@ -116,7 +116,7 @@ Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
       return RpcError{RpcCode::read_only,
                       "TCP connections may only listen; use the Unix socket to command.", nullptr};
     }
-    // A controlling client renews its lease several times a second: no news.
+    // The controlling client renews its lease several times a second; this is not logged.
     if (method.changes_something && request.method != "lease.renew")
       spdlog::info("{} asks for {}.", peer.who, method.name);
     return method.call(*this, request.params, peer);
@@ -162,7 +162,7 @@ Answer Commands::acquire(const Peer& peer) {
   return Json{{"lease_s", seconds(lease_.duration())}};
 }
 
-// Giving control back in mid-run is losing it: nobody would then watch over the motion.
+// Releasing control during a run is like losing it, because nobody would supervise the motion.
 Answer Commands::release(const Peer& peer) {
   if (!lease_.release(peer.client)) {
     return RpcError{RpcCode::not_in_control, "This client is not in control.", nullptr};

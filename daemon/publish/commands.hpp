@@ -1,6 +1,6 @@
-// What a client may ask for: JSON-RPC methods to the rig, and who is in control.
+// The commands of clients: JSON-RPC methods that act on the rig, and the control lease.
 //
-// On the clients' thread. docs/protocol.md lists the methods for people.
+// Called on the clients' thread. docs/protocol.md describes the methods.
 #pragma once
 
 #include <functional>
@@ -15,29 +15,30 @@
 
 namespace shaker::daemon {
 
-// A diagnosis that is wanted, as `diagnose` says it.
+// Parameters of the method `diagnose`.
 struct DiagnosisRequest {
-  std::string campaign;              // its name or its file's; empty: the newest
-  std::optional<std::string> model;  // as JSON; nothing: the campaign's own
+  std::string campaign;              // name of the campaign or of its file; empty: the newest
+  std::optional<std::string> model;  // as JSON; empty: the campaign's own
   double false_alarm_rate = 0.01;    // over the whole catalogue
-  bool thorough = false;             // as long as there is more to try
-  std::string out;                   // folder in the daemon's directory; empty: after the file
+  bool thorough = false;             // continue as long as hypotheses remain
+  std::string out;                   // folder in the daemon's directory; empty: default
 };
 struct DiagnosisPlace {
-  std::string database, folder;  // the file's name; absolute
+  std::string database, folder;  // the file's name; an absolute path
 };
 
-// The rig as its operators see it: the engine, or a test's own.
+// The rig as operators see it: the engine, or a test double.
 class RigControl {
  public:
   virtual ~RigControl() = default;
-  // Could a campaign start now? Asked before its file is read.
+  // Whether a campaign may start now. Called before its file is read.
   virtual Result<void> may_start() = 0;
-  // `text` is a campaign as JSON; paths in it start at `directory`, `origin` is for messages.
+  // `text` is a campaign as JSON; its relative paths start at `directory`; `origin` is for
+  // messages.
   virtual Result<void> start(const std::string& who, const std::string& text,
                              const std::string& origin, const std::string& directory) = 0;
-  // Begins the operator's proof of the exciter's dead-man: motion at `amplitude` (m/s^2), then
-  // silence.
+  // Begins the proof of the exciter's dead-man: motion at `amplitude` (m/s^2), then no
+  // heartbeat.
   virtual Result<void> prove_deadman(const std::string& who, double frequency_hz,
                                      double amplitude) = 0;
   virtual Result<void> stop(const std::string& who) = 0;
@@ -56,7 +57,7 @@ class Commands final : public RequestHandler {
 
   Answer handle(const protocol::RpcRequest& request, const Peer& peer) override;
   void gone(const Peer& peer) override;
-  // Notices a lease that has run out. Call every few milliseconds.
+  // Handles a lease that has expired. Call every few milliseconds.
   void tick();
 
  private:
@@ -73,7 +74,7 @@ class Commands final : public RequestHandler {
   RigControl& rig_;
   Clock& clock_;
   Lease lease_;
-  std::string holder_;  // of the lease, for people
+  std::string holder_;  // of the lease, for messages
   Nanoseconds held_since_{};
 };
 

@@ -1,4 +1,4 @@
-// Owners of sd-event's objects.
+// Owning pointers for objects of sd-event.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ struct ReleaseEventLoop {
 };
 using EventLoop = std::unique_ptr<sd_event, ReleaseEventLoop>;
 
-// A source is disabled before it goes, so that it calls nobody any more.
+// A source is disabled before its release, so that it makes no further calls.
 struct ReleaseEventSource {
   void operator()(sd_event_source* source) const { ::sd_event_source_disable_unref(source); }
 };

@@ -1,4 +1,5 @@
-// What an operator looks for in the journal afterwards: alarms, changes of state, ends.
+// Writes to the log what an operator needs later: alarms, changes of state, ends of runs and
+// diagnoses.
 #pragma once
 
 #include <string>
@@ -7,7 +8,8 @@
 
 namespace shaker::daemon {
 
-// A state is told again as it progresses; `last` holds the last one that was logged.
+// Logs a document. A state document is published repeatedly; `last` holds the last one that was
+// logged.
 void log_document(const protocol::Document& document, std::string& last);
 
 }  // namespace shaker::daemon

@@ -1,7 +1,8 @@
-// Who is in control. One client at a time, for as long as it says so at least every `duration`.
+// The control lease. One client at a time is in control, as long as it renews the lease within
+// `duration`.
 //
-// Any request of the holder renews the lease. Starting motion needs it; stopping never does. Plain
-// bookkeeping: no clock and no socket of its own.
+// Any request of the holder renews the lease. Starting motion requires it; stopping never does.
+// This class has no clock and no socket.
 #pragma once
 
 #include <optional>
@@ -14,12 +15,12 @@ class Lease {
  public:
   explicit Lease(Nanoseconds duration) : duration_(duration) {}
 
-  // False when another client holds it.
+  // Returns false if another client holds the lease.
   bool acquire(int client, Nanoseconds now);
-  void renew(int client, Nanoseconds now);  // nothing when it is not the holder
-  // True when that client held it: it is free now.
+  void renew(int client, Nanoseconds now);  // no effect if not the holder
+  // Frees the lease. Returns true if that client held it.
   bool release(int client);
-  // The holder whose time is over; it is free now.
+  // If the time of the holder is over, frees the lease and returns that client.
   std::optional<int> expire(Nanoseconds now);
 
   bool held_by(int client) const { return holder_ == client; }

@@ -35,7 +35,7 @@ Result<UniqueFd> stream_socket(int family) {
   return fd;
 }
 
-// True when somebody answers on it.
+// True if a process accepts connections there.
 bool alive(const sockaddr_un& address) {
   const UniqueFd probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   return probe.valid() && ::connect(probe.get(), generic(&address), sizeof address) == 0;
@@ -63,7 +63,7 @@ Result<UniqueFd> listen_unix(const std::filesystem::path& path) {
   if (!fd) return fd;
   std::error_code ignored;
   if (std::filesystem::is_socket(path, ignored)) std::filesystem::remove(path, ignored);
-  // Nobody may connect between bind and chmod.
+  // The umask prevents connections between bind and chmod.
   const mode_t before = ::umask(0117);
   const int bound = ::bind(fd->get(), generic(&address), sizeof address);
   ::umask(before);
@@ -76,7 +76,8 @@ Result<UniqueFd> listen_unix(const std::filesystem::path& path) {
   }
   if (const auto shaker = group_id("shaker")) {
     if (::chown(text.c_str(), static_cast<uid_t>(-1), *shaker) != 0) {
-      // Not a member of it: the socket is then this user's alone, which is safe.
+      // This user is not in the group. The socket then belongs to this user only, which is
+      // safe.
     }
   }
   if (::listen(fd->get(), kBacklog) != 0) {

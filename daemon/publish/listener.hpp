@@ -1,4 +1,4 @@
-// Where clients connect. An Error names the address and the remedy.
+// Listening sockets for clients. An Error names the address and the remedy.
 #pragma once
 
 #include <filesystem>
@@ -9,15 +9,16 @@
 
 namespace shaker::daemon {
 
-// A Unix stream socket, mode 0660, of the group `shaker` where that group exists. A dead daemon's
-// socket file is replaced; a living one's is an Error.
+// Opens a Unix stream socket, mode 0660, with group `shaker` if that exists. Replaces the
+// socket file of a dead daemon; returns an Error if a daemon answers on it.
 Result<UniqueFd> listen_unix(const std::filesystem::path& path);
 
-// Loopback only. Port 0 lets the kernel choose; `bound_port` says which.
+// Opens a TCP socket on 127.0.0.1. With port 0 the kernel chooses; `bound_port` returns the
+// port.
 Result<UniqueFd> listen_tcp(int port);
 int bound_port(const UniqueFd& socket);
 
-// Stream sockets that systemd handed over (sd_listen_fds); none when it did not start us.
+// Stream sockets passed by systemd (sd_listen_fds); none if systemd did not start this process.
 std::vector<UniqueFd> inherited_sockets();
 
 }  // namespace shaker::daemon

@@ -133,7 +133,7 @@ Result<void> Recorder::record_cycle(const estimator::MeasuredCycle& cycle, bool 
 void Recorder::close_campaign() {
   if (!open_) return;
   open_ = false;
-  // What there is to say about a failure has been said by the calls before.
+  // Earlier calls have reported any failure already.
   if (!hand_over(Finish{status_.empty() ? "abort" : status_, format_utc(clock_.utc())}, 0)) {
     spdlog::error("The campaign's database was closed early.");
   }
@@ -147,7 +147,7 @@ Result<void> Recorder::publish(const protocol::Document& document) {
     const std::lock_guard lock(mutex_);
     health->disk_flush_max_s = seconds(std::exchange(flush_max_, Nanoseconds{}));
   }
-  // The campaign ends as its worst run did.
+  // The status of the campaign is that of its worst run.
   if (const auto* stop = std::get_if<protocol::RunStopDocument>(&document)) {
     if (status_.empty() || stop->status == "fail" || status_ == "success") status_ = stop->status;
   }
@@ -158,7 +158,7 @@ Result<void> Recorder::publish(const protocol::Document& document) {
   return hand_over(std::move(waiting), 1024);
 }
 
-// It is in no file; the sentence of the alarm says why.
+// The document is in no file; an alarm states the reason.
 void Recorder::publish_past_the_disk(Waiting waiting) {
   {
     const std::lock_guard lock(mutex_);
@@ -169,7 +169,8 @@ void Recorder::publish_past_the_disk(Waiting waiting) {
   wake_();
 }
 
-// What is behind a call to the disk that does not come back, and need not be kept. Under the lock.
+// Publishes the documents behind a call to the disk that does not return, except those that
+// must be kept. Call with the lock held.
 void Recorder::let_pass() {
   for (PublishedLine& line : in_flight_) {
     if (!must_be_kept(line.type)) published_.push_back(std::move(line));

@@ -1,12 +1,15 @@
-// The engine's outlet: record, commit, and only then publish.
+// The engine's Outlet: records, commits, and publishes only after that.
 //
-// The engine's thread hands things over and goes on: it never waits for the disk. The recorder's
-// own thread writes them in order, commits what has come together (one flush for many), and only
-// then gives the documents to the clients' loop (`take`). So whatever a client has seen is on disk.
-// When the disk fails, the campaign's file is closed with what was committed, cycles and estimates
-// are withheld (they could not be kept), other documents still go out, and `healthy` returns the
-// Error, upon which the engine ramps down. A disk that does not come back from a call for `stall`
-// has failed too: from then on documents that need not be kept go out past it.
+// The engine's thread hands items over and never waits for the disk, except where
+// record_campaign creates the file itself. The recorder's own thread writes the items in order,
+// commits those that have accumulated (one flush for many), and then passes the documents to
+// the clients' loop (`take`). Therefore every document that a client has seen is on disk.
+//
+// If the disk fails, the campaign's file is closed with the committed data. Cycles and
+// estimates are then withheld because they cannot be kept, other documents are still published,
+// and `healthy` returns the Error, so that the engine ramps down. A call to the disk that does
+// not return within `stall` is a failure too; from then on documents that need not be kept are
+// published without it.
 #pragma once
 
 #include <atomic>
@@ -34,25 +37,28 @@ namespace shaker::daemon {
 struct RecorderOptions {
   std::filesystem::path directory;  // for the databases
   std::string rig;
-  protocol::ChannelLabels auxiliary = {};      // of the rig file, written into every campaign
+  protocol::ChannelLabels auxiliary = {};      // of the rig file, stored in every campaign
   std::size_t max_waiting = 64 * 1024 * 1024;  // bytes not yet on disk
-  // In one call to the disk; a heartbeat survives twice as much.
+  // Limit of one call to the disk. The service sets half of the time that withholds the
+  // heartbeat.
   Nanoseconds stall = std::chrono::seconds(1);
 };
 
 class Recorder final : public Outlet {
  public:
-  // `wake` is called on the recorder's thread whenever `take` has something. `complete`, on the
-  // engine's, fills in what only the service knows of a health document.
+  // `wake` is called whenever `take` has documents, on the recorder's or the engine's thread.
+  // `complete` is called on the engine's thread and fills in what only the service knows of a
+  // health document.
   using Wake = std::function<void()>;
   using Complete = std::function<void(protocol::HealthDocument&)>;
   Recorder(RecorderOptions options, Clock& clock, Wake wake, Complete complete);
   ~Recorder() override;  // writes and commits everything that was handed over
 
-  // Creates the campaign's file, which the next record_campaign takes: any thread but the engine's,
-  // which must not wait for the disk. Without it record_campaign creates the file itself.
+  // Creates the campaign's file for the next record_campaign. Call it on any thread but the
+  // engine's, which must not wait for the disk. Without it record_campaign creates the file
+  // itself.
   Result<void> prepare(const config::CampaignSpec& campaign);
-  void discard();  // what was prepared and not taken: the file is removed
+  void discard();  // removes a prepared file that was not used
 
   // --- Outlet, on the engine's thread
   Result<void> record_campaign(const config::CampaignSpec& campaign) override;
@@ -66,8 +72,8 @@ class Recorder final : public Outlet {
   // --- any thread
   // Documents that may be published now, in order.
   std::vector<PublishedLine> take();
-  bool idle() const;  // nothing handed over is waiting
-  // When its thread last came back from the disk, or looked for work. Takes no lock.
+  bool idle() const;  // nothing is waiting
+  // Time at which its thread last returned from the disk or looked for work. Takes no lock.
   Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
   std::uint64_t disk_free_bytes() const { return disk_free_.load(); }
   const std::filesystem::path& directory() const { return options_.directory; }
@@ -119,23 +125,23 @@ class Recorder final : public Outlet {
   // the engine's thread
   bool open_ = false;
   int run_ = -1;
-  std::string status_;        // of the worst run so far; empty before the first has ended
-  std::string logged_state_;  // what the log said last of the state
+  std::string status_;        // of the worst run so far; empty before the first one ends
+  std::string logged_state_;  // the last state in the log
 
   // shared
   mutable std::mutex mutex_;
   std::condition_variable_any ready_;
   std::deque<Item> queue_;
-  std::vector<Waiting> documents_;        // taken since the last commit
+  std::vector<Waiting> documents_;        // to be written at the next commit
   std::vector<PublishedLine> in_flight_;  // being written
   std::size_t waiting_bytes_ = 0;
   bool urgent_ = false, busy_ = false;
   std::optional<Error> trouble_;
   std::vector<PublishedLine> published_;
-  std::uint64_t seq_ = 0;  // of the last document that has a number
+  std::uint64_t seq_ = 0;  // number of the last document
   Nanoseconds flush_max_{};
   std::optional<record::CampaignWriter> prepared_;
-  std::atomic<bool> stalled_{false};  // the disk was given up while a call to it was under way
+  std::atomic<bool> stalled_{false};  // the disk failed while a call to it was running
   std::atomic<std::int64_t> progress_{0};
   std::atomic<std::uint64_t> disk_free_{0};
 
@@ -145,7 +151,7 @@ class Recorder final : public Outlet {
   bool failed_ = false;  // this campaign can no longer be recorded
   Nanoseconds next_look_{};
 
-  std::jthread thread_;  // last: the rest is there before it starts
+  std::jthread thread_;  // last member: starts after all others exist
 };
 
 }  // namespace shaker::daemon

@@ -1,4 +1,4 @@
-// The recorder's own thread: writes what was handed over, flushes, and lets the documents go.
+// The recorder's thread: writes items, flushes, and releases the documents.
 #include <algorithm>
 #include <exception>
 #include <iterator>
@@ -13,8 +13,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kSamplesWait = 500ms;  // raw samples alone are committed at least so often
-constexpr auto kLook = 1s;            // between two looks at the free space and the open file
+constexpr auto kSamplesWait = 500ms;  // longest wait before raw samples are committed
+constexpr auto kLook = 1s;            // between two checks of the free space
 
 }  // namespace
 
@@ -32,7 +32,7 @@ void Recorder::work(const std::stop_token& stop) {
       busy_ = true;
       advance();
     }
-    // Nothing may leave a thread by exception, want of memory for one.
+    // No exception may leave a thread, for example for lack of memory.
     try {
       if (count > 0) write(count);
       look_at_the_disk();
@@ -52,7 +52,7 @@ void Recorder::advance() {
   progress_ = clock_.now().count();
 }
 
-// A hung mount shows here as well as in a write.
+// A mount that hangs shows here as well as in a write.
 void Recorder::look_at_the_disk() {
   if (clock_.now() < next_look_) return;
   next_look_ = clock_.now() + kLook;
@@ -61,7 +61,7 @@ void Recorder::look_at_the_disk() {
   if (!trouble) disk_free_ = space.available;
 }
 
-// The oldest `count`, one by one: what has not been taken can still go past the disk.
+// Writes the oldest `count` items one by one. The rest can still be published without the disk.
 void Recorder::write(std::size_t count) {
   for (; count > 0; --count) {
     std::optional<Item> item;
@@ -104,7 +104,7 @@ void Recorder::keep(const Result<void>& outcome) {
   if (!outcome) fail(outcome.error());
 }
 
-// As lines with the next numbers. Under the lock.
+// Serialises documents with the next sequence numbers. Call with the lock held.
 std::vector<PublishedLine> Recorder::numbered(const std::vector<Waiting>& documents) {
   std::vector<PublishedLine> lines;
   for (const Waiting& waiting : documents) {
@@ -116,20 +116,21 @@ std::vector<PublishedLine> Recorder::numbered(const std::vector<Waiting>& docume
   return lines;
 }
 
-// The flush is here.
+// Writes the lines and flushes.
 void Recorder::store(const std::vector<PublishedLine>& lines) {
   const Nanoseconds before = clock_.now();
   for (const PublishedLine& line : lines) {
     if (writer_) keep(writer_->add_document(line.seq, line.text));
   }
   if (writer_) keep(writer_->commit());
-  if (writer_) keep(writer_->still_there());  // what is in no file is not acknowledged
+  if (writer_) keep(writer_->still_there());  // a document that is in no file is not acknowledged
   const std::lock_guard lock(mutex_);
   flush_max_ = std::max(flush_max_, clock_.now() - before);
 }
 
-// Numbers what waits, writes it and flushes; then, and only then, lets it go. What the disk gave
-// back after it was given up is not let go: it, or others, have gone past it.
+// Numbers the waiting documents, writes and flushes them, and only then releases them. If the
+// disk returns after it was given up, they are not released, because let_pass() already has
+// published them or others.
 void Recorder::commit() {
   std::vector<Waiting> documents;
   std::vector<PublishedLine> lines;
@@ -157,7 +158,7 @@ void Recorder::commit() {
   wake_();
 }
 
-// What was committed is kept: closing the file rolls the rest back.
+// Committed data are kept: closing the file rolls the rest back.
 void Recorder::fail(const Error& error) {
   spdlog::error("Recording has failed. {}", error.what);
   writer_.reset();

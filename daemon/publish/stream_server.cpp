@@ -32,7 +32,7 @@ Line refusal(std::string why) {
       protocol::error_line({protocol::RpcCode::too_many_clients, std::move(why), nullptr}));
 }
 
-// These ask only: their senders are not kept for them.
+// True for commands. Queries do not protect their sender's place.
 bool commands(const protocol::RpcRequest& request) {
   return request.method != "ping" && request.method != "status";
 }
@@ -60,10 +60,10 @@ struct StreamServer::Connection {
   StreamServer* server;
   Client client;
   EventSource source;
-  std::optional<Nanoseconds> commanded_at;  // its last command that was obeyed
-  bool silent = false;                      // it will send no more
-  bool deaf = false;  // nothing can be sent to it; what it has sent is read to the end
-  bool dead = false;  // removed by reap(), never inside a callback of its own
+  std::optional<Nanoseconds> commanded_at;  // time of its last successful command
+  bool silent = false;                      // it sends no more
+  bool deaf = false;  // nothing can be sent to it; its input is read to the end
+  bool dead = false;  // reap() removes it, never within its own callback
 };
 
 StreamServer::StreamServer(sd_event* loop, Clock& clock, RequestHandler& handler,
@@ -92,9 +92,9 @@ void StreamServer::add_listener(UniqueFd listener, bool read_only) {
   listeners_.push_back(std::move(owned));
 }
 
-// Why no client more can be taken; empty when one can.
+// The reason to refuse another client; empty if there is room.
 std::string StreamServer::no_room(bool read_only) {
-  std::vector<Connection*> there;  // in the order in which they came
+  std::vector<Connection*> there;  // in order of their arrival
   for (const auto& [number, connection] : clients_) {
     if (!connection->dead && connection->client.peer().read_only == read_only)
       there.push_back(connection.get());
@@ -118,7 +118,7 @@ std::string StreamServer::no_room(bool read_only) {
       most, seconds(options_.command_protects));
 }
 
-// What it has sent already comes first: it may be a stop.
+// Handles its pending input first: it may be a stop.
 bool StreamServer::make_way(Connection& connection) {
   on_readable(connection);
   if (connection.dead) return true;
@@ -148,7 +148,7 @@ void StreamServer::accept(Listener& listener) {
   reap();
   if (!full.empty()) {
     const Line line = refusal(full);
-    // Best effort: a fresh socket's buffer is empty.
+    // Best effort: the buffer of a new socket is empty.
     if (::send(fd.get(), line->data(), line->size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0) return;
     return;
   }
@@ -172,8 +172,8 @@ void StreamServer::accept(Listener& listener) {
   send_snapshot(connection);
 }
 
-// A late joiner needs nothing else. The version's seq is that of the newest document, so that the
-// next one follows it without a gap; state and estimate are repeated as they were published.
+// Sends all that a new client needs. The version's seq is that of the newest document, so that
+// the next one follows without a gap. State and estimate are repeated as they were published.
 void StreamServer::send_snapshot(Connection& connection) {
   const protocol::Envelope envelope{last_seq_, format_utc(clock_.utc()), clock_.now().count()};
   const Nanoseconds now = clock_.now();
@@ -189,8 +189,8 @@ void StreamServer::keep_for_late_joiners(const PublishedLine& line) {
   if (kept_.size() < kMaxKept) kept_.push_back(as_line(line.text));
 }
 
-// A client that is gone may have left requests behind, a stop among them: they are handled first, a
-// few in each turn, since the loop finds a connection that hung up ready again and again.
+// A client that has left may have left requests, even a stop. They are handled first, a few in
+// each turn: the loop reports such a connection as ready repeatedly.
 void StreamServer::on_event(Connection& connection, std::uint32_t events) {
   const bool hung_up = (events & (EPOLLHUP | EPOLLERR)) != 0;
   if (((events & EPOLLIN) != 0 || hung_up) && !connection.silent) on_readable(connection);
@@ -210,7 +210,7 @@ void StreamServer::on_readable(Connection& connection) {
   for (const std::string& line : input.lines)
     handle(connection, line);
   if (input.ended && !connection.silent) {
-    connection.silent = true;  // it may go on listening, as `nc -N` does
+    connection.silent = true;  // it may continue to listen, as `nc -N` does
     handler_.gone(connection.client.peer());
   }
   if (connection.deaf && (input.ended || input.nothing)) return close_later(connection);
@@ -271,7 +271,7 @@ void StreamServer::tick() {
   for (auto& [number, connection] : clients_) {
     const auto since = connection->client.condemned_since();
     if (since && now - *since > options_.condemned_grace) close_later(*connection);
-    // Its other side may have closed one direction only, of which the loop says nothing.
+    // The other side may have closed one direction only, which the loop does not report.
     if (connection->deaf && !connection->dead) on_readable(*connection);
   }
   reap();

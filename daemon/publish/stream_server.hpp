@@ -1,13 +1,13 @@
-// The clients of the stream: each is given the version, a snapshot, and every document from then
-// on; their requests go to a RequestHandler and its answers back to the one who asked.
+// Server of the stream. Each client receives the version, a snapshot, and every later document.
+// Its requests go to a RequestHandler, and the answers go back to it.
 //
-// Whoever wants to stop the rig finds a place. Clients that may only listen have places of their
-// own. Of the local clients, all but the first 14 stand on a kept place: when a newer one comes and
-// nothing is free, the oldest on a kept place that has commanded nothing of late makes way for it.
-// A client on a kept place that has commanded is therefore the one in control, or one that has just
-// stopped the rig or asked for a diagnosis at rest: as long as the rig moves, a place can be had.
+// A client that wants to stop the rig always finds a place. Read-only clients have places of
+// their own. The first 14 local clients may stay. The others are on kept places: if a new
+// client arrives and no place is free, the oldest client on a kept place without a recent
+// command is disconnected. So only the client in control, and those with a recent successful
+// command, hold a kept place.
 //
-// On the thread of its sd_event loop. Never waits for a client (see Client).
+// Runs on the thread of its sd_event loop. Never waits for a client (see Client).
 #pragma once
 
 #include <map>
@@ -27,7 +27,7 @@
 
 namespace shaker::daemon {
 
-// A document on its way out: recorded, serialised, not yet with its newline.
+// A recorded and serialised document, without its newline.
 struct PublishedLine {
   std::uint64_t seq = 0;
   std::string_view type;
@@ -40,17 +40,17 @@ class RequestHandler {
  public:
   virtual ~RequestHandler() = default;
   virtual Answer handle(const protocol::RpcRequest& request, const Peer& peer) = 0;
-  // It can send no more requests, or is gone altogether. Once for each client.
+  // The client sends no more requests, or has left. Called once for each client.
   virtual void gone(const Peer& peer) = 0;
 };
 
 struct ServerOptions {
-  int max_local = 14;                                       // that stay as long as they like
-  int kept_places = 2;                                      // beyond them, for commands
+  int max_local = 14;                                       // they may stay
+  int kept_places = 2;                                      // additional places, for commands
   int max_read_only = 8;                                    // TCP
-  Nanoseconds command_protects = std::chrono::seconds(10);  // its sender's kept place
-  std::size_t max_queued = 2 * 1024 * 1024;                 // bytes for one client
-  Nanoseconds condemned_grace = std::chrono::seconds(5);    // to read the last line
+  Nanoseconds command_protects = std::chrono::seconds(10);  // keeps its sender's place
+  std::size_t max_queued = 2 * 1024 * 1024;                 // bytes waiting for one client
+  Nanoseconds condemned_grace = std::chrono::seconds(5);    // time to read the last line
 };
 
 class StreamServer {
@@ -64,10 +64,11 @@ class StreamServer {
 
   void add_listener(UniqueFd listener, bool read_only);
   void publish(const PublishedLine& line);
-  // Given again to every client that comes, after the snapshot: what was found at the start.
+  // Repeats this line to every later client, after the snapshot (at most 16 lines).
   void keep_for_late_joiners(const PublishedLine& line);
   int client_count() const { return static_cast<int>(clients_.size()); }
-  // Closes clients that were told and did not read. Call a few times a second.
+  // Closes condemned clients that did not read, and reads from those that cannot be sent to.
+  // Call a few times a second.
   void tick();
 
  private:
@@ -94,7 +95,7 @@ class StreamServer {
   std::vector<std::unique_ptr<Listener>> listeners_;
   std::map<int, std::unique_ptr<Connection>> clients_;
   int next_client_ = 1;
-  int controller_ = 0;  // the last client that was given control; 0: none
+  int controller_ = 0;  // the last client that acquired control; 0: none
   std::uint64_t last_seq_ = 0;
   Line last_state_, last_estimate_;
   std::vector<Line> kept_;

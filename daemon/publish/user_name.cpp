@@ -29,7 +29,7 @@ std::string user_name(uid_t uid, const char* file) {
 
 std::optional<gid_t> group_id(std::string_view name, const char* file) {
   const std::unique_ptr<std::FILE, CloseFile> groups(std::fopen(file, "re"));
-  std::array<char, 16384> buffer;  // of one line, with its members
+  std::array<char, 16384> buffer;  // for one line with its members
   group entry{}, *found = nullptr;
   while (groups && ::fgetgrent_r(groups.get(), &entry, buffer.data(), buffer.size(), &found) == 0) {
     if (name == entry.gr_name) return entry.gr_gid;

@@ -1,8 +1,8 @@
-// What a user is called, for messages to people, and which group may connect.
+// Names of users, for messages, and identifiers of groups.
 //
-// From the local files alone. The C library's getpwuid and getgrnam ask whatever the PC is configured for (LDAP,
-// sssd), which may take minutes when the network is gone; this is asked at the start and at every
-// connection.
+// Reads the local files only. The C library's getpwuid and getgrnam use the PC's configuration
+// (LDAP, sssd), which may take minutes when the network is gone. These functions are called at
+// the start and for every connection.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,8 @@
 
 namespace shaker::daemon {
 
-// "anna", or "uid 1234" for a user whom the file does not know. Waits for a local disk at most.
+// Returns "anna", or "uid 1234" for a user who is not in the file. Waits for a local disk at
+// most.
 std::string user_name(uid_t uid, const char* file = "/etc/passwd");
 
 std::optional<gid_t> group_id(std::string_view name, const char* file = "/etc/group");

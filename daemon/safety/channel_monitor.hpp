@@ -1,4 +1,4 @@
-// What is known about one channel: quality and age always; rate, level and noise while at rest.
+// State of one channel: quality and age always; rate, level and noise at rest.
 //
 // A channel is "good" only after its first good sample. One thread; add() neither allocates nor
 // blocks.
@@ -15,7 +15,8 @@ namespace shaker::daemon {
 
 class ChannelMonitor {
  public:
-  // True when the sample is good: flagged so, finite, and later than the one before.
+  // Returns true if the sample is good: flagged good, finite, and later than the good one
+  // before.
   bool add(const drivers::Sample& sample) {
     ++all_;
     quality_ = std::isfinite(sample.value) ? sample.quality : drivers::Quality::bad;

@@ -42,7 +42,7 @@ constexpr std::array<DetectorRow, kDetectorCount> kTable{{
      "under_peak_fraction", &Limits::under_peak_action},
 }};
 
-// Noise of 2e-5 m over 5 ms is 6 mm/s: far below any limit, and the delay is still small.
+// Over 5 ms a noise of 2e-5 m gives 6 mm/s, far below any limit, and the delay is still small.
 constexpr Nanoseconds kRateSpan = std::chrono::milliseconds(5);
 constexpr Nanoseconds kRateForget = std::chrono::milliseconds(250);
 constexpr int kInARow = 2;
@@ -98,7 +98,7 @@ void Detectors::rate(Nanoseconds t, double stroke) {
   } else {
     const double speed = (stroke - anchor_) / seconds(span);
     const int sign = speed > 0.0 ? 1 : -1;
-    // A wild sample gives two windows of opposite sign; a real motion keeps its own.
+    // A single wrong sample gives two speeds of opposite sign; a real motion keeps its sign.
     if (std::abs(speed) <= limits_.stroke_rate_max_m_s) {
       rate_outside_ = 0;
     } else {

@@ -1,8 +1,9 @@
-// The detectors that watch a test, each with the action that the rig file chose for it.
+// The detectors that supervise a test, each with the action that the rig file assigns to it.
 //
-// All are levels, not crossings: `tripped` says what is so now, at arming as well as in motion, and
-// an acknowledgement asks again. What acts on them is the engine. A single wild sample does not
-// trip a limit: two in a row do (2 ms at 1 kHz). One thread; sample() neither allocates nor blocks.
+// Detectors hold levels, not crossings: `tripped` describes the present, before motion as well
+// as in motion, and an acknowledgement checks it again. The engine reacts to them. A single
+// wrong sample does not trip a limit: two in a row do (2 ms at 1 kHz). One thread; sample()
+// neither allocates nor blocks.
 #pragma once
 
 #include <array>
@@ -31,7 +32,7 @@ inline constexpr std::size_t kDetectorCount = 8;
 struct DetectorRow {
   Detector detector;
   std::string_view code;   // of its alarm
-  std::string_view trips;  // when, for README.md
+  std::string_view trips;  // the condition, for README.md
   std::string_view limit;  // key in the rig file
   config::Action config::Limits::*action;
 };
@@ -51,9 +52,9 @@ class Detectors {
   explicit Detectors(const config::Limits& limits) : limits_(limits) {}
 
   void reset();
-  // One good sample, in order of time for each channel. True when a limit is tripped now.
+  // Takes one good sample; times of a channel ascend. Returns true if a limit is tripped now.
   bool sample(protocol::Channel channel, Nanoseconds t, double value);
-  // What the engine finds out otherwise: ages, and figures of whole cycles.
+  // Sets a level that the engine determines: ages, and figures of whole cycles.
   void report(Detector detector, const Level& level) { at(detector) = level; }
 
   const Level& level(Detector detector) const {

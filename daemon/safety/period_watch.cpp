@@ -35,7 +35,7 @@ std::optional<PeriodFigures> PeriodWatch::add(Nanoseconds t, double value) {
   return done;
 }
 
-// The mean is taken off first: samples need not fill the period evenly.
+// Subtracts the mean first, because the samples need not fill the period evenly.
 PeriodFigures PeriodWatch::close() {
   const double n = count_, mean = sum_ / n;
   PeriodFigures figures;

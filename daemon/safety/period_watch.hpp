@@ -1,8 +1,8 @@
-// What a channel does in each period of the setpoint, in every state in which something is
-// commanded, whether or not a cycle can be cut: its amplitude at the commanded frequency, and that
-// of all it does.
+// Figures of a channel in each period of the setpoint, in every state with a commanded motion,
+// even if no cycle can be cut: the amplitude at the commanded frequency, and that of the whole
+// motion.
 //
-// Periods follow each other on the grid of the setpoint, from the moment it was ordered. One
+// Periods follow each other on the grid of the setpoint, from the time of its order. One
 // thread; add() neither allocates nor blocks.
 #pragma once
 
@@ -18,13 +18,14 @@ struct PeriodFigures {
   Nanoseconds begin{}, end{};
   int samples = 0;
   std::complex<double> fundamental;  // at the commanded frequency, phase on the grid
-  double all = 0.0;  // sqrt(2) times the standard deviation: the same for a sinusoid
+  double all = 0.0;                  // sqrt(2) times the standard deviation
 };
 
 class PeriodWatch {
  public:
   void restart(double frequency_hz, Nanoseconds t);
-  // One good sample, in order of time. What a period did, with the first sample after it.
+  // Takes one good sample; times ascend. With the first sample after a period, returns its
+  // figures.
   std::optional<PeriodFigures> add(Nanoseconds t, double value);
 
  private:

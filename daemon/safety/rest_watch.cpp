@@ -6,7 +6,7 @@ namespace shaker::daemon {
 namespace {
 
 constexpr Nanoseconds kBin = std::chrono::milliseconds(10);
-constexpr Nanoseconds kForget = std::chrono::milliseconds(250);  // a gap begins anew
+constexpr Nanoseconds kForget = std::chrono::milliseconds(250);  // a longer gap restarts the window
 
 }  // namespace
 

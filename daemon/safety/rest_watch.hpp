@@ -1,9 +1,9 @@
-// Does a channel move although it should rest?
+// Detects motion of a channel that should rest.
 //
-// Samples are averaged over 10 ms; the last 0.4 s of these averages are looked at. Motion is said
-// when a fifth of them lies further from their mean than five times the noise at rest: a single
-// wild sample is no motion, a sinusoid of that size is. One thread; add() neither allocates nor
-// blocks.
+// Averages samples over 10 ms and examines the last 0.4 s of these averages. The channel moves
+// if a fifth of them lies further from their mean than five times the noise at rest. A single
+// wrong sample is not a motion; a sinusoid of that size is. One thread; add() neither allocates
+// nor blocks.
 #pragma once
 
 #include <array>
@@ -15,18 +15,18 @@ namespace shaker::daemon {
 
 class RestWatch {
  public:
-  // Standard deviation of a sample at rest, in the channel's unit. Until it is known, or when it is
-  // zero, no motion is ever said.
+  // Sets the standard deviation of a sample at rest, in the channel's unit. If it is unset or
+  // zero, no motion is detected.
   void learn(double noise) { limit_ = kTimesNoise * noise; }
   bool knows_rest() const { return limit_ > 0.0; }
 
-  // One good sample, in order of time.
+  // Takes one good sample; times ascend.
   void add(Nanoseconds t, double value);
 
   bool moves() const { return moves_; }
-  // The window lies wholly after `t`: what is said is about the time since.
+  // True if the whole window lies after `t`, so that moves() describes the time since `t`.
   bool covers_since(Nanoseconds t) const { return filled_ == kBins && oldest_ >= t; }
-  double level() const { return level_; }  // root mean square about the mean, within the window
+  double level() const { return level_; }  // root mean square about the mean, in the window
 
  private:
   static constexpr double kTimesNoise = 5.0;

@@ -11,7 +11,7 @@
 namespace shaker::daemon {
 namespace {
 
-// FNV-1a: whether a text has changed, not against somebody who wants it to look unchanged.
+// FNV-1a: detects a changed text; it does not protect against a deliberate collision.
 std::string hash_of(const std::string& text) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const char c : text)

@@ -1,5 +1,6 @@
-// That the exciter's dead-man was seen to act, kept in the daemon's directory with date, user and
-// how. It holds for the rig file as it was then: another text asks again.
+// Stores the proof that the exciter's dead-man works in the daemon's directory, with date, user
+// and method. The proof holds for the text of the rig file at that time; another text requires
+// a new one.
 #pragma once
 
 #include <filesystem>
@@ -14,10 +15,10 @@ namespace shaker::daemon {
 
 class DeadmanFile {
  public:
-  // `rig` is the rig file, read now; `directory` the daemon's own.
+  // `rig` is the rig file, which is read here; `directory` is the daemon's own.
   DeadmanFile(const std::filesystem::path& directory, const std::filesystem::path& rig);
 
-  // What was kept for this rig file; nothing where there is none, or it cannot be read.
+  // The proof for this rig file; empty if there is none or it cannot be read.
   std::optional<Engine::DeadmanSeen> load() const;
   Result<void> save(const Engine::DeadmanSeen& seen, const std::string& user,
                     Nanoseconds utc) const;

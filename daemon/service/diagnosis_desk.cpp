@@ -16,7 +16,7 @@ bool at_rest(State state) {
   return state == State::idle || state == State::fault;
 }
 
-// One folder in the daemon's directory, and no database.
+// Checks that `wanted` names one folder in the daemon's directory and no database.
 Result<std::string> folder_name(const std::string& wanted, const std::filesystem::path& database) {
   if (wanted.empty()) return database.stem().string() + ".diagnosis";
   const bool plain = std::ranges::all_of(wanted, [](unsigned char c) {

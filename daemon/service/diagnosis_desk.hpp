@@ -1,7 +1,8 @@
-// Where a diagnosis is asked for: may it be done now, of which campaign, and where to?
+// Accepts requests for a diagnosis: checks whether it may run now, and finds its campaign and
+// its output folder.
 //
-// Reads and writes in the daemon's own directory alone, so that a client can make it touch nothing
-// else. On the clients' thread; blocks for a look into that directory.
+// Reads and writes in the daemon's own directory only, so that a client cannot make it touch
+// other files. Called on the clients' thread; blocks while it reads that directory.
 #pragma once
 
 #include <atomic>
@@ -17,16 +18,16 @@ namespace shaker::daemon {
 
 class DiagnosisDesk {
  public:
-  // `thread` and `checking` outlive it: while the latter is true, files are being recovered.
+  // `thread` and `checking` outlive it. While `checking` is true, files are being recovered.
   DiagnosisDesk(DiagnosisThread& thread, std::filesystem::path directory,
                 const std::atomic<bool>& checking)
       : thread_(thread), directory_(std::move(directory)), checking_(checking) {}
 
-  // An Error is the sentence to show: the rig is not at rest, another is under way, there is no
-  // such campaign, a bad model.
+  // Returns an Error for the operator if the rig is not at rest, files are being recovered,
+  // another diagnosis runs, there is no such campaign, or the folder or the model is invalid.
   Result<DiagnosisPlace> begin(const DiagnosisRequest& request, State state);
   Result<void> cancel(const std::string& who);
-  // A campaign comes first: ends what is under way as soon as the rig is not at rest.
+  // A campaign has priority: cancels a running diagnosis as soon as the rig is not at rest.
   void watch(State state);
 
  private:

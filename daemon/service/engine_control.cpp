@@ -11,9 +11,9 @@
 namespace shaker::daemon {
 namespace {
 
-constexpr double kSmallPart = 0.1;  // of the rig's largest excitation, for a proof in motion
+constexpr double kSmallPart = 0.1;  // of the rig's largest excitation, limit of a proof in motion
 
-// A model that cannot be built moves nothing.
+// Refuses a model that cannot be built, before any motion.
 Result<void> prove_model(const config::CampaignSpec& campaign) {
   try {
     const estimator::OnlineEstimator built(campaign.model, estimator::OnlineOptions{});
@@ -61,7 +61,7 @@ Result<void> EngineControl::prove_deadman(const std::string& who, double frequen
   return begin(std::move(gentle), &Engine::prove_deadman);
 }
 
-// Shared: a question that was given up outlives this call.
+// The campaign is shared, because a question that timed out outlives this call.
 Result<void> EngineControl::begin(std::shared_ptr<const config::CampaignSpec> wanted, Begin how) {
   const auto admitted = rig_.ask([wanted](Engine& engine) { return engine.admit(*wanted); });
   if (!admitted) return admitted;
@@ -75,7 +75,7 @@ Result<void> EngineControl::stop(const std::string& who) {
   return rig_.ask([who](Engine& engine) { return engine.stop(who); }, true);
 }
 
-// The exciter first: an engine that stands still does not keep the table moving.
+// Stops the exciter first, so that a stuck engine does not keep the table moving.
 Result<void> EngineControl::emergency_stop(const std::string& who) {
   exciter_.emergency_stop();
   return rig_.ask([who](Engine& engine) { return engine.emergency_stop(who); }, true);

@@ -1,5 +1,5 @@
-// The engine as the commands of clients want it. On the clients' thread: campaigns come as text,
-// are read, proved and given a file here, and are handed to the engine's thread as ready values.
+// Connects the clients' commands with the engine. Runs on the clients' thread: parses and
+// checks campaigns, creates their files, and passes ready values to the engine's thread.
 #pragma once
 
 #include <memory>
@@ -24,7 +24,7 @@ class EngineControl final : public RigControl {
 
   // From now on no campaign starts.
   void close() { closed_ = true; }
-  const std::string& starter() const { return starter_; }  // of the last motion
+  const std::string& starter() const { return starter_; }  // who started the last motion
 
   Result<void> may_start() override;
   Result<void> start(const std::string& who, const std::string& text, const std::string& origin,

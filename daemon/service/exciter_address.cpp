@@ -20,7 +20,7 @@ namespace {
 
 using Address = Result<std::optional<std::string>>;
 
-// Whether a packet to this address stays on this PC: only then may a socket be bound to it.
+// True if the address belongs to this PC: only then can a socket be bound to it.
 template <class SocketAddress>
 bool on_this_pc(const SocketAddress& address, int family) {
   const UniqueFd probe(::socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0));
@@ -54,7 +54,7 @@ std::string host_name(const in6_addr& host) {
   return text.data();
 }
 
-// Rig files have numeric addresses, or localhost (drivers/modbus/dial.cpp).
+// Rig files contain numeric addresses or localhost (drivers/modbus/dial.cpp).
 std::string host_name(const std::string& host) {
   in_addr v4{};
   in6_addr v6{};
@@ -74,7 +74,7 @@ std::string device_name(const std::string& device) {
   return name;
 }
 
-// An interface may have several names; its first one counts.
+// An interface may have several names; the first one is used.
 std::string interface_name(const std::string& name) {
   std::array<char, IF_NAMESIZE> first{};
   const unsigned index = ::if_nametoindex(name.c_str());

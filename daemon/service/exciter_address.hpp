@@ -1,5 +1,5 @@
-// What an exciter is called on this PC: the same for every rig file that reaches it, however the
-// file writes the way there.
+// A unique name of an exciter on this PC. It is the same for every rig file that reaches the
+// exciter, independent of how the file writes the address.
 //
 //   Modbus TCP  the numeric address, port and unit; every address of this PC itself is "this-pc"
 //   Modbus RTU  the device's number (so that symbolic links do not matter) and unit; the path while
@@ -7,7 +7,7 @@
 //               dial.cpp)
 //   CAN         the interface and the identifier of the setpoint message
 //
-// Not seen through: a gateway or a router that gives one device a second address.
+// A gateway or a router that gives one device a second address is not recognised.
 #pragma once
 
 #include <optional>
@@ -18,8 +18,9 @@
 
 namespace shaker::daemon {
 
-// Fit for a file's name. Nothing: a device that moves nothing outside this process (simulated,
-// replay). An Error is about the DBC file. Reads that file, asks the kernel, sends nothing.
+// The result can be part of a file name. It is empty for a device that moves nothing outside
+// this process (simulated, replay). An Error concerns the DBC file. Reads that file and queries
+// the kernel; sends nothing.
 Result<std::optional<std::string>> exciter_address(const config::RigConfig& rig);
 
 }  // namespace shaker::daemon

@@ -35,7 +35,7 @@ struct SocketAddress {
   }
 };
 
-// An abstract name begins with a null byte and has no end but its size.
+// An abstract name begins with a null byte; only its size ends it.
 std::optional<SocketAddress> socket_address(const std::string& name) {
   SocketAddress made;
   if (name.size() >= sizeof made.address.sun_path) return std::nullopt;
@@ -73,10 +73,11 @@ std::optional<uid_t> owner(const std::filesystem::path& folder) {
   return status.st_uid;
 }
 
-constexpr char kLetGo = 'g';   // what the service says to a plain daemon
-constexpr int kWordMs = 1000;  // it says so at once
+constexpr char kLetGo = 'g';   // message of the service to a plain daemon
+constexpr int kWordMs = 1000;  // limit for this message
 
-// Connects to a socket that a daemon holds. Alive without a connection: its queue is full.
+// Connects to a socket that a daemon holds. If its queue is full, it is alive without a
+// connection.
 struct Knock {
   explicit Knock(const SocketAddress& where) : line(unix_socket()) {
     const bool connected = line.valid() && ::connect(line.get(), where.get(), where.size) == 0;
@@ -88,7 +89,7 @@ struct Knock {
   std::optional<ucred> who;
 };
 
-// Not by the log, which does not run yet; and not by fmt, which throws when nobody reads.
+// Writes to stderr: the log does not run yet, and fmt throws if the output is closed.
 void say(const std::string& sentence) {
   std::fputs(("shakerd: " + sentence + "\n").c_str(), stderr);
 }
@@ -100,7 +101,7 @@ Error taken(const std::string& address, const std::string& who) {
                            address, who)};
 }
 
-// Waits for the service to ask for the exciter, once.
+// Thread of a plain daemon that waits for the service to request the exciter, once.
 class Doorkeeper {
  public:
   Doorkeeper(int name, std::filesystem::path folder, ExciterLock::LetGo let_go)
@@ -117,7 +118,7 @@ class Doorkeeper {
 
  private:
   void keep() {
-    UniqueFd service;  // sees by its end that this process is gone
+    UniqueFd service;  // the connection tells the service when this process ends
     while (true) {
       pollfd events[] = {{end_.get(), POLLIN, 0}, {name_, POLLIN, 0}};
       const nfds_t watched = service.valid() ? 1 : 2;
@@ -128,7 +129,7 @@ class Doorkeeper {
       if (!caller.valid()) continue;
       const auto who = other_side(caller.get());
       if (!who || (who->uid != 0 && owner(folder_) != who->uid)) continue;
-      // Who only looks who holds the name says nothing.
+      // A process that only checks who holds the name sends nothing.
       pollfd says{caller.get(), POLLIN, 0};
       char word = 0;
       if (::poll(&says, 1, kWordMs) <= 0 ||
@@ -179,7 +180,7 @@ Result<void> HeldExciter::lock_file(const std::string& address,
   return {};
 }
 
-// What stands there is a dead service's: the file's lock is ours.
+// An existing socket belongs to a dead service, because this process holds the file's lock.
 Result<void> HeldExciter::be_seen(const std::filesystem::path& path) {
   const auto where = socket_address(path.string());
   if (!where) {
@@ -189,7 +190,7 @@ Result<void> HeldExciter::be_seen(const std::filesystem::path& path) {
   ::unlink(path.c_str());
   seen_ = unix_socket();
   if (::bind(seen_.get(), where->get(), where->size) != 0 ||
-      ::chmod(path.c_str(), 0666) != 0 ||  // to connect to it is to see it
+      ::chmod(path.c_str(), 0666) != 0 ||  // anybody may connect to see it
       ::listen(seen_.get(), kLockBacklog) != 0) {
     return no_lock(path.string());
   }
@@ -207,7 +208,7 @@ Result<void> HeldExciter::claim_name(const std::string& address, const LockPlace
   if (!name) return {};  // no plain daemon can have it either
   RealClock clock;
   const Nanoseconds latest = clock.now() + place.patience;
-  std::optional<Knock> asked;  // kept open: its end is the holder's
+  std::optional<Knock> asked;  // kept open: it ends with the holder
   while (!bind_name(*name)) {
     if (errno != EADDRINUSE) return no_lock(address);
     if (!asked || !asked->who) {
@@ -236,8 +237,8 @@ Result<void> HeldExciter::claim_name(const std::string& address, const LockPlace
   return {};
 }
 
-// Seen first, then the name. A plain daemon goes the other way round, so that of two that start at
-// once one sees the other.
+// The service creates its socket first and binds the name then. A plain daemon uses the
+// opposite order, so that of two that start together one detects the other.
 Result<void> HeldExciter::take_as_service(const std::string& address, const LockPlace& place) {
   if (auto locked = lock_file(address, place.folder); !locked) return locked;
   if (auto seen = be_seen(seen_at(place, address)); !seen) return seen;

@@ -1,12 +1,12 @@
-// The log, on stderr (which systemd gives to the journal). Nobody waits for it: when it cannot keep
-// up, the oldest lines go, and they are counted.
+// The asynchronous log on stderr, which systemd passes to the journal. Callers never wait for
+// it: if its queue is full, the oldest lines are dropped and counted.
 #pragma once
 
 #include <cstdint>
 
 namespace shaker::daemon {
 
-// Makes it the default logger, until destroyed.
+// Makes it the default logger for the life of this object.
 class Logging {
  public:
   Logging();

@@ -15,10 +15,11 @@ struct Options {
   bool check = false;
 };
 
-// The options, or the status to leave with (help, version and complaints have been printed).
+// Returns the options, or the exit status after help, version or error messages were printed.
 std::variant<Options, int> parse_options(int argc, char** argv);
 
-// Exit statuses. kTaken: another daemon has the exciter or the directory; nothing was sent.
+// Exit statuses. kTaken: another daemon has the exciter or the directory; nothing was sent to a
+// device.
 inline constexpr int kGood = 0, kTrouble = 1, kBadInput = 2, kTaken = 3;
 
 const char* program_version();

@@ -32,7 +32,7 @@ void report_recovery(const std::filesystem::path& file, const RecoveryCheck& che
       say_unchecked(file, trouble.what(), tell);
     }
   } catch (...) {
-    // Not even room for the sentence. The next start checks the file again.
+    // There is no memory for the message. The next start checks the file again.
   }
 }
 

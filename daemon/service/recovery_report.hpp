@@ -1,7 +1,7 @@
-// What is said of a campaign that an earlier daemon left unfinished.
+// Reports a campaign that an earlier daemon left unfinished.
 //
-// Any thread. Nothing that checking a file throws, want of memory for one, gets out of here: the
-// daemon holds an exciter, and the file is left as it was.
+// Any thread. No exception of the check leaves this function, for example for lack of memory,
+// because the daemon holds an exciter. The file then stays unchanged.
 #pragma once
 
 #include <filesystem>
@@ -13,13 +13,13 @@
 
 namespace shaker::daemon {
 
-// record::recover_one with its time.
+// record::recover_one with the current time.
 using RecoveryCheck =
     std::function<std::optional<record::Recovered>(const std::filesystem::path& file)>;
-// Hands the alarm on to the engine.
+// Passes the alarm to the engine.
 using RecoveryTell = std::function<void(const protocol::AlarmDocument&)>;
 
-// Says nothing of a file that is finished.
+// Reports nothing for a finished file.
 void report_recovery(const std::filesystem::path& file, const RecoveryCheck& check,
                      const RecoveryTell& tell) noexcept;
 

@@ -12,7 +12,8 @@
 namespace shaker::daemon {
 namespace {
 
-// Who may read the directory may hold it: of the service's, the group that commands the rig.
+// Any user who may read the directory can lock it; for the service's directory this is the
+// group that commands the rig.
 Result<UniqueFd> lock_directory(const std::filesystem::path& path) {
   std::error_code ignored;
   std::filesystem::create_directories(path, ignored);

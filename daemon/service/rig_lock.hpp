@@ -1,5 +1,5 @@
-// One daemon for each exciter and for each directory of databases: held as long as this lives, and
-// gone with the process however it ends.
+// Locks an exciter and a directory of databases for one daemon. The lock lasts as long as this
+// object and is released with the process, however that ends.
 #pragma once
 
 #include <filesystem>
@@ -14,12 +14,13 @@ namespace shaker::daemon {
 
 class RigLock {
  public:
-  // `refused` when another daemon holds either. To be called before anything is sent to a device.
+  // Returns the Error `refused` if another daemon holds either. Call before anything is sent to
+  // a device.
   static Result<RigLock> take(const config::RigConfig& rig, const std::filesystem::path& data,
                               const LockPlace& place, ExciterLock::LetGo let_go);
 
  private:
-  std::unique_ptr<ExciterLock> exciter_;  // none for a device that moves nothing
+  std::unique_ptr<ExciterLock> exciter_;  // null for a device that moves nothing
   UniqueFd data_;
 };
 

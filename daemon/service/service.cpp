@@ -40,8 +40,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Nanoseconds kServiceTick = 5ms;
-constexpr int kClientsNice = 5;              // the clients' thread comes after all others
-constexpr Nanoseconds kRampDownMargin = 5s;  // beyond the ramp, at the end
+constexpr int kClientsNice = 5;              // lower priority than all other threads
+constexpr Nanoseconds kRampDownMargin = 5s;  // beyond the ramp, at the end of the process
 
 void must(int code, const char* what) {
   if (code < 0) throw std::system_error(-code, std::generic_category(), what);
@@ -59,12 +59,12 @@ ExciterOptions exciter_options(const config::RigConfig& rig) {
 
 }  // namespace
 
-// Owners in the order of their lives: the stream goes first, the recorder's last words come after
-// the exciter has been stopped.
+// Members in order of construction: the stream is destroyed early; the recorder writes its last
+// documents after the exciter has been stopped.
 struct Service::Parts {
   Parts(const Options& options, const config::RigConfig& config, drivers::Devices devices,
         Clock& the_clock);
-  ~Parts() { exciter.watch({}); }  // it outlives what it watches
+  ~Parts() { exciter.watch({}); }  // it outlives the watched threads
 
   Result<void> listen(const Options& options);
   void recover();
@@ -101,7 +101,7 @@ struct Service::Parts {
   bool was_stuck = false;
   std::optional<Nanoseconds> give_up_at;  // ending
   std::atomic<bool> checking{false};
-  std::jthread checker;  // last: it ends before what it tells
+  std::jthread checker;  // last member: ends before the objects that it uses
 };
 
 Service::Parts::Parts(const Options& options, const config::RigConfig& config,
@@ -170,8 +170,9 @@ Result<void> Service::Parts::listen(const Options& options) {
   return {};
 }
 
-// What an earlier daemon left is listed before anything is recorded, and checked on a thread of its
-// own: a second for each gigabyte. Every later client is given again what was found.
+// Lists the unfinished files of an earlier daemon before anything is recorded, and checks them
+// on a thread of its own (a second for each gigabyte). The findings are repeated to every later
+// client.
 void Service::Parts::recover() {
   auto files = record::interrupted(recorder.directory());
   if (files.empty()) return;
@@ -190,7 +191,7 @@ void Service::Parts::recover() {
   });
 }
 
-// Without these three nobody would see what the table does, or nothing of it would be kept.
+// Without these three the motion of the table would be unobserved or unrecorded.
 void Service::Parts::watch() {
   std::vector<Watched> watched;
   watched.push_back({"the engine", from_seconds(rig.limits.engine_stall_s),
@@ -215,7 +216,7 @@ void Service::Parts::attach() {
            },
            this),
        "sd_event_add_io");
-  // Accuracy 1 us: the default lets the kernel be late by 250 ms.
+  // Accuracy 1 us: by default the kernel may be late by 250 ms.
   must(::sd_event_add_time(
            loop.get(), nullptr, CLOCK_MONOTONIC, microseconds(clock.now() + kServiceTick), 1,
            [](sd_event_source* source, std::uint64_t due_us, void* self) {
@@ -243,7 +244,7 @@ void Service::Parts::attach() {
 
 void Service::Parts::publish() {
   for (const auto& document : diagnosis.take()) {
-    // Nothing that must be kept: the files are its record.
+    // These documents need not be kept: the files of the diagnosis are its record.
     rig_thread.tell([document](Engine& told) { told.publish(document); });
   }
   for (const auto& line : recorder.take()) {
@@ -307,7 +308,7 @@ void Service::Parts::end(int signal) {
   spdlog::info("Asked to end (signal {}): ramping down.", signal);
   const Nanoseconds way_down = from_seconds(rig_thread.ramp_s()) + kRampDownMargin;
   give_up_at = clock.now() + way_down;
-  // A campaign's ramp may be longer than systemd waits by itself.
+  // A campaign's ramp may be longer than systemd's default time limit.
   ::sd_notifyf(0, "EXTEND_TIMEOUT_USEC=%llu",
                static_cast<unsigned long long>(microseconds(way_down + kRampDownMargin)));
   control.close();
@@ -329,7 +330,7 @@ void Service::Parts::end_when_quiet(Nanoseconds now) {
   ::sd_event_exit(loop.get(), kGood);
 }
 
-// What only the service knows. On the engine's thread.
+// Fills in the values that only the service knows. Called on the engine's thread.
 void Service::Parts::complete(protocol::HealthDocument& health) {
   for (const auto& sensor : sensors)
     health.ring_overflows += sensor->overflows();
@@ -355,7 +356,7 @@ Result<std::unique_ptr<Service>> Service::make(const Options& options, const con
   auto parts = std::make_unique<Parts>(options, rig, std::move(devices), clock);
   if (auto listening = parts->listen(options); !listening) return listening.error();
   parts->attach();
-  // Every client's snapshot has a state, also before the first change of one.
+  // Gives every client's snapshot a state, even before the first transition.
   parts->rig_thread.tell([](Engine& told) { told.publish(told.state_document()); });
   return std::unique_ptr<Service>(new Service(std::move(parts)));
 }
@@ -365,7 +366,7 @@ int Service::run() {
   ::sd_notifyf(0, "READY=1\nSTATUS=Rig %s is idle", parts_->rig.name.c_str());
   spdlog::info("shakerd {} is ready; rig {}.", program_version(), parts_->rig.name);
   const int status = ::sd_event_loop(parts_->loop.get());
-  parts_->recorder.close_campaign();  // nothing, when the engine has
+  parts_->recorder.close_campaign();  // no effect if the engine has closed it
   spdlog::info("Ended.");
   return status < 0 ? kTrouble : status;
 }

@@ -1,6 +1,6 @@
-// The process. This thread, an sd-event loop, serves the clients: it parses what they send and
-// gives them what the recorder has committed. The engine has a thread of its own (RigThread), as
-// have the devices, the recorder, the estimator and the diagnosis.
+// The process. The calling thread runs an sd-event loop and serves the clients: it parses their
+// requests and sends them the lines that the recorder has committed. The engine (RigThread),
+// the devices, the recorder, the estimator and the diagnosis have threads of their own.
 #pragma once
 
 #include <memory>
@@ -15,17 +15,18 @@ namespace shaker::daemon {
 
 class Service {
  public:
-  // Opens sockets, starts the threads and says what an earlier daemon left behind. An Error is
-  // about the sockets. The caller holds the rig's lock; `clock` outlives the service.
+  // Opens sockets, starts the threads and begins to check the files of an earlier daemon.
+  // Returns an Error for the sockets; throws std::system_error if the event loop cannot be set
+  // up. The caller holds the rig's lock; `clock` outlives the service.
   static Result<std::unique_ptr<Service>> make(const Options& options, const config::RigConfig& rig,
                                                drivers::Devices devices, Clock& clock);
   ~Service();
 
-  // SIGTERM and SIGINT come to the loop. To be called before any thread is started (the log's too):
-  // a thread that does not inherit the mask would die of them, and the process with it, unramped.
+  // Blocks SIGTERM and SIGINT, which the loop then receives. Call before any thread is started
+  // (also that of the log): a thread without this mask would end the process without a ramp.
   static void block_signals();
 
-  // Until SIGTERM or SIGINT; then ramps down. Returns the exit status.
+  // Runs until SIGTERM or SIGINT, then ramps down. Returns the exit status.
   int run();
 
  private:

@@ -5,14 +5,15 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A read waits 50 ms and a device at most its response timeout; connecting may take a few of those.
+// A read waits 50 ms and a device at most its response timeout; a connection may take a few of
+// these.
 constexpr auto kDevice = 5s;
-constexpr auto kEngine = 2s;      // its turns are 5 ms; the heartbeat has been withheld by then
+constexpr auto kEngine = 2s;      // its ticks are 5 ms; the heartbeat has been withheld by then
 constexpr auto kEstimator = 60s;  // a fit takes milliseconds; the rig has ramped down by then
-constexpr auto kDisk = 20s;       // a dying disk retries for long; the rig has stopped by then
+constexpr auto kDisk = 20s;       // a failing disk retries for long; the rig has stopped by then
 
 constexpr auto kHeard = 1s;           // clients that cannot be heard cannot stop the rig
-constexpr auto kEstimatorSlow = 10s;  // the watchdog waits for longer, so that the ramp comes first
+constexpr auto kEstimatorSlow = 10s;  // the watchdog waits longer, so that the ramp comes first
 
 }  // namespace
 

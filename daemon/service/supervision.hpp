@@ -1,8 +1,8 @@
-// Who does not advance, and what follows: the motion ends along its ramp, or systemd's watchdog is
-// no longer told that all is well.
+// Supervision of the threads. If one does not advance, the motion ends along its ramp, or
+// systemd's watchdog is no longer notified.
 //
-// A sensor or exciter that does not answer is not a hang: its thread goes on trying, and the
-// engine's own limits act on it. A thread that is stuck is one, and only a restart helps.
+// A sensor or exciter that does not answer is not a hang: its thread keeps trying, and the
+// engine's own limits act. A thread that is stuck is a hang, and only a restart helps.
 #pragma once
 
 #include <optional>
@@ -13,20 +13,20 @@
 namespace shaker::daemon {
 
 struct Progress {
-  Nanoseconds acquisition{};  // when the slowest of the sensors' threads advanced
+  Nanoseconds acquisition{};  // last progress of the slowest sensor thread
   Nanoseconds engine{}, exciter{};
   std::optional<Nanoseconds> estimator_busy;  // since when; nothing when idle
   Nanoseconds recorder{};
   bool recorder_idle = true;
 };
 
-// Which of them is stuck, a sentence; empty when none is. The clients' loop is not among them: it
-// asks.
+// A sentence that names the stuck thread; empty if there is none. The clients' loop is not
+// checked, because it makes this call.
 std::string stuck(const Progress& progress, Nanoseconds now);
 
-// Threads without which nothing is in danger at once, but without which no motion may go on.
+// Threads whose hang is not dangerous at once, but whose hang must end the motion.
 struct Helpers {
-  Nanoseconds clients{};                      // when clients were last heard
+  Nanoseconds clients{};                      // last progress of the clients' thread
   std::optional<Nanoseconds> estimator_busy;  // since when; nothing when idle
 };
 struct EndOfMotion {

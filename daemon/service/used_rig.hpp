@@ -1,8 +1,8 @@
-// The rig file as this daemon uses it, kept for whoever must stop the exciter after it.
+// A copy of the rig file as this daemon uses it, for the program that stops the exciter
+// afterwards.
 //
-// Somebody may edit the rig file while the daemon runs. shakerd-stop-exciter must stop the exciter
-// that was driven, not the one that the file names by then, and it must do so even when the file is
-// no longer good.
+// The rig file may be edited while the daemon runs. shakerd-stop-exciter must stop the exciter
+// that was driven, not the one that the file names later, even if the file is no longer valid.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +12,10 @@
 
 namespace shaker::daemon {
 
-// Where the copy is: in the folder that systemd gives the service, empty without one.
+// Path of the copy, in the folder that systemd provides to the service; empty without systemd.
 std::filesystem::path used_rig_file();
 
-// Replaces the copy as a whole. Nothing is done where `file` is empty.
+// Replaces the copy atomically. Does nothing if `file` is empty.
 Result<void> keep_used_rig(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace shaker::daemon

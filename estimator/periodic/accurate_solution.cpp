@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kMaxNewtonSteps = 12;
 constexpr double kUnboundedError = std::numeric_limits<double>::infinity();
-// The first two grids only serve the comparison with each other, which is no better than this: the
-// share of the excitation, or of the largest acceleration, that a residual may be.
+// Residual tolerance of the first two grids, as a share of the excitation or of the largest
+// acceleration. They only serve the comparison with each other, which is not more accurate.
 constexpr double kCoarseGrids = 1e-5;
 
 }  // namespace
@@ -43,7 +43,7 @@ void AccurateSolution::set_excitation(double frequency_hz, double amplitude) {
   std::fill(excited_.begin(), excited_.end(), 0);
 }
 
-// Largest differences at the points that both grids have, against the largest values.
+// Largest differences at the common points of both grids, relative to the largest values.
 AccurateSolution::Change AccurateSolution::change(const PeriodicSystem& coarse,
                                                   const PeriodicSystem& fine) const {
   const int s = model_->coordinates();
@@ -84,7 +84,7 @@ AccuracyReport AccurateSolution::solve(std::span<const double> theta, double acc
     PeriodicSystem& fine = level(at);
     const PeriodicSystem& coarse = *levels_[at - 1];
     fine.interpolate_from(coarse);
-    // As accurate as the comparison needs it, and no more: residuals are second derivatives.
+    // The comparison needs no smaller residual than this; a residual scales as an acceleration.
     constexpr double kSquareOfTwoPi = 39.5;
     const double size = 1e-3 + std::fabs(fine.value(0, 0));
     const double scale = kSquareOfTwoPi * fine.frequency() * fine.frequency() * size;
@@ -105,7 +105,7 @@ AccuracyReport AccurateSolution::solve(std::span<const double> theta, double acc
     report.reached = at > 1 && std::max(report.state_error, report.sensitivity_error) <= accuracy;
     if (report.reached) break;
   }
-  // No finer grid, for which the first one's solution was only to begin.
+  // No finer grid has a solution: the first one is solved to the full tolerance.
   if (finest_ == 0 && report.solve.status == SolveStatus::converged) {
     const int steps = report.solve.iterations;
     report.solve = level(0).solve(theta, kMaxNewtonSteps, PeriodicSystem::kTolerance);

@@ -8,10 +8,10 @@ namespace shaker::estimator {
 namespace {
 
 constexpr double kConverged = 1e-11;  // length of a Newton step, in the arc's measure
-constexpr double kBottom = 1e-8;      // below which a step that no longer shrinks is rounding
+constexpr double kBottom = 1e-8;      // a shorter step that no longer shrinks is rounding
 
-constexpr double kSharp = 0.94;      // cosine between tangents that is not accepted
-constexpr double kStraight = 0.995;  // and that lets the step grow
+constexpr double kSharp = 0.94;      // smallest accepted cosine between successive tangents
+constexpr double kStraight = 0.995;  // a greater cosine lets the step grow
 
 }  // namespace
 
@@ -103,8 +103,9 @@ bool Arc::solve_at(double value, std::span<const double> start, ArcPoint& out) {
   return true;
 }
 
-// Factorises the ring at `point`; the rows are the Newton step and dz/dvalue. Velocities go with
-// the frequency and accelerations with its square, the kink's corrections included.
+// Factorises the ring at `point` and solves for the rows: the Newton step and dz/dvalue. Velocities
+// are proportional to the frequency and accelerations to its square, including the corrections at
+// kinks.
 bool Arc::factorise(const ArcPoint& point) {
   if (!linearise(point) || !system_.factorise()) return false;
   const int s = system_.model().coordinates();

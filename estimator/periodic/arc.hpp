@@ -1,10 +1,10 @@
-// One step along a curve of periodic solutions: the ring's equations (5.19) with the frequency or
-// the amplitude of the excitation as one unknown more, closed by a plane across the curve. Private
-// to continuation and branch switching.
+// One step along a curve of periodic solutions. The equations are those of the ring (5.19); the
+// frequency or the amplitude of the excitation is one more unknown, and a plane normal to the
+// curve is the last equation. Private to continuation and branch switching.
 //
-// Both systems that a step needs have dg/dz as matrix, so that the factorised ring serves (block
-// elimination). At a fold dg/dz is singular, but only there, and a Newton step that rounding spoilt
-// is mended by the next.
+// Both systems of a step have the matrix dg/dz, so one factorisation serves (block elimination).
+// dg/dz is singular only exactly at a fold; a Newton step with large rounding errors there is
+// corrected by the next one.
 #pragma once
 
 #include <span>
@@ -16,7 +16,7 @@ namespace shaker::estimator {
 
 enum class Along { frequency, amplitude };
 
-// A point of the curve, and a direction in the same shape.
+// A point of the curve, or a direction: state of the ring and value.
 struct ArcPoint {
   std::vector<double> z;
   double value = 0.0;  // frequency, Hz, or amplitude
@@ -28,14 +28,14 @@ struct StepLimits {
   double least = 1e-6, greatest = 0.05;
 };
 
-// cos over each of `periods` periods on `points` points.
+// cos over `periods` whole periods on `points` equal steps.
 std::vector<double> cosine_shape(int points, int periods);
 
 class Arc {
  public:
-  // `shape` is the excitation for an amplitude of 1 at the grid's points, `periods` how many of its
-  // periods they span; `held` the one of frequency and amplitude that does not change, and `range`
-  // > 0 the interval of the other over which a length of 1 is measured.
+  // `shape`: the excitation with amplitude 1 at the grid's points; `periods`: the periods of the
+  // excitation in it. `held`: the constant one of frequency (Hz) and amplitude (m/s^2). `range`
+  // > 0: the interval of the other one that has length 1.
   Arc(const Model& model, std::vector<double> theta, GridOptions grid, std::vector<double> shape,
       int periods, Along along, double held, double range);
 
@@ -48,24 +48,27 @@ class Arc {
   double frequency(double value) const { return along_ == Along::frequency ? value : held_; }
   double amplitude(double value) const { return along_ == Along::frequency ? held_ : value; }
 
-  // Lengths are measured with each coordinate over its own motion in `point` from here on;
-  // `direction` gets unit length again.
+  // Scales lengths from here on by the rms motion of each coordinate in `point`, and normalises
+  // `direction`.
   void set_scale(const ArcPoint& point, ArcPoint& direction);
   double dot(const ArcPoint& a, const ArcPoint& b) const;
 
-  // Puts the ring at a point and linearises it there.
+  // Sets state and excitation of the ring to a point and linearises there.
   bool linearise(const ArcPoint& point);
   // Solves at a fixed value from the state `start`.
   bool solve_at(double value, std::span<const double> start, ArcPoint& out);
-  // Solves in the plane through `guess` across `direction`. Returns the iterations, 0 on failure.
+  // Solves in the plane through `guess` normal to `direction`. Returns the number of iterations, or
+  // 0 on failure.
   int correct(const ArcPoint& guess, const ArcPoint& direction, ArcPoint& out, int most = 8);
-  // From `point` one step along its unit tangent `direction`; both become those of the next point.
-  // `step` is halved until the corrector succeeds and the curve does not bend sharply, and grows
-  // after an easy success. False, nothing changed, when it fell below the least.
+  // Makes one step from `point` along its unit tangent `direction`; both become those of the next
+  // point. `step` is halved until the corrector succeeds and the curve does not bend sharply; it
+  // grows after an easy success. Returns false when `step` falls below the least; `point` and
+  // `direction` are then unchanged.
   bool advance(ArcPoint& point, ArcPoint& direction, double& step, StepLimits limits);
-  // Unit tangent at `point`, on the side of `like`; false when the ring is exactly singular.
+  // Computes the unit tangent at `point`, on the side of `like`; false when the ring cannot be
+  // linearised or is exactly singular.
   bool tangent(const ArcPoint& point, const ArcPoint& like, ArcPoint& out);
-  // Where dg/dz is singular, its null vector, by inverse iteration from `direction`.
+  // Computes the null vector of dg/dz where it is singular, by inverse iteration from `direction`.
   bool critical_direction(const ArcPoint& point, ArcPoint& direction);
 
  private:

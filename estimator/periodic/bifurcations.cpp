@@ -1,4 +1,5 @@
-// What happens between two points of a curve: found by sign changes, located by false position.
+// Bifurcations between two points of a curve: sign changes reveal them, false position locates
+// them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +11,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kLocated = 1e-10;  // of the distance between two points
+constexpr double kLocated = 1e-10;  // tolerance, share of the distance between two points
 
 // det(M - at), real because multipliers come in conjugate pairs.
 double determinant(const Floquet& f, double at) {
@@ -27,15 +28,15 @@ int outside(const Floquet& f) {
 
 using Test = std::function<double(const BranchPoint&)>;
 
-// False position (Illinois) on the plane's place between two points; `point_at` gives the point
-// there, empty when it cannot be had.
+// False position (Illinois variant) over the plane's position between two points, from 0 to 1.
+// `point_at` computes the point at a position, or nothing if that fails.
 template <class PointAt>
 std::optional<BranchPoint> locate(double test_a, double test_b, const Test& test,
                                   const PointAt& point_at) {
   double a = 0.0, b = 1.0;
   std::optional<BranchPoint> best;
   double best_test = 1e300;
-  int side = 0;  // that was replaced last
+  int side = 0;  // which end was replaced last: -1 lower, 1 upper
   for (int round = 0; round < 60 && b - a > kLocated; ++round) {
     double s = (a * test_b - b * test_a) / (test_b - test_a);
     if (!(s > a && s < b)) s = 0.5 * (a + b);
@@ -111,7 +112,7 @@ std::vector<BranchPoint> Continuation::solutions_at(const Branch& branch, double
   Arc arc = make_arc(branch);
   const bool forward = branch.to > branch.from;
   const double reached = 1e-12 * std::max(std::fabs(value), arc.range());
-  // Folds stand in the sequence too, so that both solutions beside one are found.
+  // The sequence includes the folds, so that the solutions on both sides of one are found.
   std::vector<const BranchPoint*> sequence;
   std::size_t next_special = 0;
   for (std::size_t i = 0; i < branch.points.size(); ++i) {

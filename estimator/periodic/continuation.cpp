@@ -18,14 +18,14 @@ std::string at(Along along, double value) {
                                    : fmt::format("an amplitude of {:.6g}", value);
 }
 
-// Extreme of the parabola through three points on equal steps, at the middle one's side.
+// Extreme value of the parabola through three points on equal steps.
 double extreme(double before, double here, double after) {
   const double bend = before - 2.0 * here + after;
   return bend == 0.0 ? here : here - (after - before) * (after - before) / (8.0 * bend);
 }
 
-// The part of a solution that changes sign after half the ring, against that of another: negative
-// when it passed through nothing in between.
+// Scalar product of the parts of two solutions that change sign after half the ring. It is negative
+// when this part passed through zero between the two.
 double half_ring(const ArcPoint& a, const ArcPoint& b) {
   const std::size_t half = a.z.size() / 2;
   double sum = 0.0;
@@ -161,7 +161,8 @@ void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& br
     const ArcPoint chord = difference(point, before);
     const double length = std::sqrt(arc.dot(chord, chord));
     next.arclength = branch.points.back().arclength + length;
-    // There the value turns too, which is no fold: the other half is this one, a period later.
+    // Where a branch of twice the period joins the original one, the value turns too, but this is
+    // no fold: the rest of the curve has the same solutions, one period later.
     const bool joins = branch.periods % 2 == 0 && half_ring(before, point) < 0.0;
     if (!joins) look_between(arc, branch.points.back(), next, tangent, branch);
     branch.points.push_back(std::move(next));
@@ -183,7 +184,7 @@ void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& br
       branch.ended = "the curve closes on itself";
       return;
     }
-    // Lengths follow the motion's size from point to point.
+    // The measure of length follows the size of the motion from point to point.
     arc.set_scale(point, direction);
   }
   branch.ended = fmt::format("ended after {} points at {}", options_.most_points,
@@ -192,7 +193,8 @@ void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& br
 
 namespace {
 
-// At the whole excitation, which stands between two points of an arc: from their chord, or beyond.
+// Solves at the full excitation, which lies between two points of an arc. It starts from their
+// chord, then from the upper point.
 bool solve_between(PeriodicSystem& system, std::span<const double> theta, const ArcPoint& below,
                    const ArcPoint& above) {
   const double share = (1.0 - below.value) / (above.value - below.value);

@@ -1,17 +1,20 @@
-// A curve of periodic solutions over the frequency or the amplitude of the excitation: the response
-// curve, followed by pseudo-arclength through its folds, with what lives on it.
+// Pseudo-arclength continuation of periodic solutions over the frequency or the amplitude of the
+// excitation: the response curve through its folds, with stability and bifurcations.
 //
-// Where a spring hardens or softens, one excitation has several solutions; which of them the rig is
-// on depends on how it got there. A curve followed by arclength passes through all that hang
-// together, stable or not, and says where they meet (folds) and where the motion takes two periods
-// to repeat from then on (period doublings).
+// With a hardening or softening spring one excitation has several solutions, and the history of the
+// rig decides which of them it shows. A curve followed by arclength passes through all connected
+// solutions, stable or not. It shows where they meet (folds) and from where the motion repeats
+// only after two periods (period doublings).
 //
-// Method: the unknowns z of (5.19) and the frequency or amplitude; predictor along the unit
-// tangent, corrector in the plane across it; the step grows after easy corrections and shrinks
-// after failures and sharp bends. A bifurcation between two points shows as a sign change and is
-// located by false position on the arclength: a fold by the tangent's share of the value, a period
-// doubling by det(M + 1) of the monodromy matrix M, a branch point by det(M - 1), a torus by the
-// count of complex multipliers outside the unit circle.
+// Method: the unknowns are z of (5.19) and the frequency or amplitude. The predictor goes along the
+// unit tangent; the corrector solves in the plane normal to it. The step grows after easy
+// corrections and shrinks after failures and sharp bends. A sign change between two points reveals
+// a bifurcation, which false position along the chord then locates:
+//
+//   fold             the value's component of the unit tangent
+//   period doubling  det(M + 1), M the monodromy matrix
+//   branch point     det(M - 1)
+//   torus            the largest |multiplier| - 1, when two multipliers cross the unit circle
 #pragma once
 
 #include <complex>
@@ -27,8 +30,8 @@ namespace shaker::estimator {
 
 struct ContinuationOptions {
   GridOptions grid{Scheme::order6, 256, true};  // points of one excitation period
-  int periods = 1;           // of the excitation, after which a new curve's solutions repeat
-  int harmonics = 5;         // of the observed coordinate, kept with every point
+  int periods = 1;           // of the excitation in one period of a new curve's solutions
+  int harmonics = 5;         // of the observed coordinate, stored with every point
   double first_step = 0.01;  // lengths: 1 is the whole range, or the motion's own size
   double least_step = 1e-6;
   double greatest_step = 0.05;
@@ -38,13 +41,13 @@ struct ContinuationOptions {
 struct BranchPoint {
   double frequency_hz = 0.0, amplitude = 0.0;
   double least = 0.0, most = 0.0;  // of the observed coordinate
-  // Observed coordinate: [k] is the complex amplitude of the k-th harmonic of the whole cyclic time
-  // (of the excitation when it is one period long), Re(c exp(2 pi i k tau)); [0] the mean.
+  // Observed coordinate: [k] is the complex amplitude c of the k-th harmonic of the whole ring (of
+  // the excitation when the ring has one period), Re(c exp(2 pi i k tau)); [0] is the mean.
   std::vector<std::complex<double>> harmonics;
   Floquet floquet;
   bool stable = false;
   double arclength = 0.0;
-  double turning = 0.0;  // the tangent's share of the value, > 0 on the way to `to`
+  double turning = 0.0;  // the value's component of the unit tangent, > 0 on the way to `to`
   ArcPoint at;           // the whole solution
 };
 
@@ -54,7 +57,7 @@ std::string_view name(Bifurcation kind);
 struct SpecialPoint {
   Bifurcation kind = Bifurcation::fold;
   BranchPoint point;
-  std::size_t after = 0;  // stands between points [after] and [after + 1]
+  std::size_t after = 0;  // lies between points [after] and [after + 1]
 };
 
 struct Branch {
@@ -63,30 +66,31 @@ struct Branch {
   int periods = 1;
   std::vector<BranchPoint> points;
   std::vector<SpecialPoint> special;
-  bool complete = false;  // got to `to`
+  bool complete = false;  // reached `to`
   std::string ended;      // sentence: how, where and why it ended
 };
 
-// One thread. Allocates.
+// Use it from one thread. All functions allocate. Frequencies in Hz, amplitudes in m/s^2. A failure
+// is reported in Branch::ended.
 class Continuation {
  public:
-  // `model` must outlive it; `theta` has all its parameters.
+  // `model` must outlive it; `theta` has a value for each of its parameters.
   Continuation(const Model& model, std::vector<double> theta, ContinuationOptions options = {});
 
-  // Both from a solution at `from` that is reached from rest, towards `to` and through folds, until
-  // the value leaves the interval between them at either end.
+  // Both start with a solution at `from`, reached from rest. They follow the curve towards `to` and
+  // through folds, until the value leaves the interval between `from` and `to` at either end.
   Branch over_frequency(double amplitude, double from, double to);
   Branch over_amplitude(double frequency_hz, double from, double to);
-  // From a solution of one's own at `value` (`start` is a state on this grid, approximate), first
-  // in the direction from `from` to `to`; a curve that closes on itself is followed once.
+  // Starts at `value` from `start`, an approximate state on this grid, and goes first in the
+  // direction from `from` to `to`. A curve that closes on itself is followed once.
   Branch from_state(Along along, double held, double value, double from, double to,
                     std::span<const double> start);
 
-  // The branch with twice the period that leaves `branch` at a period doubling, along the critical
-  // multiplier's direction; followed until the value leaves the interval of `branch`.
+  // Follows the branch with twice the period that leaves `branch` at the period doubling `at`. It
+  // starts in the direction of the critical multiplier and ends like the others.
   Branch doubled(const Branch& branch, const SpecialPoint& at);
 
-  // All solutions on the branch at one value, solved there exactly, in the order of the branch.
+  // Returns all solutions of the branch at one value, solved there, in the order of the branch.
   std::vector<BranchPoint> solutions_at(const Branch& branch, double value);
 
   const ContinuationOptions& options() const { return options_; }
@@ -107,8 +111,8 @@ class Continuation {
   ContinuationOptions options_;
 };
 
-// A solution at the excitation of `system` when growing the excitation step by step fails: by
-// arclength over the amplitude, through folds. On failure the report says how far that got.
+// Solves at the excitation of `system` by arclength continuation over the amplitude, through folds.
+// It serves where solve_from_rest() fails. On failure the report holds the amplitude reached.
 SolveReport solve_through_folds(PeriodicSystem& system, std::span<const double> theta);
 
 }  // namespace shaker::estimator

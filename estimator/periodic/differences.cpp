@@ -69,7 +69,7 @@ void PeriodicSystem::differentiate() {
         u[i] = z_[i * s_ + c];
     take_differences(stencil_of(c), frequency_ * n_, n_, u, v_[c], a_[c]);
     for (int i = n_; i < padded_; ++i)
-      u[i] = u[n_ - 1];  // no wild values in the padding
+      u[i] = u[n_ - 1];  // admissible values in the padding too
   }
 }
 

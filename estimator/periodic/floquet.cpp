@@ -18,7 +18,7 @@ using Eigen::MatrixXd;
 
 constexpr int kStages = 3;
 constexpr int kDeepest = 24;            // halvings of an interval
-constexpr int kMaxIntervalSteps = 128;  // in an interval; two corners take about 100
+constexpr int kMaxIntervalSteps = 128;  // in an interval; two kinks take about 100
 constexpr double kRoot6 = 2.449489742783178;
 constexpr double kC[kStages] = {(4 - kRoot6) / 10, (4 + kRoot6) / 10, 1.0};
 constexpr double kA[kStages][kStages] = {
@@ -35,8 +35,8 @@ constexpr double squared(int j, int l) {
 
 constexpr int kPoints = 3 * kStages + 1;
 
-// Of the step's stages, then of its two halves', then of its start, where no stage stands: the
-// share of the step.
+// Time of point k as a share of the step: first the stages of the step, then those of its two
+// halves, then the start of the step, where there is no stage.
 double stage_time(int k) {
   if (k == kPoints - 1) return 0.0;
   const int part = k / kStages;
@@ -44,13 +44,13 @@ double stage_time(int k) {
   return part == 0 ? c : 0.5 * (part - 1 + c);
 }
 
-// What the equations hold of a coordinate: its acceleration, only its velocity, or neither.
+// The highest derivative of a coordinate in the equations: acceleration, velocity, or none.
 enum class Kind { massive, first_order, algebraic };
 
-// Weights, absolute sum 1, of the divided difference over the points from `first` on, the stage at
-// the end left out (it stands there twice): next to nothing for a smooth slope, and not for one
-// with a corner. Comparing a step with its halves is blind to a corner at certain places; this is
-// blind at others.
+// Weights (absolute sum 1) of the divided difference over the points from `first` on. The stage at
+// the end of the step is left out because the second half has a stage there too. The difference is
+// very small for smooth derivatives and not small where they have a kink. The comparison of a step
+// with its halves misses a kink at certain positions; this test misses it at others.
 struct Corner {
   double weight[kPoints] = {};
 
@@ -80,9 +80,9 @@ class Variation {
  public:
   Variation(const PeriodicSystem& system, std::span<const double> theta);
   int size() const { return size_; }
-  // The monodromy matrix of u and v / (2 pi f); false when the equations are singular. `course`
-  // gets, unless it is null, what the observed coordinate at each grid point owes to the state at
-  // the first one, a row a point.
+  // Computes the monodromy matrix of u and v / (2 pi f); returns false when the equations are
+  // singular. `course` (may be null) gets one row for each grid point: the derivative of the
+  // observed coordinate there over the state at the first point.
   bool monodromy(double tolerance, MatrixXd& out, double& error, MatrixXd* course = nullptr);
 
  private:
@@ -98,7 +98,7 @@ class Variation {
   int s_, size_ = 0;
   double omega_, spacing_, error_ = 0.0;
   std::vector<Kind> kind_;
-  std::vector<Index> place_;  // of a coordinate's u in the state; its v follows
+  std::vector<Index> place_;  // index of a coordinate's u in the state; its v follows
   AlignedVector store_, x_;
   std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
 };
@@ -128,8 +128,8 @@ Variation::Variation(const PeriodicSystem& system, std::span<const double> theta
                    {u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_});
 }
 
-// The partial derivatives at all stages of the step and of its two halves. Between grid points the
-// solution is the quintic through u, v and a at both ends.
+// Evaluates the partial derivatives at all stages of the step and of its two halves. Between grid
+// points the solution is the quintic through u, v and a at both ends.
 bool Variation::evaluate(int i, double from, double length) {
   const int next = (i + 1) % system_.points();
   const double h = spacing_;
@@ -157,8 +157,8 @@ bool Variation::evaluate(int i, double from, double length) {
       {g_.data(), g_u_.data(), g_v_.data(), g_a_.data(), g_theta_.data(), scratch_.data()});
 }
 
-// One Radau step of length h as a matrix on the state. Unknown in each stage is the highest
-// derivative of every coordinate that the equations hold; the lower ones follow from it.
+// Computes the matrix of one Radau step of length h on the state. The unknown of each stage is the
+// highest derivative of every coordinate in the equations; the lower ones follow from it.
 bool Variation::step(int first_point, double h, MatrixXd& out) {
   const Index unknowns = kStages * s_;
   MatrixXd left = MatrixXd::Zero(unknowns, unknowns);
@@ -219,8 +219,8 @@ double Variation::corner_error(double h) const {
   return mass > 0.0 ? error / mass : 0.0;
 }
 
-// A velocity that turns close to zero may cross it twice between two stages, two corners that
-// neither estimate sees: come closer until it is clear.
+// True if a velocity has an extreme so close to zero that it may cross zero twice between two
+// stages. Neither error estimate sees these two kinks, so the interval is halved further.
 bool Variation::grazes(int depth) const {
   if (depth >= kDeepest / 2) return false;
   for (int c = 0; c < s_; ++c) {
@@ -242,8 +242,8 @@ bool Variation::interval(int i, double from, double length, int depth, double to
     return false;
   MatrixXd product = second * first;
   const double error = std::max((product - whole).cwiseAbs().maxCoeff() / 31.0, corner_error(h));
-  // Absurd parameters, which a failed fit may end on, would want steps without end: then the error
-  // says that the multipliers are crude.
+  // Extreme parameters, where a failed fit may end, would take very many steps. The limits end the
+  // refinement; the error then shows that the multipliers are inaccurate.
   if ((error <= tolerance && !grazes(depth)) || depth == kDeepest || ++steps_ > kMaxIntervalSteps) {
     error_ += error;
     out = std::move(product);

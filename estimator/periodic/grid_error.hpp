@@ -1,10 +1,10 @@
-// How far the finest of three grids still is from the exact solution, by how quickly solutions on
-// finer and finer grids come together.
+// Error estimate of the finest of three grids, from the differences between the solutions
+// (Richardson extrapolation with an observed order).
 //
 // With an error C n^-p the differences of three grids n1 < n2 < n3 are in the ratio
 //     (n1^-p - n2^-p) / (n2^-p - n3^-p),
-// which tells p; but no more is believed than the grid is trusted with, and what looks like less
-// than first order is taken for first order.
+// which gives the observed order p. It is limited to the interval from 1 to the trusted order of
+// the grid.
 #pragma once
 
 #include <cmath>
@@ -15,9 +15,9 @@
 
 namespace shaker::estimator {
 
-// The order that a grid may be trusted with. An uncorrected kink leaves the sensitivities the
-// second, but by fits and starts, as zeros of the velocity pass grid points: the last difference
-// itself is then as good as an estimate gets.
+// The highest order that the error estimate may assume. With an uncorrected kink the sensitivities
+// are of second order, but irregularly, because zeros of the velocity pass grid points. The order
+// is then taken as 1, which makes the last difference itself the estimate.
 inline int trusted_order(const Model& model, const GridOptions& grid) {
   const bool corrected =
       grid.correct_kink && grid.scheme != Scheme::fourier && model.coordinates() == 1;
@@ -27,13 +27,13 @@ inline int trusted_order(const Model& model, const GridOptions& grid) {
 
 struct GridDifference {
   double points = 0.0;  // of the finer grid
-  double size = 0.0;    // of its solution less that of the coarser one
+  double size = 0.0;    // of the difference between its solution and that of the coarser one
 };
 
-inline constexpr double kSlack = 1.001;  // for rounding in what is exactly of an order
+inline constexpr double kSlack = 1.001;  // rounding allowance for an exact order
 
-// `coarsest`: points of the first grid. Grids that do not come together at all have an infinite
-// error.
+// Returns the estimated error of the finest grid. `coarsest`: points of the first grid. The error
+// is infinite if the differences do not shrink.
 inline double error_on_finest(int trusted, double coarsest, const GridDifference& before,
                               const GridDifference& last) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();

@@ -13,11 +13,11 @@
 namespace shaker::estimator {
 namespace {
 
-// Points for each harmonic kept. Cubic forces need four for products not to fold back; forces that
-// are no polynomials have a tail, which this keeps below what is left out anyway.
+// Grid points for each harmonic kept. Cubic forces need four to avoid aliasing. Forces that are not
+// polynomials have further harmonics; eight keep their aliasing below the truncation error.
 constexpr int kPointsPerHarmonic = 8;
 constexpr int kFewestPoints = 64;
-// Harmonics looked at beyond those kept, as a multiple of them, to say what is left out.
+// Harmonics beyond those kept that the error estimate uses, as a multiple of those kept.
 constexpr int kLookAhead = 2;
 
 }  // namespace
@@ -77,7 +77,7 @@ void HarmonicReduction::resize(int harmonics) {
     }
 }
 
-// The state on the grid, the equations there, and their projection on the harmonics.
+// Evaluates the state and the equations on the grid and projects them on the harmonics.
 bool HarmonicReduction::linearise(std::span<const double> theta) {
   const int s = model_->coordinates(), n = grid_->points(), m = 2 * harmonics_ + 1;
   for (int c = 0; c < s; ++c) {
@@ -109,7 +109,7 @@ bool HarmonicReduction::linearise(std::span<const double> theta) {
   return true;
 }
 
-// Damped Newton on the harmonics; the columns of sensitivities come with the last step.
+// Iterates damped Newton on the harmonics. The last step also gives the sensitivities.
 SolveReport HarmonicReduction::newton(std::span<const double> theta) {
   SolveReport report;
   constexpr int kMostRounds = 40;
@@ -128,7 +128,7 @@ SolveReport HarmonicReduction::newton(std::span<const double> theta) {
     }
     if (share > 1e-6) continue;
     unknowns_.col(0) = from;
-    // No further down: rounding, or really stuck.
+    // The residual does not decrease any further: rounding, or no convergence.
     const bool rounding = step.norm() <= 1e-9 * (1e-9 + from.norm());
     if (!linearise(theta)) return {SolveStatus::inadmissible, report.iterations};
     return {rounding ? SolveStatus::converged : SolveStatus::no_convergence, report.iterations};
@@ -136,8 +136,9 @@ SolveReport HarmonicReduction::newton(std::span<const double> theta) {
   return {SolveStatus::no_convergence, report.iterations};
 }
 
-// The residual's harmonics beyond those kept, as the displacement that they would make: the
-// inertia alone answers up there. Added up, as they may all peak at the same moment.
+// Estimates the truncation error: the displacement that the residual's further harmonics would
+// cause. At these frequencies the inertia dominates. The moduli are summed because all harmonics
+// may peak at the same time.
 double HarmonicReduction::left_out() const {
   const int s = model_->coordinates(), n = grid_->points();
   const double w = kTwoPi * frequency_;

@@ -1,14 +1,15 @@
-// Harmonic reduction: the periodic solution by its first few harmonics. Where the forces vary
-// slowly over the period, the response has few harmonics that matter; these alone are the unknowns,
-// and the equations of motion hold in their projection on the same harmonics (Galerkin), with the
-// forces taken on a grid fine enough that their products do not fold back. What the projection
-// leaves of the residual says how good the reduction is, and more harmonics are taken until that is
-// small.
+// Harmonic reduction (harmonic balance): the periodic solution as a sum of its first few harmonics.
+// Where the forces vary slowly over the period, few harmonics of the response matter. Their
+// coefficients are the unknowns; the equations of motion hold in their projection on the same
+// harmonics (Galerkin). The forces are evaluated on a grid that is fine enough to avoid aliasing.
+// The residual outside the projection measures the error of the reduction; harmonics are added
+// until it is small.
 //
-// The thesis names the idea for (5.13) and leaves it to its references; the equations here are
-// those of harmonic balance by alternating frequency and time.
+// The thesis mentions the idea for (5.13) and leaves it to its references. The equations here are
+// those of the alternating frequency/time method.
 //
-// One thread beside an immutable Model, as PeriodicSystem; allocates when harmonics are added.
+// A HarmonicReduction is a workspace for one thread; the Model is immutable and may be shared.
+// solve() allocates.
 #pragma once
 
 #include <span>
@@ -23,18 +24,18 @@ namespace shaker::estimator {
 
 struct ReductionOptions {
   int least = 3;           // harmonics to begin with
-  int most = 48;           // then it gives up
-  double accuracy = 1e-6;  // of the displacement's largest harmonic: what may be left out
+  int most = 48;           // harmonics at which the reduction stops
+  double accuracy = 1e-6;  // permitted truncation error, share of the largest harmonic
 };
 
-// What the reduction found. With `status` converged but not `sufficient` the solution is that of
-// `most` harmonics and is off by about `left_out`.
+// Result of a reduction. If `status` is converged but `sufficient` is false, the solution has
+// `most` harmonics and an error of about `left_out`.
 struct ReducedSolution {
   SolveStatus status = SolveStatus::converged;
   bool sufficient = false;
   int harmonics = 0;
-  int iterations = 0;     // Newton steps, all numbers of harmonics together
-  double left_out = 0.0;  // estimated, share of the largest harmonic
+  int iterations = 0;     // Newton steps, the sum over all numbers of harmonics
+  double left_out = 0.0;  // estimated truncation error, share of the largest harmonic
   std::string sentence() const;
 };
 
@@ -44,16 +45,17 @@ class HarmonicReduction {
   // positive.
   HarmonicReduction(const Model& model, ReductionOptions options);
 
-  // amplitude * cos(2 pi tau), from the table.
+  // Sets the excitation of the table to amplitude * cos(2 pi tau), m/s^2.
   void set_excitation(double frequency_hz, double amplitude);
-  // From the last solution; the first time from rest. Never throws.
+  // Solves from the last solution; from rest the first time and after a failure. Failures are
+  // reported in the status.
   ReducedSolution solve(std::span<const double> theta);
 
-  // Of the last solution, coordinate c at cyclic time tau: the state, and its derivative over
-  // parameter k (sensitivities hold to about the same accuracy as the state).
+  // Coordinate c of the last solution at cyclic time tau, and its derivative over parameter k. Both
+  // have about the same relative accuracy.
   double value(double tau, int c = 0) const;
   double sensitivity(double tau, int k, int c = 0) const;
-  // Amplitude of a harmonic, the model's length unit.
+  // Amplitude of a harmonic, in the model's length unit; harmonic 0 is the modulus of the mean.
   double amplitude(int harmonic, int c = 0) const;
   int harmonics() const { return harmonics_; }
 
@@ -70,7 +72,7 @@ class HarmonicReduction {
   int harmonics_ = 0;
   bool solved_ = false;
   std::unique_ptr<PeriodicSystem> grid_;
-  // Values, first and second derivative over time of 1, cos, sin, cos 2, ... on the grid.
+  // Values and derivatives over the phase (rad) of 1, cos, sin, cos 2, ... at the grid's points.
   Eigen::MatrixXd basis_, first_, second_;
   Eigen::MatrixXd jacobian_;
   Eigen::MatrixXd unknowns_;  // column 0: harmonics of the state; 1 + k: over theta_k

@@ -9,24 +9,25 @@
 namespace shaker::estimator {
 namespace {
 
-// Acceleration and jerk at a zero, against the largest acceleration beside it (jerk: a step).
+// Limits of acceleration and jerk at a zero, relative to the largest acceleration at its
+// neighbours (jerk: times the rate).
 constexpr double kSteepest = 2.0, kSharpest = 4.0;
 
-// What is beyond is cut. Each step takes the jumps from the acceleration of the step before, in
-// which the jumps before are: where kappa |a| h^2 is not small (a trial step into the gas's wall),
-// they would grow as the square of themselves from step to step, until they overflow.
+// Limits |x| to `most`. The jumps depend on the acceleration of the previous step, which contains
+// the previous jumps. Where kappa |a| h^2 is not small (a trial step into the gas spring's wall),
+// they would grow quadratically from step to step until they overflow.
 double held_within(double x, double most) {
   return std::fabs(x) <= most ? x : std::copysign(most, x);
 }
 
 SHAKER_INLINE void negative(const double* v, LaneMask& out) {
   Lanes values;
-  __builtin_memcpy(&values, v, sizeof values);  // anywhere in memory
+  __builtin_memcpy(&values, v, sizeof values);  // v need not be aligned
   out = values < 0.0;
 }
 
-// The first point, from `from` on, after which the velocity changes its sign; n when there is none.
-// Changes are few: eight points are looked at together.
+// Returns the first point, starting with `from`, after which the velocity changes its sign; n when
+// there is none. Eight points are tested together because changes are rare.
 SHAKER_SIMD_CLONES int next_change(int n, int from, const double* v) {
   int i = from;
   for (; i + kLanes <= n; i += kLanes) {
@@ -95,7 +96,7 @@ void KinkCorrection::correct_state(double kappa, double rate, double* v, double*
   v[n_] = v[0];
   for (int i = next_change(n_, 0, v); i < n_ && count_ < kMost; i = next_change(n_, i + 1, v)) {
     Zero& zero = zeros_[static_cast<std::size_t>(count_++)];
-    // What a step without a number has left is not gone on from.
+    // Values that an earlier step made not finite are not used as a start.
     zero.known = zero.known && zero.base == i && std::isfinite(zero.fraction + zero.jump5);
     if (!zero.known && !std::isfinite(zero.damping + zero.inertia)) zero = Zero{};
     zero.base = i;
@@ -118,9 +119,9 @@ void KinkCorrection::add_jumps(double* v, double* a) const {
   }
 }
 
-// Where the cubic through v, a at both neighbours is zero, both corrected with what is known of the
-// zero (from the step before, or a first guess) and the right one continued from the left, so that
-// the cubic has no kink in it.
+// Locates the zero as the root of the Hermite cubic through v and a at both neighbours. Both are
+// first corrected with the jumps known so far (from the previous step, or a first guess). The right
+// one is then shifted to the smooth continuation of the left side, so that the cubic has no kink.
 void KinkCorrection::locate(Zero& zero, const double* v, const double* a) const {
   const int reach = stencil_.reach;
   const double h = 1.0 / rate_;
@@ -149,7 +150,8 @@ void KinkCorrection::locate(Zero& zero, const double* v, const double* a) const 
   weigh(zero);
 }
 
-// Two Newton steps for the root of the Hermite cubic; its derivatives there and the jumps.
+// Makes two Newton steps for the root of the Hermite cubic. Sets its derivatives there and the
+// jumps.
 void KinkCorrection::find_root(Zero& zero, double v0, double v1, double a0, double a1) const {
   const double h = 1.0 / rate_;
   const double m0 = a0 * h;
@@ -171,8 +173,8 @@ void KinkCorrection::find_root(Zero& zero, double v0, double v1, double a0, doub
 
 namespace {
 
-// Lane r is the row of point base - reach + 1 + r; `offset` holds its neighbours across the zero,
-// against base, `first` and `second` their coefficients (0 where there is none).
+// Lane r is the row of point base - reach + 1 + r. `offset` holds its neighbours across the zero,
+// counted from base; `first` and `second` hold their coefficients (0 where there is none).
 SHAKER_SIMD_CLONES void weigh_rows(int partners, const double* offset, const double* first,
                                    const double* second, double fraction, double rate,
                                    double* weights1, double* weights2) {
@@ -202,14 +204,14 @@ SHAKER_SIMD_CLONES void weigh_rows(int partners, const double* offset, const dou
 
 }  // namespace
 
-// Each row's neighbours across the zero, row by row in the lanes, signs included.
+// Prepares each row's neighbours across the zero, one row in each lane, with signs.
 void KinkCorrection::prepare_weights() {
   const int reach = stencil_.reach;
   offset_.resize(static_cast<std::size_t>(reach * kLanes));
   first_.resize(offset_.size());
   second_.resize(offset_.size());
   for (int r = 0; r < 2 * reach; ++r) {
-    const int own = r - reach + 1;  // against base
+    const int own = r - reach + 1;  // counted from base
     const bool before = own <= 0;
     const int from = before ? 1 - own : -reach;
     const int to = before ? reach : -own;
@@ -237,7 +239,7 @@ void KinkCorrection::learn_slopes(const double* g_u, const double* g_v, const do
     const int i = zero.base;
     zero.inertia = between(at(g_a, i), at(g_a, i + 1));
     zero.stiffness = between(at(g_u, i), at(g_u, i + 1));
-    // d2g/dv2 is kappa / 2 on one side, -kappa / 2 on the other.
+    // The kinked part of d2g/dv2 is kappa / 2 on one side and -kappa / 2 on the other.
     zero.damping = between(at(g_v, i) - 0.5 * kappa_ * std::fabs(at(v, i)),
                            at(g_v, i + 1) - 0.5 * kappa_ * std::fabs(at(v, i + 1)));
   }
@@ -256,7 +258,8 @@ struct SensitivityZero {
   int stride;
 };
 
-// s, s', s'' on both sides of the zero from the differences with the old jumps; then the new ones.
+// Computes s', s'' and s''' at the zero from the differences with the old jumps, then the new
+// jumps.
 SHAKER_SIMD_CLONES void learn_group(const SensitivityZero& z, int group) {
   const int reach = z.reach;
   Lanes* jump[3];
@@ -301,8 +304,8 @@ SHAKER_SIMD_CLONES void learn_group(const SensitivityZero& z, int group) {
       (z.kappa * (sign * z.snap * first + 3.0 * sign * z.jerk * second + 3.0 * size * third) +
        own * (3.0 * size * z.jerk) + z.damping * jump4 + z.stiffness * jump3);
   const LaneMask mine = lanes_between(1 - kLanes * group, z.parameters - kLanes * group);
-  // What a step without a number has left in the rows would stay in the jumps for ever, as each is
-  // made from the last.
+  // A value that is not finite would stay in the jumps for ever, because each jump depends on the
+  // previous one.
   keep_finite(jump3);
   keep_finite(jump4);
   keep_finite(jump5);

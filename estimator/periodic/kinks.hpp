@@ -1,10 +1,10 @@
-// What |v| v does to a fixed grid, and how it is undone.
+// Correction of the finite differences for velocity reversals, where |v| v has a kink.
 //
 // At a zero t* of the velocity the second derivative of the force over v jumps by kappa
-// (Effect::velocity_kink), so that the fourth derivative of the state jumps, and the third of its
-// sensitivities s = dz/dtheta_k. With m the inertia, d the smooth part of the damping, a, j the
-// acceleration and jerk, kappa_k = dkappa/dtheta_k, all at t*, and a bar over the mean of both
-// sides,
+// (Effect::velocity_kink). The fourth derivative of the state u therefore jumps, and the third
+// derivative of its sensitivities s = dz/dtheta_k. Let m be the inertia, d the smooth part of the
+// damping, a and j the acceleration and the jerk, kappa_k = dkappa/dtheta_k, all at t*. A tilde
+// (x~) marks the mean of both sides. Then
 //
 //   [u'''' ] = -kappa a|a| / m
 //   [u^(5)]  = -(3 kappa |a| j + d [u'''']) / m
@@ -13,18 +13,18 @@
 //   [s^(5)]  = -(kappa (sgn(a) u''''~ s' + 3 sgn(a) j s'' + 3 |a| s'''~) + 3 kappa_k |a| j
 //                + d [s''''] + g_u [s''']) / m
 //
-// by differentiating g = 0 and g_a s'' + g_v s' + g_u s + g_theta = 0. A difference whose stencil
-// straddles t* is taken on the smooth continuation of its own side: the neighbours on the other
-// side are shifted by the Taylor terms of the jumps. Without it every fixed grid is of third order
-// in u and of second in s, however high its own order.
+// This follows by differentiating g = 0 and g_a s'' + g_v s' + g_u s + g_theta = 0. A difference
+// whose stencil contains t* uses the smooth continuation of its own side: the neighbours on the
+// other side are shifted by the Taylor terms of the jumps. Without the correction every fixed grid
+// is of third order in u and of second order in s, however high the order of its stencil is.
 //
 //            own side  |  other side
 //      o-----o-----o---|-o- - -o- - -o      neighbours right of t*:
 //                      t*                   minus sum [u^(m)] (t - t*)^m / m!
 //
-// The jumps of s need s itself: they are taken from the sensitivities of the step before, and so
-// settle along with Newton's method. A finer grid starts from the jumps by the coarser one's last
-// sensitivities.
+// The jumps of s depend on s itself. They are computed from the sensitivities of the previous
+// Newton step, so they converge together with Newton's method. A finer grid starts with the jumps
+// from the last sensitivities of the coarser grid.
 #pragma once
 
 #include <array>
@@ -36,44 +36,45 @@
 
 namespace shaker::estimator {
 
-// Belongs to one solution of one coordinate. Nothing allocates after construction. Rows of
-// right-hand sides and solutions, the Newton step first, then the sensitivities, are whole Lanes,
-// `row` doubles apart and aligned.
+// The correction for one solution of a model with one coordinate. One thread; no member function
+// allocates after construction. `rows` are right-hand sides or solutions: for each point the Newton
+// step, then the sensitivities, padded to whole Lanes, 64-byte aligned, `row` doubles apart.
 class KinkCorrection {
  public:
   KinkCorrection(const Stencil& stencil, int points, int parameters, int row);
 
-  // Begins anew: nothing is known of sensitivities.
+  // Discards all zeros and jumps.
   void forget();
-  // Begins from what another grid knows of the same solution; from the sensitivities that its
-  // `rows` hold as well, unless null.
+  // Starts from the zeros and jumps of `other`, another grid with the same solution. With `rows`
+  // (solutions on that grid, may be null) the jumps are first updated from its sensitivities.
   void inherit(const KinkCorrection& other, const double* rows, const double* kappa_theta);
 
-  // Finds the zeros of the velocity and corrects velocity and acceleration; `rate` = frequency n.
-  // `v` has room for one value behind the last point's.
+  // Finds the zeros of the velocity and corrects velocity and acceleration. `rate` is frequency
+  // times points, 1/s. `v` has n values and room for one more.
   void correct_state(double kappa, double rate, double* v, double* a);
-  // What the zeros that were found last do to velocity and acceleration.
+  // Adds the corrections of the zeros that were found last to velocity and acceleration.
   void add_jumps(double* v, double* a) const;
   bool any() const { return count_ > 0; }
-  // After the model has been evaluated: inertia, smooth damping and stiffness at the zeros.
+  // Takes inertia, smooth damping and stiffness at the zeros from the evaluated model.
   void learn_slopes(const double* g_u, const double* g_v, const double* g_a, const double* v);
-  // From the sensitivities that `rows` hold, before the next right-hand sides overwrite them;
-  // `kappa_theta`: dkappa/dtheta_k at [1 + k], 64-byte aligned, padded to a multiple of 8.
+  // Updates the jumps from the sensitivities in `rows`. Call it before new right-hand sides
+  // overwrite them. `kappa_theta`: dkappa/dtheta_k at [1 + k], 64-byte aligned, padded to a
+  // multiple of 8.
   void learn_sensitivities(const double* rows, const double* kappa_theta);
-  // Adds what the jumps do to the right-hand sides of the sensitivities.
+  // Corrects the right-hand sides of the sensitivities for the jumps.
   void correct_right_hand_sides(const double* g_v, const double* g_a, double* rows) const;
 
  private:
-  static constexpr int kMost = 32;  // zeros in a period; further ones stay uncorrected
+  static constexpr int kMost = 32;  // zeros over the ring; further ones are not corrected
   static constexpr int kOrders = 3;
 
   struct Zero {
-    bool known = false;  // from the step before, with this base
-    int base = 0;        // last point before it
+    bool known = false;  // found by the previous step too, with this base
+    int base = 0;        // last point before the zero
     double fraction = 0.0, acceleration = 0.0, jerk = 0.0, snap = 0.0;  // snap: mean of both sides
     double jump4 = 0.0, jump5 = 0.0;                                    // of the state
     double inertia = 1.0, damping = 0.0, stiffness = 0.0;
-    // What unit jumps add to first and second differences at points base - reach + 1 ...
+    // What unit jumps add to first and second differences at points base - reach + 1 and after.
     alignas(64) double first[kOrders][kLanes] = {};
     alignas(64) double second[kOrders][kLanes] = {};
   };
@@ -90,16 +91,16 @@ class KinkCorrection {
   const double* jumps(int zero, int order) const {
     return const_cast<KinkCorrection*>(this)->jumps(zero, order);
   }
-  // The jumps, `jumps` being laid out as jumps_, anew from the rows that were solved with them.
+  // Recomputes `jumps` (laid out as jumps_) from rows that were solved with their old values.
   void learn(const double* rows, const double* kappa_theta, double* jumps) const;
 
   Stencil stencil_;
   int n_, p_, row_;
   int stride_;  // of jumps_: columns, rounded up to whole Lanes
   double rate_ = 1.0, kappa_ = 0.0;
-  int count_ = 0;  // zeros found
-  int used_ = 0;   // of which something is remembered
-  int known_ = 0;  // zeros for which jumps_ hold something; 0: nothing
+  int count_ = 0;  // zeros found by the last correct_state()
+  int used_ = 0;   // entries of zeros_ in use
+  int known_ = 0;  // zeros with jumps of the sensitivities
   std::array<Zero, kMost> zeros_;
   AlignedVector jumps_;                    // of the sensitivities: [zero][order - 3][column]
   AlignedVector offset_, first_, second_;  // of the neighbours across a zero: prepare_weights

@@ -3,11 +3,11 @@
 namespace shaker::estimator::lane_kinks {
 namespace {
 
-struct Slopes {  // of the velocity at both neighbours of a zero, smooth between them
+struct Slopes {  // velocity and acceleration at both neighbours of a zero
   Lanes v0, v1, a0, a1;
 };
 
-// As in kinks.cpp, where the reason stands.
+// As in kinks.cpp, which gives the reason.
 constexpr double kSteepest = 2.0, kSharpest = 4.0;
 
 SHAKER_INLINE Lanes held_within(const Lanes& x, const Lanes& most) {
@@ -24,7 +24,8 @@ SHAKER_INLINE void set_jumps(const Lanes& kappa, const LaneMask& where, LaneZero
   keep(where, jump5, zero.jump5);
 }
 
-// Two Newton steps for the root of the Hermite cubic; its derivatives there and the jumps.
+// Makes two Newton steps for the root of the Hermite cubic. Sets its derivatives there and the
+// jumps.
 SHAKER_INLINE void find_root(const Slopes& at, const Lanes& start, const Lanes& rate,
                              const Lanes& kappa, const LaneMask& where, LaneZero& zero) {
   const Lanes h = 1.0 / rate;
@@ -49,7 +50,7 @@ SHAKER_INLINE void find_root(const Slopes& at, const Lanes& start, const Lanes& 
   keep(where, 6.0 * rate * rate * rate * c3 + 0.5 * zero.jump4, zero.snap);
 }
 
-// A shift of a zero only moves Taylor terms: each partner's are made once for both differences.
+// Computes what unit jumps add to the differences. Each neighbour's Taylor terms serve for both.
 SHAKER_INLINE void weigh(const std::array<KinkPartners, kRows>& partners, int rows,
                          const Lanes& rate, const LaneMask& where, LaneZero& zero) {
   const Lanes h = 1.0 / rate;
@@ -76,7 +77,6 @@ SHAKER_INLINE void weigh(const std::array<KinkPartners, kRows>& partners, int ro
 
 }  // namespace
 
-// Where the cubic through v, a at both neighbours is zero: kinks.cpp says more.
 SHAKER_SIMD_CLONES void locate(const Located& in, LaneZero& zero) {
   const int reach = in.ring.reach;
   const LaneMask where = in.moving & zero.here;
@@ -115,7 +115,8 @@ SHAKER_SIMD_CLONES void put_jumps(const Located& in, const LaneZero& zero) {
     const int offset = r - in.ring.reach + 1;
     const Lanes speed = jump4 * zero.first[1][r] + jump5 * zero.first[2][r];
     const Lanes acceleration = jump4 * zero.second[1][r] + jump5 * zero.second[2][r];
-    // A lane without this zero may hold no numbers, of a record before: none of them, not 0 times.
+    // A lane without this zero may hold values of an earlier solution that are not finite. They are
+    // masked, because multiplication by 0 would not remove them.
     scatter_add(in.ring, zero, offset, chosen(where, speed, Lanes{}), in.v);
     scatter_add(in.ring, zero, offset, chosen(where, acceleration, Lanes{}), in.a);
   }
@@ -123,7 +124,7 @@ SHAKER_SIMD_CLONES void put_jumps(const Located& in, const LaneZero& zero) {
 
 namespace {
 
-// Lanes whose velocity changes its sign between points i and i + 1.
+// Mask of the lanes whose velocity changes its sign between points i and i + 1.
 SHAKER_INLINE unsigned changes(int n, int i, const Lanes* v) {
   const LaneMask before = v[i] < 0.0;
   const LaneMask after = v[i + 1 < n ? i + 1 : 0] < 0.0;
@@ -132,7 +133,7 @@ SHAKER_INLINE unsigned changes(int n, int i, const Lanes* v) {
 
 }  // namespace
 
-// Changes are few: eight points are looked at together.
+// Eight points are tested together because changes are rare.
 SHAKER_SIMD_CLONES int next_change(int n, int from, const Lanes* v, unsigned& lanes) {
   for (int i = from; i < n;) {
     const int end = i + 8 < n ? i + 8 : i;

@@ -1,6 +1,6 @@
-// What LaneKinks does at one zero of the velocity, for all lanes: where it lies and what its jumps
-// are worth (lane_kink_location.cpp), what the sensitivities do there
-// (lane_kink_sensitivities.cpp). Internal to lane_kinks.cpp.
+// The work of LaneKinks at one zero of the velocity, for all lanes: location and jumps of the state
+// (lane_kink_location.cpp), jumps of the sensitivities (lane_kink_sensitivities.cpp). Internal to
+// lane_kinks.cpp.
 #pragma once
 
 #include <array>
@@ -52,17 +52,18 @@ struct Located {
   Lanes *v, *a;
 };
 
-// Where the cubic through v, a at both neighbours is zero: kinks.cpp says more.
+// Locates the zero as the root of the cubic through v and a at both neighbours (see kinks.cpp), and
+// computes its jumps.
 void locate(const Located& in, LaneZero& zero);
-// Adds what the zero's jumps do to velocity and acceleration around it.
+// Adds the corrections for the zero's jumps to velocity and acceleration around it.
 void put_jumps(const Located& in, const LaneZero& zero);
-// The first point, from `from` on, after which some velocity changes its sign, and in which lanes;
-// n when there is none.
+// Returns the first point, starting with `from`, after which some velocity changes its sign; n when
+// there is none. `lanes` gets the mask of these lanes.
 int next_change(int n, int from, const Lanes* v, unsigned& lanes);
 
 // --- lane_kink_sensitivities.cpp
 
-// Inertia, stiffness and smooth damping at the zero.
+// Takes inertia, stiffness and smooth damping at the zero.
 void take_slopes(const Ring& ring, const LaneMask& moving, const Lanes& kappa, const Lanes* g_u,
                  const Lanes* g_v, const Lanes* g_a, const Lanes* v, LaneZero& zero);
 
@@ -77,7 +78,7 @@ struct Learned {
   Lanes* jumps;  // [order][sensitivity]
 };
 
-// The jumps of the sensitivities anew, from the rows that were solved with the old ones.
+// Recomputes the jumps of the sensitivities from rows that were solved with their old values.
 void learn(const Learned& in, const LaneZero& zero);
 
 struct Corrected {
@@ -88,7 +89,7 @@ struct Corrected {
   double* const* left;
 };
 
-// Adds what the jumps do to the right-hand sides.
+// Corrects `left`, minus the right-hand sides, for the jumps.
 void correct(const Corrected& in, const LaneZero& zero);
 
 }  // namespace shaker::estimator::lane_kinks

@@ -25,13 +25,14 @@ SHAKER_SIMD_CLONES void take_slopes(const Ring& ring, const LaneMask& moving, co
   gather(ring, zero, 1, g_v, at.right);
   gather(ring, zero, 0, v, speed.left);
   gather(ring, zero, 1, v, speed.right);
-  // d2g/dv2 is kappa / 2 on one side, -kappa / 2 on the other.
+  // The kinked part of d2g/dv2 is kappa / 2 on one side and -kappa / 2 on the other.
   at.left -= 0.5 * kappa * magnitude(speed.left);
   at.right -= 0.5 * kappa * magnitude(speed.right);
   keep(where, at.left + zero.fraction * (at.right - at.left), zero.damping);
 }
 
-// s, s', s'' on both sides of the zero from the differences with the old jumps; then the new ones.
+// Computes s', s'' and s''' at the zero from the differences with the old jumps, then the new
+// jumps.
 SHAKER_SIMD_CLONES void learn(const Learned& in, const LaneZero& zero) {
   const int reach = in.ring.reach;
   const LaneMask where = in.moving & zero.here;
@@ -87,9 +88,8 @@ SHAKER_SIMD_CLONES void learn(const Learned& in, const LaneZero& zero) {
         over * (in.kappa * (sign * zero.snap * first + 3.0 * sign * zero.jerk * second +
                             3.0 * size * third) +
                 own * (3.0 * size * zero.jerk) + zero.damping * jump4 + zero.stiffness * jump3);
-    // What a step without a number has left in the rows would stay in the jumps for ever, as each
-    // is
-    // made from the last.
+    // A value that is not finite would stay in the jumps for ever, because each jump depends on the
+    // previous one.
     keep_finite(jump3);
     keep_finite(jump4);
     keep_finite(jump5);

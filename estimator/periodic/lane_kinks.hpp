@@ -1,11 +1,10 @@
-// kinks.hpp's correction for eight solutions side by side: the equations are those, one solution in
-// each SIMD lane.
+// The correction of kinks.hpp for a batch of eight solutions, one in each SIMD lane. The equations
+// are the same.
 //
-// The c-th zero of the velocity of every lane stands in one LaneZero, wherever it lies in the
-// period; what is read or written around it is gathered and scattered lane by lane (or taken as it
-// stands where all lanes have that zero between the same two points), everything between is
-// vertical. A lane's numbers do not depend on its neighbours, and those of a lane that is not in
-// `moving` stay as they are.
+// One LaneZero holds the c-th zero of the velocity of every lane, wherever it lies in the period.
+// Values around it are gathered and scattered lane by lane, or read directly if all lanes have that
+// zero between the same two points. The other operations act on all lanes together. The values of
+// a lane do not depend on its neighbours. Those of a lane that is not in `moving` do not change.
 #pragma once
 
 #include <array>
@@ -17,7 +16,8 @@
 
 namespace shaker::estimator {
 
-// Neighbours of a stencil across a zero, row by row against its base: see LaneKinks::weigh.
+// The neighbours that one row's stencil has across a zero: offsets from the zero's base, and the
+// stencil's coefficients with their signs. weigh() in lane_kink_location.cpp uses them.
 struct KinkPartners {
   int count = 0;
   double offset[3] = {}, first[3] = {}, second[3] = {};
@@ -25,10 +25,10 @@ struct KinkPartners {
 
 struct LaneZero {
   static constexpr int kRows = 6, kOrders = 3;
-  std::array<int, kLanes> base{};  // last point before it
-  bool together = false;           // one base for all lanes
+  std::array<int, kLanes> base{};  // last point before the zero
+  bool together = false;           // all lanes have the same base
   LaneMask here{};                 // the lane has this zero
-  LaneMask known{};                // from the step before, with this base
+  LaneMask known{};                // found by the previous step too, with this base
   Lanes fraction{}, acceleration{}, jerk{}, snap{}, jump4{}, jump5{};
   Lanes inertia{}, damping{}, stiffness{};
   // What unit jumps of the third, fourth and fifth derivative add to first and second differences.
@@ -36,8 +36,9 @@ struct LaneZero {
   Lanes second[kOrders][kRows] = {};
 };
 
-// Nothing allocates after construction. Arrays hold a Lanes a point; rows `columns` Lanes a point,
-// the Newton step first, then the sensitivities.
+// Nothing allocates after construction. Arrays hold one Lanes for each point. Rows hold `columns`
+// Lanes for each point: the Newton step, then the sensitivities. The functions are those of
+// KinkCorrection.
 class LaneKinks {
  public:
   LaneKinks(const Stencil& stencil, int points, int sensitivities, int columns);
@@ -45,17 +46,17 @@ class LaneKinks {
   void forget();
   void inherit(const LaneKinks& coarser);
   void correct_state(const Lanes& kappa, const Lanes& rate, unsigned moving, Lanes* v, Lanes* a);
-  // What the zeros that were found last do to velocity and acceleration.
+  // Adds the corrections of the zeros that were found last to velocity and acceleration.
   void add_jumps(Lanes* v, Lanes* a) const;
   void learn_slopes(unsigned moving, const Lanes* g_u, const Lanes* g_v, const Lanes* g_a,
                     const Lanes* v);
-  // `kappa_theta`: a Lanes for each sensitivity.
+  // `kappa_theta`: dkappa/dtheta_k, one Lanes for each sensitivity.
   void learn_sensitivities(unsigned moving, const Lanes* rows, const Lanes* kappa_theta);
-  // Adds what the jumps do to `left`, an array for each sensitivity: minus the right-hand sides.
+  // Corrects `left`, minus the right-hand sides, for the jumps: one array for each sensitivity.
   void correct_left(unsigned moving, const Lanes* g_v, const Lanes* g_a, double* const* left) const;
 
  private:
-  static constexpr std::size_t kMost = 32;  // zeros in a period; further ones stay uncorrected
+  static constexpr std::size_t kMost = 32;  // zeros over the ring; further ones are not corrected
   int most_zeros() const;
   void find_zeros(unsigned moving, const Lanes* v);
   Lanes* jumps(int zero, int order) {
@@ -70,8 +71,8 @@ class LaneKinks {
   std::array<KinkPartners, LaneZero::kRows> partners_{};
   Lanes rate_{}, kappa_{};
   std::array<int, kLanes> count_{};  // zeros of each lane
-  std::array<int, kLanes> known_{};  // zeros for which jumps_ hold something
-  int used_ = 0;                     // zeros of which something is remembered
+  std::array<int, kLanes> known_{};  // zeros of each lane with jumps of the sensitivities
+  int used_ = 0;                     // entries of zeros_ in use
   std::vector<LaneZero> zeros_;
   AlignedVector jumps_;  // of the sensitivities: [zero][order - 3][sensitivity]
 };

@@ -1,4 +1,5 @@
-// What goes into eight rings' steps and what is made of their rows.
+// Operations of a batch of eight rings before and after solve_lane_step(): differences, sums of
+// products, and the update of the state.
 #include <cstddef>
 
 #include "estimator/periodic/lane_step.hpp"
@@ -39,7 +40,7 @@ SHAKER_SIMD_CLONES void difference_lanes(int n, const Stencil& stencil, const La
 
 namespace {
 
-// Adds a datum's products to `sums`.
+// Adds the products of one datum to `sums`.
 SHAKER_INLINE void add_datum(const LaneGram& gram, int width, int j, Lanes* sums) {
   const std::size_t point = static_cast<std::size_t>(j) * static_cast<std::size_t>(gram.every);
   const Lanes* row = gram.rows + point * static_cast<std::size_t>(gram.row);
@@ -52,7 +53,7 @@ SHAKER_INLINE void add_datum(const LaneGram& gram, int width, int j, Lanes* sums
   }
 }
 
-// The sums in registers, for a width that the compiler knows.
+// Keeps the sums in registers, for a width known at compile time.
 template <int Width>
 SHAKER_INLINE void sum_products(const LaneGram& gram) {
   constexpr int kSize = Width * (Width + 1) / 2;

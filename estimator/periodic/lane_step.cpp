@@ -6,9 +6,9 @@ namespace shaker::estimator {
 namespace {
 
 constexpr double kSmallestLanePivot =
-    1e-5;  // against the largest entry of its row, as in scalar_step
+    1e-5;  // relative to the diagonal entry before elimination (border: to the row's largest)
 
-// Coefficients of the equation of point i: those of the ring, nothing folded yet.
+// Computes the coefficients of the equation of point i, before elimination.
 template <int Reach>
 SHAKER_INLINE void coefficients(const LaneStep& step, int i, Lanes (&c)[2 * Reach + 1]) {
   const Lanes first = step.g_v[i] * step.rate;
@@ -19,21 +19,22 @@ SHAKER_INLINE void coefficients(const LaneStep& step, int i, Lanes (&c)[2 * Reac
   c[Reach] += step.g_u[i];
 }
 
-// Right-hand sides when the compiler knows how many there are, else what the step says.
+// Number of right-hand sides: the template parameter, or step.width if that is 0.
 template <int Width>
 SHAKER_INLINE int width_of(const LaneStep& step) {
   return Width > 0 ? Width : step.width;
 }
 
-// What the elimination still needs of the rows above, in registers: u[k - 1][j - 1] is entry j
-// right of the diagonal of the row k above. Zeros where there is none.
+// The rows above that the elimination still needs, in registers. u[k - 1][j - 1] is entry j to the
+// right of the diagonal in the row k above, or zero if there is no such row.
 template <int Reach>
 struct RowsAbove {
   Lanes u[Reach][Reach] = {};
 };
 
-// Coefficients of row i less the rows above, whose multiples go to `multiplier`; entries right of
-// the diagonal over the pivot. False lanes: the pivot is too small.
+// Eliminates the rows above from the coefficients of a row; the multipliers go to `multiplier`. The
+// entries to the right of the diagonal are divided by the pivot. The result is false in lanes whose
+// pivot is too small.
 template <int Reach>
 SHAKER_INLINE LaneMask eliminate_coefficients(Lanes (&c)[2 * Reach + 1], RowsAbove<Reach>& above,
                                               Lanes* upper, Lanes (&multiplier)[Reach],
@@ -57,7 +58,7 @@ SHAKER_INLINE LaneMask eliminate_coefficients(Lanes (&c)[2 * Reach + 1], RowsAbo
   return pivot > kSmallestLanePivot * largest;
 }
 
-// One right-hand side less `rows` rows above it.
+// Eliminates the `rows` rows above from one right-hand side.
 template <int Reach>
 SHAKER_INLINE void eliminate_value(int rows, int columns, const Lanes (&multiplier)[Reach],
                                    const Lanes& inverse, Lanes value, Lanes* at) {
@@ -66,7 +67,7 @@ SHAKER_INLINE void eliminate_value(int rows, int columns, const Lanes (&multipli
   *at = value * inverse;
 }
 
-// A row at either end, some of whose neighbours belong to the border.
+// Eliminates a row at either end, where some neighbours belong to the border.
 template <int Reach>
 SHAKER_INLINE LaneMask eliminate_at_end(const LaneStep& step, int i, int columns,
                                         RowsAbove<Reach>& above) {
@@ -146,7 +147,8 @@ SHAKER_INLINE void substitute(const LaneStep& step, int columns) {
   }
 }
 
-// The last Reach equations, with the inner unknowns put in; solved in place, without exchanges.
+// Substitutes the inner unknowns into the last Reach equations and solves these in place, without
+// row exchanges.
 template <int Reach>
 SHAKER_INLINE LaneMask solve_border(const LaneStep& step, int columns) {
   const int inner = step.n - Reach;
@@ -225,7 +227,7 @@ SHAKER_INLINE unsigned solve(const LaneStep& step) {
   return bits_of(sound);
 }
 
-// Widths that the compiler is told: no sensitivities, the oleo's; 0: any.
+// Widths known at compile time: 1 (no sensitivities), 5 (the oleo); 0: any width.
 #define SHAKER_LANE_STEP(REACH, WIDTH)                                        \
   SHAKER_SIMD_CLONES unsigned solve_##REACH##_##WIDTH(const LaneStep& step) { \
     return solve<REACH, WIDTH>(step);                                         \

@@ -1,4 +1,4 @@
-// Newton step and sensitivities of a linearised system, by whichever solver fits it.
+// Newton step and sensitivities of a linearised system: scalar, banded or dense solver.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -69,8 +69,8 @@ bool PeriodicSystem::observe() {
 
 bool PeriodicSystem::solve_rows(bool with_sensitivities) {
   if (dense_) return solve_dense();
-  // The scalar solver has them in the same registers, and corrections of kinks follow those of the
-  // step before.
+  // The scalar solver has the sensitivities in the same registers, and the corrections at kinks
+  // need those of the previous step.
   const bool all = with_sensitivities || s_ == 1 || kinks_;
   if (s_ != 1 || groups_ > kMostGroups || !solve_scalar()) {
     if (!solve_banded(all ? 1 + p_ : 1)) return false;

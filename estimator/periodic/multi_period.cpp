@@ -21,7 +21,7 @@ std::complex<double> harmonic(std::span<const double> record, int h) {
   return sum * ((h == 0 ? 1.0 : 2.0) / static_cast<double>(n));
 }
 
-// The last harmonic of the ring that a record is looked at for.
+// The highest harmonic of the ring that the tests on a record use.
 int last_harmonic(std::span<const double> record, int periods) {
   return std::min(12 * periods, (static_cast<int>(record.size()) - 1) / 2);
 }
@@ -72,7 +72,7 @@ double subharmonic_share(const PeriodicSystem& system, int periods) {
 }
 
 bool subharmonic_stands_out(std::span<const double> record, int periods) {
-  constexpr double kAboveNoise = 4.0;  // one record in 300 of white noise gets there
+  constexpr double kAboveNoise = 4.0;  // one record in 300 of white noise exceeds it
   std::vector<double> energy;
   for (int h = 1; h <= last_harmonic(record, periods); ++h) {
     if (h % periods != 0) energy.push_back(std::norm(harmonic(record, h)));
@@ -85,9 +85,9 @@ bool subharmonic_stands_out(std::span<const double> record, int periods) {
   return all > kAboveNoise * of_noise;
 }
 
-// On twice the ring the critical disturbance, which changes sign from one period to the next,
-// repeats: there it is the null vector of dg/dz. The first step goes along it, in the plane across
-// it, so that Newton's method cannot fall back onto the branch of half the period.
+// The critical disturbance changes sign from one period to the next, so it is periodic on twice the
+// ring and is the null vector of dg/dz there. The first step goes along it. The corrector solves in
+// the plane normal to it, so Newton's method cannot return to the branch of half the period.
 Branch Continuation::doubled(const Branch& branch, const SpecialPoint& at) {
   Branch out{branch.along, branch.held, branch.from, branch.to, 2 * branch.periods,
              {},           {},          false,       {}};

@@ -1,9 +1,9 @@
-// Responses that repeat only after two, three or m periods of the excitation.
+// Subharmonic responses: they repeat only after m = 2, 3, ... periods of the excitation.
 //
-// A PeriodicSystem does not know of the excitation's period: its ring spans whatever time the state
-// repeats after. Put on m periods it has the frequency f / m and an excitation that repeats m times
-// around it; every solution of one period is a solution there too, and the subharmonic ones are
-// new. They are reached from a period doubling (Continuation::doubled) or from a measured record.
+// The ring of a PeriodicSystem spans the period of the state, not that of the excitation. Over m
+// periods it has the frequency f / m, and the excitation repeats m times. Every solution of one
+// period is a solution there too; the subharmonic ones are new. They start from a period doubling
+// (Continuation::doubled) or from a measured record.
 #pragma once
 
 #include <span>
@@ -13,22 +13,23 @@
 
 namespace shaker::estimator {
 
-// amplitude * cos over each of `periods` excitation periods in the ring, each of 1 / frequency_hz.
+// Sets the excitation to amplitude * cos over `periods` periods of 1 / frequency_hz in the ring.
 void set_excitation_over(PeriodicSystem& system, int periods, double frequency_hz,
                          double amplitude);
 
-// A state for the observed coordinate from a record over the whole ring on equal steps: its mean
-// and first `harmonics` harmonics of the ring. Other coordinates keep what they have.
+// Sets the state of the observed coordinate to the mean and the first `harmonics` harmonics of the
+// ring in `record` (equal steps over the whole ring). Other coordinates are unchanged.
 void start_from_record(PeriodicSystem& system, std::span<const double> record, int harmonics);
 
-// The share of the motion that does not repeat after one excitation period: root of the energy of
-// the harmonics that are no multiples of `periods` over that of all but the mean. 0: the solution
-// is one of period 1, `periods` times around; a subharmonic response has some per cent or more.
+// Returns the share of the motion that does not repeat after one excitation period: the square root
+// of the energy in harmonics of the ring that are no multiples of `periods`, divided by the energy
+// of all harmonics without the mean. It is 0 for a solution of period 1; a subharmonic response has
+// several per cent or more.
 double subharmonic_share(std::span<const double> record, int periods);
 double subharmonic_share(const PeriodicSystem& system, int periods);
 
-// Whether that share of a measured record is more than noise: noise is about as strong in all of
-// the harmonics in between, a response in the first few.
+// Tests if the subharmonics of a measured record exceed the noise. Noise has about the same energy
+// in all subharmonics; a response is concentrated in the first few.
 bool subharmonic_stands_out(std::span<const double> record, int periods);
 
 }  // namespace shaker::estimator

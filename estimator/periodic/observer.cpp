@@ -27,7 +27,7 @@ PeriodicSystem::Observer::Observer(const PeriodicSystem& system,
     sees_load_ = sees_load_ || stage.effect->instrument()->sees_load();
   resize(load_);
   resize(before_);
-  const int further = 2 + kMostParameters;  // of a stage: y_y, y_load, y_theta
+  const int further = 2 + kMostParameters;  // arrays of a stage: y_y, y_load, y_theta
   const int arrays = 3 * s_ + p_ + std::max(observation_arrays(model), further);
   store_.resize(static_cast<std::size_t>(arrays) * system.padded_);
   double* next = store_.data();
@@ -78,8 +78,8 @@ bool PeriodicSystem::Observer::observe(const PeriodicSystem& system,
   return true;
 }
 
-// The quantity itself and its rows: d y = sum over coordinates of (y_u + y_v d/dt + y_a d2/dt2) dz,
-// and what of it the parameters change directly.
+// Computes the quantity and its rows: dy = sum over coordinates of
+// (y_u + y_v d/dt + y_a d2/dt2) dz, plus the direct derivatives over the parameters.
 bool PeriodicSystem::Observer::take(Quantity quantity, std::span<const double> theta, Series& out) {
   const ObservedMotion motion{out.y.data(), y_u_.data(), y_v_.data(), y_a_.data(), y_theta_.data()};
   if (!observe_motion(*system_->model_, quantity, system_->model_points(), theta.data(), motion,
@@ -194,8 +194,8 @@ void PeriodicSystem::Observer::to_harmonics() {
   fourier_.fwd(spectrum_.data(), curve_.data(), n_);
 }
 
-// Of the harmonics times the factors that begin at `first`. The highest harmonic of an even ring
-// has no phase: only the real part of its factor can act.
+// Transforms back the harmonics times the factors that begin at `first`. The highest harmonic of a
+// ring with an even number of points has no phase, so only the real part of its factor acts.
 void PeriodicSystem::Observer::from_harmonics(std::size_t first) {
   const std::size_t harmonics = static_cast<std::size_t>(n_ / 2 + 1);
   for (std::size_t k = 0; k < harmonics; ++k)

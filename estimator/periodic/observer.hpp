@@ -1,6 +1,6 @@
-// What the channels of a periodic solution show: predictions and their sensitivities, the
-// solution's own carried through the quantity measured and its instruments. Private to
-// PeriodicSystem's sources.
+// Predictions of the measured channels of a periodic solution, with their sensitivities. The
+// sensitivities of the solution are carried through the measured quantity and its instruments.
+// Private to PeriodicSystem's sources.
 #pragma once
 
 #include <complex>
@@ -16,10 +16,11 @@ class PeriodicSystem::Observer {
  public:
   Observer(const PeriodicSystem& system, std::span<const Quantity> quantities);
 
-  // All channels are the state itself: nothing to be done.
+  // True if all channels are the state itself, so that there is nothing to compute.
   bool idle() const;
   bool direct(int channel) const { return channels_[static_cast<std::size_t>(channel)].direct; }
-  // From the last linearisation and its rows. False when a point is inadmissible.
+  // Computes all channels from the last linearisation and its rows. Returns false when a point is
+  // inadmissible.
   bool observe(const PeriodicSystem& system, std::span<const double> theta);
   void advance(double newton, std::span<const double> delta_theta);
 
@@ -45,7 +46,7 @@ class PeriodicSystem::Observer {
   void to_harmonics();
   void from_harmonics(std::size_t first);
 
-  const PeriodicSystem* system_ = nullptr;  // whose turn it is; systems move
+  const PeriodicSystem* system_ = nullptr;  // set by each observe(), because systems can move
   int n_, s_, p_, stride_, padded_;
   bool sees_load_ = false;
   std::vector<Series> channels_;
@@ -53,8 +54,8 @@ class PeriodicSystem::Observer {
   AlignedVector store_;
   std::vector<double*> y_u_, y_v_, y_a_, y_theta_, workspace_;
   std::vector<double> time_;
-  std::vector<std::complex<double>> factors_;  // of a filter's harmonics, then their slopes
-  std::vector<double> curve_;                  // over the ring, and its harmonics
+  std::vector<std::complex<double>> factors_;  // a filter's response, then its derivatives
+  std::vector<double> curve_;                  // a signal over the ring; spectrum_: its harmonics
   std::vector<std::complex<double>> spectrum_, changed_;
   Eigen::FFT<double> fourier_;
 };

@@ -1,9 +1,10 @@
-// Eight periodic solutions of one model side by side, one a SIMD lane: PeriodicSystem's work for
-// runs, records or frequencies that have as many points each, at a third of the time or less.
+// A batch of eight periodic solutions of one model, one in each SIMD lane. It does the work of
+// PeriodicSystem for runs, records or frequencies with equally many points, in at most a third of
+// the time.
 //
-// Everything is vertical: value i of lane l stands at [8 i + l]. Lanes differ in excitation,
-// frequency and parameters. A lane that turns out unsound (inadmissible, a small pivot) is reported
-// and left to PeriodicSystem; it never disturbs its neighbours, whose numbers do not depend on it.
+// Value i of lane l is at [8 i + l] in all arrays. Lanes differ in excitation, frequency and
+// parameters. A lane that is unsound (inadmissible, a small pivot) is reported; the caller solves
+// it with PeriodicSystem. The values of a lane do not depend on its neighbours.
 #pragma once
 
 #include <memory>
@@ -23,38 +24,40 @@ inline constexpr unsigned kAllLanes = (1U << kLanes) - 1;
 // Mutable workspace of one thread. Nothing allocates after construction.
 class PeriodicLanes {
  public:
-  // One coordinate and central differences are what it can do.
+  // True when the batch supports the model and grid: Model::lanes_possible() (one coordinate) and a
+  // difference scheme.
   static bool possible(const Model& model, const GridOptions& options);
-  // Without sensitivities a step costs half; `sum_products` and `give` are then not to be used.
+  // Precondition: possible(model, options). `model` must outlive the object. Without sensitivities
+  // a step costs half; `sum_products` and `give` must then not be called.
   PeriodicLanes(const Model& model, const GridOptions& options, bool sensitivities = true);
 
   int points() const { return n_; }
-  // The excitation as it stands on the system's grid, which has as many points.
+  // Copies excitation and frequency of a system with equally many points.
   void set_excitation(int lane, const PeriodicSystem& system);
   void set_frequency(int lane, double frequency_hz);
-  // Forgets what earlier solutions left behind.
+  // Discards what earlier solutions left in the workspace.
   void begin();
-  // A start from a grid of fewer points or as many. It takes over the jumps at the kinks as
-  // `learn_jumps` left them.
+  // Interpolates the state from a grid with at most as many points. It also takes over the jumps at
+  // the velocity reversals, as `learn_jumps` left them.
   void interpolate_from(const PeriodicLanes& coarser);
-  // Takes the sensitivities' jumps at the kinks from the last solve_step, in these lanes: before
-  // their rows are overwritten without having moved.
+  // Updates the jumps of the sensitivities at the velocity reversals from the last solve_step, in
+  // these lanes. Call it before their rows are overwritten.
   void learn_jumps(unsigned lanes);
 
   double* state() { return z_.data(); }
   double* theta() { return theta_.data(); }  // parameter k of lane l at [8 k + l]
 
-  // As in PeriodicSystem, for all lanes at once; a bit for each lane that is sound. Lanes without a
-  // bit in `moving` are computed too, but leave no trace: their results are of no use.
+  // As in PeriodicSystem, for all lanes at once. Both return a mask with a bit for each sound lane.
+  // Lanes without a bit in `moving` are computed too, but their results must not be used.
   unsigned linearise(unsigned moving = kAllLanes);
   unsigned solve_step(unsigned moving = kAllLanes);
-  // Sums of products with the data at points 0, every, ...; datum j of lane l at [8 j + l].
-  // `products` gets the lower triangle, (1 + p)(2 + p)/2 Lanes, of residual and sensitivities.
+  // Sums of products with `count` data at points 0, every, ...; datum j of lane l is at [8 j + l].
+  // `products` gets the lower triangle, (1 + p)(2 + p)/2 Lanes, of (residual, sensitivities).
   void sum_products(const double* data, int count, int every, double* products) const;
-  // z += Newton step + sensitivities * delta in the lanes that `moving` has a bit for; the largest
-  // Newton step against the largest state of each goes to `newton_step`.
+  // z += Newton step + sensitivities * delta in the lanes with a bit in `moving`; delta k of lane l
+  // is at [8 k + l]. `newton_step` gets max |Newton step| / max |z| of each lane.
   void advance(const double* delta, double* newton_step, unsigned moving = kAllLanes);
-  // Puts a lane's state, differences and sensitivities into a system with as many points.
+  // Copies a lane's state, differences and sensitivities into a system with equally many points.
   void give(int lane, PeriodicSystem& system) const;
 
  private:
@@ -66,8 +69,8 @@ class PeriodicLanes {
   int n_, width_, columns_;  // width: Newton step and sensitivities; columns: width + reach
   AlignedVector z_, v_, a_, x_, g_, g_u_, g_v_, g_a_, g_theta_, rows_, upper_, theta_, rate_;
   std::vector<double*> left_;                          // g, then a column for each parameter
-  std::unique_ptr<LaneKinks> kinks_;                   // null when there is none to correct
-  AlignedVector kappa_theta_, own_kappa_, own_theta_;  // own: of the lane in hand
+  std::unique_ptr<LaneKinks> kinks_;                   // null: no kinks to correct
+  AlignedVector kappa_theta_, own_kappa_, own_theta_;  // own: scratch for one lane
   bool rows_hold_sensitivities_ = false;
 };
 

@@ -74,7 +74,7 @@ std::string SolveReport::sentence() const {
     case SolveStatus::no_convergence:
       break;
   }
-  // Newton's method alone, from a solution near by.
+  // Newton's method alone, without continuation.
   if (amplitude_reached >= 1.0) return "no periodic solution was found at this excitation";
   return fmt::format(
       "no periodic solution was found at this excitation; the continuation in amplitude got to "
@@ -120,7 +120,7 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
 PeriodicSystem::~PeriodicSystem() = default;
 PeriodicSystem::PeriodicSystem(PeriodicSystem&&) noexcept = default;
 
-// All that rest() gives back.
+// Allocates all that rest() releases.
 void PeriodicSystem::take_memory() {
   saved_.resize(z_.size());
   rows_.resize(static_cast<std::size_t>(n_) * s_ * stride_);
@@ -192,14 +192,14 @@ void PeriodicSystem::set_excitation_points(double frequency_hz, std::span<const 
   analyse_excitation();
 }
 
-// Quadrature (each harmonic a quarter of its period late), the fundamental's carrier, and the first
-// harmonics over the carrier's phase.
+// Computes the quadrature of the excitation (each harmonic delayed by a quarter of its period), the
+// carrier of the fundamental, and the first harmonics relative to the carrier's phase.
 void PeriodicSystem::analyse_excitation() {
   if (!model_->needs_carrier()) {
     x_ = x_full_;
     return;
   }
-  // The signal whose real part is the excitation: its positive harmonics alone.
+  // The analytic signal, whose real part is the excitation: only positive harmonics.
   Eigen::FFT<double> fft;
   std::vector<std::complex<double>> spectrum(static_cast<std::size_t>(n_)), analytic = spectrum;
   fft.fwd(spectrum.data(), x_full_.data(), n_);
@@ -212,7 +212,7 @@ void PeriodicSystem::analyse_excitation() {
   const auto harmonic = [&](std::size_t h) { return spectrum[h] / static_cast<double>(n_); };
   carrier_full_ = std::abs(harmonic(1));
   const std::complex<double> phase = carrier_full_ > 0.0 ? harmonic(1) / carrier_full_ : 1.0;
-  std::complex<double> phase_back = 1.0;  // its conjugate, h times
+  std::complex<double> phase_back = 1.0;  // conj(phase)^h
   harmonics_full_.fill(0.0);
   for (std::size_t h = 1; h <= std::min<std::size_t>(kCarriedHarmonics, harmonics); ++h) {
     phase_back *= std::conj(phase);

@@ -1,14 +1,16 @@
-// The periodic solution of a model at one excitation, discretised over the cyclic time: state,
-// residual, Newton step and sensitivities dz/dtheta from one factorisation. Equations
-// (5.13)-(5.19), (5.23), (5.24).
+// The periodic solution of a model at one excitation, discretised over the cyclic time. One
+// factorisation gives the Newton step and the sensitivities dz/dtheta. Equations (5.13)-(5.19),
+// (5.23), (5.24).
 //
-// Mutable workspace of one thread beside an immutable Model. Nothing allocates after construction,
-// but for one coordinate's first step that needs row exchanges, or its first factorise().
+// A PeriodicSystem is a mutable workspace for one thread; the Model is immutable and may be shared.
+// After construction linearise(), solve_step(), advance() and solve() do not allocate with a
+// difference scheme. Two events of a model with one coordinate are exceptions: the first step that
+// needs row exchanges, and the first factorise().
 //
-// The grid has n equal steps; z_i is the state at tau = i / n. Where the model's damping has a kink
-// at v = 0 (|v| v), u'''' jumps there, and the third derivative of the sensitivities; the
-// differences are corrected for these jumps when `correct_kink` is set (kinks.hpp), which brings a
-// fixed grid back from third order, second for sensitivities, to about its declared one.
+// The grid has n equal steps; z_i is the state at tau = i / n. Damping such as |v| v has a kink at
+// v = 0: u'''' jumps there, and so does the third derivative of the sensitivities. With
+// `correct_kink` the differences are corrected for these jumps (kinks.hpp). The correction restores
+// about the declared order; without it the state is of third order, the sensitivities of second.
 #pragma once
 
 #include <array>
@@ -39,10 +41,10 @@ struct SolveReport {
   SolveStatus status = SolveStatus::converged;
   int iterations = 0;
   double residual = 0.0;  // largest |g|, m/s^2
-  // Newton's step that no damping made use of, against the state; 0 where a search ended otherwise.
+  // The last Newton step, relative to the state, if damping could not use it; 0 otherwise.
   double step_left = 0.0;
   double amplitude_reached = 1.0;  // share of the excitation at which a continuation stopped
-  bool turned_back = false;        // there: the solutions meet unstable ones and go no further
+  bool turned_back = false;        // the continuation in amplitude passed a fold
   std::string sentence() const;    // for the operator
 };
 
@@ -59,59 +61,61 @@ class PeriodicSystem {
   const GridOptions& options() const { return options_; }
   double frequency() const { return frequency_; }
 
-  // amplitude * cos(2 pi tau).
+  // Sets the excitation to amplitude * cos(2 pi tau); `amplitude` in m/s^2.
   void set_excitation(double frequency_hz, double amplitude);
-  // Fourier series through `samples` on equal steps, cut after `harmonics`, put on the grid. The
-  // mean is left out: a table that moves periodically has none, so it is the accelerometer's
-  // offset.
+  // Sets the excitation to the Fourier series of `samples` (one period on equal steps, m/s^2),
+  // truncated after `harmonics`. The mean is dropped: the acceleration of a periodic table motion
+  // has none, so a mean is the offset of the accelerometer.
   void set_excitation(double frequency_hz, std::span<const double> samples, int harmonics);
 
-  // As it stands on the grid, one value a point: for excitations that are made elsewhere.
+  // Sets the excitation from its n values on the grid.
   void set_excitation_points(double frequency_hz, std::span<const double> points);
   std::span<const double> excitation() const { return {x_.data(), static_cast<std::size_t>(n_)}; }
 
   // --- state z: index i * coordinates + c
   std::span<double> state() { return z_; }
-  // Forgets what earlier solutions left behind: call it when the state is given anew.
+  // Discards what earlier solutions left in the workspace. Call it after the state was replaced.
   void begin();
   std::span<const double> state() const { return z_; }
   double value(int point, int coordinate) const { return z_[point * s_ + coordinate]; }
-  // A start from another grid's solution of the same model.
+  // Interpolates the state from a solution of the same model on another grid.
   void interpolate_from(const PeriodicSystem& coarser);
-  // One point of a solution that was found elsewhere (one coordinate): state, velocity,
-  // acceleration, and the row (Newton step, sensitivities) with its columns `stride` apart.
+  // Stores one point of a solution that was computed elsewhere (models with one coordinate only):
+  // state, velocity, acceleration, and the row (Newton step, sensitivities). The columns of the row
+  // are `stride` values apart.
   void put(int point, double z, double v, double a, const double* row, int stride);
 
-  // --- one linearisation. `linearise` evaluates residual and slopes at the state; false when some
-  // point is inadmissible. `solve_step` then solves for the rows; false when singular.
+  // --- one linearisation. `linearise` evaluates residual and partial derivatives at the state; it
+  // returns false when a point is inadmissible. `solve_step` then solves for the rows; it returns
+  // false when the system is singular or a channel cannot be predicted.
   bool linearise(std::span<const double> theta);
   double residual() const { return residual_; }
   bool solve_step();
-  // Row of unknown (point, coordinate): [0] Newton step of z, [1 + k] dz/dtheta_k.
+  // The row of unknown (point, coordinate): [0] Newton step of z, [1 + k] dz/dtheta_k.
   std::span<const double> row(int point, int coordinate) const {
     return {&rows_[static_cast<std::size_t>(point * s_ + coordinate) * stride_],
             static_cast<std::size_t>(1 + p_)};
   }
-  // --- what is measured: channels, in the order given; to begin with one, the displacement seen
-  // through the model's instruments. Allocates.
+  // --- measured channels. Sets the measured quantities in this order. The default is one channel:
+  // the displacement as the model's instruments show it. Allocates.
   void set_channels(std::span<const Quantity> quantities);
-  // The channel's prediction at the state of the last solve_step (followed by `advance`), and its
-  // row: [0] by the Newton step of z, [1 + k] its derivative over theta_k, instrument's parameters
-  // included. The same as value() and row() where nothing stands between.
+  // The channel's prediction at the state of the last solve_step (advance() updates it), and its
+  // row: [0] the change by the Newton step of z, [1 + k] the derivative over theta_k, including the
+  // parameters of the instruments. Without an instrument the displacement gives value() and row().
   double observed(int point, int channel = 0) const;
   std::span<const double> observed_row(int point, int channel = 0) const;
-  // Adds weight * sum e e^T over data on every `every`-th point (GramSum); false when this system
-  // has no such fast form (several coordinates, instruments, Fourier, very many parameters).
+  // Adds weight * sum e e^T to `products`, for data at every `every`-th point (GramSum in
+  // scalar_step.hpp). Returns false, and adds nothing, when this fast form does not exist: several
+  // coordinates, a first channel other than the plain state, or too many parameters.
   bool add_products(std::span<const double> data, int every, bool with_newton, double weight,
                     double* products) const;
   // z += newton * (Newton step) + sensitivities * delta_theta. Returns the largest Newton step of
-  // the observed coordinate against its largest value before.
+  // the observed coordinate relative to its largest value before. advance(1, delta) is the step to
+  // the solution at theta + delta, to first order.
   double advance(double newton, std::span<const double> delta_theta);
-  // The step that makes the state of the last linearisation follow a change of theta and end on the
-  // solution: advance(1, delta).
 
-  // The last linearisation itself, for whoever solves another system with it (stability,
-  // continuation): the residual and its partial derivatives at a point.
+  // The residual and its partial derivatives at a point, as last linearised. Stability and
+  // continuation solve other systems with them.
   double g(int point, int equation) const { return g_[equation][point]; }
   double g_u(int point, int equation, int c) const { return g_u_[equation * s_ + c][point]; }
   double g_v(int point, int equation, int c) const { return g_v_[equation * s_ + c][point]; }
@@ -119,37 +123,37 @@ class PeriodicSystem {
   double g_theta(int point, int equation, int k) const {
     return g_theta_[equation * p_ + k][point];
   }
-  // Factorises dg/dz; false when singular. Then solves for `width` right-hand sides in place, row
-  // point * coordinates + equation, rows right after each other.
+  // Factorises dg/dz as last linearised; returns false when it is singular.
   bool factorise();
+  // Solves with the factors for `width` right-hand sides in place. `rows` holds one row for each
+  // equation (row point * coordinates + equation), without gaps.
   // Precondition: the last call on this object that solved anything was factorise().
   void solve_factorised(std::span<double> rows, int width);
-  // The same with (dg/dz) transposed, of which a row is an equation: weights of a few things that
-  // are seen of the state become their slopes over the residual at every point.
+  // Solves with (dg/dz) transposed (adjoint). On entry a column holds the derivatives of one
+  // quantity over the unknowns; on return, its derivatives over the equations' right-hand sides.
+  // Same precondition.
   void solve_transposed(std::span<double> rows, int width);
 
-  // Response of the last linearised state to the excitation's harmonics 1 to `harmonics`, per unit
-  // of their cosine and sine parts: `out` gets 2 * harmonics columns for each unknown, row by row
-  // (cos 1, sin 1, cos 2, ...). Factorises anew, for the few times when it is wanted; false when
-  // singular. Allocates.
+  // The response of the last linearised state to the excitation's harmonics 1 to `harmonics`, per
+  // unit of their cosine and sine parts. `out` gets a row of 2 * harmonics columns (cos 1, sin 1,
+  // cos 2, ...) for each unknown. Factorises anew; returns false when singular. Allocates.
   bool excitation_response(int harmonics, std::vector<double>& out);
 
-  // Gives back the memory of all but state, excitation and channels, of a solution that is only
-  // kept: what was linearised or observed is gone, and must not be asked for (state, excitation and
-  // anew() may). The next linearisation takes it again (and so allocates), and knows nothing of
-  // sensitivities.
+  // Releases all memory except state, excitation and channels, for a solution that is only stored.
+  // Afterwards only state, excitation and anew() may be used. The next linearisation allocates the
+  // memory again and starts without sensitivities.
   void rest();
-  // Another system of the same model, grid, excitation and state, whether or not this one rests.
+  // Returns a new system with the same model, grid, excitation and state; allowed after rest().
   PeriodicSystem anew() const;
 
   // --- whole solutions
   static constexpr double kTolerance = 1e-11;  // of the residual, m/s^2
-  // From static equilibrium through amplitude continuation: needs no start. Where the solutions
-  // bend, it creeps: `most` ends it, in Newton steps.
+  // Solves from the static equilibrium by continuation in the excitation's amplitude; it needs no
+  // start. Near a fold the steps get very small; `most` limits the Newton steps. Allocates.
   static constexpr int kMostFromRest = 1 << 20;
   SolveReport solve_from_rest(std::span<const double> theta, double tolerance = kTolerance,
                               int most = kMostFromRest);
-  // Newton from the present state. On success the last rows hold the sensitivities.
+  // Damped Newton from the present state. On success the rows hold the sensitivities.
   SolveReport solve(std::span<const double> theta, int max_iterations = 30,
                     double tolerance = kTolerance);
 
@@ -164,11 +168,11 @@ class PeriodicSystem {
   const Stencil& stencil_of(int coordinate) const {
     return model_->order(coordinate) == 2 ? stencil_ : upwind_;
   }
-  void set_share(double share);  // of the excitation
+  void set_share(double share);  // scales the excitation
   void interpolate_quintic(const PeriodicSystem& coarser);
   void interpolate_cubic(const PeriodicSystem& coarser);
   void analyse_excitation();
-  bool solve_rows(bool with_sensitivities);  // or with Newton's step alone, where that is cheaper
+  bool solve_rows(bool with_sensitivities);  // false: only the Newton step, where that is cheaper
   bool observe();
   void differentiate();
   void differentiate_fourier();
@@ -202,15 +206,15 @@ class PeriodicSystem {
   AlignedVector store_;  // all arrays of points
   std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
   std::vector<const double*> left_;        // one coordinate: g, then its derivatives over theta
-  std::unique_ptr<KinkCorrection> kinks_;  // null when there is none to correct
+  std::unique_ptr<KinkCorrection> kinks_;  // null: no kinks to correct
   AlignedVector kappa_theta_;              // dkappa/dtheta_k in the lane of theta_k
   std::vector<double> theta_;              // of the last linearisation
-  bool rows_hold_sensitivities_ = false;   // of this state, nearly
+  bool rows_hold_sensitivities_ = false;   // of the last solved linearisation
   std::unique_ptr<CyclicBandedLu> banded_;
   struct Dense;
   std::unique_ptr<Dense> dense_;
   std::vector<Quantity> channels_;
-  std::unique_ptr<Observer> observer_;  // null at rest
+  std::unique_ptr<Observer> observer_;  // null after rest()
 };
 
 }  // namespace shaker::estimator

@@ -12,7 +12,7 @@
 namespace shaker::estimator {
 namespace {
 
-// Where point i of n lies in a ring of m: behind which of its points, and how far.
+// Position of point i of n in a ring of m: the preceding point, and the share of the step after it.
 struct Place {
   int point;
   double share;
@@ -34,7 +34,7 @@ SHAKER_INLINE QuinticWeights weights_at(double share, double step) {
 
 }  // namespace
 
-// Points that lie alike between those of the coarse ring have the same weights.
+// Points with the same position between those of the coarse ring share their weights.
 SHAKER_SIMD_CLONES void refine(const CoarseRing& coarse, int points, double* z) {
   const int alike = std::gcd(points, coarse.points);
   const int apart = points / alike;
@@ -79,8 +79,8 @@ void PeriodicSystem::interpolate_from(const PeriodicSystem& coarser) {
     interpolate_cubic(coarser);
 }
 
-// The coarser state may have moved on since its last linearisation: its velocities are taken anew,
-// in this system's arrays. Its kinks have hardly moved.
+// The coarser state may have changed since its last linearisation, so its velocities are computed
+// again, in this system's arrays. Its velocity reversals are reused because they have hardly moved.
 void PeriodicSystem::interpolate_quintic(const PeriodicSystem& coarser) {
   const int m = coarser.n_;
   const double rate = coarser.frequency_ * m;
@@ -93,7 +93,7 @@ void PeriodicSystem::interpolate_quintic(const PeriodicSystem& coarser) {
   refine({m, 1.0 / rate, u, v, a}, n_, z_.data());
 }
 
-// Four-point Lagrange: trigonometric interpolation would ring at the kinks.
+// Uses four-point Lagrange interpolation. Trigonometric interpolation would oscillate at the kinks.
 void PeriodicSystem::interpolate_cubic(const PeriodicSystem& coarser) {
   const int m = coarser.n_;
   for (int i = 0; i < n_; ++i) {

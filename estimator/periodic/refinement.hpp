@@ -1,22 +1,22 @@
-// From the solution on one ring of points to a start on another one.
+// Interpolation of a solution from one ring of points to another.
 //
-// Between two points it is the quintic of state, velocity and acceleration at both. It looks no
-// further than they are, so that the kinks elsewhere leave it alone (a jump of u'''' between the
-// two is worth a hundredth of what it does to the cubic through four points), and the second
-// differences on the new ring, which is where the residual feels an error of a start, are nearly
-// right from the beginning: a Newton step less.
+// Between two points the interpolant is the quintic through state, velocity and acceleration at
+// both. It uses no other points, so kinks elsewhere do not affect it; a jump of u'''' between the
+// two has a hundredth of the effect that it has on the cubic through four points. The second
+// differences on the new ring dominate the residual; they are nearly right from the start, which
+// saves a Newton step.
 #pragma once
 
 #include "estimator/math/lanes.hpp"
 
 namespace shaker::estimator {
 
-// Of the values at both ends, of the velocities and accelerations in units of the step.
+// Weights of the values at both ends, and of velocities and accelerations in units of the step.
 struct QuinticWeights {
   double left, right, left_slope, right_slope, left_bend, right_bend;
 };
 
-// `t` of the way from one point to the next.
+// `t`: position between two points, from 0 to 1.
 inline QuinticWeights quintic_weights(double t) {
   const double r = 1.0 - t;
   const double t3 = t * t * t, r3 = r * r * r;
@@ -28,8 +28,8 @@ inline QuinticWeights quintic_weights(double t) {
           0.5 * r * r * t3};
 }
 
-// A ring of `points`, `step` seconds apart; u, v, a hold the first point's value again behind the
-// last one's.
+// A ring of `points`, `step` seconds apart. u, v, a have points + 1 values: the first value is
+// repeated after the last one.
 struct CoarseRing {
   int points = 0;
   double step = 0.0;
@@ -37,7 +37,7 @@ struct CoarseRing {
 };
 void refine(const CoarseRing& coarse, int points, double* z);
 
-// The same abreast, a Lanes a point and a step for each lane; nothing behind the last point.
+// The same for a batch: one Lanes for each point, one step for each lane, no repeated value.
 struct CoarseLanes {
   int points = 0;
   Lanes step{};

@@ -1,4 +1,5 @@
-// What a step's rows are filled with, and what is made of them.
+// Operations before and after solve_scalar_step(): right-hand sides, sums of products, and the
+// update of the state.
 #include <cstddef>
 
 #include "estimator/periodic/scalar_step.hpp"
@@ -36,7 +37,7 @@ SHAKER_INLINE void sum_products(const GramSum& sum) {
   }
 }
 
-// A Lanes of eight points for each column, turned round into rows.
+// Loads a Lanes of eight points for each column and transposes them into rows.
 template <int Groups>
 SHAKER_INLINE void turned_columns(const ScalarRows& in, int i, int group, Lanes (&block)[kLanes]) {
   for (int k = 0; k < kLanes; ++k) {
@@ -73,7 +74,8 @@ SHAKER_INLINE double largest_lane(const Lanes& values) {
   return worst;
 }
 
-// Rows turned round again: a Lanes of eight points for each column. `rows` are those points'.
+// Advances eight points. Their `rows` are transposed back to a Lanes of eight points for each
+// column.
 template <int Groups>
 SHAKER_INLINE void advance_eight(const ScalarAdvance& move, const Lanes* rows, Lanes& z,
                                  Lanes& step, Lanes& size) {

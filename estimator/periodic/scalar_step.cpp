@@ -9,10 +9,11 @@
 namespace shaker::estimator {
 namespace {
 
-// A pivot smaller than this against the largest entry of its row loses too many digits.
+// A pivot below this share of its row's diagonal entry before elimination loses too many digits.
 constexpr double kSmallestPivot = 1e-5;
 
-// Gaussian elimination with row exchanges for the border's few unknowns: S x = b for whole rows b.
+// Solves S x = b for the border's unknowns, with whole rows b, by Gaussian elimination with row
+// exchanges.
 template <int Reach, int Groups>
 SHAKER_INLINE bool solve_border(double (&s)[Reach][Reach], Lanes (&b)[Reach][Groups]) {
   for (int k = 0; k < Reach; ++k) {
@@ -47,8 +48,9 @@ SHAKER_INLINE bool solve_border(double (&s)[Reach][Reach], Lanes (&b)[Reach][Gro
   return true;
 }
 
-// What an elimination along the ring, upwards or downwards, still needs of the rows behind it, in
-// registers: reading them back from memory would wait for the stores. Rows of zeros to begin with.
+// The rows behind an elimination (upwards or downwards along the ring) that it still needs. They
+// stay in registers because reading them back from memory would wait for the stores. They start as
+// zeros.
 template <int Reach, int Groups>
 struct Chain {
   double u[Reach][Reach] = {};  // u[k - 1][j - 1]: entry j ahead of the row k behind
@@ -65,8 +67,9 @@ SHAKER_INLINE void push(Chain<Reach, Groups>& chain) {
   }
 }
 
-// The equation of row i less those behind it; c[Reach + k] is its coefficient k rows ahead, which
-// is upwards for Ahead = 1 and downwards for -1. False when the pivot is too small.
+// Eliminates the rows behind row i from its equation. c[Reach + k] is its coefficient k rows ahead:
+// of row i + k for Ahead = 1, of row i - k for Ahead = -1. Returns false when the pivot is too
+// small.
 template <int Reach, int Groups, int Ahead>
 SHAKER_INLINE bool eliminate(const ScalarStep& step, int i, double (&c)[2 * Reach + 1],
                              Lanes (&row)[Groups], Chain<Reach, Groups>& behind) {
@@ -99,7 +102,7 @@ SHAKER_INLINE bool eliminate(const ScalarStep& step, int i, Chain<Reach, Groups>
   return eliminate<Reach, Groups, Ahead>(step, i, c, row, behind);
 }
 
-// A row where both eliminations meet: first less the rows that came down to it.
+// Eliminates a row where both eliminations meet: first the rows after `last`, then those before it.
 template <int Reach, int Groups>
 SHAKER_INLINE bool eliminate_between(const ScalarStep& step, int i, int last,
                                      const Chain<Reach, Groups>& above,
@@ -122,7 +125,7 @@ SHAKER_INLINE bool eliminate_between(const ScalarStep& step, int i, int last,
   return eliminate<Reach, Groups, 1>(step, i, c, row, below);
 }
 
-// Row i from the solutions of the rows ahead of it, which are `ahead.r`.
+// Computes the solution of row i from those of the rows ahead of it, `ahead.r`.
 template <int Reach, int Groups>
 SHAKER_INLINE void substitute(const ScalarStep& step, int i, Chain<Reach, Groups>& ahead) {
   Lanes* rows = reinterpret_cast<Lanes*>(step.rows);
@@ -141,8 +144,8 @@ SHAKER_INLINE void substitute(const ScalarStep& step, int i, Chain<Reach, Groups
     rows[i * Groups + w] = ahead.r[0][w] = row[w];
 }
 
-// The band of the first `inner` unknowns, from both ends towards the middle and back: an
-// elimination waits for its own last pivot most of the time, and two wait no longer than one.
+// Solves the band of the first `inner` unknowns from both ends towards the middle and back. An
+// elimination mostly waits for its own last pivot; two at the same time wait no longer than one.
 template <int Reach, int Groups>
 SHAKER_INLINE bool solve_inner(const ScalarStep& step, int inner) {
   const int middle = (inner - Reach) / 2;  // the first of the Reach rows where both meet
@@ -175,8 +178,8 @@ SHAKER_INLINE bool solve_inner(const ScalarStep& step, int inner) {
   return true;
 }
 
-// Couplings to the border become extra right-hand sides: lanes width .. width + Reach - 1. What the
-// band still says of them meets rows of zeros.
+// Copies the couplings to the border into extra right-hand sides, lanes width .. width + Reach - 1.
+// They stay in the band too, but there they only multiply rows of zeros.
 template <int Reach, int Groups>
 SHAKER_INLINE void fill_border(const ScalarStep& step, int inner) {
   for (int i = 0; i < Reach; ++i) {

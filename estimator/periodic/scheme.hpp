@@ -1,4 +1,4 @@
-// How the derivatives over the cyclic time are taken on n equal steps (5.17).
+// Schemes for the derivatives over the cyclic time on n equal steps (5.17).
 #pragma once
 
 #include <array>
@@ -7,8 +7,9 @@
 
 namespace shaker::estimator {
 
-// order2 is the paper's. The declared order is reached on smooth problems (tested); |v| v caps it
-// near 3, unless the kink is corrected (PeriodicSystem). fourier is collocation with all harmonics.
+// order2 is the scheme of the paper. Smooth problems reach the declared order (tested); |v| v
+// limits it to about 3 unless the kink is corrected (PeriodicSystem). fourier is collocation with
+// all harmonics.
 enum class Scheme { order2, order4, order6, fourier };
 
 constexpr std::string_view name(Scheme scheme) {
@@ -23,7 +24,7 @@ constexpr std::optional<Scheme> scheme_from_name(std::string_view text) {
   return std::nullopt;
 }
 
-inline constexpr int kMostAcross = 7;  // points of a difference
+inline constexpr int kMostAcross = 7;  // points in a stencil
 
 // Central differences of half-width `reach`: z' ~ n sum first[reach + k] z_{i+k}, z'' ~ n^2 sum
 // second[reach + k] z_{i+k}.
@@ -47,9 +48,9 @@ constexpr Stencil stencil(Scheme scheme) {
   }
 }
 
-// For coordinates of first order (internal states): their equations may be stiff, and central
-// differences, which do not see a zigzag, would let it live there. Biased backwards by one point,
-// the difference damps it; orders 1, 3 and 5.
+// Stencils for coordinates of first order (internal states), whose equations may be stiff. Central
+// differences do not see an oscillation from point to point and leave it undamped. These stencils
+// are biased backwards by one point and damp it. Their orders are 1, 3 and 5.
 constexpr Stencil upwind_stencil(Scheme scheme) {
   switch (scheme) {
     case Scheme::order2:

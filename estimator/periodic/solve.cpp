@@ -11,9 +11,9 @@ namespace shaker::estimator {
 namespace {
 
 constexpr double kSmallestDamping = 1.0 / 1024;
-constexpr double kClose = 1e-4;  // of the state: a Newton step that may end a search
+constexpr double kClose = 1e-4;  // of the state: the largest Newton step that may end a search
 
-// Four maxima at a time: each waits for the one before.
+// Uses four independent maxima because each maximum waits for the previous one.
 double largest(const double* values, std::size_t count, std::size_t stride) {
   double worst[4] = {};
   for (std::size_t i = 0; i < count; ++i)
@@ -23,8 +23,9 @@ double largest(const double* values, std::size_t count, std::size_t stride) {
 
 }  // namespace
 
-// Halves the Newton step until the state is admissible and the residual has come down; returns the
-// share that was taken, 0 when none would do. The state is linearised there on return.
+// Halves the Newton step until the state is admissible and the residual is smaller. Returns the
+// accepted share of the step, or 0 if none was accepted. The system is linearised at the resulting
+// state.
 double PeriodicSystem::damped_step(std::span<const double> theta) {
   saved_.assign(z_.begin(), z_.end());
   const double before = residual_;
@@ -58,14 +59,15 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
     }
     report.residual = residual_;
     const double step = largest(rows_.data(), count, static_cast<std::size_t>(stride_));
-    // A residual in the noise of rounding proves nothing where the equations hardly feel the state
-    // (a stroke of 1e11 m differs from the next double by more than gravity's share of it).
+    // A residual at the rounding level does not prove convergence where the equations depend only
+    // weakly on the state (the spacing of doubles at a stroke of 1e11 m exceeds the effect of
+    // gravity). The step must be small too.
     if (residual_ <= tolerance || (residual_ <= floor && step <= kClose * size)) {
       if (!observe()) report.status = SolveStatus::singular;
       return report;
     }
     if (damped_step(theta) == 0.0) {
-      // No progress left to make: at the level of rounding that is convergence.
+      // No share of the step reduces the residual: with a tiny step this is convergence.
       report.residual = residual_;
       report.step_left = step / std::max(size, 1e-3);
       solve_step();
@@ -80,12 +82,12 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
   return report;
 }
 
-// The model at the first point's state, at rest: every point of a constant solution is the same, so
-// one point's equations do.
+// Evaluates the model at rest at the first point's state. All points of a constant solution are
+// equal, so the equations of one point suffice.
 bool PeriodicSystem::evaluate_at_rest(std::span<const double> theta) {
   if (store_.empty()) take_memory();
   for (int c = 0; c < s_; ++c) {
-    std::fill_n(u_[c], kLanes, z_[c]);  // no wild values in the padding
+    std::fill_n(u_[c], kLanes, z_[c]);  // admissible values in the padding too
     std::fill_n(v_[c], kLanes, 0.0);
     std::fill_n(a_[c], kLanes, 0.0);
   }
@@ -100,7 +102,7 @@ bool PeriodicSystem::evaluate_at_rest(std::span<const double> theta) {
   return std::isfinite(residual_);
 }
 
-// Newton's step from there.
+// Computes the Newton step of the equations at rest.
 void PeriodicSystem::step_at_rest(std::span<double> step) const {
   if (s_ == 1) {
     step[0] = g_u_[0][0] != 0.0 ? -g_[0][0] / g_u_[0][0] : 0.0;
@@ -117,7 +119,7 @@ void PeriodicSystem::step_at_rest(std::span<double> step) const {
   std::copy(solution.begin(), solution.end(), step.begin());
 }
 
-// Newton on the constant solution.
+// Solves for the constant solution by damped Newton.
 bool PeriodicSystem::equilibrium(std::span<const double> theta) {
   begin();
   for (int c = 0; c < s_; ++c)

@@ -12,8 +12,8 @@ namespace shaker::estimator {
 namespace {
 
 constexpr int kMaxSweepSteps = 12;
-// A prediction that is this many times worse than the last one, and wrong by this share of the
-// stroke, is of another branch.
+// A prediction belongs to another branch if its error is kWorse times that of the last prediction
+// and exceeds kWrong times the stroke.
 constexpr double kWorse = 10.0;
 constexpr double kWrong = 1e-3;
 
@@ -36,7 +36,7 @@ void check(std::span<const double> frequencies) {
   }
 }
 
-// Predictions of the lanes in `moving`: sums of their histories.
+// Predicts the states of the lanes in `moving`: weighted sums of their histories.
 SHAKER_SIMD_CLONES void combine(int n, const Lanes* const (&history)[4], const Lanes* weights,
                                 const LaneMask& moving, Lanes* z) {
   for (int i = 0; i < n; ++i) {
@@ -55,7 +55,7 @@ SHAKER_SIMD_CLONES void push(int n, Lanes* const (&history)[4], const LaneMask& 
   }
 }
 
-// By growing the excitation, and round folds where that goes no further.
+// Solves from rest, by arclength through folds if the continuation in amplitude fails.
 SolveReport solve_anew(PeriodicSystem& system, std::span<const double> theta) {
   const SolveReport report = system.solve_from_rest(theta);
   return report.status == SolveStatus::no_convergence ? solve_through_folds(system, theta) : report;
@@ -97,7 +97,7 @@ std::size_t FrequencySweep::run(std::span<const double> theta, double amplitude,
       std::count(status_.begin(), status_.end(), SolveStatus::converged));
 }
 
-// Lagrange weights of the remembered solutions at `frequency`.
+// Sets the Lagrange weights of the solutions in the history for `frequency`.
 void FrequencySweep::weigh_history(Stretch& stretch, double frequency) {
   stretch.weight.fill(0.0);
   for (std::size_t h = 0; h < stretch.known; ++h) {
@@ -119,7 +119,7 @@ void FrequencySweep::remember(Stretch& stretch, double frequency) {
   stretch.known = std::min(stretch.known + 1, kHistory);
 }
 
-// --- eight stretches abreast
+// --- a batch of eight stretches
 
 void FrequencySweep::walk_abreast(std::span<const double> frequencies) {
   const std::size_t count = frequencies.size();
@@ -134,7 +134,7 @@ void FrequencySweep::walk_abreast(std::span<const double> frequencies) {
   }
   lanes_->begin();
   walk(kAllLanes, frequencies);
-  std::size_t owner = 0;  // the lane that came to the joint
+  std::size_t owner = 0;  // the lane whose branch reaches the joint
   for (std::size_t l = 1; l < kLanes && l * length < count; ++l) {
     if (same_branch(owner, l * length, frequencies[l * length])) {
       owner = l;
@@ -146,7 +146,7 @@ void FrequencySweep::walk_abreast(std::span<const double> frequencies) {
   }
 }
 
-// One frequency further in each lane of `lanes`, until all are at their stretch's end.
+// Moves each lane of `lanes` from frequency to frequency until all are at the end of their stretch.
 void FrequencySweep::walk(unsigned lanes, std::span<const double> frequencies) {
   for (;;) {
     unsigned going = 0;
@@ -203,7 +203,7 @@ void FrequencySweep::step_lanes(unsigned lanes, std::span<const double> frequenc
        mask_of(found), as_lanes(lanes_->state()));
 }
 
-// From rest, on few points: what is left is Newton's.
+// Solves from rest on the coarse grid and interpolates. Newton's method on the full grid follows.
 void FrequencySweep::begin_lane(std::size_t lane, double frequency) {
   coarse_.set_excitation(frequency, amplitude_);
   coarse_.solve_from_rest(theta_);
@@ -212,7 +212,7 @@ void FrequencySweep::begin_lane(std::size_t lane, double frequency) {
     lanes_->state()[kLanes * i + lane] = single_.state()[i];
 }
 
-// What failed from the prediction is tried from rest, with damping, continuation and all.
+// Solves a frequency from rest, with damping and continuation, after the prediction failed.
 bool FrequencySweep::rescue(std::size_t lane, double frequency, SolveStatus& status) {
   single_.set_excitation(frequency, amplitude_);
   status = solve_anew(single_, theta_).status;
@@ -221,7 +221,7 @@ bool FrequencySweep::rescue(std::size_t lane, double frequency, SolveStatus& sta
   return status == SolveStatus::converged;
 }
 
-// Newton in the lanes of `lanes`; a bit for each that arrived.
+// Iterates Newton's method in `lanes`. Returns a mask of the lanes that converged.
 unsigned FrequencySweep::correct(unsigned lanes) {
   std::array<double, kLanes> last;
   last.fill(std::numeric_limits<double>::infinity());
@@ -247,7 +247,7 @@ unsigned FrequencySweep::correct(unsigned lanes) {
   return found;
 }
 
-// Does what `lane` predicts at a joint belong to the branch on which the next stretch began?
+// Tests if the prediction of `lane` at a joint is on the branch where the next stretch started.
 bool FrequencySweep::same_branch(std::size_t lane, std::size_t joint, double frequency) {
   Stretch& stretch = stretches_[lane];
   if (stretch.known == 0 || status_[joint] != SolveStatus::converged) return stretch.known == 0;
@@ -265,7 +265,7 @@ bool FrequencySweep::same_branch(std::size_t lane, std::size_t joint, double fre
   return error <= std::max(kWorse * stretch.error, kWrong) * size;
 }
 
-// --- one system: several coordinates, effects with memory, Fourier
+// --- a single system: several coordinates, effects with memory, Fourier
 
 void FrequencySweep::walk_alone(std::span<const double> frequencies) {
   Stretch& stretch = stretches_[0];

@@ -1,15 +1,16 @@
-// A drop test, predicted from an identified model: what the whole shaker method is for (figures 1
-// and 2 of the paper). Stroke, load, rebound and energy of a gear that touches down with a sink
-// speed, with a band from the covariance of its parameters.
+// Prediction of a drop test from an identified model, the purpose of the shaker method (figures 1
+// and 2 of the paper). It gives stroke, load, rebound and energy of a landing gear that touches
+// down with a sink speed, with an uncertainty band from the covariance of the parameters.
 //
-// The mass falls with everything at rest relative to it: all coordinates at 0, and the sink speed
-// is the rate of the coordinate that meets the ground (the last one: the stroke, or the tyre below
-// it). No excitation. Lift is a constant force on the mass, a share of the weight. Loads are per
-// unit mass (m/s^2): what the first equation's mass feels from everything but weight and lift.
+// At touchdown everything is at rest relative to the mass: all coordinates are 0, and internal
+// states have their rest values. The sink speed is the rate of the coordinate that meets the ground
+// (by default the last one: the stroke, or the tyre below it). There is no excitation. Lift is a
+// constant force on the mass, a share of the weight. Loads are per unit mass (m/s^2): the force on
+// the first equation's mass without weight and lift.
 //
-// The band is that of the parameters: it does not know effects that the model lacks. Two are given:
-// linearised (delta method, with the sensitivities (5.10)) and sampled (parameters drawn from
-// Student's distribution with the estimate's covariance, inside their bounds).
+// The band contains the uncertainty of the parameters only, not that of effects which the model
+// lacks. It is given twice: linearised (delta method) and sampled (parameters drawn from Student's
+// distribution with the estimate's covariance, inside their bounds).
 #pragma once
 
 #include <string>
@@ -23,13 +24,12 @@
 namespace shaker::estimator {
 
 struct DropConditions {
-  double sink_speed = 0.0;  // of the model's length unit per s; above 0
+  double sink_speed = 0.0;  // the model's length unit per s; above 0
   double lift = 0.0;        // share of the weight, 0 to 1
   double duration = 1.5;    // s
-  int contact = -1;         // coordinate that meets the ground; -1: the last with a mass
+  int contact = -1;         // coordinate that meets the ground, with a mass; -1: the last mechanical
 };
 
-// In the order of kDropFigures.
 struct DropFigure {
   const char* name;  // "peak_stroke"
   const char* label;
@@ -55,19 +55,20 @@ struct DropHistory {
 };
 
 struct DropRun {
-  std::vector<double> figures;  // one for each of kDropFigures; NaN for what did not happen
+  std::vector<double> figures;  // one for each of kDropFigures; NaN if the event did not occur
   DropHistory history;
   std::vector<double> stroke_derivatives, load_derivatives;  // times x parameters, or empty
-  double fastest = 0.0;                                      // of the stroke
+  double fastest = 0.0;                                      // largest |speed| of the stroke
 };
 
 class DropTest {
  public:
-  // Throws std::invalid_argument for conditions that make no sense, with what is allowed.
+  // Throws std::invalid_argument for conditions out of range; the message names the range.
   DropTest(const config::ModelSpec& spec, DropConditions conditions);
 
   const Model& model() const { return model_; }
-  // An Error when the stroke does not turn within the duration, or leaves what is admissible.
+  // Integrates one drop with all parameters `theta`. Returns an Error (not_converged) when the
+  // stroke does not reverse within the duration, becomes inadmissible, or the integrator fails.
   Result<DropRun> run(const std::vector<double>& theta, bool derivatives) const;
 
  private:
@@ -77,26 +78,26 @@ class DropTest {
 
   Model model_;
   DropConditions conditions_;
-  double weight_ = 0.0, lift_ = 0.0;  // of the first equation, per mass
+  double weight_ = 0.0, lift_ = 0.0;  // in the first equation, per reference mass
   std::vector<double> mass_;          // its row
   StateEquations equations_;
 };
 
 struct DropBand {
   double value = 0.0, error = 0.0;  // delta method
-  double lower = 0.0, upper = 0.0;  // of the delta method, with `quantile`
+  double lower = 0.0, upper = 0.0;  // interval of the delta method
   double sampled_lower = 0.0, sampled_upper = 0.0;
 };
 
 struct DropPrediction {
   DropRun run;
   std::vector<DropBand> bands;  // one for each of kDropFigures
-  int samples = 0;              // that gave a drop
-  int lost = 0;                 // outside the bounds, or without a drop
+  int samples = 0;              // draws with a drop
+  int lost = 0;                 // draws outside the bounds, or without a drop
 };
 
 struct DropUncertainty {
-  std::vector<int> parameters;     // indices that the covariance is of
+  std::vector<int> parameters;     // indices of the covariance's rows
   std::vector<double> covariance;  // row by row; empty: no band
   double degrees_of_freedom = 0.0;
   int samples = 400;
@@ -104,6 +105,8 @@ struct DropUncertainty {
   double confidence = 0.95;
 };
 
+// Predicts a drop with its band. It integrates two drops for each uncertain parameter and one for
+// each sample. Returns an Error if the drop at `theta` or one of those next to it fails.
 Result<DropPrediction> predict_drop(const DropTest& test, const std::vector<double>& theta,
                                     const DropUncertainty& uncertainty);
 

@@ -1,17 +1,17 @@
-// Time integration of a model with its sensitivity equations (5.10): initial conditions in,
-// trajectory and its derivatives over initial states and parameters out.
+// Time integration of a model with its sensitivity equations (5.10). From initial conditions it
+// computes the trajectory and its derivatives over initial states and parameters.
 //
-// Three ways to a trajectory:
+// Integrators:
 //   adams, bdf    CVODES, variable step and order; bdf for stiff models (friction with a short
-//                 presliding distance). adams hands over to bdf where it gets stuck.
-//   runge_kutta4  the paper's: classical, fixed steps between the samples, all segments of all
-//                 records abreast in SIMD lanes. Faster by far for long records.
-// Only the state equations steer CVODES' steps, so that a trajectory is the same with and without
-// sensitivities, as section 5.1 asks.
+//                 presliding distance). If adams fails, bdf integrates the arc again.
+//   runge_kutta4  the method of the paper: classical, fixed steps between the samples, all segments
+//                 of all records as a batch in SIMD lanes. Much faster for long records.
+// Only the state equations control CVODES' steps, so a trajectory is the same with and without
+// sensitivities, as section 5.1 requires.
 //
-// Three ways to the derivatives, the last two for comparison:
+// Derivatives (the last two serve for comparison):
 //   sensitivities       (5.10), integrated with the state
-//   augmented_states    (5.11), (5.12): the parameters as states that do not change (CVODES only)
+//   augmented_states    (5.11), (5.12): the parameters as constant states (CVODES only)
 //   finite_differences  central, one parameter after the other
 #pragma once
 
@@ -28,9 +28,9 @@ namespace shaker::estimator {
 enum class Integrator { adams, bdf, runge_kutta4 };
 enum class Gradient { sensitivities, augmented_states, finite_differences };
 
-// Ending a step at each reversal of a velocity, where |v| v is not smooth, gives runge_kutta4 its
-// fourth order back. CVODES has to begin again at order one each time, which costs it more than it
-// gains. automatic: runge_kutta4 does, CVODES does not.
+// Whether a step ends at each velocity reversal, where |v| v is not smooth. runge_kutta4 keeps its
+// fourth order this way. CVODES restarts at order one each time, which costs more than it gains.
+// automatic: runge_kutta4 cuts its steps, CVODES does not.
 enum class CutAtReversals { automatic, always, never };
 
 struct TimeOptions {
@@ -39,45 +39,49 @@ struct TimeOptions {
   // CVODES: relative tolerance, and the absolute one in units of the model (m, m/s).
   double relative_tolerance = 1e-10;
   double absolute_tolerance = 1e-12;
-  // CVODES: sensitivities hold the tolerance too; by default (as section 5.1 asks) the state alone
-  // chooses the steps, and they are good to about 1e-6 of their size at 1e-10.
+  // CVODES: the sensitivities meet the tolerance too. By default (as section 5.1 requires) only the
+  // state controls the steps; at 1e-10 the sensitivities then have an error of about 1e-6 of their
+  // size.
   bool control_sensitivities = false;
   // runge_kutta4: the largest step, s; 0: the spacing of the samples.
   double step = 0.0;
   CutAtReversals cut = CutAtReversals::automatic;
 };
 
-// One piece of a record: from a given initial state to its last time.
+// One piece of a record, integrated from a given initial state to its last time.
 struct Arc {
-  std::span<const double> times;  // increasing; the first is where `start` holds
+  std::span<const double> times;  // s, increasing; the first is the time of `start`
   const Excitation* excitation = nullptr;
-  std::vector<double> start;  // states
-  // Results, row by row: states(times x m); sensitivities(times x m x columns), the columns being
-  // the m initial states, then the parameters asked for.
+  std::vector<double> start;  // m states
+  // Results, row by row: states (times x m) and sensitivities (times x m x columns). The columns
+  // are the m initial states, then the free parameters.
   std::vector<double> states, sensitivities;
-  // The integrator's own: excitation at its nodes. Clear it when times or excitation change.
+  // Private to the integrator: the excitation at its nodes. Clear it when times or excitation
+  // change.
   std::vector<double> nodes;
 };
 
 struct IntegrationReport {
   bool ok = false;
-  bool inadmissible = false;     // 1 - theta3 u <= 0 or the like; else the integrator gave up
-  std::size_t arc = 0;           // which
+  bool inadmissible = false;     // the state, for example 1 - theta3 u <= 0; else integrator failure
+  std::size_t arc = 0;           // the arc with the failure
   double reached = 0.0;          // s
   std::string sentence() const;  // empty when ok
 };
 
-// A workspace for one thread. After the first call on arcs of one shape only CVODES allocates.
+// A workspace for one thread. runge_kutta4 with integrated sensitivities does not allocate after
+// the first call on arcs of one shape; the others do.
 class TimeIntegration {
  public:
-  // `free`: indices of the parameters whose sensitivities are wanted. `equations` must outlive it.
-  // Throws std::invalid_argument for options that contradict each other.
+  // `free`: indices of the parameters whose sensitivities are computed. `equations` must outlive
+  // it. Throws std::invalid_argument for invalid options or indices, and std::runtime_error if
+  // CVODES cannot be set up.
   static std::unique_ptr<TimeIntegration> make(const StateEquations& equations,
                                                const TimeOptions& options, std::vector<int> free);
   virtual ~TimeIntegration() = default;
 
-  // Fills the results of all arcs. With `sensitivities` false those are left as they are.
-  // Stops at the first trouble; results are then unspecified.
+  // Fills the results of all arcs. If `sensitivities` is false, those of the arcs do not change.
+  // Stops at the first failure; the results are then unspecified.
   virtual IntegrationReport run(std::span<Arc> arcs, std::span<const double> theta,
                                 bool sensitivities) = 0;
 };

@@ -1,16 +1,16 @@
-// A model as state equations (5.2), s' = h(s, x, t, theta), with the coefficients h_s and
-// h_theta of its sensitivity equations (5.10): what every time integration works on.
+// A model as state equations (5.2), s' = h(s, x, t, theta), with the coefficients h_s and h_theta
+// of its sensitivity equations (5.10). All time integrators use them.
 //
-// The model is implicit, g(u, u', u'', x; theta) = 0. A coordinate on which a mass acts has two
-// states, itself and its velocity; one without (an internal state of an effect: friction that
-// remembers, gas temperature) has one, and its equation gives its own rate. The accelerations and
-// those rates are the unknowns q of g = 0; Newton solves it, in one step for everything that is
-// linear in q, and h_s = -g_q^-1 g_s, h_theta = -g_q^-1 g_theta follow.
+// The model is implicit, g(u, u', u'', x; theta) = 0. A coordinate with a mass has two states:
+// itself and its velocity. A coordinate without mass (an internal state of an effect: friction with
+// memory, gas temperature) has one state, and its equation gives its rate. The accelerations and
+// these rates are the unknowns q of g = 0. Newton's method solves it, in one step where g is linear
+// in q. Then h_s = -g_q^-1 g_s and h_theta = -g_q^-1 g_theta.
 //
-// State order: all coordinates, then the velocities of those with a mass.
+// Order of the states: all coordinates, then the velocities of those with a mass.
 //
-// All functions work on n lanes at once (many segments of a record abreast); arrays are those of
-// ModelPoints: 64-byte aligned, readable up to the next multiple of 8.
+// rates() works on a batch of n lanes (many segments of a record). Arrays are those of ModelPoints:
+// 64-byte aligned, readable up to the next multiple of 8.
 #pragma once
 
 #include <string>
@@ -23,9 +23,9 @@ namespace shaker::estimator {
 
 class StateEquations {
  public:
-  // `force`: constant forces over the reference mass, one an equation (the wing's lift in a drop);
-  // empty: none. `model` must outlive it. Throws std::invalid_argument when the model's equations
-  // cannot be solved for its accelerations (a coordinate that no equation moves).
+  // `force`: constant forces over the reference mass, m/s^2, one for each equation (the wing's lift
+  // in a drop); empty: none. `model` must outlive it. Throws std::invalid_argument when the number
+  // of forces is wrong, or when the model has an effect that needs a periodic excitation.
   explicit StateEquations(const Model& model, std::vector<double> force = {});
 
   const Model& model() const { return model_; }
@@ -34,10 +34,10 @@ class StateEquations {
   int parameters() const { return model_.parameter_count(); }
   // Index of the state that is the coordinate's velocity; -1 for one without mass.
   int velocity_of(int coordinate) const { return velocity_[static_cast<std::size_t>(coordinate)]; }
-  // "stroke", "stroke'": for people.
+  // Names for messages, such as "stroke" and "stroke'".
   const std::vector<std::string>& names() const { return names_; }
 
-  // One for each thread; grows to the largest n asked for, then allocates no more.
+  // Each thread needs its own. It allocates when n is larger than before.
   class Workspace {
    private:
     friend class StateEquations;
@@ -47,10 +47,10 @@ class StateEquations {
     std::vector<int> pivot;
   };
 
-  // Overwrites rate (states arrays of n) and, each unless it is nullptr, h_s (states * states
-  // arrays, row by row) and h_theta (states * parameters). `x`: the excitation of each lane. False
-  // when a lane is inadmissible (1 - theta3 u <= 0), or its equations singular; the output is then
-  // unspecified.
+  // Computes `rate` (`states` arrays of n) and, unless nullptr, `h_s` (states * states arrays, row
+  // by row) and `h_theta` (states * parameters arrays). `x`: the excitation of each lane, m/s^2.
+  // Returns false when a lane is inadmissible (1 - theta3 u <= 0) or its equations are singular; the
+  // output is then unspecified. May be called from several threads, each with its own workspace.
   bool rates(int n, const double* const* s, const double* x, const double* theta, Workspace& work,
              double* const* rate, double* const* h_s, double* const* h_theta) const;
 
@@ -70,7 +70,7 @@ class StateEquations {
   int coordinates_ = 1, states_ = 2;
   std::vector<int> velocity_;
   std::vector<std::string> names_;
-  bool once_ = false;  // derivatives do not depend on q: one evaluation is enough
+  bool once_ = false;  // derivatives do not depend on q: one evaluation suffices
 };
 
 }  // namespace shaker::estimator

@@ -20,7 +20,7 @@ struct Draw {
   std::vector<double> theta, error;
 };
 
-// Makes a run's data anew around what the fit predicts.
+// Simulates the data of a run around the prediction of the fit.
 class Source {
  public:
   Source(const RunData& run, std::vector<double> predicted, double noise)
@@ -53,14 +53,14 @@ class Source {
   }
 
  private:
-  // What n (cycles - 1) degrees of freedom scatter: chi squared.
+  // Sum of squares of n (cycles - 1) degrees of freedom: chi-squared.
   void draw_scatter(std::mt19937_64& random, RunData& out) const {
     const double degrees = static_cast<double>(predicted_.size()) * (run_.cycles - 1.0);
     if (!(degrees > 0.0)) return;
     std::gamma_distribution<double> gamma(0.5 * degrees, 2.0);
     out.scatter = noise_ * noise_ / run_.weight * gamma(random);
   }
-  // Of the scatter of as many cycles: Wishart, by Bartlett's decomposition.
+  // Covariance estimated from as many cycles: Wishart, by Bartlett's decomposition.
   void draw_covariance(std::mt19937_64& random, RunData& out) const {
     const double nu = run_.covariance_degrees;
     if (!(nu > 0.0)) return;

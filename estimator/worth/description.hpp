@@ -1,7 +1,7 @@
-// A fit as an estimate to be published: names, units, intervals and warnings.
+// Converts a fit into an estimate that can be published, with names, units, intervals and warnings.
 //
-// What the numbers say by themselves; Estimator::describe adds runs, cycles and what it knows of
-// the branch of solutions.
+// This function knows the numbers only. Estimator::describe adds the runs, the cycles and the
+// branch of the solutions.
 #pragma once
 
 #include "estimator/estimate.hpp"

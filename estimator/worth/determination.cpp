@@ -13,7 +13,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kPart = 0.1;  // of the largest: what is not worth mentioning
+constexpr double kPart = 0.1;  // of the largest element: smaller ones are not mentioned
 
 std::vector<std::size_t> free_and_determined(const Model& model, const Fit& fit) {
   std::vector<std::size_t> list;

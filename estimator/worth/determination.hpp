@@ -1,8 +1,8 @@
-// Which combinations of parameters the data determine, and which they do not, as sentences.
+// Finds the combinations of parameters that the data do not determine, and describes them in words.
 //
-// A parameter is seldom undetermined by itself: it is a combination that can change without the
-// response showing it, as c1 and c2 in the paper's example (6.1), of which only the sum acts, or
-// the spring and the damping of figure 13. Told so, an operator knows what to fix or what to run.
+// Usually no single parameter is undetermined. A combination can change without an effect on the
+// response: c1 and c2 in the paper's example (6.1), of which only the sum acts, or the spring and
+// the damping of figure 13. The warnings tell an operator what to fix or which run to add.
 #pragma once
 
 #include <string>
@@ -12,15 +12,16 @@
 
 namespace shaker::estimator {
 
-// A way in which the parameters can move together. `change` has all parameters, as shares of their
-// own size (of 1 where a parameter is 0); the largest part is 1 for a lost direction, and one
-// standard error of the movement for a weak one.
+// A direction in which the parameters can change together. `change` has one element for each
+// parameter of the model, relative to the parameter's size (absolute where the parameter is 0). For
+// a lost direction the largest element is 1; for a weak one the vector is one standard error long.
 struct Direction {
   std::vector<double> change;
-  bool lost = false;  // the data do not feel it at all
+  bool lost = false;  // the change has no effect on the data
 };
 
-// Lost directions of a fit, then those that are known to less than kWeak of the parameters' sizes.
+// The lost directions of a fit. Without any, the principal axes of the relative covariance whose
+// standard deviation is above kWeak, the weakest first.
 inline constexpr double kWeak = 0.3;
 std::vector<Direction> open_directions(const Model& model, const Fit& fit);
 
@@ -28,10 +29,11 @@ std::vector<Direction> open_directions(const Model& model, const Fit& fit);
 std::string in_words(const Model& model, const std::vector<double>& theta,
                      const Direction& direction);
 
-// A warning for each, with the remedy.
+// One warning for each open direction, with the remedy.
 std::vector<std::string> determination_warnings(const Model& model, const Fit& fit);
 
-// What any estimate ends with: unknowns on their bounds, and no observation to spare for the noise.
+// The last warnings of every estimate: unknowns on a bound, and too few observations to estimate
+// the noise.
 std::vector<std::string> closing_warnings(const std::vector<std::string>& on_bound,
                                           long observations, std::size_t unknowns);
 

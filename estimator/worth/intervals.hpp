@@ -1,4 +1,5 @@
-// Other intervals, and other losses, in an estimate that is ready to be published.
+// Replaces the linearised intervals of an estimate by profile or bootstrap intervals, or the whole
+// estimate by a robust one.
 #pragma once
 
 #include <optional>
@@ -12,20 +13,21 @@
 namespace shaker::estimator {
 
 enum class IntervalKind {
-  linear,     // (3.29): symmetric, at once
-  profile,    // where the likelihood falls: worth/profile.hpp
-  bootstrap,  // from 1000 made-up repetitions: worth/bootstrap.hpp
+  linear,     // (3.29): symmetric, without further computation
+  profile,    // profile likelihood: worth/profile.hpp
+  bootstrap,  // from 1000 simulated campaigns: worth/bootstrap.hpp
 };
 std::optional<IntervalKind> interval_kind_from_name(std::string_view name);
 
-// Puts intervals of this kind into `estimate`, which describes the last fit of `estimator` on
-// `runs`; a sentence for each end that the data leave open. A fit that did not converge keeps what
-// it has.
+// Replaces the intervals of `estimate`, which describes the last fit of `estimator` on `runs`, and
+// adds a warning for each end that the data leave open. Changes nothing for `linear`, or when the
+// fit has not converged.
 void replace_intervals(Estimate& estimate, IntervalKind kind, const Model& model,
                        Estimator& estimator, const std::vector<RunData>& runs,
                        const EstimationOptions& options = {});
 
-// Puts a robust fit's values and errors into an estimate of the same data, and names the outliers.
+// Replaces the values, standard errors and intervals by those of a robust fit of the same data. A
+// warning names the outliers.
 void replace_by_robust(Estimate& estimate, const RobustFit& robust, const Model& model);
 
 }  // namespace shaker::estimator

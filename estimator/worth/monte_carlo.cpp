@@ -24,7 +24,7 @@ std::vector<int> free_parameters(const Model& model) {
   return free;
 }
 
-// What one replication leaves behind.
+// The result of one replication.
 struct Outcome {
   FitStatus status = FitStatus::not_converged;
   bool on_bound = false;
@@ -49,7 +49,7 @@ class MonteCarloWorker {
         estimator_(model, exact, options.estimation) {}
 
   Outcome replicate(long index) {
-    // Seeded by the replication, so that the thread does not matter.
+    // The seed depends on the replication, so that the thread has no influence.
     std::seed_seq sequence{static_cast<std::uint32_t>(options_.seed),
                            static_cast<std::uint32_t>(options_.seed >> 32),
                            static_cast<std::uint32_t>(index)};
@@ -72,7 +72,7 @@ class MonteCarloWorker {
       out.bias = take_off_bias(published, second_order(estimator_, model_), options_.bias);
     for (const int k : free_) {
       const auto at = static_cast<std::size_t>(k);
-      // The interval stays the optimum's, see take_off_bias.
+      // The interval stays that of the optimum, see take_off_bias.
       const double error = fit.theta[at] - options_.truth[at];
       out.on_bound = out.on_bound || fit.at_bound[at] != 0;
       out.theta.push_back(published.theta[at]);
@@ -83,7 +83,8 @@ class MonteCarloWorker {
   }
 
  private:
-  // The mean of `cycles` cycles and their scatter about it; drawn as what they add up to.
+  // Adds the mean of the noise of `cycles` cycles; the scatter is that of the cycles about the
+  // mean.
   void add_noise(const RunData& exact, RunData& noisy, std::mt19937_64& random) const {
     std::normal_distribution<double> normal(0.0, 1.0);
     const double half = std::sqrt(3.0);

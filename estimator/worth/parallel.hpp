@@ -1,7 +1,7 @@
-// Independent pieces of work over threads, a workspace a thread.
+// Runs independent tasks on several threads, with one workspace for each thread.
 //
-// Which thread does which piece is left to chance; whoever writes each result to its own place, and
-// lets a piece depend on its index alone, gets the same answer for any number of threads.
+// The assignment of tasks to threads is not deterministic. The result is the same for any number of
+// threads if each task depends on its index only and writes to its own place.
 #pragma once
 
 #include <algorithm>
@@ -13,9 +13,10 @@
 
 namespace shaker::estimator {
 
-// make() gives a workspace; work(workspace, i) is called once for each i in [0, count). The first
-// exception is thrown again here, after all threads have ended. threads 0: as many as there are.
-// `chunk`: pieces that a thread takes at a time; 1 for few and long ones.
+// make() returns a workspace; work(workspace, i) is called once for each i in [0, count). The
+// caller is one of the threads, and blocks until all have ended; then the first exception is
+// thrown again. `threads` 0: one for each core, at most 256. `chunk`: tasks that a thread takes
+// at a time; 1 suits few and long tasks.
 template <class Make, class Work>
 void in_parallel(long count, unsigned threads, Make make, Work work, long chunk = 16) {
   if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());

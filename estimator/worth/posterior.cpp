@@ -22,20 +22,21 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kMostValleys = 2;  // that are looked for
+constexpr std::size_t kMostValleys = 2;  // that are traced
 constexpr double kPlainTail = 0.4, kPlainShare = 0.2, kPlainWidth = 1.2;
-constexpr int kValleyRounds = 2;  // of importance sampling along one
+constexpr int kValleyRounds = 2;  // of importance sampling along a valley
 
 struct Sampled {
   Draws draws;
-  std::vector<double> effective;  // of correlated draws, for each mean; empty: independent ones
-  Posterior how;                  // all but what the draws say of the parameters
+  std::vector<double> effective;  // effective draws for each mean; empty: the draws are independent
+  Posterior how;                  // everything except the statistics of the parameters
 };
 
-// Draws that never came to the far end of a valley do not miss it: tails that the sampling itself
-// calls good are believed only where Laplace's approximation holds so well that there is none: no
-// parameter scatters much more than it says. And a proposal that follows draws looks good wherever
-// they came, so those draws have to be as good as its own.
+// True where importance sampling may be believed without walkers. A sample that never reached
+// the far end of a valley does not show that it is missing. Therefore good weights are accepted
+// only where Laplace's approximation excludes such a valley: no parameter scatters much more
+// than it predicts. A proposal that follows draws looks good wherever these draws are, so the
+// weights of the round that it follows must be as good as its own.
 bool plain(const ImportanceSample& sample, const MatrixXd& covariance,
            const PosteriorOptions& options) {
   if (!sample.good) return false;
@@ -48,7 +49,8 @@ bool plain(const ImportanceSample& sample, const MatrixXd& covariance,
              .all();
 }
 
-// From a proposal along a valley, where one can be followed and helps; from what there is, else.
+// Samples along a valley, where one can be followed and improves the result; otherwise returns
+// `best`.
 ImportanceSample along_valleys(const std::function<LogDensity()>& make, ImportanceSample best,
                                const VectorXd& mode, const MatrixXd& covariance,
                                PosteriorOptions options) {
@@ -86,7 +88,7 @@ Sampled sample(const std::function<LogDensity()>& make, const VectorXd& mode,
   out.how.converged = sure;
   if (!easy) {
     EnsembleSample second = sample_by_ensembles(make, first, mode, covariance, options);
-    // Where neither is good, the ensembles have at least been everywhere that the walkers came to.
+    // If neither is good, the ensembles are preferred: they have visited more of the posterior.
     if (!second.draws.theta.empty()) {
       out.how.method = PosteriorMethod::ensembles;
       out.how.r_hat = second.r_hat;
@@ -150,7 +152,7 @@ Posterior posterior(const Model& model, const Estimator& estimator,
   if (noisy_excitation) covariance -= excitation;
   Sampled sampled = sample(
       [&]() -> LogDensity {
-        // Copyable, as std::function wants it: the workspace is shared with nobody.
+        // std::function requires a copyable object. Each thread has its own workspace.
         auto likelihood = std::make_shared<PosteriorLikelihood>(model, estimator, runs, how);
         return [likelihood](std::span<const double> theta) { return (*likelihood)(theta); };
       },

@@ -14,10 +14,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kMinEffectiveDraws =
-    4.0;  // effective draws for each coefficient; a straight line, else
+    4.0;  // effective draws for each coefficient; with fewer the mean stays zero
 constexpr double kNothing = 1e-14;
 
-// 1, the first `count` of y, and their products.
+// The monomials 1, y_i and y_i y_j of the first `count` elements of y.
 VectorXd powers(const VectorXd& y, Index count) {
   VectorXd out(1 + count + count * (count + 1) / 2);
   out[0] = 1.0;
@@ -33,7 +33,7 @@ VectorXd powers(const VectorXd& y, Index count) {
 }  // namespace
 
 Bend::Bend(const Draws& draws) : mean_(draws.mean), scatter_(draws.mean.size()) {
-  // Of correlations, so that the parameters' units do not matter; ascending, the softest is last.
+  // The spectrum of the correlations is independent of units; it ascends, so the softest is last.
   const VectorXd deviation = draws.covariance.diagonal().cwiseSqrt();
   const MatrixXd unit = deviation.cwiseInverse().asDiagonal();
   const Spectrum spectrum = spectrum_of(unit * draws.covariance * unit);

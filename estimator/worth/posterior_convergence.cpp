@@ -33,7 +33,7 @@ std::vector<double> pooled(const Chains& chains) {
   return all;
 }
 
-// Each value by the normal quantile of its rank among all; equal values share the mean rank.
+// Replaces each value by the normal quantile of its rank among all; ties share the mean rank.
 Chains normal_scores(const Chains& chains) {
   const std::vector<double> all = pooled(chains);
   std::vector<std::size_t> order(all.size());
@@ -117,7 +117,7 @@ double effective_of_chains(const Chains& chains, double variance) {
   const auto correlation = [&](std::size_t lag) {
     return 1.0 - (within - autocovariance(lag)) / whole;
   };
-  // Sums of neighbours stay positive and fall.
+  // Geyer: sums of neighbouring correlations are positive and do not increase.
   double sum = 1.0 + correlation(1), before = sum;
   for (std::size_t lag = 2; lag + 1 < n; lag += 2) {
     const double pair = std::min(correlation(lag) + correlation(lag + 1), before);

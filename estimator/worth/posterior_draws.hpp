@@ -1,5 +1,4 @@
-// Draws of a posterior with their weights, and what they say of a parameter. Private to the sources
-// of posterior.hpp.
+// Weighted draws of a posterior and their statistics. Private to the sources of posterior.hpp.
 #pragma once
 
 #include <vector>
@@ -15,20 +14,21 @@ struct Draws {
   std::vector<double> weight;  // sum 1 after `weigh`
   Eigen::VectorXd mean;
   Eigen::MatrixXd covariance;
-  double effective = 0.0;  // equal draws that the weighted ones are worth (Kish)
+  double effective = 0.0;  // effective sample size of the weights (Kish)
 };
 
-// Scales the weights, some of which are positive, to sum 1; mean, covariance, `effective`.
+// Scales the weights to sum 1 and computes mean, covariance and `effective`. At least one weight is
+// positive.
 void weigh(Draws& draws);
 
-// `count` of the draws, one of every (1 / count)-th of the probability.
+// Systematic resampling: `count` draws, one for each (1 / count)-th of the probability.
 std::vector<Eigen::VectorXd> even_choice(const Draws& draws, std::size_t count);
 
-// Independent draws that the mean of parameter k is worth: its variance over the square of its
+// Effective number of independent draws for the mean of parameter k: its variance over its squared
 // error.
 double effective_for_mean(const Draws& draws, Eigen::Index k);
 
-// Of parameter k, the mode being known.
+// Statistics of parameter k with equal-tailed intervals. `mode` is copied into the result.
 PosteriorMarginal marginal(const Draws& draws, Eigen::Index k, double mode, double confidence);
 
 }  // namespace shaker::estimator

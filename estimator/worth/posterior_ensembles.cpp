@@ -17,16 +17,16 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kEnsembles = 4;
-constexpr std::size_t kFewestWalkers = 16;  // or four for each parameter
+constexpr std::size_t kFewestWalkers = 16;  // at least, or four for each parameter
 constexpr long kFirstSweeps = 200;
-constexpr double kJitter = 0.3;   // of the spread, so that no two walkers start at one place
-constexpr double kGrowth = 0.05;  // of a standard deviation from stage to stage, at the end
+constexpr double kJitter = 0.3;   // of the standard deviation, so that all walkers start apart
+constexpr double kGrowth = 0.05;  // largest relative growth of a standard deviation over a stage
 constexpr double kStretch = 2.0;  // Goodman and Weare's a
 
 struct Walker {
   VectorXd theta;
-  double log = kNowhere;       // of the posterior
-  double log_draw = kNowhere;  // of the proposal
+  double log = kNowhere;       // log density of the posterior
+  double log_draw = kNowhere;  // log density of the proposal
 };
 
 struct Ensemble {
@@ -34,7 +34,7 @@ struct Ensemble {
   std::vector<VectorXd> path;  // sweep by sweep, walker by walker
   std::mt19937_64 random;
   double uniform() { return std::uniform_real_distribution<double>(0.0, 1.0)(random); }
-  // One of the walkers that is neither `a` nor `b`.
+  // A random walker that is neither `a` nor `b`.
   std::size_t another(std::size_t a, std::size_t b) {
     std::uniform_int_distribution<std::size_t> any(0, walkers.size() - 1);
     for (;;) {
@@ -55,7 +55,7 @@ class Sampler {
   void sweep(Ensemble& ensemble) const {
     for (std::size_t i = 0; i < ensemble.walkers.size(); ++i) {
       const double kind = ensemble.uniform();
-      double log_ratio = 0.0;  // of the ways back and forth
+      double log_ratio = 0.0;  // of the reverse and the forward proposal
       const Walker next = kind < 1.0 / 3.0   ? jump(ensemble, i, log_ratio)
                           : kind < 2.0 / 3.0 ? stretch(ensemble, i, log_ratio)
                                              : differ(ensemble, i);
@@ -84,7 +84,7 @@ class Sampler {
   Walker differ(Ensemble& ensemble, std::size_t i) const {
     const std::size_t a = ensemble.another(i, i), b = ensemble.another(i, a);
     const VectorXd& theta = ensemble.walkers[i].theta;
-    // Now and then the whole way, from one mode to another.
+    // Sometimes the full difference, which jumps from one mode to another.
     const double part = ensemble.uniform() < 0.1
                             ? 1.0
                             : 2.38 / std::sqrt(2.0 * static_cast<double>(theta.size())) *
@@ -125,7 +125,7 @@ std::vector<Ensemble> begin(LogDensity density, const ImportanceSample& start, c
   return out;
 }
 
-// What the sweeps from `first_sweep` on say.
+// Computes the statistics and the convergence of the sweeps from `first_sweep` on.
 void judge(const std::vector<Ensemble>& ensembles, long first_sweep,
            const PosteriorOptions& options, EnsembleSample& out) {
   const std::size_t size = ensembles.front().walkers.size();
@@ -195,7 +195,8 @@ EnsembleSample sample_by_ensembles(const std::function<LogDensity()>& make_densi
     done = last;
     out.steps = done * size;
     if (out.good) return out;
-    // Jumps follow what has been found. The draws that are kept next all come after this.
+    // The proposal follows the draws so far. The next draws that are kept all come after this
+    // change.
     proposal.adapt(out.draws);
     for (Ensemble& ensemble : ensembles) {
       for (Walker& walker : ensemble.walkers)

@@ -14,8 +14,8 @@ using Eigen::VectorXd;
 
 constexpr int kMostTries = 100;
 
-// R with R R^T = covariance, which may be singular; by way of the correlations, for parameters have
-// units of every size.
+// R with R R^T = covariance, which may be singular. Uses the correlations, because the parameters'
+// units differ in magnitude.
 MatrixXd root_of(const MatrixXd& covariance) {
   const VectorXd size = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const VectorXd scale = (size.array() > 0.0).select(size, 1.0);

@@ -1,10 +1,11 @@
-// What the excitation's own error adds to a posterior. Private to the sources of posterior.hpp.
+// Adds the measurement error of the excitation to a posterior. Private to the sources of
+// posterior.hpp.
 //
-// Whoever measures the excitation with an error e samples the posterior p(theta | y, x + e) and not
-// p(theta | y, x). The response is not asked what e was: that would lean on the model being right
-// to the last digit, and the estimate does not do so either. So the posterior is the mean of
-// p(theta | y, x + e) over e, which moves theta by H^-1 J^T W S e to first order: each draw gets a
-// normal error with the covariance that the estimate has for it.
+// If the excitation was measured with an error e, the sampled posterior is p(theta | y, x + e), not
+// p(theta | y, x). The response is not used to infer e, because that would require the model to be
+// exact; the estimate does not use it either. Therefore the posterior is the mean of
+// p(theta | y, x + e) over e. To first order e moves theta by H^-1 J^T W S e, so each draw gets a
+// normal error with the covariance that the estimate computes for it.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +16,9 @@
 
 namespace shaker::estimator {
 
-// The part of the last fit's covariance (free x free) that the excitation's own error makes: what
-// is missing in that of the same fit to an excitation known exactly. Of no size: no run has such an
-// error. Throws std::invalid_argument as Estimator does.
+// The part of the last fit's covariance (free x free) that comes from the excitation's error:
+// its difference from the covariance of the same fit to an exact excitation. Empty (0 x 0) if
+// no run has such an error. Throws std::invalid_argument as Estimator does.
 Eigen::MatrixXd covariance_of_excitation(const Model& model, const Estimator& estimator,
                                          std::vector<RunData> runs, const EstimationOptions& how);
 
@@ -25,8 +26,9 @@ struct Box {
   std::vector<double> lower, upper;  // of the free parameters
 };
 
-// Moves each draw by an independent normal error of `covariance` (row by row, positive
-// semidefinite) that keeps it inside of the box, and weighs the draws again. Same seed, same moves.
+// Adds an independent normal error of `covariance` (free x free, positive semidefinite) to each
+// draw and computes the statistics again. A draw that 100 errors would all move out of `box`
+// stays. The result depends on the seed only.
 void move_by_excitation(Draws& draws, const Eigen::MatrixXd& covariance, const Box& box,
                         std::uint64_t seed);
 

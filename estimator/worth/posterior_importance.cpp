@@ -14,13 +14,13 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Draws of one proposal with ln of their weights.
+// Draws of one proposal with the logarithms of their weights.
 struct Round {
   std::vector<VectorXd> theta;
   std::vector<double> log_weight;
 };
 
-// More draws for a round, up to `count`. A draw depends on its number and that of the round alone.
+// Extends a round to `count` draws. A draw depends only on its index and the number of its round.
 void extend(Round& round, const std::function<LogDensity()>& make, const Proposal& proposal,
             int number, long count, const PosteriorOptions& options) {
   const auto before = static_cast<long>(round.theta.size());
@@ -40,7 +40,7 @@ void extend(Round& round, const std::function<LogDensity()>& make, const Proposa
   });
 }
 
-// What a round's draws are worth, into `out`.
+// Computes the statistics and diagnostics of a round into `out`.
 void judge(const Round& round, const PosteriorOptions& options, ImportanceSample& out) {
   out.draws = Draws{};
   out.inadmissible = 0;
@@ -80,7 +80,7 @@ ImportanceSample sample_by_importance(const std::function<LogDensity()>& make_de
     out.followed_k = out.pareto_k;
     out.followed_share = out.fewest_effective / static_cast<double>(round.theta.size());
   }
-  // More draws help where they are too few, not where the proposal is too narrow.
+  // More draws help if they are too few, not if the proposal is too narrow.
   while (!out.good && out.draws.effective > 1.0 && out.pareto_k <= options.largest_pareto_k) {
     const auto had = static_cast<long>(round.theta.size());
     if (had >= options.most_samples) break;

@@ -1,5 +1,5 @@
-// Importance sampling of a posterior in rounds, each from a proposal that follows the draws of the
-// one before. Private to the sources of posterior.hpp.
+// Importance sampling of a posterior in rounds. The proposal of each round follows the draws of the
+// round before. Private to the sources of posterior.hpp.
 #pragma once
 
 #include <functional>
@@ -17,18 +17,18 @@ struct ImportanceSample {
   Proposal proposal;  // of the last round
   Draws draws;        // of the last round; weights smoothed (posterior_weights.hpp)
   double pareto_k = 0.0;
-  double fewest_effective = 0.0;  // draws for the mean, of the parameter that has fewest
-  // Of the round whose draws the proposal follows, the share being what `fewest_effective` is of
-  // all; these where it follows none.
+  double fewest_effective = 0.0;  // effective draws for the mean, the fewest of any parameter
+  // Pareto k and effective share (`fewest_effective` over all draws) of the round that the proposal
+  // follows; the initial values if it follows none.
   double followed_k = -std::numeric_limits<double>::infinity();
   double followed_share = 1.0;
   long inadmissible = 0;
   bool good = false;
 };
 
-// Along `valley`, where there is one. The last round draws until every mean is worth
-// `options.fewest_effective` draws, at most `options.most_samples`. Same answer for any number of
-// threads.
+// Uses `valley` if it is not null. The last round draws until every mean has
+// `options.fewest_effective` effective draws, at most `options.most_samples`. The answer does not
+// depend on the number of threads.
 ImportanceSample sample_by_importance(const std::function<LogDensity()>& make_density,
                                       const Eigen::VectorXd& mode,
                                       const Eigen::MatrixXd& covariance,

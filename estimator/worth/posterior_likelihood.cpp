@@ -59,7 +59,7 @@ double PosteriorLikelihood::operator()(std::span<const double> free) {
       continue;
     }
     const double t2 = coefficients_off(r), nu = runs_[r].covariance_degrees;
-    // A covariance from few cycles has itself an error: Sellentin and Heavens (2016).
+    // A covariance from few cycles has an error itself: Sellentin and Heavens (2016).
     log -= nu > 0.0 ? 0.5 * (nu + 1.0) * std::log1p(t2 / nu) : 0.5 * t2;
   }
   if (!runs_.front().harmonics.empty()) return log;
@@ -80,7 +80,7 @@ void PosteriorLikelihood::add(const RunData& run, const PeriodicSystem& fitted) 
     system.set_excitation(run.frequency_hz, run.amplitude);
   else
     system.set_excitation(run.frequency_hz, run.excitation, how_.excitation_harmonics);
-  // What Newton's steps begin with decides between branches.
+  // The start of Newton's method selects the branch.
   system.begin();
   system.interpolate_from(fitted);
   if (system.solve(fit_.theta).status != SolveStatus::converged) system.solve_from_rest(fit_.theta);
@@ -100,7 +100,8 @@ bool PosteriorLikelihood::solve(std::size_t r) {
   return follow(r) || system.solve_from_rest(theta_).status == SolveStatus::converged;
 }
 
-// In smaller steps from the mode: too far for Newton's method is not yet past the end of a branch.
+// Continuation in smaller steps from the mode: a failure of Newton's method over a long step does
+// not prove that the branch has ended.
 bool PosteriorLikelihood::follow(std::size_t r) {
   PeriodicSystem& system = systems_[r];
   system.begin();

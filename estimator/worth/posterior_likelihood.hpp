@@ -1,4 +1,4 @@
-// Likelihood times priors of a model's runs, for posterior.hpp. Private to its sources.
+// Likelihood times priors of the runs of a model. Private to the sources of posterior.hpp.
 #pragma once
 
 #include <limits>
@@ -13,24 +13,25 @@
 
 namespace shaker::estimator {
 
-// The logarithm of the density where there is none.
+// Logarithm of a density that is zero.
 inline constexpr double kNowhere = -std::numeric_limits<double>::infinity();
 
-// A workspace of one thread. Each run is solved from the fit's own solution, so that the answer
-// depends on theta alone and is of the branch that was fitted. The arguments must outlive it.
+// Workspace of one thread. The solution of each run starts from the fit's own solution. Therefore
+// the value depends on theta only and belongs to the fitted branch. The arguments must outlive it.
 class PosteriorLikelihood {
  public:
   // Throws std::invalid_argument for responses of several excitation periods.
   PosteriorLikelihood(const Model& model, const Estimator& estimator,
                       const std::vector<RunData>& runs, const EstimationOptions& how);
 
-  // ln of the density of the free parameters, but for a constant; minus infinity outside of the
-  // bounds and where there is no periodic solution.
+  // Logarithm of the density of the free parameters, without its constant; minus infinity
+  // outside the bounds and where no periodic solution is found.
   double operator()(std::span<const double> free);
 
  private:
   void add(const RunData& run, const PeriodicSystem& fitted);
-  // Puts the free parameters into theta; what their priors say, minus infinity outside of a bound.
+  // Copies the free parameters into theta. Returns the log density of their priors, minus infinity
+  // outside a bound.
   double prior(std::span<const double> free);
   bool solve(std::size_t run);
   bool follow(std::size_t run);
@@ -46,7 +47,7 @@ class PosteriorLikelihood {
   std::vector<std::size_t> free_;
   std::vector<PeriodicSystem> systems_;
   std::vector<AlignedVector> at_mode_;
-  std::vector<Eigen::MatrixXd> factors_;  // Cholesky's, of the coefficients' covariances; or empty
+  std::vector<Eigen::MatrixXd> factors_;  // Cholesky factors of harmonic_covariance, or empty
 };
 
 }  // namespace shaker::estimator

@@ -15,11 +15,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kTails = 5.0;        // degrees of freedom
-constexpr double kWide = 4.0;         // covariance of the component that no round forgets
+constexpr double kWide = 4.0;         // covariance factor of the component that always remains
 constexpr double kWideShare = 0.1;    // of the draws
-constexpr std::size_t kCentres = 60;  // of the mixture that follows draws
-constexpr double kBendShare = 0.7;    // of the draws that follow draws
-constexpr double kValleyShare = 0.8;  // of the draws, where there is a valley
+constexpr std::size_t kCentres = 60;  // components of the mixture that follows draws
+constexpr double kBendShare = 0.7;    // share of the curved t among the draws that follow draws
+constexpr double kValleyShare = 0.8;  // share of the draws along a valley, if there is one
 
 }  // namespace
 
@@ -50,7 +50,7 @@ Proposal::Proposal(const VectorXd& mode, const MatrixXd& covariance)
 void Proposal::adapt(const Draws& draws) {
   std::vector<VectorXd> centres = even_choice(draws, kCentres);
   const auto d = static_cast<double>(mode_.size());
-  // Silverman's width for so many centres.
+  // Silverman's kernel width for this number of centres.
   const double width =
       std::pow(4.0 / (static_cast<double>(centres.size()) * (d + 2.0)), 1.0 / (d + 4.0));
   const Cholesky factor(width * width * draws.covariance);

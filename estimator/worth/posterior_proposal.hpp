@@ -1,8 +1,8 @@
-// Where draws of a posterior come from. First a multivariate t around the mode; then, following
-// draws, a bent one (posterior_bend.hpp) and, for what has another shape, a mixture of t's around
-// some of the draws; always a wide t around the mode, that no round forgets; most of all a valley,
-// where one is known. Private to the sources of posterior.hpp. `const` members may be called by
-// several threads at once.
+// Proposal distribution for a posterior. The first one is a multivariate t around the mode.
+// After `adapt` it is a curved t (posterior_bend.hpp) and a mixture of t's around some of the
+// draws, for other shapes. A wide t around the mode always remains. If a valley is known, most
+// draws follow it. Private to the sources of posterior.hpp. Several threads may call `const`
+// members at the same time.
 #pragma once
 
 #include <memory>
@@ -18,8 +18,8 @@ namespace shaker::estimator {
 class Bend;
 class Valley;
 
-// Student's t with few degrees of freedom in so many directions, uncorrelated; and its density
-// around `centre` in units of `root` (Cholesky's), with its constant.
+// A draw of an uncorrelated Student's t with 5 degrees of freedom in `size` directions; and the
+// normalised density of that t around `centre`, scaled by the Cholesky factor `root`.
 Eigen::VectorXd heavy_tailed(Eigen::Index size, std::mt19937_64& random);
 double heavy_tailed_density(const Eigen::VectorXd& at, const Eigen::VectorXd& centre,
                             const Eigen::MatrixXd& root);
@@ -29,20 +29,20 @@ class Proposal {
   // Laplace's approximation with heavy tails. `covariance` is positive definite.
   Proposal(const Eigen::VectorXd& mode, const Eigen::MatrixXd& covariance);
 
-  // Follows draws before, that `weigh` has seen. Stays as it is where their covariance is not
-  // positive definite.
+  // Fits the proposal to draws that have passed through `weigh`. Changes nothing where their
+  // covariance is not positive definite.
   void adapt(const Draws& draws);
 
-  // Draws come along the valley from now on, but for a share.
+  // From now on 80 % of the draws follow the valley; null: none.
   void follow(std::shared_ptr<const Valley> valley);
 
   Eigen::VectorXd draw(std::mt19937_64& random) const;
-  // ln of the density.
+  // Logarithm of the normalised density.
   double log_density(const Eigen::VectorXd& at) const;
 
  private:
   Eigen::VectorXd mode_;
-  Eigen::MatrixXd wide_, narrow_;  // Cholesky's
+  Eigen::MatrixXd wide_, narrow_;  // Cholesky factors
   std::vector<Eigen::VectorXd> centres_;
   std::shared_ptr<const Bend> bend_;
   std::shared_ptr<const Valley> valley_;

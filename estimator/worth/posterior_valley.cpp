@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kWider = 1.3;  // than the scatter at the nodes, deviations
+constexpr double kWider = 1.3;  // factor on the standard deviations at the nodes
 
 }  // namespace
 
@@ -45,7 +45,7 @@ VectorXd Valley::draw(std::mt19937_64& random) const {
   const auto left = static_cast<std::size_t>(after - below_.begin()) - 1;
   const double width = nodes_[left + 1].at - nodes_[left].at;
   const double rise = height_[left + 1] - height_[left];
-  // Of height * x + rise / (2 width) x^2 = what is wanted of this piece.
+  // Solves height * x + rise / (2 width) x^2 = the remaining probability of this segment.
   const double part = (wanted - below_[left]) / width;
   const double root = std::sqrt(std::max(0.0, height_[left] * height_[left] + 2.0 * rise * part));
   const double share = std::clamp(2.0 * part / std::max(height_[left] + root, 1e-300), 0.0, 1.0);

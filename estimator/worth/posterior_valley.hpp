@@ -1,13 +1,13 @@
-// A posterior that lies along a curve: nodes on it, one parameter apart, with the best values of
-// the others there and how far they reach. Private to the sources of posterior.hpp.
+// A proposal for a posterior along a curve, given by nodes at values of one parameter with the best
+// values of the others and their scatter. Private to the sources of posterior.hpp.
 //
-// Where parameters make up for each other over a long way (figure 13: the gas's compactness and
-// index), the posterior is a valley, bent, thin and long, that no mixture around its mode follows.
-// But given the parameter along it the others are nearly normal. So it is walked as a profile is:
-// step by step the others are fitted anew (Newton's method on the logarithm of the density, by
-// differences), and the curvature there says how they scatter. The density of that parameter alone
-// follows by Laplace's approximation; drawing it first, and the others around the curve with heavy
-// tails, gives a proposal for the whole posterior, that knows its own density exactly.
+// Where parameters compensate each other over a long range (figure 13: compactness and polytropic
+// index of the gas), the posterior is a curved, thin, long valley that no mixture around its mode
+// follows. Given the parameter along the valley, however, the others are nearly normal. Therefore
+// the nodes are found as a profile is: step by step the others are fitted again (Newton's method on
+// the log density, with finite differences), and the curvature gives their scatter. Laplace's
+// approximation gives the density of that parameter alone. A draw takes this parameter first and
+// then the others around the curve with heavy tails. The density of the proposal is exact.
 #pragma once
 
 #include <optional>
@@ -21,22 +21,22 @@
 namespace shaker::estimator {
 
 struct ValleyNode {
-  double at = 0.0;         // of the parameter along the valley
-  Eigen::VectorXd others;  // best there, in their order
-  Eigen::MatrixXd root;    // Cholesky's, of their covariance there
-  double log_mass = 0.0;   // of all densities there, but for a constant
+  double at = 0.0;         // value of the parameter along the valley
+  Eigen::VectorXd others;  // best values of the others, in their order
+  Eigen::MatrixXd root;    // Cholesky factor of their covariance
+  double log_mass = 0.0;   // log of the density integrated over the others, without constant
 };
 
-// `const` members may be called by several threads at once.
+// Several threads may call `const` members at the same time.
 class Valley {
  public:
-  // Two nodes or more, in the order of `at`; linear between them.
+  // Two nodes or more, ascending in `at`; linear interpolation between them.
   Valley(Eigen::Index along, std::vector<ValleyNode> nodes);
 
   Eigen::Index along() const { return along_; }
   const std::vector<ValleyNode>& nodes() const { return nodes_; }
   Eigen::VectorXd draw(std::mt19937_64& random) const;
-  double density(const Eigen::VectorXd& at) const;  // with its constant
+  double density(const Eigen::VectorXd& at) const;  // normalised
 
  private:
   struct Centre {
@@ -47,17 +47,17 @@ class Valley {
 
   Eigen::Index along_;
   std::vector<ValleyNode> nodes_;
-  std::vector<double> height_, below_;  // density at each node, probability below it
+  std::vector<double> height_, below_;  // density at each node, cumulative probability
 };
 
-// Both ways from the mode, until next to nothing of the posterior is left or it ends (at a bound).
-// Empty where it cannot be followed that far: the best values of the others lie on a bound of
-// theirs, or their scatter has no shape.
+// Traces the valley in both directions from the mode until the density is negligible or ends (at a
+// bound). Returns nothing where the valley cannot be followed that far: the best values of the
+// others lie on a bound, or the density has no maximum over them.
 std::optional<Valley> trace_valley(LogDensity& density, const Eigen::VectorXd& mode,
                                    const Eigen::MatrixXd& covariance, Eigen::Index along);
 
-// Parameters in the order in which they are likely to lead along a valley: how much less they would
-// scatter if all others were known.
+// The parameters, most likely candidates for a valley first: sorted by the ratio of their marginal
+// variance to their variance with all others known.
 std::vector<Eigen::Index> likely_valleys(const Eigen::MatrixXd& covariance);
 
 }  // namespace shaker::estimator

@@ -1,4 +1,4 @@
-// The walk along a valley: trace_valley of posterior_valley.hpp.
+// Traces a valley: trace_valley of posterior_valley.hpp.
 #include <algorithm>
 #include <cmath>
 
@@ -13,17 +13,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kDifference = 0.25;  // for slopes and curvatures, in deviations of the others
-constexpr double kFound = 0.05;       // last Newton step, in the same
-constexpr double kLongest = 2.0;      // Newton step
+constexpr double kDifference = 0.25;  // of finite differences, in standard deviations of the others
+constexpr double kFound = 0.05;       // convergence: last Newton step, in the same unit
+constexpr double kLongest = 2.0;      // largest Newton step, in the same unit
 constexpr int kMostIterations = 15;
-constexpr double kFirstStep = 0.1;      // along the valley, of the mode's marginal deviation
-constexpr double kSmallestStep = 1e-4;  // of the same
+constexpr double kFirstStep = 0.1;      // along the valley, in marginal standard deviations
+constexpr double kSmallestStep = 1e-4;  // in the same unit
 constexpr double kLargestStep = 5.0;
-constexpr double kMostBend = 1.0;  // of the curve over a step, in deviations of the others
-constexpr double kMostFall = 1.0;  // of ln mass over a step
-constexpr double kGone = 16.0;     // ln mass below the largest, where nothing is left
-constexpr int kMostNodes = 500;    // to each side
+constexpr double kMostBend = 1.0;  // of the others from linear, in standard deviations
+constexpr double kMostFall = 1.0;  // change of log mass over a step
+constexpr double kGone = 16.0;     // log mass below the largest at which the walk ends
+constexpr int kMostNodes = 500;    // on each side
 
 class ValleyWalk {
  public:
@@ -42,8 +42,8 @@ class ValleyWalk {
 
   const ValleyNode& start() const { return start_; }
 
-  // The others' best values and scatter at node.at, from what node holds. False where they are not
-  // to be found; `outside` where the density vanishes at the very start.
+  // Finds the others' best values and scatter at node.at, starting from the values in `node`.
+  // False if there are none; `outside` is true if the density is zero at the start.
   bool settle(ValleyNode& node, bool& outside) {
     outside = !(log_at(node, VectorXd::Zero(size_ - 1)) > kNowhere);
     if (outside) return false;
@@ -81,7 +81,8 @@ class ValleyWalk {
     return density_({theta_.data(), static_cast<std::size_t>(size_)});
   }
 
-  // Slope and curvature over the others, in units of node.root.
+  // Gradient and Hessian of the log density over the others, in units of node.root. False where
+  // they are not finite.
   bool look_around(const ValleyNode& node) {
     const Index d = size_ - 1;
     VectorXd z = VectorXd::Zero(d), up(d), down(d);
@@ -129,16 +130,16 @@ class ValleyWalk {
   ValleyNode start_;
 };
 
-// How far `node` is from where it was expected, in its own deviations.
+// Distance of `node` from its expected position, in its own standard deviations.
 double bend(const ValleyNode& node, const VectorXd& expected) {
   return lower_solve(node.root, VectorXd(node.others - expected)).norm();
 }
 
-// From the first node outwards; false where the valley is lost before it ends.
+// Appends nodes outwards from the first one; false if the valley is lost before it ends.
 bool walk_out(ValleyWalk& walk, double unit, double side, double& most,
               std::vector<ValleyNode>& nodes) {
   double step = kFirstStep * unit;
-  VectorXd slope;  // of the others along the valley
+  VectorXd slope;  // derivative of the others along the valley
   while (nodes.size() < kMostNodes) {
     const ValleyNode& last = nodes.back();
     ValleyNode next = last;
@@ -153,7 +154,7 @@ bool walk_out(ValleyWalk& walk, double unit, double side, double& most,
       step *= 0.5;
       continue;
     }
-    if (outside) {  // a bound, or no solutions beyond: the piece up to it is covered
+    if (outside) {  // a bound, or no solution beyond: keep the last segment
       nodes.push_back(last);
       nodes.back().at += side * step;
       return true;

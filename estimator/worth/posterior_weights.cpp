@@ -8,8 +8,8 @@
 namespace shaker::estimator {
 namespace {
 
-// Generalised Pareto distribution of excesses, ascending: shape by Zhang and Stephens (2009), drawn
-// a little towards 1/2 as in Vehtari et al.; scale in `sigma`.
+// Shape of the generalised Pareto distribution of `x` (excesses, ascending) by Zhang and Stephens
+// (2009), with the weak prior towards 1/2 of Vehtari et al.; writes the scale to `sigma`.
 double pareto_shape(const std::vector<double>& x, double& sigma) {
   const auto n = static_cast<double>(x.size());
   const int grid = 30 + static_cast<int>(std::sqrt(n));

@@ -9,10 +9,10 @@ namespace shaker::estimator {
 namespace {
 
 constexpr int kMostPoints = 40;        // for one end
-constexpr double kCloseEnough = 1e-3;  // of t: a thousandth of a standard error
-constexpr double kFarthest = 1e3;      // standard errors: beyond, the end is open
+constexpr double kCloseEnough = 1e-3;  // relative tolerance of t
+constexpr double kFarthest = 1e3;      // standard errors; an end farther away is open
 
-// Walks out from the estimate on one side.
+// Follows the profile outwards from the estimate on one side.
 class ProfileWalk {
  public:
   ProfileWalk(Estimator& estimator, const Model& model, int parameter, double side)
@@ -28,7 +28,7 @@ class ProfileWalk {
       free_.push_back(k);
       ++q;
     }
-    // How the others follow the held one, to first order.
+    // Derivative of the other parameters with respect to the held one, from the covariance.
     for (std::size_t l = 0; l < q; ++l)
       follow_.push_back(fit_.covariance[l * q + at] / fit_.covariance[at * q + at]);
     const ModelParameter& p = model.parameters()[parameter_];
@@ -42,7 +42,7 @@ class ProfileWalk {
   double value() const { return theta_[parameter_]; }
   double bound() const { return bound_; }
 
-  // t at `value`, reached in one go from the last point; empty when there is no fit there.
+  // t at `value`, reached in one step from the last point; empty if the fit fails there.
   std::optional<double> t_at(double value) {
     const std::vector<double> before = theta_;
     const double by = value - theta_[parameter_];
@@ -60,7 +60,7 @@ class ProfileWalk {
       theta_ = fit_.theta;
       return std::nullopt;
     }
-    // The direction of the last stretch is the better guess of the next one.
+    // The secant of this step predicts the next one.
     if (std::fabs(by) > 0.0) {
       for (std::size_t l = 0; l < free_.size(); ++l)
         follow_[l] = (theta_[free_[l]] - before[free_[l]]) / by;
@@ -83,7 +83,7 @@ struct End {
   std::vector<ProfilePoint> points;
 };
 
-// Secant on t (which is nearly linear), kept inside its bracket.
+// Secant method on t, which is nearly linear, within its bracket.
 End walk_out(Estimator& estimator, const Model& model, int parameter, double side) {
   const auto at = static_cast<std::size_t>(parameter);
   const double estimate = estimator.last().theta[at];
@@ -117,7 +117,7 @@ End walk_out(Estimator& estimator, const Model& model, int parameter, double sid
     }
     const double width = std::fabs(outer - inner);
     if (std::isnan(outer)) {
-      // Outwards by what the slope so far says, at most doubling the way.
+      // Extrapolates the slope so far outwards; at most doubles the distance.
       const double slope = inner_t / std::max(std::fabs(inner - estimate), 1e-300);
       const double step = std::min((wanted - inner_t) / std::max(slope, 1e-300),
                                    std::max(std::fabs(inner - estimate), error));
@@ -177,7 +177,7 @@ bool profile_contains(Estimator& estimator, const Model& model, int parameter, d
   ProfileWalk walk(estimator, model, parameter, value > estimator.last().theta[at] ? 1.0 : -1.0);
   auto t = walk.t_at(value);
   if (!t) {
-    // Too far for one go: where is the end?
+    // The step is too long for one fit: search for the end instead.
     estimator.recall();
     const ProfileInterval interval = profile_interval(estimator, model, parameter);
     return value >= interval.lower && value <= interval.upper;

@@ -1,11 +1,11 @@
-// Profile-likelihood intervals: where the other parameters, fitted anew, can no longer make up for
-// a parameter that is moved.
+// Profile-likelihood intervals: one parameter is held at a value and the others are fitted
+// again; the interval ends where the fit has become significantly worse.
 //
-// The linearised interval (3.29) is symmetric by construction and right only while the model is
-// nearly linear within it; the paper says itself that its covariance is of the right order only. A
-// profile follows the sum of squares itself: the ends lie where it has risen by t^2 s^2 (Bates and
-// Watts 1988, ch. 6; exact coverage whenever some transformation of the parameter makes the
-// problem linear). A parameter that the data do not limit has an open end, which is said.
+// The linearised interval (3.29) is symmetric and holds only while the model is nearly linear
+// within it; the paper states that its covariance gives the order of magnitude only. A profile
+// follows the sum of squares: the ends lie where it has risen by t^2 s^2 (Bates and Watts 1988,
+// ch. 6; the coverage is exact if some transformation of the parameter makes the problem
+// linear). If the data do not limit a parameter, its interval has an open end.
 #pragma once
 
 #include <string>
@@ -17,23 +17,25 @@ namespace shaker::estimator {
 
 struct ProfilePoint {
   double value = 0.0;
-  double t = 0.0;  // signed root of the excess, to be compared with Student's t
+  double t = 0.0;  // signed root of the scaled rise, comparable to Student's t
 };
 
 struct ProfileInterval {
   int parameter = 0;  // index in the model
   double lower = 0.0, upper = 0.0;
-  // The end is not where the likelihood has fallen, but a bound, or as far as solutions were found.
+  // An open end is a bound, infinity, or the last value for which solutions were found.
   bool lower_open = false, upper_open = false;
-  std::vector<ProfilePoint> points;  // in the order of their values, the estimate among them
+  std::vector<ProfilePoint> points;  // ascending in value, with the estimate
 };
 
-// Of one free, determined parameter after a converged fit; of all of them. The estimator's last fit
-// stays. Allocates a little; a few constrained fits for each end.
+// The interval of one free, determined parameter after a converged fit; or of all such parameters
+// (none if the fit has not converged). The estimator keeps its last fit. Each end costs up to 40
+// constrained fits, usually a few; allocates.
 ProfileInterval profile_interval(Estimator& estimator, const Model& model, int parameter);
 std::vector<ProfileInterval> profile_intervals(Estimator& estimator, const Model& model);
 
-// Is `value` inside the interval of this confidence? One constrained fit instead of a search.
+// True if `value` lies inside the interval at the fit's confidence. Costs one constrained fit if
+// that succeeds, otherwise a search for the interval.
 bool profile_contains(Estimator& estimator, const Model& model, int parameter, double value);
 
 }  // namespace shaker::estimator

@@ -15,14 +15,14 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kStep = 0.1;  // standard errors
+constexpr double kStep = 0.1;  // step of the differences, in standard errors
 
-// The problem in coordinates in which V is the unit matrix: directions, slopes and bends, each in
-// units of the noise.
+// The problem in coordinates in which V is the unit matrix, in units of the noise: directions,
+// first and second derivatives.
 struct Bent {
   MatrixXd directions;         // columns: a change of the free parameters by one standard error
-  MatrixXd slope;              // data x q
-  std::vector<MatrixXd> bend;  // [k]: data x q, second derivatives along k and each other
+  MatrixXd slope;              // Jacobian, data x q
+  std::vector<MatrixXd> bend;  // [k]: data x q, second derivatives along k and each other direction
 };
 
 class Looker {
@@ -38,7 +38,7 @@ class Looker {
     return static_cast<std::size_t>(free_[static_cast<std::size_t>(k)]);
   }
 
-  // Rows of the Jacobian over the free parameters at theta + change.
+  // The Jacobian over the free parameters at theta + change. False if there is no solution.
   bool rows(const VectorXd& change, MatrixXd& out) {
     std::vector<double> theta = all_;
     for (Index k = 0; k < count(); ++k)
@@ -76,7 +76,7 @@ std::optional<Bent> bent(Looker& look, const MatrixXd& covariance, double noise)
   return out;
 }
 
-// Diagonal of Bhattacharyya's bound in the coordinates of `b`, turned back: standard deviations.
+// Standard deviations of Bhattacharyya's bound, transformed from the coordinates of `b` to theta.
 VectorXd bound(const Bent& b) {
   const Index q = b.slope.cols();
   std::vector<std::pair<Index, Index>> pairs;
@@ -106,9 +106,10 @@ VectorXd bound(const Bent& b) {
   return (b.directions * inverse.topRows(q) * b.directions.transpose()).diagonal().cwiseSqrt();
 }
 
-// Whether looking about ended on another solution than it began with, as it may at a fold.
+// True if the linearisations ended on another solution than they began with, as can happen at a
+// fold.
 bool strayed(const std::vector<double>& before, const std::vector<double>& after, double noise) {
-  constexpr double kSame = 1e-3;  // of the noise; the same solution comes back to far less
+  constexpr double kSame = 1e-3;  // of the noise; the same solution returns much closer
   for (std::size_t i = 0; i < before.size(); ++i) {
     if (!(std::fabs(after[i] - before[i]) <= kSame * noise)) return true;
   }
@@ -145,7 +146,7 @@ bool has_second_order(const Fit& fit) {
 std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model) {
   const Fit& fit = estimator.last();
   if (!has_second_order(fit)) return std::nullopt;
-  // The fit leaves its solutions as near as it needs them; what comes back is compared with solved.
+  // The fit's own solutions are less accurate. Solve them again for the comparison below.
   estimator.recall();
   const std::vector<double> before = estimator.linearised().residual;
   Looker look(estimator, model);
@@ -158,7 +159,7 @@ std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model
   VectorXd trace = VectorXd::Zero(b->slope.rows());
   for (Index k = 0; k < q; ++k)
     trace += b->bend[static_cast<std::size_t>(k)].col(k);
-  // Priors are data, too, and straight ones. The covariance itself may hold more than noise.
+  // Priors are linear data. The covariance may contain more than the noise, so it is not used here.
   const MatrixXd slope = b->slope * inverse_of(b->directions);
   MatrixXd information = slope.transpose() * slope;
   for (Index k = 0; k < q; ++k) {

@@ -1,18 +1,18 @@
-// What the bend of the model does to an estimate: the bias of least squares, and the scatter that
-// no unbiased estimator gets below.
+// Effects of the model's curvature on an estimate: the bias of least squares, and a lower bound for
+// the scatter of an unbiased estimator.
 //
-// Covariance (3.27) and the Cramer-Rao bound know slopes J only. With second derivatives H_i of
-// each prediction and V the covariance of theta, to second order in the noise:
+// The covariance (3.27) and the Cramer-Rao bound use the Jacobian J only. With the second
+// derivatives H_i of each prediction and the covariance V of theta, to second order in the noise:
 //   bias   -1/2 (J^T J)^-1 J^T c,  c_i = tr(H_i V)                            (Box 1971)
 //   bound  the upper left block of B^-1, B the covariance of first and second derivatives of
 //          the likelihood over the likelihood (Bhattacharyya 1946); for normal noise of unit
 //          variance B_i,jk = J_i . H_jk and
 //          B_ij,kl = H_ij . H_kl + (J_i . J_k)(J_j . J_l) + (J_i . J_l)(J_j . J_k).
-// Taking the bias off costs nothing where it grows with the estimate (it then shrinks what lies too
-// far out), and the scatter falls to the bound of second order, which is as much as there is.
+// Where the bias grows with the estimate, its subtraction also reduces the scatter, down to the
+// bound of second order.
 //
-// Second derivatives are differences of the exact first ones over a tenth of a standard error along
-// the axes of V: 2 q solutions of all runs for q parameters.
+// The second derivatives are central differences of the exact first ones over a tenth of a standard
+// error along the columns of V's Cholesky factor: 2 q + 1 solutions of all runs for q parameters.
 #pragma once
 
 #include <optional>
@@ -23,52 +23,53 @@
 
 namespace shaker::estimator {
 
-// Below this share of a standard error a bias is lost in the scatter (it is a quarter of a per
-// cent of the mean square error), and the estimate stays the optimum that other programs find.
+// A bias below this number of standard errors is negligible against the scatter (0.25 % of the mean
+// square error) and is not subtracted: the estimate stays the optimum that other programs find.
 inline constexpr double kSmallestBias = 0.05;
-// Beyond this share the first term of the series is no longer the bias (of figure 13, where it is a
-// third, it takes off too much) and the optimum itself is far from where the likelihood is a
-// parabola: then it is said instead, and profile intervals are the answer.
+// Above this number of standard errors the first term of the series does not describe the bias (for
+// figure 13, where it is a third, the subtraction is too large), and the likelihood is not a
+// parabola near the optimum. A warning then recommends profile intervals.
 inline constexpr double kLargestBias = 0.25;
 
-// What to do about the bias of an estimate that is published; a Fit stays the optimum.
+// Whether the bias is subtracted from a published estimate. A Fit always stays the optimum.
 enum class Bias {
-  automatic,  // off where it is between the two shares above
-  off,        // left in: the plain optimum
-  always      // off whatever its size
+  automatic,  // subtract a bias between the two limits above
+  off,        // do not subtract
+  always      // subtract a bias of any size
 };
-std::optional<Bias> bias_from_name(std::string_view name);  // auto, off, always
+std::optional<Bias> bias_from_name(std::string_view name);  // "auto", "off", "always"
 std::string_view name(Bias rule);
 
 struct SecondOrder {
   std::vector<double> bias;   // of all parameters; 0 for fixed ones
   std::vector<double> bound;  // standard deviation, of all parameters; at the noise of the fit
   double largest_bias = 0.0;  // in standard errors
-  bool inside = true;         // theta without its bias is within the model's bounds
+  bool inside = true;         // theta - bias is within the model's bounds
 };
 
-// Converged, every parameter determined and none on a bound.
+// True if the fit has converged, has a covariance, and no parameter is on a bound.
 bool has_second_order(const Fit& fit);
 
-// At the last fit. Empty when that has none, or there is no periodic solution of its branch a tenth
-// of a standard error away. The fit stays; its periodic solutions do unless that led off their
-// branch.
+// Bias and bound at the last fit. Returns nothing if has_second_order is false, or if a periodic
+// solution of the fitted branch is not found a tenth of a standard error away. The estimator keeps
+// its fit, and also its periodic solutions unless the search left their branch.
 std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model);
 
 enum class Correction {
-  none,       // not asked for, too small to matter, or (automatic) not to be told
-  taken_off,  // values are without their bias
-  left_in     // should be taken off and cannot be
+  none,       // not requested, negligible, or (automatic) unknown
+  taken_off,  // the bias has been subtracted
+  left_in     // the bias should be subtracted but cannot be
 };
 
-// Takes the bias off theta, or leaves all as it was. Covariance and sum of squares stay those of
-// the optimum.
+// Subtracts the bias from theta, or changes nothing. Covariance and sum of squares stay those
+// of the optimum.
 Correction take_off_bias(Fit& fit, const std::optional<SecondOrder>& effect, Bias rule);
-// The same for the estimate of that fit. Intervals stay where the optimum's are: of the intervals
-// that were tried these cover best (docs/estimation.md). A warning says where the bias is left in.
+// The same for the estimate of that fit. The intervals stay those of the optimum, which have the
+// best measured coverage (docs/estimation.md). A warning is added where the bias cannot be
+// subtracted.
 Correction take_off_bias(Estimate& estimate, const std::optional<SecondOrder>& effect, Bias rule);
 
-// The last fit in full as it is published: described, without its bias.
+// The estimate of the last fit as it is published: described, and with the bias subtracted.
 Estimate published(Estimator& estimator, const Model& model, Bias rule = Bias::automatic);
 
 }  // namespace shaker::estimator
