@@ -43,9 +43,10 @@ AcquisitionThread::Report AcquisitionThread::report() {
     report = std::exchange(report_, {});
   }
   if (threw_.exchange(false)) {
-    report.errors.push_back({ErrorKind::exhausted,
-                             "The acquisition was interrupted by an error of this program or by want "
-                             "of memory; it connects again."});
+    report.errors.push_back(
+        {ErrorKind::exhausted,
+         "The acquisition was interrupted by an error of this program or by want "
+         "of memory; it connects again."});
   }
   return report;
 }

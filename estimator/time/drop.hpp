@@ -27,7 +27,7 @@ struct DropConditions {
   double sink_speed = 0.0;  // the model's length unit per s; above 0
   double lift = 0.0;        // share of the weight, 0 to 1
   double duration = 1.5;    // s
-  int contact = -1;         // coordinate that meets the ground, with a mass; -1: the last mechanical
+  int contact = -1;  // coordinate that meets the ground, with a mass; -1: the last mechanical
 };
 
 struct DropFigure {

@@ -127,8 +127,7 @@ TEST_F(DiagnosisProcess, ThatHangsIsKilledByACancel) {
 
 TEST_F(DiagnosisProcess, ThatSaysNothingForTooLongIsEnded) {
   const auto pid_file = (folder_ / "pid").string();
-  DiagnosisThread thread(waker_,
-                         script("echo $$ >" + pid_file + R"(
+  DiagnosisThread thread(waker_, script("echo $$ >" + pid_file + R"(
 for i in 1 2 3; do
   echo '{"type":"progress","campaign":"c","stage":"naming","share":0.5}'
   sleep 0.3
