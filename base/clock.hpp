@@ -1,8 +1,8 @@
-// Time for everything that waits or stamps.
+// Clocks for all code that waits or stamps.
 //
-// The real clock is CLOCK_MONOTONIC; the simulated one lets a day's campaign run in seconds in one
-// process. Times are nanoseconds since an arbitrary origin (boot, for the real clock); UTC is only
-// for people and files.
+// The real clock is CLOCK_MONOTONIC; with the simulated one a day's campaign runs in seconds in
+// one process. Times are nanoseconds since an arbitrary origin (boot for the real clock); UTC
+// is only for people and files.
 #pragma once
 
 #include <chrono>
@@ -35,7 +35,7 @@ class RealClock final : public Clock {
   void sleep_until(Nanoseconds monotonic) override;
 };
 
-// Advances only when told to, or when someone sleeps on it. For one thread.
+// Advances only by advance() or when a caller sleeps on it. For one thread.
 class SimulatedClock final : public Clock {
  public:
   explicit SimulatedClock(Nanoseconds utc_at_start = std::chrono::seconds(1'700'000'000))

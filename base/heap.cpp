@@ -6,7 +6,7 @@ namespace shaker {
 
 void keep_freed_memory() {
   constexpr int kKept = 64 << 20,
-                kApart = 32 << 20;  // larger ones come from the system and go back
+                kApart = 32 << 20;  // larger blocks are returned to the system
   mallopt(M_TRIM_THRESHOLD, kKept);
   mallopt(M_MMAP_THRESHOLD, kApart);
 }

@@ -1,4 +1,4 @@
-// Where the project's other programs are: beside this one in a build folder, or installed.
+// Paths of the project's other programs: beside this one in a build folder, or installed.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace shaker {
 
-// In the order in which to try them: the folder of this program, then ../libexec/shakerd. Never
-// empty. Whether a file is there is not looked at.
+// The paths in the order to try: the folder of this program, then ../libexec/shakerd. Never
+// empty; does not check whether the files exist.
 std::vector<std::filesystem::path> program_places(std::string_view name);
 
 }  // namespace shaker

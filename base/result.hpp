@@ -1,8 +1,8 @@
 // A value, or the reason why there is none.
 //
-// Trouble of the outside world (a rig that does not answer, a file that is malformed) is returned,
-// never thrown across threads; programming and configuration errors throw at start-up. An Error's
-// text is a sentence for the operator: it names the place and the remedy.
+// Failures of the outside world (a rig that does not answer, a malformed file) are returned,
+// never thrown across threads. Programming and configuration errors throw at start-up. An
+// Error's text is a sentence for the operator: it names the place and the remedy.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@
 
 namespace shaker {
 
-// What kind of trouble it is, for code that must decide; `what` is for people.
+// Class of an error, for code that must decide; `what` is for people.
 enum class ErrorKind {
   invalid,       // bad input: configuration, file, argument
   unavailable,   // not there (yet): no connection, link down
   timeout,       // no answer in time
-  refused,       // the other side said no (Modbus exception, interlock)
+  refused,       // the other side refused (Modbus exception, interlock)
   io,            // the operating system failed a call
   exhausted,     // out of space, queue full
   not_converged  // a numerical method gave up

@@ -1,4 +1,4 @@
-// Whether this is a build for a sanitizer, by g++ or clang.
+// Whether this is a sanitizer build, with g++ or clang.
 #pragma once
 
 namespace shaker {

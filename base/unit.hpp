@@ -1,8 +1,8 @@
-// The units that a file may state, in one table: rig file, DBC, campaign, model and CSV read it.
+// The units that files may use, in one table for rig file, DBC, campaign, model and CSV.
 //
-// Everything inside the program is in SI units. A unit is converted where a file is read, so that
-// nothing behind it knows of any other. A unit that is not in the table is refused with the list of
-// those that are (`units_of`), or stated with its size.
+// The program uses SI units only. A value is converted when its file is read. A unit that is
+// not in the table is refused with the list of the known ones (`units_of`), unless the file
+// gives its size.
 #pragma once
 
 #include <optional>
@@ -28,26 +28,28 @@ struct Unit {
   std::string_view name;
   Dimension dimension = Dimension::length;
   double scale = 1.0;
-  double offset = 0.0;  // not 0 for degC and degF alone
+  double offset = 0.0;  // 0 except for degC and degF
 
   double to_si(double value) const { return scale * value + offset; }
   double from_si(double value) const { return (value - offset) / scale; }
 };
 
-// Other spellings are known too: m/s2, m/s², µm, °C, 1/min. Nothing where the name is in no table.
+// Finds a unit; also accepts the spellings m/s2, m/s², µm, °C, 1/min and others. Empty if
+// unknown.
 std::optional<Unit> unit_called(std::string_view name);
-// The same, where it has to be a unit of that dimension.
+// The same, restricted to units of that dimension.
 std::optional<Unit> unit_called(std::string_view name, Dimension dimension);
-// What leads from values in one unit to values in another of the same dimension: to = scale * from
-// + offset. Nothing where one is not known or the dimensions differ; the same name always leads to
-// itself.
+// Conversion of values from one unit to another of the same dimension: to = scale * from +
+// offset. Empty if a unit is unknown or the dimensions differ; equal names always give the
+// identity.
 struct Conversion {
   double scale = 1.0, offset = 0.0;
 };
 std::optional<Conversion> conversion(std::string_view from, std::string_view to);
 // m, m/s, m/s^2, N, Pa, K, rad, s, Hz.
 std::string_view si_unit(Dimension dimension);
-// "m, cm, mm, um, in, ft", for the sentence that refuses another; by name, those of its dimension.
+// "m, cm, mm, um, in, ft", for the message that refuses another unit. units_like takes a unit's
+// name and lists the units of its dimension.
 std::string units_of(Dimension dimension);
 std::string units_like(std::string_view name);
 

@@ -27,8 +27,8 @@ using estimator::discrepancy::Recording;
 using estimator::discrepancy::recording_of;
 using estimator::discrepancy::Role;
 
-constexpr double kLargestGravity = 1000.0;  // m/s^2, as of a model file
-constexpr double kLargestNumber = 1e30;     // of a channel: fourth powers must not overflow
+constexpr double kLargestGravity = 1000.0;  // m/s^2, the same limit as for a model file
+constexpr double kLargestNumber = 1e30;     // of a channel, so that fourth powers do not overflow
 
 Error invalid(const std::string& where, const std::string& why) {
   return {ErrorKind::invalid, where + ": " + why};
@@ -48,7 +48,7 @@ std::vector<std::vector<std::string>> columns_wanted(Kind kind) {
           {"t", "displacement"}};
 }
 
-// A run without its columns, and where they are.
+// A run without its columns, and the file that holds them.
 struct Described {
   Recording run;
   std::filesystem::path file;

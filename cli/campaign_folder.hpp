@@ -1,5 +1,5 @@
-// A campaign for the discrepancy workflow: a folder with campaign.json ("shaker-campaign/1") and
-// one CSV a run, or a campaign database of the daemon.
+// Reads a campaign for the diagnosis: a folder with campaign.json ("shaker-campaign/1") and one
+// CSV file for each run, or a campaign database of the daemon.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,14 @@
 
 namespace shaker::cli {
 
-// Columns are put into the model's length unit and seconds. An Error names file, line, place and
-// remedy: units that do not match, a run without its file, a key or a kind that there is not.
+// `path`: a folder or a database (.db, .sqlite). The columns of a folder are converted to the
+// model's length unit and to seconds. A gravity in campaign.json replaces that of `model`. A
+// database is in m and s; its numbers are not converted. An Error names file, line, place and
+// remedy: for example units that do not match, a missing file, an unknown key or kind.
 Result<estimator::discrepancy::Campaign> read_campaign(const std::filesystem::path& path,
                                                        config::ModelSpec& model);
 
-// Of a folder, by its campaign.json.
+// The same for a folder, given its campaign.json.
 Result<estimator::discrepancy::Campaign> read_campaign_file(const std::filesystem::path& file,
                                                             config::ModelSpec& model);
 

@@ -9,7 +9,8 @@
 namespace shaker::cli {
 namespace {
 
-// Before any run has shown how long it takes: two ramps of 2 s and ten cycles to settle.
+// The estimate until a run has shown the true value: two ramps (2 s by default) and ten cycles
+// to settle.
 double guessed_overhead(const config::CampaignSpec& campaign, const config::RunSpec& run) {
   return 2.0 * (campaign.ramp_s > 0.0 ? campaign.ramp_s : 2.0) + 10.0 / run.frequency_hz;
 }
@@ -39,7 +40,7 @@ void CampaignProgress::take(const nlohmann::json& document, double now) {
     estimate_ = document;
   } else if (type == "run_stop") {
     run_open_ = false;
-    // What was aborted says no more than that; the rig's own state knows who stopped it.
+    // A status other than "fail", such as an abort, names no cause; the state of the rig does.
     if (text_of(document, "status") == "fail" && failure_.empty())
       failure_ = text_of(document, "reason");
     successes_ += text_of(document, "status") == "success" ? 1 : 0;

@@ -26,7 +26,8 @@ class Units {
     factors.time = factor("time").value_or(1.0);
     factors.displacement = factor("displacement").value_or(1.0);
     factors.excitation = factor("excitation").value_or(1.0);
-    // An accelerometer counts as the table's does unless it is said otherwise.
+    // The accelerometer has the unit of the table's acceleration unless the file gives another
+    // one.
     factors.acceleration = factor("acceleration").value_or(factors.excitation);
     factors.force = factor("force").value_or(1.0);
     reader_.finish();
@@ -34,8 +35,8 @@ class Units {
   }
 
  private:
-  // A name that is known, or a label of the campaign's own with the size of one in the model's
-  // unit. Nothing where it is not said, or wrong.
+  // The factor of a known unit, or of the campaign's own unit, given as a label and its size in
+  // the model's unit. nullopt when it is absent or wrong.
   std::optional<double> factor(const std::string& name) {
     const Node* unit = reader_.member(name, false);
     if (unit == nullptr) return std::nullopt;
@@ -79,7 +80,7 @@ class Units {
     return std::nullopt;
   }
 
-  // Effects are forces over a mass.
+  // A force becomes an acceleration: the model's effects are forces per unit mass.
   std::optional<double> over_mass(const std::string& name, const Unit& force) {
     if (mass_ > 0.0 && metre_) return force.scale / mass_ / metre_->scale;
     reader_.complain(name, fmt::format("is \"{}\", but the model counts forces over a mass, in "
@@ -91,7 +92,7 @@ class Units {
   config::Findings& findings_;
   config::ObjectReader reader_;
   std::string length_;
-  std::optional<Unit> metre_;  // the model's unit of length, where it is known
+  std::optional<Unit> metre_;  // of length; nullopt when it is unknown
   double mass_;
 };
 

@@ -1,5 +1,5 @@
-// The units of a campaign's folder, as campaign.json says them, and what turns its numbers into the
-// model's.
+// The units of a campaign folder as campaign.json declares them, and the factors that convert
+// its numbers to the model's units.
 #pragma once
 
 #include <string>
@@ -8,12 +8,13 @@
 
 namespace shaker::cli {
 
+// Model's number / file's number for each column.
 struct Factors {
   double time = 1.0, displacement = 1.0, excitation = 1.0, acceleration = 1.0, force = 1.0;
 };
 
-// Reads "units" and "reference_mass" of `document`, for a model that counts in `length_unit`. What
-// does not match is among the findings, with its remedy.
+// Reads "units" and "reference_mass" (kg) of `document` for a model with lengths in
+// `length_unit`. Adds a finding with its remedy for each unit that does not match.
 Factors read_units(config::ObjectReader& document, config::Findings& findings,
                    const std::string& length_unit);
 

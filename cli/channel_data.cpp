@@ -18,7 +18,7 @@ namespace {
 
 using estimator::ChannelRun;
 using estimator::Quantity;
-using Series = std::vector<std::vector<double>>;  // channel by channel
+using Series = std::vector<std::vector<double>>;  // one inner vector for each channel
 
 Error bad(std::string why) {
   return Error{ErrorKind::invalid, std::move(why)};
@@ -57,7 +57,8 @@ Result<ChannelInput> describe(const std::vector<std::string>& channels,
   return out;
 }
 
-// Mean of whole cycles of n points, and the products of what the single ones differ by.
+// Computes the mean of whole cycles of n points, and the sums of products of the deviations
+// from it.
 void fold(const Series& cycles, std::size_t n, ChannelRun& run) {
   const std::size_t m = cycles.size();
   const std::size_t total = cycles.front().size();
@@ -96,7 +97,7 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
   }
   const auto table = read_csv(options.file, {measured, plain, old});
   if (!table) return table.error();
-  // The times and the excitation as for one channel; then all channels in the same way.
+  // Times and excitation are read as for one channel; then all channels are treated alike.
   CsvTable first;
   first.columns["t"] = table->columns.at("t");
   const bool with_excitation = table->columns.contains("excitation");
@@ -126,10 +127,10 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
   return out;
 }
 
-// Raw samples of one channel in the order of time.
+// Raw samples of one channel, in increasing time (s).
 struct Raw {
   std::vector<double> t, value;
-  // Linear between samples; they stand much closer than what they show changes.
+  // Linear interpolation; the samples are much denser than the changes that they show.
   double at(double when) const {
     const auto next = std::upper_bound(t.begin() + 1, t.end() - 1, when);
     const auto k = static_cast<std::size_t>(next - t.begin());
@@ -157,7 +158,7 @@ std::complex<double> fundamental(const std::vector<double>& cycle) {
   return sum;
 }
 
-// `periods` periods of a channel from `begin` on, n points each.
+// `periods` periods of a channel from the time `begin` on, n points each.
 std::vector<double> on_grid(const Raw& raw, double begin, double period, int periods,
                             std::size_t n) {
   std::vector<double> out;
@@ -242,11 +243,11 @@ Result<ChannelInput> from_database(const InputOptions& options,
   return out;
 }
 
-// Of the campaign's file, as its database keeps it.
+// The reference mass in the campaign's specification, which the database stores.
 std::optional<double> mass_of(const std::filesystem::path& database) {
   const auto reader = record::CampaignReader::open(database);
   const auto row = reader ? reader->campaign() : reader.error();
-  if (!row) return {};  // said by whoever reads the cycles
+  if (!row) return {};  // read_estimation_input reports this error
   const double mass = config::reference_mass(row->spec_json);
   return mass > 0.0 ? std::optional(mass) : std::nullopt;
 }

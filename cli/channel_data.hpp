@@ -1,4 +1,5 @@
-// Several channels of a rig from a file, for the objectives that weigh them against each other.
+// Reads several measured channels from a file, for the objectives that weight them by their
+// noise.
 #pragma once
 
 #include <optional>
@@ -15,15 +16,16 @@ struct ChannelInput {
   config::ModelSpec model;
   std::vector<estimator::ChannelRun> runs;
   std::vector<estimator::Quantity> quantities;
-  std::vector<std::string> units;  // of the file's numbers
-  std::vector<double> scale;       // the file's numbers over the model's: the mass for a force
+  std::vector<std::string> units;  // of the file's numbers, one for each channel
+  std::vector<double> scale;       // file's number / model's number: the mass for a force
   std::optional<std::string> campaign;
 };
 
-// `channels`: "displacement", "acceleration" (of the sprung mass in space, m/s^2), "force" (a load
-// cell's, N; needs `mass`, kg, that it carries). A CSV file has them as columns. A database has
-// them as raw samples: the last periods of each run, as many as were accepted, put on the cycle's
-// grid in phase with the recorded displacement.
+// `channels`: "displacement", "acceleration" (of the sprung mass, absolute, m/s^2), "force" (of
+// a load cell, N; needs `mass`, the mass in kg that it carries; a database may contain it). In
+// a CSV file they are columns. In a database they are raw samples: the last periods of each
+// run, at most as many as there are accepted cycles, are resampled on the points of the cycle,
+// in phase with the recorded displacement. An Error names the file and what is missing.
 Result<ChannelInput> read_channels(const InputOptions& options,
                                    const std::vector<std::string>& channels,
                                    std::optional<double> mass);

@@ -1,6 +1,7 @@
-// shakerctl's commands: one function each, one file each in cli/commands/. They write results to
-// stdout and what went wrong, a sentence, to stderr; with `json` an object {"error": ...} to stdout
-// too. They return an ExitCode and throw nothing.
+// The commands of shakerctl: one function for each, in a file of its own in cli/commands/. A
+// command writes results to stdout and an error, as one sentence, to stderr; with `json` also
+// an object {"error": ...} to stdout. It returns an ExitCode. It is called once, from main(),
+// which reports an exception as an unexpected failure.
 #pragma once
 
 #include <cstdint>
@@ -26,35 +27,35 @@ struct RunOptions {
   std::filesystem::path campaign;
 };
 struct ProveOptions {
-  double frequency_hz = 0.0, amplitude = 0.0;  // m/s^2
+  double frequency_hz = 0.0, amplitude = 0.0;  // Hz, m/s^2
 };
 struct EstimateOptions : InputOptions {
-  int starts = 1;  // more: from so many, see estimator/optimise/several_starts.hpp
+  int starts = 1;  // above 1: see estimator/optimise/several_starts.hpp
   unsigned seed = 1;
-  double accuracy = 0.0;  // of the parameters, relative; 0: a fixed grid
-  // A record that is not periodic.
+  double accuracy = 0.0;  // relative, of the parameters; 0: a fixed grid
+  // For a record that is not periodic.
   bool transient = false;
-  std::vector<double> initial;       // known initial states; empty: estimated
+  std::vector<double> initial;       // known initial states; empty: they are estimated
   std::string integrator;            // "adams", "bdf", "rk4"; empty: by the record's length
   std::string intervals = "linear";  // or profile, bootstrap, posterior
   std::string loss = "squared";      // or huber, cauchy, tukey
-  // What is minimised; empty: least squares, with the model's priors where it has some. See
-  // docs/cli.md for the names.
+  // The objective to minimise; empty: least squares, or MAP if the model has priors.
+  // docs/cli.md lists the names.
   std::string objective;
   std::vector<std::string> channels = {"displacement"};
-  std::vector<double> noise;   // standard deviation of each channel, where it is known
+  std::vector<double> noise;   // known standard deviation of each channel, in the file's units
   std::optional<double> mass;  // on the load cell, kg
   bool stagewise = false;
-  std::string bias = "auto";  // of second order: auto, off, always
+  std::string bias = "auto";  // correction of the second-order bias: auto, off, always
 };
 struct CompareOptions : InputOptions {
-  int figure = 0;                    // of the paper, instead of a file
+  int figure = 0;                    // data of a figure of the paper, instead of a file
   std::vector<double> start;         // of the free parameters; empty: the model's
   std::vector<std::string> methods;  // empty: all
 };
 struct DropOptions {
-  std::filesystem::path campaign;         // identifies the model, and where it was identified
-  std::filesystem::path model, estimate;  // else: these
+  std::filesystem::path campaign;         // database from which the model is identified
+  std::filesystem::path model, estimate;  // otherwise these
   double sink_speed = 0.0;
   double lift = 0.0;
   std::optional<double> mass;
@@ -70,25 +71,25 @@ struct ResponseOptions {
   std::vector<double> amplitudes;
 };
 struct ReproduceOptions {
-  int figure = 0;     // 0: all of them
-  bool bias = false;  // what the paper's test hides, instead of a figure
+  int figure = 0;     // 0: all figures
+  bool bias = false;  // show the paper's discretisation bias instead of a figure
 };
 struct PlanCommand {
-  std::filesystem::path model, rig;  // the rig may be empty
+  std::filesystem::path model, rig;  // rig: may be empty
   std::vector<double> frequencies_hz, amplitudes;
-  double noise = 0.0;  // 0: the rig's, else a good transducer's
+  double noise = 0.0;  // 0: that of the rig, otherwise that of a good transducer
   int points = 64, cycles = 20, runs = 3;
   unsigned threads = 0;
-  std::filesystem::path draw;  // HTML; empty: none
+  std::filesystem::path draw;  // HTML file; empty: none
 };
 struct MonteCarloCommand {
-  std::filesystem::path model;  // its starts are the truth
-  int figure = 0;               // the paper's experiment instead; 0: none
+  std::filesystem::path model;  // its start values are the truth
+  int figure = 0;               // an experiment of the paper instead; 0: none
   std::vector<double> frequencies_hz, amplitudes;
   int points = 40, cycles = 1;
   double noise = 0.0;
   bool uniform = false, profile = false;
-  std::string bias = "auto";  // as of an estimate
+  std::string bias = "auto";  // as for an estimate
   long replications = 10000;
   unsigned threads = 0;
   std::uint64_t seed = 1;
@@ -97,28 +98,28 @@ struct ExportOptions {
   std::filesystem::path database;
   std::filesystem::path directory = ".";
   bool samples = false;  // raw samples instead of cycles
-  bool all = false;      // cycles that were left out, too
+  bool all = false;      // also cycles that were not accepted
   std::string format = "csv";
 };
 struct DiagnoseCommandOptions {
   std::filesystem::path campaign;  // a folder with campaign.json, or a database
   std::filesystem::path model;
-  std::filesystem::path out;  // empty: nothing is written
+  std::filesystem::path out;  // empty: no files are written
   double false_alarm_rate = 0.01;
-  bool thorough = false;  // as long as there is more to try
-  bool job = false;       // one of the daemon, read from standard input
-  bool daemon = false;    // by the daemon: campaign is then a name in its directory, or empty
+  bool thorough = false;  // search until nothing is left to try
+  bool job = false;       // a job from the daemon, read from standard input
+  bool daemon = false;    // the daemon does it; campaign: a name in its folder, or empty
 };
 struct CheckOptions {
   std::filesystem::path file;
-  std::filesystem::path rig;  // a campaign is held against its limits; may be empty
+  std::filesystem::path rig;  // its limits are checked against a campaign; may be empty
 };
 
 int status(const Common& common);
 int watch(const Common& common, const WatchOptions& options);
 int run(const Common& common, const RunOptions& options);
 int prove_deadman(const Common& common, const ProveOptions& options);
-int order(const Common& common, const std::string& method);  // stop, estop, ack
+int order(const Common& common, const std::string& method);  // method: "stop", "estop" or "ack"
 int estimate(const Common& common, const EstimateOptions& options);
 int estimate_channels(const Common& common, const EstimateOptions& options);
 int estimate_transient(const Common& common, const EstimateOptions& options);
@@ -130,11 +131,12 @@ int plan(const Common& common, const PlanCommand& command);
 int monte_carlo(const Common& common, const MonteCarloCommand& command);
 int export_runs(const Common& common, const ExportOptions& options);
 int diagnose(const Common& common, const DiagnoseCommandOptions& options);
-int diagnose_job();  // asked for by the daemon: daemon/workers/diagnosis_child.hpp
+int diagnose_job();  // started by the daemon: see daemon/workers/diagnosis_child.hpp
 int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& options);
 int check(const Common& common, const CheckOptions& options);
 
-// Says what went wrong and gives `code` back.
+// Reports an error: `sentence` to stderr and, with `json`, as an object to stdout. Returns
+// `code`.
 int fail(const Common& common, ExitCode code, const std::string& sentence);
 
 }  // namespace shaker::cli

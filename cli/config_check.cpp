@@ -27,7 +27,7 @@ void add_lines(std::vector<std::string>& lines, const std::string& text) {
     lines.push_back(line);
 }
 
-// "format" decides; without it, the keys that only one kind has.
+// "format" decides; without it, the keys that only one kind of file has.
 std::string kind_of(const config::Node& root) {
   if (const auto* format = root.find("format");
       format && format->kind == config::Node::Kind::string) {
@@ -41,10 +41,11 @@ std::string kind_of(const config::Node& root) {
   return {};
 }
 
-constexpr double kShortColumn = 0.01;  // m; no damper for an aircraft has a shorter one
+constexpr double kShortColumn = 0.01;  // m; no aircraft damper has a shorter one
 
-// A start at which 1 - theta3 u <= 0 somewhere has no force there: the estimator refuses such
-// cycles, which is late. `stroke_max` is the rig's limit, or 0 where no rig is known.
+// The estimator refuses cycles at which 1 - theta3 u <= 0, because there is no force; this
+// check finds such a start value earlier. `stroke_max`: the rig's limit, m, or 0 when no rig is
+// known.
 void check_gas_column(const config::ModelSpec& spec, double stroke_max, CheckReport& report) {
   for (const config::EffectSpec& effect : spec.effects) {
     const auto found = effect.parameters.find("theta3");
@@ -103,7 +104,7 @@ class RigChecker {
     report_.facts.push_back(fmt::format(format, std::forward<Args>(args)...));
   }
 
-  // What acts on the limits: a limit without an action protects nothing.
+  // The actions of the limits: a limit without an action protects nothing.
   void detectors() {
     std::vector<std::string_view> ending, telling;
     for (const config::Guard& guard : config::guards(rig_.limits)) {
@@ -242,8 +243,8 @@ void check_against(const config::CampaignSpec& campaign, const fs::path& file,
   }
 }
 
-// The estimator counts effects from the model's own top; in a campaign that holds its model the
-// place is "/model/effects/N", and its line is known here.
+// The estimator numbers the effects from the top of the model. In a campaign file that contains
+// its model the place is "/model/effects/N", and the line is known here.
 void place_in_campaign(const config::Node& root, const std::string& file,
                        std::vector<std::string>& errors) {
   const config::Node* model = root.find("model");
@@ -273,11 +274,11 @@ void check_campaign(const fs::path& file, const config::Node& root, const fs::pa
   const std::size_t before = report.warnings.size();
   check_model(campaign->model, report);
   place_in_campaign(root, file.string(), report.errors);
-  if (!rig.empty()) report.warnings.resize(before);  // said again, against the rig's own limit
+  if (!rig.empty()) report.warnings.resize(before);  // repeated below, with the rig's limit
   if (!rig.empty()) check_against(*campaign, rig, report);
 }
 
-// A folder's campaign.json, of runs that have been recorded, says what only these have.
+// A campaign.json with recorded runs has keys that no other campaign file has.
 bool recorded(const config::Node& root) {
   const config::Node* runs = root.find("runs");
   const auto own = [](const config::Node& run) {
@@ -292,7 +293,7 @@ bool recorded(const config::Node& root) {
 void check_recorded(const fs::path& file, CheckReport& report) {
   using estimator::discrepancy::Kind;
   using estimator::discrepancy::Role;
-  config::ModelSpec any;  // with which it will be diagnosed is not known here
+  config::ModelSpec any;  // the model of the later diagnosis is not known here
   const auto campaign = read_campaign_file(file, any);
   if (!campaign) return add_lines(report.errors, campaign.error().what);
   report.facts.push_back(
@@ -301,7 +302,7 @@ void check_recorded(const fs::path& file, CheckReport& report) {
     const double length = run.t.empty() ? 0.0 : run.t.back() - run.t.front();
     const std::string unit =
         run.kind == Kind::imposed_motion ? any.length_unit : any.length_unit + "/s^2";
-    // A record that follows no period has neither, and need not say how large it is.
+    // A record without a period has no frequency and need not state an amplitude.
     const std::string driven = run.frequency_hz > 0.0 ? fmt::format("{:g} Hz", run.frequency_hz)
                                : run.kind == Kind::imposed_motion
                                    ? "imposed motion without a period"

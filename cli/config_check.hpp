@@ -1,6 +1,7 @@
-// What a configuration file is, and everything that can be known to be wrong with it before the
-// daemon starts: its own text, the files that it names, the effects of its model, the signals of
-// its DBC, a campaign's dwells against a rig's limits. Reads files; opens no device.
+// Detects the kind of a configuration file and finds every error that is visible before the
+// daemon starts: in its own text, in the files that it names, in the effects of its model, in
+// the signals of its DBC, and in a campaign's setpoints against the limits of a rig. Reads
+// files; opens no device.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +11,13 @@
 namespace shaker::cli {
 
 struct CheckReport {
-  std::string kind;                 // "rig", "model", "campaign", "DBC"; empty: could not be told
-  std::vector<std::string> facts;   // what it says, for a person to compare with his intention
-  std::vector<std::string> errors;  // sentences with their places
+  std::string kind;                 // "rig", "model", "campaign", "DBC"; empty: unknown
+  std::vector<std::string> facts;   // the file's content, for a person to compare with the intent
+  std::vector<std::string> errors;  // sentences that name the place
   std::vector<std::string> warnings;
 };
 
+// `rig`: the rig file for a campaign or a DBC file; may be empty. Errors are in the report.
 CheckReport check_file(const std::filesystem::path& file, const std::filesystem::path& rig);
 
 }  // namespace shaker::cli

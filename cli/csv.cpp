@@ -45,7 +45,7 @@ class Reader {
  public:
   Reader(std::istream& in, const std::string& origin) : in_(in), origin_(origin) {}
 
-  // False at the end of the file, or when error() is set.
+  // Returns false at the end of the file, or when error() is set.
   bool next_line() {
     line_.clear();
     for (int c = in_.get(); c != std::istream::traits_type::eof(); c = in_.get()) {
@@ -85,7 +85,7 @@ class Reader {
   std::optional<Error> error_;
 };
 
-// Where each wanted column stands in a row.
+// The index of each wanted column in a row.
 Result<std::vector<std::pair<std::string, std::size_t>>> find_columns(
     const Reader& reader, const std::vector<std::vector<std::string>>& alternatives) {
   const auto names = split(reader.line());

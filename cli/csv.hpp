@@ -1,8 +1,9 @@
-// Reads the columns that are wanted from a comma-separated file with a header row.
+// Reads selected columns from a comma-separated file with a header row.
 //
-// Columns are found by name and may stand in any order among others. Windows line ends and a UTF-8
-// byte order mark are accepted; a quoted field is not. Bounded: at most kMaxCsvRows rows and
-// kMaxCsvLine bytes a line. An Error names file, line and column (counted from 1).
+// Columns are found by name and may be in any order, among other columns. Windows line ends and
+// a UTF-8 byte order mark are accepted; quoted fields are not. The size is limited: at most
+// kMaxCsvRows rows and kMaxCsvLine bytes in a line. An Error names file, line and column
+// (counted from 1).
 #pragma once
 
 #include <filesystem>
@@ -23,9 +24,9 @@ struct CsvTable {
   std::map<std::string, std::vector<double>> columns;  // of equal length, all finite
 };
 
-// `alternatives`: lists of column names; the first list whose columns are all there is read. An
-// Error when none is complete, naming what there is and what is wanted. `most`: no number may be
-// larger in size.
+// `alternatives`: lists of column names. The first list of which all columns exist is read;
+// when none is complete, the Error names the columns that exist and those that are wanted.
+// `origin`: the file's name for messages. `most`: the largest allowed modulus of a number.
 Result<CsvTable> read_csv(std::istream& in, const std::string& origin,
                           const std::vector<std::vector<std::string>>& alternatives,
                           double most = std::numeric_limits<double>::infinity());

@@ -17,7 +17,7 @@ using protocol::can::Database;
 using protocol::can::Message;
 using protocol::can::Signal;
 
-// Signals that a rig takes from this file, by message; nothing: the whole message is the exciter's.
+// The signals that a rig uses from this file, by message.
 using Uses = std::map<std::string, std::set<std::string>>;
 
 Uses uses_of(const config::RigConfig& rig, const fs::path& file) {

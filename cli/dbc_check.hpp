@@ -1,5 +1,5 @@
-// What a DBC file says, for a person: its messages, their signals with unit and range, and which of
-// them a rig file uses.
+// Describes a DBC file for a person: its messages, their signals with unit and range, and the
+// signals that a rig file uses.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,9 @@
 
 namespace shaker::cli {
 
-// `rig`: a rig file, or empty. Errors: what is wrong in the DBC, and what the rig asks for in vain.
+// `file`: the DBC file, whose content is `text`. `rig`: a rig file, or empty. Errors in
+// `report` are errors of the DBC file, and signals that the rig needs but the file does not
+// contain.
 void check_dbc(const std::filesystem::path& file, const std::string& text,
                const std::filesystem::path& rig, CheckReport& report);
 

@@ -117,7 +117,7 @@ std::string printable(std::string text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);
     if (byte < 0x20 || byte == 0x7f) text[i] = ' ';
-    // U+0080 to U+009F are control characters too, in two bytes.
+    // U+0080 to U+009F are control characters too; they have two bytes.
     if (byte == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0) {
       text[i] = text[i + 1] = ' ';
     }

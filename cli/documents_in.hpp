@@ -1,7 +1,8 @@
-// Documents as they came from the daemon: back into structs, and into sentences for people.
+// Reads documents from the daemon: back into structs, and into sentences for people.
 //
-// A field that is missing or of another type gets its default: a newer daemon may say more, an
-// older one less, and neither may stop an operator from watching. Pure.
+// A field that is missing or has another type gets its default value. A newer daemon may send
+// more and an older one less; neither must keep an operator from watching. The functions are
+// pure.
 #pragma once
 
 #include <optional>
@@ -13,20 +14,20 @@
 
 namespace shaker::cli {
 
-// A number that was left out (it was not finite) comes back as NaN.
+// A number that is absent, because it was not finite, becomes NaN.
 protocol::EstimateDocument estimate_from(const nlohmann::json& document);
 
-// Members with a default, whatever the type of what is there.
+// A member, or its default value when it is absent or has another type.
 std::string text_of(const nlohmann::json& document, const char* key);
 std::optional<double> number_of(const nlohmann::json& document, const char* key);
 bool flag_of(const nlohmann::json& document, const char* key);
 
-// One line without the line break, e.g. "cycle 7 of slow accepted: 1.5001 Hz, 2.49 m/s^2". Control
-// characters are replaced, so that nothing that came in steers the terminal. Empty for what is not
-// worth a line (health).
+// One line without a line break, for example "cycle 7 of slow accepted: 1.5001 Hz, 2.49 m/s^2".
+// Control characters become blanks, so that a document cannot control the terminal. Empty for
+// documents that need no line (health).
 std::string narrate(const nlohmann::json& document);
 
-// Blanks in place of control characters.
+// Replaces control characters by blanks.
 std::string printable(std::string text);
 
 }  // namespace shaker::cli

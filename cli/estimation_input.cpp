@@ -35,7 +35,7 @@ Result<EstimationInput> read_database(const InputOptions& options, const Periods
   return input;
 }
 
-// The run of a table, as its mean cycle or as the mean of groups of cycles.
+// Adds the run of a table: its mean cycle, or the mean of groups of cycles.
 Result<void> add_table(const CsvTable& table, const std::string& origin, const Dwell& dwell,
                        int periods, EstimationInput& input) {
   if (periods > 1) {
@@ -80,8 +80,8 @@ Result<EstimationInput> read_csv_run(const InputOptions& options, const PeriodsO
 
 }  // namespace
 
-// A model in feet with gravity in metres fits nothing, and says nothing. Other units than these are
-// the user's own affair.
+// A model with lengths in feet and gravity in metres fits nothing, and no other check finds it.
+// Other length units than these are not checked.
 Result<void> check_units(const config::ModelSpec& model) {
   constexpr double kGravity = 9.80665, kShare = 0.02;
   static const std::map<std::string, double> metres = {

@@ -1,5 +1,5 @@
-// What an estimation from files starts with: the model and the runs, from a campaign database or
-// from one run as CSV. Shared by the commands that estimate.
+// The input of an estimation from files: the model and the runs, from a campaign database or
+// from one run as CSV. The commands that estimate share it.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace shaker::cli {
 
 struct InputOptions {
   std::filesystem::path file;
-  std::filesystem::path model;  // empty: the database's own
+  std::filesystem::path model;  // empty: the model in the database
   std::optional<double> frequency_hz, amplitude;
   bool harmonics = false;  // Fourier coefficients with their covariance instead of samples
   std::vector<std::string> periods;  // M or RUN=M, see periods_of_runs.hpp
@@ -25,12 +25,12 @@ struct EstimationInput {
   config::ModelSpec model;
   std::vector<estimator::RunData> runs;
   std::optional<std::string> campaign;
-  std::optional<long> cycles;         // single ones, where runs are said to be groups of them
-  std::vector<std::string> warnings;  // of runs that do not repeat as they are taken to
-  bool spoiled = false;               // the mean cycle of one of them says nothing
+  std::optional<long> cycles;         // number of single cycles, when --periods groups them
+  std::vector<std::string> warnings;  // about runs that do not repeat as assumed
+  bool spoiled = false;               // the mean cycle of one of them is meaningless
 };
 
-// An Error when length unit and gravity belong to different systems of units.
+// Returns an Error when length unit and gravity belong to different systems of units.
 Result<void> check_units(const config::ModelSpec& model);
 
 bool is_database(const std::filesystem::path& file);  // by its name

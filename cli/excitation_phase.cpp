@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-// Of the fundamental in each whole period, in turns, without jumps.
+// The phase of the fundamental in each whole period, in turns, unwrapped; the first one is 0.
 std::vector<double> phases(const std::vector<double>& t, const std::vector<double>& excitation,
                            double frequency_hz) {
   double mean = 0.0;

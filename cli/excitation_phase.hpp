@@ -1,5 +1,5 @@
-// Does a measured excitation keep the phase that its nominal frequency gives it? Cycles are cut by
-// that frequency; where it is a little off they slide along the motion, cycle after cycle.
+// Checks whether a measured excitation keeps the phase of its nominal frequency. Cycles are cut
+// at the nominal frequency; when it is slightly wrong, the cycles shift against the motion.
 #pragma once
 
 #include <vector>
@@ -7,13 +7,13 @@
 namespace shaker::cli {
 
 struct PhaseDrift {
-  double turns = 0.0;  // from the first whole period to the last one, of a period
+  double turns = 0.0;  // from the first whole period to the last, in periods
   double error = 0.0;  // its standard error, from the scatter of the phases about a line
   double frequency_hz = 0.0;
 };
 
-// Of samples of an excitation with a fundamental near `frequency_hz`, over at least four whole
-// periods; none (all 0) over fewer.
+// From samples of an excitation with its fundamental near `frequency_hz`. t in s, increasing.
+// All results are 0 with fewer than four whole periods.
 PhaseDrift phase_drift(const std::vector<double>& t, const std::vector<double>& excitation,
                        double frequency_hz);
 

@@ -13,8 +13,8 @@ namespace shaker::cli {
 namespace {
 
 using Json = nlohmann::json;
-constexpr std::size_t kEvents = 6;  // of the past
-constexpr std::size_t kAlarms = 5;  // as many of the newest as an operator can read at a glance
+constexpr std::size_t kEvents = 6;  // past events that are shown
+constexpr std::size_t kAlarms = 5;  // newest alarms: so many can be read at a glance
 
 void add_text(std::vector<std::string>& lines, const std::string& text) {
   std::istringstream in(text);
@@ -45,7 +45,7 @@ void add_channels(std::vector<std::string>& lines, const Json& health) {
   lines.emplace_back();
 }
 
-// The time of day of an RFC 3339 stamp.
+// The time of day in an RFC 3339 time stamp.
 std::string clock_of(const std::string& t_utc) {
   return t_utc.size() >= 19 ? t_utc.substr(11, 8) : t_utc;
 }
@@ -122,7 +122,8 @@ void LiveView::add_alarms(std::vector<Line>& out) const {
   }
 }
 
-// Setpoint against what was measured, and how far the campaign is. At rest there is neither.
+// Setpoint and measured values, and the progress of the campaign. Nothing when the rig is at
+// rest.
 void LiveView::add_motion(std::vector<Line>& out, const Json& state) const {
   if (at_rest(text_of(state, "state"))) return;
   if (const auto frequency = number_of(state, "frequency_hz")) {

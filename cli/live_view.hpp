@@ -1,8 +1,9 @@
-// What `watch` shows on a terminal: alarms first, then what the rig does, what it measures, and what was
-// estimated. Pure.
+// The content of the screen of `watch` on a terminal: first the alarms, then the state and the
+// motion of the rig, the measurements and the estimate. Does no input or output.
 //
-// An alarm stays on the screen, with the time since when, until somebody acknowledges it (the rig leaves
-// FAULT) or the next campaign begins. A campaign that begins also clears what belongs to the one before.
+// An alarm stays on the screen, with the time at which it came, until it is acknowledged (the
+// rig changes from FAULT to IDLE) or the next campaign begins. At most five alarms are kept. A
+// campaign that begins also clears the estimate, cycle and events of the last one.
 #pragma once
 
 #include <deque>
@@ -22,12 +23,12 @@ class LiveView {
     Style style = Style::plain;
   };
 
-  // True where the document is an error alarm that was not on the screen: ring the bell.
+  // Returns true when the document is an alarm of severity "error": the caller rings the bell.
   bool take(const nlohmann::json& document);
-  // `why`: over everything, until the next document; empty: the daemon answers.
+  // `why` is shown on top until the next document comes; empty: the daemon answers.
   void set_lost(std::string why) { lost_ = std::move(why); }
-  // Clipped to `width` characters, at most `height` lines. Where there is no room, the estimate's
-  // parameters and past events give way; state and alarms never do.
+  // Clipped to `width` characters and `height` lines. The lines at the end are dropped when
+  // there is no room: past events first, then the estimate.
   std::vector<Line> lines(int width, int height) const;
 
  private:
@@ -43,10 +44,10 @@ class LiveView {
   void add_motion(std::vector<Line>& out, const nlohmann::json& state) const;
   const nlohmann::json* last(const char* type) const;
 
-  std::map<std::string, nlohmann::json> last_;  // by type
+  std::map<std::string, nlohmann::json> last_;  // the last document of each type
   std::deque<std::string> events_;              // runs and diagnoses, newest last
   std::deque<Alarm> alarms_;                    // newest last
-  long accepted_ = 0, rejected_ = 0;            // cycles of the run
+  long accepted_ = 0, rejected_ = 0;            // cycles of the current run
   std::string lost_;
 };
 

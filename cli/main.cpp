@@ -1,4 +1,4 @@
-// shakerctl: the operator's hand. The command line; what it does is in cli/commands/.
+// shakerctl, the operator's program: the command line. The commands are in cli/commands/.
 #include <algorithm>
 #include <cstdio>
 #include <exception>

@@ -14,7 +14,7 @@ namespace {
 
 using estimator::RunData;
 
-// A parameter that starts at 0 says nothing of what its effect does elsewhere.
+// A parameter that is 0 at the start hides its effect; such a parameter gets the value 0.1.
 std::vector<double> away_from_zero(const estimator::Model& model) {
   std::vector<double> theta = model.start();
   for (std::size_t k = 0; k < theta.size(); ++k) {
@@ -24,7 +24,8 @@ std::vector<double> away_from_zero(const estimator::Model& model) {
   return theta;
 }
 
-// Answers a cosine with a cosine of its frequency, as no other model does.
+// True when the response to a cosine is a cosine of the same frequency: then the model is
+// linear.
 bool is_linear(const estimator::Model& model, const RunData& run) {
   constexpr int kPoints = 160;
   constexpr double kRounding = 1e-8;

@@ -1,8 +1,9 @@
-// What `--periods` says: after how many periods of the excitation a run's response repeats.
+// The option `--periods`: after how many periods of the excitation the response of a run
+// repeats.
 //
-// An operator says it with the estimate and not the campaign's file: it is a finding about a
-// response that was measured, not a setting of the rig, and the daemon, whose estimates are of
-// responses of one period, has no use for it.
+// The operator gives it with the estimate and not in the campaign file, because it is a finding
+// about a measured response and not a setting of the rig. The daemon does not use it, because
+// it estimates from responses of one period.
 #pragma once
 
 #include <map>
@@ -15,12 +16,12 @@ namespace shaker::cli {
 
 struct PeriodsOfRuns {
   int all = 1;
-  std::map<std::string, int> named;  // by the run's name; wins over `all`
+  std::map<std::string, int> named;  // by the run's name; overrides `all`
   bool asked() const { return all > 1 || !named.empty(); }
   int of(const std::string& run) const;
 };
 
-// Words "M", for all runs, or "RUN=M". An Error says what else was found.
+// Parses words "M", for all runs, or "RUN=M". An Error quotes the wrong word.
 Result<PeriodsOfRuns> parse_periods(const std::vector<std::string>& words);
 
 }  // namespace shaker::cli

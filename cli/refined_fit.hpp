@@ -1,4 +1,4 @@
-// A fit on the usual grid, or on the grid that an accuracy of the parameters needs.
+// A fit on the usual grid, or on the grid that a required accuracy of the parameters needs.
 #pragma once
 
 #include <optional>
@@ -14,18 +14,19 @@ namespace shaker::cli {
 
 class RefinedFit {
  public:
-  // accuracy: relative, of every parameter; 0 for the usual grid. `model` must outlive it. Throws
-  // as Estimator does.
+  // accuracy: relative, of every parameter; 0 selects the usual grid. `model` must outlive the
+  // object. Throws as Estimator does.
   RefinedFit(const estimator::Model& model, const std::vector<estimator::RunData>& runs,
              const estimator::EstimationOptions& how, double accuracy);
 
   const estimator::Fit& fit(const std::vector<double>& start);
   estimator::Estimator& estimator() { return refined_ ? refined_->finest() : *usual_; }
-  // With a warning where the accuracy was not reached.
+  // Adds a warning when the accuracy was not reached.
   estimator::Estimate describe();
 
   bool refined() const { return refined_.has_value(); }
-  // Of a refined fit: for an operator, and for programs (points, reached, error).
+  // Only for a refined fit: the accuracy reached, for an operator and for programs (points,
+  // reached, error).
   std::string sentence() const;
   nlohmann::ordered_json grid() const;
 

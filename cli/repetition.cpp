@@ -12,18 +12,19 @@
 namespace shaker::cli {
 namespace {
 
-constexpr int kLongest = 4;  // that is looked for, as the daemon's gate does
-// Between scatters: cycles that alternate by twice the noise of their difference raise it so far.
-// Weaker alternation changes a mean cycle by its square only, which is less than noise leaves.
+constexpr int kLongest = 4;  // longest period that is searched for, as in the daemon's gate
+// Threshold of a ratio of scatters: cycles that alternate by twice the noise of their
+// difference reach it. Weaker alternation changes a mean cycle only by its square, which is
+// below the noise.
 const double kTelling = std::sqrt(3.0);
-constexpr double kNotNoise = 3.0;   // scatter over a white floor: slow wander of a rig reaches 2
-constexpr double kOfMotion = 0.02;  // less than this of the motion is a rig's own wander
-constexpr double kSettles = 2.0;    // scatter of the first half over that of the second
+constexpr double kNotNoise = 3.0;   // scatter over white noise; slow drift of a rig reaches 2
+constexpr double kOfMotion = 0.02;  // relative to the motion; below it is the drift of a rig
+constexpr double kSettles = 2.0;    // scatter of the first half over that of the second half
 constexpr double kProbability = 1e-3;
-constexpr double kRounding = 1e-6;  // of the motion: records without noise differ by that much
+constexpr double kRounding = 1e-6;  // relative to the motion; the scatter of noise-free records
 constexpr std::size_t kMostHarmonics = 64;
 
-// Each cycle less the mean of those `periods` apart.
+// The residual of each cycle: the cycle minus the mean of the cycles that are `periods` apart.
 std::vector<double> left_over(const Cycles& cycles, int periods) {
   const auto p = static_cast<std::size_t>(periods);
   const std::size_t n = cycles.points, count = cycles.count();
@@ -44,7 +45,8 @@ double root_mean_square(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// What is as strong in all harmonics of a cycle is noise: the middle one, times their number.
+// The standard deviation of white noise: its energy is equal in all harmonics of a cycle, so
+// the median over the harmonics gives it.
 double white_part(const std::vector<double>& rest, std::size_t n) {
   const std::size_t last = std::min(kMostHarmonics, (n - 1) / 2);
   std::vector<double> energy;
@@ -86,7 +88,7 @@ double noticed(const Cycles& cycles, int periods) {
   return std::max(scatter_after(cycles, periods), kRounding * motion(cycles));
 }
 
-// The fewest periods after which it repeats as well as after any number.
+// The smallest number of periods after which the record repeats as well as after any number.
 int best_period(const Cycles& cycles) {
   double least = std::numeric_limits<double>::infinity();
   for (int p = 1; p <= kLongest; ++p)
@@ -97,8 +99,8 @@ int best_period(const Cycles& cycles) {
   return kLongest;
 }
 
-// Probability that noise alone makes cycles `from` periods apart differ by so much more than those
-// `to` apart; `numbers` in a cycle are independent.
+// The probability that noise alone makes cycles `from` periods apart differ by so much more
+// than cycles `to` periods apart. `numbers`: independent values in a cycle.
 double chance_of_gain(const Cycles& cycles, int from, int to, double numbers) {
   const auto count = static_cast<double>(cycles.count());
   const double wide = noticed(cycles, from), close = noticed(cycles, to);
@@ -108,7 +110,8 @@ double chance_of_gain(const Cycles& cycles, int from, int to, double numbers) {
                                    numbers * between, numbers * within);
 }
 
-// The same where a cycle counts as one number: so much does noise wander that knows no periods.
+// The same test with one independent value in a cycle, because noise that drifts slowly has no
+// more.
 bool gains(const Cycles& cycles, int from, int to) {
   const int part = to % from == 0 ? from : 1;
   return to > part && chance_of_gain(cycles, part, to, 1.0) < kProbability;
@@ -184,7 +187,8 @@ RepetitionDoubt doubt_of_repetition(const Cycles& cycles, const std::string& pla
   const double scatter = noticed(cycles, best);
   if (!gains(cycles, 1, best)) return {};
   const double all = noticed(cycles, 1);
-  // Of two cycles next to each other, over that of two that should be alike.
+  // The difference of two neighbouring cycles, relative to that of two cycles that should be
+  // alike.
   const double between = std::max(0.0, all * all - scatter * scatter) * best / (best - 1.0);
   const double difference = std::sqrt(between) / scatter;
   const std::string how =

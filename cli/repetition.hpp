@@ -1,8 +1,8 @@
-// After how many periods of the excitation does a record repeat?
+// Determines after how many periods of the excitation a record repeats.
 //
-// A response that repeats only after two or three periods has no mean cycle: averaged over all
-// cycles it is a motion that the damper never made. Whether cycles some periods apart are alike is
-// told from the record itself, against its own noise. Pure.
+// A response that repeats only after two or three periods has no mean cycle: the average over
+// all cycles is a motion that the damper never made. Whether cycles are alike is decided from
+// the record itself, against its own noise. The functions are pure.
 #pragma once
 
 #include <cstddef>
@@ -13,28 +13,30 @@
 
 namespace shaker::cli {
 
-inline constexpr int kMostPeriods = 3;  // that can be fitted; longer ones are only named
+inline constexpr int kMostPeriods = 3;  // that can be fitted; a longer period is only reported
 
-// Whole cycles of a run one after the other, `points` each, none left out in between.
+// Consecutive whole cycles of a run, `points` values each.
 struct Cycles {
   std::vector<double> y;
   std::size_t points = 0;
   std::size_t count() const { return points == 0 ? 0 : y.size() / points; }
 };
 
-// Standard deviation of a point about the mean of all cycles that are `periods` apart. Infinite
-// where there are no two of them each.
+// The standard deviation of a point from the mean of all cycles that are `periods` apart.
+// Infinite when a group has fewer than two cycles.
 double scatter_after(const Cycles& cycles, int periods);
 
-// Refuses cycles that do not repeat after `periods` periods, too few to see it, or that repeat
-// after every one; says what they do instead where that can be told. `run`: its name in a database.
+// Returns an Error when the cycles do not repeat after `periods` periods, when they are too few
+// to decide it, or when they repeat after every period. The Error names the true period if it
+// can be determined. `place`: for the message; `run`: the run's name in a database.
 Result<void> check_repetition(const Cycles& cycles, int periods, const std::string& place,
                               const std::string& run = {});
 
-// Of cycles that are averaged as if each repeated the one before, where they do not.
+// The doubt about a mean cycle: whether the cycles that it averages repeat from one to the
+// next.
 struct RepetitionDoubt {
-  std::string sentence;  // with the remedy; empty: none
-  bool spoils = false;   // it is so much of the motion that the mean cycle says nothing
+  std::string sentence;  // with the remedy; empty: no doubt
+  bool spoils = false;   // the deviation is so large that the mean cycle is meaningless
 };
 RepetitionDoubt doubt_of_repetition(const Cycles& cycles, const std::string& place,
                                     const std::string& run = {});

@@ -21,7 +21,7 @@ using estimator::RunData;
 constexpr std::size_t kMinPoints = 8;
 constexpr int kHarmonics = 8;
 constexpr int kExcitationPoints = 64;
-constexpr double kSameTau = 1e-6;  // of a period: far below what any sensor resolves
+constexpr double kSameTau = 1e-6;  // in periods: far below the resolution of any sensor
 
 double cyclic(double t, double frequency) {
   const double tau = t * frequency;
@@ -29,19 +29,20 @@ double cyclic(double t, double frequency) {
   return part < 1.0 ? part : 0.0;
 }
 
-// Points in a period when the samples stand at i / n of whole periods, each once; else 0.
+// The number of points in a period when the samples fill whole periods on equal steps;
+// otherwise 0.
 std::size_t points_of_even_grid(const std::vector<double>& t, double frequency) {
   const std::size_t n = points_of_equal_steps(t, frequency);
   return n > 0 && t.size() % n == 0 ? n : 0;
 }
 
-// The excitation on equal steps: harmonics 1 to 8 by least squares. What they leave over is the
-// accelerometer's noise, and tells how well they are known.
+// The excitation on equal steps: harmonics 1 to 8 by least squares. The residual is the
+// accelerometer's noise and gives the error of the result.
 void put_excitation(const std::vector<double>& tau, const std::vector<double>& x, RunData& run) {
   const auto rows = static_cast<Eigen::Index>(tau.size());
   const int harmonics = std::min(kHarmonics, static_cast<int>((tau.size() - 1) / 4));
   const Eigen::Index columns = 1 + 2 * harmonics;
-  // Normal equations row by row: memory does not grow with the file.
+  // The normal equations are summed row by row, so that the memory does not grow with the file.
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(columns, columns);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(columns), row(columns);
   const auto fill = [&](double at) {
@@ -73,7 +74,7 @@ void put_excitation(const std::vector<double>& tau, const std::vector<double>& x
   }
 }
 
-// Whole periods on one grid: their mean and their scatter about it say the same in fewer numbers.
+// Whole periods on one grid: their mean, and the sum of the squared deviations from it.
 void fold(const std::vector<double>& y, std::size_t n, RunData& run) {
   const std::size_t cycles = y.size() / n;
   run.displacement.assign(n, 0.0);
@@ -87,7 +88,7 @@ void fold(const std::vector<double>& y, std::size_t n, RunData& run) {
   run.cycles = static_cast<double>(cycles);
 }
 
-// The same cycles as Fourier coefficients, weighed by what they scatter from cycle to cycle.
+// The same cycles as Fourier coefficients, weighted by their scatter from cycle to cycle.
 Result<void> put_harmonics(const std::vector<double>& y, std::size_t n, const std::string& origin,
                            RunData& run) {
   const std::size_t cycles = y.size() / n;
@@ -149,7 +150,7 @@ RunData mean_of(const std::vector<record::CycleRow>& cycles) {
   run.displacement.assign(cycles.front().displacement.size(), 0.0);
   run.excitation.assign(cycles.front().excitation.size(), 0.0);
   run.cycles = count;
-  double variance = 0.0;  // of the mean: independent errors of the single cycles
+  double variance = 0.0;  // of the mean; the errors of the cycles are independent
   for (const record::CycleRow& cycle : cycles) {
     variance += cycle.excitation_error * cycle.excitation_error / (count * count);
     run.frequency_hz += cycle.frequency_hz / count;
@@ -182,11 +183,11 @@ Result<void> check_names(const PeriodsOfRuns& periods, const std::vector<record:
   return {};
 }
 
-// Of cycles that are averaged one by one, or of a run that has none to average: it may be since the
-// daemon accepts no cycle of a response that repeats later.
+// Checks a run for repetition. A run without an accepted cycle is checked too, because the
+// daemon accepts no cycle of a response that repeats only after several periods.
 void doubt_run(const std::vector<record::CycleRow>& cycles, const std::string& name, bool accepted,
                CampaignData& data) {
-  constexpr std::size_t kLast = 24;  // settled, where the others are not
+  constexpr std::size_t kLast = 24;  // the last cycles are settled when others are not
   Cycles last = last_succession(cycles);
   if (last.count() > kLast)
     last.y.erase(last.y.begin(), last.y.end() - static_cast<std::ptrdiff_t>(kLast * last.points));

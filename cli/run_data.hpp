@@ -1,4 +1,5 @@
-// From a file to what the estimator takes: one RunData a run. Pure but for reading the files.
+// Converts files to the estimator's RunData, one for each run. Pure except for reading the
+// files.
 #pragma once
 
 #include <filesystem>
@@ -15,31 +16,33 @@ namespace shaker::cli {
 
 struct Dwell {
   double frequency_hz = 0.0;
-  std::optional<double> amplitude;  // of a pure cosine; needed when there is no excitation column
-  bool harmonics = false;           // Fourier coefficients of the cycles, with their covariance
+  std::optional<double> amplitude;  // m/s^2, of a cosine; needed without an excitation column
+  bool harmonics = false;           // Fourier coefficients of the cycles and their covariance
 };
 
-// Columns t,y or t,displacement (the excitation is amplitude * cos(2 pi f t)), or
-// t,excitation,displacement (as it was
-// measured: its mean, which no table can have, and what is above the 8th harmonic are left out).
-// Any number of periods, whole or not, evenly sampled or not; t must increase. At least 8 points.
+// Columns t,y or t,displacement (the excitation is then amplitude * cos(2 pi f t)), or
+// t,excitation,displacement (the excitation as it was measured, without its mean, which a table
+// cannot have, and without its harmonics above the 8th). t in s, increasing, on even or uneven
+// steps. At least 8 points, at least one period, not necessarily a whole number of periods, and
+// at least 4 points in a period; otherwise an Error.
 Result<CsvTable> read_run_table(const std::filesystem::path& file);
 Result<estimator::RunData> run_from_table(const CsvTable& table, const std::string& origin,
                                           const Dwell& dwell);
 
-// Samples in a period when they stand at i / n of periods from a whole one on; else 0.
+// The number of points in a period when the samples are at i / n of a period, from a whole
+// period on; otherwise 0.
 std::size_t points_of_equal_steps(const std::vector<double>& t, double frequency_hz);
 
 struct CampaignData {
   std::string name;
   std::string model_json;
-  std::vector<estimator::RunData> runs;  // the mean of the accepted cycles of each
+  std::vector<estimator::RunData> runs;  // the mean of the accepted cycles of each run
   int cycles = 0;
-  std::vector<std::string> warnings;  // of runs that do not repeat as they are taken to
-  bool spoiled = false;               // the mean cycle of one of them says nothing
+  std::vector<std::string> warnings;  // about runs that do not repeat as assumed
+  bool spoiled = false;               // the mean cycle of one of them is meaningless
 };
-// An Error when the file is no campaign, or holds no accepted cycle. Runs that are said to repeat
-// after several periods need none: see run_over_periods.hpp.
+// Returns an Error when the file is not a campaign database or has no accepted cycle. Runs that
+// repeat only after several periods need no accepted cycle: see run_over_periods.hpp.
 Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics = false,
                                         const PeriodsOfRuns& periods = {});
 

@@ -16,18 +16,18 @@ namespace {
 
 using estimator::RunData;
 
-constexpr std::size_t kLookedAt = 32;     // points of a cycle that is only looked at
-constexpr double kFewestInPeriod = 8.0;   // samples, for a cubic between them
-constexpr int kExcitationHarmonics = 24;  // of the excitation: beyond, an oleo's reversals show
-constexpr int kFewestHarmonics = 8;       // less would hide part of the response
-constexpr double kHarmonicsOfGap = 0.4;   // largest gap between phases: 0.5 were the limit
-constexpr Eigen::Index kBlock = 256;      // rows of normal equations at once
-constexpr std::size_t kFewestGroups = 4;  // that tell what is steady
-constexpr double kUnsteady = 1.5;         // of the noise, as the daemon's gate
-constexpr double kDrift = 2e-3;           // of a period: an oleo's noise of some 0.1 mm hides less
-constexpr double kDriftErrors = 5.0;      // standard errors of it
+constexpr std::size_t kLookedAt = 32;     // points of a cycle that is only checked
+constexpr double kFewestInPeriod = 8.0;   // samples, for cubic interpolation
+constexpr int kExcitationHarmonics = 24;  // above them an oleo's velocity reversals show
+constexpr int kFewestHarmonics = 8;       // fewer would hide part of the response
+constexpr double kHarmonicsOfGap = 0.4;   // largest gap between phases; the limit is 0.5
+constexpr Eigen::Index kBlock = 256;      // rows of the normal equations in a block
+constexpr std::size_t kFewestGroups = 4;  // groups that are needed to decide what is steady
+constexpr double kUnsteady = 1.5;         // relative to the noise, as in the daemon's gate
+constexpr double kDrift = 2e-3;           // in periods; an oleo's noise of about 0.1 mm hides less
+constexpr double kDriftErrors = 5.0;      // in standard errors
 
-// The mean of whole groups of n points each, and their scatter about it.
+// The mean of whole groups of n points each, and the sum of the squared deviations from it.
 void average(const std::vector<double>& y, std::size_t n, RunData& run) {
   const std::size_t groups = y.size() / n;
   run.cycles = static_cast<double>(groups);
@@ -40,7 +40,7 @@ void average(const std::vector<double>& y, std::size_t n, RunData& run) {
   }
 }
 
-// The excitation repeats with every period, whatever the response does.
+// The excitation repeats with every period, also where the response does not.
 std::vector<double> repeated(const std::vector<double>& one, int times) {
   std::vector<double> out;
   for (int k = 0; k < times; ++k)
@@ -64,7 +64,7 @@ double cubic_at(const std::vector<double>& t, const std::vector<double>& y, doub
   return value;
 }
 
-// Harmonics of the ring that samples at these phases determine: they must stand close enough.
+// The number of harmonics of the group's period that samples at these phases determine.
 int harmonics_of(std::vector<double> tau, int periods) {
   std::sort(tau.begin(), tau.end());
   double gap = tau.front() + 1.0 - tau.back();
@@ -92,8 +92,8 @@ Eigen::MatrixXd rows_of(const std::vector<double>& tau, int harmonics, Eigen::In
   return rows;
 }
 
-// As many points as coefficients: with samples all over the ring their errors are independent, and
-// each is the mean of as many samples as there are for a point.
+// Uses as many points as coefficients. When the samples are spread over the whole period, the
+// errors of the points are independent, and each point is the mean of count / n samples.
 void average_by_harmonics(const std::vector<double>& tau, const std::vector<double>& y,
                           int harmonics, RunData& run) {
   const Eigen::Index n = 1 + 2 * harmonics, count = static_cast<Eigen::Index>(y.size());
@@ -120,7 +120,7 @@ void average_by_harmonics(const std::vector<double>& tau, const std::vector<doub
   run.cycles = static_cast<double>(count) / static_cast<double>(n);
 }
 
-// The samples of whole groups, with their phases in them.
+// Averages the samples of whole groups, given their phases.
 Result<void> average_anywhere(const CsvTable& table, const std::string& origin, double frequency,
                               std::size_t cycles, int periods, RunData& run) {
   const auto& t = table.columns.at("t");
@@ -145,7 +145,7 @@ Result<void> average_anywhere(const CsvTable& table, const std::string& origin, 
   return {};
 }
 
-// Groups are to begin in the same phase of the excitation, all along the record.
+// Checks that the groups begin in the same phase of the excitation along the whole record.
 Result<void> check_phase(const CsvTable& table, const std::string& origin, double frequency_hz) {
   if (!table.columns.contains("excitation")) return {};
   const PhaseDrift drift =
@@ -159,7 +159,8 @@ Result<void> check_phase(const CsvTable& table, const std::string& origin, doubl
                   origin, drift.turns, frequency_hz, drift.frequency_hz)};
 }
 
-// Steady from the group on that differs from those after it by no more than noise.
+// The first group of the steady part: the next earlier group differs from the later ones by
+// more than the noise.
 std::size_t first_steady(const Cycles& groups) {
   const std::size_t n = groups.points, count = groups.count();
   if (count <= kFewestGroups) return 0;
@@ -183,7 +184,7 @@ std::size_t first_steady(const Cycles& groups) {
   return first;
 }
 
-// Rows from `first` on: what they say of the excitation, the same for all of them.
+// Sets the excitation of `run` to the mean over the rows from `first` on.
 void excite(const std::vector<record::CycleRow>& rows, std::size_t first, int periods,
             RunData& run) {
   const auto count = static_cast<double>(rows.size() - first);
@@ -220,7 +221,7 @@ Cycles cycles_of(const CsvTable& table, double frequency_hz) {
   const double first = std::ceil(t.front() * frequency_hz - 1e-9);
   const double turns = (t.back() - t.front()) * frequency_hz;
   if (static_cast<double>(t.size() - 1) < kFewestInPeriod * turns) return {};
-  // The last step may reach to the end of a period without standing on it.
+  // The last step may reach to the end of a period without a sample there.
   const double beyond = turns / static_cast<double>(t.size() - 1);
   const double whole = std::floor(t.back() * frequency_hz + beyond - first + 1e-9);
   Cycles out{{}, kLookedAt};
@@ -275,7 +276,7 @@ Result<RunOverPeriods> run_over_periods(const std::vector<record::CycleRow>& row
                                         int periods) {
   const auto m = static_cast<std::size_t>(periods);
   Cycles cycles = last_succession(rows);
-  // Groups end with the last cycle.
+  // The last group ends with the last cycle.
   const auto drop = [&](std::size_t count) {
     cycles.y.erase(cycles.y.begin(),
                    cycles.y.begin() + static_cast<std::ptrdiff_t>(count * cycles.points));

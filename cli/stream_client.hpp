@@ -1,8 +1,8 @@
-// One connection to shakerd: documents come in as lines, requests go out on the same stream.
+// One connection to shakerd: documents come in as lines, requests go out on the same stream
+// (docs/protocol.md).
 //
-// Blocking with time limits, one thread. Errors are sentences for the operator: whether there is no
-// daemon, no permission, or a protocol that this program does not speak. Protocol:
-// docs/protocol.md.
+// For one thread. Reading blocks, with a time limit. An Error is a sentence for the operator:
+// there is no daemon, there is no permission, or the protocols differ.
 #pragma once
 
 #include <deque>
@@ -30,29 +30,32 @@ struct Answer {
 
 class StreamClient {
  public:
-  // Connects and reads the first line. ErrorKind: unavailable (no daemon), refused (no permission,
-  // another protocol), exhausted (no place free), timeout.
+  // Connects and reads the first line. ErrorKind: unavailable (no daemon), refused (no
+  // permission, another protocol), exhausted (no free place), timeout, invalid (path of the
+  // socket).
   static Result<StreamClient> connect(const std::filesystem::path& socket);
 
   const nlohmann::json& version() const { return version_; }
   const std::string& version_line() const { return version_line_; }
 
-  // To wait on together with others. Lines may be waiting in the buffer: ask next() first.
+  // For polling. Lines may be waiting in the buffer: call next() first.
   int fd() const { return fd_.get(); }
 
   enum class Wait { line, timeout, interrupted };
-  // The next line within `timeout_ms` (-1: no limit): a document or an answer. `interrupted`: a
-  // signal came. An Error: the daemon is gone.
+  // Waits up to `timeout_ms` (-1: no limit) for the next line, a document or an answer.
+  // `interrupted`: a signal came. Returns an Error when the connection is lost or a line is too
+  // long.
   Result<Wait> next(int timeout_ms, std::string& line);
 
-  // Sends and returns at once; gives the request's id.
+  // Sends a request and returns its id. Does not wait for the answer.
   Result<std::int64_t> send(const std::string& method, const nlohmann::json& params = nullptr);
 
-  // Sends and waits for the answer (10 s); what comes in between goes to `document`.
+  // Sends a request and waits up to 10 s for its answer; passes other lines to `document`.
   Result<Answer> ask(const std::string& method, const nlohmann::json& params = nullptr,
                      const std::function<void(const std::string&)>& document = {});
 
-  // The answer in a line; nothing for a document. Null json when the line is not JSON.
+  // Returns true and fills `answer` when `line` is an answer; false when it is a document or
+  // not JSON.
   static bool is_answer(const nlohmann::json& line, Answer& answer);
 
  private:
@@ -61,7 +64,7 @@ class StreamClient {
 
   UniqueFd fd_;
   std::string buffer_;
-  std::size_t searched_ = 0;  // of the buffer: no line break before
+  std::size_t searched_ = 0;  // the buffer has no line break before this position
   std::int64_t last_id_ = 0;
   nlohmann::json version_;
   std::string version_line_;

@@ -11,7 +11,7 @@
 namespace shaker::cli {
 namespace {
 
-// The one global: a signal handler can reach nothing else.
+// A global, because a signal handler can reach nothing else.
 volatile std::sig_atomic_t g_interrupts = 0;
 
 void on_interrupt(int) {

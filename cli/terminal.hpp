@@ -1,4 +1,4 @@
-// What a command knows about where its output goes.
+// Properties of the output terminal, and the counting of interrupts.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@ namespace shaker::cli {
 bool stdout_is_terminal();
 int terminal_width();  // 80 when unknown
 
-// At most `width` characters of UTF-8 text.
+// The first `width` characters of UTF-8 text.
 std::string clipped(const std::string& text, int width);
 
 // "[#########.......]  56 %"
 std::string progress_bar(double fraction, int width);
 
-// Ctrl-C and SIGTERM are counted instead of killing; they interrupt waiting (EINTR). SIGPIPE kills,
-// as people expect of a filter.
+// SIGINT (Ctrl-C) and SIGTERM are counted and do not end the program; they interrupt a wait
+// (EINTR). SIGPIPE ends the program, as is usual for a filter.
 void count_interrupts();
 int interrupts();
 

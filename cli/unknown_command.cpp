@@ -12,7 +12,7 @@
 namespace shaker::cli {
 namespace {
 
-// Levenshtein's distance: letters to change, add or leave out.
+// Levenshtein distance: the number of letters to change, add or remove.
 std::size_t distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

@@ -1,4 +1,5 @@
-// The answer to a command that there is none of: its name, and those there are, the nearest first.
+// The error sentence for an unknown command: its name, and the known ones, the most similar
+// first.
 #pragma once
 
 #include <string>

@@ -11,7 +11,7 @@
 namespace shaker::config {
 namespace {
 
-// "model": a path relative to the campaign's file, or the model itself.
+// Reads "model": a path relative to the campaign's file, or the model itself.
 void read_model_member(ObjectReader& reader, Findings& findings, const std::string& origin,
                        const std::filesystem::path& directory, ModelSpec& model) {
   const Node* node = reader.member("model", true);
@@ -92,7 +92,7 @@ Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& 
   ObjectReader reader(*root, "", findings);
   reader.format("shaker-campaign/1");
   reader.required("name", campaign.name);
-  // It becomes part of a file's name.
+  // The name becomes part of a file name.
   if (campaign.name.find('/') != std::string::npos || campaign.name.starts_with('.') ||
       campaign.name.size() > 100) {
     reader.complain("name", fmt::format("\"{}\" is not allowed; at most 100 characters, no '/', "

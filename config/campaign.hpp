@@ -1,5 +1,4 @@
-// The campaign file: which dwells to run and how many cycles of each.
-// Schema: config/schema/campaign.schema.json.
+// The campaign file: the dwells to run and the number of cycles of each.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +18,8 @@ struct RunSpec {
   int cycles = 20;         // accepted cycles to measure
 };
 
-// The online estimator's test for a parameter that changes while it runs; one of the two is given.
+// The online estimator's test for a parameter that changes during a run; one of the two rates
+// is given.
 struct ChangeDetectionSpec {
   double false_alarms_per_hour = 0.0;
   double false_alarms_per_run = 0.0;
@@ -29,24 +29,24 @@ struct CampaignSpec {
   std::string name;
   ModelSpec model;  // from "model": a path relative to the file, or inline
   std::vector<RunSpec> runs;
-  int points_per_cycle = 64;      // a cycle is resampled on so many equal steps of cyclic time
-  int settle_cycles_max = 200;    // give up ("no steady state") after so many
-  double settle_tolerance = 3.0;  // cycle-to-cycle change below so many times the noise
+  int points_per_cycle = 64;      // equal steps of cyclic time in a resampled cycle
+  int settle_cycles_max = 200;    // cycles before a run fails ("no steady state")
+  double settle_tolerance = 3.0;  // allowed change between cycles, in units of the noise
   double ramp_s = 0.0;            // 0: the rig's own
-  double forgetting = 1.0;        // weight of a cycle in the estimate for each cycle of its age
-  std::optional<ChangeDetectionSpec> change_detection;  // none: no test
+  double forgetting = 1.0;        // weight of a cycle relative to the next one
+  std::optional<ChangeDetectionSpec> change_detection;  // empty: no test
   double reference_mass =
-      0.0;  // that a load cell carries, kg; 0: not said, a load cell is recorded
+      0.0;  // mass on a load cell, kg; 0: not given, the load cell is recorded only
   std::string origin;
 
-  // Of the test, in one cycle of the run in which cycles are shortest; 0 without a test.
+  // False alarms per cycle for the test: the smallest value over all runs; 0 without a test.
   double false_alarms_per_cycle() const;
 };
 
 Result<CampaignSpec> load_campaign(const std::filesystem::path& file);
 Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& origin,
                                     const std::filesystem::path& directory);
-// The reference mass of a campaign's file, whatever else it holds; 0 where it says none.
+// The reference mass in a campaign's text, whatever else it contains; 0 if there is none.
 double reference_mass(const std::string& text);
 // The whole campaign with its model inline; round-trips through parse_campaign.
 std::string to_json_text(const CampaignSpec& campaign);

@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::size_t kShownKey = 80;  // bytes of a key in a message
 
-// Tells the tree builder how far the lexer has read; nlohmann-json's events do not say.
+// Tells the tree builder how far the lexer has read, which the events of nlohmann-json do not
+// contain.
 class CountingIterator {
  public:
   using iterator_category = std::input_iterator_tag;
@@ -93,7 +94,7 @@ class TreeBuilder final : public nlohmann::json_sax<nlohmann::json> {
   bool parse_error(std::size_t, const std::string& token,
                    const nlohmann::json::exception& ex) override {
     const int at = line();
-    // The column counts bytes since the last line break that was read.
+    // The column counts bytes since the last line break.
     const auto column = furthest_ - line_start_;
     std::string reason = ex.what();
     if (const auto colon = reason.find("; last read: "); colon != std::string::npos) {
@@ -110,8 +111,8 @@ class TreeBuilder final : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  // A number's end is known only one character later, which may be the line break: hence the
-  // character before the furthest is left out. No token ends with a line break.
+  // The end of a number is known only one character later, which may be the line break.
+  // Therefore the last character that was read is not counted. No token ends with a line break.
   int line() {
     for (; counted_ + 1 < furthest_; ++counted_) {
       if (*counted_ == '\n') {
@@ -157,7 +158,8 @@ class TreeBuilder final : public nlohmann::json_sax<nlohmann::json> {
     Node node;
     node.kind = kind;
     add(std::move(node));
-    // A pointer stays valid while its object is open: its siblings are added only after it closed.
+    // The pointer stays valid while its object is open: siblings are added only after it has
+    // closed.
     open_.push_back(open_.empty() ? &root_ : &open_.back()->elements.back());
     return true;
   }
@@ -168,7 +170,7 @@ class TreeBuilder final : public nlohmann::json_sax<nlohmann::json> {
     return sort_keys(closed);
   }
 
-  // False when a key occurs twice.
+  // Returns false if a key occurs twice.
   bool sort_keys(Node& object) {
     const auto& keys = object.keys;
     object.by_name.resize(keys.size());

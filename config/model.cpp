@@ -13,7 +13,7 @@ namespace shaker::config {
 namespace {
 
 constexpr double kLargestGravity = 1000.0;  // m/s^2
-// No model of a damper comes near; each is compared with each.
+// Far more than any model of a damper needs; all are compared with each other.
 constexpr std::size_t kCoordinatesMax = 100, kEffectsMax = 200;
 
 ParameterSpec read_parameter(const Node& node, const std::string& pointer, Findings& findings) {
@@ -55,7 +55,7 @@ std::vector<double> read_numbers(ObjectReader& reader, Findings& findings, const
   return numbers;
 }
 
-// What makes an effect of the model file's own.
+// Reads the parts of an effect that the model file itself defines.
 void read_formula(ObjectReader& reader, Findings& findings, EffectSpec& spec) {
   reader.optional("formula", spec.formula);
   if (const Node* states = reader.member("states", false)) {
@@ -107,7 +107,7 @@ EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& f
   return spec;
 }
 
-// A model of several coordinates; with none given all of this must be left out.
+// Reads the parts of a model with several coordinates; for one coordinate they are omitted.
 void read_coordinates(ObjectReader& reader, Findings& findings, ModelSpec& model) {
   reader.array("coordinates", false, {1, kCoordinatesMax},
                [&](const Node& node, const std::string& pointer) {
@@ -138,13 +138,13 @@ void read_coordinates(ObjectReader& reader, Findings& findings, ModelSpec& model
   }
 }
 
-// With one coordinate, the same effect twice could only ever be told as one.
+// With one coordinate, two equal effects are indistinguishable.
 void check_effect(const ModelSpec& model, const EffectSpec& effect, const Node& node,
                   const std::string& where, Findings& findings) {
   const std::size_t s = std::max<std::size_t>(1, model.coordinates.size());
   for (const auto& [key, numbers] :
        {std::pair{"sees", &effect.sees}, std::pair{"acts", &effect.acts}}) {
-    // Effects of instrument and exciter have neither; which they are is the estimator's to know.
+    // Effects of instrument and exciter have neither; the estimator knows which these are.
     const bool neither = effect.sees.empty() && effect.acts.empty();
     if (numbers->size() == s || neither) continue;
     findings.add(

@@ -4,9 +4,9 @@
 //    "effects": [{"effect": "orifice_damping",
 //                 "parameters": {"theta1": {"start": 16.0, "lower": 0}}}, ...]}
 //
-// What a file leaves out (start, bounds, unit) comes from the effect's own table in
-// estimator/effects/. A parameter may be fixed. Unknown effects and parameters are found by
-// estimator::make_model, which knows the catalogue.
+// Omitted values (start, bounds, unit) come from the effect's own table in estimator/effects/.
+// A parameter may be fixed. estimator::make_model, which knows the catalogue, detects unknown
+// effects and parameters.
 #pragma once
 
 #include <filesystem>
@@ -23,7 +23,7 @@ struct ParameterSpec {
   std::optional<double> start, lower, upper;
   bool fixed = false;
   std::optional<double> prior_mean, prior_standard_deviation;  // normal prior (3.8)
-  std::string unit;  // of a formula effect's parameter; those of the catalogue have theirs
+  std::string unit;  // for a parameter of a formula; catalogue effects have their own
 };
 
 // An internal state of a formula effect: z' = rate.
@@ -35,12 +35,14 @@ struct StateSpec {
 struct EffectSpec {
   std::string effect;                               // name in the catalogue
   std::map<std::string, ParameterSpec> parameters;  // by symbol
-  std::map<std::string, double> constants;          // stated constants, e.g. a smoothing width
-  // For models of several coordinates (both empty for one): the combination of coordinates that the
-  // effect sees, and the equations in which its force stands; one number a coordinate.
+  std::map<std::string, double> constants;          // constants, e.g. a smoothing width
+  // For models of several coordinates (both empty for one): the combination of coordinates that
+  // the effect depends on, and the equations that contain its force; one number for each
+  // coordinate.
   std::vector<double> sees, acts;
-  // An effect of the model file's own (estimator/formula/): its force over u, v, a, x, states,
-  // parameters and constants, and the effects whose parameters it borrows, by symbol.
+  // An effect that the model file defines (estimator/formula/): its force as a formula of u, v,
+  // a, x, states, parameters and constants, and the effects whose parameters it uses, by
+  // symbol.
   std::string formula;
   std::map<std::string, StateSpec> states;
   std::map<std::string, std::string> borrows;
@@ -51,9 +53,9 @@ struct ModelSpec {
   double gravity = 9.80665;       // in the model's own length unit per s^2
   std::string length_unit = "m";  // a label for documents; "ft" for the paper's cases
   std::vector<EffectSpec> effects;
-  // Several coordinates: their names, mass matrix over the reference mass (row by row), the way the
-  // excitation enters each equation, and which coordinate the displacement sensor sees. Empty: one
-  // coordinate "stroke", mass 1, excitation 1.
+  // For several coordinates: their names, the mass matrix over the reference mass (row by row),
+  // the factor of the excitation in each equation, and the coordinate that the displacement
+  // sensor measures. Empty: one coordinate "stroke", mass 1, excitation 1.
   std::vector<std::string> coordinates;
   std::vector<double> mass, excitation;
   std::string observed;

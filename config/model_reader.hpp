@@ -1,4 +1,5 @@
-// A model from a node of a larger file: a campaign may hold its model inline. Only config/ uses it.
+// Reads a model from a node of a larger file, because a campaign may contain its model. Private
+// to config/.
 #pragma once
 
 #include <string>

@@ -78,7 +78,7 @@ std::string suggestion(const std::string& wrong, std::span<const std::string> al
   std::size_t best = std::max<std::size_t>(2, given.size() / 3) + 1;
   const std::string* nearest = nullptr;
   for (const std::string& name : allowed) {
-    // A name that was cut short or lengthened (timeout for timeout_s) is as near as a misspelt one.
+    // A shortened or lengthened name (timeout for timeout_s) is as near as a misspelt one.
     const bool part = given.size() >= 4 && (name.find(given) != std::string::npos ||
                                             given.find(name) != std::string::npos);
     const std::size_t distance = part ? 1 : edit_distance(given, lower_case(name));
@@ -260,7 +260,7 @@ void ObjectReader::array(const std::string& key, bool required, Entries entries,
 }
 
 void ObjectReader::format(const std::string& expected) {
-  member("$schema", false);  // for editors, which complete by it
+  member("$schema", false);  // for editors, which use it for completion
   std::string text = expected;
   optional("format", text);
   if (text == expected) return;

@@ -1,12 +1,12 @@
-// Reads an object of a configuration file key by key into a struct, and says what is wrong with it.
+// Reads an object of a configuration file key by key into a struct, and reports its errors.
 //
 //   ObjectReader reader(node, "/limits", findings);
 //   reader.optional("stale_s", limits.stale_s, above(0).at_most(10));
 //   reader.finish();   // unknown keys
 //
-// Nothing throws and nothing stops at the first mistake: every finding names file, line, JSON
-// pointer, the value and what is allowed; a field with a finding keeps its default. Up to
-// kFindingsMax are kept. Used while parsing only; the nodes must outlive the readers.
+// It neither throws nor stops at the first mistake. Every finding names file, line, JSON
+// pointer, the value and the allowed values; a field with a finding keeps its default. Up to
+// kFindingsMax are kept. Used during parsing only; the nodes must outlive the readers.
 #pragma once
 
 #include <cstdint>
@@ -32,8 +32,8 @@ class Findings {
   // `pointer` is a JSON pointer, empty for the whole file.
   void add(const Node& at, const std::string& pointer, const std::string& sentence);
   bool empty() const { return lines_.empty() && left_out_ == 0; }
-  bool full() const { return lines_.size() == kFindingsMax; }  // one more is only counted
-  Error error() const;  // all of them, a line each. Precondition: !empty()
+  bool full() const { return lines_.size() == kFindingsMax; }  // further findings are only counted
+  Error error() const;  // all of them, one on each line. Precondition: !empty()
 
  private:
   std::string origin_;
@@ -41,7 +41,7 @@ class Findings {
   std::size_t left_out_ = 0;
 };
 
-// The numbers that are allowed. Built by above, at_least, any_number and narrowed by the methods.
+// The allowed numbers. Built by above, at_least, any_number and narrowed by the methods.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -62,26 +62,28 @@ inline Range at_least(double limit) {
   return {limit, std::numeric_limits<double>::infinity(), false, false};
 }
 
-// How many entries an array has. A bound above keeps a hostile file from costing more than its
-// size.
+// Allowed number of entries of an array. The upper limit keeps the cost of a hostile file in
+// proportion to its size.
 struct Entries {
   Entries(std::size_t at_least, std::size_t at_most = 10000) : least(at_least), most(at_most) {}
   std::size_t least, most;
 };
 
-// "did you mean ...?" for a misspelt name, or the whole list when nothing is near.
+// "did you mean ...?" for a misspelt name, or the whole list if no name is near.
 std::string suggestion(const std::string& wrong, std::span<const std::string> allowed);
 
 class ObjectReader {
  public:
-  // A finding when `node` is not an object; then every key is missing but not complained about.
+  // Adds a finding if `node` is not an object; then every key is absent without further
+  // findings.
   ObjectReader(const Node& node, std::string pointer, Findings& findings);
 
   bool is_object() const { return is_object_; }
   const Node& node() const { return node_; }
-  std::string at(const std::string& key) const;  // pointer of a member
+  std::string at(const std::string& key) const;  // JSON pointer of a member
 
-  // The member, or nullptr; a finding when it is required and missing. Marks the key as known.
+  // The member, or nullptr; adds a finding if it is required and absent. Marks the key as
+  // known.
   const Node* member(const std::string& key, bool required);
 
   void optional(const std::string& key, double& field, Range range = any_number());
@@ -97,20 +99,20 @@ class ObjectReader {
   void optional(const std::string& key, std::filesystem::path& field);
   void required(const std::string& key, std::filesystem::path& field);
 
-  // One of `names`; gives its index, or nullopt when missing or wrong (with a finding).
+  // One of `names`: returns its index, or nullopt if absent or wrong (with a finding).
   std::optional<std::size_t> choice(const std::string& key, std::span<const std::string> names,
                                     bool required);
 
-  // Calls `each(member, pointer)`; complains when it is there and not an array of so many entries.
-  // Of too many none is read.
+  // Calls `each(member, pointer)`. Adds a finding if it is not an array or has a wrong number
+  // of entries; if there are too many, none is read.
   void array(const std::string& key, bool required, Entries entries,
              const std::function<void(const Node&, const std::string&)>& each);
 
-  // "format": optional, but if it is there it must be this one.
+  // "format" is optional, but must have this value if present.
   void format(const std::string& expected);
 
   void complain(const std::string& key, const std::string& sentence);
-  void finish();  // complains about the keys that nobody asked for
+  void finish();  // adds a finding for each unknown key
 
  private:
   void read_number(const std::string& key, const Node& value, double& field, Range range);

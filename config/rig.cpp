@@ -17,7 +17,7 @@ namespace {
 
 using protocol::Channel;
 
-// m. The longest dampers, of bridges, have about 3 m of stroke.
+// m. The longest dampers, those of bridges, have about 3 m of stroke.
 constexpr double kStrokeMax = 5.0;
 
 const std::array<std::string, 5> kActions = {"none", "indicate", "hold", "ramp_down", "stop"};
@@ -56,7 +56,7 @@ void read_limits(const Node& node, const std::string& pointer, Findings& finding
   }
   reader.optional("stale_s", limits.stale_s, at_least(0.001).at_most(2));
   read_action(reader, "stale_action", limits.stale_action);
-  // At 1 and above, a table that does not move at all would be no error.
+  // From 1 on, a table that does not move at all would not be an error.
   reader.optional("command_error_fraction", limits.command_error_fraction, above(0).below(1));
   read_action(reader, "command_error_action", limits.command_error_action);
   reader.optional("response_change_fraction", limits.response_change_fraction,
@@ -86,7 +86,7 @@ void check_protection(ObjectReader& reader, const RigConfig& rig) {
   }
 }
 
-// Together the sensors must give displacement, and each channel once.
+// The sensors together must give displacement, and each channel once.
 void check_channels(ObjectReader& reader, const RigConfig& rig) {
   std::set<Channel> given;
   for (const SensorConfig& sensor : rig.sensors) {
@@ -109,10 +109,10 @@ bool is_campaign_replay(const SensorConfig& sensor) {
   return replay && replay->signals.empty() && replay->registers.empty();
 }
 
-// An auxiliary channel without a name would be a column that nobody can read in a year.
+// Every auxiliary channel needs a name: an exported column without one is useless later.
 void check_auxiliary(ObjectReader& reader, const RigConfig& rig) {
   std::set<Channel> given;
-  bool unknown = false;  // a recorded campaign may hold any
+  bool unknown = false;  // a recorded campaign may contain any channel
   for (const SensorConfig& sensor : rig.sensors) {
     unknown = unknown || is_campaign_replay(sensor);
     for (const Channel channel : channels_of(sensor))
@@ -136,7 +136,7 @@ void check_auxiliary(ObjectReader& reader, const RigConfig& rig) {
   }
 }
 
-// What an auxiliary channel is measured in becomes what its label says.
+// Converts each auxiliary channel to the unit of its label.
 void convert_auxiliary(ObjectReader& reader, RigConfig& rig) {
   const auto convert = [&](auto& registers) {
     for (auto& [channel, spec] : registers) {
@@ -188,7 +188,8 @@ void check_together(ObjectReader& reader, const RigConfig& rig) {
   }
 }
 
-// A name becomes a column of exported files: letters, digits and '_' only, and no other channel's.
+// A name becomes a column of exported files: letters, digits and '_' only, and different from
+// the names of the other channels.
 void read_auxiliary(const Node& node, Findings& findings, protocol::ChannelLabels& labels) {
   ObjectReader reader(node, "/auxiliary", findings);
   std::set<std::string> names;
@@ -289,7 +290,7 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   reader.optional("unprotected", rig.unprotected);
   reader.optional("client_lease_s", rig.client_lease_s, at_least(0.1).at_most(60));
   reader.finish();
-  // What concerns several parts is judged only when each part is good.
+  // Checks across several parts need valid parts.
   if (findings.empty() && sensors_good) {
     check_channels(reader, rig);
     check_auxiliary(reader, rig);

@@ -14,7 +14,7 @@ namespace {
 
 using protocol::Channel;
 
-// The words of an enum, in its order.
+// The names of an enum's values, in order.
 const std::array<std::string, 2> kTransports = {"tcp", "rtu"};
 const std::array<std::string, 3> kParities = {"N", "E", "O"};
 const std::array<std::string, 4> kExciters = {"modbus", "can", "simulated", "replay"};
@@ -39,21 +39,21 @@ const std::array<std::string, 11> kRoles = {"frequency",
                                             "heartbeat_timeout",
                                             "fault_reset"};
 constexpr std::size_t kWrittenRoles = 5;   // the first five are written: not in the input table
-constexpr std::size_t kRequiredRoles = 7;  // the first seven must be there
+constexpr std::size_t kRequiredRoles = 7;  // the first seven are required
 
 constexpr double kBeatsWithinDeadman = 3.0;
 
 const std::array<int, 10> kBauds = {1200,  2400,  4800,   9600,   19200,
                                     38400, 57600, 115200, 230400, 460800};
 
-// The unit of a role of the exciter's map; empty: a number without one, or bits.
+// The unit of a role of the exciter's map; empty: a number without unit, or bits.
 std::string_view unit_of_role(std::string_view role) {
   if (role.starts_with("frequency")) return "Hz";
   if (role.starts_with("amplitude")) return "m/s^2";
   return role == "ramp" || role == "heartbeat_timeout" ? "s" : "";
 }
 
-// Running and ready are told by the bits of a status of so many bits.
+// Checks the masks of "running" and "ready" against a status of `bits` bits.
 void check_masks(ObjectReader& reader, std::uint32_t running, std::uint32_t ready, int bits) {
   const auto check = [&](const char* key, std::uint32_t mask) {
     if (mask == 0) {
@@ -158,7 +158,7 @@ void read_can_exciter(ObjectReader& reader, CanExciter& exciter) {
   reader.optional("period_s", exciter.period_s, at_least(0.001).at_most(1));
   reader.optional("status_running", exciter.status_running);
   reader.optional("status_ready", exciter.status_ready);
-  check_masks(reader, exciter.status_running, exciter.status_ready, 32);  // the DBC has the width
+  check_masks(reader, exciter.status_running, exciter.status_ready, 32);  // the DBC gives the width
 }
 
 std::vector<CanSignal> read_signals(ObjectReader& reader, Findings& findings, bool required) {
@@ -200,7 +200,7 @@ CanSensor read_can_sensor(ObjectReader& reader, Findings& findings) {
   return sensor;
 }
 
-// The map of a Modbus sensor, or of the log of one: `sensor` has registers and timestamp.
+// Reads the map of a Modbus sensor or of its log; `sensor` has registers and timestamp.
 template <class SensorWithRegisters>
 void read_sensor_registers(ObjectReader& reader, Findings& findings, bool required,
                            SensorWithRegisters& sensor) {
@@ -289,8 +289,8 @@ ReplaySensor read_replay_sensor(ObjectReader& reader, Findings& findings) {
   return sensor;
 }
 
-// A drive stops by itself within deadman_max_s of a lost link. What keeps it alive must come well
-// before, and what may hold a stop up must be over by then.
+// A drive stops by itself within deadman_max_s of a lost link. Heartbeats must be much more
+// frequent, and anything that can delay a stop must be shorter.
 void check_times(ObjectReader& reader, const ExciterConfig& exciter, Findings& findings) {
   const double longest = exciter.deadman_max_s;
   const double third = longest / kBeatsWithinDeadman;

@@ -1,4 +1,4 @@
-// The device part of a rig file: exciter and sensors. Only config/rig.cpp uses it.
+// Reads the devices of a rig file: exciter and sensors. Used by config/rig.cpp only.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace shaker::config {
 void read_exciter(const Node& node, const std::string& pointer, Findings& findings,
                   ExciterConfig& exciter);
 
-// nullopt when its kind is missing or unknown (with a finding).
+// Returns nullopt if its kind is absent or unknown (with a finding).
 std::optional<SensorConfig> read_sensor(const Node& node, const std::string& pointer,
                                         Findings& findings);
 

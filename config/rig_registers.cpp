@@ -10,7 +10,7 @@
 namespace shaker::config {
 namespace {
 
-// The words of an enum, in its order.
+// The names of an enum's values, in order.
 const std::array<std::string, 2> kTables = {"holding", "input"};
 const std::array<std::string, 5> kTypes = {"u16", "i16", "u32", "i32", "f32"};
 const std::array<std::string, 4> kOrders = {"abcd", "cdab", "badc", "dcba"};
@@ -39,7 +39,7 @@ RegisterSpec read_register(const Node& node, const std::string& pointer, Finding
   return spec;
 }
 
-// A counter that wraps: its difference from one sample to the next is all that counts.
+// A counter that wraps: only its difference between samples matters.
 RegisterSpec read_timestamp(const Node& node, const std::string& pointer, Findings& findings) {
   const RegisterSpec spec = read_register(node, pointer, findings);
   ObjectReader reader(node, pointer, findings);

@@ -1,4 +1,5 @@
-// Registers of a Modbus device in a rig file: how one is read, its unit, and that no two overlap.
+// Reads registers of a Modbus device from a rig file, converts their units and detects
+// overlaps.
 #pragma once
 
 #include <map>
@@ -13,17 +14,18 @@ namespace shaker::config {
 using protocol::modbus::RegisterSpec;
 
 RegisterSpec read_register(const Node& node, const std::string& pointer, Findings& findings);
-// A counter that wraps: its difference from one sample to the next is all that counts.
+// A counter that wraps: only its difference between samples matters.
 RegisterSpec read_timestamp(const Node& node, const std::string& pointer, Findings& findings);
 
-// raw * scale + offset is in the stated unit (none: in `wanted`), and afterwards in `wanted`. False where
-// there is no way from one to the other.
+// Converts a spec: raw * scale + offset is in the stated unit before (without one in `wanted`),
+// and in `wanted` afterwards. Returns false if there is no conversion.
 bool to_unit(RegisterSpec& spec, std::string_view wanted);
-// The same, with a finding at the register's "unit". `wanted` may be empty: any unit is good.
+// The same, with a finding at the register's "unit". An empty `wanted` accepts any unit.
 void convert(RegisterSpec& spec, std::string_view wanted, ObjectReader&& reader);
 
-int words(const RegisterSpec& spec);  // registers of 16 bits that it takes
-// Two values in one register is always a slip of the pen in a map. Names are the keys of `reader`'s object.
+int words(const RegisterSpec& spec);  // number of 16-bit registers
+// Adds findings for overlapping registers, which are always mistakes in a map. The names are
+// keys of `reader`'s object.
 void complain_of_overlaps(ObjectReader& reader,
                           const std::map<std::string, RegisterSpec>& registers);
 

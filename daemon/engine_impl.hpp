@@ -218,7 +218,7 @@ struct Engine::Impl {
   // motion
   drivers::Setpoint setpoint;  // last order
   double ramp_from = 0.0;      // amplitude before this order
-  Nanoseconds ordered{};       // when
+  Nanoseconds ordered{};       // time of this order
   Nanoseconds enabled{};       // time of the enabling
   RampStep step = RampStep::gentle;
   bool proved = false;  // signs and response were checked in this campaign

@@ -1,8 +1,9 @@
 // Port: the device that shakes the table.
 //
-// One owner, one thread (the daemon gives each exciter a thread of its own; in simulated time the
-// engine calls it inline). Calls may block up to the device's response timeout, never longer. An
-// Error's sentence is shown to the operator.
+// One owner, one thread: the daemon gives each exciter a thread of its own; in simulated time
+// the engine calls it inline. A request to the device blocks for its response timeout at most.
+// A call may consist of several requests, and stop() may also reconnect. The text of an Error
+// is for the operator.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,8 @@
 
 namespace shaker::drivers {
 
-// What the table is asked to do. amplitude is of the table's acceleration, m/s^2.
+// The commanded motion. amplitude is the amplitude of the table's acceleration, m/s^2; ramp_s
+// in s.
 struct Setpoint {
   double frequency_hz = 0.0;
   double amplitude = 0.0;
@@ -28,8 +30,8 @@ struct ExciterStatus {
   bool ready = false;
   bool running = false;
   std::uint32_t fault = 0;                        // 0: none
-  std::optional<double> frequency_hz, amplitude;  // what the device says it does
-  std::optional<double> heartbeat_timeout_s;      // its own reaction to a lost link; 0: none
+  std::optional<double> frequency_hz, amplitude;  // as reported by the device
+  std::optional<double> heartbeat_timeout_s;      // the device's dead-man timeout; 0: none
 };
 
 class Exciter {
@@ -37,17 +39,19 @@ class Exciter {
   virtual ~Exciter() = default;
   virtual std::string description() const = 0;  // for messages: "Modbus TCP 127.0.0.1:1502 unit 1"
 
-  // Connects, or reconnects. Leaves the exciter as it is.
+  // Connects or reconnects. Does not change the state of the exciter.
   virtual Result<void> connect() = 0;
-  // Writes what changed, reads it back; an Error when the device holds something else.
+  // Writes the changed values and reads them back. Returns an Error if the device holds other
+  // values.
   virtual Result<void> write(const Setpoint& setpoint) = 0;
   virtual Result<ExciterStatus> read() = 0;
-  // Clears the device's latched fault where it has an order for that; false when it has none. Moves
+  // Clears the device's latched fault; returns false if it has no order for this. Moves
   // nothing.
   virtual Result<bool> clear_fault() { return false; }
-  // Keeps the device's dead-man alive. Called every heartbeat_period_s while motion is commanded.
+  // Sends one heartbeat to the device's dead-man. Called every heartbeat_period_s during
+  // motion.
   virtual Result<void> heartbeat() = 0;
-  // Amplitude zero and disabled at once, without a ramp. Tries a reconnect if it must.
+  // Sets amplitude zero and disables at once, without a ramp. Reconnects if necessary.
   virtual Result<void> stop() = 0;
 };
 

@@ -19,7 +19,7 @@ namespace {
 using MadeExciter = Result<std::unique_ptr<Exciter>>;
 using MadeSensor = Result<std::unique_ptr<Sensor>>;
 
-// One row per driver: how its part of the rig file becomes a device.
+// One row per driver: makes a device from its part of the rig file.
 struct ExciterRows {
   const config::RigConfig& rig;
   Clock& clock;
@@ -66,7 +66,7 @@ struct SensorRows {
   }
 };
 
-// The one that the simulated exciter and sensor share; null when the file names none.
+// The virtual rig that the simulated exciter and sensor share; null if the rig file has none.
 Result<std::shared_ptr<sim::SimulatedRig>> make_virtual_rig(const config::RigConfig& rig,
                                                             Clock& clock) {
   const config::SimulatedSensor* found = nullptr;

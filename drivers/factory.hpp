@@ -1,4 +1,4 @@
-// From a rig file to open-able devices: the one table in which every driver has its row.
+// Makes the devices of a rig file. This is the one table in which every driver has its row.
 #pragma once
 
 #include <memory>
@@ -16,11 +16,11 @@ struct Devices {
   std::vector<std::unique_ptr<Sensor>> sensors;
 };
 
-// Opens nothing yet. `clock` must outlive the devices. A simulated exciter and sensor share one
-// virtual rig that lives on `clock`.
+// Does not open a device. `clock` must outlive the devices. A simulated exciter and sensor
+// share one virtual rig on `clock`. An Error names the place in the rig file.
 Result<Devices> make_devices(const config::RigConfig& rig, Clock& clock);
 
-// The exciter alone: what a stop needs, whatever is wrong with the sensors.
+// The exciter only, as a stop needs it, independent of errors in the sensors.
 Result<std::unique_ptr<Exciter>> make_exciter(const config::RigConfig& rig, Clock& clock);
 
 }  // namespace shaker::drivers

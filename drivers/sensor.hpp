@@ -1,8 +1,9 @@
-// Port: a source of samples (displacement, and excitation where it is measured).
+// Port: a source of samples (displacement, and excitation if it is measured).
 //
-// One owner, one thread. A driver stamps with the best clock there is, decodes through protocol/
-// and returns; it keeps nothing for later. In real time the daemon's acquisition thread calls
-// `read` in a loop; in simulated time the engine calls it after advancing the clock.
+// One owner, one thread. A driver stamps samples with the best clock available, decodes them
+// through protocol/ and returns them; it keeps none for later. In real time the daemon's
+// acquisition thread calls `read` in a loop; in simulated time the engine calls it after it has
+// advanced the clock.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +30,7 @@ struct Sample {
   Quality quality = Quality::good;
 };
 
-// Which clock stamped the samples; published with every estimate.
+// The clock that stamped the samples; published with every estimate.
 enum class StampSource {
   host_receive,
   kernel_receive,
@@ -44,7 +45,8 @@ constexpr std::string_view name(StampSource s) {
   return names[static_cast<int>(s)];
 }
 
-// Counters since connect; all only grow.
+// State of a sensor. The counters grow for the life of the sensor; connect() keeps them, except
+// in a replay.
 struct SensorHealth {
   std::uint64_t samples = 0;
   std::uint64_t lost = 0;       // receive-queue overflow, gaps in counters
@@ -52,7 +54,7 @@ struct SensorHealth {
   std::uint64_t errors = 0;     // error frames, timeouts, exceptions
   std::uint64_t reconnects = 0;
   bool link_up = false;
-  std::string trouble;  // last sentence for the operator; empty when all is well
+  std::string trouble;  // last message for the operator; empty: none
 };
 
 class Sensor {
@@ -64,12 +66,13 @@ class Sensor {
 
   // Opens or re-opens the device. May be called again after an Error from read().
   virtual Result<void> connect() = 0;
-  // Waits at most `timeout` for samples and writes them, in time order per channel, to the front of
-  // `out`; returns how many. 0 is no error. Does not allocate after connect(). An Error means that
-  // the link is gone; the caller backs off and calls connect().
+  // Waits at most `timeout` for samples and writes them to the front of `out`, in time order
+  // for each channel. Returns their number; 0 is not an error. Does not allocate after
+  // connect() unless it fails. An Error means that the link is lost; the caller waits and calls
+  // connect().
   virtual Result<std::size_t> read(std::span<Sample> out, Nanoseconds timeout) = 0;
   virtual SensorHealth health() const = 0;
-  // True once a finite source (a replay) has given its last sample.
+  // True once a finite source (a replay) has delivered its last sample.
   virtual bool finished() const { return false; }
 };
 

@@ -1,11 +1,12 @@
-// shakerd-stop-exciter: leaves the exciter of a rig stopped, whatever became of the daemon.
+// shakerd-stop-exciter: stops the exciter of a rig, in whatever state the daemon ended.
 //
-// systemd runs it when the daemon has ended in any way (ExecStopPost=), so it needs nothing of the
-// daemon, and of the rig file only the exciter: of the copy that the daemon has kept (--used) where
-// there is one, since the file may have been edited while the daemon ran. It does nothing after a
-// daemon that was refused the exciter (--unless-status): another one has it, and is in the middle
-// of something. Amplitude zero and disabled, read back; tried again for a few seconds. Exit status
-// 0: it stands still. 1: it could not be made sure, with a sentence.
+// systemd runs it after every end of the daemon (ExecStopPost=), so it needs nothing from the
+// daemon. Of the rig file it needs the exciter only. It prefers the copy that the daemon has
+// kept (--used), because the file may have been edited while the daemon ran. It does nothing
+// after a daemon that was refused the exciter (--unless-status), because another daemon is
+// using it. It writes amplitude zero and "disabled", reads them back, and tries again for a few
+// seconds. Exit status 0: the exciter is stopped. 1: this is not certain; a message gives the
+// reason.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -27,7 +28,7 @@ int say(const std::string& sentence) {
   return 1;
 }
 
-// systemd says with what the daemon ended (systemd.exec, ExecStopPost=).
+// True if systemd reports that the daemon ended with this status (systemd.exec, ExecStopPost=).
 bool ended_with(int status) {
   const char* code = std::getenv("EXIT_CODE");
   const char* text = std::getenv("EXIT_STATUS");
@@ -36,7 +37,7 @@ bool ended_with(int status) {
 
 using Rig = shaker::Result<shaker::config::RigConfig>;
 
-// Relative paths in the copy start where they do in the file that it is a copy of.
+// Relative paths in the copy start at the folder of the original file.
 Rig load(const std::filesystem::path& file, const std::filesystem::path& used) {
   if (!used.empty()) {
     if (Rig rig = shaker::config::load_rig(used)) {

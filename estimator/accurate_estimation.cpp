@@ -11,13 +11,14 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Of what is asked for, the shares of the iteration and of the grid.
+// Shares of the required accuracy for the iteration and for the grid.
 constexpr double kIteration = 0.1;
 constexpr double kGrid = 0.5;
-constexpr int kMostAtOnce = 4;  // times finer than the grid before
+constexpr int kMostAtOnce = 4;  // greatest refinement from one grid to the next
 
-// Of a grid's iteration: well below what the grid itself is worth, which falls with the sixth power
-// of its points from some 1e-4 on the first, and on the finest below what is asked for.
+// Tolerance of the iteration on a grid. It is well below the error of the grid, which falls
+// with the sixth power of the points from about 1e-4 on the first grid. On the finest grid it
+// is below the required accuracy.
 double tolerance(int multiple, double accuracy) {
   return std::max(kIteration * accuracy, 3e-6 * std::pow(multiple, -6.0));
 }
@@ -42,7 +43,8 @@ std::size_t AccurateEstimator::level(int multiple) {
   return levels_.size() - 1;
 }
 
-// What the last change of theta, between grids of this ratio of points, lets one expect.
+// The next grid as a multiple of the first: the points that the required accuracy needs,
+// predicted from the last change of theta between two grids with this ratio of points.
 int AccurateEstimator::next_multiple(double change, double ratio) const {
   const int now = levels_[at_].multiple;
   if (std::isinf(change)) return 2 * now;

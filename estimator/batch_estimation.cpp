@@ -15,8 +15,8 @@
 
 namespace shaker::estimator {
 
-// One thread's workspace. Its Estimator holds the tables of the run, does the small linear algebra
-// of one lane at a time, and takes over the records that the lanes give up.
+// Workspace of one thread. Its Estimator holds the tables of the run, solves the small linear
+// systems of one lane at a time, and fits the records that do not converge in the batch.
 struct BatchEstimator::Worker {
   Worker(const Model& model, const RunData& given, const EstimationOptions& options)
       : run(given), estimator(model, {given}, options), impl(*estimator.impl_) {
@@ -55,9 +55,9 @@ struct BatchEstimator::Worker {
   Estimator::Impl& impl;
   std::unique_ptr<RunPack> pack;  // null: records are fitted one by one
   AlignedVector coefficients;
-  bool simple = false;  // normal equations and errors of all lanes at once
+  bool simple = false;  // all lanes' normal equations and errors can be computed together
   AlignedVector gram, gradient, scratch, inverse;
-  // Of the pack in hand.
+  // State of the present batch.
   std::size_t first = 0, records = 0;
   BatchFit* out = nullptr;
   bool on_coarse = false;
@@ -103,7 +103,8 @@ const BatchFit& BatchEstimator::fit(std::span<const double> records,
   fit_.noise.resize(count);
   fit_.status.resize(count);
   fit_.iterations.resize(count);
-  // Each thread takes the next pack when it is done with one: a core that others use too does less.
+  // Each thread takes the next batch when it has finished one, so a core that is shared does
+  // less.
   std::atomic<std::size_t> next = 0;
   const auto work = [&](std::size_t thread) {
     for (std::size_t first = next.fetch_add(kLanes); first < count; first = next.fetch_add(kLanes))
@@ -162,7 +163,7 @@ void BatchEstimator::Worker::fit_pack(std::size_t first_record, std::size_t coun
   steps(false);
 }
 
-// The first harmonics of each record are its state.
+// The first harmonics of each record are the start of its state.
 void BatchEstimator::Worker::start(const std::vector<double>& theta) {
   const RunState& state = impl.runs[0];
   PeriodicLanes& level = pack->coarse ? *pack->coarse : pack->fine;
@@ -186,7 +187,7 @@ void BatchEstimator::Worker::start(const std::vector<double>& theta) {
   level.begin();
 }
 
-// Each lane moves until it has arrived and then stands still, whatever its neighbours do.
+// Each lane moves until it converges and then stands still, independently of the other lanes.
 void BatchEstimator::Worker::steps(bool approach) {
   PeriodicLanes& lanes = approach ? *pack->coarse : pack->fine;
   on_coarse = approach;
@@ -219,8 +220,8 @@ void BatchEstimator::Worker::steps(bool approach) {
   failed |= moving;
 }
 
-// The steps of all lanes at once; a bit for each that stays inside its box with them. The others
-// are left to step_lane.
+// Computes the steps of all lanes together. Returns a bit for each lane whose step stays inside
+// its bounds. step_lane treats the other lanes.
 unsigned BatchEstimator::Worker::step_abreast() {
   if (!simple) return 0;
   const int q = static_cast<int>(impl.free.size());
@@ -236,7 +237,7 @@ unsigned BatchEstimator::Worker::step_abreast() {
   unsigned good = factorise_lanes(q, matrix);
   substitute_lanes(q, matrix, change);
   const Lanes* theta = as_lanes((on_coarse ? *pack->coarse : pack->fine).theta());
-  LaneMask going;  // what stands still must not be moved by nonsense
+  LaneMask going;  // lanes that stand still or failed must not move
   for (std::size_t lane = 0; lane < kLanes; ++lane)
     going[lane] = is(moving & good, lane) ? -1 : 0;
   Lanes worst{};
@@ -257,9 +258,10 @@ unsigned BatchEstimator::Worker::step_abreast() {
   return good;
 }
 
-// Results of the lanes that arrived, from the factors of their last step; a bit for each that is
-// well conditioned beyond doubt: q trace(A^-1), with a unit diagonal of A, is no less than the
-// condition of A. The others are left to finish_lane.
+// Stores the results of the lanes that converged, from the factors of their last step. Returns
+// a bit for each lane that is certainly well conditioned: with a unit diagonal of A, q
+// trace(A^-1) is an upper bound of the condition number of A. finish_lane treats the other
+// lanes.
 unsigned BatchEstimator::Worker::finish_abreast(unsigned lanes) {
   constexpr double kMostCondition = 1e8;
   const double degrees =
@@ -325,7 +327,8 @@ bool BatchEstimator::Worker::step_lane(std::size_t lane) {
   return true;
 }
 
-// Has this lane arrived, is it still coming, or is it lost? As in Estimator's lifted method.
+// Decides whether this lane has converged, continues or has failed, as Estimator's lifted method
+// does.
 void BatchEstimator::Worker::judge_lane(std::size_t lane, int iteration) {
   double* theta = (on_coarse ? *pack->coarse : pack->fine).theta() + lane;
   for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)

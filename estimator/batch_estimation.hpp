@@ -1,9 +1,9 @@
-// One estimate for each of many records of the same run: bootstrap, Monte Carlo, a long recording
-// cut into cycles. The same method and the same numbers as Estimator's lifted one, with eight
-// records abreast in SIMD lanes and packs of eight dealt out to threads.
+// One estimate for each of many records of the same run, for example for a bootstrap, a Monte Carlo
+// study or a long recording cut into cycles. The method is Estimator's lifted one. It fits eight
+// records in the lanes of a batch, and threads share the batches.
 //
-// A record's result depends on that record alone: it is bitwise the same in any order, beside any
-// neighbours (whether they converge or not), on any number of threads.
+// The result of a record depends on that record only. It is bitwise the same in any order, beside
+// any other records (whether they converge or not), and with any number of threads.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@
 
 namespace shaker::estimator {
 
-// Row i is of record i.
+// Row i holds the result of record i.
 struct BatchFit {
   std::size_t records = 0, parameters = 0;
   std::vector<double> theta, standard_error;  // records x parameters
@@ -28,16 +28,17 @@ struct BatchFit {
 
 class BatchEstimator {
  public:
-  // `run` gives excitation, weights and number of points; its own displacement counts for nothing
-  // but its length. `model` must outlive this. Throws std::invalid_argument as Estimator does, and
-  // for a run that is not on equal steps or holds Fourier coefficients.
+  // `run` gives excitation, weights and number of points; the values of its displacement are not
+  // used. `model` must outlive the object. Throws std::invalid_argument as Estimator does, and for
+  // a run that is not on equal steps or holds Fourier coefficients.
   BatchEstimator(const Model& model, const RunData& run, EstimationOptions options = {},
                  int threads = 1);
   ~BatchEstimator();
 
-  // `records`: one after another, each of the run's number of points, all finite (throws
-  // otherwise). Valid until the next call. After the first call with as many records nothing
-  // allocates but the threads themselves.
+  // Fits from `start` (all parameters). `records`: records x points of the run, row by row. Throws
+  // std::invalid_argument if they are no whole number of records or not finite. The result is valid
+  // until the next call. A further call with as many records allocates only for the threads, and
+  // for records that the batch passes on to Estimator.
   const BatchFit& fit(std::span<const double> records, const std::vector<double>& start);
 
  private:

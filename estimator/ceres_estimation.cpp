@@ -12,7 +12,7 @@
 namespace shaker::estimator {
 namespace {
 
-// One run's residuals sqrt(weight) (prediction - data) and their Jacobian.
+// The residuals sqrt(weight) (prediction - data) of one run, and their Jacobian.
 class RunCost final : public ceres::CostFunction {
  public:
   RunCost(const Model& model, const RunData& run, const EstimationOptions& options)
@@ -42,7 +42,7 @@ class RunCost final : public ceres::CostFunction {
     if (!warm_ || report.status != SolveStatus::converged) report = system_->solve_from_rest(theta);
     warm_ = report.status == SolveStatus::converged;
     if (!warm_) return false;
-    system_->advance(1.0, unchanged_);  // what Newton has left would be noise in the cost
+    system_->advance(1.0, unchanged_);  // the rest of the Newton step would be noise in the cost
     for (int j = 0; j < num_residuals(); ++j) {
       residuals[j] = scale_ * (system_->observed(every_ * j) -
                                run_->displacement[static_cast<std::size_t>(j)]);
@@ -58,7 +58,7 @@ class RunCost final : public ceres::CostFunction {
   const RunData* run_;
   double scale_;
   int every_ = 1;
-  std::vector<double> unchanged_;  // theta, along the last step
+  std::vector<double> unchanged_;  // a zero step of theta
   std::unique_ptr<PeriodicSystem> system_;
   mutable bool warm_ = false;  // Evaluate is const for Ceres; one thread
 };
@@ -78,10 +78,10 @@ struct CeresEstimator::Impl {
   std::vector<std::unique_ptr<RunCost>> costs;
 
   void pose(ceres::Problem& problem, std::vector<double>& theta, const std::vector<int>& held);
-  // From result.theta, the held parameters as they stand.
+  // Solves from result.theta with the held parameters fixed at their values.
   void solve(const std::vector<int>& held, CeresFit& result);
-  // Adds to `held` what stands on a bound and is pressed against it; false when that is nothing
-  // new, or everything.
+  // Adds to `held` the parameters that the gradient presses against their bound. Returns false
+  // if there is no new one, or if all parameters are then held.
   bool hold_bounds(std::vector<double> theta, std::vector<int>& held);
 };
 
@@ -144,12 +144,12 @@ CeresEstimator::CeresEstimator(const Model& model, std::vector<RunData> runs,
 
 CeresEstimator::~CeresEstimator() = default;
 
-// Ceres projects its step onto the bounds but computes it as if there were none: what the others
-// should do while one parameter stays on its bound is not in it. So near such an optimum steps
-// turn out short, which it takes for convergence (linear oscillator: a step of 1e-14 after three
-// iterations), or the trust region shrinks until the iterations are used up (oleo: 60 of them), up
-// to 0.11 standard errors away. Hence the parameters that a solution leaves on a bound are held
-// there and the others solved for once more.
+// Ceres projects its step onto the bounds but computes it without them: it does not account for
+// what the other parameters should do while one stays on its bound. Near such an optimum its
+// steps become short. It then reports convergence (linear oscillator: a step of 1e-14 after
+// three iterations), or the trust region shrinks until the iterations are used up (oleo: 60 of
+// them). The result is up to 0.11 standard errors away. Parameters that a solution leaves on a
+// bound are therefore held there, and the others are solved for again.
 CeresFit CeresEstimator::fit(const std::vector<double>& start) {
   CeresFit result;
   result.theta = start;

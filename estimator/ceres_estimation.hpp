@@ -1,9 +1,10 @@
-// The same least-squares problem through Ceres' trust region, around the same periodic solver.
+// The same least-squares problem, solved by the trust region of Ceres with the same periodic
+// solver.
 //
-// Ceres serves as the second opinion: tests hold the estimator's optimum against it, and the
-// benchmarks quote their ratio to it. It is not the daemon's method: it asks for residuals and
-// Jacobians at one theta after another, so every inner solution must be converged before the next
-// step (no lifting), and it allocates in its loop.
+// It serves as a second opinion: tests compare the estimator's optimum with it, and benchmarks
+// state their ratio to it. The daemon does not use it. Ceres asks for residuals and Jacobians
+// at one theta after another, so that every inner solution must converge before the next step
+// (no lifting), and it allocates in its loop.
 #pragma once
 
 #include <vector>
@@ -19,8 +20,9 @@ struct CeresFit {
   int iterations = 0;
 };
 
-// One problem, solved as often as asked. One thread. Data on equal steps only (RunData::tau empty);
-// throws std::invalid_argument otherwise.
+// One problem, which may be solved repeatedly. One thread at a time may use it. `model` must
+// outlive it. Throws std::invalid_argument unless the data are on equal steps (RunData::tau
+// empty).
 class CeresEstimator {
  public:
   CeresEstimator(const Model& model, std::vector<RunData> runs, EstimationOptions options = {});

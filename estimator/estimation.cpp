@@ -65,8 +65,8 @@ std::optional<double> Estimator::excess_holding(int parameter, std::vector<doubl
   if (found == impl.free.end())
     throw std::invalid_argument("excess_holding: the parameter is not a free one");
   const auto at = static_cast<std::size_t>(found - impl.free.begin());
-  // What a variance of an observation is for this parameter: Rao's factors and the excitation's
-  // error included.
+  // Variance of an observation as it counts for this parameter, including Rao's factors and the
+  // error of the excitation.
   const double variance = impl.fit.covariance[at * q + at] / impl.inverse_gram[at * q + at];
   if (!(variance > 0.0)) return std::nullopt;
   const double tolerance = impl.options.tolerance;
@@ -78,7 +78,8 @@ std::optional<double> Estimator::excess_holding(int parameter, std::vector<doubl
   impl.pinned[at] = 1;
   impl.fit.theta = theta;
   impl.fit.status = FitStatus::not_converged;
-  // The sum of squares is flat at its optimum: a thousandth of a standard error is a millionth.
+  // The sum of squares is flat at its optimum: an error of theta of 1e-3 standard errors changes it
+  // by 1e-6 of a variance.
   impl.options.tolerance =
       std::clamp(1e-3 * impl.kept.standard_error[static_cast<std::size_t>(parameter)] /
                      std::max(std::fabs(theta[static_cast<std::size_t>(parameter)]), 1e-12),
@@ -113,7 +114,7 @@ bool Estimator::look_at(const std::vector<double>& theta) {
   for (std::size_t r = 0; r < impl_->systems.size(); ++r) {
     PeriodicSystem& system = impl_->systems[r];
     if (system.solve(theta).status != SolveStatus::converged) return false;
-    // The Newton step that is left: second differences see it.
+    // Takes the last Newton step as well, because second differences would show its remainder.
     system.advance(1.0, unchanged);
   }
   return true;

@@ -1,19 +1,23 @@
-// Least squares on measured periods: theta, its covariance and what it is worth.
+// Least-squares estimation of the parameters theta from measured periods, with covariance.
 //
-// Objectives: unweighted (3.17) and weighted (3.15) least squares; with unknown noise variance the
-// maximum-likelihood theta is the same and the variance follows from the residuals (3.28).
-// Generalised least squares on Fourier coefficients with their covariance. Normal priors of the
-// model's parameters count in all of them (3.8): the estimate is then the maximum a posteriori.
-// Further objectives are loops around this: see objectives/. Methods:
-//   lifted              Gauss-Newton on theta and the periodic solutions together: one
-//                       linearisation a step, about half the work of the nested form and less
-//                       dependence on the start. Falls back to levenberg_marquardt when it does
-//                       not contract.
-//   gauss_newton        the paper's (4.7): inner Newton converged for every theta, full steps.
-//   levenberg_marquardt the same with damping (4.8) that refuses steps which worsen the fit or for
-//                       which there is no admissible periodic solution.
-// All respect bounds. Ceres does this too (ceres_estimation.hpp) but evaluates residuals and
-// Jacobians separately, cannot update the periodic solution with theta, and allocates in its loop.
+// Objectives:
+//   - unweighted (3.17) and weighted (3.15) least squares on the samples of mean cycles. If the
+//     noise variance is unknown, the maximum-likelihood theta is the same and the variance follows
+//     from the residuals (3.28);
+//   - generalised least squares on Fourier coefficients with their covariance.
+// Normal priors of the model's parameters are included in both (3.8). The estimate is then the
+// maximum a posteriori. objectives/ builds further objectives as loops around this class. Methods:
+//   lifted              Gauss-Newton on theta and the periodic solutions together, with one
+//                       linearisation a step. It needs about half the work of the nested methods
+//                       and depends less on the start. If it does not contract, the estimator
+//                       falls back to levenberg_marquardt.
+//   gauss_newton        the paper's method (4.7): full steps, and for every theta the inner Newton
+//                       iteration converges first.
+//   levenberg_marquardt gauss_newton with damping (4.8). It rejects steps that worsen the fit or
+//                       for which there is no admissible periodic solution.
+// All methods respect the bounds. Ceres solves the same problem (ceres_estimation.hpp), but it
+// evaluates residuals and Jacobians separately, cannot update the periodic solution with theta, and
+// allocates in its loop.
 #pragma once
 
 #include <memory>
@@ -28,126 +32,140 @@
 
 namespace shaker::estimator {
 
-// One run: one excitation and the displacement measured in it, averaged over its cycles.
+// One run: one excitation and the displacement measured in it, averaged over its cycles. Lengths
+// are in the model's length unit, accelerations in that unit per s^2.
 struct RunData {
   double frequency_hz = 0.0;
-  double amplitude = 0.0;          // of a pure cosine; not used when `excitation` is given
+  double amplitude = 0.0;          // of a pure cosine; not used if `excitation` is given
   std::vector<double> excitation;  // one period on equal steps
   std::vector<double> tau;         // cyclic times of `displacement`, in [0, 1); empty: equal steps
   std::vector<double> displacement;
-  // Relative inverse variance of each sample (3.15); empty: all the same.
+  // Relative inverse variance of each sample (3.15). Empty: all samples have the same.
   std::vector<double> sample_weight;
-  // Instead of `displacement`: Fourier coefficients of the mean cycle (mean, cos 1, sin 1, cos 2,
-  // ...; an odd count m >= 3) with the m x m covariance of these means, row by row. They are
-  // fitted by generalised least squares, so the noise may be of any colour. All runs of an
-  // estimation have covariances, or none. See objectives/harmonic_data.hpp.
+  // Instead of `displacement`: m Fourier coefficients of the mean cycle (mean, cos 1, sin 1, cos 2,
+  // ...; m odd, at least 3) with the m x m covariance of these means, row by row. Generalised least
+  // squares fits them, so the noise may have any spectrum. Either all runs of an estimation have
+  // coefficients or none has. See objectives/harmonic_data.hpp.
   std::vector<double> harmonics, harmonic_covariance;
-  double covariance_degrees = 0.0;  // of freedom, cycles less one; 0: the covariance is known
-  // Of the excitation in one record (`displacement`, `excitation` and tau span them all), for
-  // responses that repeat only after two, three, ... of them. See periodic/multi_period.hpp.
+  // Degrees of freedom of the covariance: cycles less one. 0: the covariance is known.
+  double covariance_degrees = 0.0;
+  // Number of excitation periods in one record; `displacement`, `excitation` and `tau` span them
+  // all. It is above 1 for responses that repeat only after several periods. See
+  // periodic/multi_period.hpp.
   int periods = 1;
-  double cycles = 1.0;   // averaged: each mean has 1 / cycles of the variance
+  double cycles = 1.0;   // number averaged: each mean has 1 / cycles of the variance
   double scatter = 0.0;  // sum of squares of the single cycles about their mean
   double weight = 1.0;   // further weight (3.15), relative inverse variance
   // Standard error of the cosine and sine parts of the mean excitation's harmonics, from the
-  // accelerometer's noise; it widens the covariance, see estimation_worth.cpp. 0: known exactly.
+  // accelerometer's noise. It widens the covariance, see estimation_covariance.cpp. 0: the
+  // excitation is known exactly.
   double excitation_error = 0.0;
 };
 
 enum class Method { lifted, gauss_newton, levenberg_marquardt };
 
 struct EstimationOptions {
-  GridOptions grid{Scheme::order6, 160,
-                   true};  // points: the least; raised to a multiple of the data's
+  // `points` is a lower limit: it is raised to a multiple of the data's points.
+  GridOptions grid{Scheme::order6, 160, true};
   Method method = Method::lifted;
   int max_iterations = 60;
-  double tolerance = 1e-9;  // of theta, relative, predicted from the last steps
+  double tolerance = 1e-9;  // relative, on the distance to the limit that the last steps predict
   int excitation_harmonics = 8;
-  double confidence = 0.95;
-  double noise = 0.0;  // known standard deviation of one observation; 0: from the residuals (3.28)
+  double confidence = 0.95;  // level of the intervals
+  // Known standard deviation of one observation; 0: from the residuals (3.28). Not used for Fourier
+  // coefficients.
+  double noise = 0.0;
   bool keep_iterates = false;
 };
 
 enum class FitStatus { converged, not_converged, no_solution, undetermined };
 
-// The numbers of an estimate, in the model's parameter order. `covariance` is of the free
-// parameters.
+// The numbers of an estimate. Vectors have the model's parameter order, except `covariance`, which
+// has the free parameters only.
 struct Fit {
   FitStatus status = FitStatus::not_converged;
   std::vector<double> theta;
-  std::vector<double> standard_error;  // 0 for fixed ones; NaN when undetermined
+  std::vector<double> standard_error;  // 0 for fixed parameters; NaN if undetermined
   std::vector<char> at_bound;
   std::vector<char> determined;
   std::vector<double> covariance;  // free x free, row by row
-  // Changes of theta (all parameters) that the data do not feel.
+  // Directions in theta (all parameters) to which the data are insensitive.
   std::vector<std::vector<double>> lost;
-  double noise = 0.0;
-  double sum_of_squares = 0.0;  // of weighted residuals, scatter included
-  double condition = 0.0;
+  double noise = 0.0;             // s of (3.28); with Fourier coefficients, from their covariance
+  double sum_of_squares = 0.0;    // of weighted residuals, including the scatter
+  double condition = 0.0;         // condition number of the scaled Jacobian
   double quantile = 0.0;          // of Student's t, for the intervals
-  double interval_degrees = 0.0;  // of that t; infinite when the noise is known
-  // Probability of residuals as large as these if the model were right; NaN where only the
-  // residuals tell the noise. Small: something is missing in the model.
+  double interval_degrees = 0.0;  // of that t; infinite if the noise is known
+  // Probability of residuals as large as these if the model is right. A small value means that the
+  // model lacks something. NaN with priors, or if the noise is known from the residuals only.
   double lack_of_fit = 0.0;
   long observations = 0, degrees_of_freedom = 0;
   int iterations = 0;
-  std::string trouble;  // sentence when not converged; empty otherwise
+  std::string trouble;  // a sentence if the fit did not converge; otherwise empty
   std::vector<std::vector<double>> iterates;
 };
 
-// The least-squares problem at a solution: every datum with its weight worked in, so that the
-// residuals are white and, for data with a covariance or a known noise, of unit variance.
+// The least-squares problem at a solution. Weights are worked into each datum, so that the
+// residuals are white with the standard deviation Estimator::unit_noise().
 struct Linearised {
   std::vector<double> residual;  // measured less predicted
-  std::vector<double> jacobian;  // of the prediction over all parameters, row by row
-  std::vector<int> run;          // that a datum belongs to
+  std::vector<double> jacobian;  // of the prediction: datum x all parameters, row by row
+  std::vector<int> run;          // index of the run to which a datum belongs
 };
 
-// Workspace for one model and one set of runs; one thread. After the first `fit` on data of one
-// shape nothing allocates.
+// Workspace for one model and one set of runs. One thread at a time may use it. A further fit does
+// not allocate if it is lifted and converges, the data are samples of the same shape without
+// excitation error, and at most eight parameters are free.
 class Estimator {
  public:
-  // `model` must outlive it. Throws std::invalid_argument with a sentence for data that cannot be
-  // used: no points, non-finite values, a frequency that is not positive, an excitation that is
-  // zero.
+  // `model` must outlive the estimator. Throws std::invalid_argument with a sentence for data that
+  // cannot be used: no run, too few points, non-finite values, a frequency that is not positive, a
+  // cosine without amplitude, or runs with samples beside runs with Fourier coefficients.
   Estimator(const Model& model, std::vector<RunData> runs, EstimationOptions options = {});
   ~Estimator();
   Estimator(Estimator&&) noexcept;
   Estimator& operator=(Estimator&&) noexcept;
 
-  // Replaces the data of a run by data of the same shape, keeping the periodic solution as a start.
+  // Replaces the data of a run by data of the same shape. The periodic solution is kept as a start.
+  // Throws std::invalid_argument for another shape or for data that cannot be used.
   void update_run(std::size_t run, const RunData& data);
 
-  // From `start` (all parameters), or the model's own; `warm`: from the last solution's states.
+  // Fits from `start` (all parameters; throws std::invalid_argument for another count). `warm`: the
+  // periodic solutions start from their present states. The reference is valid until the next fit.
   const Fit& fit(const std::vector<double>& start, bool warm = false);
   const Fit& last() const;
-  // Periodic solutions from those that another grid has for the same runs, for a warm fit.
+  // Interpolates the periodic solutions from those of `other`, which has the same runs on another
+  // grid. A warm fit then starts from them.
   void start_from(const Estimator& other);
 
   const std::vector<PeriodicSystem>& solutions() const;
-  // Predicted displacement at the data's points of a run, or predicted Fourier coefficients, at the
-  // last fit's solution.
+  // Predicted displacement at the data points of a run, or its predicted Fourier coefficients, from
+  // the present periodic solutions.
   std::vector<double> predicted(std::size_t run) const;
 
-  // --- with one free parameter held, for profiles. `last()` and `describe()` stay those of the
-  // last fit; `solutions()` and `linearised()` are this one's until `recall`. Optimum over the
-  // others, the held one at theta[parameter], from `theta` (there and back) and the present
-  // periodic solutions: how much worse it is than the last fit, in variances of an observation, so
-  // that sqrt() compares with Student's t. Empty when there is none to be found.
+  // Profile fit: the optimum over the other free parameters with `parameter` held at
+  // theta[parameter]. It starts from `theta` and the present periodic solutions and leaves the
+  // optimum in `theta`. Returns how much worse the optimum is than the last fit, in variances of an
+  // observation; sqrt() of it compares with Student's t. Empty if no optimum is found. Throws
+  // std::invalid_argument if the parameter is not free. `last()` stays the last fit; `solutions()`
+  // and `linearised()` are those of the profile fit until `recall`.
   std::optional<double> excess_holding(int parameter, std::vector<double>& theta);
-  // Moves the present solutions along `change` of theta, to first order: a start for the above.
+  // Extrapolates the present solutions along `change` of theta (all parameters), to first order. It
+  // gives the profile fit a start.
   void predict(const std::vector<double>& change);
+  // Solves for the periodic solutions at the last fit's theta again.
   void recall();
 
-  // Whitened residuals and rows of all data at the last fit; priors are not among them.
+  // Whitened residuals and Jacobian of all data at the present solutions, without the priors.
   Linearised linearised() const;
-  // Moves the periodic solutions to another theta, near the last fit's, for `linearised()` there,
-  // until `recall`. False when there are none.
+  // Linearises at a point: moves the periodic solutions to another theta near the last fit's, until
+  // `recall`. Returns false if there is no solution.
   bool look_at(const std::vector<double>& theta);
-  // Standard deviation of a whitened datum, as the last fit has it.
+  // Standard deviation of a whitened datum: 1 for Fourier coefficients, else the known noise or the
+  // last fit's.
   double unit_noise() const;
 
-  // The last fit in full, with names, units, intervals and warnings.
+  // The last fit with names, units, intervals and warnings. It expects the solutions of that fit.
   Estimate describe() const;
 
  private:

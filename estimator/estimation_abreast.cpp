@@ -1,4 +1,4 @@
-// Runs with as many points each, eight abreast: what the lifted method does with packs of runs.
+// Batches of runs with equal numbers of points, eight lanes each, for the lifted method.
 #include <algorithm>
 
 #include "estimator/estimation_impl.hpp"
@@ -6,7 +6,7 @@
 namespace shaker::estimator {
 namespace {
 
-// A step of a pack costs as much as those of this many single systems.
+// A step of one batch costs as much as the steps of this many single systems.
 constexpr std::size_t kWorth = 3;
 
 GridOptions with_points(GridOptions grid, int points) {

@@ -1,11 +1,11 @@
-// Which of several periodic solutions is fitted: the one that the rig was on.
+// Selection of the periodic solution to fit: the branch of solutions that the rig was on.
 //
-// One excitation may have several solutions (a hardening spring in its bistable range); from rest
-// one finds the lower branch, whatever the rig did. So a fit that starts at rest and stays far from
-// the data starts again from the data's own harmonics, if need be with parameters from equation
-// error (those that make the residual (5.15) of the measured motion least: no solution is needed
-// for them, so there is no branch to be on). What is fitted in the end is checked: an unstable
-// solution, or one beside which a better branch exists, is said.
+// One excitation may have several solutions, for example a hardening spring in its bistable range.
+// A solution computed from rest then lies on the lower branch, whatever branch the rig was on. If a
+// fit from rest stays far from the data, it is repeated from the data's own harmonics. Its
+// parameters may then come from the equation error: they minimise the residual (5.15) of the
+// measured motion, which needs no solution and therefore depends on no branch. The final fit is
+// checked: a warning names an unstable solution, or one beside which a better branch exists.
 #include <algorithm>
 #include <cmath>
 
@@ -19,11 +19,11 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kFarFromData = 0.1;  // misfit from which another branch is thought of
-constexpr double kClearlyBetter = 0.5;
-constexpr double kLost = 0.1;  // of the data's subharmonic share
-constexpr double kStill = 1e-12;
-constexpr double kNone = 1e300;  // misfit where there is no solution
+constexpr double kFarFromData = 0.1;    // misfit above which another branch is considered
+constexpr double kClearlyBetter = 0.5;  // misfit ratio below which the other branch wins
+constexpr double kLost = 0.1;           // of the data's subharmonic share
+constexpr double kStill = 1e-12;        // of the mean square; a smaller variance is rounding
+constexpr double kNone = 1e300;         // misfit if there is no solution
 constexpr int kEquationSteps = 12;
 
 }  // namespace
@@ -35,7 +35,7 @@ double Estimator::Impl::motion_of_data(std::size_t r) const {
     mean += value / static_cast<double>(y.size());
     square += value * value / static_cast<double>(y.size());
   }
-  // A record that does not move is on no branch; its variance is rounding.
+  // A record without motion is on no branch.
   const double variance = square - mean * mean;
   return variance > kStill * square ? std::sqrt(variance) : 0.0;
 }
@@ -71,10 +71,10 @@ bool Estimator::Impl::fits_badly() const {
   return false;
 }
 
-// From the solution reached from rest, if there is one (its misfit `from_rest`), to one nearer to
-// the data; false, with the state as it was, where there is none. With parameters that are off the
-// measured motion may be out of the model's reach (an oleo shorter than the stroke): then it is
-// approached part of the way.
+// Starts at the solution computed from rest, whose misfit is `from_rest` (kNone: no solution), and
+// looks for one nearer to the data. Returns false and restores the state if there is none. With
+// wrong parameters the measured motion may be inadmissible for the model, for example an oleo
+// shorter than its stroke. The start then goes only part of the way from rest to the data.
 bool Estimator::Impl::solve_near_data(std::size_t r, double from_rest) {
   PeriodicSystem& system = systems[r];
   const std::vector<double> rest(system.state().begin(), system.state().end());
@@ -117,8 +117,8 @@ bool Estimator::Impl::solve_all(bool warm) {
   return true;
 }
 
-// Gauss-Newton on the residuals of the equations along the measured motion; false when there is no
-// such motion (several coordinates) or the model refuses it.
+// Gauss-Newton on the residuals of the equations along the measured motion. Returns false if the
+// motion is not known (several coordinates) or inadmissible for the model.
 bool Estimator::Impl::start_from_equations() {
   const std::size_t q = free.size();
   if (model.coordinates() != 1) return false;
@@ -147,7 +147,7 @@ bool Estimator::Impl::start_from_equations() {
   return true;
 }
 
-// Once more from the data; what is better stays. Nothing is lost when it is not.
+// Fits once more from the data and keeps the better of the two fits.
 void Estimator::Impl::refit_on_data_branch(const std::vector<double>& start) {
   const auto worst = [&] {
     double sum = 0.0;
@@ -185,11 +185,11 @@ void Estimator::Impl::refit_on_data_branch(const std::vector<double>& start) {
 
 std::vector<std::string> Estimator::Impl::branch_warnings() {
   std::vector<std::string> warnings;
-  if (fit.status != FitStatus::converged) return warnings;  // nothing is claimed there
+  if (fit.status != FitStatus::converged) return warnings;  // nothing is claimed then
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const RunState& run = runs[r];
     const std::string where = fmt::format("run {} ({:g} Hz)", r + 1, run.data.frequency_hz);
-    // A system that was solved abreast with others has been given its state, not its slopes.
+    // A system that was solved in a batch has its state from there, but no linearisation.
     if (!packs.empty() && !systems[r].linearise(fit.theta)) continue;
     const auto stability = floquet(systems[r], fit.theta, 1e-6);
     if (stability && stability->largest() - stability->error > 1.0)

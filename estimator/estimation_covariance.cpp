@@ -1,5 +1,5 @@
-// What widens the covariance (3.27) of an estimate: the excitation's own error, and a covariance of
-// the data that is itself estimated from few cycles.
+// Contributions that widen the covariance (3.27) of an estimate: the error of the measured
+// excitation, and a covariance of the data that is estimated from few cycles.
 #include <algorithm>
 #include <cmath>
 
@@ -23,12 +23,13 @@ void multiply(const std::vector<double>& a, const std::vector<double>& b, std::v
 
 }  // namespace
 
-// The excitation was measured too, with a sensor that has noise: whoever fits the response to a
-// slightly wrong excitation gets slightly wrong parameters, the same way in all points of the
-// period. With S the response to a harmonic of the excitation and e its standard error, theta moves
-// by H^-1 J^T W S e; independent parts add up. Without this, intervals are too narrow by the ratio
-// of that to the displacement's own noise (1.6 for an accelerometer of 5e-3 m/s^2 beside 2e-5 m).
-// On a ring of m periods the excitation's harmonics are the m-th, 2 m-th, ... of the ring.
+// Adds the contribution of the excitation's error. The excitation is measured with a noisy sensor,
+// and its error shifts the parameters in the same way at all points of the period. With S the
+// response to a harmonic of the excitation and e that harmonic's standard error, theta moves by
+// H^-1 J^T W S e. The contributions of independent parts add up. Without them the intervals are too
+// narrow by the ratio of that error to the displacement's own noise: 1.6 for an accelerometer of
+// 5e-3 m/s^2 beside 2e-5 m. In a record of m periods the excitation's harmonics are the m-th,
+// 2 m-th, ... of the record.
 void Estimator::Impl::add_excitation_error(const std::vector<double>& inverse) {
   constexpr int kHarmonics = 3;  // the response to higher ones is small
   constexpr std::size_t kParts = 2 * kHarmonics;
@@ -78,13 +79,14 @@ void Estimator::Impl::add_excitation_error(const std::vector<double>& inverse) {
   }
 }
 
-// A covariance S from the scatter of few cycles (nu degrees of freedom) is itself uncertain, and
-// plugging it in makes intervals too narrow. For one run and a linear model Rao (1965) gives the
-// exact answer: with m data, q parameters and T^2 the weighted sum of squares of what is left,
+// Adjusts for a data covariance S that is estimated from few cycles (nu degrees of freedom). Such
+// an S is itself uncertain, and intervals that take it as exact are too narrow. For one run and a
+// linear model Rao (1965) gives the exact answer. With m data, q parameters and T^2 the weighted
+// sum of squared residuals,
 //   (theta - truth) / sqrt(f c),  f = nu / (nu - m + q) (1 + T^2 / nu),  c of (J^T S^-1 J)^-1,
-// is Student's t with nu - m + q degrees of freedom. With several runs each has its own f_r, its
-// share q_r of the parameters being the trace of its information over all of it, and the degrees of
-// freedom follow Satterthwaite.
+// has Student's t distribution with nu - m + q degrees of freedom. With several runs each has its
+// own f_r. Its share q_r of the parameters is the trace of its information times the inverse of the
+// total information, and the degrees of freedom follow Satterthwaite.
 void Estimator::Impl::adjust_for_estimated_covariance() {
   const std::size_t q = free.size();
   const std::vector<double> inverse = fit.covariance;
@@ -113,7 +115,7 @@ void Estimator::Impl::adjust_for_estimated_covariance() {
       const double degrees = nu - surplus;
       factor = nu / degrees * (1.0 + left / nu);
       shares_over_degrees += share * factor * share * factor / degrees;
-      // Expectation of T^2 with an estimated S, (nu / (nu - surplus - 1)) surplus: scaled back.
+      // The expectation of T^2 with an estimated S is nu / (nu - surplus - 1) surplus: scale back.
       lack += left * std::max(degrees - 1.0, 0.5) / nu;
     } else {
       lack += left;
@@ -133,7 +135,7 @@ void Estimator::Impl::adjust_for_estimated_covariance() {
   } else if (!priors) {
     fit.lack_of_fit = chi_squared_above(lack, lack_degrees);
   }
-  // What a prior says is known exactly.
+  // The information of a prior is exact: it has no factor.
   for (std::size_t k = 0; k < q; ++k) {
     const ModelParameter& p = model.parameters()[static_cast<std::size_t>(free[k])];
     if (p.prior_mean)

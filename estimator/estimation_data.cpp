@@ -1,4 +1,4 @@
-// The data of an estimation on their grids, and a start from the data themselves.
+// The data of an estimation on their grids, and the start of a solution from the data.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,10 +14,11 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kStartHarmonics = 3;  // more would carry the noise into the accelerations
+constexpr int kStartHarmonics = 3;  // higher ones would bring noise into the accelerations
 constexpr std::size_t kFewestCoarse = 24;
 
-// Least multiple of the data's points that is at least `least`, when the data are on equal steps.
+// Number of grid points, at least `least`. For data on equal steps: the smallest such multiple of
+// the number of data.
 int grid_points(const RunData& run, int least) {
   if (!run.harmonics.empty()) return std::max(least, 4 * static_cast<int>(run.harmonics.size()));
   if (!run.tau.empty()) return least;
@@ -199,7 +200,7 @@ void Estimator::Impl::prepare_readings(RunState& run, int points) {
   }
 }
 
-// Tables that turn the data into their first harmonics and those into a state on the grid.
+// Tables that turn the data into their first harmonics, and these into a state on the grid.
 void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
   if (!run.data.tau.empty()) return;
   const int count =
@@ -220,7 +221,7 @@ void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
   run.coefficients.resize(terms);
 }
 
-// L^-1 times the analysis of a state on the grid, and of the data.
+// L^-1 times the harmonic analysis of a state on the grid, and L^-1 times the data.
 void Estimator::Impl::prepare_projector(RunState& run, int points) {
   const auto m = static_cast<Eigen::Index>(run.data.harmonics.size());
   const Cholesky factor(covariance_of(run.data));

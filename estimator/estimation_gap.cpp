@@ -1,8 +1,8 @@
-// How far the fitted model stays from the mean cycles, against what their noise explains.
+// Gap of the model: what it leaves of the mean cycles, compared with what their noise explains.
 //
-// The residuals' own variance (3.28) calls noise whatever the model cannot follow; the scatter of
-// cycles about their mean knows nothing of the model. Both are compared as root mean squares over
-// the cycle, which needs no assumption on the colour of the noise.
+// The variance of the residuals (3.28) counts everything that the model cannot follow as noise. The
+// scatter of single cycles about their mean does not depend on the model. Both are compared as root
+// mean squares over the cycle, which needs no assumption about the spectrum of the noise.
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -15,9 +15,9 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kFewestRepeats =
-    8.0;  // cycles beyond the first of each run, before anything is said
-constexpr double kTellingRatio = 3.0;  // noise with a slow wander reaches 2
+// Repeated cycles, beyond the first of each run, that a statement needs.
+constexpr double kFewestRepeats = 8.0;
+constexpr double kTellingRatio = 3.0;  // noise with a slow drift reaches 2
 constexpr double kTellingProbability = 1e-3;
 
 double root_mean_square(std::span<const double> values) {
@@ -27,7 +27,7 @@ double root_mean_square(std::span<const double> values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// A length for an operator: metres are read as millimetres.
+// A length as text for the operator: metres become millimetres.
 std::string length(double value, const std::string& unit) {
   return unit == "m" ? fmt::format("{:.3g} mm", value * 1e3)
                      : fmt::format("{:.3g} {}", value, unit);
@@ -35,14 +35,14 @@ std::string length(double value, const std::string& unit) {
 
 }  // namespace
 
-// Variance of a point of the mean cycle; negative where a single cycle tells none.
+// Variance of a point of the mean cycle. Negative if the run has fewer than two cycles.
 double Estimator::Impl::mean_cycle_variance(std::size_t r) const {
   const RunData& data = runs[r].data;
   const double repeats = data.cycles - 1.0;
   if (!(repeats >= 1.0)) return -1.0;
   const double scatter = data.scatter / (repeats * static_cast<double>(data.displacement.size()));
-  // The accelerometer's error moves the simulated cycle, about as the excitation moves the
-  // measured.
+  // The accelerometer's error moves the simulated cycle about as the excitation moves the measured
+  // one.
   const double motion = motion_of_data(r), excitation = root_mean_square(systems[r].excitation());
   const double excited =
       excitation > 0.0 ? motion / (excitation * std::numbers::sqrt2) * data.excitation_error : 0.0;

@@ -1,4 +1,4 @@
-// The workspace behind Estimator. Private to the estimator's sources.
+// The workspace behind Estimator. Private to the sources of the estimator.
 #pragma once
 
 #include <algorithm>
@@ -12,13 +12,13 @@
 
 namespace shaker::estimator {
 
-// Throws std::invalid_argument, naming the run (counted from 1), for data that cannot be used.
+// Throws std::invalid_argument for data that cannot be used; the message counts runs from 1.
 void check_run(const RunData& run, std::size_t index);
 
-// Relative step at which the lifted method's approach on the data's own few points ends.
+// The lifted method leaves the coarse grid (the data's own points) at this relative step.
 inline constexpr double kCloseEnough = 1e-2;
 
-// How a datum is read off the grid: weights of six neighbours, or one point exactly.
+// How to read a datum from the grid: one grid point, or six neighbours with weights.
 struct Reading {
   int base = 0;   // first point
   int count = 1;  // 1 or 6
@@ -28,21 +28,22 @@ struct Reading {
 struct RunState {
   RunData data;
   double inverse_variance = 1.0;  // relative: cycles * weight
-  int every = 0;                  // data on every so many-th grid point; 0: anywhere
+  int every = 0;                  // data on every so many-th grid point; 0: between grid points
   std::vector<Reading> readings;
-  std::vector<double> analysis;  // harmonics of the data -> state, for a start from the data
+  // Tables for a start from the data: samples -> first harmonics -> state on the grid.
+  std::vector<double> analysis;
   std::vector<double> synthesis;
   std::vector<double> coefficients;
   std::vector<double> saved;  // state before a trial step
-  // Fourier coefficients with a covariance S = L L^T: whitened data L^-1 c, and the operator that
-  // takes a state on the grid to its own whitened coefficients, n x m.
+  // For Fourier coefficients c with covariance S = L L^T: the whitened data L^-1 c (m values), and
+  // the operator from a state on the grid to its whitened coefficients (points x m).
   std::vector<double> whitened, projector;
   bool harmonic() const { return !data.harmonics.empty(); }
   std::size_t count() const { return harmonic() ? whitened.size() : readings.size(); }
 };
 
-// Up to eight runs with as many points each, solved abreast; lanes without a run of their own
-// repeat the last one and weigh nothing.
+// A batch of up to eight runs with equal numbers of points, one a lane. Lanes without a run repeat
+// the last run with weight zero.
 struct RunPack {
   RunPack(const Model& model, const GridOptions& grid, int data_points, bool with_coarse);
   PeriodicLanes fine;
@@ -60,23 +61,23 @@ struct Estimator::Impl {
   std::vector<RunState> runs;
   std::vector<PeriodicSystem> systems;
   std::vector<PeriodicSystem> coarse;  // on the data's own points, for the first steps; or empty
-  std::vector<RunPack> packs;          // of all runs, or none: the systems are solved one by one
+  std::vector<RunPack> packs;          // all runs in batches; empty: one system after another
   std::vector<int> free;               // indices of the free parameters
   Fit fit;
 
   // Normal equations at the last linearisation: gram * delta = gradient over the free parameters.
   std::vector<double> gram, gradient, scratch_matrix, scratch_vector, delta, delta_full, factors;
   std::vector<double> theta_saved, products;
-  std::vector<char> held;            // free parameters that sit on a bound and are pushed outwards
-  std::vector<char> pinned;          // free parameters that a profile holds where they are
+  std::vector<char> held;            // free parameters at a bound that the gradient pushes outwards
+  std::vector<char> pinned;          // free parameters that a profile fit holds
   std::vector<double> inverse_gram;  // of the last fit, free x free
   Fit kept;
   double sum_of_squares = 0.0;
   double total_scatter = 0.0;  // weighted, of the single cycles about their means
   long observations = 0;
-  bool priors = false;       // some free parameter has one
+  bool priors = false;       // at least one free parameter has a prior
   bool covariances = false;  // the data are Fourier coefficients
-  double last_step = 0.0;    // of the lifted method, relative
+  double last_step = 0.0;    // relative, of the lifted method
 
   void make_coarse_level();
   void make_packs();
@@ -85,15 +86,16 @@ struct Estimator::Impl {
   void prepare_readings(RunState& run, int points);
   void prepare_harmonics(RunState& run, int points);
   void prepare_projector(RunState& run, int points);
-  // Moves the observed coordinate from where it stands to the data's first harmonics, or a `share`
-  // of the way; the others keep what they have. False for data that give no such start.
+  // Moves the observed coordinate by `share` of the way from its present state to the data's first
+  // harmonics. The other coordinates stay. Returns false if the data give no such start.
   bool start_from_data(std::size_t run, PeriodicSystem& system, double share = 1.0);
 
-  // Adds up gram, gradient and sum of squares over all runs; residuals include the Newton step of z
-  // when `with_newton` (the lifted method).
+  // Sums gram, gradient and sum of squares over all runs. `with_newton` (the lifted method): the
+  // residuals include the Newton step of the periodic solution.
   void accumulate(std::vector<PeriodicSystem>& level, bool with_newton);
   void normal_equations();  // from `products`
-  // Solves (gram + lambda diag) delta = gradient inside the box. False when gram is not definite.
+  // Solves (gram + lambda diag) delta = gradient inside the bounds. Returns false if the matrix is
+  // not positive definite.
   bool box_step(double lambda);
   bool solve_free(double lambda);
   bool stays_inside(double lambda) const;
@@ -103,8 +105,9 @@ struct Estimator::Impl {
 
   bool fit_lifted(bool warm);
   bool lifted_steps(bool approach);
-  // Linearises all solutions and adds up the normal equations; then moves them along `delta_full`
-  // and returns the largest Newton step, relative. One system after another, or packs.
+  // linearise_all linearises all solutions and sums the normal equations. advance_all moves the
+  // solutions along `delta_full` and returns the largest relative Newton step. Both work on the
+  // batches if there are any, otherwise on one system after another.
   bool linearise_all(bool approach);
   double advance_all(bool approach);
   bool linearise_packs(bool approach);
@@ -116,36 +119,37 @@ struct Estimator::Impl {
   bool nothing_to_gain();
   double squares_of_data() const;
   bool solve_all(bool warm);
-  // --- which of several solutions: estimation_branch.cpp
+  // --- selection of the branch of solutions: estimation_branch.cpp
   SolveReport solve_run(std::size_t run, bool warm);
   bool solve_near_data(std::size_t run, double from_rest);
-  // The data repeat only after all their periods, `system` sooner.
+  // True if the data repeat only after all their periods but the solution repeats sooner.
   bool lost_subharmonic(std::size_t run, const PeriodicSystem& system) const;
-  double motion_of_data(std::size_t run) const;  // root mean square about the mean; 0: none
-  // Root mean square of data less a solution, over the motion of the data; 0 for coefficients.
+  double motion_of_data(std::size_t run) const;  // root mean square about the mean; 0: no motion
+  // Root mean square of data less solution, divided by motion_of_data; 0 for Fourier coefficients.
   double misfit(std::size_t run, const PeriodicSystem& system) const;
   bool fits_badly() const;
   bool start_from_equations();
   void refit_on_data_branch(const std::vector<double>& start);
   std::vector<std::string> branch_warnings();
-  // --- is anything left but noise: estimation_gap.cpp
+  // --- gap between model and mean cycles: estimation_gap.cpp
   double mean_cycle_variance(std::size_t run) const;
   ModelGap model_gap() const;
   std::vector<std::string> gap_warnings(const ModelGap& gap) const;
-  // Normal priors (3.8): adds them to the normal equations; noise variance `variance` as of now.
+  // Adds the normal priors (3.8) to the normal equations, with the present noise_variance().
   void add_priors();
   double prior_sum() const { return prior_sum_at(fit.theta); }
-  double prior_sum_at(const std::vector<double>& theta)
-      const;  // sum of squares of (theta - mean) / standard deviation
-  // What a step is judged by: falls with every good one.
+  // Sum of squares of (theta - mean) / standard deviation.
+  double prior_sum_at(const std::vector<double>& theta) const;
+  // The function that a successful step decreases.
   double objective() const;
-  // Variance of an observation of weight 1, from the sum of squares of the last linearisation.
+  // Variance of an observation of weight 1: known, or from the last linearisation's sum of squares.
   double noise_variance() const;
 
   void finish();
-  // Sensitivities and normal equations at theta from nothing; false when a solution is lost.
+  // Computes sensitivities and normal equations at theta anew. False if a solution is lost.
   bool look_anew();
-  // From the sum of squared residuals and `gram`; false when the rows of the systems are needed.
+  // Completes `fit` from the sum of squared residuals and `gram`. Returns false if gram is too
+  // large or too badly conditioned, so that finish_by_svd must read the Jacobian.
   bool finish_from(double residual_sum);
   void finish_errors();
   void forget_undetermined();
@@ -156,15 +160,15 @@ struct Estimator::Impl {
   void add_excitation_error(const std::vector<double>& inverse);
   void finish_by_svd(const std::vector<double>& scale, std::size_t count);
 
-  // Calls visit(row, residual, inverse variance) for every datum of a run; row[0] is the Newton
-  // step of the datum, row[1 + k] its derivative over theta_k.
+  // Calls visit(row, residual, inverse variance) for every datum of a run. row[0] is the Newton
+  // step of the datum, row[1 + k] its derivative with respect to theta_k.
   template <class Visit>
   void for_each_datum(std::size_t run, bool with_newton, Visit visit) const;
 
  private:
   template <class Visit>
   void for_each_coefficient(std::size_t run, bool with_newton, Visit visit) const;
-  mutable std::vector<double> mixed_;      // a row read between grid points
+  mutable std::vector<double> mixed_;      // a row interpolated between grid points, 1 + p
   mutable std::vector<double> projected_;  // rows of all coefficients, (2 + p) x m
 };
 

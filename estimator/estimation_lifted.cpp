@@ -1,4 +1,4 @@
-// Lifted Gauss-Newton: theta and the periodic solutions in one go.
+// Lifted Gauss-Newton: one iteration moves theta and the periodic solutions together.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -6,14 +6,14 @@
 #include "estimator/estimation_impl.hpp"
 
 namespace shaker::estimator {
-// One linearisation a step moves theta and all states together. Trusted only while it contracts:
-// anything odd (an inadmissible point, a singular matrix, steps that do not shrink) gives up, and
-// the caller starts the nested method from the parameters that were given. The first steps, which
-// only have to come near, are taken on the data's own few points.
+// The iteration is trusted only while it contracts. An inadmissible point, a singular matrix or
+// steps that do not shrink end it with false, and the caller starts the nested method from the
+// given parameters. The first steps, which need little accuracy, use the coarse grid of the data's
+// own points.
 bool Estimator::Impl::fit_lifted(bool warm) {
   last_step = std::numeric_limits<double>::infinity();
   if (!warm) {
-    if (model.coordinates() != 1) return false;  // the data tell nothing of the others
+    if (model.coordinates() != 1) return false;  // the data do not show the other coordinates
     auto& first = coarse.empty() ? systems : coarse;
     for (std::size_t r = 0; r < runs.size(); ++r) {
       if (!start_from_data(r, first[r])) return false;

@@ -1,4 +1,4 @@
-// The nested methods: the periodic solutions are converged for every theta.
+// The nested methods: for every theta the periodic solutions converge first.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,8 +13,9 @@ namespace {
 constexpr double kNearlyUndamped = 1e-5;
 constexpr int kEnoughAtBottom = 8;
 constexpr double kNothing = 1e-6;  // of the sum of squares
-// A curved valley, along which two parameters can hardly be told apart (figure 13), is walked in
-// hundreds of short steps; full Gauss-Newton steps settle soon or never.
+// Factor on the iterations of the damped method. It follows a curved valley, along which two
+// parameters can hardly be told apart (figure 13), in hundreds of short steps. Full Gauss-Newton
+// steps converge soon or never.
 constexpr int kPatience = 8;
 
 }  // namespace
@@ -69,9 +70,9 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
     }
     const bool solved = accepted;
     if (solved) accumulate(systems, false);
-    // At the bottom rounding decides whether the objective goes up or down: steps that short are
-    // taken as they come, and after some of them the bottom is reached. Steps that are short
-    // because there is no solution further on are at no bottom.
+    // At the minimum, rounding decides whether the objective rises or falls. A larger increase is
+    // therefore accepted for very short steps, and after some of them the minimum counts as
+    // reached. Steps that are short because no solution exists further on do not count.
     const bool bottom = step <= 1e3 * options.tolerance;
     if (damped) {
       const double slack = bottom ? 1e-9 : 1e-13;
@@ -102,7 +103,7 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
     grow = 2.0;
     lambda /= 8.0;
     if (options.keep_iterates) fit.iterates.push_back(fit.theta);
-    // A step that is short because it was damped proves nothing.
+    // A step that is short because of damping does not prove convergence.
     if (used_lambda <= kNearlyUndamped && !capped &&
         (left_after(step, previous) <= options.tolerance || at_bottom > kEnoughAtBottom)) {
       fit.status = FitStatus::converged;
@@ -124,9 +125,9 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
                 fit.iterations, last_run + 1, runs[last_run].data.frequency_hz, last.sentence());
 }
 
-// Whether the (nearly) undamped step promises nothing: nothing of the sum of squares, or a
-// prediction that hardly moves. Beside a fold of the solutions all steps are short, as the
-// sensitivities have no bound there, while the slope still points on. Changes `delta`.
+// Returns true if the (nearly) undamped step promises no gain: a negligible part of the sum of
+// squares, or a prediction that hardly moves. Near a fold of the solutions the sensitivities are
+// unbounded; all steps are then short although the gradient is not zero. Changes `delta`.
 bool Estimator::Impl::nothing_to_gain() {
   if (!box_step(kNearlyUndamped)) return false;
   double gain = 0.0;

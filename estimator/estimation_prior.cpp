@@ -1,9 +1,9 @@
-// Normal priors (3.8), and the variance that they are weighed against.
+// Normal priors (3.8) and the noise variance that gives them their weight.
 //
 // With noise variance s^2, -ln of the posterior is (SS(theta) + s^2 sum ((theta - m) / sigma)^2) /
-// (2 s^2), so a prior is one more datum of weight s^2 / sigma^2. An unknown s^2 is taken from the
-// residuals as they stand; the objective is then (n - q) ln SS + the prior's sum, whose stationary
-// points are the same.
+// (2 s^2). A prior is therefore one more datum of weight s^2 / sigma^2. If s^2 is unknown, the
+// present residuals give it. The objective is then (n - q) ln SS + the prior's sum, which has the
+// same stationary points.
 #include <algorithm>
 #include <cmath>
 #include <limits>

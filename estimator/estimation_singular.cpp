@@ -1,5 +1,5 @@
-// Covariance and undetermined parameters where the Gram matrix is too badly conditioned to tell: by
-// the singular values of the Jacobian.
+// Covariance and undetermined parameters from the singular values of the Jacobian, for problems
+// whose Gram matrix is too badly conditioned.
 #include <algorithm>
 #include <cmath>
 
@@ -12,16 +12,16 @@
 namespace shaker::estimator {
 namespace {
 
-// Below this share of the largest singular value of the scaled Jacobian a direction is lost in the
-// rounding of a periodic solution (1e-11 of the stroke) and its sensitivities.
+// A direction whose singular value is below this share of the largest one (of the scaled Jacobian)
+// is lost in the rounding of a periodic solution (1e-11 of the stroke) and of its sensitivities.
 constexpr double kSmallestSingular = 1e-8;
-// Part in a lost direction of unit length from which a parameter is in it: above what rounding and
-// the weakest of the directions that are left put there.
+// A parameter takes part in a lost direction of unit length if its component exceeds this limit. It
+// is above the components that rounding and the weakest determined direction cause.
 constexpr double kInvolved = 1e-3;
 
 }  // namespace
 
-// Badly conditioned: singular values of the scaled Jacobian itself, and the directions it lacks.
+// Finds rank, lost directions and covariance from the singular values of the scaled Jacobian.
 void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_t q) {
   const auto columns = static_cast<Eigen::Index>(q);
   Eigen::Index count = 0;
@@ -65,10 +65,10 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
     }
     fit.lost.push_back(std::move(lost));
   }
-  // What the data do not feel spends none of their degrees of freedom.
+  // A lost direction uses up no degree of freedom.
   fit.degrees_of_freedom += static_cast<long>(fit.lost.size());
   finish_noise();
-  // The pseudo-inverse: variances of what is determined do not depend on what is not.
+  // The pseudo-inverse: variances of determined parameters do not depend on the lost directions.
   for (std::size_t k = 0; k < q; ++k) {
     for (std::size_t l = 0; l < q; ++l) {
       const double unit = inverse(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));

@@ -1,4 +1,4 @@
-// Normal equations and the step inside the box.
+// Normal equations, and the step inside the bounds (the box).
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kFew = 8;  // parameters, for which a step allocates nothing
+constexpr int kFew = 8;  // up to this many parameters a step does not allocate
 constexpr double kLeastPivot = 1e-13;
 
 }  // namespace
@@ -48,7 +48,7 @@ void Estimator::Impl::normal_equations() {
   if (priors) add_priors();
 }
 
-// Minimises the quadratic of (gram + lambda diag) delta = gradient inside the box.
+// Minimises the quadratic form of (gram + lambda diag) delta = gradient inside the bounds.
 bool Estimator::Impl::box_step(double lambda) {
   const std::size_t q = free.size();
   const auto& parameters = model.parameters();
@@ -68,7 +68,7 @@ bool Estimator::Impl::box_step(double lambda) {
   return true;
 }
 
-// By Cholesky, those that are held staying where they are.
+// Solves by Cholesky factorisation; held parameters do not move.
 bool Estimator::Impl::solve_free(double lambda) {
   const std::size_t q = free.size();
   for (std::size_t k = 0; k < q; ++k) {
@@ -84,7 +84,7 @@ bool Estimator::Impl::solve_free(double lambda) {
       sum -= factors[k * q + m] * factors[k * q + m];
     if (!(sum > kLeastPivot * diagonal)) return false;
     const double inverse = 1.0 / std::sqrt(sum);
-    factors[k * q + k] = inverse;  // of the factor's diagonal
+    factors[k * q + k] = inverse;  // of the diagonal of the factor
     for (std::size_t r = k + 1; r < q; ++r) {
       double value = factors[r * q + k];
       for (std::size_t m = 0; m < k; ++m)
@@ -105,7 +105,8 @@ bool Estimator::Impl::solve_free(double lambda) {
   return true;
 }
 
-// Whether `delta` is the minimum in the box already: nothing leaves it, and what is held would.
+// True if `delta` is already the minimum inside the bounds: no free parameter leaves them, and
+// every held one would.
 bool Estimator::Impl::stays_inside(double lambda) const {
   const std::size_t q = free.size();
   for (std::size_t k = 0; k < q; ++k) {
@@ -155,8 +156,8 @@ bool Estimator::Impl::box_minimum_step(double lambda) {
   return true;
 }
 
-// Of what a parameter was or becomes, whichever is more: one that leaves a bound at zero has moved
-// by all of itself, not by any number of times.
+// Largest step relative to the parameter before or after it, whichever is larger. A parameter that
+// leaves a bound at zero thus has the relative step 1, not a huge one.
 double Estimator::Impl::relative_step() const {
   double worst = 0.0;
   for (std::size_t k = 0; k < free.size(); ++k) {
@@ -167,8 +168,9 @@ double Estimator::Impl::relative_step() const {
   return worst;
 }
 
-// Far from the optimum the linearisation sends badly determined parameters off by orders of
-// magnitude, down valleys that take long to come back from: no step more than doubles a parameter.
+// Shortens the step so that no parameter moves by more than its present or its starting value. Far
+// from the optimum the linearisation moves badly determined parameters by orders of magnitude, into
+// valleys from which the iteration returns slowly. Returns true if it shortened the step.
 bool Estimator::Impl::cap_step(const std::vector<double>& start) {
   double share = 1.0;
   for (std::size_t k = 0; k < delta_full.size(); ++k) {

@@ -1,5 +1,5 @@
-// What an estimate is worth: covariance (3.27), noise (3.28), condition. What widens the covariance
-// is in estimation_covariance.cpp, what the data do not determine in estimation_singular.cpp,
+// Inference from a fit: covariance (3.27), noise (3.28), condition. Contributions that widen the
+// covariance are in estimation_covariance.cpp, undetermined parameters in estimation_singular.cpp,
 // intervals (3.29) in estimation_description.cpp.
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,8 @@
 namespace shaker::estimator {
 namespace {
 
-// The Gram matrix squares the condition; beyond this it is left for the singular values.
+// The Gram matrix squares the condition number of the Jacobian. Above this limit for the Jacobian
+// the singular values are used.
 constexpr double kGramCondition = 1e4;
 
 double cached_quantile(double confidence, double degrees) {
@@ -33,15 +34,15 @@ double cached_quantile(double confidence, double degrees) {
 void Estimator::Impl::finish() {
   const bool solved = fit.status != FitStatus::no_solution;
   if (finish_from(solved ? residual_sum() : 0.0)) return;
-  // Data that do not determine a parameter are a grave thing to say: not before the sensitivities
-  // have been made anew, without what the corrections at the kinks remember of the steps before.
+  // Before a parameter is called undetermined, compute the sensitivities anew, free from what the
+  // corrections at the velocity reversals kept of earlier steps.
   if (look_anew() && finish_from(residual_sum())) return;
   finish_by_svd(scratch_vector, free.size());
   finish_errors();
 }
 
 bool Estimator::Impl::look_anew() {
-  constexpr int kRounds = 3;  // the corrections feed on the sensitivities of the round before
+  constexpr int kRounds = 3;  // the corrections need the sensitivities of the round before
   for (PeriodicSystem& system : systems) {
     system.begin();
     for (int round = 0; round < kRounds; ++round) {
@@ -77,7 +78,7 @@ bool Estimator::Impl::finish_from(double residuals) {
   return true;
 }
 
-// Covariance and standard errors from the inverse that stands in fit.covariance.
+// Covariance and standard errors from the inverse Gram matrix in fit.covariance.
 void Estimator::Impl::finish_errors() {
   const std::size_t q = free.size();
   const bool excitation_noise = std::any_of(runs.begin(), runs.end(), [](const RunState& run) {
@@ -101,7 +102,7 @@ void Estimator::Impl::finish_errors() {
   }
 }
 
-// Only now: what widens the covariance of the others takes the whole of it.
+// Runs last, because the contributions that widen the covariance need the complete inverse.
 void Estimator::Impl::forget_undetermined() {
   const std::size_t q = free.size();
   for (std::size_t k = 0; k < q; ++k) {
@@ -112,8 +113,8 @@ void Estimator::Impl::forget_undetermined() {
   }
 }
 
-// The last linearisation stands one (tiny) step before the solution; its rows are good to second
-// order there, and so is the sum of squares of what is left.
+// Sum of squared residuals. The last linearisation is one (tiny) step before the solution. Its rows
+// are accurate there to second order, and so is this sum.
 double Estimator::Impl::residual_sum() const {
   double left = 0.0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -124,7 +125,7 @@ double Estimator::Impl::residual_sum() const {
   return left;
 }
 
-// s of (3.28), or what is known of it.
+// Noise: s of (3.28), or the known value.
 void Estimator::Impl::finish_noise() {
   const auto degrees = static_cast<double>(fit.degrees_of_freedom);
   const bool known = covariances || options.noise > 0.0;
@@ -135,7 +136,7 @@ void Estimator::Impl::finish_noise() {
     fit.lack_of_fit = chi_squared_above(fit.sum_of_squares / scale, degrees);
   }
   if (!covariances) return;
-  // Of one cycle's displacement at one time, in the band of the coefficients.
+  // Noise of one cycle's displacement at one time, in the frequency band of the coefficients.
   double variance = 0.0;
   for (const RunState& run : runs) {
     const std::size_t m = run.count();
@@ -146,7 +147,7 @@ void Estimator::Impl::finish_noise() {
   fit.noise = std::sqrt(variance);
 }
 
-// Well conditioned: eigenvalues of the Gram matrix with unit diagonal.
+// For a well conditioned problem: eigenvalues of the Gram matrix with unit diagonal.
 bool Estimator::Impl::finish_definite(const std::vector<double>& scale, std::size_t q) {
   constexpr int kMost = 8;
   if (q > kMost) return false;

@@ -1,17 +1,20 @@
-// A model: a sum of effects on the generalised coordinates, written as a residual
+// A model of the damper on the table: a sum of effects on the generalised coordinates, written
+// as a residual,
 //
-//     g(u, u', u''; x, theta) = M u'' + sum over effects of w f(c.u, c.u', c.u''; theta) - e x(t) =
-//     0
+//     g(u, u', u''; x, theta) = M u'' + sum over effects of w f(c.u, c.u', c.u''; theta)
+//                                     - e x(t) = 0
 //
-// with u the s coordinates (s = 1 for the oleo: its stroke), M the mass matrix over the reference
-// mass, c the combination of coordinates that an effect sees, w the equations in which its force
-// stands, e the way in which the table's acceleration x enters. Equations (5.1), (6.2), (6.3).
+// u: the s coordinates (s = 1 for the oleo: its stroke). M: the mass matrix over the reference
+// mass. c: the combination of coordinates that an effect sees. w: the equations in which its
+// force acts. e: how the table's acceleration x enters the equations. Equations (5.1), (6.2),
+// (6.3).
 //
-// The internal coordinates of effects with memory follow behind the model file's own: for whoever
-// solves the model they are coordinates like all others, with no mass and the effect's row as their
-// equation. `order` says which derivative of a coordinate its equations know.
+// The coordinates of the model file come first. Further coordinates follow: that of an effect in
+// series, and the internal coordinates of effects with memory. For a solver they are coordinates
+// like the others, but without mass. The equation of an internal coordinate is the effect's row.
+// `order` is the highest derivative of a coordinate in the equations.
 //
-// Immutable after construction: one model serves all threads, each with its own PeriodicSystem.
+// Immutable after construction: all threads may use one model, each with its own PeriodicSystem.
 #pragma once
 
 #include <memory>
@@ -34,8 +37,8 @@ struct ModelParameter {
   std::optional<double> prior_mean, prior_standard_deviation;  // both or none: normal prior (3.8)
 };
 
-// Values at n points, an array per coordinate; see Points for alignment and for the excitation. A
-// model that does not say needs_carrier() reads x only.
+// Values at n points, one array a coordinate. See Points for alignment and for the excitation. A
+// model reads x only, unless needs_carrier().
 struct ModelPoints {
   int n = 0;
   const double* const* u = nullptr;
@@ -49,8 +52,9 @@ struct ModelPoints {
   const double* harmonics = nullptr;
 };
 
-// Residual and partial derivatives at n points, all overwritten. g has s arrays; the Jacobians s*s,
-// row (equation) by row; g_theta s*p, row by row. `scratch` has Model::scratch_arrays() arrays.
+// Residual and partial derivatives at n points; evaluate overwrites all of them. g: s arrays;
+// the Jacobians: s x s, row (equation) by row; g_theta: s x p, row by row. `scratch`:
+// Model::scratch_arrays() arrays. Every array holds n values.
 struct ModelForces {
   double* const* g = nullptr;
   double* const* g_u = nullptr;
@@ -62,77 +66,81 @@ struct ModelForces {
 
 class Model {
  public:
-  // An effect in its place in the model.
+  // An effect and its place in the model.
   struct Term {
     const Effect* effect = nullptr;
     int first_parameter = 0;
-    int first_internal = 0;  // coordinate, when it has internal ones
+    int first_internal = 0;  // its first internal coordinate, if it has any
     int first_exciter_column = 0;
-    std::vector<int> borrowed;  // the model's parameter, or -1 where `otherwise` stands
+    std::vector<int> borrowed;  // index of the model's parameter; -1: use `otherwise`
     std::vector<double> constants;
     std::vector<double> sees, acts;  // s each
 
-    // Own and borrowed parameters, kMostParameters at most.
+    // Copies own, then borrowed parameters from theta (all) to local (at most kMostParameters).
     void gather(const double* theta, double* local) const;
   };
 
-  // Throws std::invalid_argument with the model file's name, the place and what is allowed, for an
-  // unknown effect, parameter or constant, contradictory bounds, or a start outside them.
+  // Throws std::invalid_argument for an unknown effect, parameter or constant, contradictory
+  // bounds or a start outside them. The message names the model file and the place.
   explicit Model(const config::ModelSpec& spec);
 
   const std::string& name() const { return name_; }
   const std::string& length_unit() const { return length_unit_; }
   int coordinates() const { return static_cast<int>(order_.size()); }  // internal ones included
-  int mechanical() const { return mechanical_; }                       // the first of them
+  int mechanical() const { return mechanical_; }                       // those of the model file
   // Highest derivative of a coordinate in the equations: 2 (has inertia) or 1.
   int order(int coordinate) const { return order_[static_cast<std::size_t>(coordinate)]; }
   const std::string& coordinate_name(int coordinate) const {
     return coordinate_names_[static_cast<std::size_t>(coordinate)];
   }
-  // Where a search for the equilibrium begins: 0 but for some internal coordinates.
+  // Start value of a search for the equilibrium: 0 except for some internal coordinates.
   double rest(int coordinate) const { return rest_[static_cast<std::size_t>(coordinate)]; }
   int observed() const { return observed_; }  // the coordinate that the displacement sensor sees
   double mass(int equation, int coordinate) const {
     return mass_[static_cast<std::size_t>(equation * coordinates() + coordinate)];
   }
-  // The way in which the table's acceleration enters an equation (not that of exciter effects).
+  // Factor of the table's acceleration in an equation, before the effects of the exciter.
   double excitation(int equation) const { return excitation_[static_cast<std::size_t>(equation)]; }
   int parameter_count() const { return static_cast<int>(parameters_.size()); }
   const std::vector<ModelParameter>& parameters() const { return parameters_; }
   std::vector<double> start() const;
 
-  // Effects that make forces, each after those that it borrows from.
+  // Effects with forces; each comes after those whose parameters it borrows.
   std::span<const Term> terms() const { return terms_; }
-  // Stages between the displacement and its measured number, in the order of the model file.
+  // Instrument stages between displacement and measured value, in the order of the model file.
   std::span<const Term> instruments() const { return instruments_; }
-  // Some effect wants ModelPoints' quadrature and carrier: only periodic excitations have them.
+  // True if an effect needs ModelPoints' quadrature and carrier, which only a periodic
+  // excitation has.
   bool needs_carrier() const { return needs_carrier_; }
 
-  // False when a point is inadmissible. Neither allocates nor throws.
+  // Residual and derivatives; theta holds all parameters. Returns false if a point is
+  // inadmissible. Neither allocates nor throws.
   bool evaluate(const ModelPoints& at, const double* theta, const ModelForces& out) const;
   int scratch_arrays() const { return scratch_arrays_; }
 
-  // Not the residual but a part of it, in the same arrays: the load that goes through the damper,
-  // or the motion of the base under it (a tyre's). No mass, no excitation.
+  // A part of the residual in the same arrays: the load that the damper carries, or the motion
+  // of the base under it (a tyre). Mass and table excitation are not included.
   enum class Part { load, base };
   bool evaluate_part(Part part, const ModelPoints& at, const double* theta,
                      const ModelForces& out) const;
 
-  // The excitation as the effects of the exciter correct it, n values, and its derivatives over all
-  // parameters (p arrays). `scratch` as in evaluate.
+  // The excitation as corrected by the effects of the exciter (n values), and its derivatives
+  // with respect to all parameters (p arrays). `scratch` as in evaluate.
   void true_excitation(const ModelPoints& at, const double* theta, double* x,
                        double* const* x_theta, double* const* scratch) const;
 
   bool has_velocity_kink() const { return kinked_; }
-  // Jump of d2g/dv2 at v = 0 and stroke u for a model of one coordinate (Effect::velocity_kink); 0
-  // for more.
+  // Jump of d2g/dv2 at v = 0 and stroke u (Effect::velocity_kink). 0 for a model of several
+  // coordinates, or whose effects do not see and act on the only one with weight 1.
   double velocity_kink(const double* theta, double u = 0.0) const;
-  // Its derivative over each parameter; `theta` is put back as it was.
+  // Derivative of velocity_kink with respect to each parameter. It changes `theta` and restores
+  // it.
   void velocity_kink_gradient(std::span<double> theta, double* gradient) const;
 
-  // Eight models abreast, each with parameters of its own: see Effect::evaluate_lanes for the order
-  // of points and parameters. Returns a bit for each lane that is admissible throughout. Only for
-  // models of which lanes_possible(): one coordinate, effects that need nothing else.
+  // Eight models in the lanes of a batch, each with its own parameters. Effect::evaluate_lanes
+  // defines the order of points and parameters. Returns a bit for each lane that is admissible
+  // at all its points. Only if lanes_possible(): one coordinate, and no effect with an
+  // instrument, an exciter, a carrier or borrowed parameters.
   bool lanes_possible() const;
   unsigned evaluate_lanes(const ModelPoints& at, const double* theta, const ModelForces& out) const;
 
@@ -153,11 +161,11 @@ class Model {
   std::string name_, length_unit_;
   int mechanical_ = 1;
   int observed_ = 0;
-  bool plain_ = true;  // one coordinate, forces straight into its equation
+  bool plain_ = true;  // one coordinate; effects add directly to its equation
   bool needs_carrier_ = false, kinked_ = false;
   int scratch_arrays_ = 0;
   int most_parameters_ = 0, most_internals_ = 0, exciter_parameters_ = 0;
-  std::vector<std::shared_ptr<const Effect>> own_effects_;  // by formula, from the model file
+  std::vector<std::shared_ptr<const Effect>> own_effects_;  // given by formula in the model file
   std::vector<Term> terms_, instruments_;
   std::vector<ModelParameter> parameters_;
   std::vector<int> order_;

@@ -1,4 +1,4 @@
-// The arrays of points that Model::evaluate reads and fills, cut out of one store.
+// The arrays that Model::evaluate reads and fills, as slices of one store.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,8 @@ inline std::size_t point_arrays(const Model& model) {
                                   model.scratch_arrays());
 }
 
-// point_arrays() of them, the first at `first`, each `apart` doubles after the one before.
+// Appends point_arrays() arrays to the lists of `out`: the first at `first`, each `apart`
+// doubles after the previous one.
 inline void cut_point_arrays(const Model& model, double* first, std::ptrdiff_t apart,
                              const PointArrays& out) {
   const auto take = [&](std::vector<double*>& list, int count) {
@@ -35,13 +36,13 @@ inline void cut_point_arrays(const Model& model, double* first, std::ptrdiff_t a
   take(out.scratch, model.scratch_arrays());
 }
 
-// Their owner, for whoever has no layout of his own. `x` is the excitation.
+// Owns such arrays, for callers without a layout of their own. `x` is the excitation.
 struct ModelArrays {
   AlignedVector store;
   std::vector<double*> u, v, a, g, g_u, g_v, g_a, g_theta, scratch;
   double* x = nullptr;
 
-  // All zero; for `points` points at most.
+  // Allocates arrays of at least `points` values, all zero.
   void shape(const Model& model, int points) {
     const auto apart = (static_cast<std::size_t>(points) + 7) / 8 * 8;
     store.assign(apart * (point_arrays(model) + 1), 0.0);
@@ -52,7 +53,7 @@ struct ModelArrays {
     x = store.data();
   }
 
-  // At the first n points; false where the model is inadmissible there.
+  // Evaluates the first n points. Returns false if the model is inadmissible at one of them.
   bool evaluate(const Model& model, int n, const double* theta) const {
     return evaluate(model, n, theta, x);
   }

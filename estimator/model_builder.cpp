@@ -21,7 +21,7 @@ std::string known_effects() {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// "1/m" becomes "1/ft" in a model that counts in feet.
+// "1/m" becomes "1/ft" in a model whose length unit is the foot.
 std::string relabel(std::string_view unit, const std::string& length) {
   std::string text(unit);
   if (length == "m") return text;
@@ -41,7 +41,7 @@ std::vector<double> one_or(const std::vector<double>& given, std::size_t size, d
   return given.empty() && size == 1 ? std::vector<double>{value} : given;
 }
 
-// A square matrix, row by row, grown by one row and column of zeros.
+// Adds a row and a column of zeros to a square matrix (row by row).
 void grow(std::vector<double>& matrix, std::size_t size) {
   std::vector<double> grown((size + 1) * (size + 1), 0.0);
   for (std::size_t r = 0; r < size; ++r)
@@ -121,8 +121,8 @@ const Effect* ModelBuilder::own_effect(const config::EffectSpec& spec, const std
   return model_.own_effects_.back().get();
 }
 
-// What an effect sees and where it acts. Instruments do neither; the exciter acts where the
-// excitation does.
+// Sets which coordinates an effect sees and in which equations it acts. An instrument sees
+// none. An effect of the exciter acts where the excitation does.
 void ModelBuilder::place_in_coordinates(const config::EffectSpec& spec, const std::string& place,
                                         Model::Term& term) {
   const auto s = static_cast<std::size_t>(model_.mechanical_);
@@ -208,7 +208,8 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
   }
 }
 
-// The lender is the effect of that name that sees the same motion; among several, the first.
+// The lender of a parameter is the effect of that name that sees the same motion; if several do,
+// the first. If none does, it is the first effect of that name.
 void ModelBuilder::borrow() {
   const auto lend = [&](Model::Term& term) {
     for (const Borrowed& want : term.effect->borrows()) {
@@ -244,7 +245,7 @@ void ModelBuilder::borrow() {
     lend(term);
 }
 
-// A borrower adds to columns that its lender sets: lenders go first.
+// Sorts lenders before borrowers, because a borrower adds to columns that its lender sets.
 void ModelBuilder::sort_by_lender() {
   std::vector<Model::Term> sorted;
   std::vector<char> ready(static_cast<std::size_t>(model_.parameter_count()), 0);
@@ -265,9 +266,9 @@ void ModelBuilder::sort_by_lender() {
   waiting = std::move(sorted);
 }
 
-// An effect in series (free play) parts the damper from the mass: what saw the same motion and
-// acted at the same place now sees the damper's own stroke, a new coordinate whose equation is the
-// balance of the loads on the massless joint.
+// An effect in series (free play) separates the damper from the mass. Effects that carry load,
+// saw the same motion and acted at the same place now see the damper's own stroke. This is a
+// new coordinate, whose equation is the balance of loads on the massless joint.
 void ModelBuilder::add_series_coordinate() {
   const auto is_series = [](const Model::Term& t) { return t.effect->in_series(); };
   const auto series = std::find_if(model_.terms_.begin(), model_.terms_.end(), is_series);

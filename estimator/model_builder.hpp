@@ -1,5 +1,6 @@
-// Builds a Model from its file: finds effects, resolves parameters, borrowings and coordinates, and
-// says what is wrong. Private to the model's sources.
+// Builds a Model from its specification: finds effects, and resolves parameters, borrowed
+// parameters and coordinates. Throws std::invalid_argument that names file, place and error.
+// Private to the sources of the model.
 #pragma once
 
 #include <string>

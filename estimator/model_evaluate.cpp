@@ -1,4 +1,4 @@
-// The residual of a model and its partial derivatives: the loops over points.
+// The residual of a model and its partial derivatives: loops over the points.
 #include <algorithm>
 #include <cmath>
 
@@ -42,13 +42,13 @@ SHAKER_SIMD_CLONES void begin_equation(int n, double mass, double excitation,
   }
 }
 
-// Inertia and excitation of the only equation; no slopes yet.
+// Sets inertia and excitation of the only equation, with zero derivatives over u and v.
 void begin_plain(const ModelPoints& at, double mass, double excitation, const ModelForces& out) {
   begin_equation(at.n, mass, excitation, at.a[0], at.x, out.g[0], out.g_u[0], out.g_v[0],
                  out.g_a[0]);
 }
 
-// Straight into that equation.
+// Lets an effect add directly to that equation.
 Forces plain_forces(const ModelForces& out) {
   Forces forces;
   forces.f = out.g[0];
@@ -58,7 +58,7 @@ Forces plain_forces(const ModelForces& out) {
   return forces;
 }
 
-// Where things are in the scratch arrays of `evaluate_general`.
+// Layout of the scratch arrays of `evaluate_general`.
 constexpr int kLocal = 0;  // u, v, a
 constexpr int kForce = 3;  // f, f_u, f_v, f_a, f_x
 constexpr int kTrueX = 8;  // the corrected excitation
@@ -66,7 +66,8 @@ constexpr int kFurther = 9;
 
 }  // namespace
 
-// One effect's share: its arrays in the scratch, and the model's parameter behind each of its own.
+// The contribution of one effect: its arrays in the scratch, and for each of its own parameters
+// the index in the model.
 struct Model::Share {
   const Term* term;
   int n, s, p, first, internals, own, all;
@@ -80,7 +81,7 @@ bool Model::evaluate(const ModelPoints& at, const double* theta, const ModelForc
   return plain_ ? evaluate_plain(at, theta, out) : evaluate_general(at, theta, out);
 }
 
-// One coordinate: the effects add straight into the output.
+// For one coordinate: the effects add directly to the output.
 bool Model::evaluate_plain(const ModelPoints& at, const double* theta,
                            const ModelForces& out) const {
   const int n = at.n;
@@ -136,8 +137,8 @@ unsigned Model::evaluate_lanes(const ModelPoints& at, const double* theta,
   return sound;
 }
 
-// Several: each effect sees a combination of coordinates; its force and slopes are spread over the
-// equations in which it stands.
+// For several coordinates: each effect sees a combination of them. Its force and derivatives are
+// distributed over the equations in which it acts.
 bool Model::evaluate_general(const ModelPoints& at, const double* theta,
                              const ModelForces& out) const {
   clear(at, theta, out);
@@ -168,7 +169,7 @@ bool Model::evaluate_part(Part part, const ModelPoints& at, const double* theta,
   return true;
 }
 
-// All outputs to zero; the corrected excitation to what effects will see of it.
+// Sets all outputs to zero, and computes the corrected excitation that the effects see.
 void Model::clear(const ModelPoints& at, const double* theta, const ModelForces& out) const {
   const int s = coordinates();
   for (int d = 0; d < s; ++d) {
@@ -303,7 +304,8 @@ void Model::spread_force(const Share& share, const ModelForces& out) const {
   }
 }
 
-// The effect's own equations: its slopes over its internal coordinates stand there already.
+// Adds the effect's own equations. Their derivatives over its internal coordinates are already
+// in place.
 void Model::spread_rows(const Share& share, const ModelForces& out) const {
   for (int r = 0; r < share.internals; ++r) {
     const int d = share.first + r;
@@ -322,7 +324,7 @@ void Model::spread_rows(const Share& share, const ModelForces& out) const {
   }
 }
 
-// What an effect sees of the excitation depends on the exciter's parameters.
+// Adds the dependence on the exciter's parameters of an effect that sees the excitation.
 void Model::spread_excitation(const Share& share, const ModelForces& out) const {
   const auto add_product = [&](double w, const double* slope, const double* column,
                                double* target) {
@@ -365,7 +367,7 @@ void Model::true_excitation(const ModelPoints& at, const double* theta, double* 
   }
 }
 
-// By a forward difference: kinks are linear in their coefficients.
+// Forward difference; it is exact for a jump that is linear in its coefficients.
 void Model::velocity_kink_gradient(std::span<double> theta, double* gradient) const {
   const double kink = velocity_kink(theta.data());
   for (std::size_t k = 0; k < theta.size(); ++k) {

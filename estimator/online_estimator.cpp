@@ -19,7 +19,7 @@ constexpr double kLeastWeight = 1e-9;
 
 namespace online {
 
-// Running mean of the cycles of one run, point by point, and their scatter about it (Welford).
+// Running mean of the cycles of one run, point by point, and scatter about it (Welford).
 struct RunMean {
   int run = 0;
   RunData data;
@@ -29,7 +29,7 @@ struct RunMean {
     return data.displacement.size() == cycle.displacement.size() &&
            data.excitation.size() == cycle.excitation.size();
   }
-  // A cycle more came after these; this run's mean stays, its weight falls.
+  // Reduces the weight of these cycles by one step of forgetting. The mean does not change.
   void forget(double forgetting) {
     data.cycles *= forgetting;
     data.scatter *= forgetting;
@@ -41,7 +41,7 @@ struct RunMean {
     const double share = 1.0 / data.cycles;
     data.frequency_hz += share * (cycle.frequency_hz - data.frequency_hz);
     data.amplitude += share * (cycle.amplitude - data.amplitude);
-    // Of the mean: independent errors of the single cycles.
+    // Error of the mean: the errors of the single cycles are independent.
     excitation_variance += cycle.excitation_error * cycle.excitation_error;
     data.excitation_error = std::sqrt(excitation_variance) / data.cycles;
     for (std::size_t i = 0; i < data.excitation.size(); ++i)
@@ -85,7 +85,7 @@ struct OnlineEstimator::State {
     theta = model.start();
   }
 
-  // Before a cycle is added: all that came before it counts less.
+  // Applies the forgetting factor to all earlier cycles before a cycle is added.
   void forget() {
     if (forgetting == 1.0) return;
     for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -99,11 +99,11 @@ struct OnlineEstimator::State {
   double forgetting = 1.0;
   std::vector<RunMean> runs;
   std::unique_ptr<Estimator> estimator;
-  std::unique_ptr<online::ChangeWatch> watch;  // none: no test for changes
+  std::unique_ptr<online::ChangeWatch> watch;  // null: no test for changes
   online::BiasWatch bias;
-  std::vector<std::string> seen;  // changes, for the estimates that follow
-  std::vector<double> theta;      // the last good one: where the next fit starts
-  bool warm = false;              // the states of all runs belong to theta
+  std::vector<std::string> seen;  // sentences on changes, repeated in all later estimates
+  std::vector<double> theta;      // last good one: start of the next fit
+  bool warm = false;              // true: the periodic solutions of all runs belong to theta
 };
 
 OnlineEstimator::OnlineEstimator(const config::ModelSpec& model, OnlineOptions options)

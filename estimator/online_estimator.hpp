@@ -1,10 +1,11 @@
-// The estimate after every cycle: warm-started, all runs of the campaign counting jointly.
+// Sequential estimation: one estimate after every cycle, from all runs of the campaign together,
+// with a warm start.
 //
-// Maximum likelihood with unknown noise variance. Cycles of one run are averaged point by point
-// (the sufficient statistic for white noise), the scatter about that mean gives the cycle-to-cycle
-// noise. With forgetting < 1 a cycle counts less for every cycle that came after it; with a rate of
-// false alarms, a test (online/change_detector.hpp) watches for parameters that change during a
-// run.
+// The estimate is the maximum likelihood with unknown noise variance. Cycles of one run are
+// averaged point by point, which is the sufficient statistic for white noise. Their scatter
+// about the mean contains the noise between cycles. With forgetting < 1 a cycle loses weight
+// with every later cycle. With a false-alarm rate, a test (online/change_detector.hpp) detects
+// parameters that change during a run.
 #pragma once
 
 #include <memory>
@@ -17,28 +18,30 @@
 namespace shaker::estimator {
 
 struct OnlineOptions {
-  int grid_points = 128;  // of the periodic solution; the data's n need not divide it
+  int grid_points = 128;  // least number for the periodic solution; raised to fit the data
   int max_iterations = 50;
-  double forgetting = 1.0;  // weight of a cycle for each cycle of its age, in (0, 1]
-  // Rate at which the test for changes may raise false alarms; 0: no test.
+  double forgetting = 1.0;  // factor on a cycle's weight for every later cycle, in (0, 1]
+  // False-alarm rate of the test for changes, per cycle; 0: no test.
   double false_alarms_per_cycle = 0.0;
 };
 
-// One thread at a time. The fit in `add` allocates only when a new run begins. Values are without
-// the bias of second order where that matters (online/bias_watch.hpp), as in a batch.
+// One thread at a time may use it. `add` allocates. The estimates are corrected for second-order
+// bias where it matters (online/bias_watch.hpp), as in a batch estimation.
 class OnlineEstimator {
  public:
-  // Throws std::invalid_argument when the model names an unknown effect or parameter, with the
-  // place.
+  // Throws std::invalid_argument for an invalid model, naming the place in its file, or for a
+  // forgetting factor outside (0, 1].
   explicit OnlineEstimator(const config::ModelSpec& model, OnlineOptions options = {});
   ~OnlineEstimator();
   OnlineEstimator(OnlineEstimator&&) noexcept;
   OnlineEstimator& operator=(OnlineEstimator&&) noexcept;
 
-  // Exactly one estimate per accepted cycle. An Error (not_converged, invalid) keeps the state of
-  // before the cycle's fit but keeps the cycle.
+  // Adds a cycle and returns the new estimate. Error `invalid`: the cycle cannot be used; one
+  // with non-finite samples or another number of points is left out. Error `not_converged`: the
+  // cycle counts, but the last good theta stays and the next fit starts from it.
   Result<Estimate> add(const MeasuredCycle& cycle);
   void reset();
+  // Forgets all cycles and starts again from the model's own parameters.
 
  private:
   struct State;

@@ -46,7 +46,8 @@ Result<void> check(const Record& r, double frequency_hz) {
   return {};
 }
 
-// Harmonics of the excitation by least squares at the frequency f; the residual's sum of squares.
+// Fits harmonics of the excitation at the frequency f by least squares. Returns the residual
+// sum of squares.
 double fit_harmonics(const Record& r, double f, int harmonics, Eigen::VectorXd& c) {
   const auto n = static_cast<Eigen::Index>(r.t.size());
   Eigen::MatrixXd basis(n, 1 + 2 * harmonics);
@@ -65,10 +66,10 @@ double fit_harmonics(const Record& r, double f, int harmonics, Eigen::VectorXd& 
   return (x - basis * c).squaredNorm();
 }
 
-// The frequency at which a few harmonics explain the excitation best, within 1 % of the nominal
-// one.
+// Returns the frequency, within 1 % of the nominal one, at which a few harmonics fit the
+// excitation best.
 double refine_frequency(const Record& r, double nominal) {
-  if ((r.t.back() - r.t.front()) * nominal < 1.5) return nominal;  // too short to tell
+  if ((r.t.back() - r.t.front()) * nominal < 1.5) return nominal;  // too short to decide
   Eigen::VectorXd c;
   double low = 0.99 * nominal;
   double high = 1.01 * nominal;
@@ -95,7 +96,8 @@ double refine_frequency(const Record& r, double nominal) {
   return 0.5 * (low + high);
 }
 
-// Exactly one period on equal steps from tau = 0: the grid can hit the samples.
+// True for exactly one period on equal steps from tau = 0: grid points can then meet the
+// samples.
 bool is_one_period(const Record& r, double f) {
   const double n = static_cast<double>(r.t.size());
   for (std::size_t i = 0; i < r.t.size(); ++i) {
@@ -123,7 +125,8 @@ Result<RunData> run_from_record(const Record& record, double frequency_hz, doubl
     run.amplitude = std::hypot(c[1], c[2]);
     if (!(run.amplitude > 1e-9 * (std::fabs(c[0]) + 1.0)))
       return invalid("the excitation never changes");
-    // x = A cos(2 pi f (t - t0) - phi): the fundamental peaks where 2 pi f (t - t0) = phi.
+    // x = A cos(2 pi f (t - t0) - phi): the fundamental has its peak where 2 pi f (t - t0) =
+    // phi.
     const double phi = std::atan2(c[2], c[1]);
     shift = -phi / kTwoPi - run.frequency_hz * record.t[0];
     run.excitation.assign(kExcitationPoints, 0.0);

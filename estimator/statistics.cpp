@@ -19,7 +19,8 @@ double student_t_quantile(double probability, double degrees) {
 }
 
 double chi_squared_above(double value, double degrees) {
-  // Data without noise, and many: below the smallest double, and beyond what Boost can represent.
+  // Many data without noise: the result differs from 1 by less than the smallest double, and
+  // Boost cannot represent it.
   constexpr double kMany = 1000.0, kNothing = 0.1;
   if (degrees > kMany && value < kNothing * degrees) return 1.0;
   return boost::math::cdf(

@@ -1,20 +1,21 @@
-// The few distribution functions that estimates need (Boost.Math behind them).
+// The distribution functions that estimates need, computed by Boost.Math.
 #pragma once
 
 namespace shaker::estimator {
 
-// Quantile of Student's t: student_t_quantile(0.975, 36) = 2.028. `degrees` may be fractional, > 0;
-// infinite: of the normal distribution.
+// Quantile of Student's t: student_t_quantile(0.975, 36) = 2.028. `degrees` is positive and may
+// be fractional; infinite gives the normal distribution.
 double student_t_quantile(double probability, double degrees);
 
-// Probability of more than `value` under chi squared, and under Fisher's F.
+// Probability of more than `value` for chi-squared and for Fisher's F. A negative value counts
+// as 0.
 double chi_squared_above(double value, double degrees);
 double fisher_f_above(double value, double degrees1, double degrees2);
 
-// Probability of a |t| of more than that under Student's t.
+// Probability that |t| of Student's t exceeds the given one.
 double student_t_two_sided(double t, double degrees);
 
-// The first three derivatives of the logarithm of the gamma function, for x > 0.
+// First, second and third derivative of the logarithm of the gamma function, for x > 0.
 double digamma(double x);
 double trigamma(double x);
 double tetragamma(double x);

@@ -1,4 +1,4 @@
-// What a measured number is about.
+// The quantities that a rig measures.
 #pragma once
 
 #include <iterator>
@@ -16,8 +16,8 @@ enum class Channel : unsigned char {
   excitation,    // acceleration x of the table, m/s^2
   acceleration,  // acceleration of the sprung mass, m/s^2 (optional)
   force,         // load cell, N (optional)
-  // Whatever else the rig measures: recorded, exported and shown, never estimated from. The rig
-  // file gives each a name and a unit (ChannelLabel).
+  // Other quantities of the rig: recorded, exported and shown, but not used for estimates. The
+  // rig file gives each a name and a unit (ChannelLabel).
   aux1,
   aux2,
   aux3,
@@ -44,7 +44,7 @@ constexpr std::string_view name(Channel channel) {
   static_assert(std::size(names) == kChannelCount);
   return names[static_cast<int>(channel)];
 }
-// Of an auxiliary channel only the rig file knows it.
+// SI unit of a channel; empty for an auxiliary channel, whose unit is in the rig file.
 constexpr std::string_view unit(Channel channel) {
   constexpr std::string_view units[kChannelCount] = {"m", "m/s^2", "m/s^2", "N"};
   return units[static_cast<int>(channel)];
@@ -56,13 +56,13 @@ constexpr std::optional<Channel> channel_from_name(std::string_view text) {
   return std::nullopt;
 }
 
-// What an auxiliary channel is called in this laboratory.
+// Name and unit of an auxiliary channel in this laboratory.
 struct ChannelLabel {
   std::string name, unit;
 };
 using ChannelLabels = std::map<Channel, ChannelLabel>;
 
-// The name and unit to show: the label's where there is one.
+// Name and unit to show: those of the label, if there is one.
 inline ChannelLabel label(Channel channel, const ChannelLabels& labels) {
   const auto found = labels.find(channel);
   if (found != labels.end()) return found->second;

@@ -1,6 +1,6 @@
-// Bounds: every string is clipped and every list is limited, so that a line stays below 1 MiB
-// whatever the caller hands in (an escaped control character takes six bytes). What is cut is said
-// under "omitted", as is a number that is not finite.
+// Every string is clipped and every list is limited, so that a line stays below 1 MiB whatever
+// the caller passes (an escaped control character takes six bytes). Cut values are listed under
+// "omitted", as are numbers that are not finite.
 #include "protocol/documents.hpp"
 
 #include <algorithm>
@@ -13,14 +13,14 @@ namespace shaker::protocol {
 namespace {
 
 using OrderedJson =
-    nlohmann::ordered_json;  // a person reads the type and the sequence number first
+    nlohmann::ordered_json;  // the type and the sequence number come first for readers
 
 constexpr std::size_t kMaxName = 96, kMaxText = 1024;  // bytes
 constexpr std::size_t kMaxDiagnosis = 900 * 1024;      // bytes
 constexpr std::size_t kMaxWarnings = 32, kMaxParameters = 256, kMaxCovariance = 64,
                       kMaxChannels = 64;
 
-// At most `limit` bytes, not cutting through a UTF-8 character.
+// At most `limit` bytes; never cuts a UTF-8 character.
 std::string clip(std::string_view text, std::size_t limit) {
   if (text.size() <= limit) return std::string(text);
   std::size_t end = limit - 3;
@@ -29,7 +29,7 @@ std::string clip(std::string_view text, std::size_t limit) {
   return std::string(text.substr(0, end)) + "...";
 }
 
-// One JSON object being filled; `pointer` is where it stands in the document.
+// Fills one JSON object; `pointer` is its place in the document.
 class Filler {
  public:
   Filler(OrderedJson& object, OrderedJson& omitted, std::string pointer)
@@ -68,7 +68,7 @@ class Filler {
   void omit(const std::string& key, const std::string& reason) {
     omitted_.push_back({{"pointer", pointer_ + "/" + key}, {"reason", reason}});
   }
-  // How many of a list's entries to give; says so when it is not all.
+  // Number of a list's entries to write; lists the rest under "omitted".
   std::size_t bounded(const char* key, std::size_t count, std::size_t limit) {
     if (count <= limit) return count;
     omit(fmt::format("{}/{}", key, limit), fmt::format("{} more", count - limit));

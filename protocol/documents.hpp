@@ -1,9 +1,9 @@
-// The documents that shakerd publishes: one JSON object a line. Schemas: protocol/schema/*.json
-// (JSON Schema 2020-12); prose: docs/protocol.md.
+// The documents that shakerd publishes: one JSON object on each line. Schemas:
+// protocol/schema/*.json (JSON Schema 2020-12); description: docs/protocol.md.
 //
-// The structs hold what a document says; `to_json_line` adds the envelope (type, seq, t_utc,
-// t_mono_ns). A number that is not finite is left out, and its JSON pointer and reason are listed
-// under "omitted" (nlohmann-json would print null). Pure: no sockets, clocks or files.
+// The structs hold the contents of a document; `to_json_line` adds the envelope (type, seq,
+// t_utc, t_mono_ns). A number that is not finite is omitted; "omitted" lists its JSON pointer
+// and the reason (nlohmann-json would print null). Pure: no sockets, clocks or files.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct VersionDocument {
 // state: "IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "FAULT".
 struct StateDocument {
   std::string state;
-  std::string reason;  // why it was entered, a sentence
+  std::string reason;  // reason for the transition, a sentence
   std::optional<std::string> campaign;
   std::optional<std::string> run;
   std::optional<int> run_index, run_count;
@@ -33,7 +33,7 @@ struct StateDocument {
   std::optional<double> progress;                 // of the campaign, 0..1
   std::optional<double> eta_s;
   bool controlled = false;   // a client holds the lease
-  bool unprotected = false;  // no detector of the rig ends the motion: its rig file says so
+  bool unprotected = false;  // no detector of the rig ends the motion, by its rig file
 };
 
 struct RunStartDocument {
@@ -45,24 +45,24 @@ struct RunStartDocument {
 
 struct CycleDocument {
   std::string campaign, run;
-  std::int64_t cycle = 0;  // count of cycles in the run, from 0
+  std::int64_t cycle = 0;  // number of the cycle in the run, from 0
   bool accepted = false;
-  std::string why;            // reason when not accepted ("transient", "gap of 12 ms", ...)
+  std::string why;            // reason if not accepted ("transient", "gap of 12 ms", ...)
   double frequency_hz = 0.0;  // measured
-  double amplitude = 0.0;     // of the excitation's fundamental, measured
+  double amplitude = 0.0;     // of the measured excitation's fundamental; 0: not measured
   double stroke_min_m = 0.0, stroke_max_m = 0.0;
-  double change = 0.0;  // from the previous cycle, as a multiple of the noise
+  double change = 0.0;  // change from the previous cycle, in units of the noise
   int gaps = 0;
   std::int64_t samples = 0;
-  double jitter_fraction = 0.0;    // of a sample
-  std::optional<int> subharmonic;  // the response repeats every so many periods
+  double jitter_fraction = 0.0;    // in sample intervals
+  std::optional<int> subharmonic;  // the response repeats after this number of periods
 };
 
 struct ParameterEntry {
   std::string name, effect, unit;
   double value = 0.0, standard_error = 0.0, lower = 0.0, upper = 0.0;
   bool fixed = false, at_bound = false, determined = true;
-  std::optional<double> bias = std::nullopt;  // taken off the optimum to give `value`
+  std::optional<double> bias = std::nullopt;  // subtracted from the optimum to give `value`
 };
 
 struct EstimateDocument {
@@ -77,12 +77,12 @@ struct EstimateDocument {
   double condition = 0.0;
   std::int64_t observations = 0, degrees_of_freedom = 0, cycles_used = 0;
   int runs_used = 0, iterations = 0;
-  std::optional<std::int64_t> cycles_skipped;  // the estimator was too slow for so many
-  std::optional<std::string> clock;            // which clock stamped the samples
-  std::optional<double> latency_s;             // last sample of the cycle to this document
+  std::optional<std::int64_t> cycles_skipped;  // cycles for which the estimator was too slow
+  std::optional<std::string> clock;            // the clock that stamped the samples
+  std::optional<double> latency_s;             // from the last sample of the cycle to this document
   bool converged = false, usable = false;
-  // Root mean squares over the mean cycles, in the model's length: measured less simulated, and
-  // what scatter explains.
+  // Root mean squares over the mean cycles, in the model's length unit: of measurement minus
+  // simulation, and of the part that scatter explains.
   std::optional<double> gap, noise_floor;
   std::vector<std::string> warnings;
 };
@@ -94,22 +94,23 @@ struct AlarmDocument {
   std::optional<std::string> action;  // "none", "indicate", "hold", "ramp_down", "stop"
   std::optional<std::string> channel;
   std::optional<double> value, limit;
-  // Of parameter_change: which one, in which run, about since which of its cycles; `value` is then
-  // the jump. Whether that alone explains what was seen; others whose change would look alike, or,
-  // where none alone explains it, would have been an alarm too.
+  // For parameter_change: the parameter, the run, and the approximate cycle of the change;
+  // `value` is the jump. `alone`: this change alone explains the data. `alternatives`:
+  // parameters whose change would look alike or, if no single one explains the data, that also
+  // raised an alarm.
   std::optional<std::string> parameter = std::nullopt, run = std::nullopt;
   std::optional<std::int64_t> cycle = std::nullopt;
   std::optional<double> standard_error = std::nullopt;  // of the jump
   std::optional<bool> alone = std::nullopt;
   std::vector<std::string> alternatives = {};
-  // The code of the error that this follows from; nothing where it is the fault itself.
+  // Code of the error that caused this one; empty for the first error of an incident.
   std::optional<std::string> cause = std::nullopt;
 };
 
 struct ChannelHealth {
   std::string channel, quality;  // "none", "good", "suspect", "bad"
   std::optional<double> age_s, rate_hz, value;
-  std::optional<std::string> name = {};  // what an auxiliary channel is called
+  std::optional<std::string> name = {};  // name of an auxiliary channel
   std::optional<std::string> unit = {};
 };
 struct HealthDocument {
@@ -120,17 +121,17 @@ struct HealthDocument {
   std::uint64_t ring_overflows = 0, log_drops = 0, cycles_skipped = 0;
   int clients = 0;
   bool exciter_connected = false, sensor_connected = false;
-  double loop_late_max_s = 0.0;  // of the sampling loop, since the last health document
+  double loop_late_max_s = 0.0;  // largest delay of the engine's loop since the last one
   std::uint64_t disk_free_bytes = 0;
   std::optional<double> disk_flush_max_s;  // of a commit, since the last health document
 };
 
-// How accepted cycles of a run differ from one another: the rig's repeatability, beside which
-// stands what the sensor's own noise makes of a point.
+// Cycle-to-cycle noise of the accepted cycles of a run (the rig's repeatability), and the part
+// of it that the sensor's own noise causes in a point.
 struct CycleNoiseEntry {
   std::int64_t cycles = 0;
   double point_m = 0.0;            // standard deviation of a point from cycle to cycle
-  double sensor_m = 0.0;           // of which the sensor's, within a cycle
+  double sensor_m = 0.0;           // noise of the sensor, from within a cycle
   std::vector<std::string> order;  // "mean", "h1_along", "h1_across", ...: Fourier coefficients
   std::vector<double> covariance;  // m^2, in this order, row by row
 };
@@ -140,23 +141,23 @@ struct RunStopDocument {
   std::string status;  // "success", "abort", "fail"
   std::string reason;
   std::int64_t cycles_accepted = 0, cycles_rejected = 0;
-  std::optional<CycleNoiseEntry> noise = {};  // of two accepted cycles or more
+  std::optional<CycleNoiseEntry> noise = {};  // with two accepted cycles or more
 };
 
-// A diagnosis under way on a campaign of before.
+// A diagnosis of a recorded campaign is running.
 struct DiagnosisProgressDocument {
   std::string campaign;
   std::string stage;   // "reading", "naming", ...
-  double share = 0.0;  // of the work that is done, 0..1
+  double share = 0.0;  // completed part of the work, 0..1
 };
 
-// It has ended, in whichever way.
+// A diagnosis has ended.
 struct DiagnosisResultDocument {
-  std::string campaign, database;  // its name; its file's name in the daemon's directory
+  std::string campaign, database;  // its name; the file name in the daemon's directory
   std::string status;              // "done", "cancelled", "failed"
-  std::string reason;              // the finding in a sentence; why it was cancelled or failed
-  std::optional<std::string> folder = {};     // of the files, absolute; when done
-  std::optional<std::string> diagnosis = {};  // shaker-diagnosis/1 as JSON text; when done
+  std::string reason;              // the result, or why it was cancelled or failed, as a sentence
+  std::optional<std::string> folder = {};     // absolute path of the files; if done
+  std::optional<std::string> diagnosis = {};  // shaker-diagnosis/1 as JSON text; if done
 };
 
 using Document = std::variant<VersionDocument, StateDocument, RunStartDocument, CycleDocument,
@@ -176,7 +177,7 @@ std::string_view type_name(const Document& document);
 // One line without the newline, valid UTF-8, at most 1 MiB.
 std::string to_json_line(const Document& document, const Envelope& envelope);
 
-// The body alone (no envelope), pretty-printed: what `shakerctl estimate --json` prints.
+// The document without its envelope, pretty-printed, as `shakerctl estimate --json` prints it.
 std::string to_json_text(const Document& document);
 
 }  // namespace shaker::protocol

@@ -7,8 +7,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Reads without building anything: says whether the text is JSON, and stops at too deep a nesting
-// (nlohmann's own parser bounds nothing, and destroying what it built recurses).
+// Parses without building a tree: checks that the text is JSON and refuses too deep nesting.
+// (nlohmann's own parser has no limit, and the destruction of its tree is recursive.)
 class DepthCheck final : public nlohmann::json_sax<Json> {
  public:
   bool null() override { return true; }

@@ -1,8 +1,9 @@
-// Commands on the stream: JSON-RPC 2.0, one request a line, answered on the same stream.
+// Commands on the stream: JSON-RPC 2.0, one request on each line, answered on the same stream.
 //
-// Source: JSON-RPC 2.0 specification (jsonrpc.org), with two stated limits: no batches, and a line
-// is at most 64 KiB and nests at most 32 deep (bounded while it is parsed, so that a hostile line
-// costs no stack). Codes from -32000 down are ours. Pure: text in, text out.
+// Source: JSON-RPC 2.0 specification (jsonrpc.org), with two limits: no batches, and a line has
+// at most 64 KiB and 32 levels of nesting (checked while it is parsed, so that a hostile line
+// needs no stack). Codes from -32000 downwards are specific to this protocol. Pure: text in,
+// text out.
 #pragma once
 
 #include <optional>
@@ -23,8 +24,8 @@ enum class RpcCode : int {
   method_not_found = -32601,
   invalid_params = -32602,
   internal = -32603,
-  refused = -32000,         // the rig's state does not allow it; the message says why
-  not_in_control = -32001,  // starting needs the lease: control.acquire first
+  refused = -32000,         // the rig's state does not permit it; the message gives the reason
+  not_in_control = -32001,  // starting requires the lease: control.acquire first
   control_taken = -32002,   // another client holds the lease
   line_too_long = -32003,
   read_only = -32004,  // this connection may only listen
@@ -33,23 +34,23 @@ enum class RpcCode : int {
 
 struct RpcRequest {
   std::string method;
-  nlohmann::json params;             // an object, an array, or null when there were none
-  std::optional<nlohmann::json> id;  // nothing: a notification, which is never answered
+  nlohmann::json params;             // an object, an array, or null without params
+  std::optional<nlohmann::json> id;  // empty: a notification, which is never answered
 };
 
 struct RpcError {
   RpcCode code = RpcCode::internal;
   std::string message;  // a sentence
-  nlohmann::json id;    // null when it could not be read
+  nlohmann::json id;    // null if it could not be read
 };
 
-// Never throws; the error is ready to be sent back.
+// Parses a request. An error can be sent back as it is.
 std::variant<RpcRequest, RpcError> parse_request(std::string_view line);
 
 // Lines without the newline, valid UTF-8.
 std::string result_line(const nlohmann::json& id, const nlohmann::json& result);
 std::string error_line(const RpcError& error);
-// For clients. `params` null: none.
+// For clients. Null `params` are omitted.
 std::string request_line(std::int64_t id, const std::string& method, const nlohmann::json& params);
 
 }  // namespace shaker::protocol

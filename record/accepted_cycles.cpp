@@ -38,12 +38,12 @@ AcceptedCycles joined(const RunRow& row, std::vector<CycleRow> cycles) {
   return run;
 }
 
-// As many periods of raw samples as there are cycles, where the run has a channel beside the
-// displacement and the excitation; otherwise the run stays as it is.
+// If the run has a channel besides displacement and excitation, replaces its columns by raw
+// samples over as many periods as it has accepted cycles; otherwise changes nothing.
 Result<void> with_channels(const CampaignReader& reader, int index, double cycles,
                            AcceptedCycles& run) {
   using protocol::Channel;
-  // A look at the last instants first: most campaigns have no such channel.
+  // Examines the last samples first, because most campaigns have no such channel.
   for (const double span : {0.0, cycles / run.frequency_hz}) {
     const auto samples = reader.last_samples(index, span);
     if (!samples) return samples.error();

@@ -1,6 +1,5 @@
-// The accepted cycles of a campaign as records for those who work on whole runs: the cycles of a
-// run one after the other, on equal steps of time. Transients and cycles that were left out are
-// gone.
+// Reads the accepted cycles of a campaign as one record for each run: its cycles one after the
+// other, on equal steps of time, without transients and rejected cycles.
 #pragma once
 
 #include <string>
@@ -13,18 +12,18 @@ namespace shaker::record {
 
 struct AcceptedCycles {
   std::string name;                            // of the run
-  double frequency_hz = 0.0, amplitude = 0.0;  // means of the cycles
-  // s, m, m/s^2; empty when the run has no accepted cycle. Where the excitation was not measured it
-  // is the cosine of the amplitude that was set.
+  double frequency_hz = 0.0, amplitude = 0.0;  // means over the cycles
+  // s, m, m/s^2; empty if the run has no accepted cycle. If a cycle has no measured excitation,
+  // the column is the cosine with the amplitude of the cycle.
   std::vector<double> t, displacement, excitation;
-  // Of the sprung mass, m/s^2, and the load cell, N; empty where the run did not record it. With
-  // one of them all columns are raw samples, on the times of the displacement's, of the end of the
-  // run and as long as its accepted cycles together: cycles are kept of the displacement and the
-  // excitation only.
+  // Acceleration of the sprung mass, m/s^2, and force of the load cell, N; empty if not
+  // recorded. If one of them is there, all columns are raw samples at the times of the
+  // displacement samples, from the end of the run and as long as its accepted cycles together,
+  // because cycles contain displacement and excitation only.
   std::vector<double> acceleration, force;
 };
 
-// One entry a run, in order.
+// One entry for each run, in order. An Error is the reader's.
 Result<std::vector<AcceptedCycles>> accepted_cycles(const CampaignReader& reader);
 
 }  // namespace shaker::record

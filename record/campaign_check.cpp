@@ -18,7 +18,7 @@ std::int64_t number(SQLite::Database& database, const char* sql) {
   return database.execAndGet(sql).getInt64();
 }
 
-// A statement of ours that SQLite does not understand: the tables are not those of a campaign.
+// If SQLite does not understand a statement, the tables are not those of a campaign.
 Error described_content(const SQLite::Exception& trouble, const fs::path& file) {
   Error error = describe(trouble, file);
   if (trouble.getErrorCode() == SQLITE_ERROR || trouble.getErrorCode() == SQLITE_MISMATCH)
@@ -56,8 +56,8 @@ Result<CheckedCampaign> checked(const fs::path& file, bool repair) {
   return found;
 }
 
-// SQLite removes a log whose file has no byte: a page of zeros keeps it, since the log has that
-// page.
+// SQLite removes a log whose file is empty. A page of zeros prevents this, because the log
+// contains that page.
 Result<void> copy_file_or_zeros(const fs::path& file, const fs::path& copy) {
   if (holds_bytes(file)) return copy_part(file, copy);
   if (std::ofstream(copy, std::ios::binary) << std::string(4096, '\0')) return {};

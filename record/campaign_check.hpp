@@ -1,4 +1,4 @@
-// Every page and every row of a campaign checked, and what it holds counted. Private to record/.
+// Checks every page and every row of a campaign, and counts its contents. Private to record/.
 #pragma once
 
 #include <filesystem>
@@ -10,34 +10,36 @@
 
 namespace shaker::record {
 
-bool holds_bytes(const std::filesystem::path& file);  // a regular file of more than none
-bool is_there(const std::filesystem::path& file);     // whatever it is
+bool holds_bytes(const std::filesystem::path& file);  // a regular file that is not empty
+bool is_there(const std::filesystem::path& file);     // a file of any type
 
 struct CheckedCampaign {
   std::unique_ptr<SQLite::Database> database;
   std::string status;
   bool finished = false;
   bool empty = false;        // a database without a table
-  std::int64_t unsound = 0;  // rows that do not fit their checksum
+  std::int64_t unsound = 0;  // rows that do not match their checksum
 };
 
-// Changes not a byte of the file and its log, and leaves the log when the database is closed. A
-// finished campaign without a log is not read through. `invalid`: the file's fault; `refused`: of a
-// newer layout.
+// Checks a campaign without changing its file or log; the log stays when the database is
+// closed. A finished campaign without a log is not read completely. `invalid`: the file is at
+// fault; `refused`: it has a newer layout.
 Result<CheckedCampaign> check_whole(const std::filesystem::path& file);
 
-// Throws SQLite::Exception.
+// Counts the contents. Throws SQLite::Exception.
 Recovered counted(SQLite::Database& database);
 
-// Marks it `interrupted`, folds the log in and removes it: the campaign is one file. Throws
-// SQLite::Exception.
+// Marks the campaign as `interrupted`, folds the log in and removes it, so that the campaign is
+// one file. Throws SQLite::Exception.
 void mark_and_fold(SQLite::Database& database, const std::string& now_utc);
 
-// The log is folded in and removed when the last connection is closed, unless it is to be left.
+// Whether the log is left as it is when the last connection is closed, or folded in and
+// removed.
 void leave_log_at_close(SQLite::Database& database, bool leave);
 
-// Copies `file` to `copy`, with or without its log; indexes are built anew and rows that do not
-// fit their checksum left out there. What the copy holds then, marked as interrupted.
+// Copies `file` to `copy`, with or without its log. In the copy, rebuilds the indexes, removes
+// rows that do not match their checksum, and marks the campaign as interrupted. Returns the
+// contents of the copy.
 Result<Recovered> read_copy(const std::filesystem::path& file, const std::filesystem::path& copy,
                             bool with_log, const std::string& now_utc);
 

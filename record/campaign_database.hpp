@@ -1,9 +1,10 @@
-// A campaign on disk: one SQLite file (WAL), whole after kill -9 at any moment.
+// A campaign on disk: one SQLite file (WAL) that stays consistent after kill -9 at any time.
 //
 // Tables: campaign (one row: name, started, model, spec as JSON), run, sample (blocks of raw
-// samples as they came), channel (what the auxiliary ones are), cycle (resampled), document (every
-// published line). Schema version in user_version; 1 had no table of channels, 2 no checksums of
-// rows. Used by the daemon (writes), shakerctl and drivers/replay (read). One thread per object.
+// samples), channel (names of the auxiliary channels), cycle (resampled), document (every
+// published line). user_version is the schema version: 1 has no table of channels, 2 no
+// checksums of rows. The daemon writes; shakerctl and drivers/replay read. One thread per
+// object. Every call may wait for the disk.
 #pragma once
 
 #include <cstdint>
@@ -37,8 +38,8 @@ struct CycleRow {
   bool accepted = false;
   double frequency_hz = 0.0, amplitude = 0.0;
   std::vector<double> displacement, excitation;
-  // Standard error of the excitation's harmonics, m/s^2; 0: known exactly, or in a file of before
-  // it was kept. An estimate without it is too sure of itself.
+  // Standard error of the excitation's harmonics, m/s^2; 0 if it is exact or not in the file.
+  // An estimate without it has standard errors that are too small.
   double excitation_error = 0.0;
 };
 struct CampaignRow {
@@ -62,10 +63,10 @@ class CampaignWriter {
   Result<void> add_samples(int run, std::span<const SampleRow> samples);
   Result<void> add_cycle(const CycleRow& cycle);
   Result<void> add_document(std::uint64_t seq, const std::string& line);
-  // Everything added before is on disk when this returns.
+  // When this returns, everything added before is on disk.
   Result<void> commit();
-  // An Error when the file or its log is no longer what its path names (removed, moved, replaced):
-  // what is committed then is kept nowhere. Three look-ups of a path, for once a second.
+  // Returns an Error if the path of the file or of its log no longer names it (removed, moved,
+  // replaced), because commits are then lost. Costs three look-ups of a path.
   Result<void> still_there() const;
   Result<void> finish(const std::string& status, const std::string& finished_utc);
 
@@ -77,7 +78,8 @@ class CampaignWriter {
 
 class CampaignReader {
  public:
-  // An Error says whether the file is missing, not a campaign, of a newer version, or damaged.
+  // An Error states whether the file is missing, not a campaign, of a newer version, or
+  // damaged.
   static Result<CampaignReader> open(const std::filesystem::path& file);
   CampaignReader(CampaignReader&&) noexcept;
   CampaignReader& operator=(CampaignReader&&) noexcept;
@@ -87,7 +89,7 @@ class CampaignReader {
   Result<std::vector<RunRow>> runs() const;
   Result<std::vector<CycleRow>> cycles(int run) const;
   Result<std::vector<SampleRow>> samples(int run) const;
-  // Those of the last `span_s` seconds of a run, and up to a block more.
+  // The samples of the last `span_s` seconds of a run, and up to a block more.
   Result<std::vector<SampleRow>> last_samples(int run, double span_s) const;
   Result<std::vector<std::string>> documents() const;
 

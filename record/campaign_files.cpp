@@ -13,9 +13,9 @@ namespace {
 constexpr std::size_t kUtc = 16;  // 20260301T120000Z
 
 struct File {
-  std::string utc;  // of its start; empty in a file that was given another name
+  std::string utc;  // of its start; empty if the file was renamed
   std::filesystem::file_time_type written;
-  std::string campaign;  // the stem's part before the time
+  std::string campaign;  // part of the stem before the time
   std::filesystem::path path;
   bool operator<(const File& other) const {
     return std::tie(utc, written, path) < std::tie(other.utc, other.written, other.path);

@@ -1,4 +1,4 @@
-// The campaign databases of a directory, by name.
+// Finds campaign databases in a directory by name.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace shaker::record {
 
-// "A run, 3 Hz" -> "A_run__3_Hz": no surprise for a shell or another file system. A campaign's file
-// is this, "_", when it started, and ".db".
+// "A run, 3 Hz" -> "A_run__3_Hz": safe for shells and other file systems. The file of a
+// campaign is this name, "_", the time of its start, and ".db".
 std::string file_stem(const std::string& campaign);
 
-// The file that is meant by `name`: a file's name, or a campaign's, of which the newest is taken;
-// empty: the newest of all. An Error says what there is.
+// The file for `name`: the name of a file or of a campaign (then its newest file); empty: the
+// newest file of all. An Error states what the directory has.
 Result<std::filesystem::path> find_campaign(const std::filesystem::path& directory,
                                             const std::string& name);
 

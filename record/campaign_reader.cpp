@@ -131,7 +131,7 @@ Result<std::vector<SampleRow>> CampaignReader::samples(int run) const {
 Result<std::vector<SampleRow>> CampaignReader::last_samples(int run, double span_s) const {
   using Rows = std::vector<SampleRow>;
   return impl_->query<Rows>([&]() -> Result<Rows> {
-    std::vector<Rows> blocks;  // the last one first
+    std::vector<Rows> blocks;  // last block first
     SQLite::Statement row(*impl_->database,
                           "SELECT data FROM sample WHERE run = ? ORDER BY id DESC");
     row.bind(1, run);

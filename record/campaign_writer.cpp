@@ -1,6 +1,6 @@
-// synchronous=FULL: a commit reaches the disk's own memory before it returns, so that a power cut
-// loses no more than kill -9 does (NORMAL would survive kill -9 alone). docs/protocol.md has what
-// it costs. One transaction is open from the first add to the next commit.
+// synchronous=FULL: a commit reaches the disk's own memory before it returns, so that a power
+// failure loses no more than kill -9 does (NORMAL survives kill -9 only). docs/protocol.md
+// gives the cost. A transaction is open from the first add to the next commit.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -20,7 +20,7 @@
 namespace shaker::record {
 namespace {
 
-constexpr std::size_t kBlock = 4096;  // samples in a row of `sample`, at most
+constexpr std::size_t kBlock = 4096;  // largest number of samples in a row of `sample`
 
 // 2026-03-01T12:00:00.123Z -> 20260301T120000Z
 std::string compact_utc(const std::string& utc) {
@@ -31,7 +31,7 @@ std::string compact_utc(const std::string& utc) {
   return digits + "Z";
 }
 
-// Creates a file that was not there, so that two campaigns of one second never share one.
+// Creates a new file, so that two campaigns of the same second never share one.
 Result<std::filesystem::path> create_file(const std::filesystem::path& directory,
                                           const CampaignRow& campaign) {
   std::error_code trouble;
@@ -62,9 +62,9 @@ struct CampaignWriter::Impl {
 
   std::filesystem::path file;
   SQLite::Database database;
-  std::vector<NamedFile> parts;  // as SQLite opened them; empty once the campaign has ended
+  std::vector<NamedFile> parts;  // as SQLite opened them; empty after the end of the campaign
   std::optional<SQLite::Statement> insert_run, insert_samples, insert_cycle, insert_document;
-  std::vector<SampleRow> pending;  // of pending_run, not yet a row
+  std::vector<SampleRow> pending;  // samples of pending_run, not yet in a row
   int pending_run = -1;
   std::string blob;
 
@@ -72,7 +72,8 @@ struct CampaignWriter::Impl {
     add_row_sum(database);
     database.exec("PRAGMA journal_mode=WAL");
     database.exec("PRAGMA synchronous=FULL");
-    // The log is folded into the file every so many pages: 16 MiB bounds it without stalling often.
+    // The log is folded into the file after this many pages: 16 MiB limit its size without
+    // frequent stalls.
     database.exec("PRAGMA wal_autocheckpoint=4096");
     database.exec("BEGIN IMMEDIATE");
     database.exec(fmt::format("PRAGMA application_id={}", kApplicationId));
@@ -112,7 +113,7 @@ struct CampaignWriter::Impl {
       parts.emplace_back(file.string() + suffix);
   }
 
-  // A failed statement may have rolled the transaction back: ask SQLite instead of remembering.
+  // A failed statement may have rolled the transaction back, so SQLite is asked for its state.
   void begin() {
     if (sqlite3_get_autocommit(database.getHandle()) != 0) database.exec("BEGIN IMMEDIATE");
   }
@@ -205,7 +206,7 @@ Result<void> CampaignWriter::add_cycle(const CycleRow& cycle) {
     row.bind(4, cycle.frequency_hz);
     row.bind(5, cycle.amplitude);
     const auto bind = [&](int index, const std::vector<double>& values) {
-      // A null pointer would bind NULL: an empty channel is an empty blob.
+      // A null pointer would bind NULL; an empty channel is an empty blob.
       row.bindNoCopy(index, values.empty() ? static_cast<const void*>("") : values.data(),
                      static_cast<int>(values.size() * sizeof(double)));
     };
@@ -256,8 +257,8 @@ Result<void> CampaignWriter::finish(const std::string& status, const std::string
     row.exec();
     impl_->database.exec("COMMIT");
     impl_->parts.clear();
-    // Fold the log in, so that the campaign is one file. Not possible while someone reads it: no
-    // matter, the next opening does it.
+    // Fold the log in, so that the campaign is one file. This fails while another process reads
+    // the file; the next opening does it then.
     impl_->database.tryExec("PRAGMA wal_checkpoint(TRUNCATE)");
     impl_->insert_run.reset();
     impl_->insert_samples.reset();

@@ -6,14 +6,14 @@
 namespace shaker::record {
 namespace {
 
-constexpr std::size_t kFewest = 16;  // samples of a channel that was recorded
-constexpr std::size_t kAround = 6;   // of a time between two samples
+constexpr std::size_t kFewest = 16;  // samples that a channel needs
+constexpr std::size_t kAround = 6;   // samples around a time, for the interpolation
 
 struct Raw {
   std::vector<double> t, value;
 
-  // The polynomial through the samples about that time. A line would take 0.1 % from a fundamental
-  // of 60 samples a period, which is more than the noise of most channels.
+  // Value of the polynomial through the samples around `when`. Linear interpolation would
+  // reduce a fundamental of 60 samples a period by 0.1 %, more than the noise of most channels.
   double at(double when) const {
     const auto next = static_cast<std::size_t>(std::ranges::lower_bound(t, when) - t.begin());
     if (next < t.size() && t[next] == when) return value[next];

@@ -1,4 +1,4 @@
-// Channels of a stretch of a run side by side, on the times of one of them.
+// Puts channels of a part of a run side by side, at the sample times of one of them.
 #pragma once
 
 #include <span>
@@ -10,13 +10,13 @@ namespace shaker::record {
 
 struct ChannelColumns {
   std::vector<double> t;                    // s, increasing, from 0 on
-  std::vector<std::vector<double>> values;  // one column a channel, in the channel's own unit
+  std::vector<std::vector<double>> values;  // one column for each channel, in its own unit
 };
 
-// On the times of the first of `channels`, as far as every one of them was sampled; the others by
-// polynomials of fifth degree between their samples, and as they are where their times are the
-// same. `samples` are of one run, in the order of their arrival. Empty when a channel has fewer
-// than 16 of them.
+// Uses the times of the first of `channels` within the range in which all were sampled. The
+// others are interpolated by polynomials of fifth degree; equal times give the sample itself.
+// `samples` belong to one run, in order of arrival. The result is empty if a channel has fewer
+// than 16 samples.
 ChannelColumns channel_columns(std::span<const SampleRow> samples,
                                std::span<const protocol::Channel> channels);
 

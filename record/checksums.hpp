@@ -1,7 +1,9 @@
-// A checksum in each row of a campaign: SQLite notices a damaged structure, not a damaged value.
+// A checksum in each row of a campaign. SQLite detects a damaged structure, but not a damaged
+// value.
 //
-// `row_sum(value, ...)` is an SQL function, CRC-32 of the values and their types. A row is written
-// with that of its other columns, those that change later left out. Private to record/.
+// `row_sum(value, ...)` is an SQL function, the CRC-32 of the values and their types. Each row
+// is written with the sum of its other columns, except those that change later. Private to
+// record/.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +12,14 @@
 
 namespace shaker::record {
 
-// Must be called on each connection that writes or checks. Throws SQLite::Exception.
+// Call for each connection that writes or checks. Throws SQLite::Exception.
 void add_row_sum(SQLite::Database& database);
 
-// Rows that do not fit their checksum; 0 for a layout that has none. Reads every row. Throws
-// SQLite::Exception.
+// Number of rows that do not match their checksum; 0 for a layout without checksums. Reads
+// every row. Throws SQLite::Exception.
 std::int64_t unsound_rows(SQLite::Database& database);
 
-// Removes them, all but the one that describes the campaign.
+// Removes these rows, except the one that describes the campaign. Throws SQLite::Exception.
 void drop_unsound_rows(SQLite::Database& database);
 
 }  // namespace shaker::record

@@ -1,5 +1,4 @@
-// The files that belong to one campaign while it is written, moved or copied together. Private to
-// record/.
+// The files of one campaign, which are moved or removed together. Private to record/.
 #pragma once
 
 #include <array>
@@ -14,7 +13,7 @@ namespace shaker::record {
 
 inline constexpr std::array kParts{"", "-wal", "-shm", "-journal"};
 
-// Which file a path named when this was made: an open file does not notice that it is removed.
+// Remembers the file that a path names at construction: an open file does not show its removal.
 class NamedFile {
  public:
   explicit NamedFile(std::string path);
@@ -27,18 +26,18 @@ class NamedFile {
   ino_t inode_ = 0;
 };
 
-// FILE.KIND-UTC, a name that nothing has yet.
+// Returns FILE.KIND-UTC, a name that no file has yet.
 std::filesystem::path aside_name(const std::filesystem::path& file, const std::string& kind,
                                  const std::string& now_utc);
 
-// Renames all parts that there are; they lie beside `to` as they lay beside `from`. An Error names
-// the part that could not be renamed.
+// Renames all existing parts, which keep their suffixes. An Error names a part that could not
+// be renamed; the others are renamed nevertheless.
 Result<void> move_parts(const std::filesystem::path& from, const std::filesystem::path& to);
 
-// Copies and flushes. An Error names the remedy; nothing of the copy is left then.
+// Copies and flushes one file. An Error names the remedy; the incomplete copy is then removed.
 Result<void> copy_part(const std::filesystem::path& from, const std::filesystem::path& to);
 
-// Only for what never held anything, or copies of what does.
+// Removes all parts. Only for files that never had contents, or for copies.
 void remove_parts(const std::filesystem::path& file);
 
 }  // namespace shaker::record

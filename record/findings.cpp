@@ -28,13 +28,13 @@ std::string frames(const LogReading& log) {
                      std::max(log.frames, log.indexed.value_or(0)), log.readable_commits);
 }
 
-// Only the index says how far the log went: a log that was cut at a commit looks whole.
+// Only the index shows how far the log went: a log that was cut at a commit looks complete.
 std::string beyond(const LogReading& log) {
   if (log.indexed) return "";
   return " The log's index is gone, so a missing end would not show.";
 }
 
-// What is known of the end of the log.
+// States what is known of the end of the log.
 std::string certainty(const Recovered& found, const LogReading& log) {
   const std::string kept = found.aside.filename().string();
   switch (log.state) {

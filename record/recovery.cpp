@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// SQLite writes a log's index anew when it opens the file, also when it then refuses it.
+// SQLite rewrites the log's index when it opens the file, even if it then refuses it.
 std::string content(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
@@ -39,7 +39,8 @@ bool is_files_fault(const Error& error) {
   return error.kind == ErrorKind::invalid;
 }
 
-// Sets all of it aside. `read`: a copy that holds what can be read, put in the file's place.
+// Renames the campaign with all its parts. `read`: a copy with the readable contents, which
+// takes the file's place.
 Recovered set_aside(const fs::path& file, const std::string& now_utc, Recovered found,
                     const fs::path& read) {
   found.damaged = true;
@@ -59,14 +60,14 @@ Recovered set_aside(const fs::path& file, const std::string& now_utc, Recovered 
 }
 
 struct Salvaged {
-  std::optional<Recovered> found;  // what the copy holds
+  std::optional<Recovered> found;  // contents of the copy
   fs::path copy;
   bool alone = false;            // read without its log
-  std::optional<Error> trouble;  // not the file's fault
+  std::optional<Error> trouble;  // an error that the file did not cause
 };
 
-// The file with its log, and the file alone, since the log may have been folded in already: the one
-// that holds more.
+// Reads the file with its log, and the file alone, because the log may already be folded in.
+// Keeps the copy that holds more.
 Salvaged read_copies(const fs::path& file, const std::string& now_utc) {
   Salvaged best;
   for (const bool alone : {false, true}) {
@@ -85,7 +86,7 @@ Salvaged read_copies(const fs::path& file, const std::string& now_utc) {
   return best;
 }
 
-// The log cannot be read to its end, or the file is damaged.
+// Handles a log that cannot be read to its end, or a damaged file.
 std::optional<Recovered> salvage(const fs::path& file, const LogReading& log,
                                  const std::string& now_utc, const Error& why) {
   Salvaged read = read_copies(file, now_utc);
@@ -101,7 +102,7 @@ std::optional<Recovered> salvage(const fs::path& file, const LogReading& log,
   return found;
 }
 
-// No table: its writer ended before the first commit, or its log is gone.
+// Handles a file without a table: its writer ended before the first commit, or its log is gone.
 Recovered never_began(const fs::path& file, const LogReading& log, const std::string& now_utc) {
   Recovered found;
   found.aside = aside_name(file, "unbegun", now_utc);
@@ -113,13 +114,13 @@ Recovered never_began(const fs::path& file, const LogReading& log, const std::st
   return found;
 }
 
-// A regular file beside which nothing was ever written.
+// True for a file without contents, log or journal.
 bool is_void(const fs::path& file, const LogReading& log) {
   return !holds_bytes(file) && log.bytes == 0 && log.indexed.value_or(0) == 0 &&
          !holds_bytes(file.string() + "-journal");
 }
 
-// "?" and "%" and "#" have a meaning in the address of a file.
+// Escapes "?", "%" and "#", which have a meaning in the address of a file.
 std::string address(const fs::path& file) {
   std::string text = "file:";
   for (const char c : fs::absolute(file).string())
@@ -127,7 +128,7 @@ std::string address(const fs::path& file) {
   return text + "?immutable=1";
 }
 
-// By the file alone, without a lock or a byte written.
+// Examines the file alone, without a lock and without writing.
 bool looks_finished(const fs::path& file) {
   try {
     SQLite::Database database(address(file), SQLite::OPEN_READONLY | SQLITE_OPEN_URI);
@@ -145,7 +146,8 @@ Error unsound_error(const fs::path& file, std::int64_t unsound) {
           fmt::format("{}: {} rows do not fit their checksums.", file.string(), unsound)};
 }
 
-// Nothing of it was changed so far; SQLite makes a log's index anew whenever it opens the file.
+// Nothing has been changed so far, except that SQLite rewrites the log's index when it opens
+// the file.
 std::optional<Recovered> close_checked(const fs::path& file, const LogReading& log,
                                        const fs::path& kept, const std::string& now_utc) {
   auto checked = check_whole(file);
@@ -228,7 +230,7 @@ std::optional<Recovered> recover_one(const fs::path& file, const std::string& no
     remove_parts(file);
     return std::nullopt;
   }
-  // SQLite would remove the log of a file without a byte.
+  // SQLite would remove the log of an empty file.
   if (!holds_bytes(file) && (log.bytes > 0 || log.indexed.value_or(0) > 0))
     return salvage(file, log, now_utc,
                    Error{ErrorKind::invalid,

@@ -1,7 +1,7 @@
-// What a daemon that died left behind: found, counted, marked, and never in the way of starting.
+// Recovers the campaigns of a daemon that died: finds, counts and marks them.
 //
-// Nothing that was written is removed. A log that cannot be read to its end is kept under another
-// name before SQLite may fold what it reads of it into the file.
+// Contents are never removed. A log that cannot be read to its end is kept under another name
+// before SQLite may fold its readable part into the file.
 #pragma once
 
 #include <cstdint>
@@ -15,30 +15,31 @@
 namespace shaker::record {
 
 struct Recovered {
-  std::filesystem::path file;   // what can be read; `aside` where nothing can
-  std::filesystem::path aside;  // as it was found, with -wal and -shm; empty: nothing was set aside
-  std::string campaign;         // empty when it could not be read
-  bool damaged = false;         // something that was committed cannot be read
-  bool whole = false;           // all that was committed can be read, and the log's index says so
+  std::filesystem::path file;   // the readable file; `aside` if none is
+  std::filesystem::path aside;  // the original, with -wal and -shm; empty: nothing was set aside
+  std::string campaign;         // empty if it could not be read
+  bool damaged = false;         // committed data cannot be read
+  bool whole = false;           // all committed data can be read, by the log's index
   std::int64_t runs = 0, samples = 0, cycles = 0, documents = 0;
-  std::int64_t last_document = 0, missing_documents = 0;  // the highest number, and gaps below it
-  std::int64_t unsound_rows = 0;  // did not fit their checksum and were left out
-  std::int64_t lost_commits = 0;  // at most; 0 where nothing says that any is lost
+  std::int64_t last_document = 0, missing_documents = 0;  // highest number; gaps below it
+  std::int64_t unsound_rows = 0;  // removed, because they did not match their checksum
+  std::int64_t lost_commits = 0;  // upper limit; 0 without any sign of a loss
   std::string what;               // a sentence for the operator
 };
 
-// The campaigns in `directory` that look as if they had not been finished, and logs without a file.
-// Reads a page or two of each file and changes nothing. Precondition: nothing is recorded there.
+// The campaigns in `directory` that look unfinished, and logs without a file. Reads a page or
+// two of each file and changes nothing. Precondition: nothing is being recorded there.
 std::vector<std::filesystem::path> interrupted(const std::filesystem::path& directory);
 
-// Checks one of them: about a second for each gigabyte; any thread. A campaign that never finished
-// is counted and marked `interrupted`; what cannot be read is renamed to FILE.damaged-UTC, with its
-// log and index beside it, and FILE holds again what could be read, if anything. Nothing: it is
-// finished, of a newer version, or not a byte was ever written. `now_utc` as format_utc gives it.
-// Precondition: nobody records it, and no other thread of this process has it open.
+// Checks one of them; takes about a second for each gigabyte; any thread. An unfinished
+// campaign is counted and marked `interrupted`. A damaged one is renamed to FILE.damaged-UTC,
+// with its log and index, and FILE then has the readable contents, if any. Returns nothing if
+// the campaign is finished (also in a newer version) or nothing was ever written. `now_utc` as
+// from format_utc. Precondition: nobody records it, and no other thread of this process has it
+// open.
 std::optional<Recovered> recover_one(const std::filesystem::path& file, const std::string& now_utc);
 
-// Both at once.
+// Calls recover_one for all of them.
 std::vector<Recovered> recover(const std::filesystem::path& directory, const std::string& now_utc);
 
 }  // namespace shaker::record

@@ -18,8 +18,8 @@ namespace shaker::record {
 namespace {
 
 constexpr std::size_t kLogHeader = 32, kFrameHeader = 24;
-constexpr std::size_t kUsualPage = 4096;         // what campaigns are written with
-constexpr std::uint32_t kLogMagic = 0x377f0682;  // the last bit: checksums of big-endian words
+constexpr std::size_t kUsualPage = 4096;         // page size of campaigns
+constexpr std::uint32_t kLogMagic = 0x377f0682;  // last bit: checksums of big-endian words
 
 using Bytes = std::span<const unsigned char>;
 using Pair = std::pair<std::uint32_t, std::uint32_t>;  // two salts, or two halves of a checksum
@@ -39,7 +39,7 @@ Pair big_endian_pair(Bytes bytes, std::size_t at) {
   return {big_endian(bytes, at), big_endian(bytes, at + 4)};
 }
 
-// Of a whole number of 8 bytes, going on from `sum`.
+// Checksum of a multiple of 8 bytes, continued from `sum`.
 Pair checksum(Bytes bytes, Pair sum, bool big_words) {
   for (std::size_t i = 0; i + 8 <= bytes.size(); i += 8) {
     sum.first += (big_words ? big_endian(bytes, i) : native(bytes, i)) + sum.second;
@@ -48,7 +48,7 @@ Pair checksum(Bytes bytes, Pair sum, bool big_words) {
   return sum;
 }
 
-// A regular file, read at any place; anything else is as if it were not there.
+// A regular file that is read at any position; any other file counts as absent.
 class RegularFile {
  public:
   explicit RegularFile(const std::string& path)
@@ -71,7 +71,7 @@ class RegularFile {
 
 struct LogHeader {
   bool fits = false, big_words = false;
-  bool first_generation = false;  // the log was never begun anew: no frame of it is an old one
+  bool first_generation = false;  // the log never restarted, so no frame is an old one
   std::size_t page = kUsualPage;
   Pair salts, sum;
 };
@@ -95,7 +95,7 @@ LogHeader read_header(const RegularFile& log) {
 struct LogFrame {
   bool commit = false;
   Pair salts;
-  bool sound = false;  // it and all before it
+  bool sound = false;  // this frame and all before it are valid
 };
 
 std::vector<LogFrame> read_frames(const RegularFile& log, const LogHeader& header) {
@@ -126,7 +126,7 @@ struct LogIndex {
   Pair salts;
 };
 
-// Both copies of the index's header must be the same, and fit their checksum.
+// Both copies of the index's header must be equal and match their checksum.
 std::optional<LogIndex> read_index(const RegularFile& shm) {
   constexpr std::size_t kCopy = 48, kFolded = 96;
   std::array<unsigned char, 136> bytes{};
@@ -137,11 +137,12 @@ std::optional<LogIndex> read_index(const RegularFile& shm) {
   if (!initialised || !std::ranges::equal(first, second) ||
       sum != Pair{native(first, 40), native(first, 44)})
     return std::nullopt;
-  // The salts lie in it as they lie in the log, everything else as in memory.
+  // The salts have the byte order of the log, everything else that of the memory.
   return LogIndex{native(first, 16), native(bytes, kFolded), big_endian_pair(first, 32)};
 }
 
-// Those of the header. Without it those of the index, or those that most frames have.
+// The salts of the header; without it, those of the index, or the most frequent ones of the
+// frames.
 Pair salts_of(const LogHeader& header, const std::optional<LogIndex>& index,
               const std::vector<LogFrame>& frames) {
   if (header.fits) return header.salts;
@@ -154,16 +155,16 @@ Pair salts_of(const LogHeader& header, const std::optional<LogIndex>& index,
   return std::ranges::max_element(seen, {}, [](const auto& entry) { return entry.second; })->first;
 }
 
-// An earlier generation differs in both salts: a frame with one of them right is a damaged one of
-// this generation, and so is every foreign one where there was no other generation.
+// An earlier generation differs in both salts. A frame with one matching salt is a damaged
+// frame of this generation, and so is every foreign frame if there was no other generation.
 bool is_old(const LogFrame& frame, const LogHeader& header, const Pair& salts) {
   if (frame.sound || salts == Pair{} || frame.salts == Pair{}) return false;
   if (header.fits && header.first_generation) return false;
   return frame.salts.first != salts.first && frame.salts.second != salts.second;
 }
 
-// What of the unread frames may have been a commit: one with its mark, one of which nothing is
-// known, and the first, whose mark may be what is damaged.
+// Counts the unread frames that may have been a commit: those with a commit mark, those of
+// which nothing is known, and the first, whose mark may be damaged.
 void count_lost(LogReading& log, const std::vector<LogFrame>& frames, const Pair& salts) {
   std::int64_t first_marked = 0;
   for (std::int64_t i = log.sound; i < log.frames; ++i) {
@@ -173,14 +174,14 @@ void count_lost(LogReading& log, const std::vector<LogFrame>& frames, const Pair
     if (frame.commit && known && first_marked == 0) first_marked = i + 1;
   }
   if (log.indexed) log.lost_commits += std::max<std::int64_t>(0, *log.indexed - log.frames);
-  // A commit is on disk before the next one begins: what follows it proves that it was one.
+  // A commit is on disk before the next one begins, so a frame after it proves that it was one.
   log.lost_for_certain = first_marked > 0 && first_marked < log.frames;
 }
 
 LogState judged(const LogReading& log) {
   if (log.indexed) {
     if (*log.indexed > std::max(log.readable, *log.folded)) return LogState::damaged;
-    // Read through such a log, the file would go back to older pages.
+    // With such a log, the file would return to older pages.
     if (*log.folded > log.readable && log.frames > 0) return LogState::damaged;
   }
   if (log.bytes <= static_cast<std::int64_t>(kLogHeader)) return LogState::none;

@@ -11,10 +11,10 @@ namespace shaker::sim {
 namespace {
 
 constexpr double kRoom = 20.0;            // degC
-constexpr double kHeatCapacity = 2000.0;  // J/K, of a litre of oil
-constexpr double kCooling = 12.0;         // W/K, to the room
+constexpr double kHeatCapacity = 2000.0;  // J/K, of one litre of oil
+constexpr double kCooling = 12.0;         // W/K, from the oil to the room
 
-// The order of the table.
+// In the order of kTable.
 enum Row { pressure, oil, force, mass, table_2, table_speed, table_place, speed };
 constexpr AuxiliaryQuantity kTable[] = {
     {"gas_pressure", "Pa", "absolute, of the gas column", 200.0, 50.0},
@@ -79,7 +79,7 @@ Auxiliary::Auxiliary(std::span<const std::string> wanted, std::uint64_t seed)
     wanted_.push_back(find_row(name));
 }
 
-// What goes in and out of the gas and the weight cancels over a period; the rest stays as heat.
+// The work on the gas and on the weight cancels over a period; the rest becomes heat.
 void Auxiliary::warm(const AuxiliaryTruth& now) {
   const double step = now.t - last_t_;
   last_t_ = now.t;

@@ -1,8 +1,10 @@
-// What a laboratory measures beside stroke and table: recorded for later, never estimated from.
+// The auxiliary quantities of the virtual rig: what a laboratory measures besides the stroke
+// and the table's acceleration. They are recorded; the estimator does not use them.
 //
-// Quantities of the same truth, each with a transducer of its own (noise and resolution fixed in
-// the table of auxiliary.cpp). Forces and pressures need a size, which the equation of motion per
-// unit mass does not: kMass and kPistonArea. The oil warms with the work that the damper takes up.
+// Each quantity is computed from the same true motion as the main channels and has a transducer
+// with its own noise and quantisation step (table in auxiliary.cpp). The equation of motion is
+// written per unit mass, but forces and pressures need a size: kMass and kPistonArea. The oil
+// warms with the work that the damper absorbs.
 #pragma once
 
 #include <array>
@@ -23,10 +25,10 @@ inline constexpr std::size_t kAuxiliaryMost = 8;
 
 using AuxiliaryValues = std::array<double, kAuxiliaryMost>;
 
-// One sampling of the truth.
+// The true state of the rig at one sampling instant.
 struct AuxiliaryTruth {
   double t = 0.0;                  // s
-  double u = 0.0, v = 0.0;         // stroke
+  double u = 0.0, v = 0.0;         // stroke, m, and its velocity, m/s
   double sprung = 0.0;             // upward acceleration of the mass, m/s^2
   double weight = 0.0, gas = 0.0;  // per unit mass, m/s^2
   const TableMotion& table;
@@ -34,19 +36,21 @@ struct AuxiliaryTruth {
 
 struct AuxiliaryQuantity {
   std::string_view name, unit, meaning;
-  double noise, quantum;  // of its transducer, in `unit`
+  double noise, quantum;  // standard deviation and quantisation step, in `unit`
 };
-// Every quantity there is, at most kAuxiliaryMost.
+// All quantities that exist; at most kAuxiliaryMost rows.
 std::span<const AuxiliaryQuantity> auxiliary_table();
 
 class Auxiliary {
  public:
-  // The quantities wanted, in the order in which `take` gives them. Throws std::invalid_argument
-  // naming one that is unknown, or when there are too many.
+  // `wanted`: names of the quantities, in the order in which `take` returns them. Throws
+  // std::invalid_argument that names an unknown quantity, or when there are more than
+  // kAuxiliaryMost.
   Auxiliary(std::span<const std::string> wanted, std::uint64_t seed);
 
   bool empty() const { return wanted_.empty(); }
-  // Values after the wanted ones are 0.
+  // Measures all wanted quantities at `truth.t` and warms the oil up to that time; so the times
+  // must not decrease. Unused places of the result are 0.
   AuxiliaryValues take(const AuxiliaryTruth& truth);
 
  private:
@@ -54,7 +58,7 @@ class Auxiliary {
 
   std::vector<std::size_t> wanted_;  // rows of the table
   double oil_, last_t_ = 0.0;
-  std::mt19937_64 noise_source_;  // its own: the other channels stay as they were
+  std::mt19937_64 noise_source_;  // of its own: the noise of the other channels does not change
   std::normal_distribution<double> normal_;
 };
 

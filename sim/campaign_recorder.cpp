@@ -41,7 +41,7 @@ Record record_run(const CampaignRecording& campaign, std::size_t index) {
   const RecordedRun& run = campaign.runs.at(index);
   RigOptions options = campaign.rig;
   options.heartbeat_timeout_s = 0.0;
-  options.seed = campaign.rig.seed + 7919 * index;  // another noise for each run
+  options.seed = campaign.rig.seed + 7919 * index;  // so that each run has its own noise
   const Nanoseconds start{0};
   VirtualRig rig(options, start);
   if (!rig.set_ramp(campaign.ramp_s) || !rig.set_frequency(run.frequency_hz) ||

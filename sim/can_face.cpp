@@ -15,7 +15,7 @@
 namespace shaker::sim {
 namespace {
 
-constexpr double kAccelerationStep = 1e-5;  // m/s^2 a count
+constexpr double kAccelerationStep = 1e-5;  // m/s^2 per count
 constexpr double kSetpointStep = 1e-3, kRampStep = 0.1;
 
 can_frame frame(std::uint32_t id, std::uint8_t length) {
@@ -134,7 +134,8 @@ void CanFace::send(const can_frame& f, Nanoseconds now) {
   }
   if (write(socket_.get(), &f, sizeof f) == sizeof f) return;
   ++lost_;
-  // A full queue or a link that is down passes; a link that is gone wants a new socket.
+  // A full queue or a link that is down recovers by itself; an interface that is gone needs a
+  // new socket.
   if (errno == ENODEV || errno == ENXIO) lose_link(now);
 }
 

@@ -1,13 +1,15 @@
-// The virtual rig on a CAN bus: sim/oleosim.dbc describes the frames; they are packed here, in
-// lines of our own.
+// The CAN interface of the virtual rig. sim/oleosim.dbc describes the frames. This file packs
+// them with code of its own, so that the daemon's codec is tested against an independent
+// implementation.
 //
 //   STROKE, TABLE   every sample: displacement and table acceleration, with a counter
-//   AUX_A .. AUX_D  every 10th sample, when asked for: the auxiliary quantities, two in a frame
+//   AUX_A .. AUX_D  every 10th sample, if requested: the auxiliary quantities, two in a frame
 //   STATUS          every 20 ms: the controller's status and fault
 //   SETPOINT        received: frequency, amplitude, enable, ramp, heartbeat
 //
-// The packing is pure; CanFace owns the socket. A link that is down or gone is tried again every
-// second; frames meanwhile are lost, as on a real bus.
+// The packing functions are pure; CanFace owns the socket. When the interface disappears,
+// CanFace opens a new socket after one second at the earliest. The frames sent meanwhile are
+// lost, as on a real bus.
 #pragma once
 
 #include <cstdint>
@@ -22,25 +24,25 @@
 namespace shaker::sim {
 
 inline constexpr std::uint32_t kSetpointId = 256, kStatusId = 257, kStrokeId = 385, kTableId = 386,
-                               kAuxiliaryId = 387;  // and the three after it
+                               kAuxiliaryId = 387;  // the first of four
 
 can_frame stroke_frame(const RigSample& sample);
 can_frame table_frame(const RigSample& sample);
-can_frame auxiliary_frame(const RigSample& sample, std::size_t pair);  // 0..3
+can_frame auxiliary_frame(const RigSample& sample, std::size_t pair);  // pair: 0 to 3
 can_frame status_frame(const RigStatus& status);
 
-// Gives the setpoint of a frame to the controller; a refusal shows in STATUS. Other frames are
-// ignored.
+// Applies a SETPOINT frame to the controller; STATUS shows whether the rig refused it. Ignores
+// all other frames.
 void obey(const can_frame& frame, VirtualRig& rig);
 
 class CanFace {
  public:
-  // An Error when the kernel has no CAN or the interface is not there.
+  // Returns an Error when the kernel has no CAN support or the interface does not exist.
   static Result<CanFace> open(const std::string& interface);
 
   int descriptor() const { return socket_.get(); }
   void send(const can_frame& frame, Nanoseconds now);
-  // Takes the setpoints that have arrived.
+  // Reads all setpoint frames that have arrived and applies them. Does not block.
   void receive(VirtualRig& rig, Nanoseconds now);
   std::uint64_t lost() const { return lost_; }
 

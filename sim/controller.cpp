@@ -3,7 +3,7 @@
 namespace shaker::sim {
 namespace {
 
-// False for NaN too.
+// NaN gives false.
 bool within(double value, double highest) {
   return value >= 0.0 && value <= highest;
 }
@@ -14,7 +14,7 @@ Controller::Controller(TableMotion table, double heartbeat_timeout_s) : table_(t
   settings_.heartbeat_timeout_s = heartbeat_timeout_s;
 }
 
-// To what was asked for, over the ramp, from wherever the table is.
+// Starts a ramp from the present motion of the table to the settings.
 void Controller::follow(double now) {
   if (!settings_.enable) return;
   table_.go_to(now, settings_.frequency_hz, settings_.amplitude, settings_.ramp_s);
@@ -49,8 +49,8 @@ bool Controller::set_heartbeat_timeout(double seconds, double now) {
   return true;
 }
 
-// Enabling asks for a falling edge first when there was a fault: a master that keeps writing 1 does
-// not bring the motion back.
+// After a fault the client must disable before it can enable: a client that keeps writing 1
+// does not restart the motion.
 bool Controller::set_enable(bool on, double now) {
   if (!on) {
     if (settings_.enable) table_.stop(now);
@@ -68,7 +68,8 @@ bool Controller::set_enable(bool on, double now) {
   return true;
 }
 
-// A master that hangs may well repeat its last frame: only a new count is a sign of life.
+// A client that hangs may repeat its last frame. Therefore only a new counter is a sign of
+// life.
 void Controller::heartbeat(std::uint32_t counter, double now) {
   if (counter == settings_.heartbeat) return;
   settings_.heartbeat = counter;

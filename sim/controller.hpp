@@ -1,7 +1,9 @@
-// The exciter's controller: setpoints, ramp, enable, dead-man, faults. Knows the table, not the
-// damper.
+// The controller of the virtual exciter: setpoints, ramp, enable, dead-man and faults. It knows
+// the table but not the damper.
 //
-// Times are seconds since the rig began, on our clock.
+// All times are seconds since the start of the rig, on the caller's clock. A `set_` function
+// returns false and changes nothing when the value is out of range or the controller refuses
+// it.
 #pragma once
 
 #include <limits>
@@ -25,7 +27,7 @@ class Controller {
   void trip(FaultCode code, double now);
   void clear_fault() { fault_ = FaultCode::none; }
 
-  // When its patience ends; infinite when nothing is supervised.
+  // The time at which the dead-man stops the table; infinite when nothing is supervised.
   double deadline() const;
 
   RigStatus status(double now) const;
@@ -38,7 +40,7 @@ class Controller {
   TableMotion table_;
   RigSettings settings_;
   FaultCode fault_ = FaultCode::none;
-  bool acknowledged_ = true;  // disabled by the master since the fault
+  bool acknowledged_ = true;  // the client has disabled the table since the fault
   double last_beat_ = 0.0;
 };
 

@@ -50,9 +50,9 @@ Instruments::Instruments(const RigOptions& options, const Values& values, Nanose
       arrival_source_(options.seed ^ 0x9e3779b97f4a7c15u) {
   const double lag = values.at("sensor_lag");
   if (lag > 0.0) {
-    // Exact for a parabola through three samples. A held sample would come half a period early, and
-    // a straight line between two takes (omega T)^2 / 12 off the amplitude: a sixth of what a lag
-    // of one period does.
+    // Exact for a parabola through three samples. Holding a sample would shift the signal by
+    // half a period. A straight line between two samples takes (omega T)^2 / 12 off the
+    // amplitude, a sixth of what a lag of one period takes off.
     const double periods = lag / period_s_;
     lag_kept_ = std::exp(-1.0 / periods);
     lag_slope_ = 1.0 - periods * (1.0 - lag_kept_);
@@ -61,7 +61,7 @@ Instruments::Instruments(const RigOptions& options, const Values& values, Nanose
   due_ = instant(++k_);
 }
 
-// Multiplied out rather than summed up, so that the rate is exact for ever.
+// Multiplied, not summed, so that the rate stays exact.
 Nanoseconds Instruments::instant(std::int64_t k) const {
   const double since = static_cast<double>(k) * period_s_ / rate_;
   return start_ + Nanoseconds(std::llround(since * 1e9));

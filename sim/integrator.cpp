@@ -48,7 +48,7 @@ State stepped(const System& system, const State& from, const State& rate, double
 struct Integrator::Impl {
   Impl(const Plant& p, const State& start, double at) : plant(p), state(start), t(at) {}
 
-  // Of the table and the smooth forces, at rest.
+  // The table's acceleration minus the smooth forces, for a damper that does not move.
   double net(const State& s, double at, const TableMotion& table) const {
     return table.acceleration(at) - plant.balance(s, 0.0).force;
   }
@@ -72,7 +72,7 @@ struct Integrator::Impl {
   Controlled stepper{ErrorChecker(kTolerance, kTolerance), StepAdjuster(0.0)};
 };
 
-// At v = 0: which way the damper goes from here, or whether friction holds it.
+// At v = 0: decides in which direction the damper moves, or that friction holds it.
 void Integrator::Impl::choose_direction(const TableMotion& table) {
   state[1] = 0.0;
   const double force = net(state, t, table);
@@ -80,7 +80,7 @@ void Integrator::Impl::choose_direction(const TableMotion& table) {
   rate_known = false;
 }
 
-// How much of the step h passes before the present mode ends: the velocity vanishes, or the stuck
+// The part of the step h after which the present mode ends: the velocity vanishes, or the stuck
 // damper breaks away.
 double Integrator::Impl::locate(double h, const System& system) const {
   const auto event = [&](double part) {
@@ -97,7 +97,8 @@ double Integrator::Impl::locate(double h, const System& system) const {
   return bracket.second;
 }
 
-// Carries the state to the end of its mode, `at` into the step h, and begins the next one.
+// Integrates to the end of the mode, `at` after the start of the step h, and starts the next
+// mode.
 void Integrator::Impl::cross(double h, double at, const System& system) {
   if (at <= 0.0) {
     leave_at_once(h, system);
@@ -107,12 +108,13 @@ void Integrator::Impl::cross(double h, double at, const System& system) {
   state = stepped(system, state, rate, t, at);
   t += at;
   choose_direction(*system.table);
-  if (was_stuck && direction == 0.0) {  // broken away, but for the last digit
+  if (was_stuck && direction == 0.0) {  // breaks away within rounding
     direction = std::copysign(1.0, net(state, t, *system.table));
   }
 }
 
-// The mode ends where it began. A damper that can go neither way from v = 0 is held for the step.
+// The mode ends where it began. A damper that can move in neither direction from v = 0 is held
+// for the whole step.
 void Integrator::Impl::leave_at_once(double h, const System& system) {
   rate_known = false;
   if (direction == 0.0) {

@@ -1,10 +1,11 @@
-// The plant carried forward in time by Boost.Odeint (Dormand-Prince 5, adaptive, 1e-12).
+// Integrates the plant in time with Boost.Odeint (Dormand-Prince 5, adaptive, tolerance 1e-12).
 //
-// Dry friction and |v| v have a corner at v = 0. The integrator does not step over it: it finds the
-// instant at which the velocity vanishes, stops there and decides whether the damper goes on, turns
-// or sticks (it sticks while the other forces stay below the break-away level), so friction is the
-// sharp sign(v) and nothing is smoothed. The wall at which the gas column is used up is met without
-// bouncing: the velocity becomes zero there and `bottomed` is raised.
+// Dry friction and |v| v are not smooth at v = 0. The integrator does not step over this point.
+// It finds the instant at which the velocity vanishes, stops there and decides whether the
+// damper continues, reverses or sticks; it sticks while the other forces stay below the
+// break-away level. Friction is therefore the exact sign(v), without smoothing. At the wall,
+// where the gas column is used up, the damper does not bounce: its velocity becomes zero and
+// the `bottomed` flag is set.
 #pragma once
 
 #include <memory>
@@ -16,20 +17,21 @@ namespace shaker::sim {
 
 class Integrator {
  public:
-  // `plant` must outlive it.
+  // `plant` must outlive the integrator. `t` is the start time, s.
   Integrator(const Plant& plant, const State& start, double t);
   ~Integrator();
 
-  // Integrates to `until` (s); earlier times do nothing.
+  // Integrates to the time `until`, s. Does nothing when `until` is not after time().
   void advance(double until, const TableMotion& table);
-  // The table's motion was changed: what was known of its past says nothing any more.
+  // Must be called when the motion of the table has changed: it discards the stored derivative.
   void table_changed();
 
   const State& state() const;
   double time() const;
   double acceleration(const TableMotion& table) const;  // u''
   bool stuck() const;
-  // Whether the wall was met, or the state ceased to be finite, since the last call.
+  // Returns whether the wall was met or the state became non-finite since the last call, and
+  // clears the flag. After a non-finite state the damper is at rest again.
   bool take_bottomed();
 
  private:

@@ -8,7 +8,8 @@ namespace shaker::sim {
 namespace {
 
 constexpr std::uint8_t kReadHolding = 3, kReadInput = 4, kWriteOne = 6, kWriteMany = 16;
-// "Gateway target device failed to respond": what a bus coupler says of a unit that is not there.
+// "Gateway target device failed to respond": the answer of a gateway for a unit that does not
+// exist.
 constexpr int kNoSuchUnit = 11;
 
 std::uint16_t word(std::span<const std::uint8_t> bytes, std::size_t at) {
@@ -28,7 +29,7 @@ ModbusDesk::Unit ModbusDesk::unit(std::uint8_t id) const {
   return id == 2 && !serial_ ? Unit::sensors : Unit::nobody;
 }
 
-// Does what a write asks for; the exception code, or 0.
+// Executes a write request. Returns the exception code, or 0.
 int ModbusDesk::write(std::span<const std::uint8_t> pdu) {
   const int address = word(pdu, 1);
   std::vector<std::uint16_t> words;
@@ -58,7 +59,7 @@ int ModbusDesk::refusal(Unit asked, std::span<const std::uint8_t> pdu) {
 bool ModbusDesk::answer(modbus_t* context) {
   std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> query{};
   const int length = modbus_receive(context, query.data());
-  if (length == 0) return true;  // on a serial line: to another unit
+  if (length == 0) return true;  // on a serial line: the request was for another unit
   const int header = modbus_get_header_length(context);
   if (length < header + 5) return false;
   const Unit asked = unit(query[static_cast<std::size_t>(header) - 1]);

@@ -1,4 +1,4 @@
-// One Modbus request to its answer, whatever the wire.
+// Answers one Modbus request, over TCP or a serial line.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,9 @@ namespace shaker::sim {
 class ModbusDesk {
  public:
   ModbusDesk(RegisterMap& map, VirtualRig& rig, bool serial);
-  // Receives the request that waits on the context's socket and answers it. False when the other
-  // side has gone, or has sent what is no request.
+  // Receives the request that waits on the context's socket and answers it; a device that an
+  // injected fault has silenced does not answer. Returns false when the client has gone or has
+  // sent an invalid request.
   bool answer(modbus_t* context);
 
  private:

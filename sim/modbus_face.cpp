@@ -19,7 +19,7 @@ namespace {
 
 using Context = std::unique_ptr<modbus_t, ModbusRelease>;
 
-// A client that stops in the middle of a message must not hold up the rig.
+// A client that stops in the middle of a message must not delay the rig.
 constexpr std::uint32_t kPatienceUs = 20'000;
 
 Error trouble(const std::string& what) {
@@ -95,7 +95,8 @@ class PtyFace final : public ModbusFace {
   }
   void serve(const pollfd& ready) override {
     if (ready.fd != master_.get()) return;
-    // After rubbish the line is emptied: the next request then starts on a frame's edge.
+    // After an invalid message the line is flushed, so that the next request starts at a frame
+    // boundary.
     if (!desk_.answer(context_.get())) modbus_flush(context_.get());
   }
   std::string place() const override { return link_; }
@@ -104,7 +105,7 @@ class PtyFace final : public ModbusFace {
   ModbusDesk desk_;
   Context context_;
   UniqueFd master_;
-  UniqueFd keeper_;  // the other end, kept open: without it a client's leaving reads as an error
+  UniqueFd keeper_;  // kept open: otherwise the master reads an error when a client closes the line
   std::string link_;
 };
 
@@ -155,7 +156,7 @@ Result<std::unique_ptr<ModbusFace>> ModbusFace::pty(RegisterMap& map, VirtualRig
   UniqueFd keeper(open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
   if (!keeper.valid() || !make_raw(keeper.get())) return trouble(where);
   if (is_link(link))
-    unlink(link.c_str());  // ours of last time; anything else stays and is an error
+    unlink(link.c_str());  // a link of an earlier run; any other file stays and is an error
   if (symlink(name, link.c_str()) != 0) return trouble(where);
   Context context(modbus_new_rtu(name, 115200, 'N', 8, 1));
   if (!context || modbus_set_slave(context.get(), 1) != 0 || !set_patience(context.get())) {

@@ -1,8 +1,10 @@
-// Serves a RegisterMap as a Modbus server, over TCP to several clients or over a pseudo-terminal as
-// RTU (libmodbus frames the messages). One thread, driven by the owner's poll().
+// Serves a RegisterMap as a Modbus server: over TCP to several clients, or as RTU over a
+// pseudo-terminal. libmodbus frames the messages. There is no thread inside; the owner calls
+// `watch` and `serve` around its poll().
 //
-// Units: 1 is the exciter's controller (on TCP 0 and 255 are it too), 2 the sensors, TCP only. A
-// silent device does not answer: fault exciter_silent silences unit 1, sensor_silent unit 2.
+// Unit 1 is the exciter's controller; on TCP the units 0 and 255 are the same. Unit 2 is the
+// sensors, on TCP only. A silent device does not answer: the fault exciter_silent silences unit
+// 1, sensor_silent silences unit 2.
 #pragma once
 
 #include <memory>
@@ -26,20 +28,21 @@ struct ModbusRelease {
 class ModbusFace {
  public:
   virtual ~ModbusFace() = default;
-  // What to wait for.
+  // Appends the descriptors to poll.
   virtual void watch(std::vector<pollfd>& wanted) const = 0;
-  // Answers what has arrived on the descriptor of a `watch`; others are ignored.
+  // Answers what has arrived on a descriptor from `watch`. Ignores other descriptors. Waits at
+  // most 20 ms for the next bytes of an incomplete message.
   virtual void serve(const pollfd& ready) = 0;
 
   static constexpr std::size_t kMostClients = 16;
-  // port 0: any free one. `map` must outlive the face.
+  // Listens on `port`; 0 chooses a free one. `map` and `rig` must outlive the face.
   static Result<std::unique_ptr<ModbusFace>> tcp(RegisterMap& map, VirtualRig& rig,
                                                  const std::string& address, int port);
-  // Makes a pseudo-terminal and a symbolic link to it, replacing an old link; removes it at the
-  // end.
+  // Creates a pseudo-terminal and a symbolic link to it. Replaces an old link, but no other
+  // file. The face removes the link when it is destroyed.
   static Result<std::unique_ptr<ModbusFace>> pty(RegisterMap& map, VirtualRig& rig,
                                                  const std::string& link);
-  // "127.0.0.1:1502", "/tmp/rig"
+  // The address or the link: "127.0.0.1:1502", "/tmp/rig".
   virtual std::string place() const = 0;
   virtual int port() const { return 0; }
 };

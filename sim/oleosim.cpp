@@ -1,4 +1,5 @@
-// oleosim: a rig that is not there. Serves the virtual rig on real wires, in real time.
+// oleosim: the virtual rig as a program. It serves Modbus and CAN in real time, or records a
+// campaign into a folder.
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -157,7 +158,7 @@ void open_wires(const Options& o, RigServer& server) {
   if (!o.can.empty()) must(server.open_can(o.can, o.can_auxiliary));
 }
 
-// So that a script can wait: one line on stdout, and the status file.
+// Prints one line on stdout and writes the status file, so that a script can wait for the rig.
 void announce(const Options& o, const RigServer& server) {
   nlohmann::json status = {{"ready", true}};
   std::string line = "ready";

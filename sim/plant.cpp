@@ -122,7 +122,7 @@ Plant::Plant(string_view name, const std::map<std::string, double>& given) {
   }
   if (values_.contains("tyre_stiffness") && values_.at("tyre_stiffness") > 0.0 &&
       (values_.at("coulomb_friction") > 0.0 || values_.at("pressure_friction") > 0.0)) {
-    // The integrator decides whether the damper sticks from the table's motion alone.
+    // The integrator decides from the table's motion alone whether the damper sticks.
     throw std::invalid_argument(
         "tyre_stiffness cannot be had together with coulomb_friction or pressure_friction; use "
         "presliding_friction instead");
@@ -131,7 +131,7 @@ Plant::Plant(string_view name, const std::map<std::string, double>& given) {
   at_rest_[0] = find_rest(wall_.value_or(1.0));
 }
 
-// Bisection: the smooth forces grow with the stroke, and this runs once.
+// Bisection: the smooth forces grow with the stroke, and it runs only once for each plant.
 double Plant::find_rest(double highest) const {
   State state = at_rest_;
   const auto force = [&](double u) {

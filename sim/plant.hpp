@@ -1,7 +1,8 @@
-// The damper under test: a named list of parts with the true values of their parameters.
+// The damper under test: a named list of parts and the true values of their parameters.
 //
-// Own physics: nothing here comes from the estimator, for a simulator that shared its code would
-// prove nothing. Immutable after construction; the state belongs to the integrator.
+// The physics is independent: no code comes from the estimator, because a simulator that shared
+// code with it would prove nothing. A plant is immutable after construction; the state belongs
+// to the integrator.
 #pragma once
 
 #include <memory>
@@ -17,27 +18,29 @@ namespace shaker::sim {
 
 struct PlantEntry {
   std::string_view name, meaning;
-  std::span<const std::string_view> parts;  // in order: gas before what rubs on it
+  std::span<const std::string_view> parts;  // in order: gas before what depends on it
 };
 std::span<const PlantEntry> plant_table();
 
 class Plant {
  public:
-  // Throws std::invalid_argument naming the unknown plant or parameter, or the value and its range.
-  // `given` overrides defaults.
+  // `given` overrides defaults. Throws std::invalid_argument that names an unknown plant or
+  // parameter, a value out of its range, or a plant that has no position of rest.
   Plant(std::string_view name, const std::map<std::string, double>& given);
 
   const Values& values() const { return values_; }
 
-  // At rest where the forces balance without excitation.
+  // The state at rest, where the forces balance without excitation.
   const State& at_rest() const { return at_rest_; }
 
+  // The sum of all parts' forces. direction: +1, -1, or 0 when the damper sticks.
   Balance balance(const State& state, double direction) const;
-  // d state/dt under the table's acceleration x. direction 0: stuck, u and v stay.
+  // d state / dt under the table's acceleration x, m/s^2. With direction 0, u and v do not
+  // change.
   State rate(const State& state, double direction, double x) const;
 
-  // Stroke at which the gas column is gone to a two-hundredth, where the formulas stop being
-  // physics: metal meets metal. None for plants without gas.
+  // The stroke, m, at which kLeastGasColumn of the gas column is left; beyond it the formulas
+  // are no longer physics, because metal meets metal. nullopt for plants without gas.
   std::optional<double> wall() const { return wall_; }
 
  private:
@@ -49,7 +52,7 @@ class Plant {
   std::optional<double> wall_;
 };
 
-// The parameters that a plant takes, base parts first.
+// The parameters of a plant, in the order of its parts.
 std::vector<Parameter> parameters_of(const PlantEntry& plant);
 
 }  // namespace shaker::sim

@@ -1,11 +1,11 @@
-// One term of the plant's balance of accelerations, in the simulator's own words.
+// One term of the plant's balance of accelerations.
 //
 //     u'' + sum of the parts' forces + direction * friction = x(t)
 //
-// Forces are per unit mass (m/s^2), positive when they oppose compression; u > 0 is compression.
-// Within one integration the sense of motion is a given (the integrator finds the instants at which
-// v = 0 and changes it there), so a part uses `direction` where a formula has sign(v), and is
-// smooth.
+// Forces are per unit mass (m/s^2) and positive when they oppose compression; u > 0 is
+// compression. During one integration step the direction of motion is constant, because the
+// integrator stops where v = 0. A part uses `direction` where a formula has sign(v); its force
+// is therefore smooth.
 //
 // A part is one file in sim/parts/ and one row of the table in sim/parts/table.cpp.
 #pragma once
@@ -19,7 +19,8 @@
 
 namespace shaker::sim {
 
-// u, v, then the memory of parts that have some (gas temperature, hysteretic displacement).
+// u, v, then the memory states of parts that have them (gas temperature, hysteretic
+// displacement).
 inline constexpr int kStates = 8;
 using State = std::array<double, kStates>;
 
@@ -31,25 +32,25 @@ struct Motion {
   double speed() const { return direction * v; }  // |v|
 };
 
-// What the parts add up to, in the order of the plant's list.
+// The sums over the parts, in the order of the plant's list.
 struct Balance {
-  double force = 0.0;     // all that is smooth in the direction of motion
-  double gas = 0.0;       // of which the gas spring's (pressure friction wants it)
-  double friction = 0.0;  // magnitude of dry friction; break-away level when stuck
-  double mass = 1.0;      // that u'' moves
+  double force = 0.0;     // all forces that are smooth while the direction is constant
+  double gas = 0.0;       // the gas spring's part of `force`, for pressure friction
+  double friction = 0.0;  // magnitude of dry friction; the break-away level when stuck
+  double mass = 1.0;      // the relative mass that u'' accelerates
 };
 
 struct Parameter {
   std::string_view name, unit;
   double standard;         // default
-  double lowest, highest;  // allowed
+  double lowest, highest;  // allowed range
   std::string_view meaning;
 };
 
-// Values by name, complete and checked.
+// Values by name; complete and within their ranges.
 using Values = std::map<std::string, double>;
 
-// Hands out memory states. Throws std::logic_error when kStates is too small.
+// Assigns memory states to parts. Throws std::logic_error when kStates is too small.
 class Memory {
  public:
   int claim(double initial);
@@ -63,12 +64,13 @@ class Memory {
 class PlantPart {
  public:
   virtual ~PlantPart() = default;
+  // Adds the part's terms to `balance`.
   virtual void add(const Motion& motion, Balance& balance) const = 0;
-  // Time derivatives of the part's own memory.
+  // Sets the time derivatives of the part's own memory states.
   virtual void remember(const Motion&, State&) const {}
-  // What the damper stands on, if it gives: sets the derivatives of its own motion under the forces
-  // of the damper (without the weight: `force` holds -g) and of the table, and returns the
-  // acceleration by which it sinks.
+  // For a part between the damper and the table, for example a tyre: sets the derivatives of
+  // its own motion and returns the acceleration by which it sinks, m/s^2. `force` is the
+  // damper's whole force minus the weight g; x is the table's acceleration.
   virtual double support(const Motion&, double /*force*/, double /*x*/, State&) const {
     return 0.0;
   }
@@ -77,11 +79,11 @@ class PlantPart {
 struct PartEntry {
   std::string_view name;
   std::span<const Parameter> parameters;
-  // Null when the values switch the part off.
+  // Returns null when the values switch the part off.
   std::unique_ptr<PlantPart> (*make)(const Values& values, Memory& memory);
 };
 
-// Every part there is (sim/parts/table.cpp).
+// All parts that exist (sim/parts/table.cpp).
 std::span<const PartEntry> part_table();
 
 }  // namespace shaker::sim

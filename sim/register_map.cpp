@@ -15,7 +15,7 @@ void put_f32(std::span<std::uint16_t> registers, int at, double value) {
   put_u32(registers, at, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
 }
 
-// One writable value: where it stands, how long it is, what it accepts and does.
+// One writable value: its address, its number of words, the check of its range and its action.
 struct Item {
   int address, words;
   bool (*acceptable)(double value);

@@ -1,7 +1,8 @@
-// The virtual rig's Modbus registers: sim/README.md has the table. Pure: no sockets, no libmodbus.
+// The Modbus registers of the virtual rig; sim/README.md has the table. This file uses no
+// sockets and no libmodbus.
 //
-// 32-bit values take two registers, most significant word first (ABCD). They are packed here, in
-// lines of our own, so that the daemon's codec is tested against something else than itself.
+// 32-bit values take two registers, most significant word first (ABCD). They are packed here,
+// so that the daemon's codec is tested against an independent implementation.
 #pragma once
 
 #include <array>
@@ -23,15 +24,17 @@ struct Input {
                        auxiliary = 14, count = auxiliary + 2 * static_cast<int>(kAuxiliaryMost);
 };
 
-// Exception codes of the Modbus Application Protocol V1.1b3, chapter 7; 0: done.
+// Exception codes of the Modbus Application Protocol V1.1b3, chapter 7; 0 means success.
 enum class Refusal { none = 0, illegal_address = 2, illegal_value = 3, device_failure = 4 };
 
 class RegisterMap {
  public:
   explicit RegisterMap(VirtualRig& rig) : rig_(rig) {}
 
-  // All or nothing. Half of a 32-bit value is refused. Enable acts last, so that a block write
-  // never starts on an old ramp.
+  // Writes `words` to the holding registers from `address` on. It writes nothing when an
+  // address or a value is refused; half of a 32-bit value is an illegal address. Enabling acts
+  // last, so that a block write never starts with the old ramp; disabling acts first. Returns
+  // device_failure when the rig refuses a value that is in range.
   Refusal write(int address, std::span<const std::uint16_t> words);
 
   void show(const RigSample& sample) { newest_ = sample; }

@@ -6,7 +6,7 @@
 namespace shaker::sim {
 namespace {
 
-constexpr std::uint32_t kAuxiliaryEvery = 10;  // samples: a bus of 1 Mbit/s has no room for all
+constexpr std::uint32_t kAuxiliaryEvery = 10;  // samples; a bus of 1 Mbit/s has no capacity for all
 constexpr Nanoseconds kStatusPeriod = std::chrono::milliseconds(20);
 
 timespec until(Nanoseconds event, Nanoseconds now) {
@@ -49,7 +49,7 @@ void RigServer::play_script(Nanoseconds now) {
   }
 }
 
-// Brings the rig to now and hands the new samples to the wires.
+// Advances the rig to the present time and passes the new samples to Modbus and CAN.
 void RigServer::catch_up() {
   const Nanoseconds now = clock_.now();
   samples_.clear();
@@ -94,7 +94,7 @@ void RigServer::run(int stop_fd) {
     if (wanted[0].revents != 0) return;
     for (const pollfd& ready : wanted) {
       if (ready.revents == 0) continue;
-      catch_up();  // every answer from the newest sample
+      catch_up();  // so that every answer uses the newest sample
       for (const auto& face : modbus_)
         face->serve(ready);
       if (can_ && ready.fd == can_->descriptor()) can_->receive(rig_, clock_.now());

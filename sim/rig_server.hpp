@@ -1,4 +1,4 @@
-// Runs a virtual rig in real time behind its wires, until told to stop. One thread.
+// Runs a virtual rig in real time behind Modbus and CAN. One thread.
 #pragma once
 
 #include <memory>
@@ -11,24 +11,26 @@
 
 namespace shaker::sim {
 
+// A fault and the time after the start at which the server injects it.
 struct ScriptedFault {
   Fault fault = Fault::none;
-  double at_s = 0.0;  // after the start
+  double at_s = 0.0;  // s after the start
 };
 
 class RigServer {
  public:
   RigServer(const RigOptions& options, std::vector<ScriptedFault> script);
 
+  // Each returns an Error when the port, the link or the interface cannot be opened.
   Result<void> open_tcp(const std::string& address, int port);
   Result<void> open_pty(const std::string& link);
-  // With `auxiliary`, the auxiliary quantities too.
+  // With `auxiliary` it also sends the auxiliary quantities.
   Result<void> open_can(const std::string& interface, bool auxiliary = false);
 
   const std::vector<std::unique_ptr<ModbusFace>>& modbus() const { return modbus_; }
   const VirtualRig& rig() const { return rig_; }
 
-  // Serves until `stop_fd` becomes readable.
+  // Serves until `stop_fd` becomes readable. Blocks.
   void run(int stop_fd);
 
  private:

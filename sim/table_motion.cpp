@@ -15,7 +15,7 @@ void TableMotion::go_to(double t, double frequency_hz, double amplitude_now, dou
   const double a = amplitude(t);
   const double f = frequency(t);
   const bool from_rest = a == 0.0;
-  // Kept within one turn, so that a day's run loses no digits of it.
+  // Kept within one turn, so that a long run loses no digits.
   phase0_ = from_rest ? 0.0 : std::remainder(phase(t), 2.0 * std::numbers::pi);
   f0_ = from_rest ? frequency_hz : f;
   a0_ = a;

@@ -1,8 +1,10 @@
-// What the table does: x(t) = A(t) cos(phase(t)), frequency and amplitude on linear ramps.
+// The motion of the table: x(t) = A(t) cos(phase(t)), where frequency and amplitude follow
+// linear ramps.
 //
-// The phase is the integral of the frequency, so it never jumps while the table moves; it starts at
-// zero when the table starts from rest. Times are seconds on our clock; the rig's own oscillator
-// runs `rate` times as fast (1 + ppm 1e-6), and everything here follows it.
+// The phase is the integral of the frequency, so it never jumps while the table moves; it
+// starts at zero when the table starts from rest. Times are seconds on the host's clock. The
+// rig's own oscillator runs `rate` times as fast (1 + ppm 1e-6), and frequencies and ramps
+// follow it.
 #pragma once
 
 #include <array>
@@ -11,21 +13,25 @@ namespace shaker::sim {
 
 class TableMotion {
  public:
-  // Harmonics 2..5 as fractions of the fundamental, in phase with it at its crest.
+  // harmonics: the 2nd to the 5th as fractions of the fundamental; each has its crest at the
+  // fundamental's crest.
   explicit TableMotion(double rate = 1.0, std::array<double, 4> harmonics = {});
 
-  // From what it does at t linearly to the new frequency and amplitude in `ramp` seconds.
+  // Starts at time t a linear ramp from the present to the new frequency (Hz) and amplitude
+  // (m/s^2), which takes `ramp` seconds of the rig's clock.
   void go_to(double t, double frequency_hz, double amplitude, double ramp);
   void stop(double t) { go_to(t, target_frequency(), 0.0, 0.0); }
 
-  // Upward acceleration, m/s^2; defined from the last go_to on.
+  // The upward acceleration, m/s^2. Valid from the time of the last go_to on.
   double acceleration(double t) const;
-  double fundamental(double t, double lag = 0.0) const;  // of which the part without harmonics
-  // Its integrals without a constant, m/s and m: exact while frequency and amplitude stand, and on
-  // the ramps what a transducer that cannot measure a standing offset would say. 0 at rest.
+  double fundamental(double t, double lag = 0.0) const;  // without the harmonics; lag in rad
+  // The integrals of the acceleration without a constant, m/s and m. They are exact while
+  // frequency and amplitude are constant. On a ramp they are what a transducer that blocks a
+  // constant offset would give. 0 at rest.
   double velocity(double t) const;
   double position(double t) const;
   double phase(double t) const;  // rad
+  // Frequency (Hz of the rig's clock) and amplitude (m/s^2) at time t, on the ramp.
   double frequency(double t) const;
   double amplitude(double t) const;
   double target_frequency() const { return f1_; }

@@ -39,7 +39,7 @@ const RigOptions& checked(const RigOptions& o) {
   return o;
 }
 
-// Takes the instruments' parameters out of `mixed`, which keeps the plant's.
+// Moves the instruments' parameters out of `mixed`, which keeps those of the plant.
 Values take_instruments(std::map<std::string, double>& mixed) {
   Values values;
   for (const auto& parameter : instrument_parameters()) {
@@ -106,7 +106,7 @@ struct VirtualRig::Impl {
   Fault fault = Fault::none;
 };
 
-// To `until`, unless the dead-man stops the table on the way.
+// Advances to `until`; the dead-man may stop the table on the way.
 void VirtualRig::Impl::move(double until) {
   if (const double deadline = controller.deadline(); deadline <= until) {
     integrator.advance(deadline, moving_table());
@@ -120,7 +120,8 @@ void VirtualRig::Impl::move(double until) {
   }
 }
 
-// What the transducer spans: the stroke, and what the fixture gives under the damper's force.
+// What the transducer measures: the stroke and the deflection of the fixture under the damper's
+// force.
 double VirtualRig::Impl::between_the_ends() const {
   const double stroke = integrator.state()[0];
   const double stiffness = instrument_values.at("series_stiffness");

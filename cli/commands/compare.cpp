@@ -1,5 +1,5 @@
-// What every optimiser needs and finds on one data set: iterations, periodic solutions, time;
-// theta, sum of squares, status.
+// Compares the optimisers on one data set: iterations, periodic solutions and time; parameters,
+// sum of squares and status.
 #include <chrono>
 #include <stdexcept>
 

@@ -1,4 +1,5 @@
-// Trouble with the daemon as an exit status. Only the commands that talk to it use this.
+// Reports an error of the connection, or a refusal by the daemon, and returns the exit code.
+// For the commands that talk to the daemon.
 #pragma once
 
 #include "base/result.hpp"

@@ -1,4 +1,4 @@
-// What a model lacks: the discrepancy workflow on a campaign.
+// Searches for what a model lacks: runs the diagnosis on a campaign.
 #include "estimator/discrepancy/diagnose.hpp"
 
 #include <cstdio>
@@ -56,7 +56,7 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
              common.json ? report::diagnosis_json(*found) + "\n" : report::diagnosis_table(*found));
   if (options.out.empty()) return kOk;
   const auto written = report::write_diagnosis(options.out, *found);
-  // The answer has been printed: as JSON it stays the only document there.
+  // The result has been printed; as JSON it must stay the only document on stdout.
   return written ? kOk : fail({}, kBadInput, written.error().what);
 }
 

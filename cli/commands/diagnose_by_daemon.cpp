@@ -1,4 +1,5 @@
-// `shakerctl diagnose --daemon`: the diagnosis is done where the campaign lies, by the daemon.
+// `shakerctl diagnose --daemon`: the daemon runs the diagnosis, on the machine with the
+// campaign.
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -54,7 +55,8 @@ void print(const Json& result) {
   fmt::print("files: {}\n", printable(text_of(result, "folder")));
 }
 
-// The result's document; Ctrl-C asks the daemon to leave off, and waits for it to say so.
+// Waits for the document of the result. Ctrl-C asks the daemon to cancel; a second one leaves
+// at once.
 Result<Json> follow(StreamClient& client, const std::string& database) {
   bool asked_to_end = false;
   const bool drawing = stdout_is_terminal();
@@ -85,7 +87,7 @@ int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& optio
   auto client = StreamClient::connect(common.socket);
   if (!client) return unreachable(common, client.error());
   count_interrupts();
-  // The answer comes before the first document of the diagnosis: both go through the same loop.
+  // The answer comes before the first document of the diagnosis, so no document is lost here.
   const auto answer = client->ask("diagnose", *request);
   if (!answer) return unreachable(common, answer.error());
   if (answer->refused) return refused(common, *answer);

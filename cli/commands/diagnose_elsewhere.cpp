@@ -1,4 +1,4 @@
-// `shakerctl diagnose`: the daemon does it, or a program of its own, shakerctl-diagnosis.
+// `shakerctl diagnose`: the daemon does it, or a separate program, shakerctl-diagnosis.
 #include "cli/commands/hand_over.hpp"
 
 namespace shaker::cli {

@@ -1,6 +1,6 @@
-// `shakerctl-diagnosis diagnose --job`: a diagnosis for the daemon. The job is JSON on standard
-// input; lines of JSON on standard output tell the progress, the last one the result. What the
-// lines hold is in daemon/workers/diagnosis_child.hpp.
+// `shakerctl-diagnosis diagnose --job`: a diagnosis that the daemon starts. It reads the job as
+// JSON from standard input and writes lines of JSON to standard output: the progress and, last,
+// the result. daemon/workers/diagnosis_child.hpp describes the lines.
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -32,11 +32,11 @@ using Json = nlohmann::ordered_json;
 using namespace estimator::discrepancy;
 
 constexpr int kJobNice = 10;
-// The largest diagnosis of the tests takes 120 MB. One that wants twenty times as much has gone wrong,
-// and must not take the memory of what runs beside it. Bytes.
+// Bytes. The largest diagnosis of the tests takes 120 MB. A diagnosis that needs far more has
+// gone wrong and must not take the memory of the other programs.
 constexpr rlim_t kJobMemory = rlim_t{2} << 30U;
 
-// Where the system forbids one of these, the diagnosis is done all the same.
+// Lowers the priority and limits the memory. An error here does not stop the diagnosis.
 void step_back() {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const sched_param none{};
@@ -47,7 +47,7 @@ void step_back() {
   ::setrlimit(RLIMIT_AS, &memory);
 }
 
-// A daemon that does not read any more is gone: SIGPIPE ends this process.
+// When the daemon has gone and reads no more, SIGPIPE ends this process.
 void put(const Json& line) {
   const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   std::fwrite(text.data(), 1, text.size(), stdout);
@@ -59,7 +59,7 @@ void tell(const std::string& campaign, std::string_view stage, double share) {
 }
 
 std::optional<std::filesystem::path> calibration_folder() {
-  const char* folder = std::getenv("CACHE_DIRECTORY");  // systemd's
+  const char* folder = std::getenv("CACHE_DIRECTORY");  // set by systemd
   if (folder != nullptr && *folder == '/') return std::filesystem::path(folder) / "calibration";
   return CalibrationCache::user_folder();
 }
@@ -96,7 +96,7 @@ Result<config::ModelSpec> model_of(const Json& job, const record::CampaignRow& r
 
 Result<Diagnosis> find(const Json& job, std::string& name) {
   const std::filesystem::path database = job.at("database").get<std::string>();
-  name = database.stem().string();  // until the database has said it
+  name = database.stem().string();  // until it is read from the database
   tell(name, "reading", 0.0);
   const auto reader = record::CampaignReader::open(database);
   if (!reader) return reader.error();
@@ -144,7 +144,7 @@ int diagnose_job() {
   Json result = {{"type", "result"}, {"campaign", ""}, {"status", "failed"}, {"reason", ""}};
   try {
     const Json job = Json::parse(std::cin);
-    // The daemon may have ended before PR_SET_PDEATHSIG held.
+    // The daemon may have ended before PR_SET_PDEATHSIG took effect.
     if (::getppid() != job.at("parent").get<pid_t>()) return kNegative;
     work(job, result);
   } catch (const std::bad_alloc&) {

@@ -1,4 +1,4 @@
-// A drop test predicted from an identified model: table, JSON, picture.
+// Predicts a drop test from an identified model: table, JSON, picture.
 #include "estimator/time/drop.hpp"
 
 #include <algorithm>
@@ -29,10 +29,10 @@ using estimator::DropPrediction;
 using estimator::kDropFigureCount;
 using estimator::kDropFigures;
 
-// What is known of the damper: its parameters, what they are worth, and where they were found.
+// The knowledge of the damper: its parameters, their uncertainty, and the range of the data.
 struct Identified {
   config::ModelSpec spec;
-  protocol::EstimateDocument estimate;  // parameters empty: the model's own starts
+  protocol::EstimateDocument estimate;  // empty parameters: the model's start values
   std::optional<double> fastest, deepest;
 };
 
@@ -57,7 +57,7 @@ Result<protocol::EstimateDocument> read_estimate(const std::filesystem::path& fi
   return estimate;
 }
 
-// The stroke and its largest speed in the runs that were fitted.
+// Finds the largest stroke and speed in the fitted runs.
 void find_range(const estimator::Model& model, const estimator::Estimator& fitted,
                 Identified& out) {
   double fastest = 0.0, deepest = -std::numeric_limits<double>::infinity();
@@ -113,8 +113,8 @@ Result<Identified> identified(const DropOptions& options) {
   return out;
 }
 
-// Parameters and covariance in the model's order. Names that the model has not (initial conditions
-// of a transient estimate) are left out.
+// Parameters and covariance in the model's order. Names that the model does not have (initial
+// states of a transient estimate) are left out.
 std::vector<double> parameters_of(const Identified& known, const estimator::Model& model,
                                   estimator::DropUncertainty& uncertainty,
                                   std::vector<std::string>& warnings) {
@@ -287,7 +287,7 @@ OrderedJson to_json(const Sheet& sheet, const DropOptions& options, const std::s
   return out;
 }
 
-// Load over time with its band.
+// The load over time with its 95 % band.
 std::string picture(const Sheet& sheet, const estimator::DropHistory* truth, double sink_speed) {
   const auto& h = sheet.drop->run.history;
   const double k = sheet.mass.value_or(1.0);

@@ -1,5 +1,5 @@
-// The commands of shakerctl that need most of the estimator are in a program of their own,
-// shakerctl-analysis, so that the operator's program is small and quickly built.
+// The commands that need most of the estimator are in a separate program, shakerctl-analysis,
+// so that the operator's program stays small and builds quickly.
 #include "cli/commands/hand_over.hpp"
 
 namespace shaker::cli {

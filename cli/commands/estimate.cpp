@@ -28,7 +28,7 @@ namespace {
 namespace optimise = estimator::optimise;
 
 constexpr double kAccuracyOfFriction = 1e-4;  // of the parameters, relative
-constexpr int kScreeningPoints = 80;          // coarse: the fit proper follows on the full grid
+constexpr int kScreeningPoints = 80;          // coarse: the final fit uses the full grid
 
 struct Search {
   optimise::Minima minima;
@@ -131,7 +131,7 @@ std::string posterior_table(const estimator::Posterior& posterior,
                      report::text_table(rows, std::vector<bool>(rows.front().size(), true)));
 }
 
-// Channels that are to be weighed against each other have a command of their own.
+// True for channels that are weighted against each other; estimate_channels fits them.
 bool wants_channels(const EstimateOptions& options) {
   return options.channels != std::vector<std::string>{"displacement"} ||
          options.objective == "maximum_likelihood" || options.objective == "joint_covariance" ||
@@ -154,8 +154,8 @@ bool has_priors(const config::ModelSpec& model) {
   return false;
 }
 
-// Each run by its own noise, which the scatter of its cycles tells (3.15). An Error where it does
-// not.
+// Weights each run by its own noise variance, from the scatter of its cycles (3.15). Returns an
+// Error when the cycles do not determine it.
 Result<void> weigh_runs(std::vector<estimator::RunData>& runs) {
   std::vector<double> variance;
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -173,7 +173,7 @@ Result<void> weigh_runs(std::vector<estimator::RunData>& runs) {
   return {};
 }
 
-// What --objective asks for of a model and its data. An Error says what it lacks.
+// Applies --objective to the model and the data. An Error says what the objective lacks.
 Result<estimator::EstimationOptions> apply_objective(const EstimateOptions& options,
                                                      EstimationInput& input) {
   estimator::EstimationOptions how;
@@ -203,7 +203,8 @@ double motion(const std::vector<double>& y) {
   return std::sqrt(sum);
 }
 
-// Where nothing fits: data and model may speak of different units. Empty if they do not seem to.
+// For an estimate that is not usable: returns a sentence when data and model seem to have
+// different units, otherwise empty.
 std::string unit_doubt(const estimator::Model& model, const estimator::RunData& run) {
   constexpr double kFar = 50.0;
   if (run.displacement.empty() || run.periods > 1) return {};
@@ -226,7 +227,7 @@ std::string unit_doubt(const estimator::Model& model, const estimator::RunData& 
       measured, expected, model.length_unit(), model.length_unit(), model.length_unit());
 }
 
-// What does not go with responses over several periods; empty: nothing that was asked for.
+// Returns a sentence for an option that cannot be combined with --periods; otherwise empty.
 std::string not_over_periods(const EstimateOptions& options) {
   const auto periods = parse_periods(options.periods);
   if (!periods || !periods->asked()) return {};
@@ -243,14 +244,14 @@ std::string not_over_periods(const EstimateOptions& options) {
   return {};
 }
 
-// What the data say of themselves, before what the fit says of them.
+// Puts the warnings about the data before those of the fit.
 void add_input(estimator::Estimate& estimate, const EstimationInput& input) {
   estimate.warnings.insert(estimate.warnings.begin(), input.warnings.begin(), input.warnings.end());
   if (input.cycles) estimate.cycles = *input.cycles;
   estimate.usable = estimate.usable && !input.spoiled;
 }
 
-// Losses and intervals that know themselves what the model's bend does.
+// True for losses and intervals that already account for the curvature of the model.
 bool follows_the_bend(const EstimateOptions& options) {
   return options.loss != "squared" || options.intervals != "linear";
 }
@@ -260,14 +261,15 @@ estimator::Bias bias_rule(const EstimateOptions& options) {
                                    : *estimator::bias_from_name(options.bias);
 }
 
-// What was minimised, also where nobody chose.
+// The objective that was minimised, also when it was chosen by default.
 std::string objective_name(const EstimateOptions& options, const config::ModelSpec& model) {
   if (!options.objective.empty()) return options.objective;
   return has_priors(model) ? "map" : "least_squares";
 }
 
-// The usual grid passes over a friction that turns round in less than one of its steps, and its
-// parameters with it: where the model's file states the width, the grid follows.
+// The usual grid misses a friction that changes its sign within one grid step, and so its
+// parameters cannot be estimated. When the model file states the smoothing width, the grid is
+// refined.
 double accuracy_for(const EstimateOptions& options, const EstimationInput& input) {
   const auto turnings = estimator::discrepancy::turnings_of(input.model);
   const bool stated = std::any_of(turnings.begin(), turnings.end(),

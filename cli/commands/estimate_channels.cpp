@@ -1,4 +1,4 @@
-// An estimate from several measured channels, each weighed by what its noise turns out to be.
+// Estimates from several measured channels and weights each by its noise.
 #include <cmath>
 #include <stdexcept>
 
@@ -17,7 +17,8 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-// One variance for all (3.17), what --noise says (3.15), or what the residuals will say.
+// The covariance of the channels' noise: from --noise (3.15), otherwise variance 1 for all
+// (3.17); the other objectives estimate it.
 std::vector<double> known_covariance(const EstimateOptions& options, const ChannelInput& input) {
   const std::size_t m = input.quantities.size();
   std::vector<double> v(m * m, 0.0);
@@ -28,7 +29,7 @@ std::vector<double> known_covariance(const EstimateOptions& options, const Chann
   return v;
 }
 
-// In the file's units.
+// The noise of each channel in the file's units, and the correlation between channels.
 OrderedJson noise_of(const EstimateOptions& options, const ChannelInput& input,
                      const estimator::ChannelFit& found, OrderedJson& correlation) {
   const std::size_t m = input.quantities.size();

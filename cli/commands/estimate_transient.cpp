@@ -1,4 +1,4 @@
-// An estimate from records that are not periodic.
+// Estimates from a record that is not periodic.
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 namespace shaker::cli {
 namespace {
 
-constexpr std::size_t kLong = 5000;  // samples from which fixed steps pay
+constexpr std::size_t kLong = 5000;  // samples; above it fixed steps are faster
 
 estimator::Integrator integrator_of(const EstimateOptions& options, std::size_t samples) {
   if (options.integrator == "rk4") return estimator::Integrator::runge_kutta4;

@@ -1,4 +1,4 @@
-// A campaign database in other programs' formats: CSV, MAT, UFF.
+// Exports a campaign database to formats of other programs: CSV, MAT, UFF.
 #include <cstdio>
 
 #include <fmt/format.h>

@@ -1,12 +1,12 @@
-// A command that is in another program: this process becomes that program, with the whole command
-// line as it was given.
+// Runs a command that another program implements: that program replaces this process and gets
+// the whole command line.
 #pragma once
 
 #include "cli/commands.hpp"
 
 namespace shaker::cli {
 
-// Returns only where that has failed, after it has said so.
+// Returns only when `program` cannot be started, after it has reported the error.
 int hand_over(const Common& common, const char* program);
 
 }  // namespace shaker::cli

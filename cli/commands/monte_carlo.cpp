@@ -1,4 +1,4 @@
-// Estimates the same campaign many times with new noise, and tells what the estimates are worth.
+// Estimates the same campaign many times with new noise and reports bias, scatter and coverage.
 #include "estimator/worth/monte_carlo.hpp"
 
 #include <algorithm>
@@ -24,8 +24,8 @@ struct Case {
   est::MonteCarloOptions options;
 };
 
-// The paper's experiments, with its noise: uniform, 1 % of the largest stroke. Figure 11 has none;
-// it gets a tenth of that, so that there is something to see.
+// The experiments of the paper with its noise: uniform, 1 % of the largest stroke. Figure 11
+// has no noise; here it gets a tenth of that noise.
 Result<Case> figure_case(int figure) {
   constexpr double kGravity = 32.178, kSqrt3 = 1.7320508075688772;
   Case c;

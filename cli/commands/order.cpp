@@ -1,4 +1,4 @@
-// stop, estop, ack: one request, one answer.
+// stop, estop, ack: sends one request and prints the answer.
 #include <chrono>
 #include <optional>
 #include <thread>

@@ -1,4 +1,4 @@
-// Ranks the runs that a rig allows by what they will tell about the parameters.
+// Ranks the runs that a rig allows by how well they determine the parameters.
 #include "estimator/plan/plan.hpp"
 
 #include <algorithm>
@@ -21,8 +21,8 @@ namespace {
 using OrderedJson = nlohmann::ordered_json;
 namespace est = shaker::estimator;
 
-constexpr double kDefaultNoise = 2e-5;  // m: a good stroke transducer
-constexpr double kQuantile = 1.96;      // the noise is taken as known
+constexpr double kDefaultNoise = 2e-5;  // m; of a good stroke transducer
+constexpr double kQuantile = 1.96;      // normal distribution: the noise is taken as known
 constexpr int kDefaultFrequencies = 12, kDefaultAmplitudes = 6;
 
 void spread_setpoints(const config::Limits& limits, est::PlanOptions& options) {
@@ -43,7 +43,7 @@ std::string names_of(const est::Plan& plan, const est::PlanSet& set) {
   return text;
 }
 
-// Half the 95 % interval, in per cent of the parameter (of 1 where that is 0).
+// Half of the 95 % interval, in per cent of the parameter, or of 1 when the parameter is 0.
 double half_interval(const est::PlanSet& set, std::size_t k, double theta) {
   return 100.0 * kQuantile * set.error[k] / (theta != 0.0 ? std::fabs(theta) : 1.0);
 }
@@ -133,14 +133,14 @@ void print(const est::Model& model, const est::PlanOptions& options, const est::
   fmt::print("{}\n", report::text_table(rows, right));
   std::size_t size = 0;
   for (const est::PlanSet& set : plan.sets) {
-    if (set.runs.size() == size) continue;  // the best of each size
+    if (set.runs.size() == size) continue;  // only the best set of each size
     size = set.runs.size();
     for (const std::string& warning : set.warnings)
       fmt::print("{}: {}\n", names_of(plan, set), warning);
   }
 }
 
-// Edges of cells around values.
+// The edges of cells around the values.
 std::vector<double> edges_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   std::vector<double> edges;

@@ -1,4 +1,5 @@
-// The figures of the paper again, as tables, and what its own test hides.
+// Reproduces the figures of the paper as tables, and shows the discretisation bias that the
+// paper's own test hides.
 #include <algorithm>
 #include <stdexcept>
 
@@ -108,7 +109,8 @@ int reproduce(const Common& common, const ReproduceOptions& options) {
     for (const int figure : kFigures) {
       if (options.figure != 0 && options.figure != figure) continue;
       const paper::FigureRun run = reproduced(figure);
-      // Of all figures, one that nobody can reproduce is no news.
+      // When all figures are requested, one that cannot be reproduced is expected and is no
+      // failure.
       const bool expected = !run.reproducible && options.figure == 0;
       agrees = agrees && (expected || run.max_deviation <= run.agreement);
       if (common.json) {

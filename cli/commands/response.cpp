@@ -1,5 +1,5 @@
-// The response curve of a model: over the frequency or the amplitude, through folds, as a table, as
-// JSON or as a picture.
+// Computes the response curve of a model over frequency or amplitude, through folds, and prints
+// it as a table, as JSON or as a picture.
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -27,7 +27,7 @@ double value_of(const Branch& branch, const BranchPoint& point) {
   return branch.along == Along::frequency ? point.frequency_hz : point.amplitude;
 }
 
-// Half of the stroke from end to end.
+// Half of the peak-to-peak stroke.
 double motion(const BranchPoint& point) {
   return 0.5 * (point.most - point.least);
 }
@@ -90,7 +90,8 @@ std::string table(const Branch& branch, const std::string& unit) {
   return report::text_table(rows, {true, true, true, true, true, true, false, false});
 }
 
-// Stable parts drawn through, unstable ones dashed, both up to the bifurcation between them.
+// Stable parts are solid lines and unstable parts dashed lines; both reach to the bifurcation
+// between them.
 std::string picture(const Branch& branch, const std::string& model, const std::string& unit) {
   report::Plot plot;
   const bool over_frequency = branch.along == Along::frequency;

@@ -1,5 +1,5 @@
-// Runs a campaign: takes control, keeps the lease, shows how far it is, and stays until the rig is
-// at rest again. Leaving early is safe: the lease runs out and the daemon ramps down.
+// Runs a campaign: takes control, renews the lease, shows the progress, and waits until the rig
+// is at rest again. To leave early is safe: the lease expires and the daemon ramps down.
 #include <chrono>
 #include <cstdio>
 #include <optional>
@@ -21,14 +21,14 @@ namespace {
 
 using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
-constexpr double kLastEstimateS = 2.0;  // to wait for the last estimate once the rig is at rest
+constexpr double kLastEstimateS = 2.0;  // how long to wait at rest for the last estimate
 
 class Campaign {
  public:
   Campaign(const Common& common, StreamClient& client, const config::CampaignSpec& spec)
       : common_(common), client_(client), progress_(spec), terminal_(stdout_is_terminal()) {}
 
-  // `method` begins it; only a campaign of its own ends with an estimate.
+  // `method` starts the motion. `estimates`: the campaign must end with a usable estimate.
   int run(const char* method, const Json& params, bool estimates);
 
  private:
@@ -54,7 +54,7 @@ class Campaign {
 };
 
 std::optional<int> Campaign::begin(const char* method, const Json& params) {
-  // What comes before the start belongs to the rig's past: shown, but no part of this campaign.
+  // Documents from before the start are shown but do not belong to this campaign.
   const auto before = [&](const std::string& line) {
     if (common_.json) fmt::print("{}\n", line);
   };
@@ -109,13 +109,13 @@ void Campaign::take(const std::string& line) {
   }
 }
 
-// On a terminal the bar tells cycles and estimates; elsewhere each has its line.
+// On a terminal the bar shows cycles and estimates; otherwise each has a line.
 void Campaign::show(const Json& document) {
   const std::string type = text_of(document, "type");
   if (terminal_ && (type == "cycle" || type == "estimate" || type == "state")) return;
   const std::string text = narrate(document);
   if (text.empty()) return;
-  // The state comes every second, with its progress; its line only when it is another.
+  // The state is published every second; it is printed only when it has changed.
   if (type == "state" && std::exchange(state_told_, text) == text) return;
   clear_bar();
   fmt::print("{}\n", text);
@@ -192,7 +192,7 @@ int Campaign::run(const char* method, const Json& params, bool estimates) {
     }
     return fail(common_, kUnreachable, printable(followed.error().what));
   }
-  // The connection ends with this process: a release that does not arrive changes nothing.
+  // The end of this process closes the connection, so a lost release has no effect.
   if (const auto released = client_.send("control.release"); !released) clear_bar();
   return finish(estimates);
 }

@@ -1,4 +1,4 @@
-// What the rig does now: the snapshot that every client gets, and the answer to `status`.
+// Shows the state of the rig: the snapshot that every client gets, and the answer to `status`.
 #include <fmt/format.h>
 
 #include "cli/commands/daemon_error.hpp"

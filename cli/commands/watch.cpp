@@ -1,4 +1,4 @@
-// Shows what happens: a table that is redrawn on a terminal, a line for each document elsewhere.
+// Shows the stream of documents: a table on a terminal, otherwise one line for each document.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -26,7 +26,7 @@ int terminal_height() {
   return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row >= 5 ? size.ws_row - 1 : 23;
 }
 
-// The alternate screen, given back in every case.
+// The alternate screen of the terminal; the destructor restores the normal screen.
 class Screen {
  public:
   Screen() { fmt::print("\x1b[?1049h\x1b[?25l"); }
@@ -37,7 +37,7 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  // An alarm is told without colour, too: reverse video and its word.
+  // An alarm is visible without colour too: by reverse video and its word.
   static std::string styled(const LiveView::Line& line) {
     switch (line.style) {
       case LiveView::Style::alarm:
@@ -61,7 +61,7 @@ class Screen {
   }
 };
 
-// Hands every line to `take` until the time is over or Ctrl-C.
+// Passes every line to `take` until the time is over or Ctrl-C comes.
 template <class Take, class Idle>
 Result<void> follow(StreamClient& client, double seconds, Take take, Idle idle) {
   const auto begin = Clock::now();
@@ -76,7 +76,7 @@ Result<void> follow(StreamClient& client, double seconds, Take take, Idle idle) 
   return {};
 }
 
-// A daemon that has gone is asked for again, and the screen says so meanwhile.
+// When the connection is lost, tries to connect again and shows this on the screen.
 Result<void> draw(StreamClient& first, const Common& common, double seconds, LiveView& view) {
   Screen screen;
   auto drawn = Clock::now() - kRedraw;
@@ -100,7 +100,7 @@ Result<void> draw(StreamClient& first, const Common& common, double seconds, Liv
           if (view.take(nlohmann::json::parse(line, nullptr, false))) Screen::bell();
         },
         redraw);
-    if (outcome) return {};  // its time is over, or Ctrl-C
+    if (outcome) return {};  // the time is over, or Ctrl-C
     view.set_lost(outcome.error().what);
     for (again.reset(); !again && interrupts() == 0;) {
       if (seconds > 0.0 && Clock::now() - begin > std::chrono::duration<double>(seconds)) return {};
@@ -117,7 +117,7 @@ Result<void> draw(StreamClient& first, const Common& common, double seconds, Liv
 Result<void> narrate_all(StreamClient& client, double seconds) {
   fmt::print("{}\n", narrate(client.version()));
   std::fflush(stdout);
-  std::string state;  // comes every second; told when it is another
+  std::string state;  // published every second; printed only when it has changed
   return follow(
       client, seconds,
       [&](const std::string& line) {

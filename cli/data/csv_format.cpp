@@ -9,7 +9,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// t runs on through the run at its mean frequency, so that the file can be estimated from.
+// The times continue through the run at its mean frequency, so that an estimate can use the
+// file.
 void write_cycles(const ExportRun& run, OutFile& out) {
   out.write("t,excitation,displacement,cycle,accepted,frequency_hz,amplitude\n");
   const double frequency = run.mean_frequency();
@@ -17,7 +18,7 @@ void write_cycles(const ExportRun& run, OutFile& out) {
     const std::size_t n = cycle.displacement.size();
     for (std::size_t i = 0; i < n; ++i) {
       const double tau = static_cast<double>(i) / static_cast<double>(n);
-      // Where the excitation was not measured it is a cosine by definition of tau.
+      // An excitation that was not measured is a cosine, by the definition of tau.
       const std::string x =
           i < cycle.excitation.size() ? fmt::format("{}", cycle.excitation[i]) : "";
       out.write("{},{},{},{},{},{},{}\n", (static_cast<double>(cycle.index) + tau) / frequency, x,
@@ -27,7 +28,7 @@ void write_cycles(const ExportRun& run, OutFile& out) {
   }
 }
 
-// In the order in which they came.
+// Writes the samples of all channels in the order of time. Returns their number.
 std::size_t write_samples(const ExportRun& run, OutFile& out) {
   constexpr const char* kQuality[] = {"good", "suspect", "bad"};
   out.write("t,channel,value,quality,unit\n");
@@ -56,7 +57,7 @@ Json parsed(const std::string& text) {
   return found.is_discarded() ? Json(text) : found;
 }
 
-// What a column of numbers does not say.
+// The facts that the columns do not contain: units, rig, dates, specification and model.
 Json sidecar(const ExportData& data, const std::vector<Written>& files, bool samples) {
   const record::CampaignRow& c = data.campaign;
   Json units = samples ? Json{{"t", "s"}, {"value", "see the column unit"}}

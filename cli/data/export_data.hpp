@@ -1,4 +1,5 @@
-// What an export holds, read from a campaign's database once: the writers of formats only lay it out.
+// The content of an export, read once from a campaign database; the writers of the formats only
+// lay it out.
 #pragma once
 
 #include <string>
@@ -9,20 +10,20 @@
 
 namespace shaker::cli {
 
-// One channel of a run as it came from the sensor.
+// One channel of a run, as the sensor delivered it.
 struct ExportChannel {
   std::string name, unit;
-  std::vector<double> t;              // s, from the run's first sample
+  std::vector<double> t;              // s, from the first sample of the run
   std::vector<double> value;          // in `unit`
   std::vector<std::uint8_t> quality;  // 0 good, 1 suspect, 2 bad
 };
 
 struct ExportRun {
   record::RunRow row;
-  std::vector<record::CycleRow> cycles;  // m, m/s^2; without those left out, unless asked for
-  std::vector<ExportChannel> channels;   // empty, unless samples were asked for
+  std::vector<record::CycleRow> cycles;  // m, m/s^2; only accepted ones unless left_out was set
+  std::vector<ExportChannel> channels;   // empty unless samples were requested
 
-  double mean_frequency() const;  // Hz, of its cycles; of the row where it has none
+  double mean_frequency() const;  // Hz: the mean of its cycles, or the setpoint without cycles
 };
 
 struct ExportData {
@@ -32,12 +33,13 @@ struct ExportData {
 
 struct ExportWanted {
   bool samples = false;
-  bool left_out = false;  // cycles too that were not accepted
+  bool left_out = false;  // also cycles that were not accepted
 };
 
 Result<ExportData> read_export(const std::filesystem::path& database, const ExportWanted& wanted);
 
-// "NAME_RUN_WHAT": letters that a file system may mind are '_'.
+// "NAME_REST", where NAME is the campaign's name; '/', spaces and control characters become
+// '_'.
 std::string export_name(const ExportData& data, const std::string& rest);
 
 }  // namespace shaker::cli

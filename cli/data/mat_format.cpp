@@ -17,7 +17,7 @@ struct FreeVariable {
 };
 using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 
-// libmatio copies what it is given.
+// libmatio copies the values that it gets.
 Variable numbers(const std::string& name, const std::vector<double>& values, std::size_t rows,
                  std::size_t columns) {
   std::array<std::size_t, 2> size = {rows, columns};
@@ -36,7 +36,7 @@ Variable text(const std::string& name, const std::string& value) {
                                 const_cast<char*>(value.data()), 0));
 }
 
-// A field's name in MATLAB: a letter, then letters, digits and '_'.
+// A valid field name in MATLAB: a letter, then letters, digits and '_'.
 std::string field_name(const std::string& wanted) {
   std::string name;
   for (const char c : wanted)
@@ -53,12 +53,12 @@ Variable structure(const std::string& name, std::vector<Variable> fields) {
                                     static_cast<unsigned>(names.size())));
   for (Variable& field : fields) {
     const std::string key = field->name;
-    Mat_VarSetStructFieldByName(made.get(), key.c_str(), 0, field.release());  // which owns it then
+    Mat_VarSetStructFieldByName(made.get(), key.c_str(), 0, field.release());  // the struct owns it
   }
   return made;
 }
 
-// Points along the columns, one column a cycle; cycles of another length than the first are left out.
+// One cycle in each column. Cycles whose length differs from the first one are left out.
 Variable matrix(const std::string& name, const ExportRun& run,
                 std::vector<double> record::CycleRow::*channel) {
   const std::size_t points = run.cycles.empty() ? 0 : (run.cycles.front().*channel).size();

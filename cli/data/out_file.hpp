@@ -1,4 +1,5 @@
-// A file that is there under its name only when it is whole.
+// An output file that appears under its name only when it is complete. It is written as
+// NAME.part.
 #pragma once
 
 #include <cstdio>
@@ -15,7 +16,7 @@ namespace shaker::cli {
 class OutFile {
  public:
   explicit OutFile(std::filesystem::path name);
-  ~OutFile();  // removes what was not finished
+  ~OutFile();  // removes an unfinished file
   OutFile(const OutFile&) = delete;
   OutFile& operator=(const OutFile&) = delete;
 
@@ -23,9 +24,11 @@ class OutFile {
   void write(fmt::format_string<Args...> format, Args&&... args) {
     if (file_) fmt::print(file_.get(), format, std::forward<Args>(args)...);
   }
-  // For who writes by name: close() first, then finish().
+  // For a library that writes the file itself, by the name part(): call close() first, then
+  // finish().
   const std::string& part() const { return part_; }
   void close() { file_.reset(); }
+  // Completes the file and gives it its name. An Error names the file and the reason.
   Result<void> finish();
 
  private:

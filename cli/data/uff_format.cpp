@@ -11,7 +11,7 @@
 namespace shaker::cli {
 namespace {
 
-// Of the format's own tables.
+// From the tables of the format.
 enum FunctionType { kTimeResponse = 1, kFrequencyResponse = 4 };
 enum DataType { kRealDouble = 4, kComplexDouble = 6 };
 enum Quantity { kNone = 0, kDisplacement = 8, kAcceleration = 12, kTime = 17, kFrequency = 18 };
@@ -22,7 +22,7 @@ struct Axis {
 };
 const Axis kStroke{kDisplacement, "Stroke", "m"}, kTable{kAcceleration, "Table", "m/s^2"};
 
-// At most 80 characters a line, and no line end within.
+// At most 80 characters in a line, without a line end.
 std::string line_of(std::string text) {
   text.resize(std::min<std::size_t>(text.size(), 80));
   for (char& c : text) {
@@ -55,11 +55,11 @@ class DataSet {
     out_.write("{:10}{:5}{:5}{:5} {:<20} {:<20}\n", static_cast<int>(axis.quantity), 0, 0, 0,
                axis.label, axis.unit);
   }
-  // Four a line where the steps are even: the format's 4E20.12.
+  // Even steps: four values in a line, format 4E20.12.
   void value(double number) {
     out_.write("{:20.12E}{}", number, ++at_ % per_line_ == 0 ? "\n" : "");
   }
-  // One a line where they are not: E13.5, 2E20.12.
+  // Uneven steps: one value in a line, format E13.5, 2E20.12.
   void value(double at, std::complex<double> number) {
     out_.write("{:13.5E}{:20.12E}{:20.12E}\n", at, number.real(), number.imag());
   }
@@ -98,14 +98,14 @@ std::complex<double> first_harmonic(const std::vector<double>& cycle) {
   return 2.0 * sum / static_cast<double>(cycle.size());
 }
 
-// Stroke over table, at the fundamental of each run; in m per m/s^2.
+// The ratio of stroke to table acceleration at the fundamental of each run, m per m/s^2.
 void write_response(OutFile& out, const ExportData& data, int number) {
   std::vector<std::pair<double, std::complex<double>>> points;
   for (const ExportRun& run : data.runs) {
     std::complex<double> stroke = 0.0, table = 0.0;
     for (const record::CycleRow& cycle : run.cycles) {
       stroke += first_harmonic(cycle.displacement);
-      // Where the excitation was not measured it is a cosine by definition of the phase.
+      // An excitation that was not measured is a cosine, by the definition of the phase.
       table += cycle.excitation.empty() ? cycle.amplitude : first_harmonic(cycle.excitation);
     }
     if (std::abs(table) > 0.0) points.emplace_back(run.mean_frequency(), stroke / table);

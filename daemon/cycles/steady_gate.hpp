@@ -1,21 +1,21 @@
-// The steady-state gate: accepts cycles once the response repeats, and states the reason when it
+// The steady-state gate: accepts cycles once the response repeats, and states the reason if it
 // does not.
 //
-// The gate asks three questions about every whole cycle, over the last eight cycles:
+// The gate tests every whole cycle against the last eight cycles:
 //  - Does it repeat the one before? `change` is the root mean square difference in units of what
-//    noise alone would make (sqrt 2 of a point's standard deviation): about 1 when steady. It must
-//    be at most `tolerance` four times in a row, since one agreement may be chance.
-//  - Does it creep? It does when the mean and the first four harmonics have a slope over the eight
-//    cycles that their scatter does not explain (F test at 0.1 %), and that moves the cycle by more
-//    than tolerance / 10 of the noise. A slow transient passes the first question long before it
-//    is over.
-//  - Does it repeat only every second, third or fourth period? Then it is a subharmonic, which is
-//    not a periodic solution of period one and must not be fitted as one.
+//    noise alone causes (sqrt 2 of a point's standard deviation): about 1 in the steady state. It
+//    must be at most `tolerance` four times in a row, because one agreement may be chance.
+//  - Does it drift ("creep")? It does if the mean and the first four harmonics have a slope over
+//    the eight cycles that their scatter does not explain (F test at 0.1 %), and that moves the
+//    cycle by more than tolerance / 10 of the noise. A slow transient passes the first test long
+//    before it is over.
+//  - Does it repeat only every second, third or fourth period? Such a subharmonic response is not a
+//    periodic solution of period one and must not be fitted as one.
 //
-// With white noise one cycle in a thousand is held back; a transient that decays by 10 % a cycle is
-// let through when less than 1.5 of a point's noise is left of it (tests hold both).
+// With white noise one cycle in a thousand is rejected. A transient that decays by 10 % a cycle
+// is accepted once less than 1.5 times a point's noise is left of it (tests check both).
 //
-// One thread; never allocates after restart().
+// One thread; never allocates after restart(), except for the text of `why`.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ namespace shaker::daemon {
 struct GateVerdict {
   bool steady = false;
   double change = 0.0;             // from the cycle before, in units of noise; 0 for the first
-  std::optional<int> subharmonic;  // repeats only every so many periods
+  std::optional<int> subharmonic;  // number of periods after which it repeats
   // Drift over the window in units of the noise, if the cycle repeats otherwise; 0: no drift.
   double creep = 0.0;
   std::string why;  // the reason, if not steady
@@ -39,7 +39,7 @@ struct GateVerdict {
 class SteadyGate {
  public:
   static constexpr std::size_t kWindow = 8;
-  static constexpr int kMissingMost = 2;  // one gap on the edge of two cycles spoils both
+  static constexpr int kMissingMost = 2;  // one gap at the boundary of two cycles affects both
 
   void restart(std::size_t points, double tolerance);
   // Takes a whole cycle (m, `points` values) and the standard deviation of its points' noise

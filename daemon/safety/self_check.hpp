@@ -33,7 +33,7 @@ struct Finding {
   std::string text;
 };
 
-// True when the rig file names a sensor for the channel.
+// True if the rig file has a sensor for the channel.
 bool expects(const config::RigConfig& rig, protocol::Channel channel);
 
 struct RestFacts {

@@ -1,8 +1,8 @@
 // Runs the engine on a thread of its own, so that no client can delay it.
 //
-// The thread waits for its workers. It drains the sensors' ring buffers, the messages of the
-// exciter and the estimates, runs the tasks of other threads, and calls Engine::tick every 5 ms
-// on absolute deadlines. It reads no file and parses nothing: others pass ready values. The
+// Whenever a worker wakes it, the thread drains the sensors' ring buffers, the messages of the
+// exciter and the estimates, and runs the tasks of other threads. It calls Engine::tick every 5
+// ms on absolute deadlines. It reads no file and parses nothing: others pass ready values. The
 // exciter's thread detects a stuck engine by `last_progress`.
 #pragma once
 

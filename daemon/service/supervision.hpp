@@ -15,7 +15,7 @@ namespace shaker::daemon {
 struct Progress {
   Nanoseconds acquisition{};  // last progress of the slowest sensor thread
   Nanoseconds engine{}, exciter{};
-  std::optional<Nanoseconds> estimator_busy;  // since when; nothing when idle
+  std::optional<Nanoseconds> estimator_busy;  // start of its work; empty if idle
   Nanoseconds recorder{};
   bool recorder_idle = true;
 };
@@ -27,7 +27,7 @@ std::string stuck(const Progress& progress, Nanoseconds now);
 // Threads whose hang is not dangerous at once, but whose hang must end the motion.
 struct Helpers {
   Nanoseconds clients{};                      // last progress of the clients' thread
-  std::optional<Nanoseconds> estimator_busy;  // since when; nothing when idle
+  std::optional<Nanoseconds> estimator_busy;  // start of its work; empty if idle
 };
 struct EndOfMotion {
   std::string code, why;  // of the alarm

@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 using protocol::can::Frame;
 
 constexpr Nanoseconds kLeastPatience = 200ms;
-constexpr Nanoseconds kQueued = 1s;  // an old frame may wait so long for the bus
+constexpr Nanoseconds kQueued = 1s;  // an old frame may wait this long for the bus
 constexpr Nanoseconds kWindow = 500ms;
 constexpr double kCrowdedPart = 1.5;
 

@@ -1,9 +1,9 @@
-// What the bus itself shows of a CAN exciter's two messages.
+// Supervises the two messages of a CAN exciter by what the bus carries.
 //
-// Every frame that leaves this PC comes back to its listeners once it is on the bus, and so does
-// what other nodes send. A setpoint that is not ours may be what the drive follows; a setpoint of
-// ours that never comes back was not sent, whatever the kernel took; a status that comes more often
-// than the database says has two senders. Pure; one thread; does not allocate.
+// Every frame that leaves this PC returns to its listeners once it is on the bus, as do the
+// frames of other nodes. The drive may follow a setpoint that is not ours. A setpoint of ours
+// that never returns was not sent, even if the kernel took it. A status that comes more often
+// than the database states has two senders. Pure; one thread; does not allocate.
 #pragma once
 
 #include <array>
@@ -19,21 +19,21 @@ class BusWatch {
  public:
   BusWatch(Nanoseconds setpoint_period, std::optional<double> status_period_s);
 
-  // The kernel now sends `frame`, or nothing any more.
+  // The kernel now sends `frame`; or (silent) no frame any more.
   void sending(const protocol::can::Frame& frame, Nanoseconds now);
   void silent(Nanoseconds now);
 
-  // A frame with the setpoint's identifier. False when it is none that was being sent, up to one
-  // second before: an old one may have waited in a queue.
+  // Takes a frame with the setpoint's identifier. Returns false if it is not a frame that was
+  // being sent within the last second: an old one may have waited in a queue.
   bool is_ours(const protocol::can::Frame& frame, Nanoseconds t);
   void on_status(Nanoseconds t);
 
-  // The present frame has come back.
+  // The current frame has returned.
   bool heard() const { return heard_; }
-  // To be called at each look at the bus, after what it brought: true when frames are being sent
-  // and none has come back for five periods (0.2 s at least), nor since the two looks before.
+  // Call at each examination of the bus, after its frames. True if frames are being sent and
+  // none has returned for five periods (at least 0.2 s), nor in the last three examinations.
   bool unheard(Nanoseconds now);
-  // Two half seconds in a row brought more than one and a half times the stated number.
+  // True if two half seconds in a row had more than 1.5 times the stated number of statuses.
   bool two_senders() const { return crowded_ >= kCrowdedInARow; }
 
  private:
@@ -50,9 +50,9 @@ class BusWatch {
   std::size_t count_ = 0;  // of all; the newest is sent_[(count_ - 1) % kRemembered]
   bool active_ = false, heard_ = false;
   Nanoseconds last_heard_{};
-  int looks_ = 0;  // without one of ours
+  int looks_ = 0;  // examinations without one of our frames
 
-  std::optional<double> allowed_;  // statuses in half a second
+  std::optional<double> allowed_;  // limit of statuses in half a second
   Nanoseconds window_began_{};
   int in_window_ = 0, crowded_ = 0;
 };

@@ -25,15 +25,15 @@ using namespace std::chrono_literals;
 using protocol::can::Frame;
 
 constexpr double kHeartbeatsMissed = 3.0;
-constexpr int kMostBatches = 64;              // of one look at the bus: a flood has no end
-constexpr Nanoseconds kForeignAgain = 500ms;  // between two words about another node's setpoints
-constexpr Nanoseconds kLeastReturn = 100ms;   // within it a frame of ours is on the bus
+constexpr int kMostBatches = 64;              // in one examination of the bus, which may be flooded
+constexpr Nanoseconds kForeignAgain = 500ms;  // between two Errors about another node's setpoints
+constexpr Nanoseconds kLeastReturn = 100ms;   // a frame of ours is on the bus within this time
 
 bool at_rest(const Setpoint& setpoint) {
   return !setpoint.enable || setpoint.amplitude == 0.0;
 }
 
-// The last frame leaves three heartbeat periods after the first.
+// Number of frames after which the kernel stops: three heartbeat periods.
 unsigned frames_until_silence(double heartbeat_period_s, double period_s) {
   return static_cast<unsigned>(
       std::max(2.0, std::round(kHeartbeatsMissed * heartbeat_period_s / period_s)));
@@ -63,7 +63,7 @@ class CanExciter final : public Exciter {
  private:
   struct Link {
     DeadMan dead_man;
-    CanSocket bus;  // the drive's status, and every setpoint whoever sends it
+    CanSocket bus;  // the drive's status, and the setpoints of any node
   };
   Result<void> look_for_expiry();
   Result<void> arm();
@@ -83,13 +83,13 @@ class CanExciter final : public Exciter {
   const Clock& clock_;
   std::optional<Link> link_;
   StampConverter stamps_;
-  std::optional<Setpoint> armed_;  // what the kernel sends, or was sending
-  bool expired_ = false;           // it stopped while motion was commanded
+  std::optional<Setpoint> armed_;  // what the kernel sends or was sending
+  bool expired_ = false;           // the kernel stopped while motion was commanded
   std::uint64_t counter_ = 0;
   std::optional<ExciterStatus> status_;
-  std::optional<ExciterStatus> fault_;  // the first since the last read(): later frames hide none
+  std::optional<ExciterStatus> fault_;  // the first one since the last read()
   BusWatch bus_;
-  bool foreign_ = false;  // another node sends our setpoint's identifier, not yet said
+  bool foreign_ = false;  // another node sends our setpoint's identifier; not yet reported
   Nanoseconds foreign_said_{};
   std::array<Received, CanSocket::kBatch> batch_;
 };
@@ -177,7 +177,7 @@ Result<void> CanExciter::heartbeat() {
   return arm();
 }
 
-// Everything that is there: what lies behind in the queue is no present status.
+// Takes all frames that are there, because an old frame in the queue is not the current status.
 Result<void> CanExciter::look_at_bus(Nanoseconds wait) {
   Result<void> all_good;
   for (int i = 0; i < kMostBatches; ++i) {
@@ -213,7 +213,7 @@ Result<void> CanExciter::take(const Received& received) {
   return {};
 }
 
-// What waits in the queue of a controller that has left the bus must not move anything later.
+// After bus-off, frames that wait in the controller's queue must not cause motion later.
 Result<void> CanExciter::take_error(const Frame& frame) {
   if (!protocol::can::interpret_error(frame).bus_off) return {};
   std::string sentence;
@@ -277,8 +277,9 @@ Result<ExciterStatus> CanExciter::read() {
   }
 }
 
-// The frame at rest replaces the other in the kernel and goes out at once, then `count_` times in
-// all. The kernel takes it also when its queue is full; only what comes back was sent.
+// The frame at rest replaces the other one in the kernel and is sent at once, `count_` times in
+// total. The kernel takes it even if its queue is full, so only a frame that returns has been
+// sent.
 Result<void> CanExciter::stop() {
   const Setpoint rest{};
   if (link_ && write(rest)) return await_return();

@@ -1,12 +1,14 @@
-// An exciter that takes its setpoint as a cyclic CAN frame and reports with another.
+// An exciter that receives its setpoint in a cyclic CAN frame and reports its status in
+// another.
 //
-// The kernel sends the setpoint and stops by itself three heartbeat periods after it was last armed
-// (dead_man.hpp), so that a hung or killed daemon leaves a silent bus and the drive's own watchdog
-// stops it. Once that has happened, heartbeat() refuses until a setpoint at rest (amplitude zero or
-// disabled) has been written: motion never resumes by itself. "Read back" is what the kernel holds,
-// since a drive on its ramp rightly reports other values than the setpoint. The bus is listened to
-// as well: read() says when another node sends the setpoint too, and when our frames do not get
-// there; stop() is done when its frame was on the bus (bus_watch.hpp).
+// The kernel sends the setpoint and stops by itself three heartbeat periods after it was last
+// armed (dead_man.hpp). A hung or killed daemon therefore leaves a silent bus, and the drive's
+// own watchdog stops the drive. After that, heartbeat() refuses until a setpoint at rest
+// (amplitude zero or disabled) has been written: motion never resumes by itself. The read-back
+// covers what the kernel holds, because a drive on its ramp correctly reports other values than
+// the setpoint. The driver also examines the bus: read() reports another node that sends the
+// setpoint, and frames of ours that do not reach the bus; stop() succeeds once its frame was on
+// the bus (bus_watch.hpp).
 #pragma once
 
 #include <filesystem>
@@ -19,8 +21,8 @@
 
 namespace shaker::drivers::can {
 
-// Reads the DBC file (relative to `directory`), opens nothing else. `clock` must be a real one and
-// outlive the exciter.
+// Reads the DBC file (relative to `directory`) and opens nothing else. `clock` must be a real
+// clock and outlive the exciter.
 Result<std::unique_ptr<Exciter>> make_can_exciter(const config::CanExciter& config,
                                                   double heartbeat_period_s,
                                                   const std::filesystem::path& directory,

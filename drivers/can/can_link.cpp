@@ -1,4 +1,4 @@
-// Finding the interface, and sentences for what can be wrong with it.
+// Finds the interface and describes its errors.
 #include <cerrno>
 #include <cstring>
 

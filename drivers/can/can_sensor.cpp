@@ -15,8 +15,8 @@
 namespace shaker::drivers::can {
 namespace {
 
-// An interface that is deleted says so once, to whoever reads first; after that its socket is only
-// silent. So silence is looked into.
+// A deleted interface reports this once, to the first reader; later its socket is only silent.
+// Therefore a silence is examined.
 constexpr Nanoseconds kSilence = std::chrono::seconds(1);
 
 class CanSensor final : public Sensor {
@@ -48,7 +48,7 @@ class CanSensor final : public Sensor {
   std::optional<CanSocket> socket_;
   std::array<Received, CanSocket::kBatch> batch_;
   std::uint64_t dropped_before_ = 0, replaced_before_ = 0;
-  Nanoseconds heard_{};  // of the last frame, or of the last look into its silence
+  Nanoseconds heard_{};  // time of the last frame, or of the last examination of its silence
   bool hardware_stamps_ = false;
 };
 
@@ -88,7 +88,7 @@ Error CanSensor::lost_link(const Error& error) {
   return error;
 }
 
-// A full send queue is trouble, but measurements may still come in: no reason to give up the link.
+// A full send queue is reported, but measurements may still arrive, so the link is kept.
 void CanSensor::send_due(Nanoseconds now) {
   auto* node = receiver_.canopen();
   protocol::can::Frame frame;
@@ -160,7 +160,7 @@ Result<std::size_t> CanSensor::read(std::span<Sample> out, Nanoseconds timeout) 
     }
   } while (block.count == 0 && now < deadline);
   receiver_.look_at_silence(now);
-  send_due(now);  // a node that just booted is started at once
+  send_due(now);  // starts a node at once that has just booted
   return block.count;
 }
 

@@ -1,9 +1,9 @@
 // The displacement (and excitation) sensor on a CAN bus.
 //
-// Samples are stamped with the kernel's receive time, brought to the daemon's monotonic clock
-// (stamps.hpp). Adapters' own stamps are noted in description(), not used: their clock has an
-// origin and a drift of its own. When the link goes down or away, read() returns an Error and
-// connect() opens it again by name.
+// Samples carry the kernel's receive time, converted to the daemon's monotonic clock
+// (stamps.hpp). Stamps of the adapter are mentioned in description() but not used, because
+// their clock has its own origin and drift. If the link goes down or away, read() returns an
+// Error and connect() opens it again by name.
 #pragma once
 
 #include <filesystem>
@@ -16,8 +16,8 @@
 
 namespace shaker::drivers::can {
 
-// Reads the DBC file (relative to `directory`), opens nothing else. `clock` must be a real one and
-// outlive the sensor. An Error is about the configuration: file, message, signal.
+// Reads the DBC file (relative to `directory`) and opens nothing else. `clock` must be a real
+// clock and outlive the sensor. An Error concerns the configuration: file, message or signal.
 Result<std::unique_ptr<Sensor>> make_can_sensor(const config::CanSensor& config,
                                                 const std::filesystem::path& directory,
                                                 const Clock& clock);

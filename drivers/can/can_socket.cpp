@@ -55,7 +55,7 @@ bool set_option(int fd, int level, int name, const Value& value) {
 
 }  // namespace
 
-// Room for one recvmmsg(2) of kBatch frames with their stamps and drop counters.
+// Memory for one recvmmsg(2) of kBatch frames with their stamps and drop counters.
 struct CanSocket::Buffers {
   static constexpr std::size_t kControl =
       CMSG_SPACE(sizeof(scm_timestamping)) + CMSG_SPACE(sizeof(std::uint32_t));
@@ -103,7 +103,7 @@ Result<CanSocket> CanSocket::open(const Options& options) {
   return socket;
 }
 
-// Before bind(2), so that no frame gets in unfiltered or unstamped.
+// Called before bind(2), so that no frame arrives unfiltered or without a stamp.
 Result<void> CanSocket::set_up(const Options& options) {
   const int fd = fd_.get();
   std::vector<can_filter> filters;
@@ -139,15 +139,15 @@ Result<void> CanSocket::set_up(const Options& options) {
   return {};
 }
 
-// The default holds 278 classic frames: a quarter of a second at 1 kHz. Only a privileged process
-// may go past net.core.rmem_max.
+// The default holds 278 classic frames: a quarter of a second at 1 kHz. Only a privileged
+// process may exceed net.core.rmem_max.
 void CanSocket::grow_receive_buffer(int bytes) {
   if (set_option(fd_.get(), SOL_SOCKET, SO_RCVBUFFORCE, bytes)) return;
   set_option(fd_.get(), SOL_SOCKET, SO_RCVBUF, bytes);
   int got = 0;
   socklen_t size = sizeof got;
   ::getsockopt(fd_.get(), SOL_SOCKET, SO_RCVBUF, &got, &size);
-  if (got / 2 >= bytes) return;  // the kernel reports twice what was asked for
+  if (got / 2 >= bytes) return;  // the kernel reports twice the requested size
   shortcoming_ = fmt::format(
       "{}: the receive buffer is {} KiB instead of {} KiB, so that a pause loses frames sooner: "
       "set "

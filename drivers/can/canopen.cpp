@@ -16,7 +16,7 @@ constexpr std::uint32_t kNmt = 0x000, kSync = 0x080, kEmergency = 0x080, kHeartb
 constexpr std::uint8_t kStartRemoteNode = 0x01;
 constexpr std::uint8_t kBootUp = 0, kStopped = 4, kOperational = 5, kPreOperational = 127;
 
-// Error code's high byte, CiA 301 table 26.
+// Class of an error by the high byte of its code, CiA 301 table 26.
 std::string_view error_class(unsigned code) {
   switch (code >> 8 & 0xF0) {
     case 0x10:
@@ -124,8 +124,8 @@ bool CanopenNode::next_to_send(Nanoseconds now, Frame& frame) {
     return true;
   }
   if (now < next_deadline()) return false;
-  // Absolute deadlines, so that SYNC does not drift; after a pause those that were missed stay
-  // missed.
+  // Absolute deadlines avoid a drift of SYNC. Deadlines that were missed in a pause are
+  // skipped.
   const auto period = from_seconds(config_.sync_period_s);
   next_sync_ += period;
   if (next_sync_ <= now) next_sync_ = now + period;

@@ -1,11 +1,11 @@
-// The little of CANopen that a CiA 406 transducer needs: NMT start, SYNC, and what the node says
-// about itself (boot-up, heartbeat, emergency). Its measurements are ordinary signals of the DBC
-// file.
+// The part of CANopen that a CiA 406 transducer needs: NMT start, SYNC, and the messages of the
+// node about itself (boot-up, heartbeat, emergency). Its measurements are ordinary signals of
+// the DBC file.
 //
-// A boot-up message after measurements means that the sensor lost power: what it sent just before
-// cannot be trusted, and it must be started again. Pure (frames in, frames out); one thread; does
-// not allocate when the sentence has room. Source: CiA 301 4.2 (7.2.8 NMT, 7.2.5 SYNC, 7.2.7 EMCY),
-// CiA 406.
+// A boot-up message after measurements means that the sensor lost power. The samples just
+// before it are then unreliable, and the node must be started again. Pure (frames in, frames
+// out); one thread; does not allocate while the sentence has room. Source: CiA 301 4.2 (7.2.8
+// NMT, 7.2.5 SYNC, 7.2.7 EMCY), CiA 406.
 #pragma once
 
 #include <array>
@@ -25,20 +25,20 @@ class CanopenNode {
 
   std::array<Identifier, 2> identifiers() const;  // emergency, heartbeat
 
-  // A new connection: the node is to be started, SYNC begins at `now`.
+  // A new connection: the node is to be started if configured, and SYNC begins at `now`.
   void restart(Nanoseconds now);
-  // A measurement of the node arrived: it is operational.
+  // A measurement of the node has arrived, so it is operational.
   void measured() { seen_at_work_ = true; }
 
   enum class Event { none, booted, lost_power, emergency, emergency_over, not_operational };
-  // Appends the operator's sentence for every event but none, booted and emergency_over.
+  // Appends a sentence for the operator for every event except none, booted and emergency_over.
   Event on_frame(const protocol::can::Frame& frame, std::string& sentence);
 
-  bool emergency() const { return emergency_; }  // until the node takes it back
+  bool emergency() const { return emergency_; }  // until the node clears it
 
-  // True when `frame` is to be sent now. Call until false.
+  // Returns true if `frame` is to be sent now. Call until it returns false.
   bool next_to_send(Nanoseconds now, protocol::can::Frame& frame);
-  // When the next SYNC is due; Nanoseconds::max() without SYNC.
+  // Time of the next SYNC; Nanoseconds::max() without SYNC.
   Nanoseconds next_deadline() const;
 
  private:

@@ -1,4 +1,4 @@
-// Reads a DBC file from disk; the sentences are parse_dbc's.
+// Reads a DBC file from disk. An Error is parse_dbc's, or names the file that cannot be read.
 #pragma once
 
 #include <filesystem>

@@ -20,7 +20,7 @@ namespace {
 
 using protocol::can::Frame;
 
-// What goes to and comes from the kernel: a head, and one frame behind it.
+// Size of a message to and from the kernel: a head and one frame.
 constexpr std::size_t kBytes = sizeof(bcm_msg_head) + sizeof(can_frame);
 
 can_frame to_wire(const Frame& frame) {
@@ -47,7 +47,7 @@ struct Reply {
   can_frame frame{};
 };
 
-// Nothing when there is no message; errno says why.
+// Returns nothing if there is no message; errno gives the reason.
 std::optional<Reply> read_message(int fd) {
   std::array<unsigned char, kBytes> bytes{};
   const auto got = ::recv(fd, bytes.data(), bytes.size(), MSG_DONTWAIT);
@@ -81,11 +81,11 @@ Result<DeadMan> DeadMan::open(const std::string& interface) {
 }
 
 Result<void> DeadMan::arm(const Frame& frame, Nanoseconds period, unsigned count) {
-  bcm_msg_head head;  // as above
+  bcm_msg_head head;  // its empty array of frames cannot be initialised in ISO C++
   std::memset(&head, 0, sizeof head);
   head.opcode = TX_SETUP;
   head.flags = SETTIMER | STARTTIMER | TX_COUNTEVT | TX_CP_CAN_ID;
-  head.count = count;  // of ival1; ival2 stays zero, which is what makes it end
+  head.count = count;  // of ival1; ival2 = 0 ends the sending after them
   head.ival1.tv_sec = period.count() / 1'000'000'000;
   head.ival1.tv_usec = period.count() / 1'000 % 1'000'000;
   head.can_id = to_wire(frame).can_id;
@@ -96,7 +96,7 @@ Result<void> DeadMan::arm(const Frame& frame, Nanoseconds period, unsigned count
 }
 
 Result<void> DeadMan::verify(const Frame& frame) {
-  bcm_msg_head ask;  // its empty array of frames cannot be initialised in ISO C++
+  bcm_msg_head ask;  // as in arm()
   std::memset(&ask, 0, sizeof ask);
   ask.opcode = TX_READ;
   ask.can_id = to_wire(frame).can_id;

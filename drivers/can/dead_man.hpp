@@ -1,9 +1,9 @@
-// Cyclic sending by the kernel that stops by itself: the dead-man of a CAN exciter.
+// Cyclic sending by the kernel that ends by itself: the dead-man of a CAN exciter.
 //
-// The broadcast manager (CAN_BCM) sends one frame now and then once a period, `count` times
-// altogether. It goes on while the process hangs or after it was killed, but not for longer than
-// that. There is no call here for unlimited sending, which would outlive everything. One thread.
-// Source: Linux Documentation/networking/can.rst, broadcast manager.
+// The broadcast manager (CAN_BCM) sends one frame at once and then once each period, `count`
+// times in total. It continues if the process hangs or is killed, but not longer than that.
+// This class offers no unlimited sending, which would outlive the daemon. One thread. Source:
+// Linux Documentation/networking/can.rst, broadcast manager.
 #pragma once
 
 #include <string>
@@ -19,12 +19,13 @@ class DeadMan {
  public:
   static Result<DeadMan> open(const std::string& interface);
 
-  // Replaces what was sent before. Preconditions: a classic data frame, period > 0, count >= 1.
+  // Replaces the frame that was sent before. Preconditions: a classic data frame, period > 0,
+  // count >= 1.
   Result<void> arm(const protocol::can::Frame& frame, Nanoseconds period, unsigned count);
-  // What the kernel holds for this frame's identifier, read back. An Error when it differs.
+  // Reads back what the kernel holds for this frame's identifier; an Error if it differs.
   Result<void> verify(const protocol::can::Frame& frame);
-  // True when the kernel has stopped sending since the last call, because it was not armed again in
-  // time. An Error when the link is down or gone.
+  // True if the kernel has stopped sending since the last call because it was not armed again
+  // in time. An Error means that the link is down or gone.
   Result<bool> expired();
 
  private:

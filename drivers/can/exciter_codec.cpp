@@ -52,7 +52,7 @@ Result<Message> find_message(const Database& database, const std::string& name,
   return *message;
 }
 
-// Nothing also for a value that the signal cannot have: it would be believed.
+// Empty also for a value outside the signal's range, which must not be used.
 std::optional<double> value_of(const Message& message, std::string_view name, const Frame& frame) {
   const auto* signal = message.find(name);
   if (signal == nullptr) return std::nullopt;
@@ -64,7 +64,7 @@ std::optional<double> value_of(const Message& message, std::string_view name, co
   return decoded.value;
 }
 
-// A DBC file states the unit of the value after its factor. The signal is changed to one in SI.
+// A DBC file gives the unit of the scaled value. Converts the signal to SI.
 Result<void> convert(const std::string& origin, Message& message, std::string_view name,
                      Dimension dimension) {
   const auto signal = std::ranges::find(message.signals, name, &protocol::can::Signal::name);

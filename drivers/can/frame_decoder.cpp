@@ -25,7 +25,7 @@ std::optional<std::size_t> index_of(const protocol::can::Message& message, std::
   return static_cast<std::size_t>(signal - message.signals.data());
 }
 
-// Sets scale and offset by the unit that the database states, unless the rig file has its own.
+// Sets scale and offset from the unit in the database, unless the rig file gives them.
 Result<void> convert(config::CanSignal& asked, const protocol::can::Signal& signal,
                      const std::string& origin) {
   const std::string wanted(asked.unit.empty() ? protocol::unit(asked.channel) : asked.unit);

@@ -1,7 +1,7 @@
-// From a frame to samples: which signals of which messages are which channel of the rig.
+// Converts frames to samples: assigns signals of messages to channels of the rig.
 //
-// Used by the CAN sensor and by the replay of a candump log. Pure; const after make(), does not
-// allocate.
+// Used by the CAN sensor and by the replay of a candump log. Pure; const after make(); decode()
+// does not allocate.
 #pragma once
 
 #include <cstddef>
@@ -28,31 +28,31 @@ struct Identifier {
 
 class FrameDecoder {
  public:
-  // An Error names the message or signal that the database does not have, and those that it has.
+  // An Error names a message or signal that the database does not have, and those that it has.
   static Result<FrameDecoder> make(protocol::can::Database database,
                                    std::span<const config::CanSignal> signals);
 
   struct Outcome {
     std::size_t samples = 0;
-    bool malformed = false;                // a wanted signal is not wholly in the frame
-    int message = -1;                      // which of the wanted messages, from 0
+    bool malformed = false;                // a required signal lies partly outside the frame
+    int message = -1;                      // index of the message among the required ones, from 0
     std::optional<std::uint64_t> counter;  // its signal named `counter`
   };
-  // Precondition: out.size() >= most_samples(). Frames of other messages give nothing. A value that
-  // is not finite, or outside the range that the database states, has Quality::bad; so has all that
-  // comes with a signal named `error` that is not zero.
+  // Precondition: out.size() >= most_samples(). Frames of other messages give no samples. A
+  // value that is not finite, or outside the range in the database, has Quality::bad; so have
+  // all values of a frame whose signal `error` is not zero.
   Outcome decode(const protocol::can::Frame& frame, Nanoseconds t, std::span<Sample> out) const;
 
   std::size_t messages() const { return groups_.size(); }
-  // Frames missing between two counts of one message; 0 after a restart of the sensor (a step
-  // backwards).
+  // Number of frames missing between two counter values of one message; 0 after a restart of
+  // the sensor (a step backwards).
   std::uint64_t frames_between(int message, std::uint64_t before, std::uint64_t after) const;
 
   std::size_t most_samples() const { return most_samples_; }  // of one frame
   std::size_t longest_message() const { return longest_; }    // bytes
   std::vector<protocol::Channel> channels() const;
   std::vector<Identifier> identifiers() const;
-  // The shortest stated cycle time of a wanted message; nothing when the database states none.
+  // The shortest cycle time of the required messages; empty if the database states none.
   std::optional<Nanoseconds> expected_period() const;
 
  private:

@@ -99,7 +99,7 @@ void Receiver::take_canopen(const protocol::can::Frame& frame, Nanoseconds t, Bl
 
 void Receiver::take(const protocol::can::Frame& frame, Nanoseconds t, Block& block) {
   if (frame.error) return take_error(frame, t);
-  health_.link_up = true;  // a frame got through: no longer bus-off
+  health_.link_up = true;  // a frame arrived, so it is not bus-off
   if (canopen_) take_canopen(frame, t, block);
   const auto fresh = block.out.subspan(block.count);
   const auto outcome = decoder_.decode(frame, t, fresh);

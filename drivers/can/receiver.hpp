@@ -1,7 +1,8 @@
-// What the CAN sensor does with each frame, without its socket: samples, error frames, CANopen,
+// Processes the frames of the CAN sensor, without its socket: samples, error frames, CANopen,
 // health.
 //
-// Apart from the socket so that tests feed it frames by hand. One thread. `take` does not allocate.
+// Separate from the socket, so that tests can supply frames. One thread. `take` does not
+// allocate.
 #pragma once
 
 #include <cstddef>
@@ -28,22 +29,22 @@ class Receiver {
  public:
   Receiver(FrameDecoder decoder, std::string interface, std::optional<config::CanOpen> canopen);
 
-  // A link has come up (again): CANopen starts over.
+  // The link has come up (again): CANopen restarts.
   void connected(Nanoseconds now);
-  // The link is gone, for this reason.
+  // The link is lost; `sentence` is the reason.
   void disconnected(const std::string& sentence);
-  // Precondition: block.room() >= decoder().most_samples(). Frames of a node that just booted in
-  // mid-run empty the block: those samples are counted as lost.
+  // Precondition: block.room() >= decoder().most_samples(). If the node has booted during a
+  // run, the samples in the block are removed and counted as lost.
   void take(const protocol::can::Frame& frame, Nanoseconds t, Block& block);
 
-  // To be called when nothing came: says so once when the sensor is silent for five of its stated
-  // periods (0.1 s at least; 1 s when the DBC file states none).
+  // Call after each read(). Reports once that the sensor has been silent for five of its stated
+  // periods (at least 0.1 s; 1 s if the DBC file states none).
   void look_at_silence(Nanoseconds now);
 
-  // Shows the sentence until two seconds later a good sample comes.
+  // Shows the sentence until a good sample arrives two seconds later.
   void trouble(std::string_view sentence, Nanoseconds now);
-  // The kernel dropped so many, to be called before the frames behind them are taken: the gap that
-  // they leave in a counter is not counted again.
+  // The kernel has dropped `frames`. Call before the following frames are taken, so that the
+  // gap in a counter is not counted again.
   void count_dropped(std::uint64_t frames);
   void count_error() { ++health_.errors; }
   void count_malformed() { ++health_.malformed; }
@@ -60,11 +61,11 @@ class Receiver {
   std::string interface_;
   std::optional<CanopenNode> canopen_;
   SensorHealth health_;
-  std::vector<std::optional<std::uint64_t>> counters_;  // the last of each wanted message
-  std::string sentence_;                                // scratch with room
-  Nanoseconds trouble_at_{};                            // of health_.trouble
+  std::vector<std::optional<std::uint64_t>> counters_;  // last value for each message
+  std::string sentence_;                                // scratch memory
+  Nanoseconds trouble_at_{};                            // time of health_.trouble
   std::uint64_t unexplained_ = 0;  // dropped frames that no counter has shown yet
-  Nanoseconds sampled_{};          // last sample, or the connection
+  Nanoseconds sampled_{};          // time of the last sample, or of the connection
   Nanoseconds silence_limit_{};
   std::string silence_sentence_;
   bool connected_before_ = false;

@@ -1,10 +1,10 @@
-// From the kernel's receive stamp (CLOCK_REALTIME) to the daemon's monotonic time.
+// Converts the kernel's receive stamp (CLOCK_REALTIME) to the daemon's monotonic time.
 //
-// The wall clock may be stepped between a frame's arrival and its reading, and is slewed all the
-// time. So the difference between the clocks is measured anew for each batch of frames, and a stamp
-// counts only if it lies between the newest one before and now; otherwise the difference of before
-// the step is tried, and at last the time of reading is taken. Stamps never run backwards. One
-// thread; does not allocate.
+// The wall clock may be stepped between the arrival of a frame and its reading, and is slewed
+// all the time. Therefore the difference of the clocks is measured for each batch of frames. A
+// stamp is valid only if it lies between the newest one before and now. Otherwise the
+// difference of the batch before is tried, and finally the time of reading is used. Stamps
+// never run backwards. One thread; does not allocate.
 #pragma once
 
 #include <cstdint>
@@ -19,19 +19,19 @@ struct ClockPair {
   Nanoseconds utc{};
 };
 
-// The tightest of three tries, each bracketed by the monotonic clock.
+// The most accurate of three attempts, each bracketed by the monotonic clock.
 ClockPair read_pair(const Clock& clock);
 
 class StampConverter {
  public:
-  // Frames that arrived before `now` have not been received by us.
+  // Frames that arrived before `now` are not converted.
   void restart(ClockPair now);
-  // Once before each batch is converted, after it has been received.
+  // Call once for each batch, after it was received and before it is converted.
   void update(ClockPair now);
-  // `utc` as the kernel stamped it; zero when it did not.
+  // `utc` is the kernel's stamp; zero if there is none.
   Nanoseconds convert(Nanoseconds utc);
 
-  // So many stamps were missing or implausible and were replaced by the time of reading.
+  // Number of stamps that were missing or implausible and were replaced by the time of reading.
   std::uint64_t replaced() const { return replaced_; }
 
  private:

@@ -20,7 +20,7 @@ using protocol::modbus::RegisterTable;
 
 constexpr Nanoseconds kLongestBackoff = 30s;
 constexpr Nanoseconds kFirstBusyPause = 2ms;
-// More unread bytes than this is no late answer but a flood.
+// More unread bytes are not a late answer but a flood.
 constexpr std::size_t kMostStaleBytes = 64 * 1024;
 
 int exception_code(int error) {
@@ -103,8 +103,9 @@ Result<void> ModbusConnection::ready() const {
   return {};
 }
 
-// Closed because of trouble: the next attempt waits. The pause falls back to its first length only
-// after an answer, so that a device which accepts and then says nothing is not hammered.
+// Closes the connection after a failure; the next attempt waits. The pause returns to its first
+// length only after an answer, so that a device that accepts connections without answering is
+// not flooded.
 void ModbusConnection::drop() {
   close();
   next_attempt_ = clock_.now() + backoff_;
@@ -141,7 +142,7 @@ Result<void> ModbusConnection::transact(const What& what, bool is_write, int fra
     const int trouble = errno;
     const int code = exception_code(trouble);
     if (code == 0) return failed(what(), trouble, deadline);
-    failures_ = 0;  // it is alive and understands us
+    failures_ = 0;  // the device is alive and understands the request
     backoff_ = from_seconds(link_.reconnect_s);
     const Reaction reaction = protocol::modbus::reaction_to(code);
     if (reaction == Reaction::accepted && is_write) return {};
@@ -222,8 +223,8 @@ void ModbusConnection::count_failure() {
   if (++failures_ >= link_.timeouts_before_close) drop();
 }
 
-// What is still unread belongs to an earlier request. False when the other side has hung up, or
-// sends without being asked.
+// Discards unread bytes, which belong to an earlier request. Returns false if the other side
+// has hung up or sends without a request.
 bool ModbusConnection::drain() {
   if (serial_) return modbus_flush(context_.get()) >= 0;
   std::array<char, 4096> stale;
@@ -238,8 +239,8 @@ bool ModbusConnection::drain() {
   return false;
 }
 
-// The senseless answer was probably a late one, and the right one is under way: let it come within
-// this call's time, so that the next request does not meet it.
+// The invalid answer was probably late, and the right one is on its way. Waits for it within
+// this call's time, so that the next request does not receive it.
 void ModbusConnection::await_rest(Nanoseconds deadline) {
   const Nanoseconds left = deadline - clock_.now();
   if (serial_ || left <= 0ns) return;

@@ -7,14 +7,14 @@ namespace shaker::drivers::modbus {
 namespace {
 
 constexpr double kMs = 1e6;
-constexpr double kShortestBucket = 250.0 * kMs;  // 12 of them, 3 s: before, the rates are taken
-constexpr std::size_t kFewestForASlope = 12;     // for equal
-constexpr double kLongestBucket = 2000.0 * kMs;  // 40 of them: a busy PC answers late for seconds
-constexpr double kSteepest = 1500e-6;            // 1000 ppm, and room for the estimate's own error
-// A better envelope is gone over to in this part of what the last one was drawn from: as long as
-// that it was believed. But within a second at least.
+constexpr double kShortestBucket = 250.0 * kMs;  // ns
+constexpr std::size_t kFewestForASlope = 12;     // 3 s; with fewer points the slope is zero
+constexpr double kLongestBucket = 2000.0 * kMs;  // 40 of them: a busy PC may be late for seconds
+constexpr double kSteepest = 1500e-6;            // 1000 ppm, and a margin for the estimate's error
+// Time constant for a correction of the envelope, as a part of the time span of its points; but
+// at least one second.
 constexpr double kSmoothing = 0.2, kShortestSmoothing = 1000.0 * kMs;
-constexpr double kSnap = 1.0 * kMs;      // beyond it a correction is not worth smoothing
+constexpr double kSnap = 1.0 * kMs;      // larger corrections are applied at once
 constexpr double kEarliest = 2.0 * kMs;  // no clock drifts so far between two samples
 constexpr double kOldest = 250.0 * kMs;  // no device keeps a sample for longer
 
@@ -44,8 +44,8 @@ std::optional<Nanoseconds> DeviceClock::stamp(std::uint32_t raw, Nanoseconds ask
       const double wanted = envelope(slope_);
       applied_ += slope_ * step;
       const double error = wanted - applied_;
-      // From the first samples on it is their mean correction: 1/n before the smoothing time is
-      // over.
+      // At the beginning the weight is 1/n, the mean of the corrections, until the smoothing
+      // time is over.
       const double smoothing =
           std::max(kShortestSmoothing, kSmoothing * (device_ - point(0).device));
       const double part = std::min(1.0, step / std::min(smoothing, device_));
@@ -68,7 +68,7 @@ void DeviceClock::begin(Nanoseconds received) {
   remember(0.0);
 }
 
-// How far the device's clock went: of all numbers of wraps the one that fits best to ours.
+// Advances the device time. The number of wraps is the one that agrees best with our own clock.
 double DeviceClock::advance(std::uint32_t raw, Nanoseconds received) {
   const double range = std::ldexp(1.0, counter_.bits);
   const double ours = static_cast<double>((received - received_).count()) / counter_.tick_ns;
@@ -94,7 +94,7 @@ void DeviceClock::remember(double offset) {
   ++count_;
 }
 
-// Two buckets become one, so that the same memory holds twice the time.
+// Merges pairs of buckets, so that the same memory covers twice the time.
 void DeviceClock::merge() {
   std::array<Point, kWindow> merged;
   for (std::size_t i = 0; i < kWindow / 2; ++i) {
@@ -108,8 +108,8 @@ void DeviceClock::merge() {
   bucket_ *= 2.0;
 }
 
-// Of all lines below the points the one that is nearest to them on average: the edge of their lower
-// convex hull over their mean time.
+// Slope of the line that lies below all points and is nearest to them on average: the edge of
+// their lower convex hull at their mean time.
 double DeviceClock::slope() const {
   if (count_ < kFewestForASlope) return 0.0;
   std::array<std::size_t, kWindow> hull;
@@ -137,7 +137,7 @@ double DeviceClock::slope() const {
   return std::clamp((b.offset - a.offset) / (b.device - a.device), -kSteepest, kSteepest);
 }
 
-// The highest line of this slope below all points, now.
+// Present value of the highest line with this slope below all points.
 double DeviceClock::envelope(double slope) const {
   double lowest = point(0).offset + slope * (device_ - point(0).device);
   for (std::size_t i = 1; i < count_; ++i) {

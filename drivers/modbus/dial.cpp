@@ -27,10 +27,10 @@ using config::ModbusLink;
 using config::ModbusRtu;
 using config::ModbusTcp;
 
-// libmodbus waits in select(), whose fd_set ends here.
+// libmodbus waits in select(), whose fd_set has this many descriptors.
 constexpr int kDescriptorLimit = 1024;
 
-// Those that libmodbus knows; for any other it would silently take 9600.
+// The rates that libmodbus knows; for any other it would use 9600 without an error.
 constexpr int kBaudRates[] = {1200,  2400,   4800,   9600,   19200, 38400,
                               57600, 115200, 230400, 460800, 921600};
 
@@ -80,7 +80,7 @@ Error no_connection(int error) {
                fmt::format("no connection ({}): {}", std::strerror(error), remedy)};
 }
 
-// 0, or the errno that says why not.
+// Returns 0, or the errno of the failure.
 int finish_connect(int fd, Nanoseconds timeout) {
   pollfd wait{fd, POLLOUT, 0};
   const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
@@ -91,12 +91,12 @@ int finish_connect(int fd, Nanoseconds timeout) {
   return ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) == 0 ? error : errno;
 }
 
-// A pseudo terminal has no parity, and Debian's tcsetattr() refuses one when nothing else changes,
-// as at the second opening.
+// A pseudo terminal has no parity. Debian's tcsetattr() refuses a parity if nothing else
+// changes, as at the second opening.
 bool is_pseudo_terminal(const std::string& device) {
   struct stat status {};
   if (::stat(device.c_str(), &status) != 0) return false;
-  const auto kind = major(status.st_rdev);  // of Unix98 slaves: Linux' devices.txt
+  const auto kind = major(status.st_rdev);  // of Unix98 slaves: Linux devices.txt
   return S_ISCHR(status.st_mode) && kind >= 136 && kind <= 143;
 }
 
@@ -106,15 +106,15 @@ Result<Context> make_context(const ModbusLink& link) {
     const char parity = is_pseudo_terminal(rtu->device) ? 'N' : rtu->parity;
     context.reset(modbus_new_rtu(rtu->device.c_str(), rtu->baud, parity, 8, rtu->stop_bits));
   } else {
-    // Only the codec of it is used; where to connect is dial_tcp's business.
+    // Only its codec is used; dial_tcp connects.
     context.reset(modbus_new_tcp("127.0.0.1", 502));
   }
   if (!context || modbus_set_slave(context.get(), link.unit_id) != 0) {
     return invalid(fmt::format("libmodbus refuses the link: {}", modbus_strerror(errno)));
   }
   modbus_set_error_recovery(context.get(), MODBUS_ERROR_RECOVERY_NONE);
-  // Zero: the whole answer must arrive within the response timeout. With a timeout per byte a
-  // device that drips would hold us for minutes.
+  // Zero: the whole answer must arrive within the response timeout. With a timeout for each
+  // byte a slow device could block for minutes.
   modbus_set_byte_timeout(context.get(), 0, 0);
   return context;
 }
@@ -137,7 +137,7 @@ Result<void> dial_tcp(modbus_t* context, const ModbusTcp& tcp, Nanoseconds timeo
 
 Result<void> dial_rtu(modbus_t* context, const ModbusRtu& rtu) {
   {
-    // The lowest free descriptor is what the line will get.
+    // The serial line will get the lowest free descriptor.
     const UniqueFd probe(::dup(STDERR_FILENO));
     if (probe.get() >= kDescriptorLimit) return too_many_descriptors();
   }
@@ -147,7 +147,7 @@ Result<void> dial_rtu(modbus_t* context, const ModbusRtu& rtu) {
                              "the service's user may use it (group dialout)",
                              modbus_strerror(errno), rtu.device)};
   }
-  // Two masters on one line destroy each other's frames.
+  // Two masters on one line would destroy each other's frames.
   if (::flock(modbus_get_socket(context), LOCK_EX | LOCK_NB) != 0) {
     return Error{ErrorKind::unavailable,
                  fmt::format("{} is in use by another program or device of this rig: a serial line "

@@ -1,9 +1,9 @@
-// Opens the wire to a Modbus device: a TCP connection that gives up in time, or a serial line of
-// its own.
+// Opens the link to a Modbus device: a TCP connection with a timeout, or an exclusive serial
+// line.
 //
-// Apart from libmodbus' own connect because that one aborts the process in select() when the
-// descriptor is 1024 or more, and asks a name server when given a name. One thread; `dial` blocks
-// at most `timeout`.
+// Replaces the TCP connect of libmodbus, which aborts the process in select() if the descriptor
+// is 1024 or more, and queries a name server for a name. One thread; `dial` blocks at most
+// `timeout` on TCP.
 #pragma once
 
 #include <memory>
@@ -28,11 +28,11 @@ using Context = std::unique_ptr<modbus_t, FreeContext>;
 // "Modbus TCP 127.0.0.1:502 unit 1", "Modbus RTU /dev/ttyUSB0 19200 8E1 unit 1".
 std::string describe(const config::ModbusLink& link);
 
-// An Error names the setting, its value and what is allowed.
+// An Error names the setting, its value and the allowed values.
 Result<void> validate(const config::ModbusLink& link);
 
-// A connected context. An Error when nobody answers there, or the line is in use. Precondition:
-// validate(link) passed.
+// Returns a connected context, or an Error if nobody answers or the line is in use.
+// Precondition: validate(link) passed.
 Result<Context> dial(const config::ModbusLink& link, Nanoseconds timeout);
 
 }  // namespace shaker::drivers::modbus

@@ -20,14 +20,14 @@ using namespace std::chrono_literals;
 using protocol::modbus::RegisterSpec;
 using protocol::modbus::RegisterType;
 
-// The setpoint's registers; the index is the place in the arrays below.
+// The setpoint's registers; the value is the index into the arrays below.
 enum Role : std::size_t { kFrequency, kAmplitude, kRamp, kEnable };
 constexpr std::array<const char*, 4> kSetpointRoles = {"frequency", "amplitude", "ramp", "enable"};
-// What is read as status; the first two must be there.
+// The registers that are read as status; the first two are required.
 constexpr std::array<const char*, 5> kStatusRoles = {"status", "fault", "frequency_actual",
                                                      "amplitude_actual", "heartbeat_timeout"};
 
-// A drive may take a scan of its program before a written register reads as written.
+// A drive may need a cycle of its program before a written register reads back.
 constexpr Nanoseconds kReadBackPause = 3ms;
 
 struct Words {
@@ -83,10 +83,10 @@ class ModbusExciter final : public Exciter {
   std::unique_ptr<ModbusConnection> connection_;
   RegisterSet setpoint_;
   RegisterSet status_;
-  std::vector<std::size_t> status_roles_;  // of each register in status_, index into kStatusRoles
+  std::vector<std::size_t> status_roles_;  // for each register in status_, index into kStatusRoles
   RegisterSpec heartbeat_;
   int count_ = 0;
-  // What the device is known to hold; unknown after a reconnect and while a write is under way.
+  // Known contents of the device; empty after a reconnect and during a write.
   std::array<std::optional<Words>, kSetpointRoles.size()> held_;
   std::uint64_t held_since_connect_ = 0;
 };
@@ -143,7 +143,7 @@ Result<void> ModbusExciter::write(const Setpoint& setpoint) {
   return confirm({kEnable}, *wanted);
 }
 
-// Neighbours go in one request, which the device takes as a whole.
+// Neighbouring registers are written in one request, which the device takes as a whole.
 Result<void> ModbusExciter::send(const Roles& roles, const SetpointWords& wanted) {
   std::vector<RegisterSpec> specs;
   for (const std::size_t role : roles)
@@ -175,7 +175,8 @@ Result<void> ModbusExciter::confirm(const Roles& roles, const SetpointWords& wan
     const auto wrong = std::ranges::find_if(roles, [&](std::size_t role) {
       const RegisterSpec& spec = setpoint_.spec(role);
       const double sent = protocol::modbus::decode(spec, wanted[role].span());
-      // Three quarters: one step off is not what was written, whatever the rounding of the scale.
+      // 0.75 of a step: a difference of one step is an error, whatever the rounding of the
+      // scale.
       return !(std::abs(setpoint_.value(role) - sent) <
                0.75 * protocol::modbus::resolution(spec, sent));
     });
@@ -217,7 +218,7 @@ Result<ExciterStatus> ModbusExciter::read() {
   return status;
 }
 
-// Most controllers act on the rising edge, so 0 goes before the 1; some clear the register
+// Most controllers react to the rising edge, so 0 is written before 1; some clear the register
 // themselves.
 Result<bool> ModbusExciter::clear_fault() {
   const auto found = config_.registers.find("fault_reset");
@@ -231,7 +232,7 @@ Result<bool> ModbusExciter::clear_fault() {
   return true;
 }
 
-// Counts 1..32767, which every register type holds; never 0, which a device may take for "no
+// Counts 1..32767, which every register type can hold; never 0, which a device may take for "no
 // heartbeat yet".
 Result<void> ModbusExciter::heartbeat() {
   count_ = count_ % 32767 + 1;
@@ -244,7 +245,7 @@ Result<void> ModbusExciter::stop() {
   held_.fill(std::nullopt);
   connection_->break_silence();
   if (connection_->connected() && zero()) return {};
-  // The order may have been lost, or the answer: once more, on a fresh line.
+  // The order or its answer may be lost: repeat it on a new connection.
   connection_->wait_for_silence();
   connection_->close();
   if (Result<void> connected = connection_->connect_now(); !connected) return connected;
@@ -254,7 +255,7 @@ Result<void> ModbusExciter::stop() {
 Result<void> ModbusExciter::zero() {
   const Result<SetpointWords> zeros = encode_all({0.0, 0.0, 0.0, 0.0});
   if (!zeros) return zeros.error();
-  // Both orders go out whatever becomes of the first: either of them stops the motion.
+  // Send both orders, whatever the result of the first: either of them stops the motion.
   const Result<void> off = send({kEnable}, *zeros);
   connection_->break_silence();
   const Result<void> flat = send({kAmplitude}, *zeros);
@@ -264,7 +265,7 @@ Result<void> ModbusExciter::zero() {
   return confirm({kEnable, kAmplitude}, *zeros);
 }
 
-// --- from the rig file
+// --- checks of the rig file
 
 Error wrong(const std::string& role, const std::string& text) {
   return Error{ErrorKind::invalid, "registers." + role + ": " + text};
@@ -295,7 +296,7 @@ Result<void> check_role(const std::string& role, const RegisterSpec& spec) {
   return {};
 }
 
-// The values that the driver itself must be able to say, first of all zero.
+// Checks that the register can hold the values that the driver writes, above all zero.
 Result<void> check_range(const std::string& role, const RegisterSpec& spec, double low,
                          double high) {
   for (const double value : {low, high}) {

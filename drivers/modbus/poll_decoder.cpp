@@ -15,7 +15,7 @@ Error wrong(const std::string& text) {
   return Error{ErrorKind::invalid, text};
 }
 
-// Wraps are told from missed polls by our own clock, which must not need to be better than this.
+// Our own clock distinguishes wraps from missed polls; a longer range makes this certain.
 constexpr double kShortestRangeNs = 2e9;
 
 Result<DeviceClock> make_device_clock(const RegisterSpec& spec) {

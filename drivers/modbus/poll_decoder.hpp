@@ -1,4 +1,4 @@
-// From the registers of one poll to samples: the same for a device on the wire and for a log of it.
+// Converts the registers of one poll to samples, for a device and for a log of it alike.
 //
 // One thread; decode() does not allocate.
 #pragma once
@@ -18,7 +18,7 @@ namespace shaker::drivers::modbus {
 
 class PollDecoder {
  public:
-  // An Error names the register that is wrong.
+  // An Error names the invalid register.
   static Result<PollDecoder> make(
       const std::map<protocol::Channel, protocol::modbus::RegisterSpec>& registers,
       const std::optional<protocol::modbus::RegisterSpec>& timestamp);
@@ -28,8 +28,8 @@ class PollDecoder {
   RegisterSet& registers() { return registers_; }
   void restart();  // a new connection
 
-  // Of the registers as last read: asked for at `asked`, there at `received`. 0 when the device has
-  // taken no sample since. Precondition: out.size() >= channels().size().
+  // Decodes the registers as last read: requested at `asked`, received at `received`. Returns 0
+  // if the device has taken no sample since. Precondition: out.size() >= channels().size().
   std::size_t decode(Nanoseconds asked, Nanoseconds received, std::span<Sample> out);
 
  private:
@@ -41,8 +41,8 @@ class PollDecoder {
         device_clock_(std::move(device_clock)) {}
 
   std::vector<protocol::Channel> channels_;
-  RegisterSet registers_;                    // the channels', and at last the time stamp's
-  std::optional<DeviceClock> device_clock_;  // when there is a time stamp
+  RegisterSet registers_;                    // the channels, then the time stamp
+  std::optional<DeviceClock> device_clock_;  // if there is a time stamp
 };
 
 }  // namespace shaker::drivers::modbus

@@ -21,7 +21,7 @@ Result<PollRecorder> PollRecorder::open(const std::filesystem::path& file,
                     "user may write to",
                     name, std::strerror(errno))};
   }
-  // A whole line at a time: a log of a daemon that was killed ends with a whole line.
+  // Line buffering: the log of a killed daemon ends with a whole line.
   std::setvbuf(opened.get(), nullptr, _IOLBF, 4096);
   return PollRecorder(name, std::move(opened));
 }

@@ -1,6 +1,6 @@
-// Writes down what a Modbus sensor's polls gave, in the lines of protocol/modbus/register_log.hpp,
-// so that a day's trouble can be replayed afterwards. It never stops the measuring: when the disk
-// refuses, recording ends and `trouble` says so.
+// Records the polls of a Modbus sensor in the format of protocol/modbus/register_log.hpp, so
+// that they can be replayed later. Recording never stops the measurement: if the disk refuses a
+// write, recording ends and `trouble` gives the reason.
 #pragma once
 
 #include <cstdio>
@@ -16,14 +16,14 @@ namespace shaker::drivers::modbus {
 
 class PollRecorder {
  public:
-  // An empty `file` records nothing; otherwise it is appended to, relative to `directory`.
+  // An empty `file` records nothing. Otherwise appends to it, relative to `directory`.
   static Result<PollRecorder> open(const std::filesystem::path& file,
                                    const std::filesystem::path& directory);
 
   void connected(Nanoseconds t);
   void poll(Nanoseconds asked, Nanoseconds received, const RegisterSet& registers);
   void failed(Nanoseconds asked, Nanoseconds received);
-  const std::string& trouble() const { return trouble_; }  // empty when all is well
+  const std::string& trouble() const { return trouble_; }  // empty: no error
 
  private:
   using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;

@@ -1,6 +1,6 @@
-// Some registers of one device that are read, written and compared together.
+// A set of registers of one device that are read together.
 //
-// Holds the plan and the buffers, so that reading them allocates nothing. One thread.
+// Holds the plan and the buffers, so that reading does not allocate. One thread.
 #pragma once
 
 #include <span>
@@ -20,15 +20,16 @@ class RegisterSet {
   std::size_t size() const { return specs_.size(); }
   const protocol::modbus::RegisterSpec& spec(std::size_t i) const { return specs_[i]; }
 
-  // As few requests as may be; ends at the first that fails.
+  // Uses as few requests as possible; returns at the first that fails.
   Result<void> read(ModbusConnection& connection);
 
-  // Block by block: what is asked for, and the registers as last read (a log puts them there).
+  // The requested blocks, and their registers as last read (a replay writes the registers of
+  // its log there).
   std::span<const protocol::modbus::Block> blocks() const { return plan_.blocks; }
   std::span<std::uint16_t> buffer(std::size_t block) { return buffers_[block]; }
   std::span<const std::uint16_t> buffer(std::size_t block) const { return buffers_[block]; }
 
-  // As last read.
+  // The register i as last read: raw words, value, bits.
   std::span<const std::uint16_t> words(std::size_t i) const;
   double value(std::size_t i) const;
   std::uint32_t bits(std::size_t i) const;

@@ -64,7 +64,7 @@ Result<void> ModbusSensor::connect() {
   return {};
 }
 
-// A poll that is more than a period late is left out: two in a hurry would say nothing new.
+// A poll that is more than a period late is skipped: two polls in a row would give nothing new.
 void ModbusSensor::skip_missed(Nanoseconds now) {
   if (now < due_ + period_) return;
   const auto missed = (now - due_) / period_;

@@ -1,11 +1,11 @@
-// Displacement (and excitation) polled from Modbus registers.
+// A sensor that polls displacement (and excitation) from Modbus registers.
 //
-// Polled at rate_hz on absolute deadlines, neighbours in one block read. Stamped by the device
-// where its map has a time stamp (StampSource::device, see device_clock.hpp; a stamp that has been
-// seen gives no samples), else with the middle between request and answer on our own clock
-// (StampSource::host_receive). A value that is not
-// finite comes as a sample of bad quality. A missed answer is counted and gives no samples; an
-// Error comes only when the connection is gone.
+// It polls at rate_hz on absolute deadlines, with neighbouring registers in one request. If the
+// map has a time stamp, the device stamps the samples (StampSource::device, see
+// device_clock.hpp), and a stamp that was seen before gives no samples. Otherwise the stamp is
+// the middle between request and answer on our own clock (StampSource::host_receive). A value
+// that is not finite gives a sample of bad quality. A missed answer is counted and gives no
+// samples; read() returns an Error only if the connection is lost.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,8 @@
 
 namespace shaker::drivers::modbus {
 
-// Opens nothing yet. An Error names the channel or setting that is wrong. `clock` must outlive it.
+// Does not connect. An Error names the invalid channel or setting. `clock` must outlive the
+// sensor.
 Result<std::unique_ptr<Sensor>> make_sensor(const config::ModbusSensor& config, Clock& clock,
                                             const std::filesystem::path& directory = {});
 

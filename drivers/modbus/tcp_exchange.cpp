@@ -13,7 +13,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// Places in a frame: transaction 0, protocol 2, length 4, unit 6, function 7, data from 8.
+// Offsets in a frame: transaction 0, protocol 2, length 4, unit 6, function 7, data from 8.
 constexpr std::size_t kUnit = 6, kFunction = 7, kData = 8;
 constexpr int kReadHolding = 3, kReadInput = 4, kWriteSingle = 6, kWriteMany = 16;
 constexpr int kException = 0x80;
@@ -112,7 +112,8 @@ int TcpExchange::read(int fd, const protocol::modbus::Block& block, std::span<st
   return 0;
 }
 
-// The value that is echoed is not compared: whoever must know what the device holds reads it back.
+// Does not compare the echoed value: a caller that must know what the device holds reads it
+// back.
 int TcpExchange::write_single(int fd, int address, std::uint16_t value, Nanoseconds timeout) {
   begin(kWriteSingle, address, value);
   if (exchange(fd, 4, timeout) != 0) return -1;

@@ -1,4 +1,5 @@
-// A `candump -l` log as a source: frames go the way of the CAN sensor's, error frames included.
+// A `candump -l` log as a source. Frames, also error frames, are processed as in the CAN
+// sensor.
 #pragma once
 
 #include <filesystem>

@@ -9,8 +9,8 @@
 
 namespace shaker::drivers::replay {
 
-// Reads all samples into memory (24 bytes each). An Error says whether the file is missing, damaged
-// or empty.
+// Reads all samples into memory (24 bytes each). An Error states whether the file is missing,
+// damaged or empty.
 Result<std::unique_ptr<Source>> open_campaign(const std::filesystem::path& file);
 
 }  // namespace shaker::drivers::replay

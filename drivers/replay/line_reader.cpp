@@ -22,7 +22,7 @@ Result<void> LineReader::open(const std::filesystem::path& file) {
                            file.string(), std::strerror(errno))};
 }
 
-// Moves what is left to the front and reads on behind it. False when nothing more comes.
+// Moves the remaining bytes to the front and reads more. Returns false if there are no more.
 bool LineReader::fill() {
   std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
             buffer_.begin() + static_cast<std::ptrdiff_t>(end_), buffer_.begin());

@@ -1,7 +1,7 @@
-// Lines of a file, one after the other, through one buffer of fixed size.
+// Reads the lines of a file through one buffer of fixed size.
 //
-// A line that does not fit (no log has such) is given as its first part, and its rest as further
-// lines: whoever parses them finds them malformed, and nothing is read past the buffer.
+// A line longer than the buffer (16 KiB) is returned in parts. The parser then finds them
+// malformed, and nothing is read beyond the buffer.
 #pragma once
 
 #include <array>
@@ -19,9 +19,10 @@ namespace shaker::drivers::replay {
 class LineReader {
  public:
   Result<void> open(const std::filesystem::path& file);
-  // Without its line end; valid until the next call. Nothing at the end of the file.
+  // Returns the next line without its line end, valid until the next call; nothing at the end
+  // of the file.
   std::optional<std::string_view> next();
-  // Empty, or why reading ended before the end of the file.
+  // Empty, or the reason why reading ended before the end of the file.
   const std::string& trouble() const { return trouble_; }
 
  private:

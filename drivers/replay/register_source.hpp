@@ -1,4 +1,4 @@
-// A log of Modbus polls as a source: registers go the way of the Modbus sensor's.
+// A log of Modbus polls as a source. Registers are processed as in the Modbus sensor.
 #pragma once
 
 #include <filesystem>
@@ -10,8 +10,8 @@
 
 namespace shaker::drivers::replay {
 
-// An Error names the file or the register. Lines that do not parse, or lack a register, are counted
-// as malformed and skipped.
+// An Error names the register. Lines that do not parse, or lack a register, are counted as
+// malformed and skipped.
 Result<std::unique_ptr<Source>> open_register_log(const config::ReplaySensor& config,
                                                   const std::filesystem::path& directory);
 

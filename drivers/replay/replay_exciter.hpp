@@ -1,7 +1,7 @@
 // The exciter of a replay: accepts every setpoint and moves nothing.
 //
-// It answers as a drive that follows at once, so that a recorded campaign runs through the same
-// states as it did.
+// It answers as a drive without delay, so that a recorded campaign passes through the same
+// states.
 #pragma once
 
 #include <memory>

@@ -41,7 +41,7 @@ class ReplaySensor final : public Sensor {
   double speed_;
   std::unique_ptr<Source> source_;
   Clock& clock_;
-  std::vector<Sample> pending_;  // of the next moment, with our stamps
+  std::vector<Sample> pending_;  // samples of the next time, with our stamps
   std::size_t pending_count_ = 0;
   bool connected_ = false, first_ = true, finished_ = false;
   Nanoseconds shift_{};  // from recorded to our time
@@ -63,7 +63,8 @@ void ReplaySensor::fetch() {
   if (finished_) return;
   if (std::exchange(first_, false)) shift_ = start_ - pending_[0].t;
   for (Sample& sample : std::span(pending_).first(pending_count_)) {
-    // A recording whose clock was stepped back stands still until it has caught up.
+    // If the clock of the recording was stepped back, the time stands still until it has caught
+    // up.
     newest_ = std::max(newest_, sample.t + shift_);
     sample.t = newest_;
   }

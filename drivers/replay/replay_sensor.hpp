@@ -1,10 +1,10 @@
-// A sensor that gives again what was recorded: a campaign database, or a `candump -l` log with its
-// DBC file.
+// A sensor that replays a recording: a campaign database, a `candump -l` log with its DBC file,
+// or a log of Modbus polls.
 //
-// Stamps keep their recorded distances and begin at the time of connect(), whatever the speed: a
-// campaign that is replayed ten times as fast still has the frequency that it had. speed 0 gives
-// samples as fast as they are read; speed N makes read() wait, on the given clock, until a sample
-// is due. finished() after the last one.
+// Stamps keep their recorded distances and begin at the time of connect(), whatever the speed:
+// a campaign that is replayed ten times as fast keeps its frequency. speed 0 delivers samples
+// as fast as they are read; speed N makes read() wait, on the given clock, until a sample is
+// due. finished() is true after the last one.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
-// Where a replay's samples come from. One thread. Nothing allocates after rewind().
+// Source of the samples of a replay. One thread. Does not allocate after rewind(), except on an
+// error.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +15,10 @@ class Source {
  public:
   virtual ~Source() = default;
   virtual std::vector<protocol::Channel> channels() const = 0;
-  // Back to the first sample; counters start over.
+  // Returns to the first sample and resets the counters.
   virtual Result<void> rewind() = 0;
-  // The samples of the next recorded moment, with its time as recorded; 0 at the end.
-  // Precondition: out.size() >= most_samples().
+  // Writes the samples of the next recorded time, with their recorded stamps; returns 0 at the
+  // end. Precondition: out.size() >= most_samples().
   virtual std::size_t next(std::span<Sample> out) = 0;
   virtual std::size_t most_samples() const = 0;
   virtual const SensorHealth& health() const = 0;

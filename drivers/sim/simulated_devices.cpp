@@ -50,7 +50,7 @@ Result<void> SimulatedExciter::connect() {
 Result<void> SimulatedExciter::write(const Setpoint& setpoint) {
   return rig_->at_now([&](VirtualRig& rig) -> Result<void> {
     if (rig.injected() == Fault::exciter_silent) return silent();
-    // Disabling first, enabling last: nothing moves on a half-written setpoint.
+    // Disables first and enables last, so that nothing moves on an incomplete setpoint.
     if (!setpoint.enable) rig.set_enable(false);
     const bool taken = rig.set_ramp(setpoint.ramp_s) && rig.set_frequency(setpoint.frequency_hz) &&
                        rig.set_amplitude(setpoint.amplitude) &&

@@ -1,6 +1,6 @@
-// The in-process rig behind the two ports.
+// The simulated rig in this process, behind the two ports.
 //
-// A test that wants to inject faults or see the truth makes the rig itself and keeps it:
+// A test that injects faults or needs the true state creates the rig itself:
 //
 //     auto rig = std::make_shared<drivers::sim::SimulatedRig>(options, clock);
 //     drivers::sim::SimulatedExciter exciter(rig);
@@ -32,12 +32,11 @@ class SimulatedExciter final : public Exciter {
   std::uint32_t beat_ = 0;
 };
 
-// `read` returns what was sampled up to clock.now(). Where there is nothing yet it waits on the
-// clock until the next sample is due or the timeout is over; on a SimulatedClock that moves the
-// time on.
+// `read` returns the samples up to clock.now(). Without samples it sleeps on the clock until
+// the next one is due or the timeout is over; on a SimulatedClock this advances the time.
 class SimulatedSensor final : public Sensor {
  public:
-  // `auxiliary`: the channels of the rig's auxiliary quantities, in their order.
+  // `auxiliary`: the channels of the rig's auxiliary quantities, in the same order.
   explicit SimulatedSensor(std::shared_ptr<SimulatedRig> rig,
                            std::span<const protocol::Channel> auxiliary = {});
   std::string description() const override;
@@ -56,8 +55,8 @@ class SimulatedSensor final : public Sensor {
   std::vector<shaker::sim::RigSample> taken_;
 };
 
-// The virtual rig that a rig file describes. Its dead-man waits for five heartbeats, at least 0.5 s
-// and never longer than deadman_max_s.
+// Makes the virtual rig of a rig file. Its dead-man timeout is five heartbeat periods, at least
+// 0.5 s and at most deadman_max_s. An Error names an invalid option.
 Result<std::shared_ptr<SimulatedRig>> make_simulated_rig(const config::SimulatedSensor& sensor,
                                                          const config::ExciterConfig& exciter,
                                                          Clock& clock);

@@ -5,7 +5,7 @@
 namespace shaker::drivers::sim {
 namespace {
 
-constexpr std::size_t kStride = 1024;  // samples the rig advances at once
+constexpr std::size_t kStride = 1024;  // samples of one step
 
 }  // namespace
 
@@ -15,11 +15,11 @@ SimulatedRig::SimulatedRig(const shaker::sim::RigOptions& options, Clock& clock)
       rig_(options, clock.now()),
       reached_(clock.now()),
       stride_(from_seconds(kStride / options.sample_rate_hz)) {
-  scratch_.reserve(kStride + 8 + kStride / 8);  // the rig's clock may run up to a tenth faster
+  scratch_.reserve(kStride + 8 + kStride / 8);  // the rig's clock may be up to a tenth faster
   queue_.resize(kQueue);
 }
 
-// In strides, so that the scratch space never grows, however far the clock has jumped.
+// Advances in steps, so that the scratch memory never grows, however far the clock has jumped.
 void SimulatedRig::catch_up() {
   const Nanoseconds now = clock_.now();
   while (reached_ < now) {

@@ -1,8 +1,8 @@
 // The virtual rig on the daemon's clock, shared by its exciter and its sensor.
 //
-// Thread-safe: in real time the exciter and the sensor have a thread each. The rig is brought up to
-// clock.now() before anyone touches it, so a command acts when it is given. What is sampled waits
-// in a queue of kQueue samples for the sensor to read; older ones are overwritten and counted.
+// Thread-safe: in real time the exciter and the sensor have a thread each. Each access first
+// advances the rig to clock.now(), so a command acts when it is given. Samples wait for the
+// sensor in a queue of kQueue; older ones are overwritten and counted.
 #pragma once
 
 #include <mutex>
@@ -17,13 +17,14 @@ class SimulatedRig {
  public:
   static constexpr std::size_t kQueue = 1 << 16;
 
-  // `clock` must outlive it. Throws std::invalid_argument for options that make no rig.
+  // `clock` must outlive it. Throws std::invalid_argument for invalid options.
   SimulatedRig(const shaker::sim::RigOptions& options, Clock& clock);
 
   Clock& clock() const { return clock_; }
   const shaker::sim::RigOptions& options() const { return options_; }
 
-  // Does `action(VirtualRig&)` at clock.now(), e.g. rig.at_now([](auto& r) { r.inject(fault); }).
+  // Calls `action(VirtualRig&)` at clock.now(), e.g. rig.at_now([](auto& r) { r.inject(fault);
+  // }).
   template <class Action>
   auto at_now(Action&& action) {
     const std::scoped_lock lock(mutex_);
@@ -31,10 +32,11 @@ class SimulatedRig {
     return action(rig_);
   }
 
-  // Takes the oldest samples due by now, dropped ones included; returns how many.
+  // Moves the oldest samples up to now into `out`, with the dropped ones, at most `most`;
+  // returns their number.
   std::size_t take(std::vector<shaker::sim::RigSample>& out, std::size_t most);
   std::uint64_t overwritten() const;
-  void discard();  // what was sampled so far
+  void discard();  // discards all samples so far
   Nanoseconds next_sample() const;
 
  private:

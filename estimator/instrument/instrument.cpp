@@ -2,7 +2,8 @@
 
 namespace shaker::estimator {
 
-// A filter is never asked for points, nor a pointwise stage for its transfer function.
+// Defaults for functions that are never called: a filter is not evaluated at points, and a
+// pointwise stage has no transfer function.
 void Instrument::observe(const Signal&, const double*, const double*, const Seen&) const {}
 
 std::complex<double> Instrument::transfer(double, const double*, const double*,

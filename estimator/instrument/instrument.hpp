@@ -1,9 +1,9 @@
-// What an instrument does to a signal: one stage of the chain from the motion to the measured
-// number. Stages follow each other in the order of the model file, each on the displacement signal.
+// An instrument: one stage of the chain from the motion to the measured number. The stages
+// follow each other in the order of the model file and act on the displacement signal.
 //
-// A stage is either pointwise, y_out = F(y, load, t; theta), or a linear filter given by its
-// transfer function. Filters act on the harmonics of a periodic signal; a time integration runs
-// them as it can (a delay by interpolation, a lag as one more state).
+// A stage is either pointwise, y_out = F(y, load, t; theta), or a linear filter with a transfer
+// function. Filters act on the harmonics of a periodic signal. A time integration treats them
+// in its own way: a delay by interpolation, a lag as an additional state.
 #pragma once
 
 #include <complex>
@@ -20,7 +20,7 @@ struct Signal {
   const double* t = nullptr;     // time since the middle of the record, s; null unless sees_time()
 };
 
-// Overwritten: the signal after the stage and its partial derivatives.
+// Output of a pointwise stage (overwritten): the signal after it and its partial derivatives.
 struct Seen {
   double* y = nullptr;
   double* y_y = nullptr;
@@ -28,22 +28,24 @@ struct Seen {
   double* const* y_theta = nullptr;  // one array a parameter
 };
 
+// Immutable; all threads may use one object.
 class Instrument {
  public:
   virtual ~Instrument() = default;
   virtual bool sees_load() const { return false; }
   virtual bool sees_time() const { return false; }
 
-  virtual bool filters() const { return false; }
-  // Pointwise stages.
+  virtual bool filters() const { return false; }  // true: a filter; false: a pointwise stage
+  // For pointwise stages only: the signal after the stage, at at.n points.
   virtual void observe(const Signal& at, const double* theta, const double* constants,
                        const Seen& out) const;
-  // Filters: the factor on exp(i omega t), and its derivatives over the parameters.
+  // For filters only: the factor on exp(i omega t), and its derivatives with respect to the
+  // parameters (one each). omega in rad/s.
   virtual std::complex<double> transfer(double omega, const double* theta, const double* constants,
                                         std::complex<double>* d_theta) const;
 };
 
-// An effect that is a stage of the measuring chain: no force.
+// An effect that is a stage of the measuring chain. It has no force.
 class InstrumentEffect : public Effect, public Instrument {
  public:
   Group group() const override { return Group::instrument; }

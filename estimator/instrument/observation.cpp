@@ -5,7 +5,7 @@
 namespace shaker::estimator {
 namespace {
 
-// The model's output arrays, cut from a workspace.
+// The model's output arrays, as slices of a workspace.
 ModelForces forces_in(const Model& model, double* const* workspace) {
   const int s = model.coordinates();
   ModelForces forces;
@@ -18,7 +18,7 @@ ModelForces forces_in(const Model& model, double* const* workspace) {
   return forces;
 }
 
-// out += sign * row of the part of the residual that stands in `forces`.
+// out += sign * row of the part of the residual that `forces` holds.
 void add_row(const Model& model, int n, int row, double sign, const ModelForces& forces,
              const ObservedMotion& out) {
   const int s = model.coordinates();
@@ -37,7 +37,7 @@ void add_row(const Model& model, int n, int row, double sign, const ModelForces&
     add(forces.g_theta[row * p + k], out.y_theta[k]);
 }
 
-// Acceleration of the mass in space: e x - M u'' of its equation, less what the base moves.
+// Absolute acceleration of the mass: e x - M u'' of its equation, less the motion of the base.
 bool absolute_acceleration(const Model& model, const ModelPoints& at, const double* theta,
                            const ObservedMotion& out, double* const* workspace) {
   const int n = at.n;

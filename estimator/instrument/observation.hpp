@@ -1,12 +1,11 @@
-// What is measured: a channel is a quantity of the motion, seen through its instruments.
+// The quantities of the motion that a channel can measure.
 //
-// An Observation turns motion into the channel's number and gives its exact partial derivatives
-// over the motion, the excitation and the parameters, pointwise; `PeriodicSystem::observed` and
-// `observed_row` chain them with the solution's own sensitivities. Time integration uses
-// `motion()` directly along its trajectory.
+// observe_motion computes a quantity from the motion, with exact partial derivatives over
+// motion and parameters, point by point. `PeriodicSystem::observed` and `observed_row` combine
+// them with the sensitivities of the solution.
 //
-// The instrument effects of a model stand in the way of its displacement channel; other channels
-// are taken as perfect.
+// The instrument effects of a model act on its displacement channel only. Other channels are
+// treated as perfect.
 #pragma once
 
 #include <string_view>
@@ -17,10 +16,10 @@ namespace shaker::estimator {
 
 enum class Quantity {
   displacement,           // u of the model's observed coordinate, m
-  velocity,               // its rate, m/s
-  acceleration,           // its second derivative (mass against table), m/s^2
-  absolute_acceleration,  // of the mass, as an accelerometer on it shows: x minus the above
-  damper_force,           // load between damper and mass, per unit mass: a load cell's, m/s^2
+  velocity,               // its first derivative, m/s
+  acceleration,           // its second derivative (mass relative to table), m/s^2
+  absolute_acceleration,  // of the mass, as an accelerometer on it measures: e x - M u''; m/s^2
+  damper_force,           // load between damper and mass per unit mass (a load cell), m/s^2
 };
 
 constexpr std::string_view name(Quantity quantity) {
@@ -29,8 +28,8 @@ constexpr std::string_view name(Quantity quantity) {
   return names[static_cast<int>(quantity)];
 }
 
-// At n points: y = the quantity, and its partial derivatives. y_u, y_v, y_a have an array a
-// coordinate, y_theta one a parameter; all are overwritten.
+// A quantity y at n points and its partial derivatives. y_u, y_v, y_a: one array a coordinate;
+// y_theta: one array a parameter. observe_motion overwrites all of them.
 struct ObservedMotion {
   double* y = nullptr;
   double* const* y_u = nullptr;
@@ -39,8 +38,8 @@ struct ObservedMotion {
   double* const* y_theta = nullptr;
 };
 
-// The quantity itself, before instruments. `workspace`: observation_arrays() arrays of n points.
-// False when a point is inadmissible. Neither allocates nor throws.
+// Computes a quantity before the instruments. `workspace`: observation_arrays() arrays of n
+// values. Returns false if a point is inadmissible. Neither allocates nor throws.
 int observation_arrays(const Model& model);
 bool observe_motion(const Model& model, Quantity quantity, const ModelPoints& at,
                     const double* theta, const ObservedMotion& out, double* const* workspace);

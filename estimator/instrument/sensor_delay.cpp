@@ -1,4 +1,4 @@
-// y(t) = u(t - d): the displacement comes late on the excitation's clock.
+// y(t) = u(t - d): the measured displacement is late relative to the excitation.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/instrument/instrument.hpp"
 

@@ -1,5 +1,5 @@
-// y = u + d t, t from the middle of the record: the zero of the displacement sensor drifts. Over a
-// period that was not detrended it leaves a saw tooth.
+// y = u + d t, t from the middle of the record: the zero of the displacement sensor drifts. In a
+// period that was not detrended, the drift causes a sawtooth.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/instrument/instrument.hpp"
 

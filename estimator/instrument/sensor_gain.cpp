@@ -1,4 +1,4 @@
-// y = G u: the displacement sensor's scale is off.
+// y = G u: the scale of the displacement sensor is wrong.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/instrument/instrument.hpp"
 

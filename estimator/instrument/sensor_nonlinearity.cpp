@@ -1,4 +1,4 @@
-// y = u + L (n2 xi^2 + n3 xi^3), xi = u / L: the displacement sensor is not straight over its span
+// y = u + L (n2 xi^2 + n3 xi^3), xi = u / L: the displacement sensor is nonlinear over its span
 // L.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/instrument/instrument.hpp"

@@ -1,5 +1,5 @@
-// y = u + b. Absorbed exactly by theta2 and theta3 of the oleo: never seen from the displacement
-// alone.
+// y = u + b: the zero of the displacement sensor is wrong. theta2 and theta3 of the oleo absorb
+// the offset exactly, so that the displacement alone never shows it.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/instrument/instrument.hpp"
 

@@ -1,5 +1,5 @@
-// y = u - (q / pi) atan2(r sin(phi), 1 + r cos(phi)), phi = 2 pi u / q: rounding to steps of q,
-// with the edges rounded themselves (r = 1 has none: y = q round(u / q)).
+// y = u - (q / pi) atan2(r sin(phi), 1 + r cos(phi)), phi = 2 pi u / q: rounding to quantisation
+// steps q. The edges of the steps are smoothed; r = 1 gives sharp edges: y = q round(u / q).
 #include <cmath>
 #include <numbers>
 

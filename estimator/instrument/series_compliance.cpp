@@ -1,4 +1,4 @@
-// u_measured = u + f / k_n: what gives between the points that are measured, under the load f of
+// u_measured = u + f / k_n: elastic deflection between the measured points under the load f of
 // the damper.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/instrument/instrument.hpp"

@@ -27,7 +27,7 @@ MatrixXd ChannelLikelihood::covariance(const MatrixXd& moment) const {
   if (known()) return known_;
   MatrixXd v = moment / problem_.points();
   if (noise_ == NoiseModel::independent) v = VectorXd(v.diagonal()).asDiagonal();
-  // Exact data leave nothing; a share of the signal far below rounding keeps V invertible.
+  // Exact data have zero residuals. A share of the signal far below rounding keeps V invertible.
   v.diagonal() += 1e-26 * problem_.spread_of_data().diagonal();
   return v;
 }

@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kExcitationHarmonics = 3;  // the response to higher ones is small
+constexpr int kExcitationHarmonics = 3;  // the response to higher ones is negligible
 
 std::size_t at(Index k) {
   return static_cast<std::size_t>(k);
@@ -49,7 +49,7 @@ void check(const ChannelRun& run, std::size_t index, std::size_t channels) {
                        channels * channels));
 }
 
-// One period of a run's excitation with one part of one harmonic moved.
+// One period of a run's excitation with one part (cosine or sine) of one harmonic changed.
 std::vector<double> moved_excitation(const ChannelRun& run, int part, double by) {
   constexpr int kSamples = 64;
   std::vector<double> x = run.excitation;

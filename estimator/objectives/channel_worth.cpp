@@ -16,10 +16,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kSmallestEigenvalue = 1e-14;  // of the information with unit diagonal
-constexpr double kInvolved = 1e-3;  // part in a lost direction, from which a parameter is in it
+constexpr double kSmallestEigenvalue = 1e-14;  // of the information, relative to the largest
+constexpr double kInvolved = 1e-3;  // component above which a parameter is part of a direction
 
-// What each channel spends on parameters: the trace of its own information over all of it.
+// Degrees of freedom that each channel spends on parameters: the trace of its own part of the
+// information times the inverse of the whole.
 VectorXd spent_on_parameters(const ChannelProblem& problem, const ChannelLook& look,
                              const MatrixXd& v, const MatrixXd& inverse) {
   const Index m = problem.channels();
@@ -34,12 +35,12 @@ VectorXd spent_on_parameters(const ChannelProblem& problem, const ChannelLook& l
   return spent;
 }
 
-// An estimated V weighs the channels a little wrong and says of itself that it did so well. With
-// p_b the share of channel b in the information and nu_b its degrees of freedom, the covariance is
-// too small by 1 + 4 sum p_b (1 - p_b) / nu_b (Meier 1953, for means of unequal variance), and
-// where covariances between m channels are estimated as well, by that and (nu - 2) / (nu - m - 1),
-// the bias of an inverted Wishart matrix beyond that of its diagonal. One channel alone: neither.
-// Degrees of freedom of the whole: 1 / sum p_b^2 / nu_b (Satterthwaite 1946).
+// Correction for an estimated V, whose errors make the weights suboptimal and the covariance too
+// small. Let p_b be the share of channel b in the information and nu_b its degrees of freedom. The
+// factor is 1 + 4 sum p_b (1 - p_b) / nu_b (Meier 1953, for means of unequal variance). If the
+// covariances between m channels are estimated too, it is multiplied by (nu - 2) / (nu - m - 1),
+// the bias of an inverted Wishart matrix beyond that of its diagonal. Both are 1 for one channel.
+// Degrees of freedom of the whole: 1 / sum(p_b^2 / nu_b) (Satterthwaite 1946).
 struct Uncertainty {
   double factor = 1.0, degrees = 0.0;
 };
@@ -61,8 +62,8 @@ Uncertainty of_estimated_noise(const VectorXd& spent, double points, bool joint)
   return out;
 }
 
-// The pseudo-inverse: variances of what is determined do not depend on what is not. Marks what is
-// not, where the information is singular.
+// Returns the pseudo-inverse of the information, so that undetermined directions do not affect the
+// variances of determined parameters. Marks undetermined parameters in `fit`.
 MatrixXd invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit) {
   const VectorXd root = gram.diagonal().cwiseMax(0.0).cwiseSqrt();
   const VectorXd scale = (root.array() > 0.0).select(root, 1.0);
@@ -93,8 +94,8 @@ MatrixXd invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit) {
   return scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
 }
 
-// An excitation that is a little wrong moves all points of all channels together, and theta by
-// H^-1 J^T V^-1 S; its independent parts add up, as in estimation_covariance.cpp.
+// Covariance from the error of the excitation. It changes all points of all channels together (S),
+// and theta by H^-1 J^T V^-1 S. Its independent parts are added, as in estimation_covariance.cpp.
 MatrixXd excitation_part(ChannelProblem& problem, const ChannelLook& look,
                          const std::vector<double>& theta, const MatrixXd& v,
                          const MatrixXd& inverse) {
@@ -156,7 +157,7 @@ void finish(ChannelProblem& problem, const ChannelLikelihood& likelihood, const 
   MatrixXd inverse = invert(problem, gram, fit);
   fit.interval_degrees = std::numeric_limits<double>::infinity();
   if (!likelihood.known()) {
-    // Each channel loses the degrees of freedom that it spends.
+    // The variance of each channel is corrected for the degrees of freedom that it spends.
     const VectorXd spent = spent_on_parameters(problem, look, v, inverse);
     const VectorXd grow = (points / (points - spent.array()).max(1e-9)).sqrt().matrix();
     better = grow.asDiagonal() * v * grow.asDiagonal();

@@ -1,16 +1,16 @@
-// What an estimate from several channels is worth: covariance (3.27) with V corrected for the
-// parameters, intervals (3.29), the excitation's own error, lost directions. Private to the sources
-// of channels.hpp.
+// Inference for an estimate from several channels: covariance (3.27) with V corrected for the
+// number of parameters, intervals (3.29), the error of the excitation, undetermined directions.
+// Private to the sources of channels.hpp.
 #pragma once
 
 #include "estimator/objectives/channel_likelihood.hpp"
 
 namespace shaker::estimator {
 
-// What can be said without a solution.
+// Fills the fields of `fit` for a fit without a solution (NaN covariance).
 void finish_without_solution(const ChannelProblem& problem, Fit& fit);
 
-// At the optimum, `look` being there.
+// Fills `out` at the optimum, where `look` was computed. `confidence`: of the intervals, 0 to 1.
 void finish(ChannelProblem& problem, const ChannelLikelihood& likelihood, const ChannelLook& look,
             double confidence, ChannelFit& out);
 

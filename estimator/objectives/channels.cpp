@@ -17,11 +17,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kNearlyUndamped = 1e-5, kMostDamped = 1e10;
-constexpr double kFlat = 1e-10;      // relative change of the objective that rounding can make
-constexpr double kSmallPart = 3e-5;  // of a standard error
+constexpr double kFlat = 1e-10;      // relative change of the objective by rounding
+constexpr double kSmallPart = 3e-5;  // of a standard error: a negligible step
 constexpr int kMostStages = 200;
 
-// Where the likelihood is greatest: all at once or stagewise.
+// Maximises the likelihood, all at once or stagewise.
 class Search {
  public:
   Search(const Model& model, std::span<const Quantity> quantities, std::vector<ChannelRun> runs,
@@ -57,9 +57,9 @@ class Search {
   }
 
  private:
-  // A damped step to the least of the quadratic inside the box. Cutting the free step at the bounds
-  // instead may end at a corner where two parameters look alike: each is then held by a bound that
-  // only the other's part of the step had crossed.
+  // Returns the damped step to the minimum of the quadratic inside the box. Cutting the free step
+  // at the bounds instead may end in a corner where two parameters have similar effects: each is
+  // then held by a bound that only the other one's part of the step had crossed.
   VectorXd step(const std::vector<double>& theta, const MatrixXd& gram, const VectorXd& gradient,
                 double lambda) const {
     const Index q = gradient.size();
@@ -67,7 +67,7 @@ class Search {
     for (Index k = 0; k < q; ++k) {
       const ModelParameter& p = problem_.parameter(k);
       const double value = theta[problem_.index(k)];
-      // No step more than doubles a parameter: far away the linearisation promises too much.
+      // A step at most doubles a parameter; the linearisation is not accurate far away.
       const double most = std::max(std::fabs(value), 1e-3);
       scale[k] = gram(k, k) > 0.0 ? std::sqrt(gram(k, k)) : 1.0;
       lower[k] = std::max(p.lower - value, -most);
@@ -88,13 +88,14 @@ class Search {
     return worst;
   }
 
-  // A change of theta in standard errors, by the information at the last step.
+  // A change of theta in standard errors, by the information matrix of the last step.
   double in_errors(const VectorXd& change) const {
     return std::sqrt(std::max(change.dot(information_ * change), 0.0));
   }
 
-  // Where the box keeps the truth out, residuals are large, the likelihood bends more than its
-  // information says, and whole steps swing about the optimum: less of what they promise is kept.
+  // Returns the next damping. If the bounds exclude the true value, residuals are large and the
+  // likelihood has more curvature than the information matrix. Full steps then oscillate about the
+  // optimum and achieve only a part of the predicted decrease; the damping grows.
   static double damping_after(double lambda, double kept, bool visible) {
     constexpr double kLight = 1e-3;
     if (visible && kept < 0.25) return std::max(lambda, 0.01) * 4.0;
@@ -102,13 +103,13 @@ class Search {
     return less ? std::max(lambda / 10.0, 1e-14) : lambda;
   }
 
-  // Whether the whole step that is left is a small part of its own error, and what it would gain
-  // (its square) below what the objective can show.
+  // True if the remaining undamped step is a negligible part of the standard error, or its
+  // predicted gain (its square) is below the rounding of the objective.
   bool at_bottom(const VectorXd& whole, double seen) const {
     return in_errors(whole) < std::max(kSmallPart, std::sqrt(seen));
   }
 
-  // Levenberg-Marquardt from fit.theta; `fixed`: V stays as it is.
+  // Levenberg-Marquardt from fit.theta. `fixed`: a constant V; null: V is eliminated.
   void minimise(Fit& fit, const MatrixXd* fixed) {
     double lambda = 1e-4, value = likelihood_.objective(now_, fit.theta, fixed);
     int at_rest = 0;
@@ -128,7 +129,7 @@ class Search {
       const double seen = kFlat * std::max(std::fabs(value), problem_.points());
       double after = value;
       if (!move(fit.theta, change, value + seen, fixed, after)) {
-        if (at_bottom(whole, seen)) {  // worse by rounding alone
+        if (at_bottom(whole, seen)) {  // only rounding made it worse
           fit.status = FitStatus::converged;
           return;
         }
@@ -136,7 +137,7 @@ class Search {
         if (lambda > kMostDamped) break;
         continue;
       }
-      // Of the whole step: one that damping holds up is short wherever it is.
+      // Tests the undamped step, because a strongly damped step is short everywhere.
       const bool still =
           relative(fit.theta, whole) <= 1e3 * options_.tolerance || at_bottom(whole, seen);
       at_rest = still ? at_rest + 1 : 0;
@@ -151,8 +152,8 @@ class Search {
     fit.trouble = fmt::format("no convergence in {} iterations", fit.iterations);
   }
 
-  // To theta + change where the objective is at most `most` there: it is `after`, and now_ is
-  // there.
+  // Moves theta by `change` if the objective there, `after`, is at most `most`; now_ is then the
+  // evaluation there. Returns false otherwise.
   bool move(std::vector<double>& theta, const VectorXd& change, double most, const MatrixXd* fixed,
             double& after) {
     std::vector<double> next = theta;
@@ -167,7 +168,7 @@ class Search {
     return true;
   }
 
-  // theta for V, V for theta, until neither moves.
+  // Alternates theta for a given V and V for a given theta until theta no longer moves.
   void stages(Fit& fit, MatrixXd v, int& count) {
     for (count = 0; count < kMostStages; ++count) {
       const std::vector<double> before = fit.theta;
@@ -190,7 +191,7 @@ class Search {
   ChannelOptions options_;
   ChannelProblem problem_;
   ChannelLikelihood likelihood_;
-  MatrixXd information_;  // at the last step
+  MatrixXd information_;  // of the last step
   ChannelLook now_;
 };
 

@@ -1,10 +1,10 @@
-// Cycles as Fourier coefficients with the covariance that their scatter shows.
+// Cycles as Fourier coefficients, with the covariance from their scatter.
 //
-// Resampled cycles are never white: interpolation, filters and drift colour their noise, and a
-// least-squares fit that takes it for white understates what it is worth. The coefficients of the
-// mean cycle, weighed by the inverse of their own cycle-to-cycle covariance, need no such
-// assumption: cycles only have to be independent of each other. A handful of numbers holds all that
-// a smooth response says.
+// The noise of resampled cycles is never white because of interpolation, filters and drift. A
+// least-squares fit that assumes white noise gives wrong uncertainties. The coefficients of the
+// mean cycle, weighted by the inverse of their cycle-to-cycle covariance, do not need this
+// assumption: the cycles must only be independent. A few coefficients contain all information of a
+// smooth response.
 #pragma once
 
 #include <span>
@@ -14,26 +14,27 @@
 
 namespace shaker::estimator {
 
-// Mean, cos 1, sin 1, cos 2, ... (`count` of them, odd) of one period on equal steps.
+// Returns mean, cos 1, sin 1, cos 2, ... (`count` values, odd) of one period on equal steps.
 std::vector<double> fourier_coefficients(std::span<const double> samples, std::size_t count);
 
-// The most coefficients that `cycles` cycles can weigh with room to spare (two degrees of freedom
-// of the covariance for each), odd, at most 1 + 2 * harmonics; less than 3: too few cycles.
+// Returns the largest number of coefficients whose covariance `cycles` cycles determine well (two
+// degrees of freedom for each): odd, at most 1 + 2 * harmonics. Below 3 there are too few cycles.
 std::size_t coefficients_for(long cycles, int harmonics);
 
-// Mean and covariance of the coefficients, cycle by cycle (Welford). One thread; allocates only in
-// the constructor and in `into`.
+// Mean and covariance of the coefficients, updated with each cycle (Welford). Use it from one
+// thread; add() does not allocate.
 class HarmonicMean {
  public:
   explicit HarmonicMean(std::size_t count);
-  // One whole period on equal steps, at least `count` points.
+  // Adds one whole period on equal steps, at least `count` points.
   void add(std::span<const double> displacement);
 
   long cycles() const { return cycles_; }
   const std::vector<double>& mean() const { return mean_; }
-  // Of the mean, count x count; needs two cycles.
+  // Covariance of the mean, count x count; needs at least two cycles.
   std::vector<double> covariance() const;
-  // Fills in what a RunData holds of it and clears its samples; the excitation is the caller's.
+  // Sets the coefficients of `run`, their covariance and the cycles, and clears its samples. The
+  // excitation does not change.
   void into(RunData& run) const;
 
  private:

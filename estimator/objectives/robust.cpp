@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kNormalMedian = 0.6744897501960817;  // of |e| for unit normal noise
 constexpr double kOutlier = 4.0;
-// Never quite nothing: a row must be there to be divided by its weight again.
+// Lower limit of a weight, because rows are later divided by their weights.
 constexpr double kSmallestWeight = 1e-8;
 constexpr int kMostRounds = 60;
 
@@ -76,7 +76,7 @@ class Reweighting {
 
   const Fit& start(const std::vector<double>& theta) { return estimator_->fit(theta); }
 
-  // Until the weights stand still.
+  // Repeats weights and fit until the weights no longer change. Returns the number of rounds.
   int iterate(Loss loss) {
     int round = 0;
     for (double change = 1.0; change > 1e-7 && round < kMostRounds; ++round) {
@@ -137,7 +137,7 @@ class Reweighting {
   }
 
  private:
-  // Residuals of unit base weight, and their scale.
+  // Computes the residuals with base weights, and their scale.
   void look() {
     residual_.clear();
     for (std::size_t r = 0; r < runs_.size(); ++r) {
@@ -210,7 +210,7 @@ RobustFit fit_robust(const Model& model, std::vector<RunData> runs,
                      const EstimationOptions& options) {
   Reweighting reweighting(model, std::move(runs), options);
   const Fit& first = reweighting.start(start);
-  // Outliers may keep least squares from an optimum; where it got to is a start all the same.
+  // Outliers may prevent convergence of least squares; its end is used as a start in any case.
   if (loss == Loss::squared || first.status == FitStatus::no_solution) {
     RobustFit out;
     out.fit = first;

@@ -9,9 +9,9 @@ namespace shaker::estimator::online {
 namespace {
 
 constexpr double kFarBelow = 0.5 * kSmallestBias;
-constexpr double kMoved = 5.0;  // standard errors: more than chance does while cycles add up
+constexpr double kMoved = 5.0;  // standard errors; more than chance moves theta while cycles add up
 
-// By how much the standard errors have grown at most; 0 when none is known.
+// Largest factor by which a standard error has grown; 0 if none is known.
 double growth(const std::vector<double>& now, const std::vector<double>& then) {
   double largest = 0.0;
   for (std::size_t k = 0; k < now.size() && k < then.size(); ++k) {
@@ -20,8 +20,8 @@ double growth(const std::vector<double>& now, const std::vector<double>& then) {
   return largest;
 }
 
-// By how many of the standard errors then a parameter has moved at most: a damper that changes
-// bends elsewhere.
+// Largest change of a parameter, in standard errors at the last look. The model's curvature, and
+// with it the bias, may differ at the new parameters.
 double moved(const Fit& fit, const std::vector<double>& from, const std::vector<double>& errors) {
   double largest = 0.0;
   for (std::size_t k = 0; k < fit.theta.size() && k < from.size(); ++k) {

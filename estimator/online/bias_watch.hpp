@@ -1,9 +1,11 @@
-// The bias of second order (worth/second_order.hpp) from cycle to cycle: off the published estimate
-// where it matters, as `shakerctl estimate` has it, and looked at only where it may.
+// Corrects the published estimates for second-order bias (worth/second_order.hpp), where it is
+// large enough, as `shakerctl estimate` does. It computes the bias only when it may have become
+// so.
 //
-// In standard errors it grows as they do. Once it is far below the share from which on it is taken
-// off, it stays there while they shrink, as they do with every cycle, and the parameters stay
-// within them; a look costs 2 q solutions of all runs for q parameters.
+// In units of the standard errors, the bias is proportional to them. If it is far below the
+// limit for a correction, it stays there as long as the standard errors shrink, as they do with
+// every cycle, and the parameters stay within them. Computing it costs 2 q solutions of all
+// runs for q parameters.
 #pragma once
 
 #include <vector>
@@ -14,17 +16,19 @@ namespace shaker::estimator::online {
 
 class BiasWatch {
  public:
-  // `estimate` describes the last fit of `estimator`, which stays. False where looking about may
-  // have led off its branch of periodic solutions: the next fit must not be a warm one.
+  // Subtracts the bias from `estimate`, which describes the last fit of `estimator`; that fit
+  // stays. Returns false if the periodic solutions may have left their branch. The next fit
+  // must then not be a warm one.
   bool take_off(Estimate& estimate, Estimator& estimator, const Model& model);
   // The runs are others than before: what was seen of them says nothing now.
+  // To be called when the set of runs changes: the last computed bias no longer applies.
   void reset() { seen_.clear(); }
-  int looks() const { return looks_; }  // taken so far
+  int looks() const { return looks_; }  // number of times that the bias was computed
 
  private:
   int looks_ = 0;
-  double largest_ = 0.0;      // bias, when it was last looked at
-  std::vector<double> seen_;  // standard errors then; empty: look
+  double largest_ = 0.0;      // bias in standard errors, as last computed
+  std::vector<double> seen_;  // standard errors then; empty: compute the bias
   std::vector<double> at_;    // theta then
 };
 

@@ -15,12 +15,12 @@ namespace shaker::estimator::online {
 namespace {
 
 constexpr std::array kBack = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};
-constexpr double kFelt = 1e-10;  // of an eigenvalue, beside a unit diagonal
-constexpr double kBelieved =
-    30.0;  // cycles that the stated scatter is worth beside the watched one
+constexpr double kFelt = 1e-10;  // least eigenvalue that counts, relative to a unit diagonal
+// Number of cycles that the stated scatter counts for, beside the observed scatter.
+constexpr double kBelieved = 30.0;
 
-// threshold = a + b ln(cycles between false alarms), by parameters; fitted to simulated run lengths
-// of 300 to 30 000 cycles (bench_glr).
+// threshold = a + b ln(cycles between false alarms), for 1 to 8 parameters. Fitted to simulated
+// run lengths of 300 to 30 000 cycles (bench_glr).
 struct Line {
   double a, b;
 };
@@ -66,7 +66,7 @@ void ChangeDetector::watch_scatter(const Cycle& cycle) {
   last_ = standard;
 }
 
-// At least 1: less scatter than stated is luck.
+// At least 1: a scatter below the stated one counts as chance.
 double ChangeDetector::excess(int parameter, double variance) const {
   return std::max(1.0,
                   (kBelieved + 0.5 * differences_[parameter] / variance) / (kBelieved + pairs_));
@@ -83,7 +83,7 @@ std::optional<Change> ChangeDetector::add(const Eigen::VectorXd& score,
   ++cycles_;
   auto change = test(variance);
   if (change) {
-    // The cycles since the change are the new reference; what was watched of the scatter stays.
+    // The cycles since the change become the new reference. The observed scatter stays.
     const auto keep = static_cast<std::size_t>(change->cycles_ago);
     while (window_.size() > keep)
       window_.pop_front();
@@ -104,8 +104,8 @@ std::optional<Change> ChangeDetector::test(double variance) const {
   if (!offset.allFinite()) return std::nullopt;
   Eigen::VectorXd score = Eigen::VectorXd::Zero(parameters_);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters_, parameters_);
-  std::vector<Change> best(static_cast<std::size_t>(parameters_));  // of each parameter
-  Evidence evidence;                                                // where the best of all is
+  std::vector<Change> best(static_cast<std::size_t>(parameters_));  // for each parameter
+  Evidence evidence;                                                // at the largest statistic
   int summed = 0;
   for (const int back : kBack) {
     if (cycles_ - back < kReference || back > static_cast<int>(window_.size())) break;
@@ -131,12 +131,12 @@ std::optional<Change> ChangeDetector::test(double variance) const {
   return named(std::move(best), evidence, variance);
 }
 
-// `best`: of each parameter, likeliest first.
+// `best`: the likeliest change of each parameter, sorted, likeliest first.
 Change ChangeDetector::named(std::vector<Change> best, const Evidence& at, double variance) const {
   double unit = 0.0;
   for (int k = 0; k < parameters_; ++k)
     unit += variance * excess(k, variance) / parameters_;
-  // Over diagonal units, so that parameters' sizes do not matter.
+  // Scaled to a unit diagonal, so that the parameters' sizes do not matter.
   const Eigen::VectorXd scale = at.v.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::VectorXd c = at.c.cwiseProduct(scale);
   const Spectrum axes = spectrum_of(scale.asDiagonal() * at.v * scale.asDiagonal());

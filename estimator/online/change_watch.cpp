@@ -22,7 +22,8 @@ namespace online {
 namespace {
 
 constexpr std::size_t kRemembered = 80;  // more than the detector looks back
-// Cycles of a run after which little is left of a transient that the steady gate did not see.
+// After this many cycles of a run, little is left of a transient that the steady-state gate
+// missed.
 constexpr long kYoung = 64;
 
 }  // namespace
@@ -68,11 +69,11 @@ std::vector<ParameterChange> ChangeWatch::add(const MeasuredCycle& cycle,
       at.displacement;
   Eigen::MatrixXd information = at.jacobian.transpose() * at.jacobian;
   Eigen::VectorXd score = at.jacobian.transpose() * e;
-  if (points_ == 0.0) return {};  // the noise is not known yet: the first cycle
+  if (points_ == 0.0) return {};  // the first cycle: the noise is not known yet
   const double variance = squares_ / points_;
   if (noisy_excitation) {
-    // The excitation's error moves all points of a cycle together: the score scatters by
-    // C = s^2 L + error^2 S S^T, and is worth L C^-1 L, not L / s^2.
+    // The error of the excitation moves all points of a cycle together. The score then has the
+    // covariance C = s^2 L + error^2 S S^T and the information L C^-1 L instead of L / s^2.
     const double error = cycle.excitation_error * cycle.excitation_error;
     const Eigen::MatrixXd scatter =
         variance * information + error * at.excitation_score * at.excitation_score.transpose();
@@ -110,8 +111,8 @@ ParameterChange ChangeWatch::described(const Change& change, const MeasuredCycle
 
 namespace {
 
-// ", theta2 by -0.1 m/s^2" and so on, of those that alone explain the change or of the others;
-// their first after `lead`.
+// Lists changes as ", theta2 by -0.1 m/s^2". `alone` selects those that alone explain the
+// change, or the others. `lead` precedes the first of them.
 std::string others(const std::vector<ParameterChange>& changes, bool alone, std::string_view lead) {
   std::string text;
   for (std::size_t i = 1; i < changes.size(); ++i) {

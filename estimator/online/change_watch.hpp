@@ -1,10 +1,10 @@
-// Feeds the change detector from measured cycles: prediction and Jacobian at one theta for each
-// run, the noise from cycle to cycle, the error of the measured excitation.
+// Feeds the change detector with measured cycles: prediction and Jacobian at one theta for each
+// run, the noise between cycles, and the error of the measured excitation.
 //
-// A run is its own reference: each begins anew, at the estimate that stood then. So a model that
-// lacks an effect, and is off by another amount at each excitation, raises no alarm between runs.
-// Noise is taken from successive cycles, so that neither the misfit nor the change itself is in it.
-// One thread.
+// Each run is its own reference: it starts anew, at the estimate of that time. A model that
+// lacks an effect and has another error at each excitation thus raises no alarm between runs.
+// The noise comes from differences of successive cycles, so that neither the misfit nor a
+// constant change is in it. One thread at a time may use it; `add` allocates.
 #pragma once
 
 #include <deque>
@@ -22,11 +22,11 @@ class ChangeWatch {
   // `model` must outlive it.
   ChangeWatch(const Model& model, int grid_points, double false_alarms_per_cycle);
 
-  // `theta`: the present estimate, all parameters. What changed as of this cycle; usually nothing.
-  // One change gives several entries where one dwell cannot tell whose it was: the likeliest first,
-  // then the others whose change would look alike, each with its own jump; and where no parameter
-  // alone explains it, the others that an alarm could have named. A cycle without a periodic
-  // solution is passed over.
+  // Adds a cycle. `theta`: the present estimate, all parameters. Returns the changes detected
+  // at this cycle, usually none. If one dwell cannot tell which parameter changed, there are
+  // several entries, each with its own jump: the likeliest first, then others that explain the
+  // data alone, and, if none does, others above the threshold. A cycle without a periodic
+  // solution is skipped.
   std::vector<ParameterChange> add(const MeasuredCycle& cycle, const std::vector<double>& theta);
   void reset();
 
@@ -40,13 +40,13 @@ class ChangeWatch {
   ChangeDetector detector_;
   int run_ = -1;
   std::vector<double> reference_;        // theta at which this run is linearised
-  std::vector<double> last_;             // displacement of the cycle before
+  std::vector<double> last_;             // displacement of the previous cycle
   double squares_ = 0.0, points_ = 0.0;  // of differences between successive cycles
   std::deque<long> indices_;             // of the last cycles, newest last
 };
 
-// For the operator: the first of them, whether it alone explains what was seen, what else would,
-// and, early in a run, that a slow transient would too.
+// A sentence for the operator: the first change, whether it alone explains the data, what else
+// does, and, early in a run, that a slow transient may be the reason.
 std::string sentence(const std::vector<ParameterChange>& changes);
 
 }  // namespace shaker::estimator::online

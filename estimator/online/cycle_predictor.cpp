@@ -3,7 +3,7 @@
 namespace shaker::estimator::online {
 namespace {
 
-constexpr int kExcitationHarmonics = 8;  // of the excitation that are followed
+constexpr int kExcitationHarmonics = 8;  // of the measured excitation that the model follows
 constexpr int kNoisyHarmonics = 3;       // the response to errors in higher ones is small
 
 }  // namespace

@@ -1,8 +1,9 @@
-// What a model predicts for a measured cycle, and how that changes with its free parameters: the
+// Predicts a measured cycle and its derivatives with respect to the free parameters: the
 // measurement equation (5.4) of the sequential estimators in this folder.
 //
-// One periodic system for each run, warm from its last solution, under the cycle's own excitation.
-// One thread; allocates when a run appears.
+// Each run has one periodic system. It starts from its last solution and gets the excitation of
+// the cycle itself. One thread at a time may use it. It allocates for a new run or number of
+// points, and for the response to the excitation.
 #pragma once
 
 #include <map>
@@ -16,10 +17,11 @@
 namespace shaker::estimator::online {
 
 struct Prediction {
-  Eigen::VectorXd displacement;
-  Eigen::MatrixXd jacobian;  // over the free parameters
-  // J^T S for the cosine and sine parts S of the response to the excitation's first three
-  // harmonics: how an error in the measured excitation gets into J^T e. Filled when it is wanted.
+  Eigen::VectorXd displacement;  // n points, in the model's length unit
+  Eigen::MatrixXd jacobian;      // n x free parameters
+  // J^T S (free parameters x 6). S holds the response to the cosine and sine parts of the
+  // excitation's first three harmonics. It tells how an error in the measured excitation enters
+  // J^T e. Computed on request only.
   Eigen::MatrixXd excitation_score;
 };
 
@@ -34,7 +36,7 @@ class CyclePredictor {
 
   int parameters() const { return static_cast<int>(free_.size()); }
   const std::vector<int>& free() const { return free_; }
-  // theta: all parameters of the model. False when there is no periodic solution.
+  // theta: all parameters of the model. Returns false if there is no periodic solution.
   bool predict(const MeasuredCycle& cycle, const std::vector<double>& theta, bool with_excitation,
                Prediction& out);
   long solutions() const { return solutions_; }

@@ -13,7 +13,7 @@ namespace shaker::estimator::online {
 namespace {
 
 constexpr int kMostSteps = 30;
-constexpr double kStands = 1e-7;  // of a standard error
+constexpr double kStands = 1e-7;  // standard errors; a smaller step ends the iteration
 constexpr int kHalvings = 12;
 
 void fold_in(MeasuredCycle& mean, const MeasuredCycle& cycle, double share) {
@@ -105,7 +105,7 @@ bool InformationFilter::add(const MeasuredCycle& cycle) {
   }
   mean.scatter += (1.0 - share) * off;
   fold_in(mean.mean, cycle, share);
-  // The new cycle at the point of linearisation.
+  // Adds the new cycle, linearised at the present point of linearisation.
   Prediction at;
   if (!predictor_.predict(cycle, linearisation_, false, at)) return settle();
   const Eigen::VectorXd e =
@@ -117,12 +117,13 @@ bool InformationFilter::add(const MeasuredCycle& cycle) {
   return settle();
 }
 
-// Theta from Lambda and eta; linearised anew while it is far from where they were.
+// Computes theta from Lambda and eta. Linearises again while theta is far from the present
+// point.
 bool InformationFilter::settle() {
   for (int step = 0; step < kMostSteps; ++step) {
     Eigen::VectorXd delta = solve(lambda_, eta_);
     const double s = noise();
-    // Its length in standard errors.
+    // Length of the step in standard errors.
     const double length = s > 0.0 ? std::sqrt(std::max(delta.dot(lambda_ * delta), 0.0)) / s : 0.0;
     const bool bounded = [&] {
       for (int k = 0; k < predictor_.parameters(); ++k) {
@@ -156,7 +157,7 @@ bool InformationFilter::settle() {
       better = sum_up(trial, lambda, eta, squares) && squares <= squares_ * (1.0 + 1e-9);
     }
     if (!better) {
-      // No better point: the bottom, or no solution. Keep the last good linearisation.
+      // No better point: the minimum, or no solution. Keep the last good linearisation.
       theta_ = linearisation_;
       return length < 1.0;
     }

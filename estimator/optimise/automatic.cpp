@@ -1,10 +1,9 @@
-// The method for whoever does not want to choose one.
+// The default method, for callers that do not choose one.
 //
-// Levenberg-Marquardt first: it is right nearly always. Where it does not converge, or ends where
-// the Jacobian has lost rank (the plateaus of exponentials), variable projection, modified
-// Gauss-Newton (large residuals), Newton and the trust region go on, from the start and from its
-// end, and the smallest phi of all wins. What is found is polished in 34 digits where the problem
-// offers them.
+// Levenberg-Marquardt runs first; it nearly always succeeds. If it does not converge, or ends where
+// the Jacobian is rank deficient (the plateaus of exponentials), variable projection, modified
+// Gauss-Newton (large residuals), Newton and the trust region follow, from the start and from its
+// end. The smallest phi wins. The result is polished in 34 digits if the problem supports this.
 #include <algorithm>
 #include <array>
 
@@ -34,7 +33,7 @@ bool better(const Summary& a, const Summary& b) {
          a.sum_of_squares <= b.sum_of_squares + margin;
 }
 
-// Parameters on a bound do not count: they are determined by it.
+// Tests if the free parameters have full rank. The bounds determine the others.
 bool full_rank(LeastSquaresProblem& problem, const Summary& summary) {
   Evaluator evaluator(problem, {});
   Point point;
@@ -42,7 +41,7 @@ bool full_rank(LeastSquaresProblem& problem, const Summary& summary) {
   if (!evaluator.at(point, true)) return false;
   const auto free = evaluator.free(point);
   const Eigen::MatrixXd j = columns(point.jacobian, free);
-  // What a change of a parameter by itself would do to yhat; next to nothing on a plateau.
+  // The effect on yhat of a parameter's relative change; on a plateau it is close to zero.
   const Eigen::VectorXd effect =
       point.jacobian.colwise().norm().transpose().cwiseProduct(point.theta.cwiseAbs());
   for (const int k : free) {

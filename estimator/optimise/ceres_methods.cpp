@@ -1,8 +1,7 @@
-// The methods that Ceres does well: BFGS and nonlinear conjugate gradients (Polak-Ribiere) with a
-// strong Wolfe search. Ceres contracts its step where a cost function says that it cannot be
-// evaluated, which is how inadmissible steps are refused. It knows no bounds here: a step out of
-// the box is refused like any other. (Its trust region does know them, but stops short of a minimum
-// that lies on one: hence our own.)
+// Methods of Ceres: BFGS and nonlinear conjugate gradients (Polak-Ribiere) with a strong Wolfe line
+// search. Inadmissible steps are refused: Ceres shortens its step where a cost function cannot be
+// evaluated. These methods have no bounds, so steps out of the box are refused in the same way.
+// (Ceres' trust region has bounds but stops short of a minimum on one; hence trust_region.cpp.)
 #include <glog/logging.h>
 
 #include <ceres/first_order_function.h>
@@ -15,9 +14,9 @@
 namespace shaker::estimator::optimise {
 namespace {
 
-constexpr double kCollapsed = 0.999;  // of the start's phi is left
+constexpr double kCollapsed = 0.999;  // share of the start's phi: the search failed if more remains
 
-// Ceres tells glog of every restart, whatever its own logging says: nothing for an operator.
+// Silences glog: Ceres logs every restart there, even with its own logging off.
 class Quiet {
  public:
   Quiet() { FLAGS_minloglevel = google::GLOG_FATAL; }
@@ -29,7 +28,7 @@ class Quiet {
   int before_ = FLAGS_minloglevel;
 };
 
-// Over y = x / step.
+// The objective over y = x / step.
 class Objective final : public ceres::FirstOrderFunction {
  public:
   Objective(Scaled& scaled, const Eigen::VectorXd& step) : scaled_(scaled), step_(step) {}
@@ -49,7 +48,7 @@ class Objective final : public ceres::FirstOrderFunction {
   Eigen::VectorXd step_;
 };
 
-// That change the residuals by as much as there is of them at the start.
+// Steps of single parameters that change the residuals by at most their norm at the start.
 Eigen::VectorXd natural_steps(const Point& point, const Scaled& scaled) {
   Eigen::VectorXd step = Eigen::VectorXd::Ones(scaled.unit().size());
   for (Eigen::Index k = 0; k < step.size(); ++k) {
@@ -76,9 +75,9 @@ Summary line_search(const char* method, LeastSquaresProblem& problem, const Eige
   solver.parameter_tolerance = 0.1 * options.step_tolerance;
   solver.logging_type = ceres::SILENT;
   const Quiet quiet;
-  // Ceres' first step is of length one. Where a parameter's own size is far too long a step (a
-  // linear oscillator near its resonance) its search for the length collapses at the start, and
-  // gets on with shorter units.
+  // Ceres' first step has length one. Where the size of a parameter is far too long a step (a
+  // linear oscillator near its resonance), the line search fails at the start. The second attempt
+  // uses shorter units.
   ceres::GradientProblemSolver::Summary found;
   const Eigen::VectorXd own = Eigen::VectorXd::Ones(scaled.unit().size());
   for (const Eigen::VectorXd& step : {own, natural_steps(point, scaled)}) {
@@ -99,7 +98,7 @@ Summary bfgs(LeastSquaresProblem& problem, const Eigen::VectorXd& start, const O
 
 Summary conjugate_gradients(LeastSquaresProblem& problem, const Eigen::VectorXd& start,
                             const Options& options) {
-  Options more = options;  // a step costs one gradient and no algebra, and many are needed
+  Options more = options;  // steps are cheap (one gradient, no algebra), but many are needed
   more.max_iterations *= 10;
   return line_search("conjugate_gradients", problem, start, more,
                      ceres::NONLINEAR_CONJUGATE_GRADIENT);

@@ -7,26 +7,25 @@ namespace shaker::estimator::optimise {
 namespace {
 
 constexpr double kSufficientDecrease = 1e-4;  // Armijo
-constexpr double kShortest = 1e-12;           // share of the step at which a search gives up
-constexpr double kRounding = 1e-14;           // of phi: differences below are noise
+constexpr double kShortest = 1e-12;           // share of the step at which a search fails
+constexpr double kRounding = 1e-14;           // of phi: smaller differences are rounding
 
 enum class Taken { yes, bottom, no };
 
-// Goes along `step` from `from`; on `yes` the answer is in `to`.
+// Line search along `step` from `from`; on `yes` the new point is in `to`.
 Taken search(Evaluator& evaluator, const Point& from, const Eigen::VectorXd& step, Point& to) {
   const double slope = -(from.jacobian * step).dot(from.e);  // d phi / d alpha at 0
   if (!(slope < 0.0)) return Taken::no;
-  // Predicted and real decrease are both below rounding: this is the bottom.
+  // The predicted decrease is below rounding: this is the minimum.
   if (-slope <= kRounding * from.phi) return Taken::bottom;
   double alpha = 1.0;
   while (alpha > kShortest && !evaluator.exhausted()) {
     to.theta = from.theta + alpha * step;
-    if (!evaluator.at(to, true)) {  // a periodic solution brings its Jacobian along
+    if (!evaluator.at(to, true)) {  // a periodic solution gives its Jacobian at no extra cost
       alpha *= 0.5;
       continue;
     }
-    // The box may have cut the step short: compare with what the slope promises along the way
-    // taken.
+    // Sufficient decrease (Armijo).
     if (to.phi <= from.phi + kSufficientDecrease * alpha * slope) return Taken::yes;
     const double minimum = -0.5 * slope * alpha * alpha / (to.phi - from.phi - alpha * slope);
     alpha = std::clamp(minimum, 0.1 * alpha, 0.5 * alpha);
@@ -34,7 +33,7 @@ Taken search(Evaluator& evaluator, const Point& from, const Eigen::VectorXd& ste
   return Taken::no;
 }
 
-// Goes the whole share, halved while inadmissible.
+// Takes the whole share of the step; it is halved while inadmissible.
 Taken go(Evaluator& evaluator, const Point& from, const Eigen::VectorXd& step, double share,
          Point& to) {
   for (; share > kShortest && !evaluator.exhausted(); share *= 0.5) {

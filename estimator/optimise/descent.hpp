@@ -1,4 +1,4 @@
-// The frame that Newton, Gauss-Newton and modified Gauss-Newton share: a direction, then a step
+// The common iteration of Newton, Gauss-Newton and modified Gauss-Newton: a direction, then a step
 // along it. Internal to the folder.
 #pragma once
 
@@ -9,24 +9,24 @@
 namespace shaker::estimator::optimise {
 
 enum class StepRule {
-  full,        // pure: the whole step, halved only while inadmissible
-  length,      // step-length search: phi falls at every step (Armijo, quadratic interpolation)
+  full,        // the whole step, halved only while it is inadmissible
+  length,      // line search: phi decreases at every step (Armijo, quadratic interpolation)
   relaxation,  // under-relaxed in the first iterations, then full
 };
 
-// What a direction is made from: the free parameters only.
+// Input of a direction, for the free parameters only.
 struct Local {
   const Point& point;
   const std::vector<int>& free;
   Eigen::MatrixXd jacobian;  // free columns
   double progress = 1.0;     // relative decrease of phi in the last step; 1 at first, 0 after a
-                             // direction that led nowhere
+                             // direction without a decrease
 };
 
-// Direction over the free parameters. False when none can be had.
+// Computes a direction over the free parameters. Returns false when there is none.
 using Direction = std::function<bool(const Local& local, Eigen::VectorXd& step)>;
 
-// `retries`: how often another direction is asked for at a point where one led nowhere.
+// Minimises phi. `retries`: number of further directions at a point where one gave no decrease.
 Summary descend(const char* method, Evaluator& evaluator, const Eigen::VectorXd& start,
                 StepRule rule, const Direction& direction, int retries = 0);
 

@@ -99,8 +99,8 @@ Eigen::VectorXd spread(const Eigen::VectorXd& step, const std::vector<int>& free
   return out;
 }
 
-// Columns of unit length first: the singular values then say something about the data, not about
-// units, and the cut below is the rounding of a double.
+// Columns are first scaled to unit length, so that the singular values depend on the data and not
+// on units. kRankTolerance is then the rounding of a double.
 LinearStep linear_step(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& e) {
   constexpr double kRankTolerance = 1e-13;
   LinearStep out;

@@ -1,5 +1,5 @@
-// A problem as the methods of this folder see it: counted, inside its box, and with nothing that is
-// not finite. Internal to the folder.
+// The view of a problem for the methods of this folder: it counts evaluations, keeps theta inside
+// the box, and refuses results that are not finite. Internal to the folder.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace shaker::estimator::optimise {
 
-constexpr double kPhiRounding = 1e-15;  // of phi: what a smaller change would be lost in
+constexpr double kPhiRounding = 1e-15;  // of phi: smaller changes are rounding
 
-// One theta with what is known there.
+// One theta with the evaluation there.
 struct Point {
   Eigen::VectorXd theta, e;
   Eigen::MatrixXd jacobian;
@@ -20,17 +20,18 @@ struct Point {
 
 class Evaluator {
  public:
+  // Throws std::invalid_argument if a lower bound is above its upper bound.
   Evaluator(LeastSquaresProblem& problem, const Options& options);
 
-  // At point.theta, which is first put into the box. False, counted as a refusal, when it is
-  // inadmissible or the answer is not finite.
+  // Evaluates e, phi and, if required, J at point.theta, after putting it into the box. Returns
+  // false, and counts a refusal, when theta is inadmissible or a result is not finite.
   bool at(Point& point, bool with_jacobian);
   bool curvature(const Eigen::VectorXd& theta, Eigen::MatrixXd& q);
   bool exhausted() const { return summary_.evaluations >= options_.max_evaluations; }
 
-  // Parameters that may move: not those that sit on a bound with phi falling outwards.
+  // Indices of the parameters that can move: all but those on a bound where phi decreases outwards.
   std::vector<int> free(const Point& point) const;
-  // A step without the parts that would leave the box from a bound on which theta already sits.
+  // The step without the components that leave the box from a bound where theta already is.
   Eigen::VectorXd along_box(const Point& point, Eigen::VectorXd step) const;
   Eigen::VectorXd into_box(const Eigen::VectorXd& theta) const;
 
@@ -46,15 +47,15 @@ class Evaluator {
   Summary summary_;
 };
 
-// Columns `free` of a matrix, and a step of those in the whole space.
+// The columns `free` of a matrix.
 Eigen::MatrixXd columns(const Eigen::MatrixXd& matrix, const std::vector<int>& free);
-// Lengths by which steps of the parameters `free` are measured: those of their columns, 1 for a
-// column of zeros.
+// Scales for steps of the parameters `free`: the norms of their columns, 1 for a column of zeros.
 Eigen::VectorXd lengths(const Eigen::VectorXd& norms, const std::vector<int>& free);
+// A step of the parameters `free` in the space of all parameters, zero for the others.
 Eigen::VectorXd spread(const Eigen::VectorXd& step, const std::vector<int>& free, int parameters);
 
-// The least-squares step J^+ e (4.7), of least norm in scaled parameters when J lacks rank, and
-// |J J^+ e| / |e|.
+// The least-squares step J^+ e (4.7), with the smallest norm in scaled parameters when J is rank
+// deficient, the relative offset |J J^+ e| / |e|, and the rank.
 struct LinearStep {
   Eigen::VectorXd step;
   double offset = 0.0;

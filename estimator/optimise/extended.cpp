@@ -8,7 +8,7 @@ namespace {
 
 using Vector = std::vector<Extended>;
 
-// Lower Cholesky factor of a matrix with its diagonal scaled to one; nothing when not definite.
+// Lower Cholesky factor of a matrix scaled to unit diagonal.
 struct Factor {
   Vector lower, scale;
   std::size_t size;

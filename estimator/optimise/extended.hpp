@@ -1,9 +1,9 @@
-// A problem in 34 digits, and the last steps to its minimum in them.
+// Least squares in extended precision (34 digits), for the last steps to a minimum.
 //
-// Doubles do not do for some data: residuals of 1e-13 beside observations of 1 (NIST's Lanczos1)
-// are three digits of a double, and a standard deviation made from them none. Such a problem offers
-// its normal equations in extended precision (formula_problem.hpp does); `polish` takes Newton
-// steps in it from where a method in doubles has ended.
+// Double precision is not sufficient for some data: residuals of 1e-13 of observations of 1 (NIST's
+// Lanczos1) have three digits in a double, and a standard deviation computed from them has none.
+// Such a problem provides its normal equations in extended precision, as formula_problem.hpp does.
+// `polish` makes Newton steps with them from the result of a method in double precision.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ namespace shaker::estimator::optimise {
 
 using Extended = boost::multiprecision::cpp_bin_float_quad;
 
-// At one theta, p parameters; matrices row by row.
+// The normal equations at one theta with p parameters; matrices row by row.
 struct ExtendedProducts {
   Extended sum = 0;                // e^T e
   std::vector<Extended> downhill;  // J^T e
@@ -26,6 +26,7 @@ struct ExtendedProducts {
 class ExtendedProblem {
  public:
   virtual ~ExtendedProblem() = default;
+  // Returns false when theta is inadmissible; the output is then unspecified.
   virtual bool products(const std::vector<Extended>& theta, ExtendedProducts& out) const = 0;
 };
 
@@ -34,10 +35,11 @@ struct Polished {
   int iterations = 0;
   std::vector<double> theta;
   double sum_of_squares = 0.0;
-  std::vector<double> inverse_gram;  // (J^T J)^-1, row by row: times s^2 it is (3.27)
+  std::vector<double> inverse_gram;  // (J^T J)^-1, row by row; multiplied by s^2 it is (3.27)
 };
 
-// Newton with (J^T J + Q), Gauss-Newton where that is not definite, until theta stands to 1e-20.
+// Iterates Newton's method with J^T J + Q, or Gauss-Newton where that is not positive definite,
+// until the relative step is at most 1e-20.
 Polished polish(const ExtendedProblem& problem, const std::vector<double>& start);
 
 }  // namespace shaker::estimator::optimise

@@ -1,10 +1,11 @@
-// A least-squares problem from a formula: y = f(b; x) written once, with exact first and second
-// derivatives, in doubles and in 34 digits.
+// A least-squares problem from a formula y = f(b; x). The formula is written once and gives exact
+// first and second derivatives, in double precision and in 34 digits.
 //
 // `Formula` is a struct with
 //     static constexpr std::size_t kParameters;
 //     template <class B, class X> B operator()(const B* b, const X* x) const;
-// where B is a SecondOrder number and X its scalar. `exp`, `log`, ... are found by name.
+// where B is a SecondOrder number and X its scalar. Functions such as `exp` and `log` are found by
+// argument-dependent lookup.
 #pragma once
 
 #include <cmath>
@@ -17,7 +18,7 @@
 
 namespace shaker::estimator::optimise {
 
-// Observations in all the digits of the source: x has `predictors` values for each y.
+// Observations with all digits of the source. x has `predictors` values for each y.
 struct FormulaData {
   int predictors = 1;
   std::vector<Extended> x, y;

@@ -1,5 +1,6 @@
-// Gauss-Newton by singular value decomposition: p = J^+ e (4.7). Own code: the libraries at hand
-// offer it only inside a trust region, and the paper's tables are of the pure method.
+// Gauss-Newton by singular value decomposition: p = J^+ e (4.7). This is our own code: the
+// available libraries have it only inside a trust region, but the tables of the paper use the pure
+// method.
 #include "estimator/optimise/descent.hpp"
 #include "estimator/optimise/methods.hpp"
 

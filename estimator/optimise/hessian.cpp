@@ -43,7 +43,7 @@ bool curvature_along(Evaluator& evaluator, const Local& local, const Eigen::Vect
                      Eigen::VectorXd& out) {
   const Point& point = local.point;
   const Eigen::VectorXd whole = spread(direction, local.free, evaluator.problem().parameters());
-  double h = 0.0;  // 1e-5 of the parameter that changes most, relatively
+  double h = 0.0;  // the step changes the parameter with the largest relative change by 1e-5
   for (Eigen::Index k = 0; k < whole.size(); ++k)
     h = std::max(h, std::fabs(whole[k]) / std::max(std::fabs(point.theta[k]), 1e-8));
   if (h == 0.0) return false;
@@ -53,7 +53,7 @@ bool curvature_along(Evaluator& evaluator, const Local& local, const Eigen::Vect
   for (int i = 0; i < 2; ++i) {
     const Eigen::VectorXd wanted = point.theta + (i == 0 ? h : -h) * whole;
     side[i].theta = wanted;
-    // A side outside of the box is no use: into_box would bend the direction.
+    // A side outside the box is not used, because into_box would change the direction.
     good[i] = evaluator.into_box(wanted) == wanted && evaluator.at(side[i], true);
   }
   const auto gradient = [&](const Point& p) {

@@ -1,4 +1,4 @@
-// Second-order pieces that Newton and modified Gauss-Newton share. Internal to the folder.
+// Second-order functions of Newton and modified Gauss-Newton. Internal to the folder.
 #pragma once
 
 #include "estimator/optimise/descent.hpp"
@@ -7,15 +7,16 @@ namespace shaker::estimator::optimise {
 
 Eigen::MatrixXd rows_and_columns(const Eigen::MatrixXd& matrix, const std::vector<int>& free);
 
-// H^-1 right, with the eigenvalues of H (at unit diagonal) made positive: a descent direction even
-// where H is indefinite.
+// H^-1 right, with H scaled to unit diagonal and its eigenvalues replaced by their moduli. This is
+// a descent direction even where H is indefinite.
 Eigen::VectorXd downhill_solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& right);
-// The same as h stands; directions with eigenvalues not above `floor` are left alone.
+// The same without scaling. Directions whose |eigenvalue| is not above `floor` are left out.
 Eigen::VectorXd downhill_solve_above(const Eigen::MatrixXd& h, const Eigen::VectorXd& right,
                                      double floor);
 
-// Q times a direction over the free parameters, from central differences of the gradient along it:
-// Q v = d(q)/dv - J^T J v. Two Jacobians. False when both sides are inadmissible.
+// Q times a direction over the free parameters, from differences of the gradient along it:
+// Q v = dq/dv - J^T J v. Central with two Jacobians, one-sided if one side is inadmissible. Returns
+// false when both sides are, or the direction is zero.
 bool curvature_along(Evaluator& evaluator, const Local& local, const Eigen::VectorXd& direction,
                      Eigen::VectorXd& out);
 

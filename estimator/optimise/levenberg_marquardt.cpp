@@ -1,8 +1,9 @@
-// Levenberg-Marquardt: (J^T J + lambda I) p = J^T e (4.8), in parameters scaled by the largest
-// column norms of J so far (More 1978), so that units do not matter; solved as the least-squares
-// problem (4.9) by QR of [J; sqrt(lambda) D], which does not square the condition. lambda follows
-// the ratio of real to predicted decrease (Nielsen 1999). Own code: it keeps bounds by projection,
-// refuses inadmissible steps, and judges convergence by the undamped step.
+// Levenberg-Marquardt: (J^T J + lambda I) p = J^T e (4.8). The parameters are scaled by the largest
+// column norms of J so far (More 1978), so the units have no effect. The step is solved as the
+// least-squares problem (4.9) by QR of [J; sqrt(lambda) D], which does not square the condition.
+// lambda follows the ratio of actual to predicted decrease (Nielsen 1999). This is our own code: it
+// keeps bounds by projection, refuses inadmissible steps, and tests convergence with the undamped
+// step.
 #include <algorithm>
 #include <cmath>
 
@@ -72,7 +73,7 @@ Summary levenberg_marquardt(LeastSquaresProblem& problem, const Eigen::VectorXd&
       ++iteration;
       continue;
     }
-    // Neither promise nor fact above rounding: the bottom is reached.
+    // The predicted decrease is below rounding: this is the minimum.
     if (admissible && std::fabs(predicted) <= kPhiRounding * point.phi)
       return evaluator.finish(kName, Status::converged, point);
     lambda *= grow;

@@ -1,9 +1,9 @@
-// The methods of chapter 4, one file each, and the table of them.
+// The methods of chapter 4, one file each, and their table.
 //
-// Each takes a problem and a start and says what it found and what it needed (summary.hpp). A new
-// method is one file, one declaration here and one row in methods.cpp: tests and `shakerctl
-// compare` walk the table. All respect the box and refuse inadmissible steps; none throws but for
-// contradictory bounds (std::invalid_argument) or a start of the wrong length.
+// Each takes a problem and a start (problem.parameters() values) and returns its result and its
+// cost (summary.hpp). A new method is one file, one declaration here and one row in methods.cpp:
+// tests and `shakerctl compare` use the table. All respect the box and refuse inadmissible steps.
+// They throw std::invalid_argument for contradictory bounds only.
 #pragma once
 
 #include <span>
@@ -20,8 +20,8 @@ using Minimise = Summary (*)(LeastSquaresProblem& problem, const Eigen::VectorXd
 struct Method {
   std::string_view name;
   std::string_view equation;  // in the paper
-  std::string_view source;    // whose code does the work
-  std::string_view needs;     // derivatives
+  std::string_view source;    // library, or "own"
+  std::string_view needs;     // required derivatives
   Minimise minimise;
 };
 
@@ -43,7 +43,7 @@ Summary bfgs(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&)
 Summary conjugate_gradients(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
 // NLopt.
 Summary polytope(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
-// Levenberg-Marquardt, and what helps where it fails; see automatic.cpp.
+// Levenberg-Marquardt, followed by other methods where it fails; see automatic.cpp.
 Summary automatic(LeastSquaresProblem&, const Eigen::VectorXd& start, const Options&);
 
 }  // namespace shaker::estimator::optimise

@@ -1,13 +1,14 @@
-// Modified Gauss-Newton with graded singular values, (4.10)-(4.18) with their errata: for large
-// residuals and for Jacobians that lack rank.
+// Modified Gauss-Newton with graded singular values, (4.10)-(4.18) with their errata, for large
+// residuals and rank-deficient Jacobians.
 //
 // J = U [S; 0] V^T (4.10). The p1 dominant singular values give p_1 = S1^-1 e_1 (4.16) without
-// second-order information; in the space V2 of the rest
+// second-order information. In the space V2 of the others
 //     (S2^2 + V2^T Q V2) p_2 = S2 e_2 - V2^T Q V1 p_1                                        (4.17)
-// with e_1, e_2 the parts of U^T e; p = V1 p_1 + V2 p_2 (4.18). Q V2 is exact where the problem has
-// second derivatives, else from differences of the gradient along the columns of V2. p1 stays at l
-// (plain Gauss-Newton) while phi falls fast, and is lowered to the next gap of the singular values
-// otherwise. Own code: no library has it. Columns of J are scaled to unit length first.
+// with e_1, e_2 the parts of U^T e; p = V1 p_1 + V2 p_2 (4.18). Q V2 is exact if the problem has
+// second derivatives; otherwise it comes from differences of the gradient along the columns of V2.
+// p1 is l (plain Gauss-Newton) while phi decreases fast. When the decrease is slow, p1 is lowered
+// to the next gap of the singular values. Columns of J are first scaled to unit length. This is our
+// own code because no library has the method.
 #include <algorithm>
 #include <cmath>
 
@@ -21,12 +22,11 @@
 namespace shaker::estimator::optimise {
 namespace {
 
-constexpr double kSlow = 0.01;  // relative decrease of phi below which second order is worth it
-constexpr double kFast = 0.2;   // ... and above which it is not
+constexpr double kSlow = 0.01;  // relative decrease of phi below which p1 is lowered
+constexpr double kFast = 0.2;   // ... and above which p1 is l again
 constexpr double kRank = 1e-10;
-constexpr double kFlatCurvature =
-    1e-12;                    // curvature that rounding explains, as a share of sigma_1^2
-constexpr double kGap = 0.3;  // sigma_(i+1) / sigma_i that counts as the end of a cluster
+constexpr double kFlatCurvature = 1e-12;  // of sigma_1^2: smaller curvature is rounding
+constexpr double kGap = 0.3;              // a smaller sigma_(i+1) / sigma_i ends a cluster
 
 class Graded {
  public:
@@ -44,7 +44,7 @@ class Graded {
     Eigen::VectorXd projected = Eigen::VectorXd::Zero(l);  // U^T e
     projected.head(svd.u.cols()) = svd.u.transpose() * local.point.e;
     const Eigen::Index p1 = grade(sigma, local.progress);
-    const Eigen::MatrixXd v = scale.asDiagonal() * svd.v;  // back in theta
+    const Eigen::MatrixXd v = scale.asDiagonal() * svd.v;  // in units of theta
     const Eigen::VectorXd first = projected.head(p1).cwiseQuotient(sigma.head(p1));  // (4.16)
     step = v.leftCols(p1) * first;
     const Eigen::Index p2 = l - p1;
@@ -60,13 +60,13 @@ class Graded {
         sigma.tail(p2).cwiseProduct(projected.tail(p2)) - v2_q * step;  // (4.17)
     step += v.rightCols(p2) *
             downhill_solve_above(left, right, kFlatCurvature * sigma[0] * sigma[0]);  // (4.18)
-    // The mixture of both need not go downhill; if not, the first part alone does.
+    // The sum of both parts may not be a descent direction; the first part alone is.
     if ((j * step).dot(local.point.e) <= 0.0) step = v.leftCols(p1) * first;
     return step.norm() > 0.0;
   }
 
  private:
-  // The grade for this iteration: how many singular values count as dominant.
+  // Returns p1, the number of dominant singular values, for this iteration.
   Eigen::Index grade(const Eigen::VectorXd& sigma, double progress) {
     const Eigen::Index l = sigma.size();
     if (grade_ < 0 || progress > kFast) grade_ = l;

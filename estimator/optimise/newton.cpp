@@ -1,6 +1,7 @@
-// Newton's method on phi: (J^T J + Q) p = J^T e (4.5), with Q exact or from differences of the
-// gradient. Where the Hessian is not positive definite its eigenvalues are turned positive, so that
-// the step still goes downhill. Own code: none of the libraries at hand takes second derivatives.
+// Newton's method for phi: (J^T J + Q) p = J^T e (4.5), with Q exact or from differences of the
+// gradient. Where the Hessian is not positive definite, its eigenvalues are replaced by their
+// moduli, so that the step is a descent direction. This is our own code because none of the
+// available libraries uses second derivatives.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Second-order sensitivities of the periodic solution, summed up to Q of (4.4).
+// Second-order sensitivities of the periodic solution, and their sum Q of (4.4).
 #include <algorithm>
 #include <cmath>
 
@@ -8,10 +8,10 @@
 namespace shaker::estimator::optimise {
 namespace {
 
-constexpr double kStep = 2e-5;  // of the parameter along which the slopes are displaced
+constexpr double kStep = 2e-5;  // of the differences, relative to the parameter
 
-// Sensitivities of stroke, velocity and acceleration to one parameter: index point * s +
-// coordinate.
+// Sensitivities of stroke, velocity and acceleration to one parameter, at index
+// point * s + coordinate.
 struct Tangent {
   std::vector<double> u, v, a;
 };
@@ -54,7 +54,7 @@ bool PeriodicProblem::add_curvature(std::size_t r, const std::vector<double>& th
   for (const int k : free_)
     tangents.push_back(tangent(system, k));
   std::vector<double> rows(static_cast<std::size_t>(n * s * pairs), 0.0);
-  ModelArrays at;  // away from the system's own
+  ModelArrays at;  // separate from those of the system
   at.shape(model_, n);
   std::vector<double> moved = theta;
   int first_pair = 0;

@@ -41,7 +41,8 @@ PeriodicProblem::PeriodicProblem(const Model& model, std::vector<RunData> runs,
   }
 }
 
-// Data between grid points are read by Lagrange's formula of degree 5.
+// Sets weights of the residuals and how the grid is read. Predictions between grid points use
+// Lagrange interpolation of degree 5.
 void PeriodicProblem::prepare(Run& run, int points) {
   const std::size_t count = run.data.displacement.size();
   for (std::size_t j = 0; j < count; ++j) {
@@ -101,7 +102,8 @@ void PeriodicProblem::forget() {
   solutions_ = 0;
 }
 
-// From the last good solution, or from rest. A failure leaves the last good one for the next try.
+// Solves all runs from their last good solutions, or from rest. After a failure the last good
+// solution is kept for the next call.
 bool PeriodicProblem::solve(const std::vector<double>& theta) {
   for (std::size_t r = 0; r < systems_.size(); ++r) {
     PeriodicSystem& system = systems_[r];
@@ -114,8 +116,8 @@ bool PeriodicProblem::solve(const std::vector<double>& theta) {
     }
     if (status != SolveStatus::converged) status = system.solve_from_rest(theta).status;
     if (status != SolveStatus::converged) return false;
-    // The Newton step that is left: a line search sees differences of phi of 1e-12, and stops where
-    // they are noise.
+    // Takes the last Newton step too: a line search depends on differences of phi of 1e-12 and
+    // stops where they are noise.
     system.advance(1.0, unchanged_);
     run.good.assign(system.state().begin(), system.state().end());
     run.warm = true;

@@ -1,19 +1,20 @@
-// A model on measured periods as a least-squares problem for every method of this folder: theta are
-// the model's free parameters, e = sqrt(weight) (y - u(tau; theta)) with u the periodic solution.
+// A model with measured periods as a least-squares problem for the methods of this folder. theta
+// are the model's free parameters; e = sqrt(weight) (y - u(tau; theta)) with the periodic solution
+// u.
 //
 // A theta without a periodic solution, or with one that reaches the wall of the gas spring, is
-// inadmissible. Each solution starts at the last good one; where Newton's method does not get from
-// there to here, from rest through the amplitude.
+// inadmissible. Each solution starts from the last good one; if Newton's method fails from there,
+// it starts from rest with continuation in the amplitude.
 //
-// Second derivatives by second-order sensitivities. With G(z, theta) = 0 the discretised equations,
-// G_z z_k = -G_k (5.24), and differentiated once more
-//     G_z z_kl = -(second derivative of g along w_k and w_l),   w_k = (u_k, v_k, a_k, e_k),
-// point by point; one factorisation serves all pairs k, l. The second derivative of g along w_l is
-// taken from the effects' exact slopes by fourth-order central differences (1e-11 relative): any
-// effect in the catalogue has it. Exact for schemes of finite differences without the correction of
-// kinks; with it, to the correction's own order; Fourier grids have none.
+// Second derivatives come from second-order sensitivities. With the discretised equations
+// G(z, theta) = 0, G_z z_k = -G_k (5.24). A further differentiation gives, point by point,
+//     G_z z_kl = -(second derivative of g along w_k and w_l),   w_k = (u_k, v_k, a_k, e_k).
+// One factorisation serves all pairs k, l. The second derivative of g along w_l is a fourth-order
+// central difference of the effects' exact derivatives (1e-11 relative), so every effect of the
+// catalogue has it. It is exact for difference schemes without the correction of kinks, and of the
+// correction's own order with it. Fourier grids have no second derivatives.
 //
-// One thread. Sources: (5.13)-(5.19), (5.23), (5.24), (4.4).
+// Use it from one thread; it allocates. Sources: (5.13)-(5.19), (5.23), (5.24), (4.4).
 #pragma once
 
 #include <vector>
@@ -25,8 +26,8 @@ namespace shaker::estimator::optimise {
 
 class PeriodicProblem final : public LeastSquaresProblem {
  public:
-  // `model` must outlive it. Throws std::invalid_argument with a sentence for data that cannot be
-  // used, also for runs given as Fourier coefficients only.
+  // `model` must outlive it. Throws std::invalid_argument with an explanation for data that cannot
+  // be used, also for runs that have only Fourier coefficients.
   PeriodicProblem(const Model& model, std::vector<RunData> runs,
                   EstimationOptions options = EstimationOptions{});
 
@@ -39,12 +40,12 @@ class PeriodicProblem final : public LeastSquaresProblem {
   bool has_curvature() const override { return options_.grid.scheme != Scheme::fourier; }
   bool curvature(const Eigen::VectorXd& theta, Eigen::MatrixXd& q) override;
 
-  // From the model's parameters to the free ones and back.
+  // Convert all parameters of the model to the free ones, and back.
   Eigen::VectorXd reduce(const std::vector<double>& all) const;
   std::vector<double> expand(const Eigen::VectorXd& theta) const;
 
-  long solutions() const { return solutions_; }  // periodic solutions that were asked for
-  void forget();                                 // solutions and count: the next start is cold
+  long solutions() const { return solutions_; }  // number of periodic solutions computed
+  void forget();                                 // discards solutions and count
 
  private:
   struct Reading {
@@ -53,7 +54,7 @@ class PeriodicProblem final : public LeastSquaresProblem {
   };
   struct Run {
     RunData data;
-    std::vector<double> scale;  // of each residual: root of its relative inverse variance
+    std::vector<double> scale;  // of each residual: sqrt of its relative inverse variance
     std::vector<Reading> readings;
     AlignedVector good;  // the last solution
     bool warm = false;
@@ -68,8 +69,8 @@ class PeriodicProblem final : public LeastSquaresProblem {
   std::vector<Run> runs_;
   std::vector<PeriodicSystem> systems_;
   std::vector<int> free_;
-  std::vector<double> fixed_;      // all parameters, for those that are not free
-  std::vector<double> unchanged_;  // no change of theta
+  std::vector<double> fixed_;      // all parameters; those that are not free keep these values
+  std::vector<double> unchanged_;  // zeros: no change of theta
   int observations_ = 0;
   long solutions_ = 0;
 };

@@ -1,6 +1,6 @@
-// Polytope (Nelder and Mead 1965) by NLopt, which keeps the box (Box 1965). An inadmissible vertex
-// is worth infinity: the polytope turns away from it. Begun anew where it ended, for a polytope can
-// collapse short of the minimum, until that no longer helps.
+// Polytope (Nelder and Mead 1965) of NLopt, which keeps the box (Box 1965). An inadmissible vertex
+// has the value infinity. The method restarts at its end until this gives no further decrease,
+// because a polytope can collapse short of the minimum.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -51,7 +51,7 @@ Summary polytope(LeastSquaresProblem& problem, const Eigen::VectorXd& start,
     double value = 0.0;
     try {
       solver.optimize(x, value);
-    } catch (const nlopt::roundoff_limited&) {  // as far as doubles go; the best point is kept
+    } catch (const nlopt::roundoff_limited&) {  // limit of double precision; the best point is kept
     }
     ++evaluator.summary().iterations;
     if (round > 0 && before - scaled.best().phi <= 1e-12 * before) break;

@@ -1,13 +1,13 @@
-// What every method of chapter 4 is given: a nonlinear least-squares problem
+// The interface of a nonlinear least-squares problem for the methods of chapter 4:
 //
 //     minimise  phi(theta) = 1/2 e^T e,   e = y - yhat(theta),                               (4.1)
 //
-// with its Jacobian J = d yhat / d theta, so that the gradient is q = -J^T e (4.3) and the Hessian
+// with the Jacobian J = d yhat / d theta. The gradient is q = -J^T e (4.3) and the Hessian is
 // H = J^T J + Q with Q = sum over mu of e_mu d2 e_mu / d theta2 (4.4, as corrected: the second sum
 // runs over the observations, not over the parameters).
 //
-// A theta for which there is no answer (1 - theta3 u <= 0, no periodic solution) is *inadmissible*:
-// `evaluate` returns false, and a method refuses the step; nobody meets it as infinity or NaN.
+// A theta without a prediction (1 - theta3 u <= 0, no periodic solution) is *inadmissible*:
+// `evaluate` returns false, and a method refuses the step.
 #pragma once
 
 #include <limits>
@@ -25,7 +25,7 @@ class LeastSquaresProblem {
   virtual int parameters() const = 0;    // length of theta
   virtual int observations() const = 0;  // length of e; may be less than parameters()
 
-  // A box; infinite where there is no bound. Methods never ask for a theta outside of it.
+  // Bounds of theta (the box); infinite where there is none. Methods move theta only inside them.
   virtual Eigen::VectorXd lower() const {
     return Eigen::VectorXd::Constant(parameters(), -std::numeric_limits<double>::infinity());
   }
@@ -33,15 +33,17 @@ class LeastSquaresProblem {
     return Eigen::VectorXd::Constant(parameters(), std::numeric_limits<double>::infinity());
   }
 
-  // Fills e and, unless null, J. False when theta is inadmissible; the output is then unspecified.
+  // Computes e and, unless `jacobian` is null, J (observations x parameters). Returns false when
+  // theta is inadmissible; the output is then unspecified.
   virtual bool evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd& e,
                         Eigen::MatrixXd* jacobian) = 0;
 
-  // Exact second derivatives, for problems that have them: Q of (4.4). False when inadmissible.
+  // Computes Q of (4.4) for problems with second derivatives. Returns false when theta is
+  // inadmissible.
   virtual bool has_curvature() const { return false; }
   virtual bool curvature(const Eigen::VectorXd& /*theta*/, Eigen::MatrixXd& /*q*/) { return false; }
 
-  // The same problem in 34 digits, for those whose data need it (extended.hpp); usually none.
+  // The same problem in 34 digits, if the data need it (extended.hpp); usually nullptr.
   virtual const ExtendedProblem* extended() const { return nullptr; }
 };
 

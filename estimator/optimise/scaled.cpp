@@ -5,7 +5,7 @@
 namespace shaker::estimator::optimise {
 namespace {
 
-constexpr double kFlatCosine = 1e-6;  // cosine between the residuals and every column of J
+constexpr double kFlatCosine = 1e-6;  // largest cosine of residuals and columns of J at a minimum
 
 }  // namespace
 
@@ -26,7 +26,7 @@ Summary judge(const char* method, Scaled& scaled, bool gave_up) {
         relative(left, point.theta) <= std::sqrt(options.step_tolerance))
       status = Status::converged;
   }
-  evaluator.summary() = before;  // the judge's own look does not count
+  evaluator.summary() = before;  // this evaluation is not counted
   return evaluator.finish(method, status, point);
 }
 

@@ -1,5 +1,5 @@
-// For methods of libraries whose steps depend on units: parameters in units of their start, phi in
-// units of the start's. Internal to the folder.
+// Scaling for library methods whose steps depend on units: parameters in units of their start
+// values, phi in units of its start value. Internal to the folder.
 #pragma once
 
 #include "estimator/optimise/evaluator.hpp"
@@ -22,8 +22,8 @@ class Scaled {
   const Eigen::VectorXd& unit() const { return unit_; }
   double phi_unit() const { return phi_unit_; }
 
-  // A theta outside of the box is refused, not moved: the library must see the function it asked
-  // for.
+  // Evaluates at x. A theta outside the box is refused and not moved, because the library must get
+  // the function at the point that it requested.
   bool at(const double* x, bool with_jacobian) {
     const Eigen::VectorXd theta = from(Eigen::Map<const Eigen::VectorXd>(x, unit_.size()));
     if (!theta.allFinite() || evaluator_.exhausted()) return false;
@@ -39,7 +39,7 @@ class Scaled {
   }
   const Point& here() const { return here_; }
   const Point& best() const { return best_; }
-  // gradient of phi / phi_unit over x
+  // Gradient of phi / phi_unit over x.
   Eigen::VectorXd gradient() const {
     return -(here_.jacobian.transpose() * here_.e).cwiseProduct(unit_) / phi_unit_;
   }
@@ -52,9 +52,9 @@ class Scaled {
   Point here_, best_;
 };
 
-// What a library found, judged as our own methods judge, by what theta could still explain, or by
-// the gradient. First- and zeroth-order methods see phi only to its rounding, theta to the root of
-// that.
+// Sets the status of a library's result by the criteria of our own methods, or by the gradient.
+// First- and zeroth-order methods resolve phi to rounding, and theta to the square root of that, so
+// the tolerances are the square roots.
 Summary judge(const char* method, Scaled& scaled, bool gave_up);
 
 }  // namespace shaker::estimator::optimise

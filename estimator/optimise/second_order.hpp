@@ -1,6 +1,6 @@
-// A number that carries its gradient and Hessian over N parameters along (a second-order Taylor
-// polynomial, "hyper-dual" in all directions at once): exact first and second derivatives of any
-// formula written for it, in any scalar.
+// Automatic differentiation: a number with its gradient and Hessian over N parameters (a
+// second-order Taylor polynomial, hyper-dual in all directions). It gives exact first and second
+// derivatives of any formula, for any scalar type.
 #pragma once
 
 #include <array>

@@ -12,8 +12,8 @@ namespace shaker::estimator::optimise {
 namespace {
 
 constexpr double kDecade = 10.0;
-constexpr double kSame = 1e-4;   // relative difference of two ends that are one minimum
-constexpr double kApart = 0.05;  // of the unit cube's diagonal: starts that count as different
+constexpr double kSame = 1e-4;   // largest relative difference of two ends in one minimum
+constexpr double kApart = 0.05;  // of the unit cube's diagonal: least distance of two starts
 
 struct Range {
   double low = 0.0, high = 1.0;

@@ -1,11 +1,11 @@
-// The same problem from several starts: phi has valleys that lead nowhere (a damper so stiff that
-// nothing moves fits any record to its mean), and a single bad start ends in one.
+// A method from several starts. phi has valleys without a good minimum (a damper so stiff that
+// nothing moves fits any record with its mean), and a single bad start can end in one.
 //
-// Starts fill the box: a Sobol sequence, shifted at random by the seed; logarithmically where a
-// parameter is positive and its range spans more than a decade. Where a bound is further than
-// `span` times the given start, the range ends there. phi alone is looked at in many points (one
-// periodic solution each), and the best of them that lie apart are what the method starts from, the
-// given start first.
+// The starts fill the box with a Sobol sequence, shifted at random by the seed. The scale is
+// logarithmic if a parameter is positive and its range spans more than a decade. The range of a
+// positive parameter ends at `span` times its start, or at a nearer bound. phi is evaluated in many
+// points (one periodic solution each). The method starts from the given start and from the best of
+// these points that lie apart.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,13 @@
 namespace shaker::estimator::optimise {
 
 struct StartOptions {
-  int starts = 8;        // the method is run so often, the given start included
-  int looks = 64;        // for each start, phi in so many points
-  double span = 1000.0;  // widest range of a positive parameter, either way from its start
+  int starts = 8;        // runs of the method, including the given start
+  int looks = 64;        // evaluations of phi for each start
+  double span = 1000.0;  // widest range of a positive parameter: factor above and below its start
   std::uint32_t seed = 1;
 };
 
-// A place where at least one start ended.
+// A point where at least one start ended.
 struct Minimum {
   Summary summary;
   int hits = 0;  // starts that ended here
@@ -31,11 +31,11 @@ struct Minimum {
 
 struct Minima {
   std::vector<Minimum>
-      found;  // distinct, the smallest sum of squares first; not converged ones last
+      found;  // distinct; converged ones first, each group by increasing sum of squares
   int admissible = 0, looks = 0;
 };
 
-// An inadmissible given start is no obstacle. Empty `found` when nothing was admissible.
+// The given start may be inadmissible. `found` is empty when no start was admissible.
 Minima several_starts(LeastSquaresProblem& problem, const Eigen::VectorXd& start,
                       const Method& method, const Options& options, const StartOptions& starts);
 

@@ -1,4 +1,4 @@
-// What a method may use and what it says in the end: plain data, the same for all of them.
+// Options and result of a method: plain data, the same for all methods.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 namespace shaker::estimator::optimise {
 
 enum class Status {
-  converged,     // the step that is left, or the part of e that theta could still explain, is tiny
-  stalled,       // no smaller phi was found along the direction; not proven a minimum
-  too_many,      // iterations or evaluations ran out
-  inadmissible,  // the start is: there is nothing to begin with
+  converged,     // the remaining step, or the part of e that theta can still explain, is tiny
+  stalled,       // no smaller phi was found along the direction; perhaps not a minimum
+  too_many,      // the limit of iterations or evaluations was reached
+  inadmissible,  // the start is inadmissible
 };
 
 constexpr std::string_view name(Status status) {
@@ -24,12 +24,12 @@ constexpr std::string_view name(Status status) {
 struct Options {
   int max_iterations = 200;
   int max_evaluations = 20000;
-  // Converged when the full step that is left is below this share of every parameter, ...
+  // Converged when the remaining full step is below this share of every parameter, ...
   double step_tolerance = 1e-9;
-  // ... or when |J J^+ e| is below this share of |e|: what theta could still explain of the
-  // residuals (the relative offset of Bates and Watts, free of the parameters' scales).
+  // ... or when |J J^+ e| is below this share of |e|. This is the part of the residuals that theta
+  // can still explain (relative offset of Bates and Watts), independent of the parameters' scales.
   double offset_tolerance = 1e-9;
-  // Under-relaxation: this share of the step in so many first iterations.
+  // Under-relaxation: share of the step in the first `relaxed_iterations` iterations.
   double relaxation = 0.25;
   int relaxed_iterations = 6;
 };
@@ -41,7 +41,7 @@ struct Summary {
   double sum_of_squares = 0.0;  // e^T e = 2 phi
   int iterations = 0;
   int evaluations = 0;  // of e
-  int jacobians = 0;    // of which with J
+  int jacobians = 0;    // evaluations with J
   int curvatures = 0;   // exact Q
   int refused = 0;      // inadmissible steps
   bool at_bound = false;

@@ -1,6 +1,6 @@
-// Trust region (4.9) with Powell's dogleg: the longest way within |D p| <= Delta from the steepest
-// descent to the Gauss-Newton step. D holds the largest column norms of J so far. Own code: Ceres'
-// dogleg stops short of minima on a bound.
+// Trust region (4.9) with Powell's dogleg: the farthest point within |D p| <= Delta on the path
+// from the steepest-descent step to the Gauss-Newton step. D holds the largest column norms of J so
+// far. This is our own code because Ceres' dogleg stops short of minima on a bound.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kSmallest = 1e-14;  // of |D theta|
 
-// In scaled parameters: j = J D^-1, the answer is D p.
+// Computes the step D p in scaled parameters; j = J D^-1.
 Eigen::VectorXd dogleg(const Eigen::MatrixXd& j, const Eigen::VectorXd& e,
                        const Eigen::VectorXd& newton, double delta) {
   if (newton.norm() <= delta) return newton;

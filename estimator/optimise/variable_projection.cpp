@@ -1,10 +1,11 @@
-// Variable projection (Golub and Pereyra 1973): parameters in which the model is linear are solved
-// for at every step of the others, whose problem is then smaller and far better shaped; NIST's
-// MGH10 takes 20 steps instead of thousands. Which parameters those are is found by trying: a
-// column of J that does not change when they do. Jacobian of the reduced problem after Kaufman
-// (1975). Own code: neither Ceres nor NLopt has it.
+// Variable projection (Golub and Pereyra 1973). The parameters in which the model is linear are
+// solved for at every step of the others. The remaining problem is smaller and better conditioned:
+// NIST's MGH10 takes 20 steps instead of thousands. A parameter counts as linear if its column of J
+// does not change with it. The Jacobian of the reduced problem is that of Kaufman (1975). This is
+// our own code because neither Ceres nor NLopt has the method.
 //
-// Bounded parameters are not projected. Without any linear one it is Levenberg-Marquardt.
+// Bounded parameters are not projected. Without a linear parameter the method is
+// Levenberg-Marquardt.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +17,8 @@
 namespace shaker::estimator::optimise {
 namespace {
 
-// Parameters in which the model is linear together: their columns of J stay when all of them move.
+// Finds parameters in which the model is jointly linear: their columns of J do not change when all
+// of them move.
 std::vector<int> linear_parameters(LeastSquaresProblem& problem, const Eigen::VectorXd& start) {
   const Eigen::VectorXd lower = problem.lower(), upper = problem.upper();
   Eigen::VectorXd e;
@@ -74,7 +76,7 @@ class Reduced final : public LeastSquaresProblem {
     *jacobian = others - basis * qr.solve(others);
     return true;
   }
-  // All parameters, the linear ones at their best.
+  // All parameters, with the best values of the linear ones.
   Eigen::VectorXd whole(const Eigen::VectorXd& theta) {
     Eigen::VectorXd e;
     Eigen::MatrixXd j;
@@ -116,7 +118,7 @@ Summary variable_projection(LeastSquaresProblem& problem, const Eigen::VectorXd&
     first.evaluations = reduced.evaluations();
     if (first.status != Status::inadmissible) from = reduced.whole(first.theta);
   }
-  // The last steps in all parameters: nothing is left to do when the reduced problem converged.
+  // The last steps change all parameters. If the reduced problem converged, there are none left.
   Summary out = levenberg_marquardt(problem, from, options);
   out.method = "variable_projection";
   out.iterations += first.iterations;

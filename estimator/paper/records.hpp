@@ -1,8 +1,9 @@
-// The measured records behind figures 12, 13 and 14: one period of 40 displacements, feet.
+// The measured records of figures 12, 13 and 14: one period of 40 displacements, feet.
 //
-// Reconstructed: given theta_k each Gauss-Newton step is linear in the data, so the printed
-// iterates are linear equations for the noise; these are the solutions of least norm. Not unique,
-// but they make the printed tables runnable. Same numbers in tests/data/verbeek1991.json.
+// They are reconstructed. For a given theta_k each Gauss-Newton step is linear in the data, so the
+// printed iterates are linear equations for the noise. These are the solutions of least norm. They
+// are not unique, but they reproduce the printed tables. tests/data/verbeek1991.json has the same
+// numbers.
 #pragma once
 
 namespace shaker::estimator::paper {

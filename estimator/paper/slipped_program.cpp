@@ -10,7 +10,7 @@ namespace shaker::estimator::paper {
 namespace {
 
 constexpr double kTimeStep = 0.01;
-// A column for the state, one for each derivative of it over (u0, u0', theta1, .. theta4).
+// One column for the state, one for each of its derivatives over (u0, u0', theta1, .. theta4).
 using Augmented = Eigen::Matrix<double, 2, 7>;
 
 Augmented rate(const Augmented& s, const std::vector<double>& p, double gravity, double slope) {
@@ -21,7 +21,7 @@ Augmented rate(const Augmented& s, const std::vector<double>& p, double gravity,
   out.row(0) = s.row(1);
   out(1, 0) = gravity - p[2] * std::fabs(v) * v - gas;
   const double over_u = -gas * p[4] * p[5] / wall;     // (A.2)
-  const double over_v = -slope * p[2] * std::fabs(v);  // (A.3), or what became of it
+  const double over_v = -slope * p[2] * std::fabs(v);  // (A.3); slope is 2 there
   for (int k = 1; k < 7; ++k)
     out(1, k) = over_u * s(0, k) + over_v * s(1, k);
   out(1, 3) -= std::fabs(v) * v;

@@ -61,7 +61,7 @@ const Table kPrinted10 = {{0.4001, -0.0489, 10.0115, 5.7969, 1.6926, 0.7957},
                           {0.3973, 0.056, 5.2111, 4.388, 1.5859, 1.1446},
                           {0.3973, 0.056, 5.2114, 4.3879, 1.5859, 1.1446}};
 
-// (6.2), without bounds: the paper has none.
+// The model (6.2), without bounds as in the paper.
 config::ModelSpec oscillator() {
   config::ModelSpec spec;
   spec.name = "linear oscillator";
@@ -78,7 +78,7 @@ config::ModelSpec oscillator() {
   return spec;
 }
 
-// The shipped estimator in the paper's way: Runge-Kutta, full Gauss-Newton steps.
+// TransientEstimator with the paper's method: Runge-Kutta, full Gauss-Newton steps.
 Table iterate(const Model& model, std::vector<double> t, std::vector<double> y,
               const std::vector<double>& start, int iterations) {
   TransientRecord record;
@@ -109,8 +109,8 @@ std::vector<double> times(int count, double step) {
   return t;
 }
 
-// Figure 5's record is unknown; this is the one nearest to the exact response whose first
-// Gauss-Newton step lands on the print, which that step is linear in.
+// Figure 5's record is unknown. This is the record nearest to the exact response whose first
+// Gauss-Newton step, which is linear in the record, gives the printed iterate.
 std::vector<double> record_of_figure_5(const Model& model) {
   const StateEquations equations(model);
   TimeOptions options;
@@ -141,7 +141,7 @@ std::vector<double> record_of_figure_5(const Model& model) {
   for (std::size_t k = 0; k < 4; ++k)
     step[static_cast<Eigen::Index>(k)] = kPrinted5[0][k] - kOscillatorStart[k];
   const Eigen::VectorXd on_print = at_start + jacobian * step;
-  // What a step cannot see is free: taken from the exact response.
+  // The component that has no effect on the step is taken from the exact response.
   const Eigen::MatrixXd q = orthogonal_factor(jacobian);
   const Eigen::VectorXd unseen = q.col(4);
   const Eigen::VectorXd record = on_print + unseen * unseen.dot(exact - on_print);

@@ -1,9 +1,9 @@
-// The measured records behind figures 6, 7 and 10: displacements, feet (figures 6 and 7: inches in
-// the paper).
+// The measured records of figures 6, 7 and 10: displacements, feet (figures 6 and 7: inches in the
+// paper).
 //
-// Reconstructed from the printed iterates, see records.hpp. For figures 6 and 7 there are sixteen
-// printed numbers for five of noise, so that the records are certain; for figure 10 it is the
-// smallest noise that gives the print. Same numbers in tests/data/verbeek1991.json.
+// They are reconstructed from the printed iterates, see records.hpp. For figures 6 and 7 sixteen
+// printed numbers determine five values of noise, so the records are certain. For figure 10 it is
+// the smallest noise that gives the print. tests/data/verbeek1991.json has the same numbers.
 #pragma once
 
 namespace shaker::estimator::paper {

@@ -19,10 +19,11 @@ namespace shaker::estimator {
 namespace {
 
 constexpr int kGrid = 160;
-// A set that leaves a combination open still has an order: as if every parameter were known to a
-// factor of a thousand.
+// Weak prior for ranking sets that do not determine all parameters: a relative standard
+// deviation of 1000 for every parameter.
 constexpr double kWeakPrior = 1e-6;
-// Smallest share of an eigenvalue of the unit-diagonal information that is more than rounding.
+// Least ratio of an eigenvalue of the unit-diagonal information to the largest one; below it the
+// eigenvalue is rounding.
 constexpr double kLost = 1e-12;
 constexpr int kGreedyStarts = 6;
 
@@ -86,7 +87,7 @@ void examine(const Model& model, const PlanOptions& options, const std::vector<d
   }
 }
 
-// Information in relative parameters, priors of the model included.
+// Evaluates sets by their information in relative parameters, including the model's priors.
 class Judge {
  public:
   Judge(const Model& model, const std::vector<PlanCandidate>& candidates,
@@ -111,7 +112,7 @@ class Judge {
     return sum;
   }
 
-  // The smaller, the better.
+  // Logarithm of the relative errors' geometric mean; a smaller value is better.
   double d_criterion(const std::vector<std::size_t>& runs) const {
     const Eigen::MatrixXd m = with_weak_prior(runs);
     const Eigen::VectorXd root = Cholesky(m).root().diagonal();
@@ -139,8 +140,8 @@ class Judge {
 
 using Criterion = std::function<double(const std::vector<std::size_t>&)>;
 
-// Exchanges one run at a time for the best other one until none helps. A run may occur twice: that
-// is twice as many cycles of it.
+// Replaces one run at a time by the best other one until no exchange helps. A run may occur
+// twice, which means twice as many cycles of it.
 void exchange(std::vector<std::size_t>& runs, const std::vector<std::size_t>& possible,
               const Criterion& criterion) {
   double best = criterion(runs);
@@ -164,8 +165,8 @@ void exchange(std::vector<std::size_t>& runs, const std::vector<std::size_t>& po
   std::sort(runs.begin(), runs.end());
 }
 
-// The best sets of `size` that greedy growth from several single runs and exchange lead to, and
-// their neighbours by one run.
+// The best sets of `size` runs: those that greedy search from several single runs and exchange
+// find, and their neighbours that differ by one run.
 std::vector<std::vector<std::size_t>> best_sets(int size, int keep,
                                                 const std::vector<std::size_t>& possible,
                                                 const Criterion& criterion) {
@@ -266,7 +267,7 @@ PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
   const Eigen::MatrixXd unit =
       root.cwiseInverse().asDiagonal() * m * root.cwiseInverse().asDiagonal();
   const Spectrum eigen = spectrum_of(unit);
-  Fit fit;  // as an estimate from this set would stand
+  Fit fit;  // as an estimate from this set would give it
   fit.theta = theta;
   fit.determined.assign(theta.size(), 1);
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(q, q);

@@ -1,5 +1,5 @@
-// CVODES: Adams or BDF, variable step and order, with the sensitivity equations (5.10) beside the
-// state, or with the parameters as further states (5.11), (5.12).
+// CVODES: Adams or BDF, variable step and order. The sensitivity equations (5.10) are integrated
+// with the state, or the parameters are further states (5.11), (5.12).
 #include <algorithm>
 #include <cmath>
 #include <new>
@@ -16,10 +16,9 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr long kMaxIntegrationSteps =
-    50000;  // between two samples; beyond it Adams hands over to BDF
-// Refusals in a row after which the motion itself is taken to leave what is admissible: CVODES asks
-// again with smaller steps, up to where they are lost in rounding.
+constexpr long kMaxIntegrationSteps = 50000;  // between two samples; after that BDF replaces Adams
+// Inadmissible evaluations between two samples after which the motion itself counts as
+// inadmissible. Without a limit CVODES would repeat with smaller steps down to the rounding level.
 constexpr int kMostRefusals = 60;
 constexpr double kNoReturn = 1e-12;  // s; CVODES cannot start a step shorter than rounding
 
@@ -88,7 +87,7 @@ class Cvodes final : public TimeIntegration {
   }
 
  private:
-  // One CVODES memory for each way of integrating that was asked for; they are kept.
+  // One CVODES memory for each combination of method and sensitivities; it is kept for later runs.
   struct Solver {
     OwnedMatrix matrix;
     LinearSolver linear;
@@ -110,7 +109,7 @@ class Cvodes final : public TimeIntegration {
       h_theta_.push_back(at);
   }
 
-  // The model at a state of CVODES: rate_, and with `slopes` h_s_ and h_theta_.
+  // Evaluates the model at a state of CVODES: rate_, and with `slopes` also h_s_ and h_theta_.
   bool evaluate(double t, const double* y, bool slopes) {
     for (std::size_t i = 0; i < m_; ++i)
       *s_[i] = y[i];
@@ -149,7 +148,7 @@ class Cvodes final : public TimeIntegration {
       double sum = 0.0;
       for (std::size_t j = 0; j < m_; ++j)
         sum += *h_s_[i * m_ + j] * column[j];
-      if (size_ > m_) {  // augmented: the parameters' own columns, an identity that never changes
+      if (size_ > m_) {  // augmented: the parameters' own rows are a constant identity
         for (std::size_t j = 0; j < free_.size(); ++j)
           sum += *h_theta_[i * p_ + static_cast<std::size_t>(free_[j])] * column[m_ + j];
       } else if (k >= m_) {
@@ -260,7 +259,7 @@ class Cvodes final : public TimeIntegration {
     }
     CVodeReInit(memory, t, y_.get());
     if (sensitivities) CVodeSensReInit(memory, CV_STAGGERED, columns_.get());
-    // Not beyond the end: the motion may leave what is admissible there.
+    // No step goes beyond the end, where the motion may become inadmissible.
     CVodeSetStopTime(memory, arc.times[n - 1]);
     write(arc, 0, sensitivities);
     for (std::size_t i = 1; i < n; ++i) {
@@ -291,7 +290,7 @@ class Cvodes final : public TimeIntegration {
     }
   }
 
-  // To `until`, beginning again at every reversal when that is asked for.
+  // Integrates to `until`. Restarts at every velocity reversal if the options require it.
   int advance(void* memory, double until, double& t, bool sensitivities) {
     for (;;) {
       const int flag = CVode(memory, until, y_.get(), &t, CV_NORMAL);

@@ -12,14 +12,14 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kSteps = 3000;  // of a history
+constexpr int kSteps = 3000;  // in a history
 constexpr double kTolerance = 1e-9;
 
 double row_of(const std::vector<double>& given, std::size_t at, double otherwise) {
   return at < given.size() ? given[at] : otherwise;
 }
 
-// Weight in the first equation over the reference mass: what its gravity effects say.
+// Weight in the first equation over the reference mass, from the model's gravity effects.
 double weight_in(const config::ModelSpec& spec) {
   double weight = 0.0;
   for (const config::EffectSpec& effect : spec.effects) {
@@ -39,17 +39,17 @@ std::vector<double> forces_of(const Model& model, double lift) {
 }
 
 double lift_of(const config::ModelSpec& spec, const Model& model, double share) {
-  double mass = 0.0;  // all of it, over the reference mass
+  double mass = 0.0;  // of all equations, over the reference mass
   for (int d = 0; d < model.mechanical(); ++d)
     mass += model.excitation(d);
   return share * mass * spec.gravity;
 }
 
-// A value and its derivatives between two times of a history.
+// A position between two times of a history.
 struct Place {
   std::size_t before = 0;
   double share = 0.0;
-  // Cubic through the four values around it.
+  // Interpolates by the cubic through the four values around the position.
   double of(const std::vector<double>& values) const {
     const std::size_t first = std::min(before > 0 ? before - 1 : 0, values.size() - 4);
     const double at = static_cast<double>(before - first) + share;
@@ -65,14 +65,14 @@ struct Place {
   }
 };
 
-// On the cubic through u and v at both ends.
+// Interpolates the stroke by the cubic through u and v at both ends.
 double stroke_at(const DropHistory& h, const Place& p) {
   const double dt = h.t[p.before + 1] - h.t[p.before], s = p.share, s2 = s * s, s3 = s2 * s;
   return (2 * s3 - 3 * s2 + 1) * h.stroke[p.before] + (s3 - 2 * s2 + s) * dt * h.speed[p.before] +
          (3 * s2 - 2 * s3) * h.stroke[p.before + 1] + (s3 - s2) * dt * h.speed[p.before + 1];
 }
 
-// The top of the parabola through the largest value and its neighbours.
+// Maximum of the parabola through the largest value and its neighbours.
 double largest_of(const std::vector<double>& values) {
   const auto at =
       static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
@@ -149,7 +149,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
   return out;
 }
 
-// The load at all times at once: weight less lift less the first equation's inertia.
+// Computes the load at all times in one batch: weight - lift - inertia of the first equation.
 void DropTest::loads(DropRun& out, const std::vector<double>& theta,
                      const std::vector<double>& states,
                      const std::vector<double>& sensitivities) const {
@@ -203,7 +203,8 @@ void DropTest::loads(DropRun& out, const std::vector<double>& theta,
   }
 }
 
-// The figures of a drop. Turning points lie between times of the history, on its cubics.
+// Computes the figures of a drop. Reversals of the stroke are interpolated between the times of the
+// history.
 Result<void> DropTest::read_off(DropRun& run) const {
   const DropHistory& h = run.history;
   const std::size_t n = h.t.size();
@@ -223,7 +224,8 @@ Result<void> DropTest::read_off(DropRun& run) const {
   const bool rebounds = rebound.before < n;
   const std::size_t last = rebounds ? rebound.before + 1 : n - 1;
   const double largest = largest_of(h.load);
-  // Work of the load on the stroke: trapezoids with the ends' corrections (Simpson in pairs).
+  // Work of the load on the stroke: each interval is the integral of the cubic through four
+  // neighbouring values; the last interval of the history is a trapezoid.
   const auto work = [&](std::size_t from, std::size_t to) {
     double sum = 0.0;
     for (std::size_t i = from; i < to; ++i) {

@@ -9,8 +9,9 @@
 // the first equation's mass without weight and lift.
 //
 // The band contains the uncertainty of the parameters only, not that of effects which the model
-// lacks. It is given twice: linearised (delta method) and sampled (parameters drawn from Student's
-// distribution with the estimate's covariance, inside their bounds).
+// lacks. It is given twice: linearised (delta method; histories with the sensitivities (5.10),
+// figures with central differences) and sampled (parameters drawn from Student's distribution with
+// the estimate's covariance, inside their bounds).
 #pragma once
 
 #include <string>
@@ -27,7 +28,7 @@ struct DropConditions {
   double sink_speed = 0.0;  // the model's length unit per s; above 0
   double lift = 0.0;        // share of the weight, 0 to 1
   double duration = 1.5;    // s
-  int contact = -1;  // coordinate that meets the ground, with a mass; -1: the last mechanical
+  int contact = -1;         // coordinate that meets the ground; -1: the last mechanical one
 };
 
 struct DropFigure {

@@ -1,4 +1,4 @@
-// What the parameters' covariance makes of a drop: delta method and sampling.
+// Uncertainty of a drop from the covariance of the parameters: delta method and sampling.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -70,7 +70,7 @@ double quantile_of(std::vector<double>& sorted, double probability) {
   return sorted[below] + (at - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 
-// Student's distribution: normal draws over the root of an independent chi-square share.
+// Draws from Student's distribution: normal draws divided by sqrt(chi-square / degrees of freedom).
 void sample(const DropTest& test, const std::vector<double>& theta,
             const DropUncertainty& uncertainty, const MatrixXd& v, DropPrediction& out) {
   const Spectrum eigen = spectrum_of(v);

@@ -10,7 +10,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kEven = 1e-6;  // of a step: unevenness below this is rounding of the time column
+constexpr double kEven = 1e-6;  // of a step: smaller deviations are rounding of the time column
 
 }  // namespace
 
@@ -65,8 +65,8 @@ double Excitation::value(double t) const {
   return x;
 }
 
-// Lagrange through the four samples around t; fewer where there are fewer. Exact for cubics, so the
-// error is of the order of the step to the fourth, as that of the integration.
+// Lagrange interpolation through the four samples around t, or through all if there are fewer. It
+// is exact for cubics, so its error is of fourth order in the step, as that of the integration.
 double Excitation::interpolated(double t) const {
   const std::size_t n = t_.size();
   if (t <= t_.front()) return x_.front();

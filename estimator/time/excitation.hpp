@@ -6,18 +6,19 @@
 
 namespace shaker::estimator {
 
-// A value: what was measured (samples, between which a cubic runs through the four nearest), or a
-// cosine, plus a constant. Immutable once made; value() may be called from any thread.
+// The sum of a constant and either measured samples (interpolated by the cubic through the four
+// nearest) or a cosine. value() is const and may be called from any thread.
 class Excitation {
  public:
-  Excitation() = default;  // none: free decay, drop
+  Excitation() = default;  // zero: free decay, drop
   static Excitation constant(double acceleration);
   // amplitude * cos(2 pi frequency t + phase)
   static Excitation cosine(double amplitude, double frequency_hz, double phase = 0.0);
-  // Throws std::invalid_argument unless t increases, both have one size and all is finite.
+  // Samples `x` (m/s^2) at times `t` (s). Throws std::invalid_argument unless there are at least
+  // two samples, both spans have one size, t increases and all values are finite.
   static Excitation sampled(std::span<const double> t, std::span<const double> x);
 
-  // Outside of the samples the nearest one holds.
+  // The acceleration at time t, m/s^2. Outside the samples it is that of the nearest sample.
   double value(double t) const;
   bool sampled() const { return !t_.empty(); }
   Excitation& add_constant(double acceleration);
@@ -28,7 +29,7 @@ class Excitation {
   double constant_ = 0.0;
   double amplitude_ = 0.0, circular_ = 0.0, phase_ = 0.0;
   std::vector<double> t_, x_;
-  double rate_ = 0.0;  // samples a second when they are even, else 0
+  double rate_ = 0.0;  // samples per second if they are equidistant, else 0
 };
 
 }  // namespace shaker::estimator

@@ -11,8 +11,8 @@
 namespace shaker::estimator {
 namespace {
 
-// Error of a central difference: step^2 from the curvature, accuracy of the trajectory / step from
-// its rounding; 1e-4 of a parameter balances them at 1e-10.
+// Relative step of a central difference. Its error is step^2 from the curvature plus the error of
+// the trajectory divided by the step; 1e-4 of a parameter balances them at 1e-10.
 constexpr double kDifference = 1e-4;
 constexpr double kDifferenceOfZero = 1e-5;
 

@@ -63,9 +63,9 @@ struct Arc {
 
 struct IntegrationReport {
   bool ok = false;
-  bool inadmissible = false;  // the state, for example 1 - theta3 u <= 0; else integrator failure
-  std::size_t arc = 0;        // the arc with the failure
-  double reached = 0.0;       // s
+  bool inadmissible = false;     // inadmissible state (1 - theta3 u <= 0); else integrator failure
+  std::size_t arc = 0;           // the arc with the failure
+  double reached = 0.0;          // s
   std::string sentence() const;  // empty when ok
 };
 

@@ -1,5 +1,5 @@
-// The ways to integrate, each by itself: for the sources of this room, and for who wants fixed
-// steps without CVODES' libraries.
+// One constructor function for each integrator: for the sources of this room, and for callers that
+// need fixed steps without the libraries of CVODES.
 #pragma once
 
 #include <memory>

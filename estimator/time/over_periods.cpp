@@ -8,9 +8,9 @@ namespace shaker::estimator {
 namespace {
 
 constexpr std::size_t kSegmentsInPeriod = 4;
-constexpr std::size_t kFewestSamples = 8;  // of a segment: its own state is to be found in it
+constexpr std::size_t kFewestSamples = 8;  // in a segment, which must determine its initial state
 
-// The sample after the last is the first again.
+// Converts a run to a record. The first sample is repeated after the last one.
 TransientRecord record_of(const RunData& run) {
   const std::size_t n = run.displacement.size();
   const double span = static_cast<double>(run.periods) / run.frequency_hz;
@@ -29,7 +29,7 @@ TransientRecord record_of(const RunData& run) {
   }
   const std::size_t m = run.excitation.size();
   std::vector<double> t, x;
-  for (std::size_t i = 0; i <= 2 * m; ++i) {  // tau may begin anywhere
+  for (std::size_t i = 0; i <= 2 * m; ++i) {  // two rounds, because tau may begin anywhere
     t.push_back(static_cast<double>(i) / static_cast<double>(m) * span);
     x.push_back(run.excitation[i % m]);
   }

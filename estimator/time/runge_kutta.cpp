@@ -1,8 +1,10 @@
-// Classical Runge-Kutta of order four, all arcs abreast: component by component, a lane an arc.
+// Classical Runge-Kutta of order four for a batch of arcs: each component has one array with a lane
+// for each arc.
 //
-// Where a velocity changes its sign within a step, |v| v has a jump in its second derivative, which
-// costs the step its order; such a lane's step is done again in two, cut at the zero of the cubic
-// through both ends. The rate at a step's end is needed for that and is the next step's first.
+// Where a velocity changes its sign within a step, the second derivative of |v| v jumps, and the
+// step loses its order. Such a lane repeats the step in pieces, cut at the zero of the cubic
+// through both ends. This needs the rate at the end of a step, which is also the first of the next
+// step.
 #include <algorithm>
 #include <cmath>
 
@@ -12,10 +14,10 @@ namespace shaker::estimator {
 namespace {
 
 constexpr std::size_t kAlign = 8;
-constexpr double kNoCut = 1e-6;  // a zero so near to an end of the step needs none
+constexpr double kNoCut = 1e-6;  // a zero this close to an end of the step needs no cut
 constexpr int kMostCuts = 4;     // in one step and lane; several velocities may reverse in it
 
-// State and sensitivities of some lanes, with all that a step needs.
+// State and sensitivities of some lanes, with all arrays of a step.
 struct Block {
   int n = 0;
   std::size_t stride = 0;
@@ -50,8 +52,8 @@ struct Block {
   }
 };
 
-// Zero in (0, 1) of the cubic with values v0, v1 and slopes d0, d1 at its ends; v0 and v1 differ in
-// sign. Bisection safeguards Newton.
+// Returns the zero in (0, 1) of the cubic with values v0, v1 (of different sign) and slopes d0, d1
+// at its ends. Newton's method, safeguarded by bisection.
 double zero_of_cubic(double v0, double v1, double d0, double d1) {
   double low = 0.0, high = 1.0, s = v0 / (v0 - v1);
   for (int i = 0; i < 40; ++i) {
@@ -111,7 +113,7 @@ class RungeKutta final : public TimeIntegration {
   }
 
  private:
-  // Steps between the samples, and the excitation at their ends and middles.
+  // Sets the number of steps between samples, and the excitation at their ends and middles.
   void plan(std::span<Arc> arcs) {
     std::size_t intervals = 0;
     for (const Arc& arc : arcs)
@@ -156,7 +158,7 @@ class RungeKutta final : public TimeIntegration {
     write(arcs, 0);
   }
 
-  // A lane whose record has ended stands still.
+  // Loads step length and excitation. A lane whose record has ended gets a step of 0.
   void load(std::span<Arc> arcs, std::size_t interval, std::size_t node, double share) {
     for (std::size_t lane = 0; lane < arcs.size(); ++lane) {
       const Arc& arc = arcs[lane];
@@ -196,8 +198,8 @@ class RungeKutta final : public TimeIntegration {
     return true;
   }
 
-  // From b.y with the rate b.rate; leaves the new state in b.y, the old in b.base, the rate there
-  // in b.next.
+  // Makes one step from b.y with the rate b.rate. Afterwards b.y is the new state, b.base the old
+  // one, and b.next the rate at the new state.
   bool step(Block& b) const {
     std::swap(b.y, b.base);
     const auto towards = [&](const std::vector<double*>& rate, double share) {
@@ -232,7 +234,7 @@ class RungeKutta final : public TimeIntegration {
     return rates(b, b.y, b.x_end, b.next);
   }
 
-  // Does again, in pieces, the step of every lane in which a velocity changed its sign.
+  // Repeats the step in pieces for every lane in which a velocity changed its sign.
   bool cut(std::span<Arc> arcs, std::size_t interval, int part, double share) {
     if (options_.cut == CutAtReversals::never) return true;
     for (std::size_t lane = 0; lane < arcs.size(); ++lane) {
@@ -282,7 +284,7 @@ class RungeKutta final : public TimeIntegration {
     return true;
   }
 
-  // Part of the only lane's step at which the first velocity reverses; 1 for none.
+  // Returns the share of the single lane's step at the first velocity reversal; 1 if there is none.
   double first_zero(const Block& s) const {
     double share = 1.0;
     for (int e = 0; e < equations_.coordinates(); ++e) {
@@ -316,7 +318,7 @@ class RungeKutta final : public TimeIntegration {
     }
   }
 
-  // Which lane it was that left: each is tried alone.
+  // Finds the lane that failed: repeats the step of each lane alone.
   IntegrationReport where(std::span<Arc> arcs, const std::vector<double*>& y, std::size_t interval,
                           double share) {
     IntegrationReport report;

@@ -1,6 +1,6 @@
-// Linear least squares that grows row by row without forming normal equations: the upper triangle R
-// with R^T R = J^T J, and Q^T r. The condition of J is not squared, so that what the data do not
-// determine can be told from rounding; memory does not grow with the rows.
+// Linear least squares row by row without normal equations. It keeps the upper triangle R with
+// R^T R = J^T J, and Q^T r. The condition of J is not squared, so undetermined directions can be
+// distinguished from rounding. The memory does not grow with the rows.
 #pragma once
 
 #include <Eigen/Dense>
@@ -12,11 +12,11 @@ class SquareRootInformation {
   explicit SquareRootInformation(Eigen::Index columns);
 
   void clear();
-  // A row of zeros to be filled in; its last entry is the right-hand side. Valid until the next
-  // call.
+  // Returns a new row of zeros (columns + 1) to be filled in; its last entry is the right-hand
+  // side. The reference is valid until the next call.
   Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> row();
 
-  // After the last row. R is columns x columns, right its right-hand side.
+  // Call finish() after the last row. R is columns x columns; right() has `columns` values.
   void finish();
   Eigen::MatrixXd r() const;
   Eigen::VectorXd right() const;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kNewtonSteps = 12;     // for effects that are not linear in acceleration
 constexpr double kSolved = 1e-13;    // change of q, relative, at which Newton has converged
-constexpr double kSingular = 1e-14;  // pivot against the largest of its matrix
-constexpr int kProbes = 3;           // states at which the kinds of coordinates are found
+constexpr double kSingular = 1e-14;  // smallest pivot, relative to the matrix's largest entry
+constexpr int kProbes = 3;           // states at which derivatives_know_accelerations() evaluates
 
 std::size_t index(int i) {
   return static_cast<std::size_t>(i);
@@ -58,7 +58,8 @@ void StateEquations::find_kinds() {
   once_ = states_ == 2 * c && !derivatives_know_accelerations();
 }
 
-// Asked of the model itself: at its start, in some states near rest.
+// Tests if the model's derivatives change with the accelerations, at its start parameters in some
+// states near rest. Returns true also if such a state is inadmissible.
 bool StateEquations::derivatives_know_accelerations() const {
   const int c = coordinates_;
   Workspace work;
@@ -102,7 +103,7 @@ bool StateEquations::evaluate(int n, const double* const* s, const double* x, co
   return true;
 }
 
-// LU with partial pivoting of g_q in one lane.
+// LU factorisation of g_q with partial pivoting in one lane; false when it is singular.
 bool StateEquations::factor(int lane, Workspace& work) const {
   const int c = coordinates_;
   auto& m = work.matrix;
@@ -147,7 +148,7 @@ void StateEquations::substitute(Workspace& work) const {
   }
 }
 
-// One Newton step on q in every lane, with the largest change and the largest q.
+// Makes one Newton step on q in every lane. Returns the largest change and the largest |q|.
 bool StateEquations::solve_lanes(int n, Workspace& work, double* largest, double* scale) const {
   const int c = coordinates_;
   *largest = *scale = 0.0;
@@ -215,7 +216,7 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
   }
   if (!evaluate(n, s, x, theta, work)) return false;
 
-  if (c == 1 && once_) {  // the oleo: no matrices
+  if (c == 1 && once_) {  // one coordinate (the oleo): no matrices
     const double* g = work.at.g[0];
     const double* g_a = work.at.g_a[0];
     std::copy_n(s[1], n, rate[0]);
@@ -243,7 +244,7 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
   for (int step = 0; step < kNewtonSteps; ++step) {
     if (!solve_lanes(n, work, &change, &scale)) return false;
     if (once_ || change <= kSolved * scale) break;
-    // Everything is taken again at the solved q: derivatives may depend on it.
+    // Evaluates again at the new q, because the derivatives may depend on it.
     if (!evaluate(n, s, x, theta, work)) return false;
   }
   for (int e = 0; e < c; ++e) {

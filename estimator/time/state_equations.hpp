@@ -49,8 +49,8 @@ class StateEquations {
 
   // Computes `rate` (`states` arrays of n) and, unless nullptr, `h_s` (states * states arrays, row
   // by row) and `h_theta` (states * parameters arrays). `x`: the excitation of each lane, m/s^2.
-  // Returns false when a lane is inadmissible (1 - theta3 u <= 0) or its equations are singular; the
-  // output is then unspecified. May be called from several threads, each with its own workspace.
+  // Returns false when a lane is inadmissible (1 - theta3 u <= 0) or its equations are singular;
+  // the output is then unspecified. Several threads may call it, each with its own workspace.
   bool rates(int n, const double* const* s, const double* x, const double* theta, Workspace& work,
              double* const* rate, double* const* h_s, double* const* h_theta) const;
 

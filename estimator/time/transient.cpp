@@ -12,8 +12,8 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr std::size_t kShort = 400;       // samples: up to here one trajectory
-constexpr std::size_t kMostArcs = 64;     // of a record, unless asked for more
+constexpr std::size_t kShort = 400;       // samples: shorter records are one trajectory
+constexpr std::size_t kMostArcs = 64;     // in a record, unless the options ask for more
 constexpr std::size_t kSlopeSamples = 4;  // to either side, for a velocity from the data
 constexpr double kSmallestScale = 1e-12;
 
@@ -51,7 +51,7 @@ void check(const TransientRecord& record, std::size_t index, std::size_t states)
   }
 }
 
-// Parabola by least squares through the samples around `at`: value and slope there.
+// Fits a parabola by least squares to the samples around `at`. Returns value and slope there.
 std::pair<double, double> local_fit(const std::vector<double>& t, const std::vector<double>& y,
                                     std::size_t at) {
   const std::size_t first = at > kSlopeSamples ? at - kSlopeSamples : 0;
@@ -139,7 +139,8 @@ void TransientEstimator::Impl::add_unknowns(RecordState& record) {
   }
 }
 
-// Neighbours share a node: the end of one is the start of the next, which has its datum.
+// Neighbouring arcs share a node: the end of one is the start of the next. The datum there belongs
+// to the next one.
 void TransientEstimator::Impl::cut_into_arcs(std::size_t index, std::size_t segment) {
   RecordState& record = records[index];
   const std::size_t n = record.times.size();
@@ -177,7 +178,7 @@ void TransientEstimator::Impl::begin(const std::vector<double>& start, std::size
   closes.assign(arcs.size(), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(m)));
 }
 
-// What the sensor sees is known at every segment's start, and its velocity by a slope.
+// The data give the observed coordinate at every segment's start, and its velocity by a local fit.
 void TransientEstimator::Impl::begin_from_data(std::size_t index) {
   RecordState& record = records[index];
   const auto seen = static_cast<std::size_t>(model.observed());
@@ -194,7 +195,7 @@ void TransientEstimator::Impl::begin_from_data(std::size_t index) {
     arcs[record.first_arc].start[j] = record.initial[j].value;
 }
 
-// What it does not see comes from a simulation at the start's parameters, if there is one.
+// The other states come from a simulation with the start's parameters, if it succeeds.
 void TransientEstimator::Impl::simulate_starts(std::size_t index) {
   RecordState& record = records[index];
   if (m <= 2) return;

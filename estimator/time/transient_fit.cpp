@@ -1,4 +1,4 @@
-// Gauss-Newton and Levenberg-Marquardt on theta, initial states and gaps together.
+// Gauss-Newton and Levenberg-Marquardt for theta, initial states and gaps together.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,18 +13,18 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kGapWeight = 10.0;  // of a gap in the merit, against its segment's residuals
+constexpr double kGapWeight = 10.0;  // of a gap in the merit, relative to its segment's residuals
 constexpr double kGapClosed = 1e-8;  // relative to the states' size
 constexpr double kNearlyUndamped = 1e-5;
-constexpr double kSmallest = 1e-10;  // singular value against the largest, for pure steps
+constexpr double kSmallest = 1e-10;  // singular value relative to the largest, for undamped steps
 constexpr double kFirstLambda = 1e-4;
 constexpr double kLastLambda = 1e12;
-constexpr std::size_t kShorter[] = {40, 12};  // samples
+constexpr std::size_t kShorter[] = {40, 12};  // samples in a segment of further attempts
 constexpr std::size_t kOneTrajectory = std::numeric_limits<std::size_t>::max();
-constexpr double kLeastLambda = 1e-12;  // keeps a direction that the data do not determine in place
-constexpr double kAccuracy = 10.0;      // of a trajectory, in tolerances of CVODES
-constexpr double kRounding = 1e-11;     // and of runge_kutta4, which is a smooth function
-constexpr double kOfStandardError = 1e-7;  // a step that is shorter than this changes nothing
+constexpr double kLeastLambda = 1e-12;     // damping of directions that the data do not determine
+constexpr double kAccuracy = 10.0;         // error of a CVODES trajectory, in relative tolerances
+constexpr double kRounding = 1e-11;        // of runge_kutta4, whose result is a smooth function
+constexpr double kOfStandardError = 1e-7;  // a step with a smaller effect is negligible
 
 }  // namespace
 
@@ -50,8 +50,9 @@ void TransientEstimator::Impl::linearise(double closing) {
   right = information.right();
 }
 
-// (5.8) along a record, the segments' states condensed: an arc's initial state moves by
-// moves * step + closes, so that its end meets the next one's start, by the share `closing`.
+// Linearises (5.8) along a record, with condensed states of the segments. The initial state of an
+// arc changes by moves * step + closes. This closes the share `closing` of the gap between the end
+// of an arc and the start of the next one.
 void TransientEstimator::Impl::linearise_record(std::size_t index, double closing) {
   using Row = Eigen::Map<const Eigen::RowVectorXd>;
   const RecordState& record = records[index];
@@ -122,7 +123,7 @@ double TransientEstimator::Impl::observations() const {
   return count;
 }
 
-// What the integration leaves uncertain in the whole prediction: no step can be judged below it.
+// The integration error of the whole prediction. Smaller effects of a step cannot be judged.
 double TransientEstimator::Impl::accuracy() const {
   double sum = 0.0;
   for (const RecordState& record : records) {
@@ -155,7 +156,7 @@ bool TransientEstimator::Impl::small(const Eigen::VectorXd& step) const {
   return true;
 }
 
-// (4.7): by singular values, leaving out directions that the data do not determine.
+// (4.7), by singular values, without the directions that the data do not determine.
 Eigen::VectorXd TransientEstimator::Impl::pure_step() const {
   Eigen::VectorXd scale = r.colwise().norm();
   for (double& s : scale)
@@ -186,7 +187,7 @@ Eigen::VectorXd TransientEstimator::Impl::damped_step(double lambda) const {
   return least_squares(damped, wanted);
 }
 
-// (4.8) inside the box.
+// (4.8) inside the bounds.
 Eigen::VectorXd TransientEstimator::Impl::box_step(double lambda) const {
   const auto q = static_cast<Eigen::Index>(unknowns.size());
   Eigen::VectorXd scale = r.colwise().norm();
@@ -206,7 +207,7 @@ Eigen::VectorXd TransientEstimator::Impl::box_step(double lambda) const {
   return step.cwiseQuotient(scale).cwiseMax(lower).cwiseMin(upper);
 }
 
-// No step more than doubles a parameter, as in the periodic estimator.
+// Limits the step so that it at most doubles a parameter, as in the periodic estimator.
 void TransientEstimator::Impl::cap(Eigen::VectorXd& step, const std::vector<double>& start) const {
   double share = 1.0;
   for (std::size_t k = 0; k < free.size(); ++k) {
@@ -314,8 +315,8 @@ const TransientFit& TransientEstimator::fit(const std::vector<double>& start) {
     impl.iterate(damped);
     return fit.status == FitStatus::converged;
   };
-  // Where a trajectory cannot go on from the start's parameters, shorter ones that begin from the
-  // data may; what segments cannot do, one trajectory may.
+  // If a trajectory cannot be integrated with the start's parameters, shorter segments that start
+  // from the data are tried. If segments fail, one trajectory is tried.
   if (!attempt(impl.options.segment)) {
     const std::string first = fit.trouble;
     const bool cut = impl.arcs.size() > impl.records.size();

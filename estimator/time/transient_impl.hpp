@@ -12,18 +12,18 @@ namespace shaker::estimator {
 
 struct RecordState {
   TransientRecord data;
-  std::vector<double> times;  // of the data, and before them `start` when that is earlier
+  std::vector<double> times;  // those of the data, preceded by `start` if it is earlier
   std::size_t offset = 0;     // 1 when times[0] has no datum
   std::vector<InitialState> initial;
   std::vector<int> unknown;   // index of an initial state among the unknowns; -1: known
-  std::vector<double> scale;  // size of each state, to judge gaps and steps by
+  std::vector<double> scale;  // size of each state, the measure of gaps and steps
   std::size_t first_arc = 0, arcs = 0;
 };
 
 // One unknown of the least squares: a free parameter, or an initial state.
 struct Unknown {
   double lower = 0.0, upper = 0.0;
-  double scale = 0.0;  // steps are judged against |value|, or this if larger
+  double scale = 0.0;  // steps are relative to |value|, or to this if it is larger
 };
 
 struct TransientEstimator::Impl {
@@ -43,10 +43,11 @@ struct TransientEstimator::Impl {
   TransientFit fit;
 
   SquareRootInformation information;
-  Eigen::MatrixXd r;      // of the last linearisation
-  Eigen::VectorXd right;  // beside it
+  Eigen::MatrixXd r;      // triangle R of the last linearisation
+  Eigen::VectorXd right;  // its right-hand side Q^T r
   double sum_of_squares = 0.0, gaps = 0.0;
-  // How an arc's initial state moves with the unknowns, and by itself to close the gap before it.
+  // For each arc: the derivative of its initial state over the unknowns, and the part of its step
+  // that closes the gap before it.
   std::vector<Eigen::MatrixXd> moves;
   std::vector<Eigen::VectorXd> closes;
 

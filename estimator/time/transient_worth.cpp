@@ -1,5 +1,5 @@
-// What an estimate from records is worth: (3.27), (3.28), (3.29), and what the data do not
-// determine, from the triangle R of the Jacobian.
+// Inference for an estimate from records, from the triangle R of the Jacobian: (3.27), (3.28),
+// (3.29), and the parameters that the data do not determine.
 #include <algorithm>
 #include <cmath>
 
@@ -15,11 +15,11 @@
 namespace shaker::estimator {
 namespace {
 
-// Below this share of the largest singular value of the scaled Jacobian a direction is lost in what
-// the integration's tolerance leaves of a sensitivity.
+// Smallest singular value of the scaled Jacobian, relative to the largest. Below it, the
+// integration error of the sensitivities hides a direction.
 constexpr double kSmallestSingular = 1e-8;
 constexpr double kSmallestOfDifferences = 1e-5;
-constexpr double kShare = 0.05;  // of a direction, from which a parameter counts as part of it
+constexpr double kShare = 0.05;  // component of a direction above which a parameter is part of it
 
 }  // namespace
 

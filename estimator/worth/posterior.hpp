@@ -46,7 +46,7 @@ struct PosteriorOptions {
   double largest_pareto_k = 0.7;
   double largest_r_hat = 1.01;
   double fewest_effective = 400.0;  // required effective draws for each mean
-  long most_samples = 32000;        // of the last round
+  long most_samples = 32000;        // limit for the last round
   long most_steps = 200000;         // limit for all walkers; 0: neither valleys nor walkers
 };
 

@@ -22,7 +22,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
 
-// Cuts off and returns what stands before the next blank.
+// Removes and returns the next word.
 std::string_view next_word(std::string_view& text) {
   text = trimmed(text);
   const auto end = std::min(text.find_first_of(" \t"), text.size());
@@ -81,7 +81,7 @@ bool parse_data(std::string_view text, std::size_t most, Frame& frame) {
   return true;
 }
 
-// What follows the first '#'.
+// Parses the text after the first '#'.
 bool parse_body(std::string_view text, Frame& frame) {
   if (text.starts_with('#')) {  // FD: "##", flags, data
     frame.fd = true;
@@ -96,7 +96,7 @@ bool parse_body(std::string_view text, Frame& frame) {
     frame.length = static_cast<std::uint8_t>(text[0] - '0');
     return true;
   }
-  // "_9" to "_F" behind eight bytes is the raw length code of the wire; the data are complete.
+  // "_9" to "_F" after eight bytes is the raw length code of the wire; the data are complete.
   if (const auto raw = text.find('_'); raw != std::string_view::npos) {
     if (text.size() != raw + 2 || hex_digit(text[raw + 1]) < 0) return false;
     text = text.substr(0, raw);

@@ -1,4 +1,4 @@
-// One line of a log written by `candump -l` (or -L), e.g.
+// Parses one line of a log written by `candump -l` (or -L), e.g.
 //
 //   (1436509052.249713) can0 181#2A366C2BBA00        classic, standard identifier
 //   (1436509052.249713) can0 1F334455#1122           classic, extended: eight digits
@@ -6,7 +6,7 @@
 //   (1436509052.249713) can0 123#R8                  remote frame
 //   (1436509052.249713) can0 20000040#0000000000000000   error frame: bit 29 set
 //
-// Pure, no allocation. Source: can-utils 2020.11, lib.c (what it writes is what is read here).
+// Pure, no allocation. Source: can-utils 2020.11, lib.c (the format that it writes).
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct LogEntry {
   Frame frame;
 };
 
-// Nothing when the line is not one of these, whatever it holds.
+// Returns nothing if the line does not have one of these forms.
 std::optional<LogEntry> parse_log_line(std::string_view line);
 
 }  // namespace shaker::protocol::can

@@ -21,7 +21,7 @@ const Message* Database::find(std::uint32_t id, bool extended) const {
 }
 
 Decoded decode(const Message& message, const Signal& signal, std::span<const std::uint8_t> data) {
-  // parse_dbc has refused chains that bite their own tail, so this ends.
+  // parse_dbc refuses circular chains, so this loop ends.
   for (const Signal* s = &signal; s->multiplexed;) {
     const Signal& selector = message.signals[static_cast<std::size_t>(s->multiplexed->multiplexor)];
     const auto selected = raw_bits(selector, data);

@@ -1,6 +1,6 @@
-// What a DBC file says about a bus: its messages and their signals.
+// The contents of a DBC file: the messages of a bus and their signals.
 //
-// Read once at start-up by parse_dbc; after that it is only looked at. Thread-safe as a constant.
+// parse_dbc builds it once at start-up; afterwards it is constant and thread-safe.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct Message {
   bool extended = false;  // 29-bit identifier
   std::size_t size = 0;   // bytes, 0..64; a real frame may be shorter (see decode)
   std::vector<Signal> signals;
-  std::optional<double> cycle_time_s;  // GenMsgCycleTime: how often it is expected
+  std::optional<double> cycle_time_s;  // GenMsgCycleTime: the expected period
 
   const Signal* find(std::string_view signal) const;
 };
@@ -37,20 +37,20 @@ struct Database {
 
 enum class Presence : std::uint8_t {
   present,
-  not_selected,  // another multiplexed signal stands there in this frame
+  not_selected,  // another multiplexed signal is in this frame
   malformed      // the frame is too short for it, or for its multiplexor
 };
 struct Decoded {
   Presence presence = Presence::malformed;
-  double value = 0.0;  // where present
+  double value = 0.0;  // if present
 };
 
-// One signal out of a frame, its multiplexors looked at first. `signal` is one of `message`'s.
+// Decodes one signal of a frame, after its multiplexors. `signal` is one of `message`'s.
 Decoded decode(const Message& message, const Signal& signal, std::span<const std::uint8_t> data);
 
-// The text of a DBC file, UTF-8 or Latin-1, any line ends. Reads BO_, SG_, SIG_VALTYPE_,
-// SG_MUL_VAL_ and the attribute GenMsgCycleTime; every other section is skipped. An Error reads
-// "FILE:LINE: what was found, what is expected". `origin` names the file.
+// Parses the text of a DBC file, UTF-8 or Latin-1, with any line ends. Reads BO_, SG_,
+// SIG_VALTYPE_, SG_MUL_VAL_ and the attribute GenMsgCycleTime; skips every other section. An
+// Error has the form "FILE:LINE: found ..., expected ...". `origin` names the file.
 Result<Database> parse_dbc(std::string_view text, const std::string& origin);
 
 }  // namespace shaker::protocol::can

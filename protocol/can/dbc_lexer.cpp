@@ -12,8 +12,8 @@ bool letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
 }
 
-// Length of the UTF-8 sequence at the front of `text`; 0 when it is none (overlong forms included:
-// a document that quotes them would be refused by strict readers).
+// Length of the UTF-8 sequence at the front of `text`; 0 if it is invalid (also for overlong
+// forms, which strict readers of a quoting document would refuse).
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const auto follows = [&](std::size_t count) {
@@ -50,7 +50,7 @@ bool valid_utf8(std::string_view text) {
   return true;
 }
 
-// A sign belongs to a number only when a digit follows at once: in "@1+ (0.1,0)" it does not.
+// A sign belongs to a number only if a digit follows at once: not in "@1+ (0.1,0)".
 std::size_t number_length(std::string_view text) {
   std::size_t i = text[0] == '+' || text[0] == '-' ? 1 : 0;
   const std::size_t first = i;
@@ -110,7 +110,7 @@ DbcToken DbcLexer::take(DbcToken::Kind kind, std::size_t length) {
   return token;
 }
 
-// A quote behind a backslash does not end a text; a text may run over several lines.
+// A quote after a backslash does not end a text; a text may contain line ends.
 DbcToken DbcLexer::quoted() {
   std::size_t end = at_ + 1;
   while (end < text_.size() && text_[end] != '"')

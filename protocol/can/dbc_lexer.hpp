@@ -1,4 +1,4 @@
-// Words of a DBC file, with the line on which each stands. Used by the parser only.
+// Splits a DBC file into tokens with their line numbers. Used by the parser only.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@ namespace shaker::protocol::can {
 struct DbcToken {
   enum class Kind { word, number, text, mark, end };
   Kind kind = Kind::end;
-  std::string_view text;  // of a text: what is between the quotes, escapes as they stand
+  std::string_view text;  // of a text: between the quotes, with its escapes unchanged
   int line = 0;
   bool first_on_line = false;
-  bool unterminated = false;  // a text that the end of the file cut off
+  bool unterminated = false;  // a text cut off by the end of the file
 };
 
-// DBC files are written in whatever the tool's code page was: what is not valid UTF-8 is taken as
-// Latin-1, so that "°C" survives either way. A byte order mark is dropped.
+// Converts to UTF-8. DBC files use the code page of their tool: text that is not valid UTF-8 is
+// read as Latin-1, so that "°C" is preserved in both cases. A byte order mark is removed.
 std::string to_utf8(std::string_view text);
 
 // `text` must outlive the lexer and its tokens, and be valid UTF-8.

@@ -1,6 +1,6 @@
-// The DBC format has no published standard; this follows what the files of the common tools hold.
-// Two passes: read the sections as they come, then join what they say about each other, because a
-// multiplexor may stand after its signals and value types stand at the end of the file.
+// The DBC format has no published standard; this parser follows the files of the common tools.
+// It uses two passes: it first reads the sections in order and then connects them, because a
+// multiplexor may come after its signals, and value types are at the end of the file.
 #include <fmt/format.h>
 
 #include "protocol/can/database.hpp"
@@ -107,7 +107,7 @@ void join_cycle_times(DbcReader& in) {
   }
   for (const CycleTime& time : in.cycle_times) {
     const auto it = in.by_id.find(time.id);
-    if (it == in.by_id.end()) continue;  // a pseudo-message; says nothing about a frame
+    if (it == in.by_id.end()) continue;  // a pseudo-message without a frame
     auto& cycle = in.messages[it->second].cycle_time_s;
     cycle = time.milliseconds > 0.0 ? std::optional(time.milliseconds * 1e-3) : std::nullopt;
   }

@@ -90,7 +90,7 @@ void DbcReader::read_section() {
   skip_section();
 }
 
-// NS_ lists the names of sections, one alone on each line, none of which is meant as a section.
+// NS_ lists names of sections, one on each line; none of them begins a section.
 void DbcReader::skip_new_symbols() {
   const int line = take().line;
   while (token_.kind != Kind::end && token_.line == line)
@@ -102,7 +102,7 @@ void DbcReader::skip_new_symbols() {
   }
 }
 
-// Ends at ';', or before a line that opens another section (not every section has a ';').
+// Skips to ';' or to a line that opens another section (not every section has a ';').
 void DbcReader::skip_section() {
   take();
   while (token_.kind != Kind::end) {
@@ -165,7 +165,7 @@ void DbcReader::check_message(Message& message, std::uint64_t id, std::uint64_t 
   }
 }
 
-// Precondition: at SG_. Without a message the signal is read and dropped.
+// Precondition: at SG_. Without a message the signal is read and discarded.
 void DbcReader::read_signal(Message* message, MessageSource* source) {
   SignalSource from{take().line, std::nullopt};
   Signal signal;
@@ -185,7 +185,7 @@ void DbcReader::read_signal(Message* message, MessageSource* source) {
   source->signals.push_back(from);
 }
 
-// M, m0, m1, ... or m0M.
+// Reads M, m0, m1, ... or m0M.
 void DbcReader::read_multiplexor_mark(Signal& signal, SignalSource& source) {
   std::string_view text = token_.text;
   if (text.ends_with('M')) {
@@ -267,7 +267,7 @@ void DbcReader::read_value_type() {
   type.line = take().line;
   type.id = whole("the message's identifier after SIG_VALTYPE_");
   type.signal = word("the signal's name");
-  if (at_mark(':')) take();  // some tools leave it out
+  if (at_mark(':')) take();  // some tools omit it
   const int line = token_.line;
   const std::uint64_t code = whole("the value type");
   mark(';', "after SIG_VALTYPE_");
@@ -292,7 +292,7 @@ void DbcReader::read_multiplexed_by() {
     if (at_mark(',')) take();
     Multiplexing::Range range;
     range.first = whole("the first value of a range");
-    // "1-3" reads as the two numbers 1 and -3.
+    // "1-3" is lexed as the two numbers 1 and -3.
     if (at_mark('-')) {
       take();
     } else if (token_.kind == Kind::number && token_.text.starts_with('-')) {

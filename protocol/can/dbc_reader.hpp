@@ -1,4 +1,5 @@
-// First pass over a DBC file: its sections as they come, not yet joined. Used by parse_dbc only.
+// First pass over a DBC file: reads its sections in order, without connecting them. Used by
+// parse_dbc only.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +14,13 @@
 
 namespace shaker::protocol::can {
 
-// Thrown inside parse_dbc, which turns it into an Error.
+// Thrown within parse_dbc, which converts it to an Error.
 struct DbcSyntaxError {
   int line;
   std::string what;
 };
 
-// What the sections say about messages that may not have been read yet.
+// A statement of a section about a message that may not have been read yet.
 struct About {
   int line = 0;
   std::uint64_t id = 0;  // as written, with bit 31
@@ -55,7 +56,7 @@ class DbcReader {
   }
 
   std::vector<Message> messages;
-  std::vector<MessageSource> sources;  // of `messages`
+  std::vector<MessageSource> sources;  // for each of `messages`
   std::map<std::uint64_t, std::size_t> by_id;
   std::map<std::string, int, std::less<>> line_of_name;
   std::vector<ValueType> value_types;

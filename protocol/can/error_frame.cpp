@@ -15,7 +15,7 @@ struct Row {
   std::string_view says;
 };
 
-// Worst first: the sentence is about the first that applies.
+// The most severe class first: the sentence describes the first one that applies.
 constexpr std::array kClasses = {
     Row{CAN_ERR_BUSOFF,
         "the controller is bus-off and sends and receives nothing: check wiring, termination (two "

@@ -1,7 +1,8 @@
-// Error frames: what the adapter's driver reports about the bus, in sentences for an operator.
+// Describes error frames, by which the adapter's driver reports the state of the bus, for an
+// operator.
 //
-// SocketCAN delivers them as frames with CAN_ERR_FLAG (linux/can/error.h), also in candump logs.
-// Pure.
+// SocketCAN delivers them as frames with CAN_ERR_FLAG (linux/can/error.h); candump logs have
+// them too. Pure.
 #pragma once
 
 #include <string>
@@ -12,16 +13,16 @@ namespace shaker::protocol::can {
 
 struct ErrorReport {
   bool bus_off = false;    // the controller has left the bus
-  bool restarted = false;  // it is back
+  bool restarted = false;  // the controller is back on the bus
   bool passive = false;    // error-passive: bus-off is near
-  std::uint32_t lost = 0;  // at least so many frames that the controller itself dropped
+  std::uint32_t lost = 0;  // lower limit of the frames that the controller dropped
 };
 
 // Precondition: frame.error.
 ErrorReport interpret_error(const Frame& frame);
 
-// Appends one sentence that names `interface`, the trouble and the remedy. Allocates only when
-// `text` has no room.
+// Appends one sentence with `interface`, the problem and the remedy. Allocates only if `text`
+// has no room.
 void describe_error(const Frame& frame, const std::string& interface, std::string& text);
 
 }  // namespace shaker::protocol::can

@@ -1,6 +1,7 @@
-// One CAN frame as it stood on the wire, classic (up to 8 bytes) or FD (up to 64).
+// One CAN frame as on the wire, classic (up to 8 bytes) or FD (up to 64).
 //
-// Plain data, free of the kernel's headers, so that codecs, recorded logs and drivers share it.
+// Plain data, independent of the kernel's headers, so that codecs, recorded logs and drivers
+// share it.
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@ inline constexpr std::uint32_t kStandardMask = 0x7FF;
 inline constexpr std::uint32_t kExtendedMask = 0x1FFFFFFF;
 
 struct Frame {
-  std::uint32_t id = 0;     // 11 or 29 bits; of an error frame: its class bits
+  std::uint32_t id = 0;     // 11 or 29 bits; for an error frame its class bits
   std::uint8_t length = 0;  // bytes in use, <= kMaxLength
   bool extended = false;
   bool fd = false;

@@ -10,8 +10,8 @@
 namespace shaker::protocol::can {
 namespace {
 
-// Position of the signal's bits on one line on which Motorola signals run straight: byte 0's bit 7
-// is at 0. There a Motorola signal occupies [first, first + length).
+// Position of the signal's first bit in a numbering in which Motorola signals are contiguous:
+// bit 7 of byte 0 is at 0. In it a Motorola signal occupies [first, first + length).
 std::size_t motorola_first(const Signal& signal) {
   const auto start = static_cast<std::size_t>(signal.start_bit);
   return start / 8 * 8 + (7 - start % 8);
@@ -26,8 +26,8 @@ std::int64_t sign_extend(std::uint64_t raw, int length) {
   return static_cast<std::int64_t>(raw << unused) >> unused;
 }
 
-// Calls visit(byte, shift in that byte, count of bits, weight of the lowest of them in the raw
-// value) for each byte that the signal touches.
+// Calls visit(byte, shift in that byte, number of bits, weight of the lowest of them in the raw
+// value) for each byte that contains a part of the signal.
 template <class Visit>
 void for_each_part(const Signal& signal, Visit visit) {
   int left = signal.length;

@@ -24,7 +24,7 @@ namespace shaker::protocol::can {
 enum class ByteOrder : std::uint8_t { intel, motorola };
 enum class NumberFormat : std::uint8_t { unsigned_integer, signed_integer, float32, float64 };
 
-// The signal is only in the frame while the multiplexor's raw value is in one of the ranges.
+// The signal is in the frame only if the multiplexor's raw value is in one of the ranges.
 struct Multiplexing {
   int multiplexor = -1;  // index in Message::signals
   struct Range {
@@ -48,22 +48,22 @@ struct Signal {
   std::optional<Multiplexing> multiplexed;
 };
 
-// Bytes that a frame must have for this signal to be in it.
+// Number of bytes that a frame needs to contain this signal.
 std::size_t bytes_needed(const Signal& signal);
 
-// The bits as they stand, right-aligned, not sign-extended. Nothing when the frame is too short.
+// The raw bits, right-aligned, not sign-extended. Empty if the frame is too short.
 std::optional<std::uint64_t> raw_bits(const Signal& signal, std::span<const std::uint8_t> data);
 
-// Nothing when the frame is too short. A float signal may give NaN or infinity. Integers of more
-// than 53 bits are rounded to the nearest double.
+// Decodes the value. Empty if the frame is too short. A float signal may give NaN or infinity.
+// Integers of more than 53 bits are rounded to the nearest double.
 std::optional<double> decode(const Signal& signal, std::span<const std::uint8_t> data);
 
-// True when the value lies in the signal's stated range (half a step of tolerance), or none is
+// True if the value lies in the signal's stated range (half a step of tolerance), or if none is
 // stated.
 bool in_range(const Signal& signal, double value);
 
-// Rounds to the nearest raw value and changes this signal's bits only. An Error names signal, value
-// and what fits.
+// Rounds to the nearest raw value and changes the bits of this signal only. An Error names the
+// signal, the value and the range that fits.
 Result<void> encode(const Signal& signal, double value, std::span<std::uint8_t> data);
 
 }  // namespace shaker::protocol::can

@@ -1,6 +1,7 @@
-// What a Modbus device means when it answers "no", and what to do about it.
+// The meaning of the exceptions of a Modbus device, and the reaction to them.
 //
-// Source: Modbus Application Protocol V1.1b3, chapter 7; codes 07 and 09 are older devices'.
+// Source: Modbus Application Protocol V1.1b3, chapter 7; codes 07 and 09 are from older
+// devices.
 #pragma once
 
 #include <string>
@@ -8,14 +9,14 @@
 namespace shaker::protocol::modbus {
 
 enum class Reaction {
-  give_up,  // asking again gives the same answer
-  retry,    // busy: ask again a little later
-  accepted  // not an error: it is working on it, the result is seen by reading back
+  give_up,  // a repetition gives the same answer
+  retry,    // busy: repeat after a short pause
+  accepted  // not an error: still working; a read-back shows the result
 };
 
 Reaction reaction_to(int exception_code);
 
-// One sentence: code, meaning, remedy. Any code, also ones that no standard knows.
+// One sentence with code, meaning and remedy, for any code.
 std::string exception_sentence(int exception_code);
 
 }  // namespace shaker::protocol::modbus

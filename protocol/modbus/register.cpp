@@ -57,8 +57,8 @@ bool bytes_swapped(WordOrder order) {
   return order == WordOrder::badc || order == WordOrder::dcba;
 }
 
-// A 16-bit register has no word order; its bytes are those of the wire (big-endian) whatever the
-// device does with its 32-bit values, so `order` is left aside.
+// A 16-bit register has no word order. Its bytes are in wire order (big-endian) whatever the
+// order of the device's 32-bit values, so `order` is ignored.
 void put(const RegisterSpec& spec, std::uint32_t raw, std::span<std::uint16_t> words) {
   if (word_count(spec.type) == 1) {
     words[0] = static_cast<std::uint16_t>(raw);
@@ -160,7 +160,7 @@ double resolution(const RegisterSpec& spec, double value) {
   const float raw = static_cast<float>((value - spec.offset) / spec.scale);
   const float magnitude = std::fmax(std::abs(raw), std::numeric_limits<float>::min());
   const float next = std::nextafter(magnitude, std::numeric_limits<float>::infinity());
-  // Two steps: one for each side's own arithmetic in single precision.
+  // Two steps: one for the single-precision arithmetic of each side.
   return 2.0 * static_cast<double>(next - magnitude) * std::abs(spec.scale);
 }
 

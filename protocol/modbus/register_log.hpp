@@ -1,11 +1,11 @@
-// One line of a log of Modbus polls, beside what `candump -l` is for CAN, e.g.
+// One line of a log of Modbus polls, the counterpart of `candump -l` for CAN, e.g.
 //
 //   (12.345678901 12.346998210) input6#3E22D0E54120 holding10#0001    a poll: asked, received
 //   (12.345678901 12.346998210) error                                 a poll without an answer
 //   (12.340000000 12.340000000) connected                             a new connection
 //
-// Times are s of CLOCK_MONOTONIC; a block is table, address, '#' and its registers as they came,
-// four hexadecimal digits each. Pure; parsing allocates nothing.
+// Times are s of CLOCK_MONOTONIC. A block consists of table, address, '#' and its raw
+// registers, four hexadecimal digits each. Pure; parsing does not allocate.
 #pragma once
 
 #include <cstdint>
@@ -25,14 +25,14 @@ struct RegisterLogLine {
   std::string_view blocks;  // of a poll; points into the line
 };
 
-// Nothing when the line is not one of these.
+// Returns nothing if the line does not have one of these forms.
 std::optional<RegisterLogLine> parse_register_line(std::string_view line);
 
-// Takes the first block off `blocks` when it is the wanted one and is whole; its registers go into
-// `words` (block.words of them). False otherwise.
+// Removes the first block from `blocks` if it is complete and the required one, and writes its
+// registers to `words` (block.words of them). Returns false otherwise.
 bool take_block(std::string_view& blocks, const Block& wanted, std::span<std::uint16_t> words);
 
-// Appends, without the newline.
+// These append to the line, without the newline.
 void begin_register_line(std::string& line, std::int64_t asked_ns, std::int64_t received_ns);
 void add_block(std::string& line, const Block& block, std::span<const std::uint16_t> words);
 

@@ -1,4 +1,4 @@
-// Oil that must be accelerated along with the stroke: m_a u''.
+// Added mass: oil that is accelerated together with the stroke, m_a u''.
 #include "sim/parts/parts.hpp"
 
 namespace shaker::sim {

@@ -1,5 +1,5 @@
-// A damper that is not the same from one minute to the next: oil that warms with the work it takes
-// up and thins, so that the orifice's damping falls; gas that leaks, so that its pressure falls.
+// A damper that changes with time: oil that warms with the work that it absorbs, so that the
+// orifice damping falls; and gas that leaks, so that its pressure falls.
 #include <cmath>
 
 #include "sim/parts/parts.hpp"
@@ -7,7 +7,7 @@
 namespace shaker::sim {
 namespace {
 
-// Damping theta1 exp(-warming E), E the energy taken up so far.
+// Damping theta1 exp(-warming E), where E is the energy per unit mass absorbed so far.
 struct WarmingOil final : PlantPart {
   double theta1, warming;
   std::size_t slot;
@@ -33,7 +33,7 @@ std::unique_ptr<PlantPart> make_warming(const Values& values, Memory& memory) {
   return std::make_unique<WarmingOil>(values, memory);
 }
 
-// Pressure theta2 exp(-leak t), t from the instant at which the leak opens.
+// Pressure theta2 exp(-leak t), where t is the time since the leak opened.
 struct LeakingGas final : PlantPart {
   double theta2, theta3, theta4, leak, opens;
   std::size_t slot;

@@ -1,6 +1,6 @@
-// The Bouc-Wen hysteresis, z' = a v - b |v| |z|^(n-1) z - c v |z|^n, as a force k z beside a damper
-// and as the restoring force of a plant of its own. Source: Y. K. Wen, J. Eng. Mech. Div. ASCE 102
-// (1976) 249-263.
+// Bouc-Wen hysteresis, z' = a v - b |v| |z|^(n-1) z - c v |z|^n, either as a force k z beside a
+// damper or as the restoring force of the bouc_wen plant. Source: Y. K. Wen, J. Eng. Mech. Div.
+// ASCE 102 (1976) 249-263.
 #include <cmath>
 
 #include "sim/parts/parts.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 struct Hysteresis final : PlantPart {
   double k, a, b, c, n;
-  double damping = 0.0, stiffness = 0.0;  // of the plant of its own
+  double damping = 0.0, stiffness = 0.0;  // used by the bouc_wen plant only
   std::size_t slot;
 
   Hysteresis(double k_, double a_, double b_, double c_, double n_, Memory& memory)

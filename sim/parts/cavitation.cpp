@@ -1,4 +1,5 @@
-// Oil cannot pull: in extension the orifice force is cut off at f_cav.
+// Cavitation: oil cannot pull, so the magnitude of the orifice force in extension is limited to
+// f_cav.
 #include <algorithm>
 
 #include "sim/parts/parts.hpp"

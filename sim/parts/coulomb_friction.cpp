@@ -1,5 +1,5 @@
-// Dry friction, with a static peak if asked for (Stribeck):
-// f_c [1 + (ratio - 1) exp(-(v/v_s)^2)], against the motion; sticks below its break-away level.
+// Dry friction with an optional static peak (Stribeck): f_c [1 + (ratio - 1) exp(-(v/v_s)^2)],
+// against the motion. The damper sticks below the break-away level.
 #include <cmath>
 
 #include "sim/parts/parts.hpp"

@@ -1,5 +1,5 @@
-// A detent: a force that waves with the stroke, f sin(2 pi (u - u0) / pitch), as of teeth or
-// magnets. In no catalogue of the estimator, on purpose.
+// A detent: a force that is periodic in the stroke, f sin(2 pi u / pitch), as of teeth or
+// magnets. It is absent from the estimator's catalogue on purpose.
 #include <cmath>
 #include <numbers>
 

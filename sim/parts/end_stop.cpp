@@ -1,4 +1,4 @@
-// A buffer met at the end of the stroke: [k (u - u_s) + d v] for u > u_s, never pulling.
+// An elastic buffer at the end of the stroke: [k (u - u_s) + d v] for u > u_s; it never pulls.
 #include <algorithm>
 
 #include "sim/parts/parts.hpp"

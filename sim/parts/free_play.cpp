@@ -1,4 +1,4 @@
-// Play in the load path: the spring of the linear oscillator does not pull within +- gap.
+// Free play in the load path: the spring of the linear oscillator has no force within +- gap.
 #include <algorithm>
 
 #include "sim/parts/parts.hpp"

@@ -1,9 +1,10 @@
-// The gas column. Without heat transfer a polytrope, P = theta2 (1 - theta3 u)^-theta4. With it, an
-// ideal gas of temperature T (1 = the oil's) that exchanges heat with the oil in the time tau:
+// The gas column. Without heat transfer it is a polytrope, P = theta2 (1 - theta3 u)^-theta4.
+// With heat transfer it is an ideal gas of temperature T (relative to the oil's), which
+// exchanges heat with the oil with the time constant tau:
 //
 //     P = theta2 T / (1 - theta3 u),   T' = (1 - T)/tau + (gamma - 1) T theta3 v / (1 - theta3 u)
 //
-// which tends to the isotherm for slow motion and to the adiabate of exponent gamma for fast.
+// Slow motion then gives the isotherm, fast motion the adiabat of exponent gamma.
 #include <cmath>
 
 #include "sim/parts/gas_column.hpp"
@@ -20,7 +21,7 @@ struct Polytrope final : PlantPart {
 
   void add(const Motion& m, Balance& sum) const override {
     const double column = gas_column(theta3, m.u);
-    // The isotherm is the default and a third of the whole cost would be the power.
+    // The default is the isotherm; pow() would take a third of the whole run time.
     sum.gas = theta4 == 1.0 ? theta2 / column : theta2 * std::pow(column, -theta4);
     sum.force += sum.gas;
   }

@@ -1,5 +1,5 @@
-// Slow oil flows laminar: below the speed v_c the orifice's law turns linear in v.
-// theta1 v sqrt((v^2 + sqrt(v^4 + 4 v_c^4)) / 2) takes the place of theta1 |v| v.
+// Laminar flow at low speed: below the speed v_c the orifice's force becomes linear in v. The
+// force theta1 v sqrt((v^2 + sqrt(v^4 + 4 v_c^4)) / 2) replaces theta1 |v| v.
 #include <cmath>
 
 #include "sim/parts/parts.hpp"

@@ -1,5 +1,5 @@
-// A bearing that is pressed on harder the further the damper is from a middle: dry friction
-// s |u - u0|. In no catalogue of the estimator, on purpose.
+// A bearing whose normal force grows with the distance of the stroke from u0: dry friction s |u
+// - u0|. It is absent from the estimator's catalogue on purpose.
 #include <cmath>
 
 #include "sim/parts/parts.hpp"

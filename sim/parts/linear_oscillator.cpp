@@ -1,4 +1,4 @@
-// The linear oscillator: theta1 v + theta2 u.
+// The linear oscillator's damping and stiffness: theta1 v + theta2 u.
 #include "sim/parts/parts.hpp"
 
 namespace shaker::sim {

@@ -1,5 +1,5 @@
-// A pin that narrows the orifice with the stroke: theta1 |v| v [(1 - k1 xi - k2 xi^2)^-2 - 1],
-// xi = u / stroke.
+// A metering pin narrows the orifice with the stroke. The part adds theta1 |v| v [(1 - k1 xi -
+// k2 xi^2)^-2 - 1], where xi = u / metering_stroke.
 #include <algorithm>
 
 #include "sim/parts/parts.hpp"

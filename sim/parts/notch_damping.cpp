@@ -1,5 +1,6 @@
-// A step in the bore: within a window of the stroke the orifice damping is multiplied. Its edges
-// are a fifth of its width wide. In no catalogue of the estimator, on purpose.
+// A step in the bore: within a window of the stroke the orifice damping is multiplied by a
+// factor. Each edge is a fifth of the window wide. The part is absent from the estimator's
+// catalogue on purpose.
 #include <cmath>
 
 #include "sim/parts/parts.hpp"

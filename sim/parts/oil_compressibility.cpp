@@ -1,8 +1,8 @@
-// Oil gives: the orifice stands in series with an oil spring, F' = k_o (v - q), where q is the
-// speed at which the orifice passes the oil under the force F. F takes the place of theta1 |v| v.
+// Compressible oil: the orifice acts in series with an oil spring, F' = k_o (v - q), where q is
+// the speed at which the orifice passes the oil under the force F. F replaces theta1 |v| v.
 //
-// F = theta1 (|q| + q_l) q: the orifice is laminar below q_l, as real ones are, so that the oil's
-// relaxation stays finite where F goes through zero.
+// F = theta1 (|q| + q_l) q: the orifice is laminar below q_l, as a real one is, so that the
+// oil's relaxation stays finite where F passes through zero.
 #include <cmath>
 
 #include "sim/parts/parts.hpp"

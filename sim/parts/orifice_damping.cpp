@@ -1,4 +1,4 @@
-// Oil through an orifice: theta1 |v| v.
+// Orifice damping: theta1 |v| v.
 #include "sim/parts/parts.hpp"
 
 namespace shaker::sim {

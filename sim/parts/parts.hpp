@@ -1,20 +1,21 @@
-// The rows that the files of this folder offer to table.cpp.
+// The part entries that the files of this folder define, for table.cpp.
 #pragma once
 
 #include "sim/plant_part.hpp"
 
 namespace shaker::sim {
 
-// The plants' bases.
+// The parts that every plant of their kind has.
 extern const PartEntry kOrificeDamping, kGasSpring, kGravity, kLinearOscillator, kBoucWenOscillator;
 
-// Effects that a base may hide; off by default.
+// Effects that a plant may hide; they are off by default.
 extern const PartEntry kCoulombFriction, kPressureFriction, kViscousDamping, kLinearStiffness,
     kCubicStiffness, kEndStop, kReboundDamping, kLaminarOrifice, kMeteringPin, kCavitation,
     kBoucWenHysteresis, kPreslidingFriction, kReliefValve, kOilCompressibility, kSecondChamber,
     kRealGas, kAddedMass, kFreePlay, kTyre;
 
-// Effects that no catalogue of the estimator has: what cannot be named must be said so.
+// Effects that are absent from the estimator's catalogue: a diagnosis must say that it cannot
+// explain them.
 extern const PartEntry kDetent, kNotchDamping, kLeaningBearing;
 extern const PartEntry kWarmingOil, kLeakingGas;
 

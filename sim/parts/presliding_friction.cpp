@@ -1,4 +1,4 @@
-// Friction that gives way elastically before it slides (Dahl): f_c z / z0, z' = v - |v| z / z0.
+// Friction that yields elastically before it slides (Dahl): f_c z / z0, z' = v - |v| z / z0.
 // Source: P. R. Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968.
 #include "sim/parts/parts.hpp"
 

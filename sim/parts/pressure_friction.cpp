@@ -1,4 +1,5 @@
-// Seals pressed on by the gas: dry friction mu P. Stands after gas_spring in a plant's list.
+// Friction of seals that the gas presses on: dry friction mu P. In a plant's list this part
+// must follow the parts that change the gas pressure.
 #include "sim/parts/parts.hpp"
 
 namespace shaker::sim {

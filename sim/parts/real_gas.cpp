@@ -1,6 +1,6 @@
-// Gas that is not ideal: its pressure is multiplied by 1 + B (rho - 1), rho = 1 / (1 - theta3 u)
-// being its density over that at full extension (a second virial coefficient; B < 0 also for gas
-// that dissolves in the oil under pressure).
+// A real gas: its pressure is multiplied by 1 + B (rho - 1), where rho = 1 / (1 - theta3 u) is
+// its density relative to full extension. B is a second virial coefficient; a negative B also
+// describes gas that dissolves in the oil under pressure.
 #include "sim/parts/gas_column.hpp"
 #include "sim/parts/parts.hpp"
 
@@ -20,7 +20,8 @@ struct RealGas final : PlantPart {
   explicit RealGas(const Values& values)
       : theta3(values.at("theta3")), virial(values.at("gas_virial")) {}
 
-  // Behind the gas spring, whose force it multiplies.
+  // Must follow the gas spring in the plant's list, because it multiplies the gas spring's
+  // force.
   void add(const Motion& m, Balance& sum) const override {
     const double deviation = sum.gas * virial * (1.0 / gas_column(theta3, m.u) - 1.0);
     sum.gas += deviation;

@@ -1,4 +1,4 @@
-// A rebound valve: in extension the orifice damps `rebound_factor` times as much.
+// A rebound valve: in extension the orifice damping is multiplied by `rebound_factor`.
 #include "sim/parts/parts.hpp"
 
 namespace shaker::sim {

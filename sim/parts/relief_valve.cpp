@@ -1,4 +1,5 @@
-// A valve that opens in compression: past f_rel the orifice force rises only k times as fast.
+// A relief valve that opens in compression: above f_rel the orifice force rises only k times as
+// fast.
 #include "sim/parts/parts.hpp"
 
 namespace shaker::sim {

@@ -1,5 +1,5 @@
-// A second gas chamber opens past the knee u_k: the gas column then shortens only s times as fast
-// as the stroke grows, so the spring softens.
+// A second gas chamber opens above the stroke u_k. Above it the gas column shortens only s
+// times as fast as the stroke grows, so the gas spring becomes softer.
 #include <cmath>
 
 #include "sim/parts/gas_column.hpp"

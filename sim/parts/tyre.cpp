@@ -1,6 +1,6 @@
-// The damper stands on a tyre: an unsprung mass m (over the mass on the damper) on k_t and c_t
-// between damper and table. w is the tyre's compression, F the whole force of the damper per unit
-// mass, g the weight:
+// The damper stands on a tyre: an unsprung mass m (relative to the mass on the damper) between
+// damper and table, with stiffness k_t and damping c_t to the table. w is the tyre's
+// compression, F the whole force of the damper per unit mass, g the weight per unit mass:
 //
 //     u'' + w'' + F - g = x,     m (w'' - g - x) + c_t w' + k_t w - F = 0
 #include "sim/parts/parts.hpp"

@@ -1,4 +1,4 @@
-// Damping in proportion to speed: c v.
+// Viscous damping: c v.
 #include "sim/parts/parts.hpp"
 
 namespace shaker::sim {
