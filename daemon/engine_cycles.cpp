@@ -165,6 +165,8 @@ void Engine::Impl::accept(const AssembledCycle& cycle, const GateVerdict& verdic
   outgoing = cycle.measured;
   outgoing.run = static_cast<int>(run_index);
   outgoing.index = run_cycles;
+  // Without an accelerometer the command is the best that is known; a warning says so.
+  if (!excitation_measured) outgoing.amplitude = run().amplitude;
   if (!recording) return;
   if (!keep(outlet.record_cycle(outgoing, true))) return;
   publish_cycle(cycle, true, "", verdict);

@@ -225,7 +225,9 @@ void StreamServer::handle(Connection& connection, const std::string& line) {
   Answer given = handler_.handle(request, connection.client.peer());
   auto* error = std::get_if<protocol::RpcError>(&given);
   if (!error && commands(request)) connection.commanded_at = clock_.now();
-  if (!error && request.method == "control.acquire") controller_ = connection.client.peer().client;
+  const int asking = connection.client.peer().client;
+  if (!error && request.method == "control.acquire") controller_ = asking;
+  if (!error && request.method == "control.release" && controller_ == asking) controller_ = 0;
   if (!request.id) return;  // a notification is never answered
   if (error) {
     error->id = *request.id;

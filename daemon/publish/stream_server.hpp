@@ -95,7 +95,7 @@ class StreamServer {
   std::vector<std::unique_ptr<Listener>> listeners_;
   std::map<int, std::unique_ptr<Connection>> clients_;
   int next_client_ = 1;
-  int controller_ = 0;  // the last client that acquired control; 0: none
+  int controller_ = 0;  // acquired control last and has not released it; 0: none
   std::uint64_t last_seq_ = 0;
   Line last_state_, last_estimate_;
   std::vector<Line> kept_;

@@ -13,7 +13,7 @@ constexpr Nanoseconds kForget = std::chrono::milliseconds(250);  // a longer gap
 void RestWatch::add(Nanoseconds t, double value) {
   if (count_ > 0 && t - bin_begin_ > kForget) {
     count_ = 0;
-    filled_ = 0;
+    filled_ = next_ = 0;
     moves_ = false;
   } else if (count_ > 0 && t - bin_begin_ >= kBin) {
     close_bin();

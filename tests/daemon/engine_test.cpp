@@ -1,4 +1,4 @@
-// The engine's ordinary life: transitions, documents, runs and their ends.
+// The engine without faults: transitions, documents, and the start and end of runs.
 #include "daemon/engine.hpp"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ TEST(Engine, ACampaignOfThreeRunsGoesThroughAllStatesAndEndsAtRest) {
     EXPECT_EQ(stop.status, "success");
     EXPECT_EQ(stop.cycles_accepted, 5);
   }
-  // Exactly one estimate for each accepted cycle, and each cycle on disk before it is published.
+  // Exactly one estimate for each accepted cycle. Each cycle is on disk before it is published.
   EXPECT_EQ(bench.outlet.all<protocol::EstimateDocument>().size(), 15u);
   EXPECT_TRUE(bench.outlet.record_came_first);
   EXPECT_GT(bench.outlet.samples, 10'000u);
@@ -216,7 +216,7 @@ TEST(Engine, SkippedCyclesAreSaid) {
   EXPECT_EQ(*estimates[0].cycles_skipped, 2);
   EXPECT_GE(*estimates[0].latency_s, 0.0);
   EXPECT_THAT(estimates[0].warnings, ::testing::Contains(::testing::HasSubstr("skipped 2 cycles")));
-  ASSERT_TRUE(bench.run_until(State::idle, 4.0));  // nothing is waited for any more
+  ASSERT_TRUE(bench.run_until(State::idle, 4.0));  // the engine waits for nothing any more
 }
 
 TEST(Engine, AResponseThatNeverSettlesEndsItsRunAndTheCampaignGoesOn) {
@@ -269,6 +269,9 @@ TEST(Engine, WithoutAnExcitationChannelItMeasuresAndWarns) {
   ASSERT_EQ(estimates.size(), 3u);
   EXPECT_THAT(estimates[0].warnings, ::testing::Contains(::testing::HasSubstr("not measured")));
   EXPECT_NEAR(bench.estimator.cycles.back().frequency_hz, 4.0 * (1.0 + 200e-6), 1e-3);
+  // The model is driven by what was commanded, not by nothing.
+  EXPECT_EQ(bench.estimator.cycles.back().amplitude, 4.0);
+  EXPECT_TRUE(bench.estimator.cycles.back().excitation.empty());
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Who wants to stop the rig finds a place, whoever else is there.
+// A client that wants to stop the rig always finds a place.
 #include <sys/stat.h>
 
 #include "tests/daemon/publish/server_fixture.hpp"
@@ -31,7 +31,7 @@ class StreamPlaces : public testing::StreamServerTest {
     const auto answers = ask(client, request("ping"));
     return answers.size() == 1 && answers[0].contains("result");
   }
-  // Sends, though the other side may be gone.
+  // Reads what the server sent before it closed the connection.
   bool was_told_to_go(TestClient& client) {
     turn();
     const auto lines = client.lines();
@@ -97,11 +97,21 @@ TEST_F(StreamPlaces, WhoIsInControlKeepsItsPlace) {
   EXPECT_TRUE(is_here(controls));
 }
 
+TEST_F(StreamPlaces, WhoHasReleasedControlMakesWay) {
+  come(14);
+  TestClient& controls = come();
+  ask(controls, request("control.acquire"));
+  ask(controls, request("control.release"));
+  clock.advance(11s);
+  come(50);
+  EXPECT_TRUE(was_told_to_go(controls));
+}
+
 TEST_F(StreamPlaces, ACommandThatHasBeenSentIsObeyedBeforeItsSenderMakesWay) {
   come(16);
   clients[14]->send(request("estop"));
   clients.push_back(std::make_unique<TestClient>(socket));
-  sd_event_run(loop, 0);  // whichever of the two comes first
+  sd_event_run(loop, 0);  // either of the two may come first
   turn();
   ASSERT_EQ(rig.asked.size(), 1U);
   EXPECT_TRUE(was_told_to_go(*clients[15]));
@@ -125,7 +135,7 @@ TEST_F(StreamPlaces, WhoeverIsLongestThereMovesUpWhenAPlaceIsFree) {
   clients[3]->close();
   turn();
   come(2);
-  EXPECT_TRUE(is_here(*clients[14]));  // the fourteenth now
+  EXPECT_TRUE(is_here(*clients[14]));  // it is now the fourteenth client
   EXPECT_TRUE(was_told_to_go(*clients[15]));
 }
 
