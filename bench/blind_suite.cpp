@@ -1,4 +1,4 @@
-// The whole blind suite of the discrepancy workflow: see tests/blind/suite.hpp.
+// Runs the whole blind suite of the diagnosis: see tests/blind/suite.hpp.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace shaker::blind;
 
-// Campaigns without a period instead of the rig's.
+// Campaigns of records without a period, instead of the rig's campaigns.
 int run_records(const std::vector<RecordCase>& all, const std::string& label) {
   std::vector<ScoredRecord> scored;
   for (const RecordCase& wanted : all) {
@@ -38,7 +38,7 @@ int run_records(const std::vector<RecordCase>& all, const std::string& label) {
 int main(int argc, char** argv) {
   CLI::App app("Hides effects in the virtual rig and counts how often the workflow finds them.",
                "blind_suite");
-  shaker::keep_freed_memory();  // as shakerctl does
+  shaker::keep_freed_memory();  // the same as in shakerctl
   int nulls = 200, threads = 1, every = 1;
   int records = 0;
   bool thorough = false;
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
     cases[i / static_cast<std::size_t>(every)] = cases[i - i % static_cast<std::size_t>(every)];
   cases.resize((cases.size() + static_cast<std::size_t>(every) - 1) /
                static_cast<std::size_t>(every));
-  // Of this run alone: two may be at work at once.
+  // A folder of its own, because two runs may work at the same time.
   std::string pattern = (std::filesystem::temp_directory_path() / "blind-suite.XXXXXX").string();
   if (::mkdtemp(pattern.data()) == nullptr) {
     fmt::print(stderr, "blind_suite: no folder can be made in {}\n",

@@ -1,10 +1,11 @@
-// Whose change was it? How often the change detector names the parameter that did change, alone or
-// among those that look alike, and how many it names.
+// Measures how often the change detector names the parameter that did change, alone or among
+// its alternatives, and how many parameters it names.
 //
 //   build/bench/bench_names [repetitions]
 //
-// Scores x ~ N(L d, s^2 L) with the information L of one cycle of the linear oscillator, the oleo
-// and the oleo on its tyre (40 points of 2e-5 m noise). One parameter jumps after 100 cycles.
+// Scores x ~ N(L d, s^2 L), where L is the information of one cycle of the linear oscillator,
+// the oleo or the oleo on its tyre (40 points with noise of 2e-5 m). One parameter jumps after
+// 100 cycles.
 #include <cmath>
 #include <cstdlib>
 #include <random>
@@ -47,7 +48,8 @@ Score jumped(const Eigen::MatrixXd& information, Eigen::Index parameter, double 
   const double threshold = online::glr_threshold(1e-4, static_cast<int>(p));
   const Eigen::MatrixXd root = information.llt().matrixL();
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(p);
-  // In standard errors that one cycle gives a parameter of which no other may have changed.
+  // `size` is in standard errors of the parameter from one cycle when no other parameter may
+  // change.
   moved[parameter] = size / std::sqrt(information(parameter, parameter));
   std::mt19937_64 random(17);
   std::normal_distribution<double> normal;

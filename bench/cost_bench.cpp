@@ -1,4 +1,5 @@
-// What the cost depends on: points, runs, threads, formulas, profiles. Part of bench_estimator.
+// Measures how the cost depends on points, runs, threads, formulas and profiles. Part of
+// bench_estimator.
 #include <cmath>
 #include <vector>
 
@@ -22,7 +23,7 @@ using bench::kStart;
 using bench::model;
 using bench::on_points;
 
-// The model's own response with a ripple in place of noise.
+// The model's own response, with a ripple instead of noise.
 RunData made_up_run(double frequency, double amplitude, int samples) {
   PeriodicSystem system(model(), {Scheme::order6, 256, true});
   system.set_excitation(frequency, amplitude);
@@ -35,7 +36,7 @@ RunData made_up_run(double frequency, double amplitude, int samples) {
   return run;
 }
 
-// One linearisation with sensitivities, over the points: linear.
+// One linearisation with sensitivities, over the number of points: linear cost.
 void step_over_points(benchmark::State& state) {
   PeriodicSystem system(model(), {Scheme::order6, static_cast<int>(state.range(0)), true});
   system.set_excitation(2.0, 10.0);
@@ -52,7 +53,7 @@ BENCHMARK(step_over_points)
     ->Complexity(benchmark::oN)
     ->Unit(benchmark::kMicrosecond);
 
-// A joint estimate over the number of runs: linear.
+// A joint estimate over the number of runs: linear cost.
 void estimate_over_runs(benchmark::State& state) {
   std::vector<RunData> runs;
   for (int i = 0; i < state.range(0); ++i)
@@ -68,8 +69,8 @@ BENCHMARK(estimate_over_runs)
     ->Complexity(benchmark::oN)
     ->Unit(benchmark::kMicrosecond);
 
-// The same estimates dealt out to threads. Real time as well as CPU time of the process: on a
-// machine of its own the first halves.
+// The same estimates distributed to threads. Measures real time and CPU time of the process; on
+// an idle machine two threads halve the real time.
 void batch_over_threads(benchmark::State& state) {
   const RunData run = made_up_run(2.0, 10.0, 32);
   std::vector<double> records;
@@ -89,7 +90,8 @@ BENCHMARK(batch_over_threads)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
-// From the data to an estimate with profile intervals of all parameters, nothing made beforehand.
+// From the data to an estimate with profile intervals of all parameters, without prepared
+// objects.
 void cold_estimate_with_profiles(benchmark::State& state) {
   const RunData run = made_up_run(2.0, 10.0, 32);
   std::size_t points = 0;
@@ -104,7 +106,7 @@ void cold_estimate_with_profiles(benchmark::State& state) {
 }
 BENCHMARK(cold_estimate_with_profiles)->Unit(benchmark::kMillisecond);
 
-// The gas spring at 160 points, from the catalogue and as a formula of a model file's.
+// The gas spring at 160 points, from the catalogue and as a formula in a model file.
 void effect_at_points(benchmark::State& state, bool by_formula) {
   constexpr int kPoints = 160;
   config::EffectSpec spec;

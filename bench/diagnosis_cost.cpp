@@ -1,10 +1,11 @@
-// What the cost of a diagnosis depends on: runs, and the size of the catalogue.
+// Measures how the cost of a diagnosis depends on the number of runs and on the size of the
+// catalogue.
 //
 //   build/bench/bench_diagnosis
 //
-// Campaigns of the virtual rig, in several of which something is hidden, as the way of one search
-// is a matter of chance. Processor time of one thread, the least of three, and how it grows when
-// runs or catalogue double: 2 is linear.
+// The campaigns come from the virtual rig. Several hidden effects are averaged, because the
+// course of one search depends on chance. The result is the processor time of one thread, the
+// smallest of three, and its growth when runs or catalogue double: 2 is linear.
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
@@ -37,7 +38,7 @@ blind::Truth truth_of(std::string_view name) {
   return kind->sizes[1];
 }
 
-// From 1 to 4 Hz, every third run held out.
+// Frequencies from 1 to 4 Hz; every third run is held out.
 discrepancy::Campaign recorded(std::string_view hidden, int runs) {
   blind::Design design{"made", {}};
   for (int r = 0; r < runs; ++r)
@@ -57,7 +58,7 @@ double least_seconds(const Work& work) {
   return least;
 }
 
-// The base model's fit, as a search begins with it.
+// The fit of the base model, with which a search starts.
 struct Begun {
   std::vector<discrepancy::RunDatum> data;
   discrepancy::HarmonicFit fit;
@@ -92,8 +93,8 @@ void over_runs(const config::ModelSpec& model) {
   }
 }
 
-// Every entry, every second and every fourth: over all ways to begin, so that none is a special
-// one.
+// Every entry, every second and every fourth entry of the catalogue. A part of the catalogue is
+// averaged over all possible first entries, so that none of them has a special role.
 void over_catalogue(const config::ModelSpec& model) {
   fmt::print("\n| catalogue | search, mean of {} | growth |\n|---|---|---|\n", std::size(kHidden));
   double before = 0.0;
@@ -130,7 +131,7 @@ void over_catalogue(const config::ModelSpec& model) {
 }  // namespace
 
 int main() {
-  keep_freed_memory();  // as shakerctl does
+  keep_freed_memory();  // the same as in shakerctl
   const config::ModelSpec model = blind::base_model(kModel);
   over_runs(model);
   over_catalogue(model);

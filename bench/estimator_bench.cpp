@@ -1,5 +1,5 @@
-// Jobs J1 to J5 of the reference (tests/data/README.md), beside Ceres in the same run.
-// docs/benchmarks.md holds the last table; cost_bench.cpp has what else is measured.
+// Jobs J1 to J5 of the reference (tests/data/README.md), and Ceres in the same run.
+// docs/benchmarks.md has the last table; cost_bench.cpp has the other measurements.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -57,7 +57,7 @@ const std::vector<double> kExact1 = {5.07211204441906529, 5.00120418377214045, 1
 const std::vector<double> kExact2 = {5.07789253929859125, 5.00626746885634505, 1.62024359930548565,
                                      0.9988344401914184};
 
-// One estimate with covariance from a start 5 % off, to 1e-8 of theta.
+// One estimate with covariance from a start 5 % above the truth, to 1e-8 of theta.
 void J1_shakerd(benchmark::State& state) {
   Estimator estimator(model(), {job1()}, on_points(static_cast<int>(state.range(0))));
   const Fit* fit = nullptr;
@@ -80,9 +80,10 @@ void J1_ceres(benchmark::State& state) {
 }
 BENCHMARK(J1_ceres)->Arg(80)->Unit(benchmark::kMicrosecond);
 
-// Ceres around what one would build without this library (plain_reference.hpp), on the fewest
-// points with which that scheme comes within a millionth of theta; `ratio` to an estimate of ours
-// of the same accuracy, taken in turn, so that it is of the same minutes of the same machine.
+// Ceres around a solver that one would write without this library (plain_reference.hpp), on the
+// fewest points with which the scheme reaches 1e-6 of theta. `ratio` is its time over that of
+// our estimate of the same accuracy. Both are measured alternately, so that they see the same
+// load of the machine.
 void J1_plain_reference(benchmark::State& state, Scheme scheme) {
   const RunData run = job1();
   std::unique_ptr<bench::PlainReference> theirs;
@@ -114,7 +115,7 @@ BENCHMARK_CAPTURE(J1_plain_reference, order4, Scheme::order4)->Unit(benchmark::k
 BENCHMARK_CAPTURE(J1_plain_reference, order6, Scheme::order6)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(J1_plain_reference, fourier, Scheme::fourier)->Unit(benchmark::kMicrosecond);
 
-// Ceres around our own solver, kinks' correction and all.
+// Ceres around our own solver, with its correction at velocity reversals.
 void J1_ratio_to_ceres_around_our_solver(benchmark::State& state) {
   Estimator ours(model(), {job1()}, on_points(80));
   CeresEstimator theirs(model(), {job1()}, on_points(80));
@@ -133,7 +134,8 @@ void J1_ratio_to_ceres_around_our_solver(benchmark::State& state) {
 }
 BENCHMARK(J1_ratio_to_ceres_around_our_solver)->Unit(benchmark::kMicrosecond);
 
-// The grid chosen by the estimator itself for an accuracy of theta, 1e-6 and 1e-9; cold each time.
+// The estimator chooses the grid for an accuracy of theta, 1e-6 and 1e-9; without prepared
+// grids.
 void J1_to_accuracy(benchmark::State& state) {
   AccurateOptions asked;
   asked.accuracy = std::pow(10.0, -static_cast<double>(state.range(0)));
@@ -166,8 +168,8 @@ void J2_ceres(benchmark::State& state) {
 }
 BENCHMARK(J2_ceres)->Unit(benchmark::kMicrosecond);
 
-// J1 a thousand times with fresh noise, on one and on two threads. Real time, for the threads, and
-// the least of it: where others use the cores too, the mean tells of them.
+// J1 a thousand times with new noise, on one and on two threads. The real time is measured
+// because of the threads, and the smallest one is taken, because other programs load the cores.
 void J3_shakerd(benchmark::State& state) {
   Estimator estimator(model(), {job1()}, on_points(80));
   estimator.fit(paper::kExactTheta);
@@ -200,8 +202,8 @@ BENCHMARK(J3_shakerd)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
-// One periodic solution from nothing with four sensitivities, the grid refined until both are
-// within a millionth.
+// One periodic solution without a start value, with four sensitivities. The grid is refined until
+// both are within 1e-6.
 void J4_shakerd(benchmark::State& state) {
   const auto reference = read_csv("oleo_j4_reference.csv", false);
   AccurateSolution solution(model());
@@ -230,7 +232,7 @@ void J4_shakerd(benchmark::State& state) {
 }
 BENCHMARK(J4_shakerd)->Unit(benchmark::kMicrosecond);
 
-// 200 frequencies, eight stretches of the sweep abreast.
+// 200 frequencies; eight sections of the sweep are solved as one batch.
 void J5_shakerd(benchmark::State& state) {
   const int points = static_cast<int>(state.range(0));
   const auto reference = read_csv("oleo_j5_reference.csv", false);

@@ -1,11 +1,11 @@
-// False alarms of the test for changes through the daemon's whole path: virtual rig, drivers,
-// engine, accepted cycles, online estimator, alarm. Nothing changes in these dwells, so every alarm
-// is a false one; the campaign states how many there should be.
+// Counts the false alarms of the change detection through the daemon's whole path: virtual rig,
+// drivers, engine, accepted cycles, online estimator, alarm. No parameter changes in these
+// dwells, so every alarm is false; the campaign states the expected number.
 //
 //   build/bench/bench_false_alarms [dwells] [false alarms per run] [cycles]
 //
-// Prints for each kind of rig and dwell the alarms per dwell and the share of dwells with one, each
-// with its standard error. On every core; simulated time.
+// Prints the alarms per dwell and the fraction of dwells with an alarm for each kind of dwell,
+// each with its standard error. Uses every core and simulated time.
 #include <cmath>
 #include <cstdlib>
 #include <map>

@@ -1,10 +1,10 @@
-// The average run length between false alarms of the change detector, by simulation, and the line
-// from it that glr_threshold uses.
+// Simulates the average run length between false alarms of the change detector and fits the
+// line that glr_threshold uses.
 //
 //   build/bench/bench_glr [repetitions]
 //
-// Scores are independent standard normal ones; the detector is the real one, with its candidates,
-// its watch over the scatter and its reference of at least 12 cycles.
+// The scores are independent and standard normal. The detector is the real one, with its
+// candidates, its check of the scatter and its reference of at least 12 cycles.
 #include <cmath>
 #include <cstdlib>
 #include <random>

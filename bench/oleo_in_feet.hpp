@@ -1,4 +1,4 @@
-// The model of the benchmarks, the start of their fits and how these are made.
+// The model of the benchmarks, the start of their fits and the options of these fits.
 #pragma once
 
 #include <vector>

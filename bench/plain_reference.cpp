@@ -16,7 +16,7 @@ namespace {
 using namespace estimator;
 
 constexpr int kHarmonics = 3;
-// Of the stroke; the step after it is below 1e-8. Of 1e-4 to 1e-10 the one with the least time.
+// Relative to the stroke; the step after it is below 1e-8. It is the fastest of 1e-4 to 1e-10.
 constexpr double kSmallStep = 1e-4;
 
 class PlainRun final : public ceres::CostFunction {
@@ -95,7 +95,7 @@ class PlainRun final : public ceres::CostFunction {
   }
 
   RunData run_;
-  mutable PeriodicSystem system_;  // Evaluate is const for Ceres; one thread
+  mutable PeriodicSystem system_;  // Evaluate is const in Ceres; for one thread
   int every_, p_;
   mutable std::vector<double> theta_, step_, rows_;
 };

@@ -1,10 +1,11 @@
-// What one would build without this library: Ceres around an ordinary inner Newton on a plain grid.
+// A reference implementation for job J1 without this library's methods: Ceres around an
+// ordinary inner Newton iteration on a plain grid.
 //
-// The yardstick for job J1, and no straw man: the residual is the library's vectorised model, the
-// start comes from the data's harmonics, every inner Newton begins at the last outer iterate's
-// solution and solves for its step alone, the last factorisation serves the sensitivities, and a
-// theta that Ceres asks for twice is solved once. What it does not have is what is compared: the
-// kinks' correction, the elimination in SIMD lanes, lifting.
+// It is a fair reference. The residual uses the library's vectorised model; the start comes
+// from the harmonics of the data; each inner Newton iteration starts at the solution of the
+// last outer iterate and solves only for its step; the last factorisation serves the
+// sensitivities; a theta that Ceres evaluates twice is solved once. It lacks what is compared:
+// the correction at velocity reversals, the elimination in SIMD lanes, and lifting.
 #pragma once
 
 #include <memory>

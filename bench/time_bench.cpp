@@ -1,4 +1,5 @@
-// Cost of time integration: one gradient by (5.10), (5.11) and differences; long records.
+// The cost of time integration: one gradient by (5.10), (5.11) and differences, and long
+// records.
 // Run: build/bench/bench_time
 #include <cmath>
 #include <vector>
@@ -17,7 +18,7 @@ const Model& oleo() {
   return model;
 }
 
-// Trajectory and gradient of figure 9's record: 51 samples, 6 unknowns.
+// Trajectory and gradient of the record of figure 9: 51 samples, 6 unknowns.
 void gradient(benchmark::State& state, Integrator integrator, Gradient kind, CutAtReversals cut,
               bool sensitivities) {
   const StateEquations equations(oleo());
@@ -60,7 +61,8 @@ BENCHMARK_CAPTURE(gradient, rk4_sensitivities, Integrator::runge_kutta4, Gradien
 BENCHMARK_CAPTURE(gradient, rk4_differences, Integrator::runge_kutta4, Gradient::finite_differences,
                   kAuto, true);
 
-// One gradient of a long record at 500 Hz, in `segments` arcs abreast.
+// One gradient of a long record at 500 Hz, split into `segments` arcs that are integrated as a
+// batch.
 void long_record(benchmark::State& state, Integrator integrator) {
   const auto samples = static_cast<std::size_t>(state.range(0));
   const auto segments = static_cast<std::size_t>(state.range(1));

@@ -103,8 +103,7 @@ const BatchFit& BatchEstimator::fit(std::span<const double> records,
   fit_.noise.resize(count);
   fit_.status.resize(count);
   fit_.iterations.resize(count);
-  // Each thread takes the next batch when it has finished one, so a core that is shared does
-  // less.
+  // Each thread takes the next batch when it has finished one: a shared core does less.
   std::atomic<std::size_t> next = 0;
   const auto work = [&](std::size_t thread) {
     for (std::size_t first = next.fetch_add(kLanes); first < count; first = next.fetch_add(kLanes))
@@ -259,9 +258,8 @@ unsigned BatchEstimator::Worker::step_abreast() {
 }
 
 // Stores the results of the lanes that converged, from the factors of their last step. Returns
-// a bit for each lane that is certainly well conditioned: with a unit diagonal of A, q
-// trace(A^-1) is an upper bound of the condition number of A. finish_lane treats the other
-// lanes.
+// a bit for each lane that is certainly well conditioned: with a unit diagonal of A,
+// q trace(A^-1) is an upper bound of the condition number of A. finish_lane treats the others.
 unsigned BatchEstimator::Worker::finish_abreast(unsigned lanes) {
   constexpr double kMostCondition = 1e8;
   const double degrees =

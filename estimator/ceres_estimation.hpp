@@ -1,5 +1,5 @@
-// The same least-squares problem, solved by the trust region of Ceres with the same periodic
-// solver.
+// Solves the same least-squares problem by the trust region of Ceres, with the same solver for
+// the periodic solutions.
 //
 // It serves as a second opinion: tests compare the estimator's optimum with it, and benchmarks
 // state their ratio to it. The daemon does not use it. Ceres asks for residuals and Jacobians

@@ -6,8 +6,7 @@
 //
 // u: the s coordinates (s = 1 for the oleo: its stroke). M: the mass matrix over the reference
 // mass. c: the combination of coordinates that an effect sees. w: the equations in which its
-// force acts. e: how the table's acceleration x enters the equations. Equations (5.1), (6.2),
-// (6.3).
+// force acts. e: how the table's acceleration x enters the equations. (5.1), (6.2), (6.3).
 //
 // The coordinates of the model file come first. Further coordinates follow: that of an effect in
 // series, and the internal coordinates of effects with memory. For a solver they are coordinates
@@ -133,8 +132,7 @@ class Model {
   // Jump of d2g/dv2 at v = 0 and stroke u (Effect::velocity_kink). 0 for a model of several
   // coordinates, or whose effects do not see and act on the only one with weight 1.
   double velocity_kink(const double* theta, double u = 0.0) const;
-  // Derivative of velocity_kink with respect to each parameter. It changes `theta` and restores
-  // it.
+  // Derivative of velocity_kink with respect to each parameter. `theta` changes meanwhile.
   void velocity_kink_gradient(std::span<double> theta, double* gradient) const;
 
   // Eight models in the lanes of a batch, each with its own parameters. Effect::evaluate_lanes

@@ -304,8 +304,7 @@ void Model::spread_force(const Share& share, const ModelForces& out) const {
   }
 }
 
-// Adds the effect's own equations. Their derivatives over its internal coordinates are already
-// in place.
+// Adds the effect's own equations. Their derivatives over its internal coordinates are in place.
 void Model::spread_rows(const Share& share, const ModelForces& out) const {
   for (int r = 0; r < share.internals; ++r) {
     const int d = share.first + r;

@@ -96,8 +96,7 @@ double refine_frequency(const Record& r, double nominal) {
   return 0.5 * (low + high);
 }
 
-// True for exactly one period on equal steps from tau = 0: grid points can then meet the
-// samples.
+// True for exactly one period on equal steps from tau = 0: grid points then meet samples.
 bool is_one_period(const Record& r, double f) {
   const double n = static_cast<double>(r.t.size());
   for (std::size_t i = 0; i < r.t.size(); ++i) {
@@ -125,8 +124,7 @@ Result<RunData> run_from_record(const Record& record, double frequency_hz, doubl
     run.amplitude = std::hypot(c[1], c[2]);
     if (!(run.amplitude > 1e-9 * (std::fabs(c[0]) + 1.0)))
       return invalid("the excitation never changes");
-    // x = A cos(2 pi f (t - t0) - phi): the fundamental has its peak where 2 pi f (t - t0) =
-    // phi.
+    // x = A cos(2 pi f (t - t0) - phi): the fundamental peaks where 2 pi f (t - t0) = phi.
     const double phi = std::atan2(c[2], c[1]);
     shift = -phi / kTwoPi - run.frequency_hz * record.t[0];
     run.excitation.assign(kExcitationPoints, 0.0);

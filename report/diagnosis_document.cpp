@@ -20,7 +20,7 @@ void put(ordered_json& object, const char* key, const std::optional<double>& val
 }
 
 ordered_json numbers(const std::vector<double>& values) {
-  // Six digits: these are for drawings.
+  // Six digits, because these numbers are for drawings.
   ordered_json list = ordered_json::array();
   for (const double v : values)
     list.push_back(std::isfinite(v) ? ordered_json(std::stod(fmt::format("{:.6g}", v)))
@@ -237,7 +237,7 @@ std::string diagnosis_table(const Diagnosis& d) {
   if (d.verdict != Verdict::adequate) text += d.location.words + "\n";
   if (d.remaining) text += d.remaining->words + "\n";
   const std::string& length = d.improved.length_unit;
-  const bool imposed = d.gap.unit != length;  // the motion, and forces are compared
+  const bool imposed = d.gap.unit != length;  // the motion is imposed, and forces are compared
   for (const NamedEffect& e : d.effects)
     text += effect_lines(e, imposed ? length : length + "/s^2");
   if (!d.warnings.empty()) text += "\n";

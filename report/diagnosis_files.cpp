@@ -62,7 +62,7 @@ Result<void> prepare_diagnosis(const std::filesystem::path& folder,
   if (auto made = make_folder(folder); !made) return made;
   for (const char* name : kFiles) {
     const auto file = folder / name;
-    std::error_code none;  // of what is not there yet
+    std::error_code none;  // files that do not exist yet are no error
     if (std::filesystem::equivalent(file, model, none) ||
         std::filesystem::equivalent(unfinished(file), model, none))
       return Error{ErrorKind::invalid,

@@ -8,13 +8,13 @@
 
 namespace shaker::report {
 
-// Whether it will be possible, before the work: makes the folder and tries. An Error also where the
-// answer would replace `model`, the file that is diagnosed.
+// Checks before the diagnosis that its files can be written: creates the folder and tests it.
+// Returns an Error also when a result would replace `model`, the file that is diagnosed.
 Result<void> prepare_diagnosis(const std::filesystem::path& folder,
                                const std::filesystem::path& model);
 
-// Makes the folder; replaces what is there, each file at once or not at all. An Error names the
-// file and what the system said.
+// Creates the folder and replaces existing files; each file is replaced completely or not at
+// all. An Error names the file and the message of the system.
 Result<void> write_diagnosis(const std::filesystem::path& folder,
                              const estimator::discrepancy::Diagnosis& diagnosis);
 

@@ -16,7 +16,7 @@ namespace {
 using namespace estimator::discrepancy;
 using estimator::ParameterEstimate;
 
-constexpr std::size_t kRunsDrawn = 2;  // whole; the others fold away
+constexpr std::size_t kRunsDrawn = 2;  // in full; the others are folded
 
 constexpr std::string_view kStyle = R"(
 body{font:15px/1.5 system-ui,"DejaVu Sans",sans-serif;color:#222;background:#fff;max-width:1180px;margin:2em auto;padding:0 1.2em}
@@ -204,7 +204,7 @@ std::string diagnosis_sentence(const Diagnosis& d) {
           "like it with probability {:.2g}.",
           before, d.probability_before);
     case Verdict::explained:
-      // Read from the records, and in the noise floor already.
+      // The quantisation step is read from the records and already part of the noise floor.
       if (d.effects.size() == 1 && d.effects[0].name == "sensor_quantisation")
         return fmt::format(
             "{} is all that is missing: with its steps in the noise floor the gap is {:.2f} times "

@@ -1,6 +1,6 @@
-// What `shakerctl diagnose` found, as one HTML page that stands alone and prints: the verdict in a
-// sentence, the gap before and after, where the missing force lies, the effects named, and what
-// they cannot be told from. Pure; any thread.
+// The result of `shakerctl diagnose` as one self-contained HTML page that can be printed: the
+// verdict in a sentence, the gap before and after, the location of the missing force, the
+// selected effects, and their indistinguishable sets. Pure; any thread.
 #pragma once
 
 #include <string>

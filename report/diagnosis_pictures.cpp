@@ -13,7 +13,7 @@ namespace {
 
 using estimator::discrepancy::ForceBin;
 
-constexpr int kCells = 24;  // of a map, each way
+constexpr int kCells = 24;  // of a map, in each direction
 
 bool has_after(const Diagnosis& diagnosis) {
   return !diagnosis.effects.empty();
@@ -33,7 +33,7 @@ std::vector<double> scaled(const std::vector<double>& values, double factor) {
   return out;
 }
 
-// A period drawn closed: the first point once more at the end.
+// Closes the drawing of a period: repeats the first point at the end.
 std::vector<double> closed(std::vector<double> values) {
   if (!values.empty()) values.push_back(values.front());
   return values;
@@ -97,7 +97,7 @@ Shown shown_length(const std::string& unit) {
 
 Shown shown_amplitude(const Diagnosis& diagnosis) {
   const std::string& length = diagnosis.improved.length_unit;
-  const bool imposed = diagnosis.gap.unit != length;  // forces are compared
+  const bool imposed = diagnosis.gap.unit != length;  // then forces are compared
   return imposed ? shown_length(length) : Shown{1.0, length + "/s²"};
 }
 
@@ -107,7 +107,7 @@ std::string gap_bars(const Diagnosis& diagnosis) {
   bars.y = {"gap / noise floor", 0.5, {}, true};
   bars.marks.push_back({"noise floor", 1.0, false});
   bars.series = {"base model"};
-  bars.inks = {Ink::second, Ink::first};  // as in the curves
+  bars.inks = {Ink::second, Ink::first};  // the same as in the curves
   bars.values.resize(1);
   if (has_after(diagnosis)) {
     bars.series.push_back(with_names(diagnosis));
@@ -129,7 +129,7 @@ std::string cycle_picture(const Diagnosis& diagnosis, const RunCurves& run) {
   plot.title = fmt::format("Run {}: one cycle", run.name);
   plot.x = {"cyclic time, periods", 0.0, 1.0, false};
   plot.y.label = fmt::format("response, {}", shown.unit);
-  // A record without a period: a stretch of it over time.
+  // A record without a period: a section of it over time.
   const bool record = run.seconds > 0.0;
   if (record) {
     plot.title = fmt::format("Run {}: where it moves fastest", run.name);

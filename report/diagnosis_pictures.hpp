@@ -1,4 +1,4 @@
-// The pictures of a diagnosis' page, as SVG. Private to report/.
+// The pictures of the page of a diagnosis, as SVG. Private to report/.
 #pragma once
 
 #include <string>
@@ -10,27 +10,29 @@ namespace shaker::report {
 using estimator::discrepancy::Diagnosis;
 using estimator::discrepancy::RunCurves;
 
-// Lengths read better in millimetres: {1000, "mm"} for metres, {1, unit} for others.
+// The unit in which a length is drawn: {1000, "mm"} for metres, {1, unit} for other units.
 struct Shown {
   double factor = 1.0;
   std::string unit;
 };
 Shown shown_length(const std::string& unit);
-// Of what drives the runs: the excitation, or the motion where that is imposed.
+// The same for the amplitude of the runs: of the excitation, or of an imposed motion.
 Shown shown_amplitude(const Diagnosis& diagnosis);
 
 std::string gap_bars(const Diagnosis& diagnosis);
 std::string cycle_picture(const Diagnosis& diagnosis, const RunCurves& run);
-// Velocity over stroke, measured and predicted; empty where no displacement is predicted.
+// Velocity over stroke, measured and predicted; empty when no displacement is predicted.
 std::string phase_plane(const Diagnosis& diagnosis, const RunCurves& run);
 std::string force_along_motion(const Diagnosis& diagnosis, const RunCurves& run);
-// Binned over stroke, velocity or phase; empty when there are no bins.
+// The mean missing force in bins of stroke, velocity or phase; empty when there are no bins.
 std::string force_over_stroke(const Diagnosis& diagnosis);
 std::string force_over_velocity(const Diagnosis& diagnosis);
 std::string force_over_phase(const Diagnosis& diagnosis);
-// Of all runs together, averaged over cells; `after` the named effects or before.
+// The missing force of all runs, averaged over cells of stroke and velocity. `after`: with the
+// added effects, otherwise with the base model.
 std::string force_map(const Diagnosis& diagnosis, bool after);
-// What no parameter and no effect explains, with a dot where it may be nothing.
+// The force that no parameter and no effect explains. A dot marks a cell in which it may be
+// noise.
 std::string remaining_map(const estimator::discrepancy::Diagnosis& diagnosis);
 std::string harmonics_bars(const Diagnosis& diagnosis);
 

@@ -6,9 +6,10 @@
 namespace shaker::report {
 namespace {
 
-// A standard error so many times the value is no error bar: the data say nothing of the parameter.
+// A standard error that is so many times the value means that the data do not determine the
+// parameter.
 constexpr double kMeaningless = 1e3;
-constexpr double kMeaninglessOfZero = 1e6;  // in the parameter's own unit
+constexpr double kMeaninglessOfZero = 1e6;  // for the value 0, in the parameter's unit
 
 bool says_nothing(const estimator::ParameterEstimate& p) {
   if (p.fixed) return false;

@@ -1,7 +1,7 @@
-// From what the estimator found to what the stream says.
+// Converts the result of the estimator to the document of the stream.
 //
-// The daemon and shakerctl publish the same document from the same estimate; neither `protocol` nor
-// `estimator` may know the other, so it is done here. Pure; any thread.
+// The daemon and shakerctl publish the same document from the same estimate. Neither `protocol`
+// nor `estimator` may include the other, so the conversion is here. Pure; any thread.
 #pragma once
 
 #include "estimator/estimate.hpp"
@@ -9,8 +9,8 @@
 
 namespace shaker::report {
 
-// Everything an Estimate holds. What only the caller knows (campaign, run, cycle, clock, latency,
-// cycles skipped) is left empty for the caller to fill in.
+// Copies everything that an Estimate contains. The caller fills in what only it knows
+// (campaign, run, cycle, clock, latency, skipped cycles).
 protocol::EstimateDocument to_document(const estimator::Estimate& estimate);
 
 }  // namespace shaker::report

@@ -20,7 +20,7 @@ std::string or_dash(double value) {
   return std::isfinite(value) ? fmt::format("{:.3g}", value) : "-";
 }
 
-// "bias taken off: at most 0.11 standard errors"; empty where the values are the optimum.
+// "bias taken off: at most 0.11 standard errors"; empty when no bias was removed.
 std::string bias_line(const protocol::EstimateDocument& d) {
   double largest = 0.0;
   for (const protocol::ParameterEntry& p : d.parameters) {

@@ -1,4 +1,5 @@
-// An estimate for people: a table of the parameters, the fit's figures, the warnings. Pure.
+// An estimate as text for people: a table of the parameters, the figures of the fit, the
+// warnings. Pure.
 #pragma once
 
 #include <string>
@@ -7,8 +8,8 @@
 
 namespace shaker::report {
 
-// parameter, value ± standard error, 95 % interval, unit, note; then noise, condition, counts and
-// whether it is usable; then each warning. Ends with a line break.
+// The columns are parameter, value ± standard error, 95 % interval, unit and note. Below follow
+// noise, condition, counts and usability, then each warning. Ends with a line break.
 std::string estimate_table(const protocol::EstimateDocument& estimate);
 
 // One line: "theta1 16.67 ± 0.02, theta2 ...".

@@ -14,7 +14,7 @@ std::size_t width(const std::string& text) {
   }));
 }
 
-// Decimals that show `scale` with two digits; numbers far from 1 are written with an exponent.
+// The number of decimals that show `scale` with two digits.
 int decimals(double scale) {
   return std::max(0, 1 - static_cast<int>(std::floor(std::log10(scale))));
 }

@@ -1,4 +1,4 @@
-// Tables and numbers for people, as plain text. Pure; any thread.
+// Tables and numbers as plain text for people. Pure; any thread.
 #pragma once
 
 #include <string>
@@ -6,17 +6,17 @@
 
 namespace shaker::report {
 
-// Columns aligned with two blanks between them; the first row is the head, underlined.
-// Left-aligned, or right-aligned where `right` says so. Widths count characters, not bytes of
-// UTF-8.
+// Columns with two blanks between them; the first row is the header and is underlined. A column
+// is left-aligned, or right-aligned where `right` is true. Widths count characters, not bytes
+// of UTF-8.
 std::string text_table(const std::vector<std::vector<std::string>>& rows,
                        const std::vector<bool>& right);
 
-// "16.671 ± 0.024": the error with two digits, the value with as many decimals. Without a finite
-// error the value has six digits and stands alone; a value that is not finite is "-".
+// "16.671 ± 0.024": the error has two digits, the value as many decimals. Without a finite
+// error the value is alone and has six digits; a value that is not finite becomes "-".
 std::string with_error(double value, double standard_error);
 
-// As many decimals as `scale` (an error or a width) makes worth reading.
+// `value` with as many decimals as show `scale` (an error or a width) with two digits.
 std::string rounded_to(double value, double scale);
 
 // "1 min 20 s", "35 s", "2 h 05 min".

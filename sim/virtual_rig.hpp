@@ -1,7 +1,7 @@
 // The virtual rig: exciter controller, table, damper and sensors, stepped in time.
 //
 // It has its own physics and its own integrator (Boost.Odeint). It shares no code with the
-// estimator, because such a simulator would prove nothing. The same class has two uses:
+// estimator, because a simulator that did so would prove nothing. The same class has two uses:
 // drivers/sim steps it in process on the simulated clock, and the program `oleosim` steps it in
 // real time behind Modbus and CAN. Not thread-safe: one thread at a time may use an object.
 #pragma once
@@ -96,7 +96,7 @@ class VirtualRig {
 
   // The controller's interface, which the register map writes and reads. A call acts at the
   // time to which the rig was last advanced. It returns false when the rig refuses it: the
-  // value is out of range, the rig is enabled with a fault, or exciter_silent is injected.
+  // value is out of range, the call enables a rig that has a fault, or exciter_silent is injected.
   //
   // Enabling starts from amplitude zero through the ramp. A new setpoint while the table runs
   // is reached through the ramp. Disabling stops the table at once. A fault disables and stops

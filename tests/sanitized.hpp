@@ -1,6 +1,6 @@
-// How often a statistical test repeats. A sanitizer looks for errors of memory and of threads: a few
-// repetitions show them as well as thousands, which take minutes there. The build without a sanitizer
-// asserts what only the full count can show.
+// The number of repetitions of a statistical test. A sanitizer looks for errors of memory and
+// threads, which a few repetitions show as well as thousands, and thousands take minutes there.
+// The build without a sanitizer checks what needs the full number.
 #pragma once
 
 #include <algorithm>

@@ -18,8 +18,9 @@ const char* done(const std::string& method) {
   return "The fault is acknowledged.";
 }
 
-// Asks again, for 5 s, where the daemon has no place free, or where the connection is
-// lost before the answer: it keeps places for those who command, and others may compete for them.
+// Repeats the request for 5 s when the daemon has no free place, or when the connection is lost
+// before the answer. The daemon keeps places for commands, but other clients may compete for
+// them.
 Result<Answer> insist(const Common& common, const std::string& method) {
   using namespace std::chrono_literals;
   const auto until = std::chrono::steady_clock::now() + 5s;

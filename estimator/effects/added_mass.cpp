@@ -1,4 +1,4 @@
-// m_a u'': fluid or parts that move with the stroke.
+// m_a u'': inertia of fluid or parts that move with the stroke.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,12 +1,13 @@
-// The Bouc-Wen hysteresis k z, z' = v - b |v|_e |z|^(n-1) z - c v |z|^n, in the numbers that can be
-// told apart: with s = z / z0, z0 = b^(-1/n), f_h = k z0 and gamma = c / b,
+// The Bouc-Wen hysteresis k z, z' = v - b |v|_e |z|^(n-1) z - c v |z|^n, in identifiable
+// parameters: with s = z / z0, z0 = b^(-1/n), f_h = k z0 and gamma = c / b,
 //     f_h s,     z0 s' = v - |s|^(n-1) (|v|_e s + gamma v |s|)
-// b > 0, so that every loop takes energy. Along a stroke ds/du is 1 - (1 + gamma) |s|^n on loading
-// and 1 + (1 - gamma) |s|^n on unloading: above -1 the loop softens and |s| ends at
-// (1 + gamma)^(-1/n), 1 for Dahl's friction (gamma 0); below -1 it hardens, and with n = 1 stays
-// under (exp(-(1 + gamma) u / z0) - 1) / -(1 + gamma) over a stroke of length u, as every way back
-// is steeper than the way there. |s| is rounded at 0 over the width r. Y. K. Wen, J. Eng. Mech.
-// Div. ASCE 102 (1976) 249-263; J. P. Noel and M. Schoukens' benchmark has gamma = -1.375.
+// b > 0, so that every loop dissipates energy. Along a stroke ds/du is 1 - (1 + gamma) |s|^n on
+// loading and 1 + (1 - gamma) |s|^n on unloading. For gamma above -1 the loop softens, and |s|
+// tends to (1 + gamma)^(-1/n), which is 1 for Dahl's friction (gamma = 0). For gamma below -1
+// it hardens. With n = 1, |s| then stays under (exp(-(1 + gamma) u / z0) - 1) / -(1 + gamma)
+// over a stroke of length u, because unloading is always steeper than loading. |s| is smoothed
+// at 0 with the width r. Y. K. Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249-263. The benchmark
+// of J. P. Noel and M. Schoukens has gamma = -1.375.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,4 +1,4 @@
-// All effects that there are, by name. A new effect is one file here and one row in catalogue.cpp.
+// All effects by name. A new effect is one file here and one row in catalogue.cpp.
 #pragma once
 
 #include <span>
@@ -10,11 +10,11 @@ namespace shaker::estimator {
 
 std::span<const Effect* const> catalogue();
 
-// nullptr when there is none of that name.
+// Returns nullptr if no effect has that name.
 const Effect* find_effect(std::string_view name);
 
-// One function a file; each returns the effect's only instance, which lives as long as the program.
-// Of the damper.
+// One function for each file. It returns the only instance of the effect, which lives as long
+// as the program. Effects of the damper:
 const Effect& orifice_damping();
 const Effect& gas_spring();
 const Effect& gravity();
@@ -42,13 +42,13 @@ const Effect& added_mass();
 const Effect& series_compliance();
 const Effect& tyre();
 
-// Of the exciter.
+// Effects of the exciter:
 const Effect& exciter_gain();
 const Effect& exciter_phase();
 const Effect& exciter_delay();
 const Effect& exciter_distortion();
 
-// Of the instrument (instrument/).
+// Effects of the instrument (instrument/):
 const Effect& sensor_gain();
 const Effect& sensor_offset();
 const Effect& sensor_delay();

@@ -1,5 +1,5 @@
-// sp_w(theta1 r v^2 - f_cav) on extension: oil cannot pull, the damping force is cut off at f_cav.
-// r is that of rebound_damping, where the model has it.
+// sp_w(theta1 r v^2 - f_cav) - sp_w(-f_cav) on extension: oil cannot pull, which limits the
+// damping force to f_cav. r is that of rebound_damping if the model has it, otherwise 1.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

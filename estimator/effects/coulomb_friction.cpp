@@ -1,4 +1,4 @@
-// f_c tanh(v / e): dry friction, turned round over a stated velocity so that it has a slope.
+// f_c tanh(v / e): dry friction, smoothed over the velocity e so that it has a derivative.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,5 +1,5 @@
-// k3 (u - u0)^3: a spring that hardens (k3 > 0) or softens, per unit mass; with linear_stiffness
-// and viscous_damping the Duffing oscillator.
+// k3 (u - u0)^3: a spring that hardens (k3 > 0) or softens, per unit mass. With
+// linear_stiffness and viscous_damping it makes the Duffing oscillator.
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator {

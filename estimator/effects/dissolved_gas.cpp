@@ -1,5 +1,5 @@
-// Gas goes into and out of the oil (Henry's law, with a time constant); m is the mass of free gas
-// over that at rest:
+// Gas dissolves in the oil and leaves it (Henry's law, with a time constant). m is the mass of
+// free gas relative to that at rest:
 //     (m - 1) P,     tau m' = 1 - s (m P / theta2 - 1) - m
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"

@@ -1,6 +1,6 @@
-// An effect written as its formula only; the partial derivatives come from forward automatic
-// differentiation. Derive, say what the formula sees, and give it as a template:
-//
+// Base class of an effect that consists of its formula only. The partial derivatives come from
+// forward automatic differentiation. A derived class states what the formula sees and defines
+// it as a template:
 //   class EndStop final : public DualEffect<EndStop, kSeesU | kSeesV, 3> {
 //     ...
 //     template <class T>
@@ -11,7 +11,7 @@
 //     }
 //   };
 //
-// `Parameters` counts own and borrowed ones. A formula returns false where it is inadmissible.
+// `Parameters` counts own and borrowed ones. A formula returns false at an inadmissible point.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@
 
 namespace shaker::estimator {
 
-// What a formula sees; only these are differentiated.
+// What a formula sees. Derivatives are computed over these quantities only.
 inline constexpr unsigned kSeesU = 1, kSeesV = 2, kSeesA = 4, kSeesX = 8, kSeesW = 16,
                           kSeesWDot = 32, kSeesWDdot = 64;
 
@@ -48,7 +48,7 @@ class DualEffect : public Effect {
   }
 
  private:
-  static constexpr int place(unsigned what) {  // of a seen quantity among the variables
+  static constexpr int place(unsigned what) {  // index of a quantity among the variables
     int at = 0;
     for (unsigned bit = 1; bit < what; bit *= 2)
       at += (Sees & bit) == 0 ? 0 : bit >= kSeesW ? Internals : 1;
@@ -58,7 +58,7 @@ class DualEffect : public Effect {
   static constexpr int kVariables = kFirstParameter + Parameters;
   using D = Dual<(kVariables > 0 ? kVariables : 1)>;
 
-  // All that it calls becomes part of it, and so is compiled for each instruction set.
+  // `flatten` inlines all calls, so that they too are compiled for each instruction set.
   SHAKER_SIMD_CLONES __attribute__((flatten)) static bool over_points(const Points& at,
                                                                       const double* theta,
                                                                       const double* constants,

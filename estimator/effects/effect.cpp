@@ -7,7 +7,7 @@ namespace shaker::estimator {
 namespace {
 
 constexpr int kLanes = 8;
-constexpr int kBlock = 64;  // points of one lane at a time
+constexpr int kBlock = 64;  // number of points of one lane in a block
 
 struct alignas(64) Block {
   std::array<double, kBlock> values{};

@@ -1,4 +1,5 @@
-// k sp_w(u - u_s) + d H_w(u - u_s) v: a buffer at the end of the stroke.
+// k sp_w(u - u_s) + d H_w(u - u_s) v: a buffer at the end of the stroke. The width w smooths the
+// contact.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,5 +1,5 @@
-// x_true(t) = x(t + d): the record of the excitation is late by a time, so that harmonic h is late
-// by h omega d. Harmonics above kCarriedHarmonics stay as recorded.
+// x_true(t) = x(t + d): the record of the excitation is late by the time d, so that harmonic h
+// is late by the phase h omega d. Harmonics above kCarriedHarmonics stay as recorded.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

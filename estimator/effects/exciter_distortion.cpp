@@ -1,5 +1,5 @@
 // x_true = x + X sum over h = 2..5 of a_h cos(h phase) + b_h sin(h phase): harmonics of the
-// excitation beyond those recorded; X and phase are those of its fundamental.
+// excitation that the record lacks. X and phase are those of its fundamental.
 #include <algorithm>
 
 #include "estimator/effects/catalogue.hpp"
@@ -32,7 +32,7 @@ class ExciterDistortion final : public Effect {
   bool sees_excitation() const override { return true; }
   bool needs_carrier() const override { return true; }
 
-  // Linear in its parameters: by hand, as duals of eight of them cost a tenth of a diagnosis.
+  // Differentiated by hand: dual numbers with eight parameters take a tenth of a diagnosis.
   bool evaluate(const Points& at, const double* theta, const double*,
                 const Forces& out) const override {
     const bool excited = at.carrier_cos != nullptr;

@@ -1,4 +1,4 @@
-// The table moves G times as much as was recorded: x_true = G x.
+// x_true = G x: the table moves G times as much as recorded.
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator {

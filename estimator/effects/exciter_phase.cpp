@@ -1,5 +1,5 @@
-// x_true = x cos(phi) + x_q sin(phi), x_q being x with every harmonic a quarter of its period late:
-// the table moves phi later than was recorded.
+// x_true = x cos(phi) + x_q sin(phi): the table moves later than recorded, by the phase phi.
+// x_q is x with every harmonic a quarter of its period late.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,6 +1,6 @@
-// A dead zone in the load path: damper and mass are joined by stops of stiffness k with the play
-// delta between them. The model parts the damper's own stroke from the mass's (Effect::in_series);
-// this effect is the load of the stops, and sees the difference of the two strokes:
+// A dead zone in the load path: stops of stiffness k with the play delta join damper and mass.
+// The model separates the stroke of the damper from that of the mass (Effect::in_series). This
+// effect is the load of the stops; it sees the difference y of the two strokes:
 //     k [sp_w(y - delta / 2) - sp_w(-y - delta / 2)]
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"

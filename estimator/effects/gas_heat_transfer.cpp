@@ -1,7 +1,7 @@
-// The gas temperature T (1: that of the oil) as a state, in place of the polytrope P:
+// The gas temperature T (1: that of the oil) as a state, instead of the polytropic force P:
 //     theta2 T / (1 - theta3 u) - P
 //     T' = (1 - T) / tau + (gamma - 1) T theta3 v / (1 - theta3 u)
-// Slow motion is isothermal, fast motion adiabatic; theta4 has no influence left.
+// Slow motion is isothermal, fast motion adiabatic. theta4 no longer has an influence.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 #include "estimator/effects/gas_pressure.hpp"

@@ -1,5 +1,5 @@
-// The gas force that other effects are stated in: P = theta2 (1 - theta3 u)^(-theta4) of
-// gas_spring.
+// The gas force of gas_spring, P = theta2 (1 - theta3 u)^(-theta4), for effects whose formulas
+// contain it.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,8 @@ namespace shaker::estimator {
 inline constexpr Borrowed kGasParameters[] = {
     {"gas_spring", "theta2"}, {"gas_spring", "theta3"}, {"gas_spring", "theta4"}};
 
-// `gas`: theta2, theta3, theta4. False at the wall of the gas spring.
+// `gas`: theta2, theta3, theta4. Returns false at full compression of the gas
+// (1 - theta3 u = 0).
 template <class T>
 bool gas_pressure(const T& u, const T* gas, T& pressure) {
   using std::exp;

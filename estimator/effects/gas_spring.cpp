@@ -1,6 +1,6 @@
-// P = theta2 (1 - theta3 u)^(-theta4): the polytropic gas column, theta2 = p0 A / M, theta3 = A /
-// V0. (6.3), derivative (A.2), and (A.5) as corrected: the exponents of its second and third
-// entries are -theta4 and -theta4 - 1.
+// P = theta2 (1 - theta3 u)^(-theta4): the polytropic gas column, theta2 = p0 A / M,
+// theta3 = A / V0. (6.3), derivative (A.2), and (A.5) with a correction: the exponents of its
+// second and third entries are -theta4 and -theta4 - 1.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/math/lanes.hpp"
 
@@ -17,7 +17,7 @@ SHAKER_SIMD_CLONES long add(int n, const double* __restrict u, double theta2, do
   long inadmissible = 0;
   for (int i = 0; i < n; ++i) {
     const double raw = 1.0 - theta3 * u[i];
-    const bool admissible = raw > kClosestToWall;  // false for NaN too
+    const bool admissible = raw > kClosestToWall;  // also false for NaN
     inadmissible += admissible ? 0 : 1;
     const double w = admissible ? raw : 1.0;
     const double logarithm = fast_log(w);
@@ -32,7 +32,7 @@ SHAKER_SIMD_CLONES long add(int n, const double* __restrict u, double theta2, do
   return inadmissible;
 }
 
-// The same, lane by lane: pointers at a Lanes a point and a parameter.
+// The same for a batch: one Lanes for each point, and in `theta` one for each parameter.
 SHAKER_SIMD_CLONES unsigned add_lanes(int points, const Lanes* u, const Lanes* theta, Lanes* f,
                                       Lanes* f_u, Lanes* f_theta2, Lanes* f_theta3,
                                       Lanes* f_theta4) {

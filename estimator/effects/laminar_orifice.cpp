@@ -1,5 +1,5 @@
-// Laminar flow below v_c: theta1 v sqrt((v^2 + sqrt(v^4 + 4 v_c^4)) / 2) in place of theta1 |v| v.
-// Takes the kink of |v| v away.
+// Laminar flow below v_c: theta1 v sqrt((v^2 + sqrt(v^4 + 4 v_c^4)) / 2) instead of
+// theta1 |v| v. It removes the jump of |v| v at a velocity reversal.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,5 +1,5 @@
-// theta1 |v| v [(1 - k1 xi - k2 xi^2)^-2 - 1], xi = u / stroke: a pin narrows the orifice along the
-// stroke. Inadmissible where the pin would close it.
+// theta1 |v| v [(1 - k1 xi - k2 xi^2)^-2 - 1], xi = u / stroke: a pin narrows the orifice along
+// the stroke. A stroke at which the pin closes it is inadmissible.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,8 +1,8 @@
-// The orifice in series with an oil spring, in place of theta1 |v| v: d is the spring's
-// compression, q the flow that is left for the orifice,
+// The orifice in series with an oil spring, instead of theta1 |v| v. d is the compression of the
+// spring, q the remaining flow through the orifice:
 //     k_o d - theta1 |v| v,     theta1 (|q| + q_l) q = k_o d,     q = v - d'
-// Flow is laminar below q_l: purely turbulent, an orifice would let the oil relax at once where its
-// force goes through zero.
+// Below q_l the flow is laminar. With purely turbulent flow, the oil would relax instantly at
+// the zero of the orifice's force.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

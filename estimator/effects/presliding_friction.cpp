@@ -1,5 +1,5 @@
-// Dry friction with presliding: the seal is sheared by z before it slides (Dahl; LuGre without its
-// micro-viscous terms). With s = z / z0 in -1 .. 1:
+// Dry friction with presliding: shear deforms the seal by z before it slides (Dahl's model;
+// LuGre without its micro-viscous terms). With s = z / z0 in -1 .. 1:
 //     f_c s,     z0 s' = v - |v|_e s
 // P. R. Dahl, "A solid friction model", The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
 #include "estimator/effects/catalogue.hpp"

@@ -1,4 +1,4 @@
-// mu P tanh(v / e): friction of seals that the gas presses on; P is that of gas_spring.
+// mu P tanh(v / e): friction of seals that the gas pressure loads. P is the force of gas_spring.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 #include "estimator/effects/gas_pressure.hpp"

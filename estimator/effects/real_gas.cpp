@@ -1,5 +1,5 @@
-// beta P (P / theta2 - 1): second virial term, what a real gas's pressure deviates from the
-// polytrope. A constant covolume is not told apart from theta3 and is no effect of its own.
+// beta P (P / theta2 - 1): second virial term, the deviation of a real gas from the polytrope. A
+// constant covolume cannot be told apart from theta3 and is therefore no effect of its own.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 #include "estimator/effects/gas_pressure.hpp"

@@ -1,4 +1,4 @@
-// theta1 (r - 1) |v| v on extension only: a snubber or rebound valve.
+// theta1 (r - 1) |v| v on extension only: a snubber or a rebound valve.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,5 +1,5 @@
-// -(1 - k) sp_w(theta1 |v| v - f_rel): past f_rel the damping force rises k times as fast, on
-// compression.
+// -(1 - k) sp_w(theta1 |v| v - f_rel): on compression, the damping force above f_rel rises only
+// k times as fast.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

@@ -1,5 +1,5 @@
-// P(u - kappa sp_w(u - u_k)) - P(u): past the knee u_k a second gas chamber takes the share kappa
-// of the stroke.
+// P(u - kappa sp_w(u - u_k)) - P(u): beyond the stroke u_k a second gas chamber takes the share
+// kappa of the further stroke.
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 #include "estimator/effects/gas_pressure.hpp"

@@ -1,9 +1,9 @@
-// The damper stands on an unsprung mass on a tyre instead of on the table: second degree of freedom
-// y, the tyre's deflection. With r the unsprung over the sprung mass, the mass's own equation gets
-// y'', and
+// The damper stands on an unsprung mass with a tyre, not on the table. This adds a degree of
+// freedom y, the deflection of the tyre. With r the unsprung over the sprung mass, the equation
+// of the sprung mass gets y'', and
 //     (1 + r) (y'' - x - g) + c_t y' + k_t y + u'' = 0
-// is the balance of both masses. For one coordinate, mass 1, excitation 1; other systems are
-// written out with coordinates (config/examples/model-oleo-on-tyre.json).
+// is the balance of both masses. Valid for one coordinate with mass 1 and excitation 1. Other
+// systems need coordinates in the model file (config/examples/model-oleo-on-tyre.json).
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/dual_effect.hpp"
 

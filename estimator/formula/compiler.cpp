@@ -1,4 +1,4 @@
-// From symbolic expressions to the tape.
+// Compiles symbolic expressions to a tape.
 #include <cmath>
 #include <map>
 
@@ -75,7 +75,8 @@ class Compiler {
     throw FormulaError("the formula has a derivative that cannot be computed in real numbers");
   }
 
-  // Uniform parts together first, so that they are computed once a call; negative ones subtracted.
+  // Sums the uniform terms separately, so that they are computed once per call. Negative terms
+  // are subtracted.
   Value sum(const ex& e) {
     Value totals[2] = {{-1, false}, {-1, false}};  // uniform, varying
     for (std::size_t k = 0; k < e.nops(); ++k) {
@@ -112,7 +113,7 @@ class Compiler {
         return whole_power(value(base), static_cast<int>(number));
       if (number == 0.5) return emit(Tape::Op::sqrt, value(base));
     }
-    // base^(e + n) of a derivative shares base^e with the function itself.
+    // In a derivative, base^(e + n) then shares base^e with the function itself.
     if (is_a<GiNaC::add>(exponent)) {
       const ex last = exponent.op(exponent.nops() - 1);
       if (is_a<GiNaC::numeric>(last) && ex_to<GiNaC::numeric>(last).is_integer())

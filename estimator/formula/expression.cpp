@@ -16,7 +16,7 @@
 #endif
 
 #if defined(__SANITIZE_ADDRESS__)
-// CLN, with which GiNaC counts, keeps a few bytes from the program's start to its end.
+// CLN, GiNaC's number library, keeps a few bytes until the program ends.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libcln";
@@ -54,7 +54,8 @@ GiNaC::ex smooth_ramp(const GiNaC::ex& x, const GiNaC::ex& w) {
   return (x + size) / 2 + w * GiNaC::log(1 + GiNaC::exp(-size / w));
 }
 
-// Recursive descent. Powers bind to the right and before a sign: -v^2 is -(v^2).
+// Recursive-descent parser. Powers associate to the right and bind before a sign: -v^2
+// is -(v^2).
 class Parser {
  public:
   Parser(const std::string& text, const Names& names) : text_(text), names_(names) {}
@@ -168,7 +169,7 @@ class Parser {
     if (end == begin || !std::isfinite(value)) complain("a number");
     at_ += static_cast<std::size_t>(end - begin);
     next();
-    // Whole numbers stay exact, so that powers keep simple derivatives.
+    // Whole numbers stay exact, so that the derivatives of powers stay simple.
     if (value == std::floor(value) && std::fabs(value) < 1e6)
       return GiNaC::numeric(static_cast<long>(value));
     return GiNaC::numeric(value);
@@ -239,7 +240,7 @@ GiNaC::ex parse(const std::string& text, const Names& names) {
     return Parser(text, names).whole();
   } catch (const FormulaError&) {
     throw;
-  } catch (const std::exception& error) {  // GiNaC's: 0^-1, log(0)
+  } catch (const std::exception& error) {  // thrown by GiNaC: 0^-1, log(0)
     throw FormulaError(fmt::format("this formula has no value: {}", error.what()));
   }
 }

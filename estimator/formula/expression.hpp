@@ -1,9 +1,9 @@
-// A formula of a model file as a symbolic expression (GiNaC), so that its partial derivatives are
-// exact. Private to the formula's sources.
+// A formula of a model file as a symbolic expression (GiNaC), so that its partial derivatives
+// are exact. Private to the sources of the formula.
 //
-// GiNaC's own parser does not say where it stumbled, hence ours; GiNaC's expressions are shared
-// between threads without locks, so all work with them goes under one lock (FormulaLock) and
-// nothing of them outlives it: what is kept is a Tape.
+// A parser of our own reports the column of an error, which GiNaC's parser does not. GiNaC's
+// expressions share data between threads without locks. All work with them therefore holds one
+// global lock (FormulaLock), and no expression outlives it; only a Tape is kept.
 #pragma once
 
 #include <ginac/ginac.h>
@@ -18,7 +18,7 @@ struct FormulaError : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-// Hold one while any GiNaC expression lives.
+// Holds the global lock, while any GiNaC expression lives. Other threads must wait.
 class FormulaLock {
  public:
   FormulaLock();
@@ -29,12 +29,12 @@ class FormulaLock {
 
 using Names = std::map<std::string, GiNaC::ex>;
 
-// Throws FormulaError with the column (from 1), what stands there and what is allowed.
-//   numbers, names, + - * / ^ ( ), and functions of kFunctions
+// Parses a formula: numbers, names, + - * / ^ ( ), and the functions in kAllowed. Throws
+// FormulaError that states the column (from 1), what is there and what is allowed.
 GiNaC::ex parse(const std::string& text, const Names& names);
 
-// |x| and its slope, the sign (0 at 0), which stay as they are where GiNaC's abs would divide 0 by
-// 0.
+// |x| and its derivative, the sign (0 at 0). They remain functions of their own, where GiNaC's
+// abs would give 0 / 0.
 GiNaC::ex absolute(const GiNaC::ex& x);
 GiNaC::ex direction(const GiNaC::ex& x);
 

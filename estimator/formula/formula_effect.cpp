@@ -66,7 +66,7 @@ class FormulaEffect final : public Effect {
     double uniform[kMostUniform];
     std::copy_n(theta, p, uniform);
     std::copy_n(constants, constants_.size(), uniform + p);
-    // Outputs, equation by equation: value, slopes over u, v, a, x, states, parameters.
+    // Outputs for each equation: value, then derivatives over u, v, a, x, states, parameters.
     double* to[(1 + kMostInternals) * kWidest];
     char add[(1 + kMostInternals) * kWidest] = {1, 1, 1, 1};
     int next = 0;
@@ -107,7 +107,7 @@ class FormulaEffect final : public Effect {
   static constexpr int kMostConstants = 16;
   static constexpr int kMostUniform = kMostParameters + kMostConstants;
 
-  // The tape has the rates; a row is z' - rate.
+  // The tape computes minus the rate; the row of a state is z' - rate.
   void finish_rows(const Points& at, const Forces& out) const {
     const std::size_t w = internals_.size();
     for (std::size_t r = 0; r < w; ++r) {
@@ -175,7 +175,7 @@ class FormulaEffect final : public Effect {
     }
   }
 
-  config::EffectSpec spec_;  // keeps the names alive
+  config::EffectSpec spec_;  // owns the strings that the other members refer to
   std::vector<ParameterInfo> parameters_;
   std::vector<ConstantInfo> constants_;
   std::vector<InternalInfo> internals_;

@@ -1,4 +1,4 @@
-// The interpreter: one loop over a block of points an instruction.
+// The interpreter of a tape: each instruction is one loop over a block of points.
 #include "estimator/formula/tape.hpp"
 
 #include <algorithm>
@@ -97,7 +97,7 @@ bool Tape::evaluate(int n, const double* const* varying, const double* uniform, 
     std::fill_n(at(varying_inputs_ + k), kBlock, uniform[k]);
   for (const Constant& constant : constants_)
     std::fill_n(at(constant.at), kBlock, constant.value);
-  double wild = 0.0;  // NaN once some value is not finite
+  double wild = 0.0;  // becomes NaN if a value is not finite
   for (int first = 0; first < n; first += kBlock) {
     const int count = std::min(kBlock, n - first);
     for (int k = 0; k < varying_inputs_; ++k) {

@@ -1,6 +1,6 @@
-// A set of expressions compiled to one list of vector instructions, evaluated for blocks of points
-// at once. Common subexpressions are computed once, and what depends on parameters only once a
-// call.
+// A set of expressions, compiled to a list of vector instructions that evaluates blocks of
+// points. Common subexpressions are computed once; those that depend on parameters only, once
+// per call.
 #pragma once
 
 #include <cstdint>
@@ -12,23 +12,24 @@ class ex;
 
 namespace shaker::estimator::formula {
 
-// Immutable after compilation; evaluation uses the stack only.
+// Immutable after compilation. Evaluation does not allocate; it uses about 120 kB of stack.
 class Tape {
  public:
   static constexpr int kBlock = 32;
   static constexpr int kMostRegisters = 480;
 
-  // `varying` inputs have an array each, `uniform` ones a number. Throws FormulaError when the
-  // expressions need too many operations. Holding a FormulaLock is the caller's.
+  // `varying` inputs have one array each, `uniform` inputs one number. The caller holds a
+  // FormulaLock. Throws FormulaError if the expressions need too many operations.
   void compile(const std::vector<GiNaC::ex>& varying, const std::vector<GiNaC::ex>& uniform,
                const std::vector<GiNaC::ex>& outputs);
 
   int outputs() const { return static_cast<int>(outputs_.size()); }
-  // Whether an output is a constant 0.
+  // True if an output is the constant 0.
   bool zero(int output) const { return outputs_[static_cast<std::size_t>(output)] < 0; }
 
-  // n points. out[k] is null or gets output k; `add[k]` non-zero: added to what is there. False
-  // when some output is not finite (a logarithm of a negative number, a division by zero).
+  // Evaluates n points. out[k] receives output k; null skips it. add[k] non-zero adds to the
+  // values there. A null `varying` array counts as 0. Returns false if an output that is not
+  // skipped is not finite (logarithm of a negative number, division by zero).
   bool evaluate(int n, const double* const* varying, const double* uniform, double* const* out,
                 const char* add) const;
 

@@ -18,7 +18,7 @@ enum class Quantity {
   displacement,           // u of the model's observed coordinate, m
   velocity,               // its first derivative, m/s
   acceleration,           // its second derivative (mass relative to table), m/s^2
-  absolute_acceleration,  // of the mass, as an accelerometer on it measures: e x - M u''; m/s^2
+  absolute_acceleration,  // of the mass, as an accelerometer on it measures, m/s^2
   damper_force,           // load between damper and mass per unit mass (a load cell), m/s^2
 };
 

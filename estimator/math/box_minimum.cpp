@@ -5,8 +5,8 @@ namespace {
 
 using Eigen::Index;
 
-constexpr Index kMostRounds = 20;   // a variable: many times what was ever needed
-constexpr double kNoSlope = 1e-12;  // of the slope at 0
+constexpr Index kMostRounds = 20;   // per variable; many times more than ever needed
+constexpr double kNoSlope = 1e-12;  // relative to the gradient at 0
 
 enum class Held { no, low, high };
 
@@ -21,7 +21,7 @@ struct Search {
   BoxVector<Most> x, target, slope, part_step;
   BoxMatrix<Most> part;
 
-  // What stands on a bound and is pushed outwards.
+  // Starts at 0 and holds the variables that are on a bound and pushed outwards.
   void begin() {
     const Index n = b.size();
     x = target = BoxVector<Most>::Zero(n);
@@ -32,7 +32,7 @@ struct Search {
                                                 : Held::no;
   }
 
-  // `target`, the minimum over the free ones, the others staying where they are.
+  // Finds `target`, the minimum over the free variables; the others do not move.
   bool find_target(double least_pivot) {
     Index count = 0;
     free.resize(b.size());
@@ -57,7 +57,8 @@ struct Search {
     return factors.vectorD().minCoeff() > least_pivot * part.diagonal().maxCoeff();
   }
 
-  // As far towards it as the first bound, which then holds its variable. False: all the way.
+  // Moves towards `target` up to the first bound, which then holds its variable. Returns false
+  // if it met no bound.
   bool meets_bound() {
     double share = 1.0;
     Index first = -1;
@@ -78,7 +79,7 @@ struct Search {
     return true;
   }
 
-  // The one that is pushed inwards most. False: none is.
+  // Frees the held variable with the steepest gradient inwards. Returns false if there is none.
   bool release() {
     slope = b - a * x;
     double steepest = kNoSlope * b.cwiseAbs().maxCoeff();

@@ -9,20 +9,20 @@
 namespace shaker::estimator {
 namespace {
 
-// Of a pivot against the largest of its column: no rows are exchanged for less, as that fills the
-// rows beside.
+// Least ratio of a pivot to the largest element of its column. Rows are exchanged only below it,
+// because an exchange fills the rows beside.
 constexpr double kPivot = 0.1;
 
-// Rows begin on whole registers of the columns' own numbering, so that what a pivot has stored the
-// next one loads as it stands.
+// Rows begin at whole registers in the numbering of the columns. What one pivot stores, the
+// next one can then load without realignment.
 struct Band {
   double* rows;   // each of `width`
-  double* lower;  // multipliers, `half` a pivot
+  double* lower;  // multipliers, `half` for each pivot
   int* pivot;
-  int* end;  // one beyond the last column of a row of the upper factor
+  int* end;  // one beyond the last column of each row of the upper factor
   int size, half, margin, width;
 
-  // Such that column c of row r is row(r)[c].
+  // A pointer such that column c of row r is row(r)[c].
   double* row(int r) const {
     return rows + static_cast<std::ptrdiff_t>(r) * width + margin - r / kLanes * kLanes;
   }
@@ -33,9 +33,9 @@ SHAKER_SIMD_CLONES void exchange(int groups, Lanes* __restrict a, Lanes* __restr
     std::swap(a[g], b[g]);
 }
 
-// Takes pivot k out of the rows below it, up to `last`, in the registers from the one that holds
-// it. What it leaves in columns that have been eliminated is not looked at any more; the pivot's
-// row is 0 beyond its end, so that those below stay what they are there.
+// Eliminates pivot k from the rows below it, up to `last`, in the registers from the one that
+// holds column k. Values that it leaves in eliminated columns are not read again. The pivot's
+// row is 0 beyond its end, so that the rows below keep their values there.
 template <int Groups>
 SHAKER_INLINE void eliminate(const Band& band, int k, int last) {
   const int from = k / kLanes * kLanes;
@@ -69,10 +69,10 @@ SHAKER_INLINE void eliminate_any(const Band& band, int k, int last, int end) {
   }
 }
 
-// The row that is to stand at k.
+// Selects the row for position k.
 SHAKER_INLINE int pivot_of(const Band& band, int k, int last) {
   const auto size_at = [&](int r) { return std::fabs(band.row(r)[k]); };
-  double even = 0.0, odd = 0.0;  // two at a time: each waits for the one before
+  double even = 0.0, odd = 0.0;  // two independent chains, because each maximum waits for the last
   int r = k + 1;
   for (; r < last; r += 2) {
     even = std::max(even, size_at(r));
@@ -80,14 +80,14 @@ SHAKER_INLINE int pivot_of(const Band& band, int k, int last) {
   }
   if (r == last) even = std::max(even, size_at(r));
   const double most = std::max(even, odd);
-  if (!(size_at(k) < kPivot * most)) return k;  // nor for what is no number
+  if (!(size_at(k) < kPivot * most)) return k;  // also if a value is NaN
   for (r = k + 1; r < last && size_at(r) < most; ++r) {
   }
   return r;
 }
 
 SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {
-  int end = 0;  // beyond it nothing has been filled in yet
+  int end = 0;  // no row so far has elements beyond it
   for (int k = 0; k < band.size; ++k) {
     const int last = std::min(band.size - 1, k + band.half);
     const int best = pivot_of(band, k, last);
@@ -125,7 +125,7 @@ SHAKER_SIMD_CLONES bool factorise_band(const Band& band) {
   return true;
 }
 
-// In place, of right-hand sides in rows of `Groups` lanes.
+// Solves in place, for right-hand sides in rows of `Groups` lanes.
 template <int Groups>
 SHAKER_INLINE void substitute(const Band& band, Lanes* rows) {
   for (int k = 0; k < band.size; ++k) {
@@ -148,7 +148,7 @@ SHAKER_INLINE void substitute(const Band& band, Lanes* rows) {
   for (int k = band.size - 1; k >= 0; --k) {
     Lanes* own = rows + static_cast<std::ptrdiff_t>(k) * Groups;
     const double* upper = band.row(k);
-    // Four sums at a time, as each waits for the one before; and last what has been known last.
+    // Four independent sums, because each waits for the last; the newest unknowns come last.
     Lanes sum[4 * Groups] = {};
     int c = band.end[k];
     for (; c - 4 > k; c -= 4) {
@@ -167,7 +167,7 @@ SHAKER_INLINE void substitute(const Band& band, Lanes* rows) {
   }
 }
 
-// The same with the transposed matrix: its factors in the other order.
+// The same with the transposed matrix: its factors in reverse order.
 SHAKER_SIMD_CLONES void substitute_transposed(const Band& band, Lanes* rows) {
   for (int k = 0; k < band.size; ++k) {
     Lanes* own = rows + k;

@@ -1,9 +1,11 @@
 // LU factorisation of a cyclic block-banded matrix, with row exchanges, in O(n).
 //
-// The unknowns on a ring couple to their neighbours only, first and last included. Folding the ring
-// (0, n-1, 1, n-2, ...) turns the two corners into an ordinary band of twice the width, which
-// Gaussian elimination with row exchanges keeps. A pivot is exchanged where it is less than a tenth
-// of its column's largest: nearly as stable as a dense LU, unless rows are scaled by many orders.
+// The unknowns of each point of a ring couple to those of its neighbours only; the first and
+// the last point are neighbours. The order 0, n-1, 1, n-2, ... (folding) moves the two corners
+// of the matrix into an ordinary band of twice the width, which Gaussian elimination with row
+// exchanges keeps. Rows are exchanged if the pivot is less than a tenth of the largest element
+// of its column. That is nearly as stable as a dense LU, unless the rows differ in scale by
+// many orders of magnitude.
 #pragma once
 
 #include <cstddef>
@@ -14,41 +16,42 @@
 
 namespace shaker::estimator {
 
-// Storage is made once; `clear`, `add`, `factorise` and `solve` do not allocate. One thread.
+// Only the constructor allocates. One thread at a time may use it.
 class CyclicBandedLu {
  public:
-  // n >= 2 * reach + 1 blocks of size `block`; block row i couples to i - reach .. i + reach (mod
-  // n).
+  // n >= 2 * reach + 1 blocks of size `block`. Block row i couples to the columns of blocks
+  // i - reach .. i + reach (mod n).
   CyclicBandedLu(int n, int block, int reach);
 
   void clear();
-  // Adds to the matrix: equation `row` of block i, unknown `column` of the blocks i - reach ..
-  // i + reach (mod n), one value for each.
+  // Adds 2 * reach + 1 values to the matrix: equation `row` of block i, unknown `column` of the
+  // blocks i - reach .. i + reach (mod n).
   void add(int i, int row, int column, const double* values);
-  // False when a pivot vanishes.
+  // Returns false if a pivot is zero (or not finite).
   bool factorise();
-  // Solves for `width` right-hand sides at once, in place. `rows` holds n * block rows of `stride`
-  // doubles; row i * block + c is given for equation c of block i and comes out for its unknown c.
+  // Solves for `width` right-hand sides at once, in place. `rows` holds n * block rows of
+  // `stride` doubles. Row i * block + c is equation c of block i on input, its unknown c on
+  // output.
   void solve(double* rows, int stride, int width);
-  // The same with the transposed matrix: given for an unknown, out for an equation.
+  // The same with the transposed matrix: unknowns on input, equations on output.
   void solve_transposed(double* rows, int stride, int width);
 
  private:
   void solve(double* rows, int stride, int width, bool transposed);
   int folded(int i) const { return 2 * i < n_ ? 2 * i : 2 * (n_ - 1 - i) + 1; }
 
-  // Such that column c of row r is storage(r)[c].
+  // A pointer such that column c of row r is storage(r)[c].
   double* storage(int r) {
     return &band_[static_cast<std::size_t>(r) * width_] + margin_ - r / kLanes * kLanes;
   }
 
   int n_, block_, across_, size_, half_;
-  int margin_, width_;  // of a row's storage: before its own register of columns, and as a whole
+  int margin_, width_;  // of a row's storage: space before its first register of columns; total
   AlignedVector band_;  // row r holds columns r - half_ .. r + 2 half_
-  std::vector<double> lower_;  // multipliers, half_ a pivot
+  std::vector<double> lower_;  // multipliers, half_ for each pivot
   std::vector<int> pivot_;
-  std::vector<int> end_;      // how far a row of the upper factor reaches: exchanges fill it
-  std::vector<int> columns_;  // of each block: where those that it couples to begin
+  std::vector<int> end_;      // end of each row of the upper factor; exchanges extend it
+  std::vector<int> columns_;  // of each block: first columns of the blocks to which it couples
   AlignedVector folded_rows_;
 };
 

@@ -1,6 +1,6 @@
-// A number with its N partial derivatives, carried through a formula by the chain rule: forward
-// automatic differentiation, exact to rounding. For effects whose time does not matter as much as
-// that of the base model's (those are differentiated by hand).
+// A number with its N partial derivatives. The chain rule carries them through a formula:
+// forward automatic differentiation, exact to rounding. For effects whose computing time
+// matters less than that of the base model, whose derivatives are written by hand.
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace shaker::estimator {
 
 template <int N>
 struct Dual {
-  // Whole registers, where loops are compiled for them.
+  // Rounded up to whole registers where loops are compiled for them.
   static constexpr int kStored = N <= 2 || !SHAKER_HAS_SIMD_CLONES ? N : (N + 3) / 4 * 4;
   double value = 0.0;
   double d[kStored] = {};
@@ -20,7 +20,7 @@ struct Dual {
   Dual(double v) : value(v) {}  // NOLINT: constants convert
   Dual(double v, int variable) : value(v) { d[variable] = 1.0; }
 
-  // f(value) with slope f'.
+  // The result of f: its value, and its derivative `slope` at this value.
   Dual chained(double f, double slope) const {
     Dual r(f);
     for (int k = 0; k < kStored; ++k)
@@ -97,13 +97,13 @@ template <int N>
 Dual<N> abs(const Dual<N>& x) {
   return x.value < 0.0 ? -x : x;
 }
-// Base positive.
+// The base must be positive.
 template <int N>
 Dual<N> pow(const Dual<N>& base, const Dual<N>& exponent) {
   return exp(exponent * log(base));
 }
 
-// The smoothed edges of the effects' formulas; for plain doubles too.
+// Smoothed functions of the effects' formulas, for plain doubles as well.
 template <class T>
 T square(const T& x) {
   return x * x;
@@ -114,7 +114,7 @@ T smooth_abs(const T& x, double e) {
   using std::sqrt;
   return sqrt(x * x + e * e);
 }
-// H_w(x) = 1 / (1 + exp(-x / w)), by e = exp(-|x| / w).
+// H_w(x) = 1 / (1 + exp(-x / w)), computed from e = exp(-|x| / w).
 inline double smooth_step_of(double e, bool above) {
   return (above ? 1.0 : e) / (1.0 + e);
 }
@@ -126,7 +126,7 @@ Dual<N> smooth_step(const Dual<N>& x, double w) {
   const double e = std::exp(-std::fabs(x.value) / w);
   return x.chained(smooth_step_of(e, x.value > 0.0), e / (w * (1.0 + e) * (1.0 + e)));
 }
-// sp_w(x) = max(x, 0) + w log(1 + exp(-|x| / w)), whose slope is H_w.
+// sp_w(x) = max(x, 0) + w log(1 + exp(-|x| / w)); its derivative is H_w.
 inline double smooth_ramp(double x, double w) {
   return std::fmax(x, 0.0) + w * std::log1p(std::exp(-std::fabs(x) / w));
 }

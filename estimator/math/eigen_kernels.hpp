@@ -1,6 +1,6 @@
-// Kernels of Eigen for dense matrices of doubles that are compiled once, in eigen_kernels.cpp:
-// products, triangular solves, decompositions. Eigen marks them as not to be inlined, so that a
-// program is as fast as if each file had its own. Part of the precompiled header, nowhere included.
+// Eigen's kernels for dense matrices of doubles, compiled once in eigen_kernels.cpp: products,
+// triangular solves, decompositions. Eigen marks them as not to be inlined, so that a program
+// is as fast as with a copy in each file. Part of the precompiled header; no file includes it.
 #pragma once
 
 #include <Eigen/Dense>

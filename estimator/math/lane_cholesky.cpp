@@ -50,7 +50,7 @@ SHAKER_SIMD_CLONES void substitute_lanes(int size, const Lanes* factor, Lanes* b
   }
 }
 
-// A^-1 = L^-T L^-1: sums of squares of the columns of L^-1.
+// A^-1 = L^-T L^-1: its diagonal holds the sums of squares of the columns of L^-1.
 SHAKER_SIMD_CLONES void inverse_diagonal_lanes(int size, const Lanes* factor, Lanes* scratch,
                                                Lanes* diagonal) {
   for (int j = 0; j < size; ++j) {

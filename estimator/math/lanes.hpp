@@ -1,9 +1,9 @@
-// Eight doubles side by side: two registers with AVX2, four with SSE2. One of AVX-512 would hold
-// them all; but what is wider than a machine's registers g++ 12 keeps in memory, and puts together
-// there in pieces that the loads behind then wait for: on a machine with AVX2 factors between two
-// and five. With AVX-512 two registers at a time take a tenth to a quarter longer than one
-// (docs/benchmarks.md). Functions that take or return them by value are inlined into a loop under
-// SHAKER_SIMD_CLONES.
+// Batches of eight doubles, one in each SIMD lane: two registers with AVX2, four with SSE2. One
+// register of AVX-512 could hold all eight. But g++ 12 keeps vectors that are wider than a
+// machine's registers in memory and assembles them there in parts, for which the following
+// loads must wait: on a machine with AVX2 this costs a factor of two to five. With AVX-512, two
+// registers take a tenth to a quarter longer than one (docs/benchmarks.md). Functions that take
+// or return batches by value are inlined into a loop under SHAKER_SIMD_CLONES.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ typedef double HalfLanes __attribute__((vector_size(32)));
 typedef std::int64_t HalfMask __attribute__((vector_size(32)));
 typedef std::uint64_t HalfBits __attribute__((vector_size(32)));
 
-// All bits of a lane, or none.
+// A mask: in each lane all bits are set, or none.
 struct alignas(64) LaneMask {
   HalfMask low, high;
 
@@ -81,7 +81,7 @@ struct alignas(64) Lanes {
   }
 };
 
-// Lane by lane one or the other.
+// Selects in each lane `one` where the mask is set, otherwise `other`.
 SHAKER_INLINE Lanes chosen(const LaneMask& first, const Lanes& one, const Lanes& other) {
   return {first.low ? one.low : other.low, first.high ? one.high : other.high};
 }
@@ -98,7 +98,7 @@ SHAKER_INLINE void fast_exp(const Lanes& x, Lanes& out) {
   exponential_of<HalfLanes, HalfBits>(x.high, out.high);
 }
 
-// Arrays of doubles on 64-byte boundaries, eight at a time.
+// Access in batches of eight to an array of doubles on a 64-byte boundary.
 inline Lanes* as_lanes(double* p) {
   return reinterpret_cast<Lanes*>(p);
 }
@@ -106,18 +106,18 @@ inline const Lanes* as_lanes(const double* p) {
   return reinterpret_cast<const Lanes*>(p);
 }
 
-// 0 in lanes that are infinite or no number.
+// Sets lanes that are infinite or NaN to 0.
 SHAKER_INLINE void keep_finite(Lanes& x) {
   x = chosen(x - x == 0.0, x, Lanes{});
 }
 
-// The largest magnitude that has been seen, lane by lane; what is no number is passed over.
+// Keeps the largest magnitude so far in each lane; NaN is ignored.
 SHAKER_INLINE void keep_largest(Lanes& largest, const Lanes& value) {
   const Lanes size = magnitude(value);
   largest = chosen(size > largest, size, largest);
 }
 
-// Bit l: lane l of the mask.
+// Bit l of the result is lane l of the mask.
 SHAKER_INLINE unsigned bits_of(const LaneMask& mask) {
   const HalfMask bit = {1, 2, 4, 8};
   HalfMask bits = (mask.low & bit) | ((mask.high & bit) << 4);
@@ -131,7 +131,7 @@ SHAKER_INLINE LaneMask mask_of(unsigned bits) {
   const HalfMask wanted = {all, all, all, all};
   return {(wanted & bit) != 0, (wanted & (bit << 4)) != 0};
 }
-// From lane `first` to lane `last`; both may be beyond.
+// The lanes from `first` to `last`; both may lie outside 0 to 7.
 SHAKER_INLINE LaneMask lanes_between(int first, int last) {
   const HalfMask low = {0, 1, 2, 3}, high = {4, 5, 6, 7};
   return {(low >= first) & (low <= last), (high >= first) & (high <= last)};
@@ -148,7 +148,7 @@ SHAKER_INLINE void transpose(HalfLanes& a, HalfLanes& b, HalfLanes& c, HalfLanes
   d = __builtin_shufflevector(ab1, cd1, 2, 3, 6, 7);
 }
 
-// Row l, lane k to row k, lane l, in eight rows: by quarters.
+// Transposes eight rows of eight lanes, by quarters.
 SHAKER_INLINE void transpose(Lanes (&m)[kLanes]) {
   transpose(m[0].low, m[1].low, m[2].low, m[3].low);
   transpose(m[0].high, m[1].high, m[2].high, m[3].high);

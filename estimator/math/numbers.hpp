@@ -1,4 +1,4 @@
-// Numbers that many rooms of the estimator use.
+// Constants that many parts of the estimator use.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace shaker::estimator {
 inline constexpr double kTwoPi = 2.0 * std::numbers::pi;
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// What a parameter's change is compared with: its size, or 1 in its own unit where it is zero.
+// Reference size for a change of a parameter: its magnitude, or 1 in its own unit if it is zero.
 inline double size_of(double theta) {
   return theta != 0.0 ? std::fabs(theta) : 1.0;
 }

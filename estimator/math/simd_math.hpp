@@ -1,18 +1,18 @@
-// Logarithm and exponential that the compiler can vectorise, and the machinery for building one
-// loop for several instruction sets.
+// Logarithm and exponential that the compiler can vectorise, and macros that build one loop for
+// several instruction sets.
 //
-// A periodic solution evaluates the gas force at every point of the period; scalar libm calls are
-// then two thirds of the time of an estimate. These are branch-free series on the reduced argument
-// (atanh series for the logarithm, Taylor for the exponential), within 2 ulp of libm on the range
-// that the models use (tests/estimator/simd_math_test). No special values: the caller keeps
-// arguments positive and finite, and checks for it.
+// A periodic solution evaluates the gas force at every point of the period. With scalar calls
+// of libm this takes two thirds of the time of an estimate. These are branch-free series on the
+// reduced argument (atanh series for the logarithm, Taylor for the exponential), within 2 ulp
+// of libm on the range that the models use (tests/estimator/simd_math_test). They do not treat
+// special values: the caller must ensure positive and finite arguments.
 #pragma once
 
 #include <bit>
 #include <cstdint>
 
-// The loop behind it is compiled once for each instruction set and chosen when the program starts.
-// Sanitizers and the loader's indirect functions do not mix, hence the exception.
+// Compiles the following loop once for each instruction set; the loader selects one at program
+// start. Not with sanitizers, which do not work with the indirect functions of the loader.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SHAKER_SIMD_CLONES \
@@ -26,7 +26,7 @@
 
 namespace shaker::estimator {
 
-// Real is double with Bits = std::uint64_t, or a vector of doubles with one of std::uint64_t.
+// Real is double with Bits = std::uint64_t, or vectors of both.
 // Precondition: x positive, finite and normal.
 template <class Real, class Bits>
 SHAKER_INLINE void logarithm_of(const Real& x, Real& out) {
@@ -35,7 +35,8 @@ SHAKER_INLINE void logarithm_of(const Real& x, Real& out) {
   const Bits bits = __builtin_bit_cast(Bits, x);
   const Bits shifted = bits - kSqrtHalf;
   const Real m = __builtin_bit_cast(Real, bits - (shifted & 0xfff0000000000000ULL));
-  // Integer to double without a conversion instruction: 2^52 + (k mod 4096), as bits.
+  // Converts the integer to double without a conversion instruction: the bits of
+  // 2^52 + (k mod 4096).
   const Real wrapped =
       __builtin_bit_cast(Real, (shifted >> 52) | 0x4330000000000000ULL) - 4503599627370496.0;
   const Real k = wrapped >= 2048.0 ? wrapped - 4096.0 : wrapped;

@@ -33,8 +33,8 @@ namespace shaker::estimator {
 
 struct ChannelRun {
   double frequency_hz = 0.0;
-  double amplitude = 0.0;          // of a pure cosine, m/s^2; unused when `excitation` is given
-  std::vector<double> excitation;  // one period on equal steps, m/s^2
+  double amplitude = 0.0;          // of a pure cosine; unused when `excitation` is given
+  std::vector<double> excitation;  // one period on equal steps, model's length unit / s^2
   std::vector<double> tau;         // cyclic times of all channels; empty: equal steps
   std::vector<std::vector<double>> channels;  // one series for each quantity, of equal length
   double cycles = 1.0;                        // number of averaged cycles

@@ -1,6 +1,5 @@
 // Corrects the published estimates for second-order bias (worth/second_order.hpp), where it is
-// large enough, as `shakerctl estimate` does. It computes the bias only when it may have become
-// so.
+// large enough, as `shakerctl estimate` does. It computes the bias only when needed.
 //
 // In units of the standard errors, the bias is proportional to them. If it is far below the
 // limit for a correction, it stays there as long as the standard errors shrink, as they do with

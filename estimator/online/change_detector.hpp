@@ -16,8 +16,8 @@
 // than s says. The test estimates the scatter from successive differences, on which a jump has
 // almost no influence, and divides G by its excess.
 //
-// A second test decides which parameter jumped. If all parameters may jump, the statistic is F
-// = c^T v^-1 c / s^2. If only j jumped, F - G_j is chi-squared with one degree of freedom less
+// A second test decides which parameter jumped. If all parameters may jump, the statistic is
+// F = c^T v^-1 c / s^2. If only j jumped, F - G_j is chi-squared with one degree of freedom less
 // than there are parameters. Parameter j alone explains the change if F - G_j is not
 // significant at kNamedLevel. A parameter that jumped alone is thus missed with about that
 // probability, however similar the effects of the others are.
@@ -61,8 +61,8 @@ class ChangeDetector {
   ChangeDetector(int parameters, double threshold);
 
   // Adds the next cycle: score J^T e (p), information J^T J (p x p), and the present noise
-  // variance s^2. Returns a change once. The detector then starts again with the cycles since
-  // the change as its reference.
+  // variance s^2. Returns each change only once. The detector then starts again with the cycles
+  // since the change as its reference.
   std::optional<Change> add(const Eigen::VectorXd& score, const Eigen::MatrixXd& information,
                             double variance = 1.0);
   void reset();

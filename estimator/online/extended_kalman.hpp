@@ -25,8 +25,7 @@ class ExtendedKalman {
   // lists of the wrong length or noise that is not positive.
   ExtendedKalman(const Model& model, std::vector<double> start, KalmanOptions options);
 
-  // Returns false and changes nothing if there is no periodic solution at the old or the new
-  // theta.
+  // Returns false and changes nothing if the old or the new theta has no periodic solution.
   bool add(const MeasuredCycle& cycle);
   const std::vector<double>& theta() const { return theta_; }
   const Eigen::MatrixXd& covariance() const { return covariance_; }

@@ -117,8 +117,7 @@ bool InformationFilter::add(const MeasuredCycle& cycle) {
   return settle();
 }
 
-// Computes theta from Lambda and eta. Linearises again while theta is far from the present
-// point.
+// Computes theta from Lambda and eta. Linearises again while theta is far from that point.
 bool InformationFilter::settle() {
   for (int step = 0; step < kMostSteps; ++step) {
     Eigen::VectorXd delta = solve(lambda_, eta_);

@@ -3,8 +3,8 @@
 // For every cycle, with e = y - yhat(theta) and J at the point of linearisation,
 //     Lambda <- forgetting Lambda + J^T J,    eta <- forgetting eta + J^T e,
 //     theta  =  linearisation + Lambda^-1 eta.
-// These are the normal equations (4.6), summed as the cycles arrive. The covariance is s^2
-// Lambda^-1 (3.27). A filter that linearises each cycle once (extended_kalman.hpp) never equals
+// These are the normal equations (4.6), summed as the cycles arrive. The covariance is
+// s^2 Lambda^-1 (3.27). A filter that linearises each cycle once (extended_kalman.hpp) never equals
 // the batch estimate of a nonlinear model. This filter does: it sums Lambda and eta again when
 // theta has moved by more than `relinearise` standard errors from the point of linearisation.
 // For that it keeps the weighted mean cycle of each run, which is sufficient for white noise.

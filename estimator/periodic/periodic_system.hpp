@@ -7,6 +7,8 @@
 // difference scheme. Two events of a model with one coordinate are exceptions: the first step that
 // needs row exchanges, and the first factorise().
 //
+// "m" in the units of this folder stands for the model's length unit.
+//
 // The grid has n equal steps; z_i is the state at tau = i / n. Damping such as |v| v has a kink at
 // v = 0: u'''' jumps there, and so does the third derivative of the sensitivities. With
 // `correct_kink` the differences are corrected for these jumps (kinks.hpp). The correction restores
@@ -123,7 +125,8 @@ class PeriodicSystem {
   double g_theta(int point, int equation, int k) const {
     return g_theta_[equation * p_ + k][point];
   }
-  // Factorises dg/dz as last linearised; returns false when it is singular.
+  // Factorises dg/dz as last linearised. Returns false when it is singular, except with Fourier
+  // collocation, where this is not tested.
   bool factorise();
   // Solves with the factors for `width` right-hand sides in place. `rows` holds one row for each
   // equation (row point * coordinates + equation), without gaps.

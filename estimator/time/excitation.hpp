@@ -1,4 +1,5 @@
-// The table's acceleration as a function of time, for records that are not periodic.
+// The table's acceleration as a function of time, for records that are not periodic. "m" in the
+// units of this folder stands for the model's length unit.
 #pragma once
 
 #include <span>

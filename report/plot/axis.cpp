@@ -15,7 +15,7 @@ bool drawable(double value, bool logarithmic) {
   return std::isfinite(value) && (!logarithmic || value > 0.0);
 }
 
-// The least of 1, 2, 5 times a power of ten that is not below `step`.
+// The smallest of 1, 2, 5 times a power of ten that is not below `step`.
 double round_step(double step) {
   const double power = std::pow(10.0, std::floor(std::log10(step)));
   for (const double factor : {1.0, 2.0, 5.0}) {

@@ -1,4 +1,4 @@
-// Groups of bars.
+// Draws groups of bars.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -9,9 +9,9 @@ namespace shaker::report {
 namespace {
 
 constexpr double kGap = 0.25;         // of a group's width
-constexpr double kFoot = 1.2;         // ratio of the least value to a logarithmic axis' beginning
-constexpr double kMargin = 14.0;      // right of the axes
-constexpr double kLabelLetter = 6.2;  // width
+constexpr double kFoot = 1.2;         // start of a logarithmic axis: the smallest value over this
+constexpr double kMargin = 14.0;      // to the right of the axes
+constexpr double kLabelLetter = 6.2;  // width of a letter
 
 }  // namespace
 
@@ -28,14 +28,15 @@ std::string to_svg(const Bars& bars) {
     values.push_back(mark.at);
   Axis y = bars.y;
   if (!y.logarithmic) values.push_back(0.0);
-  // A bar stands on the axis' beginning; one of a smaller value would hang below, over the labels.
+  // A bar starts at the beginning of the axis. A bar with a smaller value would cover the
+  // labels.
   for (const double value : values) {
     if (y.logarithmic && y.from && value > 0.0) y.from = std::min(*y.from, value / kFoot);
   }
   Range range = range_of(y, values);
   if (!y.logarithmic && !y.from && range.from > -0.06 * (range.to - range.from)) range.from = 0.0;
 
-  // What a line says stands beside it: bars may be anywhere inside.
+  // The text of a line is beside the picture, because bars may be anywhere inside.
   std::size_t longest = 0;
   std::vector<Mark> lines = bars.marks;
   for (Mark& line : lines)

@@ -1,4 +1,4 @@
-// Curves, bands and points over two axes.
+// Draws curves, bands and points over two axes.
 #include <cmath>
 #include <iterator>
 #include <span>
@@ -8,7 +8,7 @@
 namespace shaker::report {
 namespace {
 
-// A path that is interrupted where a value has no place.
+// An SVG path that is interrupted at a value without a position.
 std::string path_of(const Frame& frame, std::span<const double> x, std::span<const double> y,
                     bool steps) {
   std::string d;

@@ -5,7 +5,7 @@
 namespace shaker::report {
 namespace {
 
-constexpr double kLetter = 6.4;  // width of a letter of 12 px, on average
+constexpr double kLetter = 6.4;  // average width of a letter of 12 px
 
 double legend_width(const LegendRow& row) {
   return 30.0 + kLetter * static_cast<double>(row.name.size()) + 14.0;

@@ -1,5 +1,5 @@
-// The frame of a picture: title, axes, grid, legend, and the way from values to places. Shared by
-// the kinds of picture; private to report/plot/.
+// The frame of a picture: title, axes, grid and legend, and the conversion of values to
+// positions. Shared by the kinds of picture; private to report/plot/.
 #pragma once
 
 #include <string>
@@ -12,12 +12,13 @@
 namespace shaker::report {
 
 struct LegendRow {
-  std::string name, sample;  // the sample is SVG of 22 by 12
+  std::string name, sample;  // sample: SVG of 22 by 12 px
 };
 
 class Frame {
  public:
-  // `legend` rows stand below the title; there may be none. `right_margin` leaves room for more.
+  // `legend` is below the title and may be empty. `right_margin`, px, is the space right of the
+  // axes.
   Frame(const std::string& title, int width, int height, const std::vector<LegendRow>& legend,
         double right_margin = 14.0);
 
@@ -41,6 +42,6 @@ class Frame {
   Range x_, y_;
 };
 
-std::string_view name(Ink ink);  // class of CSS
+std::string_view name(Ink ink);  // CSS class
 
 }  // namespace shaker::report

@@ -1,4 +1,4 @@
-// Values over a plane, as coloured cells with a scale beside them.
+// Draws values over a plane as coloured cells, with a colour scale beside them.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kScaleWidth = 70.0;
 
-// White in the middle, through to dark blue at -1 and dark red at +1.
+// White at 0, dark blue at -1 and dark red at +1.
 std::string colour(double share) {
   const double s = std::clamp(share, -1.0, 1.0);
   const double cold[] = {33, 102, 172}, warm[] = {178, 24, 43};
@@ -49,7 +49,7 @@ std::string to_svg(const Map& map) {
   }
   if (largest == 0.0) largest = 1.0;
 
-  Axis x = map.x, y = map.y;  // to the edges, without air
+  Axis x = map.x, y = map.y;  // to the edges, without a margin
   x.from = x.from.value_or(map.x_edges.front());
   x.to = x.to.value_or(map.x_edges.back());
   y.from = y.from.value_or(map.y_edges.front());

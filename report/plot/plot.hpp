@@ -1,8 +1,8 @@
-// Pictures for pages and reports, as SVG that stands alone inside an HTML page or a file: curves,
-// bands, points, bars and maps over two axes. Pure; any thread.
+// Pictures for pages and reports, as SVG for an HTML page or a file: curves, bands, points,
+// bars and maps over two axes. Pure; any thread.
 //
-// Colours are told apart by people who do not see all of them, and by the shape of the line; a
-// picture is dark on white, so that it prints.
+// People with colour-vision deficiency can distinguish the colours; the stroke of the line
+// helps too. A picture is dark on white, so that it can be printed.
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@ enum class Ink { first, second, third, fourth, quiet };  // blue, orange, green,
 enum class Stroke { line, dashed, points, steps };
 
 struct Curve {
-  std::string name;          // in the legend; empty: not there
-  std::vector<double> x, y;  // of one length; a value that is not finite interrupts the curve
+  std::string name;          // in the legend; empty: no entry
+  std::vector<double> x, y;  // of equal length; a value that is not finite interrupts the curve
   Ink ink = Ink::first;
   Stroke stroke = Stroke::line;
 };
@@ -29,7 +29,7 @@ struct Band {
   Ink ink = Ink::first;
 };
 
-// A vertical or horizontal line that says something.
+// A vertical or horizontal line with a text.
 struct Mark {
   std::string text;
   double at = 0.0;
@@ -37,7 +37,7 @@ struct Mark {
 };
 
 struct Plot {
-  std::string title;  // one sentence that says what there is to see
+  std::string title;  // one sentence that says what to see
   Axis x, y;
   std::vector<Band> bands;
   std::vector<Curve> curves;
@@ -45,24 +45,24 @@ struct Plot {
   int width = 560, height = 340;
 };
 
-// One group of bars a label, one bar a series: values[series][label].
+// One group of bars for each label, one bar for each series: values[series][label].
 struct Bars {
   std::string title;
   std::vector<std::string> labels, series;
   std::vector<std::vector<double>> values;
   Axis y;
-  std::vector<Mark> marks;  // horizontal ones
+  std::vector<Mark> marks;  // horizontal lines
   int width = 560, height = 340;
-  std::vector<Ink> inks = {Ink::first, Ink::second, Ink::third, Ink::fourth};  // of the series
+  std::vector<Ink> inks = {Ink::first, Ink::second, Ink::third, Ink::fourth};  // by series
 };
 
-// Values over cells of a plane; a cell without a finite value stays empty. Blue is negative, red
-// positive, white nothing.
+// Values over cells of a plane; a cell without a finite value stays empty. Negative values are
+// blue, positive ones red, zero is white.
 struct Map {
   std::string title, unit;
-  std::vector<double> x_edges, y_edges;  // one more than cells
+  std::vector<double> x_edges, y_edges;  // one more than there are cells
   std::vector<double> values;            // row by row: y times x
-  std::vector<char> dotted;              // of each value, or empty: a dot in the cell's middle
+  std::vector<char> dotted;              // for each value: a dot in the cell; may be empty
   Axis x, y;
   int width = 560, height = 360;
 };
@@ -71,13 +71,13 @@ std::string to_svg(const Plot& plot);
 std::string to_svg(const Bars& bars);
 std::string to_svg(const Map& map);
 
-// The same as a file of its own, with the style inside.
+// The same as a separate SVG file, with its style inside.
 std::string svg_file(const std::string& svg);
 
-// What pages that hold these pictures need once: the content of a <style>.
+// The content of the <style> element that a page with these pictures needs once.
 std::string plot_style();
 
-// For text in HTML and SVG: & < > " '.
+// Escapes & < > " ' in text for HTML and SVG.
 std::string escaped(const std::string& text);
 
 }  // namespace shaker::report

@@ -29,7 +29,7 @@ std::string escaped(const std::string& text) {
   return safe;
 }
 
-// The inks are Okabe and Ito's, which people with any kind of colour vision tell apart.
+// The colours of Okabe and Ito, which people with any kind of colour vision can distinguish.
 std::string plot_style() {
   return R"(svg.plot{font:12px system-ui,"DejaVu Sans",sans-serif;fill:#222;background:#fff;max-width:100%;height:auto}
 svg.plot .title{font-size:13px;font-weight:600}

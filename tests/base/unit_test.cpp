@@ -9,7 +9,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Sizes as NIST Special Publication 811 (2008), appendix B.8, prints them, to its digits.
+// The values and digits that NIST Special Publication 811 (2008), appendix B.8, prints.
 TEST(Unit, HasTheSizeThatIsPrinted) {
   struct Printed {
     const char* name;

@@ -61,8 +61,8 @@ TEST_F(Blind, NamesFrictionAndDampingFirst) {
   EXPECT_LE(std::sqrt(squares / count), 1.1);
 }
 
-// Draws of the noise in which a round corner of dry friction leaves no more than noise does, and a
-// static peak at slow motion mends what it leaves.
+// Draws of the noise in which a smoothed dry friction leaves no more than noise, and a static
+// peak at low speed corrects what it leaves.
 TEST_F(Blind, NamesDryFrictionWhereARoundCornerLooksLikeAStaticPeak) {
   const Case friction = cases_of({"coulomb_friction"}, "medium").at(0);
   std::vector<Case> draws;
@@ -78,7 +78,8 @@ TEST_F(Blind, NamesDryFrictionWhereARoundCornerLooksLikeAStaticPeak) {
   }
 }
 
-// Friction that sticks for a good part of the cycle: a round corner is off by 500 standard errors.
+// Friction that sticks for a large part of the cycle: a smoothed friction is wrong by 500
+// standard errors.
 TEST_F(Blind, ExplainsDryFrictionThatSticks) {
   for (const Scored& s : ask({"coulomb_friction"}, "large", 0, 1)) {
     EXPECT_EQ(s.answer.verdict, "explained") << s.hidden.label() << s.answer.trouble;
@@ -87,7 +88,7 @@ TEST_F(Blind, ExplainsDryFrictionThatSticks) {
   }
 }
 
-// The base model's modes take the transient of another damper out of the cycles.
+// The modes of the base model remove the transient of another damper from the cycles.
 TEST_F(Blind, ExplainsALargeEffectByTheErrorsThatItTellsItself) {
   for (const Scored& s : ask({"presliding_friction"}, "large", 0, 2)) {
     EXPECT_EQ(s.answer.verdict, "explained") << s.hidden.label() << s.answer.trouble;
@@ -96,9 +97,10 @@ TEST_F(Blind, ExplainsALargeEffectByTheErrorsThatItTellsItself) {
   }
 }
 
-// Gas that exchanges heat takes the polytropic exponent's place: from the base model's fit it falls
-// into a valley without any, where other effects mend what it leaves. The forces along the measured
-// motion lead to the true one, or a set in which the other effect is switched off does.
+// A gas that exchanges heat replaces the polytropic exponent. From the fit of the base model
+// the search falls into a minimum without heat exchange, in which other effects correct the
+// residual. The forces along the measured motion lead to the true minimum, or a candidate set
+// with the other effect switched off does.
 TEST_F(Blind, ExplainsGasThatExchangesHeat) {
   for (const char* size : {"small", "medium"}) {
     for (const Scored& s : ask({"gas_heat_transfer"}, size, 1, 0)) {
@@ -109,8 +111,9 @@ TEST_F(Blind, ExplainsGasThatExchangesHeat) {
   }
 }
 
-// A draw whose transient hides a harmonic at first, to which a resonance carries the excitation's
-// noise: with the sensor's noise alone for its error it lay 7.3 standard errors off.
+// In this draw the transient first hides a harmonic to which a resonance carries the
+// excitation's noise. With the sensor's noise alone as its error, the harmonic would be off by
+// 7.3 standard errors.
 TEST_F(Blind, CountsTheExcitationsNoiseInHarmonicsThatOnlyShowOnceTheTransientIsGone) {
   Case slow = cases_of({"nothing"}, "").at(0);
   slow.design = 0;
@@ -138,7 +141,7 @@ TEST(Evenness, TellsEvenChancesFromLeaningOnes) {
   EXPECT_NEAR(evenness(even).distance, 0.0025, 1e-12);
   EXPECT_EQ(evenness(even).chance, 1.0);
   EXPECT_LT(evenness(leaning).chance, 0.05);
-  // The table's 5 % point of 100 draws is 1.36 / 10.
+  // The 5 % point for 100 draws in the table is 1.36 / 10.
   std::vector<double> shifted;
   for (int i = 0; i < 100; ++i)
     shifted.push_back(std::min(1.0, (i + 0.5) / 100.0 + 0.1294));

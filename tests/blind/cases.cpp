@@ -3,13 +3,13 @@
 namespace shaker::blind {
 namespace {
 
-// Not a parameter of the plant: RigOptions::quantum_m.
+// This is RigOptions::quantum_m and not a parameter of the plant.
 constexpr const char* kQuantum = "sensor_quantum";
 
 }  // namespace
 
-// Sizes are of the kind that a lab meets: small ones move the stroke by some micrometres to some
-// tens of them, large ones by tenths of a millimetre to millimetres.
+// The sizes are those of a laboratory: small ones move the stroke by some micrometres to some
+// tens of micrometres, large ones by tenths of a millimetre to millimetres.
 std::span<const Kind> kinds() {
   static const std::vector<Kind> all = {
       {"coulomb_friction",

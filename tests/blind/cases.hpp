@@ -1,5 +1,5 @@
-// The blind suite's cases: what is hidden in the virtual rig, how strongly, under which noise, and
-// what answers count as right. The truth stays on this side: the workflow is given records only.
+// The cases of the blind suite: what is hidden in the virtual rig, its size, the noise, and
+// which answers are right. The diagnosis gets the records only and never the truth.
 #pragma once
 
 #include <map>
@@ -16,8 +16,8 @@ using Truth = std::map<std::string, double>;  // parameters of the virtual rig
 
 // One kind of effect in three sizes.
 struct Kind {
-  std::string_view name;     // as the catalogue of the estimator has it; or of what it has not
-  bool in_catalogue = true;  // false: "unexplained" is the answer wanted
+  std::string_view name;     // as in the estimator's catalogue, or a name that it lacks
+  bool in_catalogue = true;  // false: the right answer is "unexplained"
   Truth sizes[3];            // small, medium, large
 };
 std::span<const Kind> kinds();
@@ -37,14 +37,14 @@ struct Noise {
 };
 std::span<const Noise> noises();
 
-// Excitations: four runs to fit, two held out.
+// Setpoints of a campaign: four runs to fit, two held out.
 struct Design {
   std::string_view name;
   std::vector<sim::RecordedRun> runs;
 };
 std::span<const Design> designs();
 
-// 14 cycles a run at 1 kHz, quantised, on a clock 50 ppm off.
+// 14 cycles in each run at 1 kHz, quantised, with a clock error of 50 ppm.
 sim::CampaignRecording recording(const Design& design, const Noise& noise, const Truth& truth,
                                  std::uint64_t seed);
 

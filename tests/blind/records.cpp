@@ -43,7 +43,7 @@ sim::State stepped(const sim::Plant& plant, const sim::State& s, double t, doubl
   return to;
 }
 
-// Sines without a common period that set in over the first half second.
+// Sines without a common period, which start during the first half second.
 Course random_course(std::mt19937_64& source, double level) {
   struct Sine {
     double amplitude, omega, phase;
@@ -71,7 +71,7 @@ Course swept_course(double from_hz, double to_hz, double level, double duration)
   };
 }
 
-// Of unit standard deviation.
+// Autoregressive noise of unit standard deviation.
 class Noise {
  public:
   Noise(double rho, std::uint64_t seed) : rho_(rho), source_(seed), last_(normal_(source_)) {}

@@ -8,15 +8,15 @@
 
 namespace shaker::blind {
 
-// What GoogleTest prints of a case.
+// The name that GoogleTest prints for a case.
 inline void PrintTo(const RecordCase& wanted, std::ostream* out) {
   *out << wanted.label();
 }
 
 namespace {
 
-// Of each noise the first few, shapes and plants in turn. What has a colour takes long records'
-// time several times over, so those are shorter here.
+// The first few cases of each noise; shapes and plants alternate. Coloured noise multiplies the
+// run time of long records, so those are shorter here.
 std::vector<RecordCase> some_nulls() {
   std::vector<RecordCase> some;
   const auto take = [&](RecordNoise noise, int count, double seconds) {

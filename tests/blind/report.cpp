@@ -97,7 +97,7 @@ std::string by_kind(const std::vector<Scored>& all) {
   return text;
 }
 
-// Rows: hidden; columns: the first name, or the verdict where there is none.
+// Rows: hidden effect; columns: the first selected effect, or the verdict if there is none.
 std::string confusion(const std::vector<Scored>& all) {
   std::map<std::string, std::map<std::string, int>> counts;
   for (const Scored& s : all) {
@@ -119,8 +119,8 @@ std::string confusion(const std::vector<Scored>& all) {
   return text;
 }
 
-// How often a name is right against how sure it is said to be. What is hidden but in no catalogue
-// makes every name wrong.
+// How often a selected effect is right, against its stated probability. When the hidden effect
+// is in no catalogue, every selected effect is wrong.
 std::string calibration_of_names(const std::vector<Scored>& all) {
   constexpr double kEdges[] = {0.0, 0.1, 0.5, 0.8, 0.95, 0.99, 1.0 + 1e-9};
   constexpr std::size_t kBins = std::size(kEdges) - 1;
@@ -155,7 +155,7 @@ std::string calibration_of_names(const std::vector<Scored>& all) {
   return text;
 }
 
-// Where nothing is hidden the stated probability of such a gap by chance is even on 0..1.
+// When nothing is hidden, the stated probability of such a gap by chance is uniform on 0..1.
 std::string chances_of_nulls(const std::vector<Scored>& all) {
   constexpr int kTenths = 10;
   std::vector<double> chances;
@@ -183,7 +183,8 @@ std::string chances_of_nulls(const std::vector<Scored>& all) {
 
 }  // namespace
 
-// Kolmogorov's distribution, for few draws after Stephens (J. R. Stat. Soc. B 32, 1970).
+// Kolmogorov's distribution, with Stephens' correction for few draws (J. R. Stat. Soc. B 32,
+// 1970).
 Evenness evenness(std::vector<double> chances) {
   std::sort(chances.begin(), chances.end());
   const auto n = static_cast<double>(chances.size());
@@ -197,7 +198,7 @@ Evenness evenness(std::vector<double> chances) {
   double sum = 0.0;
   for (int k = 1; k <= 100; ++k)
     sum += (k % 2 == 1 ? 2.0 : -2.0) * std::exp(-2.0 * k * k * t * t);
-  even.chance = t < 0.2 ? 1.0 : std::clamp(sum, 0.0, 1.0);  // the series ends late there
+  even.chance = t < 0.2 ? 1.0 : std::clamp(sum, 0.0, 1.0);  // the series converges slowly there
   return even;
 }
 

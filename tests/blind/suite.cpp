@@ -41,8 +41,8 @@ bool mentions(const Named& named, const std::string& name) {
          std::ranges::find(named.confusable_with, name) != named.confusable_with.end();
 }
 
-// Of what is hidden and not of its place (FNV-1a), so that a new kind leaves the draws of all
-// others as they were.
+// A hash (FNV-1a) of what is hidden, not of its position, so that a new kind does not change
+// the draws of the others.
 std::uint64_t seed_of(std::string_view what) {
   std::uint32_t hash = 2166136261U;
   for (const char c : what)

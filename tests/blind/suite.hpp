@@ -1,9 +1,9 @@
-// The blind suite: campaigns of the virtual rig in which something, or nothing, is hidden, answered
-// by the discrepancy workflow and scored.
+// The blind suite: campaigns of the virtual rig in which an effect, or nothing, is hidden,
+// diagnosed and scored.
 //
-// Each truth is written into a file of its own before the workflow sees the records, and opened
-// again only to score the answer. The records come from sim/, whose physics and integrator are its
-// own.
+// Each truth is written to a separate file before the diagnosis gets the records. The file is
+// opened again only for the score. The records come from sim/, which has its own physics and
+// integrator.
 #pragma once
 
 #include <filesystem>
@@ -28,8 +28,8 @@ struct Case {
   std::string label() const;  // "coulomb_friction, small, wide, usual, seed 7"
 };
 
-// All kinds x sizes x noises x designs, `nulls` campaigns in which nothing is hidden, and all pairs
-// x noises x designs. The order is fixed; seeds follow from what is hidden.
+// All kinds x sizes x noises x designs, `nulls` campaigns in which nothing is hidden, and all
+// pairs x noises x designs. The order is fixed; a seed follows from what is hidden.
 std::vector<Case> all_cases(int nulls);
 
 struct Named {
@@ -39,8 +39,8 @@ struct Named {
 };
 
 struct Answer {
-  std::string verdict;  // "refused" when the workflow gave an error
-  std::string trouble;  // that error
+  std::string verdict;  // "refused" when the diagnosis returned an Error
+  std::string trouble;  // the text of that Error
   std::vector<Named> effects;
   double gap_before = 0.0, gap_after = 0.0;  // over the noise floor
   double by_chance = 0.0;                    // probability of such a gap from noise alone
@@ -48,19 +48,19 @@ struct Answer {
   double seconds = 0.0;                      // of processor time
 };
 
-// Of this thread.
+// Processor time of this thread, s.
 double processor_seconds();
-// One of config/examples. Throws std::runtime_error where it cannot be read.
+// The model of a file in config/examples. Throws std::runtime_error when it cannot be read.
 config::ModelSpec base_model(const std::string& example);
 
-// The virtual rig's records of a plan, as the workflow takes them.
+// The records of the virtual rig, in the form that the diagnosis takes.
 estimator::discrepancy::Campaign recorded(const sim::CampaignRecording& plan);
 
-// What the workflow says of records with an example's base model ("model-oleo.json").
+// Diagnoses records with the base model of an example ("model-oleo.json").
 Answer asked(const estimator::discrepancy::Campaign& campaign, const std::string& example,
              const estimator::discrepancy::DiagnoseOptions& options = {});
 
-// Records the campaign, seals the truth in `sealed`, and asks the workflow.
+// Records the campaign, writes the truth to `sealed`, and diagnoses it.
 Answer answer(const Case& hidden, const std::filesystem::path& sealed,
               const estimator::discrepancy::DiagnoseOptions& options = {});
 
@@ -70,27 +70,28 @@ struct Scored {
   bool null = false, in_catalogue = false;
   bool detected = false;
   bool named_first = false, in_set = false;  // every hidden effect, for a pair
-  bool told_apart = false;                   // the answer names no rival of its first effect
-  bool wrong_and_sure = false;               // a wrong name, first or further, at more than 0.95
+  bool told_apart = false;                   // first effect: its indistinguishable set is empty
+  bool wrong_and_sure = false;               // a wrong effect with a probability above 0.95
 };
 
-// Opens the sealed truth.
+// Reads the truth from `sealed`.
 Scored score(const Case& hidden, const Answer& answer, const std::filesystem::path& sealed);
 
-// All of `cases` on so many threads; `done` is told after each.
+// Runs all cases on `threads` threads; `done` is called after each case.
 std::vector<Scored> run(const std::vector<Case>& cases, const std::filesystem::path& folder,
                         int threads, const std::function<void(const Scored&)>& done,
                         const estimator::discrepancy::DiagnoseOptions& options = {});
 
-// How far probabilities by chance are from an even distribution on 0..1 (Kolmogorov's test).
+// The distance of probabilities by chance from the uniform distribution on 0..1 (Kolmogorov's
+// test).
 struct Evenness {
-  double distance = 0.0;  // largest, of the cumulative distributions
-  double chance = 1.0;    // of at least that
+  double distance = 0.0;  // largest difference of the cumulative distributions
+  double chance = 1.0;    // probability of at least that distance
 };
 Evenness evenness(std::vector<double> chances);
 
-// Tables in Markdown: the figures that are wanted, the chances where nothing is hidden, a row a
-// kind, and the confusion matrix.
+// Tables in Markdown: the required figures, the probabilities by chance when nothing is hidden,
+// one row for each kind, and the confusion matrix.
 std::string report(const std::vector<Scored>& scored, double false_alarm_rate);
 
 }  // namespace shaker::blind

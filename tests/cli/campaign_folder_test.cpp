@@ -37,7 +37,7 @@ class CampaignFolder : public ::testing::Test {
     write("campaign.json", text);
     return read_campaign(folder_, model_);
   }
-  // The members of a run beside its name, and those of the document beside format and runs.
+  // `run`: further members of the run; `document`: further members of the document.
   std::string trouble(const std::string& run, const std::string& document = "") {
     const auto read_in = read("{\"format\": \"shaker-campaign/1\",\n" + document +
                               "\"runs\": [{\"name\": \"r01\"" + run + "}]}");

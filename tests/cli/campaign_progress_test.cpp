@@ -86,7 +86,7 @@ TEST(CampaignProgress, CountsAcceptedCyclesAndWaitsForTheLastEstimate) {
   EXPECT_FALSE(progress.last_estimate()["usable"].get<bool>());
 }
 
-// Settling took 3 s in the first run: it is expected to take so long in the second.
+// The first run needed 3 s to settle; the same is expected for the second run.
 TEST(CampaignProgress, LearnsFromTheFirstRunHowLongTheNextWillTake) {
   const auto campaign = two_runs();
   CampaignProgress progress(campaign);

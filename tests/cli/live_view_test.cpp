@@ -28,7 +28,7 @@ Json alarm(const char* severity, const char* code, const char* text = "the text"
           {"t_utc", "2026-03-01T12:34:56.789Z"}};
 }
 
-// As tall as an operator's terminal is not.
+// An estimate with more lines than an operator's terminal has.
 Json estimate() {
   Json parameters = Json::array();
   for (int i = 0; i < 30; ++i)

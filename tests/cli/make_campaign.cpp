@@ -2,9 +2,9 @@
 // path.
 //
 // A line of TABLE.csv is a run: frequency,amplitude,u0,u1,... without a header. Every run gets
-// three accepted cycles (the table's displacement with +1e-5, -1e-5 and 0 added at every other
-// point), one cycle that was left out, and three raw samples; or those of RAW.csv, a column t and
-// one for each channel, by its name.
+// three accepted cycles (the displacement of the table with +1e-5, -1e-5 and 0 added at every
+// other point) and one cycle that was left out. It also gets three raw samples, or those of
+// RAW.csv, which has a column t and one for each channel, with its name.
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -20,7 +20,7 @@ using namespace shaker;
 record::CycleRow cycle_of(const std::vector<double>& row, int run, int index) {
   record::CycleRow cycle;
   cycle.run = run;
-  cycle.index = index + 5;  // settling took five
+  cycle.index = index + 5;  // settling took five cycles
   cycle.accepted = index < 3;
   cycle.frequency_hz = row[0];
   cycle.amplitude = row[1];

@@ -15,7 +15,7 @@ namespace {
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr std::size_t kPoints = 32;
 
-// A motion of 1 with a subharmonic of `share` over `periods`, and white noise.
+// A motion of amplitude 1 with a subharmonic of `share` over `periods`, and white noise.
 Cycles motion(int count, int periods, double share, double noise, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0.0, 1.0);
@@ -45,8 +45,8 @@ TEST(Repetition, NoNoiseIsTakenForASubharmonic) {
   EXPECT_EQ(doubt_of_repetition(motion(20, 1, 0.0, 0.0, 1), "f").sentence, "");
 }
 
-// An offset that is another in each cycle: a cycle is then one number, and few of them may
-// alternate.
+// The offset changes from cycle to cycle. A cycle then has one independent value, and few
+// cycles may alternate by chance.
 TEST(Repetition, AWanderIsSeldomTakenForASubharmonic) {
   int doubted = 0;
   constexpr int kRecords = 4000;
@@ -66,7 +66,8 @@ TEST(Repetition, AWanderIsSeldomTakenForASubharmonic) {
 
 TEST(Repetition, SubharmonicsAreNamedWithTheirPeriodAndTheirSize) {
   for (unsigned seed = 0; seed < 50; ++seed) {
-    // Odd and even means differ by twice the subharmonic, root mean square 0.1 sqrt 2.
+    // The means of odd and even cycles differ by twice the subharmonic; its rms difference is
+    // 0.1 sqrt 2.
     const auto two = doubt_of_repetition(motion(200, 2, 0.1, 0.01, seed), "f");
     EXPECT_THAT(two.sentence, testing::HasSubstr("odd and even ones differ by 10 times the noise"));
     EXPECT_TRUE(two.spoils);
@@ -76,7 +77,7 @@ TEST(Repetition, SubharmonicsAreNamedWithTheirPeriodAndTheirSize) {
                 testing::HasSubstr("no more than 3 periods can be fitted"));
     EXPECT_TRUE(check_repetition(motion(24, 2, 0.1, 0.01, seed), 2, "f"));
     EXPECT_TRUE(check_repetition(motion(24, 3, 0.1, 0.01, seed), 3, "f"));
-    // Weaker than the noise of a cycle, and still there.
+    // A subharmonic below the noise of a cycle is found too.
     EXPECT_TRUE(check_repetition(motion(40, 2, 0.008, 0.01, seed), 2, "f")) << seed;
   }
   EXPECT_FALSE(doubt_of_repetition(motion(24, 2, 0.01, 0.001, 1), "f").spoils);

@@ -1,5 +1,5 @@
-// The complete examples are good, and each row of bad_input.json, one change to an example, is
-// refused with the sentence that it names. check_schemas.py walks the same table.
+// Accepts the complete examples, and refuses each row of bad_input.json, which is one change to
+// an example, with the sentence of that row. check_schemas.py uses the same table.
 #include <filesystem>
 #include <fstream>
 
@@ -22,7 +22,7 @@ Json read(const std::filesystem::path& file) {
   return Json::parse(stream, nullptr, true, true);
 }
 
-// Empty: good.
+// The text of the error; empty for a good file.
 std::string verdict(const std::string& name, const std::string& text) {
   const auto what = [](const auto& result) { return result ? std::string() : result.error().what; };
   if (name.starts_with("rig")) return what(parse_rig(text, name));

@@ -1,7 +1,7 @@
-// A file of a client may be as large as kFileBytesMax and hold whatever fits: the work on it goes
-// with its size. Eight times the entries cost eight times the work; where each is compared with
-// each, 64 times. CPU time of this thread, the least of some trials, so that a busy machine and its
-// sanitizers do not matter.
+// A client's file may be as large as kFileBytesMax and contain anything. The work must grow
+// linearly with the size: eight times the entries cost eight times the work, not 64 times as
+// with pairwise comparison. Measured is the CPU time of this thread, the smallest of several
+// trials, so that a busy machine and sanitizers have little influence.
 #include <algorithm>
 #include <ctime>
 #include <functional>

@@ -101,7 +101,7 @@ TEST(JsonTree, ReadsAFileUpToTheLimitThatIsAskedFor) {
 }
 
 TEST(JsonTree, FindsEveryOneOfManyKeysAndTheOneThatOccursTwice) {
-  // Not in the order of the alphabet.
+  // The order is not alphabetical.
   const auto key = [](int i) { return "k" + std::to_string(i * 7919 % 1000); };
   std::string text = "{";
   for (int i = 0; i < 1000; ++i)

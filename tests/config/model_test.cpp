@@ -31,7 +31,7 @@ TEST(Model, MayCountInMillimetres) {
                        "m.json");
   };
   EXPECT_TRUE(with("mm", 9806.65)) << with("mm", 9806.65).error().what;
-  EXPECT_TRUE(with("ticks", 9806.65));  // a label of the model's own
+  EXPECT_TRUE(with("ticks", 9806.65));  // a unit label that only this model uses
   EXPECT_FALSE(with("m", 9806.65));
   EXPECT_FALSE(with("mm", 2e6));
 }

@@ -1,4 +1,4 @@
-// The path of a sample allocates nothing, and costs little.
+// The path of a sample must not allocate, and must cost little.
 #include <chrono>
 
 #include <gtest/gtest.h>
@@ -25,7 +25,8 @@ class TenKilohertz {
   std::span<const drivers::Sample> next() {
     for (std::size_t k = 0; k < batch_.size(); ++k) {
       const auto i = static_cast<int>(k % 10), c = static_cast<int>(k / 10);
-      // The second half of the channels repeats the first a little later, as another sensor would.
+      // The second half of the channels repeats the first a little later, as another sensor
+      // would do.
       batch_[k].t = begin_ + std::chrono::microseconds(100 * (10 * turn_ + i) + 10 * (c / 4));
       batch_[k].value = 0.15 + 1e-5 * ((10 * turn_ + i) % 7);
     }

@@ -1,4 +1,4 @@
-// No drive and no sensor is believed against what the daemon sees itself.
+// The engine trusts its own observations more than the reports of the drive and the sensors.
 #include <gtest/gtest.h>
 
 #include "support/engine_bench.hpp"
@@ -205,7 +205,7 @@ TEST(EngineDistrust, LetsADamperChangeSlowly) {
 
 TEST(EngineDistrust, StopsWhereTheStrokeLeavesItsLimitsOnceInEachCycle) {
   auto rig = bench_rig();
-  rig.limits.response_change_action = config::Action::none;  // it would see such spikes as well
+  rig.limits.response_change_action = config::Action::none;  // it would detect such spikes too
   EngineBench bench(rig);
   ASSERT_TRUE(bench.measuring());
   bench.spike_m = 1.0;
@@ -244,7 +244,8 @@ TEST(EngineDistrust, SeesASensorFreezeInALongRamp) {
   EXPECT_EQ(bench.outlet.alarms("frozen_sensor"), 1);
 }
 
-// The damper rings on for some seconds after the stop: that is no table that moves.
+// The damper rings for some seconds after the stop. The engine must not take this for a moving
+// table.
 TEST(EngineDistrust, TakesADamperThatRingsForNoTable) {
   EngineBench bench(blind_rig());
   bench.excitation_silent = true;
@@ -255,8 +256,8 @@ TEST(EngineDistrust, TakesADamperThatRingsForNoTable) {
   EXPECT_EQ(bench.outlet.alarms("stroke_moves"), 0);
 }
 
-// Somebody sets up the damper: the exciter is told to stop all the same, and nothing is claimed of
-// the table.
+// Somebody handles the damper in IDLE: the exciter is told to stop, but no alarm claims that
+// the table moves.
 TEST(EngineDistrust, TakesADamperThatIsHandledInIdleForNoTable) {
   EngineBench bench(blind_rig());
   bench.excitation_silent = true;

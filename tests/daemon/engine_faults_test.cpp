@@ -1,4 +1,4 @@
-// What the engine does when the exciter, a sensor or the disk does not do what it should.
+// The engine's reaction to faults of the exciter, a sensor or the disk.
 #include <gtest/gtest.h>
 
 #include "support/engine_bench.hpp"

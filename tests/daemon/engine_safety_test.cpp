@@ -1,4 +1,4 @@
-// What the engine does when people do not do what they should.
+// The engine's reaction to mistakes of people.
 #include <gtest/gtest.h>
 
 #include "support/engine_bench.hpp"
@@ -64,7 +64,7 @@ TEST(EngineSafety, StopRampsDownFromEveryMovingStateAndTwiceIsNoError) {
     EXPECT_EQ(last_stop(bench), "abort: stopped by anna");
     EXPECT_EQ(bench.outlet.all<protocol::RunStopDocument>().size(), 1u);
     EXPECT_FALSE(bench.exciter.alive);
-    EXPECT_TRUE(bench.engine.stop("anna").ok());  // and at rest neither
+    EXPECT_TRUE(bench.engine.stop("anna").ok());  // a stop at rest does nothing either
     bench.run(3.0);
     EXPECT_EQ(bench.engine.state(), State::idle);  // motion never resumes by itself
   }
@@ -123,7 +123,7 @@ TEST(EngineSafety, ALostLeaseRampsDownAndLatchesNothing) {
   ASSERT_TRUE(bench.run_until(State::idle, 3.0));
   EXPECT_EQ(bench.outlet.alarms("lease_lost"), 1);
   EXPECT_THAT(last_stop(bench), HasSubstr("abort: the controlling client is gone"));
-  bench.engine.lease_lost();  // at rest it means nothing
+  bench.engine.lease_lost();  // at rest it has no effect
   EXPECT_EQ(bench.engine.state(), State::idle);
 }
 

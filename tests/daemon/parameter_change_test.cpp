@@ -1,4 +1,4 @@
-// A damper that heats up or leaks while it is measured, seen through the whole chain: virtual rig,
+// A damper that warms up or leaks during the measurement, through the whole chain: virtual rig,
 // drivers, engine, online estimator, alarm.
 #include <map>
 #include <string>
@@ -63,8 +63,8 @@ TEST(ParameterChange, IsNotSeenInADamperThatStaysAsItIs) {
     ADD_FAILURE() << alarm.text;
 }
 
-// The short form of bench_false_alarms, whose figures are in docs/online.md. Were the stated 0.5 a
-// dwell the true rate, more than 24 alarms in 30 dwells would come once in 100.
+// The short form of bench_false_alarms; docs/online.md has its figures. If the true rate were
+// the stated 0.5 per dwell, more than 24 alarms in 30 dwells would have a probability of 1 %.
 TEST(ParameterChange, IsNotSaidFalselyMoreOftenThanStated) {
   std::size_t alarms = 0;
   for (std::uint64_t seed = 100; seed < 100U + static_cast<std::uint64_t>(repetitions(30));
@@ -89,7 +89,7 @@ TEST(ParameterChange, NamesTheDampingOfADamperThatHeatsUp) {
                                                          : "alone does not explain it"));
   EXPECT_THAT(alarms[0].run, Optional(std::string("slow")));
   ASSERT_TRUE(alarms[0].cycle && alarms[0].standard_error);
-  // It creeps from the first cycle on; the test needs twelve for a reference.
+  // The change starts with the first cycle; the detector needs twelve cycles as a reference.
   EXPECT_LT(*alarms[0].cycle, 35) << alarms[0].text;
   EXPECT_LT(*alarms[0].standard_error, 0.02);
 }
@@ -97,14 +97,14 @@ TEST(ParameterChange, NamesTheDampingOfADamperThatHeatsUp) {
 TEST(ParameterChange, NamesThePressureOfADamperThatLeaks) {
   const auto alarms = changes({{"gas_leak", 1e-4}, {"leak_opens", 40.0}});
   ASSERT_FALSE(alarms.empty());
-  // One dwell hardly tells a change of the gas's pressure from one of its index: then both are
-  // said.
+  // One dwell hardly distinguishes a change of the gas pressure from one of the polytropic
+  // index; then the alarm names both.
   std::vector<std::string> said = alarms[0].alternatives;
   said.push_back(*alarms[0].parameter);
   EXPECT_THAT(said, Contains("theta2")) << alarms[0].text;
   EXPECT_THAT(said, Not(Contains("theta1"))) << alarms[0].text;
   EXPECT_LT(*alarms[0].value, 0.0) << alarms[0].text;
-  // It opens with the 54th cycle or so: 40 s at 1.5 Hz, less the check and the ramp.
+  // The leak opens at about the 54th cycle: 40 s at 1.5 Hz, less the check and the ramp.
   EXPECT_NEAR(static_cast<double>(*alarms[0].cycle), 53.0, 6.0) << alarms[0].text;
 }
 

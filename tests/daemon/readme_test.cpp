@@ -1,4 +1,4 @@
-// The lists of states and detectors in daemon/README.md are the tables of the code.
+// The lists of states and detectors in daemon/README.md must equal the tables of the code.
 #include <fstream>
 #include <string>
 
@@ -11,7 +11,7 @@
 namespace shaker::daemon {
 namespace {
 
-// With one space in place of each line break and indentation.
+// The text with each line break and indentation replaced by one space.
 std::string readme() {
   std::ifstream file(SHAKER_SOURCE_DIR "/daemon/README.md");
   std::string text, word;

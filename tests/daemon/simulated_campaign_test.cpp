@@ -81,14 +81,15 @@ TEST(SimulatedCampaign, ThreeDwellsGiveTheTruthWithinTheirIntervals) {
     ++found;
     std::printf("%s %.6g +- %.2g, truth %.6g, %.2f sigma\n", p.name.c_str(), p.value,
                 p.standard_error, at->second, (p.value - at->second) / p.standard_error);
-    // Four parameters, fixed seed: beyond four standard errors something is biased.
+    // Four parameters and a fixed seed: an error above four standard errors means a bias.
     EXPECT_LT(std::abs(p.value - at->second), 4.0 * p.standard_error) << p.name;
   }
   EXPECT_EQ(found, 4);
 }
 
-// The whole chain's errors against what it says about them: noise, clock, resampling, gate and fit.
-// The parameters are correlated, so 30 campaigns count as little more than 30 draws.
+// Compares the errors of the whole chain (noise, clock, resampling, gate and fit) with its
+// stated standard errors. The parameters are correlated, so 30 campaigns count little more than
+// 30 draws.
 struct Honesty {
   std::map<std::string, double> mean, rms;  // of the errors, in standard errors
 };
@@ -126,20 +127,21 @@ Honesty honesty(double excitation_noise) {
 TEST(SimulatedCampaign, StandardErrorsAreHonestWhereTheExcitationIsKnown) {
   const auto result = honesty(0.0);
   ASSERT_EQ(result.rms.size(), 4u);
-  if (kSanitized) return;  // too few for what follows
+  if (kSanitized) return;  // too few campaigns for the checks below
   for (const auto& [symbol, rms] : result.rms) {
-    EXPECT_LT(std::abs(result.mean.at(symbol)), 0.75) << symbol;  // four of a mean of 30
+    EXPECT_LT(std::abs(result.mean.at(symbol)), 0.75) << symbol;  // 4 errors of a mean of 30
     EXPECT_GT(rms, 0.65) << symbol;
     EXPECT_LT(rms, 1.4) << symbol;
   }
 }
 
-// The accelerometer's own noise, here as large in its effect as the stroke's, is in the intervals
-// too (MeasuredCycle::excitation_error): an estimate that left it out would be 1.6 times too sure.
+// The accelerometer's own noise has an effect as large as the stroke's noise, and the intervals
+// include it (MeasuredCycle::excitation_error). Without it they would be too narrow by a factor
+// of 1.6.
 TEST(SimulatedCampaign, StandardErrorsAreHonestWhereTheExcitationIsNoisy) {
   const auto result = honesty(5e-3);
   ASSERT_EQ(result.rms.size(), 4u);
-  if (kSanitized) return;  // too few for what follows
+  if (kSanitized) return;  // too few campaigns for the checks below
   for (const auto& [symbol, rms] : result.rms) {
     EXPECT_LT(std::abs(result.mean.at(symbol)), 0.75) << symbol;
     EXPECT_GT(rms, 0.65) << symbol;
@@ -158,7 +160,7 @@ TEST(SimulatedCampaign, MeasuresTheRigsOwnFrequency) {
   EXPECT_NEAR(result->accepted.back().frequency_hz / 1.5, 1.0 + 200e-6, 3e-6);
 }
 
-// The rig's own faults, injected while it measures (or before it moves).
+// Faults of the rig, injected during the measurement or before the motion.
 struct FaultCase {
   Fault fault;
   double at_s;
@@ -196,7 +198,7 @@ TEST_P(SimulatedFault, EndsTheCampaignWithItsAlarmAndTheTableAtRest) {
   for (const auto& a : all<protocol::AlarmDocument>(*result))
     said = said || a.code == GetParam().code;
   EXPECT_TRUE(said) << summary(*result);
-  // Where the link is dead, the drive's own dead-man stops the table: give it its time.
+  // When the link is dead, the drive's own dead-man stops the table after its timeout.
   clock.advance(std::chrono::seconds(2));
   EXPECT_FALSE(rig->at_now([](auto& r) { return r.status().running; }));
 }

@@ -31,7 +31,7 @@ TEST(StateTable, SetpointsLeaveOnlyInRampSettleAndMeasure) {
     EXPECT_EQ(r.setpoint_may_leave,
               r.state == State::ramp || r.state == State::settle || r.state == State::measure)
         << r.name;
-    // Whatever moves can always be brought down.
+    // Every state with motion allows the ramp down.
     EXPECT_EQ(allowed(r.state, State::ramp_down), r.setpoint_may_leave) << r.name;
   }
 }

@@ -155,14 +155,15 @@ protocol::can::Database changed(const std::string& from, const std::string& to) 
   return std::move(*database);
 }
 
-// One word of the database changed.
+// Changes one word of the database and returns the error.
 std::string refusal(const std::string& from, const std::string& to,
                     const config::CanExciter& config = settings()) {
   const auto made = ExciterCodec::make(changed(from, to), config);
   return made.ok() ? "accepted" : made.error().what;
 }
 
-// One word of the database changed; what a setpoint of 9.80665 m/s^2 at 2 Hz is on the bus.
+// Changes one word of the database and returns the frame of a setpoint of 9.80665 m/s^2 at 2
+// Hz.
 protocol::can::Frame sent(const std::string& from, const std::string& to) {
   const auto made = ExciterCodec::make(changed(from, to), settings());
   EXPECT_TRUE(made.ok()) << made.error().what;
@@ -177,7 +178,7 @@ TEST(CanExciterCodec, SendsTheUnitThatTheDatabaseStates) {
   EXPECT_EQ(word(sent("[0|65] \"m/s^2\" EXCITER", "[0|65] \"g\" EXCITER"), 2), 1000);
   EXPECT_EQ(word(sent("(0.001,0) [0|65] \"Hz\" EXCITER", "(0.01,0) [0|650] \"rpm\" EXCITER"), 0),
             12000);
-  // Its range is in its unit, too: 0.9 g are not enough for 9.8 m/s^2.
+  // Its range is in its own unit too: 0.9 g is too small for 9.8 m/s^2.
   const auto narrow =
       ExciterCodec::make(changed("[0|65] \"m/s^2\" EXCITER", "[0|0.9] \"g\" EXCITER"), settings());
   ASSERT_TRUE(narrow.ok()) << narrow.error().what;
@@ -239,7 +240,8 @@ TEST(CanExciter, IsRefusedWhenItsMessageCannotSayStop) {
   EXPECT_THAT(made->setpoint({}, 0).error().what, HasSubstr("frequency 0 is outside 0.5 to 50 Hz"));
 }
 
-// On a machine with CAN the interface is missing, on one without the kernel's part is.
+// On a machine with CAN the interface is missing; otherwise the kernel's CAN support is
+// missing.
 TEST(CanDevices, SayWhatIsMissingAndTheRemedy) {
   const RealClock clock;
   auto exciter = make_can_exciter(settings(), 0.1, SHAKER_TEST_DATA "/can", clock);

@@ -1,4 +1,5 @@
-// The CAN exciter on a real SocketCAN interface: 20 ms and heartbeats of 100 ms make 15 frames.
+// The CAN exciter on a real SocketCAN interface: a period of 20 ms and heartbeats of 100 ms
+// make 15 frames.
 // See can_wire.hpp and can_wire_main.cpp.
 #include <algorithm>
 #include <thread>
@@ -76,7 +77,7 @@ TEST(CanExciterWire, FallsSilentWhenNobodyKeepsItAliveAndDoesNotResumeByItself) 
 
 TEST(CanExciterWire, GoesOnWhileHeartbeatsComeAndCountsThem) {
   Peer peer("vcan0");
-  auto exciter = connected_exciter(1.0);  // a busy machine may come late by two seconds
+  auto exciter = connected_exciter(1.0);  // a busy machine may be late by two seconds
   ASSERT_TRUE(exciter->write(kMotion).ok());
   for (int i = 0; i < 20; ++i) {
     std::this_thread::sleep_for(50ms);
@@ -200,7 +201,7 @@ TEST(CanExciterWire, SaysThatTheControllerHasLeftTheBus) {
   EXPECT_FALSE(exciter->write(kMotion).ok()) << "not before it has been at rest";
 }
 
-// A queue that takes one frame and never gives it to the bus, as when nobody acknowledges.
+// A queue that takes one frame and never passes it to the bus, as when no node acknowledges.
 TEST(CanExciterWire, SaysThatItsFramesDoNotGetOntoTheBus) {
   TemporaryLink link("vcanfull");
   auto config = exciter_config();
@@ -222,7 +223,7 @@ TEST(CanExciterWire, SaysThatItsFramesDoNotGetOntoTheBus) {
   EXPECT_GE(std::ranges::count_if(peer.take_until(1, resting), resting), 1);
 }
 
-// A process that hangs: its frames end all the same.
+// A process that hangs: its frames must still end.
 TEST(CanExciterWire, FallsSilentWhenItsProcessHangs) {
   Peer peer("vcan0");
   const pid_t child = ::fork();

@@ -43,7 +43,7 @@ std::string refusal(const std::vector<config::CanSignal>& wanted) {
   return made.ok() ? "accepted" : made.error().what;
 }
 
-// One receiver and the block of one read().
+// A receiver, and the block of one read().
 struct Bench {
   explicit Bench(std::optional<config::CanOpen> canopen = std::nullopt,
                  const std::vector<config::CanSignal>& wanted = signals())
@@ -57,7 +57,7 @@ struct Bench {
   Receiver receiver;
 };
 
-// The database's unit is converted, unless the rig file gives a scale of its own.
+// The database's unit is converted, unless the rig file gives a scale.
 TEST(CanDecoder, ConvertsTheUnitThatTheDatabaseStates) {
   protocol::can::Database database;
   auto& message = database.messages.emplace_back();
@@ -132,7 +132,7 @@ TEST(CanReceiver, CountsFramesThatAreTooShort) {
   Bench bench;
   bench.take("181#40E201", 1ms);
   bench.take("181#", 2ms);
-  bench.take("120#03E8", 3ms);  // the table's value is whole, the multiplexor is not there
+  bench.take("120#03E8", 3ms);  // the table's value is complete, the multiplexor is missing
   EXPECT_EQ(bench.receiver.health().malformed, 3u);
   ASSERT_EQ(bench.block.count, 1u);
   EXPECT_DOUBLE_EQ(bench.samples[0].value, 1.0);
@@ -202,7 +202,7 @@ TEST(CanReceiver, SaysOnceThatTheSensorIsSilentAndRecoversTwice) {
   }
 }
 
-// The virtual rig's database has a 16-bit counter and an error flag in its stroke message.
+// The database of the virtual rig has a 16-bit counter and an error flag in the stroke message.
 TEST(CanReceiver, CountsGapsInACounterAndBelievesTheSensorsErrorFlag) {
   auto database = load_dbc(SHAKER_SOURCE_DIR "/config/examples/oleosim.dbc");
   ASSERT_TRUE(database.ok()) << database.error().what;
@@ -218,18 +218,18 @@ TEST(CanReceiver, CountsGapsInACounterAndBelievesTheSensorsErrorFlag) {
   take("181#00000000FDFF00");  // FFFD
   take("181#00000000FEFF00");
   EXPECT_EQ(receiver.health().lost, 0u);
-  take("181#00000000010000");  // over the top: FFFF and 0000 are missing
+  take("181#00000000010000");  // wrapped: FFFF and 0000 are missing
   EXPECT_EQ(receiver.health().lost, 2u);
-  take("181#00000000010000");  // said twice
-  take("181#00000000F0FF01");  // backwards: it began anew; and it says that it is ill
+  take("181#00000000010000");  // repeated
+  take("181#00000000F0FF01");  // backwards: the sensor restarted; its error flag is set
   EXPECT_EQ(receiver.health().lost, 2u);
   ASSERT_EQ(block.count, 5u);
   EXPECT_EQ(samples[3].quality, Quality::good);
   EXPECT_EQ(samples[4].quality, Quality::bad);
   receiver.count_dropped(3);
-  take("181#00000000F5FF00");  // F1 to F4 are missing: the three, and one more on the bus
+  take("181#00000000F5FF00");  // F1 to F4 are missing: the three dropped, and one on the bus
   EXPECT_EQ(receiver.health().lost, 2u + 4u);
-  take("181#00000000F8FF00");  // F6 and F7 are missing: the three explain no second gap
+  take("181#00000000F8FF00");  // F6 and F7 are missing: dropped frames explain no second gap
   EXPECT_EQ(receiver.health().lost, 6u + 2u);
   receiver.connected(2ms);
   take("181#00000000500000");
@@ -279,7 +279,7 @@ TEST(CanOpen, SendsSyncOnAbsoluteDeadlinesAndNoBurstAfterAPause) {
 TEST(CanOpen, DiscardsTheBlockAndStartsAgainWhenTheSensorBootsInMidRun) {
   Bench bench(node_one());
   sent(bench.receiver, 0ns);
-  bench.take("701#00", 1ms);  // switched on after us: nothing wrong
+  bench.take("701#00", 1ms);  // switched on after us: no error
   EXPECT_EQ(bench.receiver.health().trouble, "");
   EXPECT_EQ(sent(bench.receiver, 1ms).size(), 1u);
   for (int round = 0; round < 2; ++round) {

@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 
 constexpr Nanoseconds kEpoch = std::chrono::seconds(1'700'000'000);
 
-// A converter at monotonic 100 s, with the wall clock `kEpoch` ahead.
+// A converter at monotonic time 100 s, with the wall clock `kEpoch` ahead.
 StampConverter started() {
   StampConverter converter;
   converter.restart({100s, kEpoch + 100s});
@@ -55,7 +55,7 @@ TEST(Stamps, NeverRunBackwardsNorAhead) {
   EXPECT_EQ(converter.convert(kEpoch + 100s + 5ms + 200us), 100s + 5ms);
 }
 
-// Reading this clock takes longer the first two times, as after a preemption.
+// The first two readings of this clock take longer, as after a preemption.
 class SlowClock final : public Clock {
  public:
   Nanoseconds now() const override {

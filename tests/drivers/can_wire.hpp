@@ -1,4 +1,4 @@
-// The other side of the wire for can_wire_test: plain system calls, nothing of drivers/can.
+// The other node for can_wire_test: system calls only, no code of drivers/can.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ struct Seen {
   std::vector<std::uint8_t> data;
 };
 
-// A raw socket that takes every frame of an interface, error frames included.
+// A raw socket that receives every frame of an interface, including error frames.
 inline int open_raw(const char* interface) {
   const int fd = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK, CAN_RAW);
   const int on = 1;
@@ -46,9 +46,9 @@ inline int open_raw(const char* interface) {
   return fd;
 }
 
-// Another node on the bus; sees everything but its own frames. What it has sent has arrived at
-// every socket when `send` returns: a busy kernel hands frames on later, and a witness waits for
-// that.
+// Another node on the bus; it sees every frame except its own. When `send` returns, the frame
+// has arrived at every socket: a busy kernel delivers frames later, so a second socket waits
+// for it.
 class Peer {
  public:
   explicit Peer(const char* interface) : fd_(open_raw(interface)), witness_(open_raw(interface)) {}
@@ -86,7 +86,7 @@ class Peer {
     }
     return all;
   }
-  // Everything up to the `count`th frame that is `wanted`, or what has come in five seconds.
+  // Returns all frames up to the `count`th `wanted` one, or those of five seconds.
   template <typename Predicate>
   std::vector<Seen> take_until(std::ptrdiff_t count, Predicate wanted) {
     std::vector<Seen> all;
@@ -100,7 +100,7 @@ class Peer {
   }
 
  private:
-  // can_frame and canfd_frame have identifier, length and data at the same places.
+  // can_frame and canfd_frame have identifier, length and data at the same offsets.
   template <typename Frame>
   void deliver(const Frame& frame) {
     for (int tries = 0; ::write(fd_, &frame, sizeof frame) != ssize_t{sizeof frame}; ++tries) {
@@ -120,7 +120,7 @@ class Peer {
   int fd_, witness_;
 };
 
-// An interface of this test alone.
+// An interface for this test alone.
 class TemporaryLink {
  public:
   explicit TemporaryLink(const std::string& name) : name_(name) { add(); }

@@ -1,4 +1,4 @@
-// Needs root and vcan0: says so and ends with status 77 where there is none.
+// Needs root and vcan0: without them it prints this and ends with status 77.
 #include <cstdio>
 
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
-// The CAN sensors on a real SocketCAN interface; can_wire_main.cpp says what that needs. The other
-// side of the wire is plain system calls, nothing of drivers/can.
-// The links that go down and away are made and deleted here. See can_wire.hpp.
+// The CAN sensors on a real SocketCAN interface; can_wire_main.cpp lists what that needs. The
+// other node uses system calls only, no code of drivers/can (can_wire.hpp). The tests create
+// and delete the links that go down or disappear.
 #include "tests/drivers/can_wire.hpp"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::unique_ptr<Sensor> make(const config::CanSensor& config) {
   return std::move(*made);
 }
 
-// Reads until a sample or an Error comes, at most a second.
+// Reads until a sample or an Error comes, for at most one second.
 Result<std::size_t> read_some(Sensor& sensor, std::span<Sample> out) {
   return sensor.read(out, 1s);
 }
@@ -109,7 +109,7 @@ TEST(CanWire, CountsEveryFrameThatTheFullQueueDropped) {
   };
   drain();
   EXPECT_LT(received, 1000u);
-  peer.send(0x181, {0, 0, 0, 0, 0, 0});  // the counter comes with the next frame that gets in
+  peer.send(0x181, {0, 0, 0, 0, 0, 0});  // the next received frame reports the counter
   drain();
   EXPECT_EQ(received + socket->dropped(), 1001u);
 }
@@ -203,8 +203,8 @@ TEST(CanWire, OpensAgainByNameWhenTheAdapterWasPulledTwice) {
   }
 }
 
-// The kernel says ENODEV to the first who asks; here that is someone else on the same socket's
-// queue: a second interface took the name before the sensor looked.
+// The kernel reports ENODEV to the first reader only. Here another reader got it, because a
+// second interface took the name before the sensor looked.
 TEST(CanWire, NoticesThatAnotherInterfaceTookTheName) {
   TemporaryLink link("vcanwc");
   auto socket = CanSocket::open({"vcanwc", {{0x181, false}}, false, true, 1 << 16});
@@ -226,7 +226,7 @@ TEST(CanWire, ReceivesFdFrames) {
   data[60] = data[61] = data[62] = 0xFF, data[63] = 0xFE;
   Peer peer("vcan0");
   peer.send_fd(300, data);
-  peer.send(300, {1, 2, 3, 4, 5, 6, 7, 8});  // a classic frame of that name is too short
+  peer.send(300, {1, 2, 3, 4, 5, 6, 7, 8});  // a classic frame with that identifier is too short
   std::array<Sample, 8> out;
   const auto count = read_some(*sensor, out);
   ASSERT_TRUE(count.ok());

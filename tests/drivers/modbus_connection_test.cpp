@@ -83,7 +83,7 @@ TEST_P(ModbusWire, TakesTheLargestBlocks) {
   EXPECT_TRUE(std::equal(sent.begin(), sent.end(), got->begin()));
 }
 
-// A transaction's number has two bytes, and comes again after 65536.
+// The transaction number has two bytes and wraps after 65536.
 TEST_P(ModbusWire, NumbersMoreThan256Transactions) {
   server_.order("set 10 1234");
   auto connection = make(server_.link(), clock_);
@@ -133,7 +133,7 @@ TEST_P(ModbusWire, WritesOneRegisterWithFunction16WhereO6IsUnknown) {
   EXPECT_EQ(server_.order("log"), "16:5=0001 16:5=0002");
 }
 
-// libmodbus alone would give every later request the answer of the one before it, for ever.
+// libmodbus alone would give every later request the answer of the request before it.
 TEST_P(ModbusWire, IsNotPutOutOfStepByALateAnswer) {
   server_.order("set 0 0A0A 0B0B 0C0C");
   config::ModbusLink link = server_.link();
@@ -207,7 +207,7 @@ TEST_P(ModbusWire, BelievesNoNoise) {
   server_.order("set 0 0042");
   config::ModbusLink link = server_.link();
   link.response_timeout_s = 0.02;
-  link.timeouts_before_close = 1000;  // and so no back-off
+  link.timeouts_before_close = 1000;  // so that there is no back-off
   auto connection = make(link, clock_);
   server_.order("noise 60");
   Nanoseconds longest{0};
@@ -265,7 +265,7 @@ TEST_P(ModbusWire, RecoversTwiceInARowFromAServerThatWasKilled) {
     server_.restart();
     server_.order("set 0 00AB");
     if (GetParam() == Wire::rtu) {
-      connection = make(server_.link(), clock_);  // a pty does not come back under its name
+      connection = make(server_.link(), clock_);  // a pty does not return under its name
     }
     connect_in_time(*connection, clock_);
     EXPECT_THAT(*read(*connection, 0, 1), ElementsAre(0xAB));
@@ -303,7 +303,7 @@ TEST(ModbusRtu, LetsOnlyOneMasterUseALine) {
   connect_in_time(*second, clock);
 }
 
-// Listens but never answers; the port is free again when it goes.
+// Listens but never answers; its destructor frees the port.
 struct SilentListener {
   SilentListener() : fd(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     sockaddr_in address{};

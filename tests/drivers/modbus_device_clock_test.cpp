@@ -1,4 +1,4 @@
-// The device's stamps against polls whose latency is known, because it was made here.
+// The device's stamps against polls of known latency, which the test generates.
 #include <cmath>
 #include <random>
 #include <vector>
@@ -12,8 +12,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Polled every 4 ms. An answer is of a sample that is 30 us old at least, mostly 0.1 ms more, and
-// one in twenty comes 5 ms later still.
+// Polled every 4 ms. An answer holds a sample that is at least 30 us old and mostly 0.1 ms
+// older; one answer in twenty comes 5 ms later still.
 class Poller {
  public:
   Poller(DeviceClock::Counter counter, double ppm, double device_start_s = 1000.0)
@@ -27,7 +27,7 @@ class Poller {
     for (const double end = true_ + duration_s; true_ < end; true_ += 0.004)
       poll();
   }
-  // The PC computes: for a second each, every answer is late by as much.
+  // The PC is busy: during each second, every answer is late by the same amount.
   void run_busy(double duration_s) {
     std::exponential_distribution<double> floor(1.0 / 300e-6);
     for (double second = 0.0; second < duration_s; second += 1.0) {
@@ -115,15 +115,14 @@ TEST(DeviceClock, FollowsAClockOfAnotherRate) {
   }
 }
 
-// What the phase of a cycle feels is how fast the error changes: 4e-5 with an envelope of ten
-// seconds.
+// The phase of a cycle depends on the rate of the error: 4e-5 with an envelope of ten seconds.
 TEST(DeviceClock, HoldsItsRateOnABusyPc) {
   for (const double ppm : {0.0, 50.0}) {
     Poller poller(kMicroseconds, ppm);
     poller.run_busy(30.0);
     poller.forget();
     poller.run_busy(120.0);
-    std::vector<double> rate;  // over half a second each
+    std::vector<double> rate;  // over half a second
     for (std::size_t i = 125; i < poller.error.size(); i += 125)
       rate.push_back((poller.error[i] - poller.error[i - 125]) / 0.5);
     EXPECT_LT(scatter(rate), 8e-6) << ppm;
@@ -150,7 +149,7 @@ TEST(DeviceClock, CountsTheWrapsOfAPause) {
   EXPECT_LT(scatter(poller.error), 0.3e-3) << "a millisecond's own steps are 0.29";
 }
 
-// 1000 ppm are 0.1 s in 100 s: a clock of another rate is no clock that has jumped.
+// 1000 ppm are 0.1 s in 100 s: a clock with another rate has not jumped.
 TEST(DeviceClock, GoesOnAfterAPauseAtAnotherRate) {
   Poller poller(kMicroseconds, 1000.0);
   poller.run(15.0);
@@ -163,13 +162,13 @@ TEST(DeviceClock, BeginsAnewWhenTheClockLostTimeInAPause) {
   Poller poller(kMicroseconds, 0.0);
   poller.run(15.0);
   poller.pause(1.0);
-  poller.set_device_clock(1015.7);  // it would be 1016
+  poller.set_device_clock(1015.7);  // without a jump: 1016
   poller.run(1.0);
   EXPECT_EQ(poller.clock.beginnings(), 2u);
 }
 
 TEST(DeviceClock, BeginsAnewWhenTheDevicesClockJumps) {
-  for (const double to : {0.0, 999.0, 1015.1, 1016.0, 3000.0}) {  // it would be 1015
+  for (const double to : {0.0, 999.0, 1015.1, 1016.0, 3000.0}) {  // without a jump: 1015
     Poller poller(kMicroseconds, 0.0);
     poller.run(15.0);
     poller.set_device_clock(to);

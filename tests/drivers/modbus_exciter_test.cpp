@@ -92,7 +92,7 @@ TEST_P(ModbusExciterWire, WritesOnlyWhatChanged) {
   EXPECT_EQ(server_.order("log"), "6:104=0000 16:100=0000,4040") << "disabled before all else";
 }
 
-// A register may be an EEPROM cell: a reconnect is no reason to write it again.
+// A register may be an EEPROM cell: a reconnection must not rewrite it.
 TEST_P(ModbusExciterWire, DoesNotRewriteWhatTheDeviceAlreadyHolds) {
   ASSERT_TRUE(connected()->write(kDwell));
   server_.order("log");

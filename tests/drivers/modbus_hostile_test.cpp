@@ -1,6 +1,6 @@
-// A server that means harm: whatever it sends, the client neither crashes, nor hangs, nor believes
-// a value that was not sent for its request; and when the server turns honest, all is well again.
-// The seed is fixed; run it under the address sanitizer too (SHAKER_SANITIZE).
+// A hostile server: whatever it sends, the client must not crash, hang, or accept a value that
+// was not sent for its request. When the server becomes honest, the client works again. The
+// seed is fixed. Run it under the address sanitizer too (SHAKER_SANITIZE).
 #include <array>
 #include <atomic>
 #include <random>
@@ -23,7 +23,7 @@ namespace {
 using namespace std::chrono_literals;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::uint16_t kTruth = 0x5AA5;  // what an honest answer holds in each register
+constexpr std::uint16_t kTruth = 0x5AA5;  // content of each register in an honest answer
 
 class HostileServer {
  public:
@@ -64,7 +64,7 @@ class HostileServer {
     }
   }
 
-  // False to hang up.
+  // Returns false to close the connection.
   bool answer(int fd) {
     if (!readable(fd)) return true;
     std::array<std::uint8_t, 512> request{};
@@ -103,30 +103,30 @@ class HostileServer {
   void spoil(unsigned kind, const std::array<std::uint8_t, 512>& request, Bytes& reply) {
     const auto byte = [&] { return static_cast<std::uint8_t>(random_()); };
     switch (kind) {
-      case 1:  // garbage of any length
+      case 1:  // random bytes of any length
         reply.resize(random_() % 2000);
         for (auto& b : reply)
           b = byte();
         break;
-      case 2:  // cut short
+      case 2:  // truncated
         reply.resize(random_() % reply.size());
         break;
-      case 3:  // another request's answer
+      case 3:  // the answer to another request
         reply[0] ^= static_cast<std::uint8_t>(1 + random_() % 255);
         for (std::size_t i = 9; i < reply.size(); ++i)
           reply[i] = byte();
         break;
-      case 4:  // a length field that lies
+      case 4:  // a wrong length field
         reply[4] = byte();
         reply[5] = byte();
         break;
-      case 5:  // a byte count that lies
+      case 5:  // a wrong byte count
         if (reply.size() > 8) reply[8] = byte();
         break;
-      case 6:  // far too much
+      case 6:  // far too long
         reply.resize(reply.size() + 70000, 0xEE);
         break;
-      case 7:  // an exception, known or not
+      case 7:  // an exception, known or unknown
         reply.assign(request.begin(), request.begin() + 9);
         reply[4] = 0;
         reply[5] = 3;
@@ -139,19 +139,19 @@ class HostileServer {
       case 10:  // silence
         reply.clear();
         break;
-      case 11:  // twice
+      case 11:  // twice the answer
         reply.insert(reply.end(), reply.begin(), reply.end());
         break;
-      case 12: {  // an empty answer that claims to be full
+      case 12: {  // an empty answer that claims to be complete
         reply.resize(9);
         break;
       }
       default:
-        break;  // 9 drips, 13 is honest
+        break;  // 9 sends slowly, 13 is honest
     }
   }
 
-  // Slower than the response timeout, then it hangs up half-way.
+  // Sends more slowly than the response timeout and closes the connection half-way.
   bool drip(int fd, const Bytes& reply) {
     for (const std::uint8_t b : Bytes(reply.begin(), reply.begin() + 11)) {
       if (done_ || ::send(fd, &b, 1, MSG_NOSIGNAL) != 1) return false;
@@ -165,7 +165,7 @@ class HostileServer {
     while (sent < reply.size() && !done_) {
       const auto now =
           ::send(fd, reply.data() + sent, reply.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
-      if (now <= 0) return;  // the client does not read: its good right
+      if (now <= 0) return;  // the client may stop reading
       sent += static_cast<std::size_t>(now);
     }
   }

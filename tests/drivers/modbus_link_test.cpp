@@ -1,4 +1,4 @@
-// Which links are accepted, and whom nobody answers.
+// Which links are accepted, and what happens when no server answers.
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// The queue of a listener that takes no connection fills; from then on a handshake is not answered.
+// The queue of a listener that accepts no connection fills; then a handshake is not answered.
 TEST(ModbusConnect, GivesUpAHandshakeThatIsNotAnswered) {
   const UniqueFd listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in here{};

@@ -1,4 +1,5 @@
-// The Modbus drivers against the virtual rig's controller, whose register codec is its own.
+// The Modbus drivers against the controller of the virtual rig, which has an independent
+// register codec.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +29,7 @@ using protocol::modbus::RegisterType;
 
 class Oleosim {
  public:
-  // `fault`: of its script, such as "exciter_trip@0".
+  // `fault`: an entry of its script, such as "exciter_trip@0".
   explicit Oleosim(const char* fault = nullptr) {
     int up[2];
     EXPECT_EQ(::pipe(up), 0);
@@ -76,7 +77,7 @@ RegisterSpec spec(RegisterTable table, int address, RegisterType type) {
   return made;
 }
 
-// sim/README.md
+// The registers of sim/README.md.
 config::ModbusExciter controller(const config::ModbusLink& link) {
   config::ModbusExciter config;
   config.link = link;
@@ -113,8 +114,8 @@ TEST(ModbusAgainstTheVirtualRig, ClearsATripOnlyWhereTheMapHasAnOrderForIt) {
   EXPECT_EQ((*with)->read()->fault, 0u);
 }
 
-// From the rig file to the register, which libmodbus reads back: what the file calls g is written
-// in g.
+// Writes from the rig file to the register, which libmodbus reads back: a value whose unit in
+// the file is g is written in g.
 TEST(ModbusAgainstTheVirtualRig, WritesTheUnitThatTheRigFileStates) {
   Oleosim sim;
   RealClock clock;
@@ -204,8 +205,9 @@ TEST(ModbusAgainstTheVirtualRig, ShakesWhileTheHeartbeatBeatsAndStopsWithoutIt) 
   EXPECT_TRUE(exciter.stop());
 }
 
-// The rig samples on its own millisecond grid; what the daemon sees must lie on one too, however
-// the polls come. (On the host's stamps the polls' own lateness would remain.)
+// The rig samples on its own grid of one millisecond. The daemon's stamps must lie on such a
+// grid too, whenever the polls come. Stamps of the host would contain the lateness of the
+// polls.
 TEST(ModbusAgainstTheVirtualRig, StampsOnTheRigsOwnGrid) {
   Oleosim rig;
   RealClock clock;

@@ -114,7 +114,7 @@ TEST_P(ModbusSensorWire, CountsAMissedAnswerAndAnExceptionAndGoesOn) {
   EXPECT_EQ(sensor.health().trouble, "");
 }
 
-// 40 ms by the device's clock, however late the second sample is asked for.
+// 40 ms on the device's clock, even if the second sample is read late.
 TEST_P(ModbusSensorWire, StampsWithTheDevicesClockAndGivesASampleOnce) {
   config::ModbusSensor config = transducer(server_.link());
   config.timestamp = {
@@ -134,7 +134,7 @@ TEST_P(ModbusSensorWire, StampsWithTheDevicesClockAndGivesASampleOnce) {
   EXPECT_EQ(sensor.health().samples, 2U);
   EXPECT_EQ(sensor.health().trouble, "");
   clock_.sleep_until(first + 60ms);
-  server_.order("input 4 0018");  // over the wrap
+  server_.order("input 4 0018");  // past the wrap
   ASSERT_EQ(*sensor.read(out_, 5s), 2U);
   EXPECT_NEAR(seconds(out_[0].t - first), 0.040, 1e-6);
 }
@@ -155,8 +155,8 @@ TEST(ModbusSensor, ReturnsWithinTheTimeoutBetweenPolls) {
   EXPECT_LT(clock.now() - before, 1s);
 }
 
-// On deadlines of its own (the clock's, not the reader's): the mean rate does not drift by the
-// duration of the polls.
+// Polls on its own deadlines of the clock, not of the reader: the duration of the polls does
+// not change the mean rate.
 TEST(ModbusSensor, PollsOnAbsoluteDeadlines) {
   ModbusServer server(Wire::tcp);
   RealClock clock;

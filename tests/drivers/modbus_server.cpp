@@ -43,7 +43,7 @@ void ModbusServer::start() {
       ::posix_spawn(&child_, arguments[0], &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) throw std::runtime_error("cannot start /usr/bin/python3");
-  its_output.reset();  // so that the end of the server is the end of the pipe
+  its_output.reset();  // so that the server's end closes the pipe
   const std::string ready = read_line();
   if (ready.rfind("ready ", 0) != 0) {
     throw std::runtime_error("the Modbus server did not start (is python3-pymodbus installed?)");
@@ -86,7 +86,7 @@ config::ModbusLink ModbusServer::link() const {
   } else {
     link.transport = config::ModbusRtu{place_, 115200, 'E', 1};
   }
-  link.response_timeout_s = 1.0;  // generous: the machine that tests may be busy
+  link.response_timeout_s = 1.0;  // long, because the test machine may be busy
   link.reconnect_s = 0.01;
   return link;
 }

@@ -1,4 +1,4 @@
-// Starts modbus_server.py (python3-pymodbus, code that is not ours) and gives it orders.
+// Starts modbus_server.py, which uses python3-pymodbus, and sends it orders.
 #pragma once
 
 #include <string>
@@ -19,13 +19,13 @@ class ModbusServer {
   ModbusServer& operator=(const ModbusServer&) = delete;
   ~ModbusServer();
 
-  // One line of modbus_server.py's orders; returns its answer.
+  // Sends one order line (see modbus_server.py) and returns the answer.
   std::string order(const std::string& text);
-  // SIGKILL, as a power cut would.
+  // SIGKILL, like a power cut.
   void kill();
-  // On the same port (TCP), or with a new pty that `link` then names.
+  // Restarts on the same port (TCP), or with a new pty that `link` then names.
   void restart();
-  // How to reach it, with short pauses for tests.
+  // The address of the server, with short pauses for tests.
   config::ModbusLink link() const;
 
  private:

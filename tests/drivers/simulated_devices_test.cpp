@@ -95,7 +95,7 @@ TEST(SimulatedSensor, GivesTheAuxiliaryQuantitiesOnTheChannelsThatTheRigFileName
                                                       Channel::aux3, Channel::aux5));
   ASSERT_TRUE(sensor.connect());
   clock.advance(10ms);
-  std::array<Sample, 7> samples{};  // room for one moment only: it is not torn
+  std::array<Sample, 7> samples{};  // room for the samples of one instant only: it is not split
   ASSERT_EQ(*sensor.read(samples, 0ns), 4u);
   EXPECT_EQ(samples[2].channel, Channel::aux3);
   EXPECT_NEAR(samples[2].value, 20.0, 0.2);
@@ -199,7 +199,7 @@ TEST(SimulatedDevices, ServeTwoThreadsOnTheRealClock) {
   auto rig = std::make_shared<SimulatedRig>(shaker::sim::RigOptions{}, clock);
   SimulatedExciter exciter(rig);
   SimulatedSensor sensor(rig);
-  // Before connect(): what gathers from then on, while this thread waits for its turn, is read at
+  // Taken before connect(), because samples that collect while this thread waits are read at
   // once.
   const Nanoseconds begin = clock.now();
   ASSERT_TRUE(sensor.connect());

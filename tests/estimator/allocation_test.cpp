@@ -1,4 +1,4 @@
-// The hot loop does not allocate once it has run.
+// The inner loop does not allocate after its first run.
 #include <gtest/gtest.h>
 
 #include "estimator/estimation.hpp"
@@ -20,7 +20,7 @@ TEST(Allocation, StopsAfterTheFirstEstimate) {
     const long before = testing::allocation_count();
     estimator.update_run(0, run);
     const Fit& fit = estimator.fit(testing::kJobStart);
-    // The static equilibrium of the nested method is no hot loop.
+    // The static equilibrium of the nested method is not in the inner loop.
     if (method == Method::lifted) {
       EXPECT_EQ(testing::allocation_count(), before);
     }

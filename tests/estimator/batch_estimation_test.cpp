@@ -24,7 +24,7 @@ EstimationOptions on_points(int points) {
   return options;
 }
 
-// The record of job J1, each time with further noise.
+// The record of job J1, with new noise for each record.
 std::vector<double> records(std::size_t count, unsigned seed = 1) {
   const RunData run = job1();
   std::mt19937 generator(seed);
@@ -70,7 +70,7 @@ TEST(BatchEstimator, GivesTheSameBitsOnAnyNumberOfThreadsAndBesideAnyNeighbours)
   }
 }
 
-// No parameters have this sum of squares less than infinite: it overflows.
+// The sum of squares of this record overflows for every parameter value.
 std::vector<double> hopeless() {
   std::vector<double> record;
   for (int j = 0; j < 40; ++j)
@@ -78,7 +78,7 @@ std::vector<double> hopeless() {
   return record;
 }
 
-// No oleo's: the best response is none at all.
+// A record that no oleo can produce: the best response is zero.
 std::vector<double> sawtooth() {
   std::vector<double> record;
   for (int j = 0; j < 40; ++j)
@@ -90,7 +90,7 @@ void replace(std::vector<double>& all, std::size_t record, const std::vector<dou
   std::copy(by.begin(), by.end(), all.begin() + static_cast<std::ptrdiff_t>(40 * record));
 }
 
-// Bit by bit: standard errors may be none.
+// Compares bits, because standard errors may be NaN.
 void expect_same(const BatchFit& a, std::size_t i, const BatchFit& b, std::size_t j) {
   const auto bits = [](const double& x) { return std::bit_cast<std::uint64_t>(x); };
   EXPECT_EQ(a.status[i], b.status[j]);
@@ -113,7 +113,8 @@ TEST(BatchEstimator, GivesUpTheSameWayInAnyLaneAndDisturbsNoNeighbour) {
   EXPECT_EQ(given_up.sum_of_squares[0], std::numeric_limits<double>::infinity());
   const BatchFit worst = one.fit(sawtooth(), kJobStart);
   EXPECT_GT(worst.sum_of_squares[0], 3000.0);  // of 4000, in the data's unit squared
-  // In three packs of eight lanes: among good ones, beside another, and in a pack that is not full.
+  // In three batches of eight lanes: among good records, beside another bad one, and in an
+  // incomplete batch.
   auto mixed = data;
   for (const std::size_t record : {0UL, 5UL, 14UL, 19UL})
     replace(mixed, record, hopeless());
@@ -157,7 +158,7 @@ TEST(BatchEstimator, RefusesWhatItCannotUse) {
   EXPECT_THROW(BatchEstimator(model, uneven), std::invalid_argument);
 }
 
-// Twelve runs in two packs against each run's own system.
+// Twelve runs in two batches, against a separate system for each run.
 TEST(Estimator, TakesRunsAbreastWithoutChangingTheEstimate) {
   std::vector<RunData> runs = testing::job2();
   const Model model(testing::oleo(32.2));
@@ -165,7 +166,7 @@ TEST(Estimator, TakesRunsAbreastWithoutChangingTheEstimate) {
   options.tolerance = 1e-11;
   Estimator abreast(model, runs, options);
   for (RunData& run : runs)
-    run.sample_weight.assign(run.displacement.size(), 1.0);  // which packs do not take
+    run.sample_weight.assign(run.displacement.size(), 1.0);  // batches do not accept weights
   Estimator single(model, runs, options);
   const Fit& one = single.fit(kJobStart);
   const Fit& all = abreast.fit(kJobStart);

@@ -1,4 +1,5 @@
-// Estimates whose optimum stands on bounds: what is called converged has no better point beside it.
+// Estimates with the optimum on bounds: no neighbouring point may be better than a converged
+// fit.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -16,7 +17,8 @@ struct Box {
   std::vector<double> lower, upper;
 };
 
-// The parameters' names are in the effects' order, and each effect has its own.
+// The names of the parameters are in the order of the effects, and each effect has its own
+// ones.
 config::ModelSpec within(config::ModelSpec spec, const Box& box) {
   const Model plain(spec);
   for (std::size_t k = 0; k < box.lower.size(); ++k) {
@@ -53,7 +55,8 @@ std::vector<RunData> runs_of(const Model& model, const std::vector<double>& trut
   return runs;
 }
 
-// The largest share of the sum of squares that one parameter could gain by a step inside the box.
+// The largest fraction of the sum of squares that a step of one parameter inside the box could
+// gain.
 double gain_inside(const Estimator& estimator, const Model& model) {
   const Linearised at = estimator.linearised();
   const std::vector<double>& theta = estimator.last().theta;
@@ -76,8 +79,8 @@ double gain_inside(const Estimator& estimator, const Model& model) {
   return largest;
 }
 
-// Boxes beside the truth, inside it and around it, as wide as a few and as many per cent; fits from
-// several starts in each. Returns how many converged.
+// Boxes beside the truth, inside it and around it, from a few to many per cent wide, with fits
+// from several starts in each. Returns the number of converged fits.
 int fit_in_boxes(const config::ModelSpec& spec, const std::vector<double>& truth,
                  const std::vector<std::pair<double, double>>& excitations, int boxes,
                  Method method) {
@@ -125,8 +128,8 @@ TEST_P(EveryBoxedMethod, EndsWhereNothingInsideIsBetter) {
 INSTANTIATE_TEST_SUITE_P(Methods, EveryBoxedMethod,
                          ::testing::Values(Method::lifted, Method::levenberg_marquardt));
 
-// With the gas column too short for the stroke in the data, the fit presses on to where it would
-// strike the wall: that is no optimum, and it is said what stops it.
+// The gas column is too short for the stroke in the data, so the fit approaches the wall of the
+// gas spring. This is not an optimum, and the fit must say what stops it.
 TEST(BoxEstimation, ThatEndsAtTheGasWallIsNotCalledConverged) {
   Box box;
   box.lower = {6.694, 1e-9, 2.0978, 0.8388};

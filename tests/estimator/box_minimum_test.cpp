@@ -17,7 +17,7 @@ double value(const MatrixXd& a, const VectorXd& b, const VectorXd& x) {
   return 0.5 * x.dot(a * x) - b.dot(x);
 }
 
-// Every choice of who stands on which bound, one after the other.
+// The minimum over every combination of active bounds.
 double least_of_all(const MatrixXd& a, const VectorXd& b, const VectorXd& low,
                     const VectorXd& high) {
   const Index n = b.size();
@@ -53,7 +53,7 @@ TEST(BoxMinimum, IsTheBestOfAllChoicesOfBounds) {
       for (Index j = 0; j < n; ++j)
         root(i, j) = normal(source);
     }
-    // As badly conditioned as parameters that look alike make it.
+    // As badly conditioned as with similar parameters.
     root.col(1) = root.col(0) + 1e-3 * root.col(1);
     const MatrixXd a = root.transpose() * root + 1e-9 * MatrixXd::Identity(n, n);
     const VectorXd x = box_minimum(a, b, low, high);
@@ -95,7 +95,7 @@ TEST(BoxMinimum, SaysThatTwoFreeOnesAreNotToldApart) {
   const BoxVector<8> b = BoxVector<8>::Ones(2), far = BoxVector<8>::Constant(2, 9.0);
   BoxVector<8> x;
   EXPECT_FALSE(box_minimum<8>(alike, b, -far, far, 1e-13, x));
-  // With one of them held there is no doubt.
+  // With one of them held, the minimum is unique.
   BoxVector<8> low = -far;
   low[0] = 0.0;
   BoxVector<8> high = far;

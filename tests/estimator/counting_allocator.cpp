@@ -1,4 +1,4 @@
-// Counting replacements of the global allocation functions, for this test program only.
+// Replaces the global allocation functions of this test program by counting ones.
 #include "tests/estimator/counting_allocator.hpp"
 
 #include <atomic>
@@ -20,7 +20,8 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   if (void* p = std::aligned_alloc(a, (size + a - 1) / a * a)) return p;
   throw std::bad_alloc();
 }
-// std::stable_sort takes its buffer this way; half replaced, AddressSanitizer sees a mismatch.
+// std::stable_sort allocates its buffer this way. If only some operators were replaced,
+// AddressSanitizer would report a mismatch.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++allocations;
   return std::malloc(size);

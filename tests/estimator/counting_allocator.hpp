@@ -1,4 +1,4 @@
-// How often this test program has allocated.
+// The number of allocations of this test program.
 #pragma once
 
 namespace shaker::estimator::testing {

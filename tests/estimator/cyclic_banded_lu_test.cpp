@@ -33,7 +33,7 @@ TEST_P(CyclicSystems, AreSolvedAsByADenseFactorisation) {
     for (int i = 0; i < n; ++i)
       for (int r = 0; r < block; ++r)
         for (int c = 0; c < block; ++c) {
-          // Weak diagonals in places: without row exchanges this would fail.
+          // Some diagonals are small, so that elimination without row exchanges would fail.
           for (int k = -reach; k <= reach; ++k) {
             const double value = k == 0 && i % 3 == 0 ? 1e-12 : normal(random);
             parts[static_cast<std::size_t>(k + reach)] = value;
@@ -44,10 +44,10 @@ TEST_P(CyclicSystems, AreSolvedAsByADenseFactorisation) {
   };
   fill();
   ASSERT_TRUE(lu.factorise());
-  // Another one on the same storage: what the first one left behind is gone.
+  // A second matrix in the same storage: nothing of the first one remains.
   fill();
   ASSERT_TRUE(lu.factorise());
-  // Right-hand sides are taken eight or sixteen at a time.
+  // Right-hand sides are solved eight or sixteen at a time.
   for (const int width : {3, 11, 20}) {
     const int stride = width + 2;
     std::vector<double> rows(static_cast<std::size_t>(size) * stride);

@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod,
                          ::testing::Values(Method::lifted, Method::gauss_newton,
                                            Method::levenberg_marquardt));
 
-// Discretisation: the 1e-6 of theta, with the grid that the benchmark uses.
+// The discretisation error is below 1e-6 of theta on the grid of the benchmark.
 TEST(Estimator, HasADiscretisationErrorBelowOneMillionthOnTheBenchmarksGrid) {
   const Model model(testing::oleo(32.2));
   Estimator estimator(model, {job1()}, with(Method::lifted, 80));
@@ -102,7 +102,7 @@ TEST(Estimator, ReadsSamplesAtArbitraryTimesAsWellAsEqualSteps) {
   const auto order = std::vector<int>{7, 3, 0, 39, 20};
   for (std::size_t j = 0; j < 40; ++j)
     scattered.tau.push_back(static_cast<double>(j) / 40.0);
-  // The same record out of order and one period later.
+  // The same record in another order and one period later.
   std::swap(scattered.tau[3], scattered.tau[30]);
   std::swap(scattered.displacement[3], scattered.displacement[30]);
   for (const int j : order)
@@ -148,7 +148,7 @@ TEST(Estimator, StopsAtBoundsAndSaysSo) {
   EXPECT_FALSE(estimate.usable);
   ASSERT_FALSE(estimate.warnings.empty());
   EXPECT_THAT(estimate.warnings[0], HasSubstr("theta4"));
-  // The others are at the optimum of the problem with theta4 fixed there.
+  // The other parameters are at the optimum of the problem with theta4 fixed there.
   spec.effects[1].parameters["theta4"].start = 1.1;
   spec.effects[1].parameters["theta4"].fixed = true;
   const Model fixed(spec);
@@ -159,7 +159,7 @@ TEST(Estimator, StopsAtBoundsAndSaysSo) {
   EXPECT_EQ(other.standard_error[3], 0.0);
 }
 
-// The paper's (6.1): two parameters of which only the sum acts.
+// (6.1) of the paper: two parameters of which only the sum has an effect.
 TEST(Estimator, SaysWhichParametersTheDataDoNotDetermine) {
   const Model model(
       testing::model_of({testing::effect("viscous_damping"), testing::effect("viscous_damping"),
@@ -188,10 +188,11 @@ TEST(Estimator, SaysWhichParametersTheDataDoNotDetermine) {
   EXPECT_THAT(estimate.warnings[0], HasSubstr("do not determine"));
 }
 
-// Two dampers alike beside a spring: the spring's worth is that of a model with one damper,
-// whatever widens it, and in closed form. With D = k - w^2 + i w c and the response A / D, the
-// slopes over k and c stand at right angles, so s sqrt(2 / n) |D|^2 / A is the error from noise s
-// in n samples and e |D| / A that from an error e of the excitation's parts.
+// Two identical dampers and a spring: the error of the spring equals that in a model with one
+// damper, with any source of error, and in closed form. With D = k - w^2 + i w c and the
+// response A / D, the derivatives by k and c are orthogonal. So s sqrt(2 / n) |D|^2 / A is the
+// error from noise s in n samples, and e |D| / A that from an error e of the parts of the
+// excitation.
 TEST(Estimator, KnowsWhatIsDeterminedBesideWhatIsNot) {
   const double omega = 2.0 * std::numbers::pi, a = 2.0, c = 3.0, k = 60.0, s = 1e-4, e = 1e-3;
   const std::complex<double> d(k - omega * omega, omega * c);
@@ -230,8 +231,8 @@ TEST(Estimator, KnowsWhatIsDeterminedBesideWhatIsNot) {
   EXPECT_GT(estimate.parameters[2].upper, k);
 }
 
-// On a ring of two periods the excitation's harmonics are every other one of the ring: the same
-// samples, counted there once around, are worth the same.
+// Over two periods the harmonics of the excitation are every other harmonic. The same samples,
+// counted once over the longer period, must give the same error.
 TEST(Estimator, CountsTheExcitationsErrorOverSeveralPeriodsToo) {
   RunData once;
   once.frequency_hz = 1.0;
@@ -261,7 +262,7 @@ TEST(Estimator, CountsTheExcitationsErrorOverSeveralPeriodsToo) {
   EXPECT_LT(exact.fit({2.0, 50.0}).covariance[0], 0.9 * fit.covariance[0]);
 }
 
-// What is determined, from coefficients whose covariance is that of few cycles.
+// The same with Fourier coefficients whose covariance comes from few cycles.
 TEST(Estimator, KnowsWhatIsDeterminedFromCoefficientsToo) {
   const double omega = 2.0 * std::numbers::pi;
   const std::complex<double> response =
@@ -291,7 +292,7 @@ TEST(Estimator, KnowsWhatIsDeterminedFromCoefficientsToo) {
 }
 
 TEST(Estimator, WarnsOfAnAmplitudeThatHardlyDeterminesTheSpring) {
-  // Figure 13 at a twentieth of its amplitude, noise of 1 % of the stroke.
+  // Figure 13 at a twentieth of its amplitude, with noise of 1 % of the stroke.
   const Model model(testing::oleo(32.2));
   PeriodicSystem system(model, {Scheme::order6, 400, true});
   system.set_excitation(2.0, 0.5);
@@ -335,7 +336,7 @@ TEST(Estimator, RefusesDataThatCannotBeUsedWithTheRunAndTheReason) {
 }
 
 TEST(Estimator, RecoversFromAStartBehindTheGasWall) {
-  // theta3 = 3: the wall stands at 0.33 ft, the data reach 0.57 ft.
+  // theta3 = 3: the wall is at 0.33 ft, and the data reach 0.57 ft.
   const Model model(testing::oleo(32.2));
   Estimator estimator(model, {job1()}, with(Method::lifted));
   const Fit& fit = estimator.fit({5.0, 5.0, 3.0, 1.0});
@@ -343,7 +344,8 @@ TEST(Estimator, RecoversFromAStartBehindTheGasWall) {
 }
 
 TEST(Estimator, CoversTheTruthAsOftenAsItsIntervalsSay) {
-  // 400 repetitions of job 1 with Gaussian noise; 95 % intervals, binomial scatter of 1.1 %.
+  // 400 repetitions of job 1 with Gaussian noise; the 95 % intervals have a binomial scatter of
+  // 1.1 %.
   const Model model(testing::oleo(32.2));
   PeriodicSystem system(model, {Scheme::order6, 400, true});
   system.set_excitation(2.0, 10.0);

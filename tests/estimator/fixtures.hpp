@@ -1,4 +1,4 @@
-// Models and data that several tests of the estimator use.
+// Models and data for several tests of the estimator.
 #pragma once
 
 #include <filesystem>
@@ -35,14 +35,14 @@ inline config::ModelSpec linear_oscillator() {
   return model_of({effect("viscous_damping"), effect("linear_stiffness")});
 }
 
-// c, k, k3.
+// Parameters: c, k, k3.
 inline config::ModelSpec duffing() {
   return model_of(
       {effect("viscous_damping"), effect("linear_stiffness"), effect("cubic_stiffness")});
 }
 
-// Sprung mass on the oleo on the tyre, coordinates oleo stroke and tyre deflection (both relative):
-// the unsprung mass is `ratio` of the sprung one.
+// The sprung mass on the oleo on the tyre. The coordinates are oleo stroke and tyre deflection,
+// both relative; the unsprung mass is `ratio` times the sprung mass.
 inline config::ModelSpec oleo_on_tyre(double ratio) {
   config::ModelSpec spec = oleo();
   spec.coordinates = {"stroke", "tyre"};
@@ -62,11 +62,11 @@ inline config::ModelSpec oleo_on_tyre(double ratio) {
   return spec;
 }
 
-// Truth of the paper's oleo, in feet and in SI.
+// True parameters of the paper's oleo, in SI units and in feet.
 inline const std::vector<double> kOleoSi = {5.08 / 0.3048, 5.0 * 0.3048, 1.62 / 0.3048, 1.0};
 inline const std::vector<double> kOleoFeet = {5.08, 5.0, 1.62, 1.0};
 
-// All numbers of a comma-separated file, row by row, without its header.
+// All numbers of a comma-separated file, row by row, without the header.
 inline std::vector<std::vector<double>> read_csv(const std::string& name, bool header = true) {
   std::ifstream file(std::filesystem::path(SHAKER_TEST_DATA) / name);
   if (!file) throw std::runtime_error("missing test data " + name);

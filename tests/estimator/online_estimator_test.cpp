@@ -11,8 +11,8 @@
 namespace shaker::estimator {
 namespace {
 
-// Cycles of the SI oleo with white noise, made on a fine Fourier grid (another scheme than the
-// estimator's).
+// Cycles of the SI oleo with white noise on a fine Fourier grid, which is another scheme than
+// the estimator's.
 class Rig {
  public:
   MeasuredCycle cycle(int run, long index) {
@@ -123,7 +123,7 @@ TEST(OnlineEstimator, SaysThatARightModelLeavesOnlyTheScatter) {
 }
 
 TEST(OnlineEstimator, WarnsThatAWrongModelLeavesMoreThanTheScatter) {
-  auto wrong = started_off();  // a gas that others' parameters cannot make good for
+  auto wrong = started_off();  // a gas that the other parameters cannot imitate
   wrong.effects[1].parameters["theta4"].start = 1.2;
   wrong.effects[1].parameters["theta4"].fixed = true;
   const Estimate estimate = after_ten_cycles_of_two_runs(wrong);

@@ -28,7 +28,8 @@ TEST_P(Figures, AreReproducedToTheDigitsThatCanBeReached) {
       worst = std::max(worst, std::fabs(run.iterates[i][k] - printed[i][k]));
   EXPECT_LE(worst, tolerance);
   EXPECT_DOUBLE_EQ(run.max_deviation, worst);
-  // The independent code's iterates agree far beyond the print (figure 14's do not hold the start).
+  // The iterates of the independent code agree far better than the print (figure 14 lacks the
+  // start).
   const auto independent = wanted["iterates"].get<std::vector<std::vector<double>>>();
   const std::size_t skip = GetParam() == 14 ? 1 : 0;
   for (std::size_t i = skip; i < run.iterates.size() && i - skip < independent.size(); ++i)
@@ -52,7 +53,8 @@ TEST(DiscretisationBias, IsTheIndependentTablesToItsDigits) {
                                                         : "fourier";
       if (w["fig"] != row.figure || w["n"] != row.points || scheme != row.scheme) continue;
       ++compared;
-      // Their accurate data are good to some 1e-10 ft, which the badly determined theta magnify.
+      // Their accurate data have errors of about 1e-10 ft, which poorly determined theta
+      // magnify.
       for (int k = 0; k < 4; ++k) {
         const double theirs = w["err_pct"][k];
         EXPECT_NEAR(row.theta_error[k], theirs, 0.005 * std::fabs(theirs) + 1e-3)

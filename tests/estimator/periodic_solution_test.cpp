@@ -16,12 +16,12 @@ namespace {
 using testing::kOleoFeet;
 using testing::kOleoSi;
 
-// --- linear oscillator: the periodic solution is known in closed form.
+// --- linear oscillator: the periodic solution is known in closed form
 double linear_error(Scheme scheme, int points) {
   const Model model(testing::linear_oscillator());
   const std::vector<double> theta = {2.0, 300.0};
   PeriodicSystem system(model, {scheme, points, true});
-  // Several harmonics, so that every scheme has something to miss.
+  // Several harmonics, so that every scheme has an error.
   std::vector<double> x(64);
   for (int i = 0; i < 64; ++i) {
     const double tau = 2.0 * std::numbers::pi * i / 64;
@@ -54,8 +54,8 @@ TEST(PeriodicSystem, HasTheDeclaredOrderOnASmoothProblem) {
   EXPECT_LT(linear_error(Scheme::fourier, 16), 1e-14);
 }
 
-// The gas spring's force dies out at a stroke of -1e11 m: gravity alone is left, and it is smaller
-// than what the rounding of such a stroke does to the differences of it.
+// At a stroke of -1e11 m the gas force has vanished and gravity alone is left. It is smaller
+// than the rounding errors of differences of such a stroke.
 TEST(PeriodicSystem, TakesNoStrokeForASolutionWhereTheEquationsDrownInRounding) {
   const Model model(testing::oleo());
   const std::vector<double> theta = {0.1, 20.0, 0.5, 1.0};
@@ -88,7 +88,8 @@ TEST(PeriodicSystem, FindsTheOleosSolutionToTheGridsAccuracy) {
   EXPECT_LT(stroke_error(Scheme::fourier, 120, false), 1e-6);
 }
 
-// |v|v caps plain grids near third order; with the jump of u'''' corrected they keep their own.
+// v|v limits plain grids to about third order; the correction of the jump of u'''' restores their
+// order.
 TEST(PeriodicSystem, LosesItsOrderToTheKinkUnlessItIsCorrected) {
   const auto order = [](Scheme scheme, bool correct) {
     return std::log2(stroke_error(scheme, 80, correct) / stroke_error(scheme, 640, correct)) / 3.0;
@@ -123,7 +124,7 @@ TEST(PeriodicSystem, GivesTheSensitivitiesOfTheReference) {
   EXPECT_LT(sensitivity_error(640, true), 5e-11);
 }
 
-// Their own third derivative jumps with the velocity's sign.
+// The third derivative of the sensitivities jumps with the sign of the velocity.
 TEST(PeriodicSystem, KeepsTheOrderOfTheSensitivitiesAcrossTheKink) {
   const auto order = [](bool correct) {
     return std::log2(sensitivity_error(80, correct) / sensitivity_error(320, correct)) / 2.0;
@@ -234,9 +235,9 @@ TEST(PeriodicSystem, HasSensitivitiesOfTheOleoOnItsTyreThatMatchDifferences) {
   }
 }
 
-// --- what cannot be solved is said
+// --- what has no solution is reported
 TEST(PeriodicSystem, SaysHowFarTheContinuationGotWhenThereIsNoSolution) {
-  // A spring that softens to nothing cannot carry the weight.
+  // Without a spring nothing carries the weight.
   const Model model(
       testing::model_of({testing::effect("orifice_damping"), testing::effect("gravity")}));
   PeriodicSystem system(model, {Scheme::order4, 64, true});
@@ -262,7 +263,7 @@ TEST(PeriodicSystem, NeverCrossesTheGasWallHoweverStrongTheExcitation) {
   }
 }
 
-// A search that may take as many steps as it needs and no more has arrived by the last of them.
+// With exactly as many steps as it needs, the search must converge.
 TEST(PeriodicSystem, HasArrivedByTheLastStepThatItMayTake) {
   const Model model(testing::oleo());
   PeriodicSystem system(model, {Scheme::order6, 128, true});
@@ -308,7 +309,7 @@ TEST(PeriodicSystem, KeepsItsSolutionAndItsChannelsAtRest) {
   EXPECT_EQ(another.frequency(), 2.0);
   const SolveReport again = system.solve(kOleoSi);
   EXPECT_EQ(again.status, SolveStatus::converged);
-  // What the kink's corrections had learned is gone.
+  // The corrections at velocity reversals have been reset.
   EXPECT_LE(again.iterations, 2);
   EXPECT_NEAR(system.observed(17, 0), state[17], 1e-9);
   EXPECT_NEAR(system.observed(17, 1), load, 1e-9 * std::fabs(load));

@@ -12,7 +12,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// The linear oscillator's closed-form response to a distorted excitation, sampled anyhow.
+// The linear oscillator's closed-form response to a distorted excitation, at arbitrary
+// sampling.
 Record distorted(double frequency, double rate, double seconds, double start) {
   const double c = 4.0, k = 90.0;
   Record r;

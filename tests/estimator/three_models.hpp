@@ -1,5 +1,5 @@
-// The linear oscillator (6.2), the oleo (6.3) and the oleo on its tyre, as the tests take them in
-// turn, and what independent code knows of them (tests/data/three_models/reference.py).
+// The linear oscillator (6.2), the oleo (6.3) and the oleo on its tyre for parameterised tests,
+// with the results of independent code (tests/data/three_models/reference.py).
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
-// Every objective and every way to its optimum, on the linear oscillator (6.2), the oleo (6.3) and
-// the oleo on its tyre, against numbers of independent code (tests/data/three_models/reference.py:
-// Runge-Kutta, shooting, variational equations by hand, normal equations).
+// Every objective and every optimiser on the linear oscillator (6.2), the oleo (6.3) and the
+// oleo on its tyre, against independent code (tests/data/three_models/reference.py:
+// Runge-Kutta, shooting, variational equations derived by hand, normal equations).
 #include "tests/estimator/three_models.hpp"
 
 #include <array>
@@ -51,7 +51,7 @@ class ThreeModels : public ::testing::TestWithParam<testing::OneOfThree> {
     return estimator.fit(start_);
   }
 
-  // Errors of the answer, from its covariance.
+  // The standard errors of the reference, from its covariance.
   Numbers errors(const char* objective) const {
     Numbers out;
     const Matrix covariance = known_.at(objective).at("covariance");
@@ -100,7 +100,7 @@ TEST_P(ThreeModels, LeastSquaresByEveryEstimator) {  // (3.17), (3.27), (3.28)
   expect_theta(ceres.fit(start_).theta, "least_squares", error);
 }
 
-// From 2 % off. Conjugate gradients stall in the valleys of ill-conditioned problems, as
+// From a start 2 % off. Conjugate gradients stall in ill-conditioned problems, as
 // docs/optimisers.md says; polytope and differences are left out where they would take minutes.
 TEST_P(ThreeModels, LeastSquaresByEveryMethodOfChapterFour) {
   const Model model(GetParam().spec());
@@ -240,7 +240,7 @@ TEST_P(ThreeModels, ABoundThatBinds) {
   }
 }
 
-// The user's own formula of the damper, in the place of the catalogue's effect.
+// A user's formula of the damper, instead of the catalogue's effect.
 TEST_P(ThreeModels, AFormulaOfTheDamper) {
   config::ModelSpec spec = GetParam().spec();
   config::EffectSpec& damper = spec.effects[0];
@@ -284,7 +284,7 @@ TEST_P(ThreeModels, TwoDampersThatCannotBeToldApart) {  // (6.1)
   EXPECT_NEAR((sum - alone[one]) / errors("least_squares")[one], 0.0, 1e-3);
 }
 
-// 400 repetitions know a standard deviation to 3.5 %.
+// 400 repetitions determine a standard deviation to 3.5 %.
 TEST_P(ThreeModels, BootstrapErrorsAreTheLinearOnesWhereTheNoiseIsSmall) {
   const Model model(GetParam().spec());
   options_.grid.points = 160;  // enough for errors
@@ -312,7 +312,7 @@ TEST_P(ThreeModels, TimeIntegration) {  // (5.2)-(5.10)
   ASSERT_EQ(fit.status, FitStatus::converged) << fit.trouble;
   const Numbers theta = answer.at("theta"), initial = answer.at("initial"),
                 error = answer.at("errors");
-  // States of the library: coordinates, then velocities; of the reference: pairs.
+  // The library's states are coordinates, then velocities; those of the reference are pairs.
   const std::size_t s = initial.size(), coordinates = s / 2;
   for (std::size_t i = 0; i < coordinates; ++i) {
     EXPECT_NEAR((fit.initial[0][i] - initial[2 * i]) / error[2 * i], 0.0, 1e-3) << i;

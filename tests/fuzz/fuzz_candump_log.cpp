@@ -1,4 +1,4 @@
-// Whatever stands in a log: each line is a frame that a wire can carry, or nothing.
+// Any text as a log: each line gives a frame that a bus can carry, or nothing.
 #include <algorithm>
 #include <cstdlib>
 #include <string>

@@ -1,5 +1,5 @@
-// Whatever a configuration file holds: a struct that survives being written and read again, or
-// sentences that each name the file.
+// Any text as a configuration file: the result is a struct that is unchanged after writing and
+// reading, or sentences that each name the file.
 #include <cstdlib>
 #include <sstream>
 #include <string>

@@ -1,5 +1,5 @@
-// Whatever a CSV file holds: columns of equal length and finite numbers, or a sentence with a
-// place.
+// Any text as a CSV file: the result is columns of equal length with finite numbers, or a
+// sentence with a place.
 #include <cmath>
 #include <cstdlib>
 #include <sstream>

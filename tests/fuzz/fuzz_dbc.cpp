@@ -1,4 +1,5 @@
-// Whatever a DBC file holds: a database whose signals can be read, or a sentence with a place.
+// Any text as a DBC file: the result is a database with readable signals, or a sentence with a
+// place.
 #include <cstdlib>
 #include <string_view>
 #include <vector>
@@ -17,7 +18,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   for (const can::Message& message : parsed->messages) {
     std::vector<std::uint8_t> full(message.size, 0xA5);
     for (const can::Signal& signal : message.signals) {
-      // Every signal fits into its own message, and none is read from a frame one byte too short.
+      // Every signal fits into its message, and none is read from a frame that is one byte too
+      // short.
       if (can::decode(message, signal, full).presence == can::Presence::malformed) std::abort();
       const auto needed = can::bytes_needed(signal);
       if (can::raw_bits(signal, std::span(full).first(needed - 1))) std::abort();

@@ -1,5 +1,5 @@
-// Whatever a model file gives as a formula (first line) and as the rate of a state (second line):
-// an effect, or a sentence.
+// Any text as a formula (first line) and as the rate of a state (second line) in a model file:
+// the result is an effect, or a sentence.
 #include <algorithm>
 #include <cstdlib>
 #include <stdexcept>

@@ -1,5 +1,6 @@
-// Any frames, in any order, into the CAN sensor's receiver and the exciter's codec; any signal in
-// any frame. Each frame of the input: flags, length, four bytes of identifier, data.
+// Any frames in any order, for the CAN sensor's receiver and the exciter's codec, and any
+// signal in any frame. Each frame of the input has flags, length, four bytes of identifier, and
+// data.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -48,7 +49,7 @@ const Rig& rig() {
   return loaded;
 }
 
-// A signal from anywhere, read out of the frame; written back, it gives the same value.
+// Reads a signal at any position from the frame; written back, it must give the same value.
 void try_signal(const can::Frame& frame) {
   can::Signal signal;
   signal.start_bit = static_cast<int>(frame.id % 520);
@@ -65,7 +66,7 @@ void try_signal(const can::Frame& frame) {
   auto copy = frame.data;
   const auto written = can::encode(signal, *value, std::span(copy).first(frame.length));
   if (!written || can::decode(signal, std::span(copy).first(frame.length)) != *value) std::abort();
-  if (*value != 0.0 && copy != frame.data) std::abort();  // -0.0 aside, not another bit has changed
+  if (*value != 0.0 && copy != frame.data) std::abort();  // no other bit, except for -0.0
 }
 
 can::Frame take_frame(const std::uint8_t*& data, std::size_t& size) {

@@ -1,5 +1,5 @@
-// Whatever a Modbus TCP device answers: believed only when every byte of its head is what the
-// request asks for. The first byte of the input chooses request and size, the rest is the answer.
+// Any answer of a Modbus TCP device: it is accepted only when every byte of its header matches
+// the request. The first byte of the input chooses request and size; the rest is the answer.
 #include <array>
 #include <cerrno>
 #include <cstdlib>
@@ -34,7 +34,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (::send(ends[1], data + 1, size - 1, MSG_NOSIGNAL) != static_cast<ssize_t>(size - 1)) {
     std::abort();
   }
-  ::shutdown(ends[1], SHUT_WR);  // so that nothing is waited for
+  ::shutdown(ends[1], SHUT_WR);  // so that the reader does not wait
 
   const int kind = data[0] % 4;
   const std::size_t count = kind == 2 ? 1 : 1 + data[0] / 4 % 8;

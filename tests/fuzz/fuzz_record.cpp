@@ -1,5 +1,5 @@
-// What a campaign's files may hold after anything happened to them. The first byte says what the
-// rest is: 's' a block of samples, 'l' a write-ahead log, 'd' a database, which is recovered too.
+// Any content of a campaign's files. The first byte gives the kind of the rest: 's' a block of
+// samples, 'l' a write-ahead log, 'd' a database, which is also recovered.
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -53,7 +53,7 @@ void write(const fs::path& file, std::span<const std::uint8_t> bytes) {
              static_cast<std::streamsize>(bytes.size()));
 }
 
-// Samples that can be read come out again as they were.
+// Samples that can be read are written back unchanged.
 void try_samples(std::span<const std::uint8_t> bytes) {
   std::vector<record::SampleRow> rows;
   if (!record::unpack(std::as_bytes(bytes), rows)) return;
@@ -76,7 +76,7 @@ void try_log(const Folder& folder, std::span<const std::uint8_t> bytes) {
   require(log.state != record::LogState::damaged || log.lost_commits > 0);
 }
 
-// Every byte that was there is still somewhere, unless the campaign could be read.
+// Unless the campaign could be read, every byte is still present under some name.
 void try_database(const Folder& folder, std::span<const std::uint8_t> bytes) {
   folder.empty();
   const fs::path file = folder.path / "c.db";

@@ -1,5 +1,5 @@
-// Whatever a log of Modbus polls holds: no line, or one whose blocks read the same when they are
-// written again.
+// Any text as a log of Modbus polls: the result is no line, or a line whose blocks are
+// unchanged after writing and reading.
 #include <array>
 #include <cstdlib>
 #include <string>

@@ -1,5 +1,5 @@
-// Whatever a client sends as a line: a request whose answer is one line of JSON, or an error that
-// can be sent back as one.
+// Any line from a client: the result is a request whose answer is one line of JSON, or an error
+// that can be sent as one line.
 #include <algorithm>
 #include <cstdlib>
 #include <string_view>

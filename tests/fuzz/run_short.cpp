@@ -1,4 +1,5 @@
-// Runs a fuzz target for a moment, the same each time: every seed file as it is, then mutated.
+// Runs a fuzz target for a short time, always in the same way: every seed file unchanged, then
+// mutated.
 //
 // Usage: TARGET MUTATIONS SEED_FILE...    For long runs build with -DSHAKER_FUZZ=ON (README.md).
 #include <algorithm>
@@ -36,25 +37,25 @@ class Mutator {
       case 0:  // flip a bit
         if (at != bytes.end()) *at ^= static_cast<std::uint8_t>(1U << below(8));
         break;
-      case 1:  // any byte
+      case 1:  // set any byte
         if (at != bytes.end()) *at = static_cast<std::uint8_t>(below(256));
         break;
       case 2:
         bytes.erase(at, at + left);
         break;
-      case 3: {  // say it twice
+      case 3: {  // repeat a piece
         const Bytes piece(at, at + left);
         bytes.insert(somewhere(bytes), piece.begin(), piece.end());
         break;
       }
-      case 4: {  // a piece of another seed
+      case 4: {  // insert a piece of another seed
         const auto from = below(other.size() + 1);
         const auto size = std::min(static_cast<std::size_t>(length), other.size() - from);
         const auto begin = other.begin() + static_cast<std::ptrdiff_t>(from);
         bytes.insert(at, begin, begin + static_cast<std::ptrdiff_t>(size));
         break;
       }
-      default:  // cut off, seldom
+      default:  // truncate, rarely
         if (below(8) == 0) bytes.erase(at, bytes.end());
     }
   }

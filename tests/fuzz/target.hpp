@@ -1,4 +1,4 @@
-// What libFuzzer calls, and what run_short.cpp calls where libFuzzer is not at hand.
+// The function that libFuzzer calls; run_short.cpp calls it when libFuzzer is not available.
 #pragma once
 
 #include <cstddef>

@@ -49,7 +49,7 @@ TEST(Dbc, ReadsAFileWithCrlfLatin1CommentsAndSectionsItDoesNotKnow) {
   EXPECT_FALSE(db.find("wide")->cycle_time_s) << "the default of 0 ms says nothing";
 }
 
-// The boundaries of RFC 3629, table of section 4. What is no UTF-8 is Latin-1.
+// The boundaries of RFC 3629, table of section 4. Bytes that are not UTF-8 are Latin-1.
 TEST(Dbc, TellsUtf8FromLatin1) {
   const auto unit = [](const std::string& bytes) {
     const auto parsed =

@@ -47,7 +47,7 @@ TEST(CandumpLog, ReadsFdFrames) {
   EXPECT_TRUE(parse_log_line("(1.0) c 123##0" + std::string(128, 'A')));
 }
 
-// The fraction counts by its digits: .5 is 500 ms, .000000005 is 5 ns.
+// The digits of the fraction count: .5 is 500 ms, .000000005 is 5 ns.
 TEST(CandumpLog, ReadsTimesToTheNanosecond) {
   const std::pair<const char*, std::int64_t> times[] = {
       {"0.5", 500'000'000},           {"0.05", 50'000'000},

@@ -56,7 +56,8 @@ TEST(Signal, RefusesValuesThatDoNotFit) {
   EXPECT_EQ(data, (std::array<std::uint8_t, 2>{0xAA, 0x55}));
 }
 
-// Two's complement of n bits holds -2^(n-1) to 2^(n-1) - 1; what rounds into it fits.
+// Two's complement of n bits holds -2^(n-1) to 2^(n-1) - 1, including values that round into
+// it.
 TEST(Signal, HoldsASignedRangeToItsLastValue) {
   struct Row {
     int length;

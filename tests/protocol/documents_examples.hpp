@@ -1,4 +1,4 @@
-// One plain and one nasty example of each document.
+// A plain and a difficult example of each document.
 #pragma once
 
 #include <limits>
@@ -72,7 +72,7 @@ inline std::vector<Document> plain_documents() {
               "false_alarm_rate": 0.01, "warnings": []})"}};
 }
 
-// Numbers that are none, text that is not UTF-8, lists and strings beyond every bound.
+// NaN and infinite numbers, text that is not UTF-8, lists and strings beyond every limit.
 inline std::vector<Document> nasty_documents() {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinite = std::numeric_limits<double>::infinity();

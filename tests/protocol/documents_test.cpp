@@ -74,7 +74,7 @@ TEST(DocumentLine, ReplacesTextThatIsNotUtf8AndDoesNotCutACharacter) {
   EXPECT_THAT(text, ::testing::EndsWith("\xe2\x82\xac..."));
 }
 
-// 32 alternatives and 64 channels are given, and how many more there were.
+// A list contains at most 32 alternatives or 64 channels, and the number of those left out.
 TEST(DocumentLine, GivesSoManyEntriesOfAListAndCountsTheRest) {
   AlarmDocument alarm;
   for (const std::size_t count : {1, 32, 33, 40}) {

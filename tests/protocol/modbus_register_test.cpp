@@ -94,7 +94,7 @@ TEST(ModbusRegister, ScalesAndRoundsToTheNearestStep) {
   EXPECT_EQ(words[0], 0xFFFA);
 }
 
-// The ends of two's complement.
+// The limits of two's complement.
 TEST(ModbusRegister, TakesEachIntegerToItsEndsAndNoFurther) {
   struct Ends {
     RegisterType type;

@@ -1,5 +1,5 @@
-// Dampers on dynamometers: what does a viscous model of them lack? Forces are taken per reference
-// mass, so that the catalogue's ranges mean something.
+// Dampers on dynamometers: what does a viscous model of them lack? Forces are per reference
+// mass, so that the ranges of the catalogue apply.
 #include "tests/real_data/measured.hpp"
 
 namespace shaker::estimator::discrepancy::testing {
@@ -60,7 +60,8 @@ TEST_F(RealDynamometer, MagnetoRheologicalDamperLacksFrictionThenHysteresis) {
   EXPECT_EQ(d.verdict, Verdict::unexplained);
   ASSERT_GE(d.effects.size(), 2U);
   EXPECT_EQ(d.effects[0].name, "coulomb_friction");
-  // Hysteresis: by Dahl's two numbers, or by Bouc and Wen's four that can do what those do.
+  // Hysteresis, either with Dahl's two parameters or with the four of Bouc-Wen, which include
+  // them.
   EXPECT_THAT(d.effects[1].name, ::testing::AnyOf("presliding_friction", "bouc_wen_hysteresis"));
   EXPECT_LT(d.gap.after, 0.42 * d.gap.before);
 }
@@ -76,7 +77,8 @@ TEST_F(RealDynamometer, MagnetoRheologicalDamperWithCurrentLacksFrictionThenHyst
   EXPECT_EQ(d.verdict, Verdict::unexplained);
   ASSERT_GE(d.effects.size(), 2U);
   EXPECT_EQ(d.effects[0].name, "coulomb_friction");
-  // Hysteresis: by Dahl's two numbers, or by Bouc and Wen's four that can do what those do.
+  // Hysteresis, either with Dahl's two parameters or with the four of Bouc-Wen, which include
+  // them.
   EXPECT_THAT(d.effects[1].name, ::testing::AnyOf("presliding_friction", "bouc_wen_hysteresis"));
   EXPECT_LT(d.gap.after, 0.42 * d.gap.before);
 }

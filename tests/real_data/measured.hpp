@@ -1,4 +1,4 @@
-// Measured campaigns, read from where they are.
+// Reads measured campaigns from their folder.
 #pragma once
 
 #include <cstdio>
@@ -75,7 +75,7 @@ inline config::EffectSpec line(const std::string& effect) {
   return spec;
 }
 
-// With the start and bounds of its parameters.
+// The effect with start and bounds of a parameter.
 inline config::EffectSpec line(const std::string& effect, const std::string& symbol, double start,
                                double lower, double upper) {
   config::EffectSpec spec = line(effect);
@@ -85,7 +85,7 @@ inline config::EffectSpec line(const std::string& effect, const std::string& sym
   return spec;
 }
 
-// A constant force: weight, or the zero of a load cell.
+// A constant force: weight, or the zero offset of a load cell.
 inline config::EffectSpec offset_force() {
   config::EffectSpec spec = line("offset_force", "b", 0.0, -100.0, 100.0);
   spec.formula = "b";

@@ -1,4 +1,4 @@
-// Records that are not periodic: what does the simple model of each lack?
+// Records that are not periodic: what does a simple model of each lack?
 #include <cmath>
 
 #include "tests/real_data/measured.hpp"
@@ -65,7 +65,7 @@ TEST_F(RealRecords, PositioningAxisLacksCoulombFriction) {
   EXPECT_LT(*d.gap.held_out_after, 0.5 * *d.gap.held_out_before);
 }
 
-// Noel and Schoukens' oscillator of 2 kg: 10 N s/m, 50 kN/m, and a loop that hardens.
+// Noel and Schoukens' oscillator of 2 kg: 10 N s/m, 50 kN/m, and a hysteresis that hardens.
 TEST_F(RealRecords, HystereticOscillatorLacksHysteresis) {
   const Column x{"force_N", 0.5}, y{"displacement_m", 1.0};
   Campaign campaign;

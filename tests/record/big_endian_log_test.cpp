@@ -1,4 +1,4 @@
-// A log whose checksums are of big-endian words, as a machine of that kind writes it.
+// A write-ahead log with big-endian checksums, as a big-endian machine writes it.
 #include <cstdint>
 #include <fstream>
 #include <iterator>

@@ -39,7 +39,7 @@ TEST(Campaign, ComesBackAsItWasWritten) {
 
   const RunRow first{0, "r01", 2.5, 3.25, 20}, second{1, "süd/2", 4.125, 1e-3, 7};
   ASSERT_TRUE(writer->add_run(first));
-  // More than a block, added in odd pieces, the run changing in mid-block.
+  // More than one block, added in pieces of odd size; the run changes inside a block.
   ASSERT_TRUE(writer->add_samples(-1, samples(0, 3)));
   ASSERT_TRUE(writer->add_samples(0, samples(3, 5000)));
   ASSERT_TRUE(writer->add_samples(0, samples(5003, 1)));
@@ -91,8 +91,8 @@ TEST(Campaign, ComesBackAsItWasWritten) {
               ::testing::ElementsAre(R"({"seq":7,"text":"größer"})", R"({"seq":8})"));
 }
 
-// Samples become a row when a block is full, not before and not later: whatever the pieces in which
-// they came, whole blocks stand in the file and nothing is left over for the commit.
+// Samples become a row exactly when a block is full. Whatever the sizes of the pieces, the file
+// has whole blocks and nothing is left for the commit.
 TEST(Campaign, CutsSamplesIntoBlocksOf4096) {
   struct Case {
     std::vector<int> pieces;

@@ -25,7 +25,7 @@ SampleRow sample(double t, double value, Channel channel) {
           channel, 0};
 }
 
-// Four channels of one device; the load cell of another, a third of a step later.
+// Four channels of one device, and the load cell of another, a third of a step later.
 std::vector<SampleRow> recorded(double seconds, double force_from = 0.0) {
   std::vector<SampleRow> rows;
   for (int i = 0; i < static_cast<int>(seconds * kRate); ++i) {
@@ -51,7 +51,7 @@ TEST(ChannelColumns, AreOnTheTimesOfTheFirstChannel) {
     ASSERT_NEAR(columns.t[i], static_cast<double>(i) / kRate, 1e-9);
     ASSERT_NEAR(columns.values[0][i], wave(t, 1), 1e-9);
     ASSERT_NEAR(columns.values[1][i], wave(t, 3), 1e-9) << "as it was sampled";
-    // 21 samples a period of the third harmonic: a line between two would be off by 1e-2.
+    // The third harmonic has 21 samples in a period: linear interpolation would be off by 1e-2.
     ASSERT_NEAR(columns.values[2][i], wave(t, 3), 1e-4) << "between samples, " << i;
   }
 }
@@ -70,7 +70,7 @@ TEST(ChannelColumns, SamplesThatComeTwiceOrLateAreLeftOut) {
   EXPECT_EQ(twice.values, once.values);
 }
 
-// A campaign of one run of three cycles and a good second of raw samples.
+// A campaign with one run of three cycles and slightly more than a second of raw samples.
 std::filesystem::path written(const std::filesystem::path& folder, bool all_channels) {
   auto writer = CampaignWriter::create(folder, testing::example_campaign());
   EXPECT_TRUE(writer) << writer.error().what;

@@ -1,4 +1,5 @@
-// A writer is killed at random moments; whatever it had acknowledged must be in the file.
+// A writer is killed at random moments; everything that it had acknowledged must be in the
+// file.
 #include <random>
 #include <signal.h>
 
@@ -19,7 +20,7 @@ using testing::Scratch;
 
 constexpr int kSamplesPerCycle = 40;
 
-// Never returns. Writes the number of each committed cycle to `acknowledge`.
+// Writes the number of each committed cycle to `acknowledge`. Does not return.
 [[noreturn]] void write_until_killed(const std::filesystem::path& directory, int acknowledge) {
   auto writer = CampaignWriter::create(directory, example_campaign());
   if (!writer) ::_exit(2);
@@ -40,8 +41,8 @@ constexpr int kSamplesPerCycle = 40;
   }
 }
 
-// Returns the last acknowledged cycle, or -1.
-// The moment counts from the start, or from the first acknowledgement, however slow the machine is.
+// Returns the last acknowledged cycle, or -1. The time counts from the start, or from the first
+// acknowledgement, so that it does not depend on the speed of the machine.
 int run_and_kill(const std::filesystem::path& directory, int after_us, bool from_first) {
   int ends[2];
   EXPECT_EQ(::pipe(ends), 0);
@@ -76,7 +77,7 @@ TEST(Killed, LosesNothingThatWasAcknowledged) {
     const int last = run_and_kill(scratch.path(), when_us(random), repetition % 3 != 0);
     acknowledged_total += last + 1;
     const auto found = recover(scratch.path(), "2026-03-01T12:01:00.000Z");
-    // Killed before its first commit: nothing may have been acknowledged.
+    // The writer was killed before its first commit: nothing may have been acknowledged.
     if (found.empty() || found[0].campaign.empty()) {
       EXPECT_EQ(last, -1) << (found.empty() ? "" : found[0].what);
       ++empty;
@@ -102,12 +103,12 @@ TEST(Killed, LosesNothingThatWasAcknowledged) {
       ASSERT_EQ((*samples)[i].t_ns, example_sample(static_cast<int>(i)).t_ns);
     }
   }
-  EXPECT_GT(acknowledged_total, 60);  // or the test has shown nothing
+  EXPECT_GT(acknowledged_total, 60);  // otherwise the test shows nothing
   EXPECT_LT(empty, 40);
   RecordProperty("acknowledged_cycles", acknowledged_total);
 }
 
-// In a child, because a limit on the size of files cannot be raised again.
+// In a child process, because a limit on the file size cannot be raised again.
 TEST(FullDisk, IsASentenceAndKeepsWhatWasCommitted) {
   const Scratch scratch;
   const pid_t child = ::fork();

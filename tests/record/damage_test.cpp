@@ -1,4 +1,4 @@
-// Files that are not what they should be: named in a sentence, set aside, never in the way.
+// Damaged files: recovery reports them in a sentence, sets them aside, and continues.
 #include <fstream>
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -17,7 +17,7 @@ using testing::Scratch;
 
 constexpr const char* kNow = "2026-03-01T12:01:00.000Z";
 
-// A campaign of some size, not finished.
+// An unfinished campaign of some size.
 std::filesystem::path write_campaign(const std::filesystem::path& directory) {
   auto writer = CampaignWriter::create(directory, example_campaign());
   for (std::uint64_t i = 0; i < 200; ++i) {
@@ -110,7 +110,7 @@ TEST(Recovery, SetsADamagedFileAsideAndLeavesTheOthersAlone) {
   EXPECT_TRUE(std::filesystem::exists(newer));
   EXPECT_FALSE(std::filesystem::exists(scratch.path() / "began_never.db"));
   EXPECT_EQ(CampaignReader::open(finished)->campaign()->status, "success");
-  // The second start has nothing to say but of the newer one.
+  // The second start reports the newer one only.
   EXPECT_EQ(recover(scratch.path(), kNow).size(), 1U);
 }
 
@@ -125,7 +125,7 @@ TEST(Recovery, OfAnInterruptedCampaignCountsWhatIsThereAndMarksIt) {
   EXPECT_EQ(CampaignReader::open(file)->campaign()->finished_utc, kNow);
 }
 
-// FAULTS: both were removed, or folded in as if they were whole, without a word.
+// Such a log must be reported and kept: neither removed nor checkpointed as if it were whole.
 TEST(Recovery, OfALogThatIsDamagedEarlyOrEmptyRemovesNothing) {
   for (const bool cut : {false, true}) {
     const Scratch scratch, left;
@@ -159,7 +159,7 @@ TEST(Recovery, OfALogThatIsDamagedEarlyOrEmptyRemovesNothing) {
   }
 }
 
-// What a damaged log held is in the file already: nothing of it is lost.
+// The file already contains what the damaged log held: nothing is lost.
 TEST(Recovery, LosesNothingOfADamagedLogThatWasFoldedInBefore) {
   const Scratch scratch, left;
   auto writer = CampaignWriter::create(scratch.path(), example_campaign());
@@ -190,7 +190,7 @@ TEST(Recovery, SetsAnEmptyFileWithAJournalAsideAsUnbegun) {
   EXPECT_THAT(found[0].aside.string(), HasSubstr("a.db.unbegun-"));
 }
 
-// The look is for the start: it changes nothing, however often it is done.
+// The check at the start changes nothing, however often it runs.
 TEST(Recovery, LooksFirstAndChecksLater) {
   const Scratch scratch;
   const auto running = write_campaign(scratch.path());
@@ -256,7 +256,7 @@ struct Unmounted {
   ~Unmounted() { ::umount2(scratch.path().c_str(), MNT_DETACH); }
 };
 
-// A real small disk, where we may mount one.
+// A real small disk, where the test may mount one.
 TEST(FullDisk, OfARealFileSystemIsASentence) {
   const Scratch scratch;
   if (::mount("tmpfs", scratch.path().c_str(), "tmpfs", 0, "size=300k") != 0) {

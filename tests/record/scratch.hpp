@@ -1,4 +1,4 @@
-// A directory of a test's own, removed with it; and a campaign to write into it.
+// A temporary directory for one test, and a campaign to write into it.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@ namespace shaker::record::testing {
 
 class Scratch {
  public:
-  // Where a flush takes no time, if there is such a place: for thousands of them.
+  // In memory if possible, where a flush takes no time, for tests with thousands of flushes.
   struct InMemory {};
   static constexpr InMemory in_memory{};
 
@@ -47,7 +47,7 @@ inline CampaignRow example_campaign() {
           {{protocol::Channel::aux2, {"oil_temperature", "degC"}}}};
 }
 
-// Different in every field, and not a round number.
+// A sample that differs from the others in every field and has no round numbers.
 inline SampleRow example_sample(int i) {
   return {1'000'000'000LL * i + 17, 0.001 * i + 1.0 / 3.0,
           static_cast<protocol::Channel>(i % protocol::kChannelCount),

@@ -1,7 +1,7 @@
-// A recorded log gives, the whole way through driver, engine and estimator on the simulated clock,
-// the stream of documents that stands beside it.
+// Replays a recorded log through driver, engine and estimator on the simulated clock and
+// compares the stream of documents with the golden file.
 //
-// SHAKER_UPDATE_GOLDEN=1 writes the golden files anew instead (README.md).
+// SHAKER_UPDATE_GOLDEN=1 writes new golden files instead (README.md).
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -20,8 +20,8 @@ using Json = nlohmann::json;
 const std::filesystem::path kFolder =
     std::filesystem::path(SHAKER_SOURCE_DIR) / "tests" / "replay" / "documents";
 
-// Kept: what the instruments and the method decide. Left out: what counts the optimiser's steps, or
-// looks at the machine.
+// Kept are the results of instruments and method. Left out are counts of the optimiser's steps
+// and properties of the machine.
 Json body(const protocol::Document& document) {
   Json json = Json::parse(protocol::to_json_text(document));
   for (const char* key : {"iterations", "latency_s", "disk_free_bytes", "loop_late_max_s"})
@@ -46,7 +46,7 @@ std::string without_numbers(const std::string& text) {
   return out;
 }
 
-// Empty when they agree: numbers to `relative` of the golden one, or `absolute`.
+// Empty when they agree: numbers to `relative` of the golden value, or to `absolute`.
 std::string difference(const Json& is, const Json& golden, const std::string& where,
                        double relative, double absolute) {
   if (golden.is_number() && is.is_number()) {
@@ -65,7 +65,7 @@ std::string difference(const Json& is, const Json& golden, const std::string& wh
     return is == golden ? std::string()
                         : fmt::format("{}: {} instead of {}", where, is.dump(), golden.dump());
   }
-  // An estimate is as good as its standard error: a hundredth of that is the same estimate.
+  // Estimates may differ by a hundredth of their standard error.
   double own = absolute;
   if (golden.is_object() && golden.contains("standard_error")) {
     own = std::max(own, 0.01 * golden["standard_error"].get<double>());
@@ -89,7 +89,7 @@ std::string difference(const Json& is, const Json& golden, const std::string& wh
   return {};
 }
 
-// The Modbus log as the campaign database that the daemon would have written.
+// Writes the Modbus log as the campaign database that the daemon would have written.
 void write_database(const std::filesystem::path& target) {
   SimulatedClock clock;
   const auto rig = config::load_rig(kFolder / "rig_modbus.json");

@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 using protocol::Channel;
 using testing::HasSubstr;
 
-// A folder of this test alone, gone afterwards.
+// A folder for this test alone, removed at the end.
 class ReplayDevices : public testing::Test {
  protected:
   ReplayDevices() {

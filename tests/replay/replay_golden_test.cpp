@@ -1,4 +1,4 @@
-// A replayed log gives exactly the stream that tests/replay/golden.py made of it.
+// A replayed log gives exactly the stream that tests/replay/golden.py derived from it.
 #include <array>
 #include <cmath>
 #include <fstream>

@@ -74,7 +74,7 @@ TEST(DiagnosisPage, BeginsWithWhatWasMissing) {
   EXPECT_THAT(page, HasSubstr("at velocity reversal"));
 }
 
-// The cells are of the stroke, whatever is measured: of an imposed motion that is a force.
+// The cells are over the stroke, whatever is measured: with an imposed motion that is a force.
 TEST(DiagnosisPage, MapsTheMissingForceOverTheStroke) {
   Diagnosis d = friction_found();
   for (double& force : d.curves[0].measured)
@@ -83,7 +83,7 @@ TEST(DiagnosisPage, MapsTheMissingForceOverTheStroke) {
   EXPECT_THAT(force_map(d, false), HasSubstr("Missing force over stroke and velocity"));
 }
 
-// Of a load cell, or a motion that is imposed, there is none.
+// A load cell or an imposed motion has no phase plane.
 TEST(DiagnosisPage, DrawsThePhasePlaneWhereAMotionIsPredicted) {
   Diagnosis d = friction_found();
   EXPECT_THAT(diagnosis_page(d), HasSubstr("Run r01: phase plane"));

@@ -81,7 +81,7 @@ TEST(Bars, StandOnZeroOneForEachValue) {
   EXPECT_THAT(svg, HasSubstr("r02, after: -1"));
 }
 
-// The gap's bars: one far below the noise floor is seen, and does not hang over the labels.
+// The bars of the gap: one far below the noise floor is visible and does not cover the labels.
 TEST(Bars, StandOnTheBeginningOfALogarithmicAxis) {
   Bars bars;
   bars.labels = {"r01", "r02"};

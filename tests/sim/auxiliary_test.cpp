@@ -1,4 +1,5 @@
-// The auxiliary quantities against what Newton, the gas law and calculus say of the other channels.
+// Compares the auxiliary quantities with Newton's law, the gas law and derivatives of other
+// channels.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -47,10 +48,11 @@ TEST(Auxiliary, QuantitiesObeyNewtonAndTheGasLaw) {
     const RigSample& s = run.samples[i];
     const double column = 1.0 - run.truth.at("theta3") * s.displacement;
     EXPECT_NEAR(s.auxiliary[0], kMass * run.truth.at("theta2") / column / kPistonArea, 1100.0);
-    // The load cell carries the mass's weight and what accelerates it.
+    // The load cell measures the weight of the mass and the force that accelerates it.
     EXPECT_NEAR(s.auxiliary[1], kMass * (s.auxiliary[2] + run.truth.at("gravity")), 40.0);
     EXPECT_NEAR(s.auxiliary[3], central(run, i, stroke), 6e-3);
-    // Stroke is table less mass: u'' = x - the mass's acceleration.
+    // The stroke is the table's position minus that of the mass: u'' = x - acceleration of the
+    // mass.
     const double bend = (run.samples[i + 10].displacement - 2.0 * s.displacement +
                          run.samples[i - 10].displacement) /
                         1e-4;

@@ -1,5 +1,4 @@
-// The frames that oleosim packs are those that its DBC file describes, read by the daemon's
-// decoder.
+// The frames of oleosim must agree with its DBC file; the daemon's decoder reads them.
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -75,7 +74,8 @@ TEST(CanFrames, SayWhenTheStrokeIsNotANumber) {
   EXPECT_EQ(value(stroke_frame(sample), "STROKE", "error"), 1);
 }
 
-// The bytes by hand: 2.5 Hz = 09C4, 3 m/s^2 = 0BB8, enabled, ramp 0.2 s, heartbeat 0102.
+// The bytes, written by hand: 2.5 Hz = 09C4, 3 m/s^2 = 0BB8, enabled, ramp 0.2 s, heartbeat
+// 0102.
 TEST(CanFrames, SetpointsDriveTheControllerAndStatusReportsIt) {
   VirtualRig rig(RigOptions{}, Nanoseconds(0));
   can_frame setpoint{};

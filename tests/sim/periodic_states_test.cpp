@@ -1,4 +1,4 @@
-// The simulated oleo settles on the periodic solutions that other programs computed.
+// The simulated oleo must settle on the periodic solutions that other programs computed.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -21,7 +21,8 @@ struct Orbit {
   double quarters[4] = {};
 };
 
-// The state at crest of the excitation after many periods, and the extremes of one more period.
+// The state at the crest of the excitation after many periods, and the extremes of one more
+// period.
 Orbit settle(const Plant& plant, double f, double amplitude, int periods) {
   TableMotion table;
   table.go_to(0.0, f, amplitude, 0.0);
@@ -39,8 +40,8 @@ Orbit settle(const Plant& plant, double f, double amplitude, int periods) {
   return orbit;
 }
 
-// The printed states belong to the paper's theta converted exactly, and their extremes to a grid:
-// hence 1e-7 of the velocity and 2e-6 of the extremes.
+// The printed states use the exactly converted theta of the paper, and the extremes are from a
+// grid: hence 1e-7 for the velocity and 2e-6 for the extremes.
 TEST(PeriodicStates, OfTheOleoInSiMatchThePrintedDigits) {
   const auto rows = read_csv(SHAKER_TEST_DATA "/oleo_periodic_si.csv");
   ASSERT_EQ(rows.size(), 4u);

@@ -1,4 +1,4 @@
-// The hidden effects do what their formulas say, seen from outside: energy, friction,
+// Checks the hidden effects against their formulas from outside: energy, friction,
 // thermodynamics.
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ using Given = std::map<std::string, double>;
 
 constexpr double kG = 9.80665, kTheta1 = 16.6667, kTheta2 = 1.524, kTheta3 = 5.31496;
 
-// Acceleration on the left-hand side at (u, v), as the plant has it.
+// The force per unit mass at (u, v), from the plant's acceleration.
 double force(const Given& given, double u, double v) {
   const Plant plant("oleo", given);
   State s = plant.at_rest();
@@ -125,7 +125,8 @@ TEST(Linear, AnswersWithTheTransferFunctionsAmplitudeAndPhase) {
   EXPECT_NEAR(it.state()[1], -omega * u.imag(), 1e-8);
 }
 
-// A block on a spring with dry friction loses 4 f_c / k of its swing each turn, and stops dead.
+// A block on a spring with dry friction loses 4 f_c / k of its swing in each turn and stops
+// suddenly.
 TEST(Friction, TakesAConstantStepFromEachSwingAndThenSticks) {
   const double k = 100.0, friction = 0.5;
   const Plant plant("linear", {{"theta1", 0.0}, {"theta2", k}, {"coulomb_friction", friction}});
@@ -141,7 +142,7 @@ TEST(Friction, TakesAConstantStepFromEachSwingAndThenSticks) {
   it.advance(10.0, still);
   EXPECT_TRUE(it.stuck());
   EXPECT_EQ(it.state()[1], 0.0);
-  EXPECT_NEAR(it.state()[0], 0.004, 1e-9);  // 0.044 after four halves; 0.5 m/s^2 hold 0.4
+  EXPECT_NEAR(it.state()[0], 0.004, 1e-9);  // after four halves; 0.5 m/s^2 hold 0.4 m/s^2
 }
 
 TEST(Friction, HoldsTheDamperUntilTheTableBreaksItAway) {
@@ -153,7 +154,7 @@ TEST(Friction, HoldsTheDamperUntilTheTableBreaksItAway) {
   EXPECT_TRUE(it.stuck());
   EXPECT_EQ(it.state()[0], plant.at_rest()[0]);
 
-  // A ramp of 1 m/s^2 in 10 s (at frequency 0): breaks away at the level of friction.
+  // A ramp of 1 m/s^2 in 5 s (at frequency 0): the block breaks away at the level of friction.
   TableMotion ramp;
   ramp.go_to(0.0, 0.0, 2.0, 10.0);
   Integrator slow(plant, plant.at_rest(), 0.0);
@@ -164,7 +165,7 @@ TEST(Friction, HoldsTheDamperUntilTheTableBreaksItAway) {
   EXPECT_GT(slow.state()[0], plant.at_rest()[0]);
 }
 
-// Work done by the table over one period = heat of orifice and friction.
+// The work of the table over one period equals the heat of orifice and friction.
 TEST(Energy, OfThePeriodBalances) {
   const Given given = {{"coulomb_friction", 0.3}, {"viscous_damping", 0.5}};
   const Plant plant("oleo", given);
@@ -186,7 +187,7 @@ TEST(Energy, OfThePeriodBalances) {
   EXPECT_NEAR(in / out, 1.0, 1e-6);
 }
 
-// The gas between its two limits: slow compression is isothermal, fast one adiabatic.
+// The gas between its two limits: slow compression is isothermal, fast compression adiabatic.
 TEST(GasHeat, TendsToTheIsothermAndToTheAdiabate) {
   const auto temperature_at_end = [](double tau) {
     const Plant plant("oleo", {{"gas_heat_tau", tau}});
@@ -222,12 +223,13 @@ TEST(BoucWen, YieldsAndDissipates) {
     loop += it.state()[2] * it.state()[1] / 2000.0;
     z_max = std::max(z_max, std::abs(it.state()[2]));
   }
-  EXPECT_GT(loop, 0.0);                  // the hysteresis takes energy
+  EXPECT_GT(loop, 0.0);                  // the hysteresis absorbs energy
   EXPECT_LT(z_max, 1.0 / 150.0 + 1e-9);  // ultimate strength (a / (b + c))^(1/n)
   EXPECT_GT(z_max, 0.5 / 150.0);
 }
 
-// Pushed far one way, the Dahl friction is f_c; on the way there f_c (1 - exp(-u / z0)).
+// After a long motion in one direction the Dahl friction is f_c; on the way f_c (1 - exp(-u /
+// z0)).
 TEST(PreslidingFriction, BuildsUpOverItsDistance) {
   const double z0 = 1e-3, level = 0.4;
   const Given given = {{"presliding_friction", level}, {"presliding_distance", z0}};
@@ -235,7 +237,7 @@ TEST(PreslidingFriction, BuildsUpOverItsDistance) {
   State s{};
   s[1] = 1e-6;
   double u = 0.0;
-  for (int i = 0; i < 3000; ++i) {  // a creeping velocity, its memory alone integrated
+  for (int i = 0; i < 3000; ++i) {  // a very slow motion; only the memory state is integrated
     s[2] += plant.rate(s, 1.0, 0.0)[2];
     u += s[1];
   }
@@ -248,7 +250,7 @@ TEST(PreslidingFriction, BuildsUpOverItsDistance) {
   EXPECT_NEAR(friction, level * (1 - std::exp(-u / z0)), 1e-3 * level);
 }
 
-// Stiff oil is no oil spring at all; soft oil lags behind, and the orifice passes v in the mean.
+// Stiff oil acts like no oil spring; soft oil lags, and the orifice passes v on average.
 TEST(OilCompressibility, TendsToTheRigidOrifice) {
   const auto stroke = [](const Given& given) {
     const Plant plant("oleo", given);
@@ -265,7 +267,7 @@ TEST(OilCompressibility, TendsToTheRigidOrifice) {
   EXPECT_GT(std::abs(soft - rigid), 1e-4);
 }
 
-// A linear oscillator on wheels would be the textbook's quarter car; here the oleo's small motion.
+// Checks the equations of the oleo on its tyre at one state.
 TEST(Tyre, IsTheDampersBaseOfSecondOrder) {
   const double k = 2000.0, c = 8.0, m = 0.1;
   const Plant plant("oleo", {{"tyre_stiffness", k}, {"tyre_damping", c}, {"unsprung_mass", m}});
@@ -284,7 +286,7 @@ TEST(Tyre, IsTheDampersBaseOfSecondOrder) {
   EXPECT_NEAR(rate[2], -0.1, 1e-15);
   EXPECT_NEAR(rate[3], sinking, 1e-9);
   EXPECT_NEAR(rate[1], 1.5 - damper + kG - sinking, 1e-9);
-  // The centre of both masses moves as the table and the tyre alone tell it to.
+  // The centre of both masses moves as the table and the tyre alone determine.
   EXPECT_NEAR((rate[1] + rate[3]) + m * rate[3], 1.5 * (1 + m) + kG * (1 + m) - k * s[2] - c * s[3],
               1e-9);
   EXPECT_THROW(Plant("oleo", {{"tyre_stiffness", k}, {"coulomb_friction", 0.2}}),

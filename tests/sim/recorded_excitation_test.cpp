@@ -1,4 +1,5 @@
-// What the record makes of the table's motion; the motion itself is none of its business.
+// The recorded excitation may differ from the motion of the table; the motion itself must not
+// change.
 #include <map>
 #include <numbers>
 #include <string>
@@ -11,7 +12,7 @@
 namespace shaker::sim {
 namespace {
 
-constexpr double kFrequency = 2.0;  // Hz, of 1000 samples a second: a quarter of a period is 125
+constexpr double kFrequency = 2.0;  // Hz; at 1000 samples per second 125 are a quarter period
 
 std::vector<RigSample> recorded(const std::map<std::string, double>& parameters) {
   RigOptions options;

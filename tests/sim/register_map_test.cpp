@@ -9,7 +9,8 @@ namespace {
 using ::testing::ElementsAre;
 using Words = std::vector<std::uint16_t>;
 
-// Words by hand: 2.0f = 4000 0000, 3.0f = 4040 0000, 1.0f = 3F80 0000, 0.5f = 3F00 0000.
+// Words written by hand: 2.0f = 4000 0000, 3.0f = 4040 0000, 1.0f = 3F80 0000, 0.5f = 3F00
+// 0000.
 struct Desk {
   VirtualRig rig{RigOptions{}, Nanoseconds(0)};
   RegisterMap map{rig};

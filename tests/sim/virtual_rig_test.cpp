@@ -1,4 +1,4 @@
-// The virtual rig as its users see it: controller, dead-man, sensor imperfections, faults.
+// The virtual rig from its users' view: controller, dead-man, sensor imperfections, faults.
 #include "sim/virtual_rig.hpp"
 
 #include <cmath>
@@ -100,7 +100,7 @@ TEST(DeadMan, StopsTheTableWhenTheHeartbeatStops) {
     rig.heartbeat(static_cast<std::uint32_t>(i));
   }
   EXPECT_TRUE(rig.status().running);
-  for (int i = 21; i <= 24; ++i) {  // the same count again is no sign of life
+  for (int i = 21; i <= 24; ++i) {  // the same counter again is no sign of life
     run(rig, 0.1 * i);
     rig.heartbeat(20);
   }
@@ -111,7 +111,7 @@ TEST(DeadMan, StopsTheTableWhenTheHeartbeatStops) {
   for (const auto& s : after) {
     EXPECT_EQ(s.excitation != 0.0, s.t < kStart + 2500ms) << seconds(s.t - kStart);
   }
-  EXPECT_FALSE(rig.set_enable(true));  // not by insisting
+  EXPECT_FALSE(rig.set_enable(true));  // enabling again does not help
   rig.set_enable(false);
   EXPECT_EQ(rig.status().fault, 0u);
   EXPECT_TRUE(rig.set_enable(true));
@@ -197,7 +197,7 @@ TEST(Sensors, RunOnTheRigsOwnClock) {
   start(rig, 2.0, 3.0);
   const Samples samples = run(rig, 1000.0);
   EXPECT_EQ(samples.size(), 1000200u);
-  // The excitation runs on that clock too: at sample k its phase is 2 pi f k / rate exactly.
+  // The excitation runs on that clock too: at sample k its phase is exactly 2 pi f k / rate.
   const auto& s = samples[999749];
   EXPECT_NEAR(s.excitation, 3.0 * std::cos(2 * pi * 2.0 * 999.75), 1e-5);
   EXPECT_NEAR(seconds(s.t - kStart), 999.75 / 1.0002, 1e-8);
@@ -252,7 +252,7 @@ TEST(Sensors, GainOffsetDelayAndLagActOnTheStroke) {
   EXPECT_NEAR(scaled[k].displacement, 1.05 * p[k].displacement + 0.01, 1e-12);
   EXPECT_NEAR(delayed[k].displacement, 0.5 * (p[k - 12].displacement + p[k - 13].displacement),
               1e-12);
-  // Behind a first-order low pass the fundamental shrinks by 1/sqrt(1 + (omega tau)^2).
+  // A first-order low pass reduces the fundamental by 1/sqrt(1 + (omega tau)^2).
   const auto fundamental = [](const Samples& s) {
     std::complex<double> sum;
     for (std::size_t i = 50000; i < 60000; ++i)
@@ -260,7 +260,8 @@ TEST(Sensors, GainOffsetDelayAndLagActOnTheStroke) {
     return std::abs(sum);
   };
   EXPECT_NEAR(fundamental(lagged) / fundamental(plain), 1 / std::hypot(1.0, 4 * pi * 0.02), 2e-3);
-  // So does a lag of one sample: straight lines between samples take 1.3e-5 more.
+  // The same holds for a lag of one sample: straight lines between samples would take 1.3e-5
+  // more.
   const double brief = fundamental(stroke({{"sensor_lag", 1e-3}})) / fundamental(plain);
   EXPECT_NEAR(brief, 1 / std::hypot(1.0, 4 * pi * 1e-3), 1e-7);
 }
@@ -282,7 +283,8 @@ TEST(Sensors, BendDriftAndGiveAsTold) {
   EXPECT_NEAR(late[k].excitation, 1.1 * plain[k - 2].excitation, 1e-12);
   EXPECT_EQ(late[k].displacement, u);
 
-  // The fixture gives by force / k_n, the force being what the table's motion leaves over.
+  // The fixture deflects by force / k_n, where the force is the table's minus the inertial
+  // part.
   const Samples soft = record({{"series_stiffness", 1e4}});
   const double acceleration =
       (plain[k + 1].displacement - 2 * u + plain[k - 1].displacement) / 1e-6;
@@ -330,7 +332,7 @@ TEST(Faults, TripStopsAndLatches) {
   EXPECT_EQ(rig.true_excitation(), 0.0);
   EXPECT_FALSE(rig.set_enable(true));
   rig.clear_fault();
-  EXPECT_FALSE(rig.status().running);  // not by itself
+  EXPECT_FALSE(rig.status().running);  // the motion does not restart by itself
   EXPECT_TRUE(rig.set_enable(true));
 }
 

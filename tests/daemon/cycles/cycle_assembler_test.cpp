@@ -92,12 +92,12 @@ TEST_F(CycleAssemblerTest, CleanSamplesGiveTheExactCycleToAFifthOfAMicrometre) {
   ASSERT_GE(e.cycles.size(), 18u);
   EXPECT_EQ(e.rejected, 0);
   EXPECT_LT(e.point_rms, 2e-7);
-  EXPECT_LT(std::abs(e.frequency_ppm), 0.5);  // what the first period's fit at 200 ppm off leaves
+  EXPECT_LT(std::abs(e.frequency_ppm), 0.5);  // error of the first period's fit, 200 ppm off
   EXPECT_LT(e.excitation, 2e-5);
 }
 
-// The case: 200 ppm, 10 % jitter, 1 % losses, the rig's noise. Averaged over 30 cycles the
-// noise alone is 30^-0.5 of a point's; what is above it is the method's own error.
+// 200 ppm, 10 % jitter, 1 % losses, and the noise of the rig. The average over 30 cycles
+// reduces the noise of a point to 30^-0.5 of it; the rest is the error of the method.
 TEST_F(CycleAssemblerTest, WanderingStampsLossesAndNoiseLeaveErrorsFarBelowTheNoise) {
   StreamOptions o{.clock_ppm = 200.0, .phase_turns = 0.2, .jitter = 0.1, .dropout = 0.01};
   auto quiet = assemble(oleo(), o, 34);
@@ -112,7 +112,7 @@ TEST_F(CycleAssemblerTest, WanderingStampsLossesAndNoiseLeaveErrorsFarBelowTheNo
   auto noisy = assemble(oleo(), o, 34);
   EXPECT_LT(std::abs(noisy.frequency_ppm), 5.0);
   EXPECT_LT(noisy.excitation, 3e-3);
-  double amplitude = 0.0;  // its scatter is what excitation_error says: 5e-3 sqrt(2 / 495)
+  double amplitude = 0.0;  // its scatter must be excitation_error: 5e-3 sqrt(2 / 495)
   for (const auto& c : noisy.cycles) {
     amplitude +=
         std::pow(c.measured.amplitude - 3.048, 2) / static_cast<double>(noisy.cycles.size());
@@ -133,7 +133,7 @@ TEST_F(CycleAssemblerTest, ASamplingThatWandersWithTrueStampsIsNotSmoothed) {
   EXPECT_LT(e.scatter, 1e-7);
 }
 
-// Radians of the fundamental of equally spaced points.
+// The phase of the fundamental of equally spaced points, rad.
 double phase_of(const std::vector<double>& points) {
   std::complex<double> c = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -142,8 +142,8 @@ double phase_of(const std::vector<double>& points) {
   return std::arg(c);
 }
 
-// A device's clock that is followed by its answers wanders so when the rig's PC is busy. A line
-// through the phases of 32 cycles comes too late for that, by up to 6e-4 rad.
+// A clock that is tracked through a device's answers drifts like this when the PC of the rig is
+// busy. A line through the phases of 32 cycles follows it too late, by up to 6e-4 rad.
 TEST_F(CycleAssemblerTest, AClockThatWandersLeavesTheStrokeInPhaseWithItsExcitation) {
   const auto e = assemble(oleo(), {.drift_s = 1e-4}, 60);
   ASSERT_GE(e.cycles.size(), 58u);
@@ -171,7 +171,7 @@ TEST_F(CycleAssemblerTest, WithoutAnExcitationChannelTheFrequencyComesFromTheStr
   ASSERT_GE(e.cycles.size(), 30u);
   EXPECT_LT(std::abs(e.frequency_ppm), 1e-2);
   EXPECT_TRUE(e.cycles.back().measured.excitation.empty());
-  // The command's phase is tau = 0 at t = 0; 200 ppm of one period is all that can be off.
+  // The command's phase is tau = 0 at t = 0; the error is at most 200 ppm of one period.
   EXPECT_LT(e.point_rms, 1e-4);
 }
 
@@ -201,7 +201,7 @@ TEST_F(CycleAssemblerTest, ALongGapRejectsItsCycleWithTheReasonAndOnlyThat) {
 }
 
 TEST_F(CycleAssemblerTest, EightChannelsOfTenKilohertzCostLittle) {
-  // Only the two that are used are pushed; the others never come here.
+  // Only the two used channels are pushed; the others never reach the assembler.
   SampleStream stream(
       {.rate_hz = 10'000.0, .jitter = 0.1, .noise_m = 2e-5, .noise_m_s2 = 5e-3},
       [&](double tau) { return oleo().stroke(tau); },

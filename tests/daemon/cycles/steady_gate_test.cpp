@@ -19,7 +19,7 @@ constexpr double kNoise = 7e-6;
 class Cycles {
  public:
   explicit Cycles(unsigned seed) : random_(seed) {}
-  // extra(k, tau) is added to a steady stroke of 20 mm.
+  // extra(k, tau), m, is added to a steady stroke of 20 mm amplitude.
   std::vector<double> next(const std::function<double(int, double)>& extra, double noise = kNoise) {
     std::vector<double> u(kPoints);
     for (std::size_t i = 0; i < kPoints; ++i) {
@@ -182,8 +182,8 @@ TEST(SteadyGate, AGapDoesNotPassASubharmonicAsSteady) {
 }
 
 TEST(CycleNoise, KnowsWhatWandersTogether) {
-  // The amplitudes of the first two harmonics rise and fall together, the second by half as much
-  // and against its own direction.
+  // The amplitudes of the first two harmonics vary together; the second by half as much and in
+  // the opposite direction.
   Cycles cycles(21);
   std::mt19937 random(4);
   std::normal_distribution<double> normal;

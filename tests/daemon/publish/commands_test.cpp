@@ -159,7 +159,7 @@ TEST_F(CommandsTest, StartFromAFileReadsItAndRefusesWhatIsNone) {
               HasSubstr("is a directory"));
   EXPECT_THAT(refused(ask(anna, "campaign.start", {{"file", "/dev/zero"}})).message,
               HasSubstr("not a regular file"));
-  rig.outcome = Error{ErrorKind::refused, "the rig is in MEASURE"};  // then no file is looked at
+  rig.outcome = Error{ErrorKind::refused, "the rig is in MEASURE"};  // then no file is read
   EXPECT_THAT(refused(ask(anna, "campaign.start", {{"file", "/no/such/file"}})).message,
               HasSubstr("MEASURE"));
   rig.outcome = {};

@@ -1,4 +1,4 @@
-// A rig that writes down what it is asked.
+// A rig that records the commands it gets.
 #pragma once
 
 #include <string>

@@ -11,7 +11,7 @@ TEST(Lease, BelongsToOneClientUntilItRunsOut) {
   EXPECT_FALSE(lease.acquire(2, 1s));
   EXPECT_EQ(lease.expire(1999ms), std::nullopt);
   EXPECT_EQ(lease.expire(2s), 1);
-  EXPECT_EQ(lease.expire(3s), std::nullopt);  // said once
+  EXPECT_EQ(lease.expire(3s), std::nullopt);  // reported only once
   EXPECT_TRUE(lease.acquire(2, 3s));
 }
 

@@ -56,7 +56,7 @@ class RecorderTest : public ::testing::Test {
         RecorderOptions{scratch.path(), "rig A"}, clock, [this] { ++woken; },
         [](protocol::HealthDocument& health) { health.log_drops = 77; });
   }
-  // Waits for what was handed over to be through; then gives what came out.
+  // Waits until the recorder has written everything, and returns the published lines.
   std::vector<PublishedLine> settle(Recorder& recorder) {
     for (int i = 0; i < 5000 && !recorder.idle(); ++i)
       clock.sleep_until(clock.now() + 1ms);
@@ -119,7 +119,7 @@ TEST_F(RecorderTest, KeepsACampaignWholeAndInOrder) {
   EXPECT_EQ((*second)[4].quality, 1);
   EXPECT_TRUE((*reader->cycles(0))[0].accepted);
   EXPECT_FALSE((*reader->cycles(1))[0].accepted);
-  // The documents of the campaign, and no others.
+  // Exactly the documents of the campaign.
   EXPECT_THAT(*reader->documents(),
               ElementsAre(all[1].text, all[2].text, all[3].text, all[4].text));
 }
@@ -153,7 +153,7 @@ TEST_F(RecorderTest, PublishesNothingThatIsNotOnDisk) {
     clock.sleep_until(clock.now() + 1ms);
     if (lines.empty()) continue;
     seen += lines.size();
-    // Another process' view of the file, at this very moment.
+    // Another process reads the file at this moment.
     const auto reader = CampaignReader::open(file);
     ASSERT_TRUE(reader) << reader.error().what;
     EXPECT_GE(reader->documents()->size(), seen);
@@ -216,7 +216,7 @@ TEST_F(RecorderTest, OnAFullDiskSaysSoAndWithholdsWhatItCannotKeep) {
   }
   EXPECT_LT(cycles, static_cast<std::size_t>(published));
   EXPECT_GE(reader->documents()->size(), cycles);
-  EXPECT_FALSE(recorder->healthy());  // upon which the engine says so
+  EXPECT_FALSE(recorder->healthy());  // then the engine reports it
   EXPECT_EQ(all.back().type, "state");
   recorder.reset();
 }
@@ -230,7 +230,7 @@ TEST_F(RecorderTest, SendsWhatNeedNotBeKeptPastADiskThatHangs) {
   testing::hang_the_disk(true);
   ASSERT_TRUE(recorder->publish(cycle_document()));
   ASSERT_TRUE(recorder->publish(state("MEASURE", "Behind the disk.")));
-  clock.sleep_until(clock.now() + 100ms);  // in the midst of the call, or in the queue
+  clock.sleep_until(clock.now() + 100ms);  // the state is being written, or in the queue
   ASSERT_TRUE(recorder->publish(state("MEASURE", "In the queue.")));
   const Nanoseconds begin = clock.now();
   while (recorder->healthy() && clock.now() - begin < 10s)
@@ -239,7 +239,7 @@ TEST_F(RecorderTest, SendsWhatNeedNotBeKeptPastADiskThatHangs) {
   EXPECT_FALSE(recorder->healthy());
   EXPECT_THAT(recorder->healthy().error().what, HasSubstr("the disk has not answered for 1.0 s"));
   EXPECT_FALSE(recorder->publish(state("RAMP_DOWN", "The disk hangs.")));
-  EXPECT_FALSE(recorder->publish(cycle_document()));  // could not be kept
+  EXPECT_FALSE(recorder->publish(cycle_document()));  // it cannot be stored
   EXPECT_FALSE(recorder->record_campaign(campaign()));
   auto lines = recorder->take();
   ASSERT_EQ(lines.size(), 3U);
@@ -251,7 +251,7 @@ TEST_F(RecorderTest, SendsWhatNeedNotBeKeptPastADiskThatHangs) {
   EXPECT_GT(lines[2].seq, lines[1].seq);
   testing::hang_the_disk(false);
   settle(*recorder);
-  EXPECT_EQ(all.size(), 1U);  // what the disk gave back too late is in the file at most
+  EXPECT_EQ(all.size(), 1U);  // lines that the disk wrote too late are in the file only
 
   recorder->close_campaign();
   settle(*recorder);

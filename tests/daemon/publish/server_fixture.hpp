@@ -1,4 +1,4 @@
-// A real server on real sockets, its loop turned by the test.
+// A real server on real sockets; the test runs its event loop.
 #pragma once
 
 #include <filesystem>
@@ -17,7 +17,8 @@
 
 namespace shaker::daemon::testing {
 
-// The other end, reading lines. Never blocks for long: the server is on the same thread.
+// A client that reads lines. It never blocks for long, because the server runs on the same
+// thread.
 class TestClient {
  public:
   explicit TestClient(const std::filesystem::path& path)
@@ -35,7 +36,7 @@ class TestClient {
     connect(&address, sizeof address);
   }
   void send(const std::string& bytes) { EXPECT_EQ(send_some(bytes), bytes.size()); }
-  // What the kernel takes; 0 when its buffer is full.
+  // Returns how many bytes the kernel took; 0 when its buffer is full.
   std::size_t send_some(const std::string& bytes) {
     const ssize_t sent = ::send(fd_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     return sent > 0 ? static_cast<std::size_t>(sent) : 0;
@@ -44,7 +45,7 @@ class TestClient {
   void end_sending() { ::shutdown(fd_.get(), SHUT_WR); }
   bool closed() const { return closed_; }
 
-  // What has come, parsed.
+  // The lines that have arrived, parsed.
   std::vector<nlohmann::json> lines() {
     char buffer[65536];
     while (true) {
@@ -95,7 +96,7 @@ class StreamServerTest : public ::testing::Test {
     ASSERT_TRUE(listener) << listener.error().what;
     server->add_listener(std::move(*listener), false);
   }
-  // The port that the kernel chose.
+  // Returns the port that the kernel chose.
   int listen_on_tcp() {
     auto listener = listen_tcp(0);
     if (!listener) {
@@ -106,7 +107,7 @@ class StreamServerTest : public ::testing::Test {
     server->add_listener(std::move(*listener), true);
     return port;
   }
-  // Until nothing is left to do.
+  // Runs the loop until nothing is left to do.
   void turn() {
     while (sd_event_run(loop, 0) > 0) {
     }
@@ -120,7 +121,7 @@ class StreamServerTest : public ::testing::Test {
                                           : "cycle",
                      line.dump()});
   }
-  // Sends, lets the server work, and gives the answers.
+  // Sends, lets the server work, and returns the answers.
   std::vector<nlohmann::json> ask(TestClient& client, const std::string& bytes) {
     client.send(bytes);
     turn();

@@ -26,7 +26,7 @@ void hang_the_disk(bool hang) {
 
 }  // namespace shaker::daemon::testing
 
-// They take the place of the C library's for every library of the program, SQLite among them.
+// These replace the functions of the C library in the whole program, also for SQLite.
 extern "C" int fsync(int fd) {
   wait_for_the_disk();
   return static_cast<int>(::syscall(SYS_fsync, fd));

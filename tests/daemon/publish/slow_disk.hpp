@@ -1,4 +1,4 @@
-// A disk that does not come back: as long as it hangs, fsync and fdatasync of this program wait.
+// A disk that hangs: until it is released, fsync and fdatasync of this program wait.
 #pragma once
 
 namespace shaker::daemon::testing {

@@ -1,4 +1,4 @@
-// However much a client sends, the others get their turn, and memory stays bounded.
+// However much a client sends, the other clients are served, and memory stays bounded.
 #include "tests/daemon/publish/server_fixture.hpp"
 
 namespace shaker::daemon {
@@ -17,7 +17,7 @@ std::string requests(const std::string& method, int count) {
 
 class StreamFairness : public testing::StreamServerTest {
  protected:
-  // One source of the loop has its turn.
+  // Handles one event source of the loop.
   bool one_turn() { return sd_event_run(loop, 0) > 0; }
 };
 
@@ -28,7 +28,7 @@ TEST_F(StreamFairness, AStopWaitsForAFewRequestsOfEachOtherClientAtMost) {
   TestClient stops(socket);
   turn();
   for (auto& client : flood)
-    client->send(requests("ack", 200));  // the rig writes down how many of them there were
+    client->send(requests("ack", 200));  // the rig records how many requests it got
   for (int i = 0; i < 5; ++i)
     ASSERT_TRUE(one_turn());
   stops.send(requests("stop", 1));
@@ -69,9 +69,9 @@ TEST_F(StreamFairness, DoesNotReadFromAClientThatDoesNotReadItsAnswers) {
     pending.erase(0, sent);
     turn();
   }
-  EXPECT_LT(rounds, 1000U);  // its own buffer is full: it waits by itself
+  EXPECT_LT(rounds, 1000U);  // its own buffer is full, so it waits
   EXPECT_EQ(server->client_count(), 1);
-  // As soon as it reads, it is served, and no answer is missing.
+  // When it reads again, it is served and no answer is missing.
   std::size_t answers = 0;
   std::vector<nlohmann::json> lines;
   for (int i = 0; i < 10'000 && answers < whole; ++i) {

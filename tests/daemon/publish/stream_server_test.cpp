@@ -1,4 +1,4 @@
-// A real server on real sockets, its loop turned by the test.
+// A real server on real sockets; the test runs its event loop.
 #include "daemon/publish/stream_server.hpp"
 
 #include <sys/stat.h>
@@ -29,7 +29,7 @@ TEST_F(StreamServerTest, GivesALateJoinerVersionThenSnapshotThenEverything) {
   turn();
   const auto lines = client.lines();
   ASSERT_THAT(types(lines), ElementsAre("version", "state", "estimate", "cycle"));
-  EXPECT_EQ(lines[0]["seq"], 5);  // the next document follows it
+  EXPECT_EQ(lines[0]["seq"], 5);  // the next document has the next number
   EXPECT_EQ(lines[0]["rig"], "rig A");
   EXPECT_EQ(lines[1]["seq"], 4);
   EXPECT_EQ(lines[2]["seq"], 3);
@@ -58,7 +58,7 @@ TEST_F(StreamServerTest, RefusesASocketThatALivingDaemonHasAndReplacesADeadOnes)
   const auto second = listen_unix(socket);
   ASSERT_FALSE(second);
   EXPECT_THAT(second.error().what, HasSubstr("another shakerd answers there"));
-  server.reset();  // leaves the file behind, as a killed daemon does
+  server.reset();  // the socket file stays, as after a killed daemon
   EXPECT_TRUE(std::filesystem::exists(socket));
   EXPECT_TRUE(listen_unix(socket));
 }
@@ -111,7 +111,7 @@ TEST_F(StreamServerTest, TellsASlowClientHowMuchItMissedThenDropsIt) {
     turn();
     quick_lines += quick.lines().size();
   }
-  EXPECT_EQ(quick_lines, seq + 1);  // with the version
+  EXPECT_EQ(quick_lines, seq + 1);  // including the version
   std::vector<json> got;
   for (int i = 0; i < 100 && !slow.closed(); ++i) {
     for (auto& line : slow.lines())

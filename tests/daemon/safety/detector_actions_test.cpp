@@ -1,4 +1,4 @@
-// Every detector with every action that a rig file may choose for it.
+// Tests every detector with every action that a rig file may choose for it.
 #include <tuple>
 
 #include <gtest/gtest.h>
@@ -90,10 +90,10 @@ TEST_P(DetectorAction, DoesWhatTheRigFileSays) {
       EXPECT_TRUE(moves);
       const auto before = bench.outlet.recorded.size();
       bench.run(1.0);
-      EXPECT_EQ(bench.outlet.recorded.size(), before);  // nothing is accepted while it holds
+      EXPECT_EQ(bench.outlet.recorded.size(), before);  // holds: accepts nothing
       cure(bench);
       bench.run(6.0);
-      EXPECT_GT(bench.outlet.recorded.size(), before);  // and it goes on by itself
+      EXPECT_GT(bench.outlet.recorded.size(), before);  // continues by itself
       EXPECT_EQ(bench.exciter.stops, stops);
       break;
     }
@@ -125,7 +125,7 @@ TEST_P(LatchingAction, LatchesUntilItsCauseIsGoneAndTheOperatorSaysSo) {
   ASSERT_TRUE(bench.run_until(State::fault, 5.0));
   bench.run(1.0);
   EXPECT_FALSE(bench.engine.start(bench_campaign()).ok());
-  // What shows only in motion (rate, whole cycles) cannot persist at rest.
+  // What is visible only in motion (rate, whole cycles) cannot persist at rest.
   const bool shows_at_rest =
       detector() == Detector::stroke_limit || detector() == Detector::stale_sensor;
   const auto refused = bench.engine.acknowledge("test");
@@ -138,7 +138,7 @@ TEST_P(LatchingAction, LatchesUntilItsCauseIsGoneAndTheOperatorSaysSo) {
   }
   EXPECT_EQ(bench.engine.state(), State::idle);
   bench.run(3.0);
-  EXPECT_EQ(bench.engine.state(), State::idle);  // nothing resumes by itself
+  EXPECT_EQ(bench.engine.state(), State::idle);  // motion never restarts by itself
   EXPECT_FALSE(bench.exciter.status().running);
 }
 

@@ -1,4 +1,4 @@
-// What the engine finds before it moves the damper: the self check and the gentle start.
+// The checks before motion: the self check and the gentle start.
 #include "daemon/safety/self_check.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using testing::last_stop;
 
 class SelfCheck : public ::testing::Test {
  protected:
-  // The reason why the campaign ended, and nothing was ordered from the exciter.
+  // Returns the reason why the campaign ended. The exciter must have got no order.
   std::string failure(EngineBench& bench, double within_s = 6.0) {
     if (!bench.engine.start(bench_campaign()).ok()) return "refused";
     if (!bench.run_until(State::idle, within_s)) return "not failed";
@@ -68,7 +68,7 @@ TEST_F(SelfCheck, FindsASlowSensor) {
   auto campaign = bench_campaign();
   campaign.runs[0].frequency_hz = 4.0;
   ASSERT_TRUE(bench.engine.start(campaign).ok());
-  bench.silent = true;  // 50 samples/s instead, fed by hand
+  bench.silent = true;  // instead the test feeds 50 samples/s
   for (int i = 0; i < 300 && bench.engine.state() == State::check; ++i) {
     bench.run(0.02);
     const drivers::Sample sample{.t = bench.clock.now(), .value = 0.15 + 1e-5 * (i % 3)};
@@ -183,7 +183,7 @@ TEST_F(SelfCheck, TrustsAProofThatWasKept) {
   EXPECT_EQ(bench.outlet.alarms("deadman_proved"), 0);
 }
 
-// --- what the first gentle motion shows
+// --- the gentle start
 
 class GentleStart : public ::testing::Test {
  protected:

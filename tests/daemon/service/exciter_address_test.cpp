@@ -41,7 +41,7 @@ config::RigConfig rtu(const std::string& device, int unit = 1) {
   return rig;
 }
 
-// Of this PC, besides the loopback's; empty when there is none.
+// An address of this PC other than the loopback's; empty when there is none.
 std::string own_address() {
   std::string found;
   ifaddrs* all = nullptr;

@@ -1,4 +1,5 @@
-// Daemons of several users, as processes of their own where the user matters (then as root only).
+// Daemons of several users. Where the user matters, each is a separate process; this needs
+// root.
 #include "daemon/service/exciter_lock.hpp"
 
 #include <atomic>
@@ -28,7 +29,7 @@ constexpr uid_t kStranger = 65534;
 
 void ignore(const std::string&) {}
 
-// The name as another program would write it.
+// The name of the lock, written by independent code.
 struct RawName {
   sockaddr_un address{};
   socklen_t size;
@@ -44,7 +45,8 @@ struct RawName {
   }
 };
 
-// A process of another user: runs `work`, says when it is ready, and ends with its status.
+// A process of another user: runs `work`, reports when it is ready, and returns its exit
+// status.
 class Stranger {
  public:
   template <class Work>
@@ -77,7 +79,7 @@ class Stranger {
 
 class ExciterLockTest : public ::testing::Test {
  protected:
-  // As /run/shakerd is: everybody may look.
+  // Permissions as of /run/shakerd: everybody may read.
   ExciterLockTest() { std::filesystem::permissions(scratch.path(), std::filesystem::perms(0755)); }
   auto take(const LockPlace& place, ExciterLock::LetGo let_go = ignore) {
     return ExciterLock::take(address, place, std::move(let_go));
@@ -123,7 +125,7 @@ TEST_F(ExciterLockTest, RefusesAPlainDaemonOnTheServicesExciterAlthoughTheNameIs
   ASSERT_TRUE(held) << held.error().what;
   const RawName name(address);
   const UniqueFd look(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  EXPECT_EQ(::connect(look.get(), name.get(), name.size), 0);  // the service has it, too
+  EXPECT_EQ(::connect(look.get(), name.get(), name.size), 0);  // the service has this name, too
   const auto refused = take(plain);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, ErrorKind::refused);
@@ -159,7 +161,7 @@ TEST_F(ExciterLockTest, APlainDaemonLetsGoWhenTheServiceAsksAndTheServiceStartsT
   const LockPlace patient{scratch.path(), true, 20s};
   const auto held = take(patient);
   EXPECT_TRUE(held) << held.error().what;
-  EXPECT_EQ(other.end(0), 0);  // it went by itself
+  EXPECT_EQ(other.end(0), 0);  // it ended by itself
 }
 
 TEST_F(ExciterLockTest, AStrangerWhoHoldsTheNameCannotKeepTheServiceFromStarting) {
@@ -172,7 +174,7 @@ TEST_F(ExciterLockTest, AStrangerWhoHoldsTheNameCannotKeepTheServiceFromStarting
   const auto held = take(service);
   ASSERT_TRUE(held) << held.error().what;
   squatter.end();
-  const auto refused = take(plain);  // now that the name is free: the service is seen all the same
+  const auto refused = take(plain);  // the name is free now, but the service's lock is seen
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().what, HasSubstr("the service"));
 }
@@ -185,13 +187,13 @@ TEST_F(ExciterLockTest, APlainDaemonDoesNotLetGoForAStranger) {
   const RawName name(address);
   Stranger caller([&](const auto& ready) {
     const int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
-    char byte = 0;  // until the other side has looked at us
+    char byte = 0;  // until the other side has checked our credentials
     if (::connect(fd, name.get(), name.size) == 0 && ::read(fd, &byte, 1) == 0 && ready())
       ::pause();
   });
   const UniqueFd service_calls(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   ASSERT_EQ(::connect(service_calls.get(), name.get(), name.size), 0);
-  ASSERT_EQ(::send(service_calls.get(), "g", 1, MSG_NOSIGNAL), 1);  // the service's word
+  ASSERT_EQ(::send(service_calls.get(), "g", 1, MSG_NOSIGNAL), 1);  // the message of the service
   auto answer = asked.get_future();
   ASSERT_EQ(answer.wait_for(20s), std::future_status::ready);
   EXPECT_THAT(answer.get(), HasSubstr(fmt::format("(pid {})", ::getpid())));

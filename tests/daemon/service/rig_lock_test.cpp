@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 class RigLockTest : public ::testing::Test {
  protected:
   RigLockTest() {
-    config::ModbusExciter exciter;  // of an address that no other test has
+    config::ModbusExciter exciter;  // with an address that no other test uses
     exciter.link.transport = config::ModbusTcp{fmt::format("192.0.2.{}", ::getpid() % 250 + 1),
                                                ::getpid() / 250 % 65000 + 1};
     moving.exciter.device = exciter;

@@ -47,7 +47,7 @@ TEST(Supervision, EndsTheMotionWhileAnEstimatorIsStuckAndTheWatchdogStillWaits) 
   ASSERT_TRUE(after(10s + 1ms));
   EXPECT_EQ(after(11s)->code, "estimator_stuck");
   EXPECT_THAT(after(11s)->why, HasSubstr("the cycles are on disk"));
-  // A ramp of up to 25.5 s, and the confirmation of its end.
+  // A ramp takes up to 25.5 s, and the confirmation of its end some more.
   Progress progress = kAllWell;
   progress.estimator_busy = kNow - 10s - 28s;
   EXPECT_EQ(stuck(progress, kNow), "");

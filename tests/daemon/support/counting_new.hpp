@@ -1,5 +1,5 @@
-// How often this program has called operator new. In a file of its own, so that the compiler cannot
-// see through the replacement and warn about it.
+// Counts the calls of operator new in this program. It is a separate file, so that the compiler
+// cannot inline the replacement and warn about it.
 #pragma once
 
 namespace shaker::testing {

@@ -1,5 +1,5 @@
-// An engine on a bench: a rig of a few formulas, an outlet that keeps every document, an estimator
-// that answers when told to, and the simulated clock. Every fault can be set by hand.
+// An engine with test doubles: a rig of a few formulas, an outlet that keeps every document, an
+// estimator that answers on demand, and the simulated clock. A test can set every fault.
 #pragma once
 
 #include <cmath>
@@ -46,7 +46,7 @@ class FakeExciter final : public daemon::ExciterCommands {
     if (alive && !wanted) withheld_ = clock_.now();
     alive = wanted;
   }
-  // Its own dead-man: enabled and without a heartbeat it trips.
+  // The dead-man of the drive: it trips when the drive is enabled and gets no heartbeat.
   void turn() {
     if (!target_.enable || alive || seconds(clock_.now() - withheld_) < deadman_s) return;
     fault = kDeadmanFault;
@@ -87,13 +87,13 @@ class FakeExciter final : public daemon::ExciterCommands {
   bool alive = false;
   bool ready = true, stands = false, deaf_to_orders = false, runs_on = false;
   bool silent = false;          // gives no status
-  bool claims_rest = false;     // whatever it does, its status says that it stands
-  double frequency_part = 1.0;  // of what was asked, in what it does
-  bool admits = false;          // and reports that
-  double moves_part = 1.0;      // of what was asked: 0 is a table that does not move
+  bool claims_rest = false;     // its status always reports rest
+  double frequency_part = 1.0;  // frequency in motion over the one ordered
+  bool admits = false;          // and reports the wrong frequency
+  double moves_part = 1.0;      // motion over the order; 0: the table does not move
   std::uint32_t fault = 0;
   std::optional<double> heartbeat_timeout_s = 0.5;
-  double deadman_s = std::numeric_limits<double>::infinity();  // what it really does
+  double deadman_s = std::numeric_limits<double>::infinity();  // true value of the drive
 
  private:
   static constexpr std::uint32_t kDeadmanFault = 9;
@@ -208,7 +208,7 @@ class EngineBench {
   explicit EngineBench(config::RigConfig rig = bench_rig())
       : exciter(clock), engine(rig, clock, exciter, estimator, outlet) {}
 
-  // Lets simulated time pass; samples at 1 kHz, calls every 5 ms.
+  // Advances simulated time, with samples at 1 kHz and a call every 5 ms.
   void run(double duration) {
     const Nanoseconds end = clock.now() + from_seconds(duration);
     while (clock.now() < end)
@@ -226,7 +226,7 @@ class EngineBench {
     return engine.start(campaign).ok() && run_until(daemon::State::measure);
   }
 
-  // In IDLE after a short campaign: what rest looks like is known.
+  // In IDLE after a short campaign: the engine has measured the stroke at rest.
   bool idle_after_a_campaign() {
     return measuring(bench_campaign(1, 3)) && run_until(daemon::State::idle);
   }
@@ -273,7 +273,7 @@ class EngineBench {
   double mean = 0.15, gain = 0.004, lag_turns = 0.1, noise = 2e-5;
   double polarity = 1.0;
   double subharmonic_m = 0.0, wander_m = 0.0, spike_m = 0.0;
-  double ring_m = 0.0;  // a free oscillation of 2 Hz that dies in 4 s, from when it is set
+  double ring_m = 0.0;  // free oscillation of 2 Hz, decay time 4 s, from when it is set
   bool silent = false, nan = false, frozen = false;
   bool excitation_silent = false;
 
@@ -288,7 +288,7 @@ class EngineBench {
       const double s = seconds(clock.now()) - ringing_;
       u += ring_m * std::exp(-s / 4.0) * std::cos(2.0 * std::numbers::pi * 2.0 * s);
     }
-    if (count_ % 250 == 0) u += spike_m;  // one sample a period at 4 Hz
+    if (count_ % 250 == 0) u += spike_m;  // one sample in each period at 4 Hz
     if (++count_ % 200 == 0) wander_ = wander_m * normal_(random_);
     u += wander_;
     if (!frozen) stuck_ = u;
@@ -312,7 +312,7 @@ class EngineBench {
   long count_ = 0;
 };
 
-// How and why the last run ended.
+// Status and reason of the end of the last run.
 inline std::string last_stop(const EngineBench& bench) {
   const auto stops = bench.outlet.all<protocol::RunStopDocument>();
   return stops.empty() ? "none" : stops.back().status + ": " + stops.back().reason;

@@ -1,5 +1,5 @@
-// The oleo of the reference case, integrated here by Runge-Kutta with 20 000 steps a period until
-// it repeats: what the cycle code must give back, made by other code than the code under test.
+// The oleo of the reference case, integrated by Runge-Kutta with 20 000 steps per period until
+// it repeats. It is an independent reference for the cycle code.
 #pragma once
 
 #include <cmath>
@@ -40,7 +40,7 @@ class ExactOleo {
            at(i + 1) * (-(s + 1) * s * (s - 2) / 2) + at(i + 2) * ((s + 1) * s * (s - 1) / 6);
   }
   double excitation(double tau) const { return a_ * std::cos(2.0 * std::numbers::pi * tau); }
-  double closure() const { return closure_; }  // by how much a period fails to repeat, m
+  double closure() const { return closure_; }  // by how much the last period does not close, m
 
  private:
   static constexpr int kSteps = 20000;

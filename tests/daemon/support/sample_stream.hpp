@@ -1,4 +1,5 @@
-// Samples of a periodic motion as a rig delivers them: its own clock, jitter, losses, noise.
+// Samples of a periodic motion as a rig delivers them: with its own clock, jitter, losses and
+// noise.
 #pragma once
 
 #include <cmath>
@@ -13,11 +14,11 @@ namespace shaker::testing {
 struct StreamOptions {
   double frequency_hz = 2.0;  // commanded, on the rig's clock
   double rate_hz = 1000.0;
-  double clock_ppm = 0.0;     // the rig's clock runs faster by so much
+  double clock_ppm = 0.0;     // the rig's clock is faster by this
   double phase_turns = 0.0;   // of the excitation at t = 0
-  double jitter = 0.0;        // uniform, +- so many samples
-  bool stamps_wander = true;  // the stamp is wrong; else the sampling itself wanders
-  double drift_s = 0.0;       // all stamps go so much to and fro, in six seconds
+  double jitter = 0.0;        // uniform, +- this many samples
+  bool stamps_wander = true;  // only the stamp is wrong; false: the sampling instant is
+  double drift_s = 0.0;       // amplitude of a slow error of all stamps, period 6 s
   double dropout = 0.0;
   double noise_m = 0.0, noise_m_s2 = 0.0;
   unsigned seed = 1;
@@ -35,8 +36,8 @@ class SampleStream {
   double true_frequency() const { return o_.frequency_hz * (1.0 + 1e-6 * o_.clock_ppm); }
   double tau(double t) const { return o_.phase_turns + true_frequency() * t; }
 
-  // Calls take(t, stroke, excitation) for every sample that is not lost, until our clock shows
-  // `end`.
+  // Calls take(t, stroke, excitation) for every sample that is not lost, until the host's clock
+  // shows `end`, s.
   template <class Take>
   void run_to(double end, Take take) {
     const double interval = 1.0 / (o_.rate_hz * (1.0 + 1e-6 * o_.clock_ppm));

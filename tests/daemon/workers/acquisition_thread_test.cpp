@@ -12,7 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::eventually;
 
-// What the test scripts and what it sees; outlives the thread.
+// The script of the test and its observations; it outlives the thread.
 struct Script {
   std::atomic<int> connects{0}, refuse_connects{0}, fail_reads{0}, throwing_reads{0};
   std::atomic<std::int64_t> available{0};  // samples that may be read
@@ -106,7 +106,7 @@ TEST_F(AcquisitionTest, CountsWhatFindsTheRingFullAndNeverWaits) {
   options.ring = 1000;
   auto thread = make(options);
   EXPECT_TRUE(eventually([&] { return script.available == 0; }));
-  // Twice: the first progress is the end of the last read, before its samples are in the ring.
+  // Two steps: the first one is the end of the last read, before its samples are in the ring.
   for (int turn = 0; turn < 2; ++turn) {
     const Nanoseconds then = clock.now();
     EXPECT_TRUE(eventually([&] { return thread->last_progress() > then; }));

@@ -1,5 +1,5 @@
-// The diagnosis in a process of its own: what becomes of one that ends, lies, hangs or is not there.
-// The program is a shell script here.
+// The diagnosis in a separate process: it ends, lies, hangs or does not exist. Here the program
+// is a shell script.
 #include "daemon/workers/diagnosis_thread.hpp"
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class DiagnosisProcess : public ::testing::Test {
     std::ifstream in(folder_ / file);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  // Until it has ended; its result.
+  // Waits until the diagnosis has ended and returns its result.
   protocol::DiagnosisResultDocument result_of(DiagnosisThread& thread) {
     EXPECT_TRUE(eventually([&] { return !thread.busy(); }));
     documents_ = thread.take();
@@ -122,7 +122,7 @@ TEST_F(DiagnosisProcess, ThatHangsIsKilledByACancel) {
   const auto result = result_of(thread);
   EXPECT_EQ(result.status, "cancelled");
   EXPECT_EQ(result.reason, "Cancelled by anna.");
-  EXPECT_EQ(::kill(process, 0), -1);  // gone, and waited for
+  EXPECT_EQ(::kill(process, 0), -1);  // ended, and waited for
 }
 
 TEST_F(DiagnosisProcess, ThatSaysNothingForTooLongIsEnded) {
@@ -138,12 +138,12 @@ exec sleep 600)"),
   const auto result = result_of(thread);
   EXPECT_EQ(result.status, "failed");
   EXPECT_THAT(result.reason, HasSubstr("said nothing for 0.7 s"));
-  EXPECT_EQ(documents_.size(), 4U);  // it was heard while it spoke
+  EXPECT_EQ(documents_.size(), 4U);  // its documents came through while it wrote
   EXPECT_EQ(::kill(std::stoi(text("pid")), 0), -1);
 }
 
-// A descriptor of the daemon (a socket, a lock) that lacks O_CLOEXEC stays the daemon's, and a signal
-// that the daemon blocks is not blocked.
+// A descriptor of the daemon (a socket, a lock) without O_CLOEXEC must not reach the process,
+// and a signal that the daemon blocks must not stay blocked there.
 TEST_F(DiagnosisProcess, InheritsNoDescriptorAndNoBlockedSignal) {
   const int leaky = ::open("/dev/null", O_RDONLY);
   ASSERT_EQ(::fcntl(leaky, F_DUPFD, 200), 200);

@@ -76,7 +76,7 @@ TEST_F(EstimatorThreadTest, IsBusyFromWhenItIsGivenACycle) {
   thread.begin(oscillator(), {});
   const Nanoseconds before = clock.now();
   thread.add(cycle(0), {});
-  // A thread that never takes it up must be seen too.
+  // A thread that never starts to work on the cycle must be visible too.
   const auto since = thread.busy_since();
   EXPECT_GE(since.value_or(before), before);
   EXPECT_TRUE(since || !thread.take().empty());

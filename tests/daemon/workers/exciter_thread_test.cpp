@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 using testing::eventually;
 
-// The device, as the test sees it; outlives the thread.
+// The device from the test's view; it outlives the thread.
 struct Device {
   std::mutex mutex;
   std::vector<std::string> calls;  // without reads and heartbeats
@@ -112,7 +112,7 @@ TEST_F(ExciterTest, LetsAStopOvertakeWhatIsQueued) {
   thread->stop();
   device.hold_writes = false;
   EXPECT_TRUE(eventually([&] { return device.seen().size() >= 4; }));
-  std::this_thread::sleep_for(30ms);  // time enough to write the overtaken setpoint, if it would
+  std::this_thread::sleep_for(30ms);  // time to write the obsolete setpoint, if it did that
   EXPECT_THAT(device.seen(), ElementsAre("connect", "stop", "write 1", "stop"));
   thread->set(setpoint(3));
   EXPECT_TRUE(eventually([&] { return device.seen().size() == 5; }));
@@ -153,7 +153,7 @@ TEST_F(ExciterTest, KeepsTheDeadManAliveOnlyWhileAsked) {
   thread->keep_alive(true);
   EXPECT_TRUE(eventually([&] { return beats() >= 3; }));
   thread->keep_alive(false);
-  const Nanoseconds then = clock.now();  // one may be under way until the thread's turn is over
+  const Nanoseconds then = clock.now();  // one may be under way until the turn ends
   EXPECT_TRUE(eventually([&] { return thread->last_progress() > then; }));
   const int last = beats();
   std::this_thread::sleep_for(30ms);
@@ -209,7 +209,7 @@ TEST_F(ExciterTest, StopsTheExciterWhenItEnds) {
   EXPECT_EQ(device.seen().back(), "stop");
 }
 
-// The heartbeat stands for those who watch.
+// The heartbeat depends on the supervised threads.
 class ExciterWatchTest : public ExciterTest {
  protected:
   std::unique_ptr<ExciterThread> beating() {
@@ -260,7 +260,7 @@ TEST_F(ExciterWatchTest, StopsTheExciterWhenItsOwnThreadIsInterrupted) {
   }));
   EXPECT_THAT(why, ::testing::HasSubstr("want of memory"));
   EXPECT_TRUE(eventually([&] { return device.seen().back() == "stop"; }));
-  thread->set(setpoint(2));  // barred: the engine has not taken back its wish
+  thread->set(setpoint(2));  // barred: the engine has not withdrawn the heartbeat
   std::this_thread::sleep_for(50ms);
   EXPECT_EQ(device.seen().back(), "stop");
   advance();
@@ -276,7 +276,8 @@ TEST_F(ExciterWatchTest, StopsTheExciterWhenSomethingStandsStill) {
   EXPECT_THAT(why, ::testing::HasSubstr("the engine has not advanced for"));
   EXPECT_TRUE(eventually([&] { return device.seen().back() == "stop"; }));
   const int before = beats();
-  // What stood still goes on, and knows nothing yet: no motion comes back by itself.
+  // The stuck thread continues and knows nothing of this yet: motion must not restart by
+  // itself.
   advance();
   thread->set(setpoint(2));
   thread->keep_alive(true);
@@ -284,7 +285,7 @@ TEST_F(ExciterWatchTest, StopsTheExciterWhenSomethingStandsStill) {
   EXPECT_EQ(device.seen().back(), "stop");
   EXPECT_EQ(beats(), before);
   thread->stop();
-  thread->keep_alive(false);  // now it knows
+  thread->keep_alive(false);  // the engine has noticed it
   thread->set(setpoint(3));
   EXPECT_TRUE(eventually([&] { return device.seen().back() == "write 3"; }));
 }
@@ -300,8 +301,8 @@ TEST_F(ExciterWatchTest, AnEmergencyStopNeedsNobodyElse) {
   EXPECT_EQ(device.seen().back(), "stop");
 }
 
-// A refused stop is repeated, and the exciter's status is read all the same: somebody must learn
-// that it still runs.
+// A refused stop is repeated. The exciter's status is still read, because the engine must learn
+// that the exciter runs.
 TEST_F(ExciterTest, ReadsTheStatusWhileAStopIsRefused) {
   auto thread = make();
   EXPECT_TRUE(eventually([&] { return thread->connected(); }));
@@ -321,7 +322,7 @@ TEST_F(ExciterTest, ReadsTheStatusWhileAStopIsRefused) {
   device.refuse_stops = 0;
 }
 
-// The first stop of a process is repeated until it is taken.
+// The first stop of a process is repeated until the device accepts it.
 TEST_F(ExciterTest, MakesSafeUntilTheDeviceHasTakenIt) {
   device.refuse_stops = 3;
   auto thread = make();

@@ -1,4 +1,4 @@
-// Campaigns from the virtual rig, which shares nothing with the estimator.
+// Campaigns from the virtual rig, which shares no code with the estimator.
 #pragma once
 
 #include <map>

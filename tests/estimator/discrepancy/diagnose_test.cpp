@@ -32,7 +32,7 @@ TEST(Diagnose, NamesNothingWhereNothingIsMissing) {
   int alarms = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed)
     alarms += diagnosed({}, seed, loose).verdict == Verdict::adequate ? 0 : 1;
-  // At 10 % of 10: more than 4 have a probability of 0.2 %.
+  // 10 campaigns at a rate of 10 %: more than 4 alarms have a probability of 0.2 %.
   EXPECT_LE(alarms, 4);
   const Diagnosis quiet = diagnosed({});
   EXPECT_EQ(quiet.verdict, Verdict::adequate);
@@ -40,7 +40,7 @@ TEST(Diagnose, NamesNothingWhereNothingIsMissing) {
   EXPECT_LT(quiet.gap.before, 1.2 * quiet.gap.noise_floor);
 }
 
-// An oleo whose friction is turned round over a width, f_c tanh(v / e), by Runge and Kutta's steps.
+// An oleo with friction of a smoothing width, f_c tanh(v / e), integrated by Runge-Kutta.
 Campaign with_gentle_friction(double f_c, double e) {
   const std::vector<double>& theta = estimator::testing::kOleoSi;
   std::mt19937_64 source(3);
@@ -78,7 +78,7 @@ Campaign with_gentle_friction(double f_c, double e) {
   return campaign;
 }
 
-// As gentle as the catalogue states it: a jump would leave more than noise.
+// Friction with the smoothing width of the catalogue: a jump would leave more than noise.
 TEST(Diagnose, NamesFrictionThatTurnsRoundAsTheCatalogueSays) {
   const auto found = diagnose(with_gentle_friction(0.2, 5e-3), estimator::testing::oleo());
   ASSERT_TRUE(found) << found.error().what;
@@ -95,10 +95,11 @@ double width_of(const config::EffectSpec& line) {
   return stated == line.constants.end() ? 0.0 : stated->second;
 }
 
-// Nor as the catalogue states it, nor at once: the width is found with the friction.
+// The smoothing width is neither the catalogue's nor zero: it is found together with the
+// friction.
 TEST(Diagnose, FindsTheWidthOverWhichFrictionTurnsRound) {
   for (const double e : {1e-3, 2e-3, 3e-3, 7e-3, 10e-3}) {
-    if (kSanitized && e != 3e-3) continue;  // they differ in nothing that a sanitizer sees
+    if (kSanitized && e != 3e-3) continue;  // no difference for a sanitizer
     SCOPED_TRACE(e);
     const auto found = diagnose(with_gentle_friction(0.2, e), estimator::testing::oleo());
     ASSERT_TRUE(found) << found.error().what;
@@ -116,7 +117,7 @@ TEST(Diagnose, FindsTheWidthOverWhichFrictionTurnsRound) {
   }
 }
 
-// The model's file has the friction, with the width of the data or with none.
+// The model file contains the friction, with the smoothing width of the data or without one.
 TEST(Diagnose, NamesNothingWhereTheModelHoldsTheFrictionAndItsWidth) {
   const Campaign campaign = with_gentle_friction(0.2, 2e-3);
   auto model = estimator::testing::oleo();
@@ -133,7 +134,8 @@ TEST(Diagnose, NamesNothingWhereTheModelHoldsTheFrictionAndItsWidth) {
   }
 }
 
-// A width in the model's file that is off is mended and said, and no other effect is named for it.
+// A wrong smoothing width in the model file is corrected and reported, and no other effect is
+// named for it.
 TEST(Diagnose, MendsAWidthThatTheModelStatesWrongly) {
   const Campaign campaign = with_gentle_friction(0.2, 2e-3);
   auto model = estimator::testing::oleo();
@@ -160,7 +162,8 @@ TEST(Diagnose, WarnsOfAUnitThatTheCatalogueDoesNotCountIn) {
   EXPECT_THAT(said.warnings, ::testing::ElementsAre(::testing::HasSubstr("counts in mm")));
 }
 
-// The model that comes out says that its friction turns round at once, and is taken at its word.
+// The improved model states a friction of zero smoothing width, and a second diagnosis keeps
+// it.
 TEST(Diagnose, WritesFrictionThatTurnsRoundAtOnceAsSuch) {
   const auto campaign = testing::recorded({{"coulomb_friction", 0.2}}, testing::kSixRuns, 5);
   const auto found = diagnose(campaign, estimator::testing::oleo());
@@ -175,8 +178,8 @@ TEST(Diagnose, WritesFrictionThatTurnsRoundAtOnceAsSuch) {
   EXPECT_EQ(width_of(again->improved.effects.back()), width);
 }
 
-// From start values that are far off the fit of the response may end with the spring at its bound,
-// or nowhere; the forces along the measured motion tell where to begin.
+// From distant start values the fit of the response may end with the spring at its bound, or
+// fail. The forces along the measured motion give a better start.
 TEST(Diagnose, NamesNothingWhereOnlyTheStartValuesAreOff) {
   for (const double damping : {0.4, 1.6, 6.0}) {
     const Campaign campaign = testing::recorded({{"theta1", damping}, {"theta2", 80.0}},
@@ -193,7 +196,7 @@ TEST(Diagnose, NamesNothingWhereOnlyTheStartValuesAreOff) {
   }
 }
 
-// Dry friction is a jump, which the model's file rounds: that is no missing effect.
+// Dry friction is a jump, which the model file smooths: no effect is missing.
 TEST(Diagnose, NamesNothingWhereTheModelHoldsTheFriction) {
   auto model = estimator::testing::oleo();
   model.effects.push_back(estimator::testing::effect("coulomb_friction"));
@@ -235,8 +238,8 @@ TEST(Diagnose, TellsDryFrictionFromWhatLooksLikeIt) {
   EXPECT_NEAR(d.effects[0].parameters[0].value, 0.05, 5e-4);
 }
 
-// The base parameters imitate it but for a little, with either sign: a fit that ends on the wrong
-// side leaves a cubic spring to be named beside it.
+// The base parameters imitate most of this effect, with either sign. A fit that ends with the
+// wrong sign leaves a residual that a cubic spring would explain.
 TEST(Diagnose, NamesARealGasOnTheRightSideOfAnIdealOne) {
   const auto d = diagnose(testing::recorded({{"gas_virial", 0.02}},
                                             {{2.0, 3.0}, {3.0, 6.0}, {4.5, 6.0}, {6.0, 12.0}}, 5),
@@ -249,7 +252,7 @@ TEST(Diagnose, NamesARealGasOnTheRightSideOfAnIdealOne) {
   EXPECT_NEAR(d->effects[0].parameters[0].value, 0.02, 0.001);
 }
 
-// The search adds a static peak to the valve and never asks whether dry friction would do.
+// The search adds a static peak to the valve and does not try dry friction instead.
 TEST(Diagnose, NamesTheSimplerOfTwoThatDoTheSame) {
   const auto d =
       diagnose(testing::recorded({{"coulomb_friction", 0.2}, {"rebound_factor", 1.5}},
@@ -282,7 +285,7 @@ TEST(Diagnose, WritesAModelThatHoldsWhatItNamed) {
   EXPECT_EQ(improved.parameter_count(), 5);
   const auto start = improved.start();
   EXPECT_NEAR(start[4], 0.005, 5e-5);
-  // The base parameters were bent by what was missing, and are straight again.
+  // The missing effect changed the base parameters; with it they are right again.
   EXPECT_NEAR(start[0], 16.6667, 0.02);
   EXPECT_GT(std::fabs(d.parameters_before[0].value - 16.6667), 0.1);
 }
@@ -303,7 +306,7 @@ bool holds(const NamedEffect& set, const std::string& effect) {
   return set.name == effect || std::find(others.begin(), others.end(), effect) != others.end();
 }
 
-// The run that it asks for is made, and then the rivals are fewer.
+// The discriminating run is made, and then the indistinguishable set is smaller.
 TEST(Diagnose, AsksForTheRunThatTellsRivalsApart) {
   const std::map<std::string, double> truth = {{"coulomb_friction", 0.0006}};
   std::vector<testing::Setting> settings = {{2.0, 3.0}, {2.0, 2.0}};
@@ -323,7 +326,7 @@ TEST(Diagnose, AsksForTheRunThatTellsRivalsApart) {
   EXPECT_LT(more->effects[0].confusable_with.size(), unsure.confusable_with.size());
 }
 
-// Lengths that the sensor reads too long look like inertia that is too small in every run.
+// A sensor that reads lengths too large looks like an inertia that is too small in every run.
 TEST(Diagnose, AsksForAnAccelerometerWhereNoRunTells) {
   const Diagnosis d = diagnosed({{"sensor_gain", 0.95}});
   ASSERT_FALSE(d.effects.empty());
@@ -347,7 +350,7 @@ TEST(Diagnose, SaysWhatOneRunCannotTell) {
   EXPECT_THAT(d->warnings, ::testing::Contains(::testing::HasSubstr("one run only")));
 }
 
-// Any model passes there.
+// The noise is so large that any model passes.
 TEST(Diagnose, SaysNothingOfMotionsThatTheNoiseHides) {
   Campaign campaign = testing::recorded({}, {{2.0, 3.0}, {3.0, 6.0}}, 3);
   std::mt19937_64 source(8);
@@ -390,7 +393,7 @@ TEST(Diagnose, RefusesAnEmptyCampaignAndASenselessRate) {
   EXPECT_FALSE(diagnose(testing::recorded({}, {{2.0, 3.0}}, 3), estimator::testing::oleo(), idle));
 }
 
-// Three effects at once, of which a short search finds what explains most.
+// Three effects at once; a short search finds the one that explains most.
 TEST(Diagnose, EndsWhereItsEffortDoesAndSaysSo) {
   const std::map<std::string, double> truth = {
       {"coulomb_friction", 0.2}, {"rebound_factor", 1.5}, {"sensor_delay", 4e-3}};

@@ -1,5 +1,5 @@
-// Records that are not periodic, from the simulator's plants and integrator, which share nothing
-// with the estimator.
+// Records that are not periodic, from the simulator's plants and integrator, which share no
+// code with the estimator.
 #pragma once
 
 #include <cmath>
@@ -37,7 +37,7 @@ inline Recording record_of(const sim::Plant& plant, const sim::State& start,
   return r;
 }
 
-// A mass that falls onto its gear: the stroke begins at nothing with the sink speed.
+// A mass that falls onto its gear: the stroke starts at zero with the sink speed.
 inline Recording drop(const Truth& truth, double sink_speed, std::uint64_t seed,
                       double noise = 2e-5) {
   const sim::Plant plant("oleo", truth);

@@ -49,7 +49,7 @@ TEST(RunDatum, ChannelsOfARunAreOfOneResponse) {
   load.quantity = Quantity::damper_force;
   load.motion = displacement.response;
   load.response = Eigen::Vector3d(9.0, 8.0, 7.0);
-  RunDatum repeated = displacement;  // driven alike, answered otherwise
+  RunDatum repeated = displacement;  // the same drive, another response
   repeated.response[1] += 0.1;
   RunDatum held_out = load;
   held_out.role = Role::held_out;

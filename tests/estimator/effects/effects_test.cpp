@@ -1,5 +1,6 @@
-// Every effect's equations and partial derivatives against complex steps through an independent
-// formula: the tests walk the catalogue, and fail for an effect without a formula.
+// Compares the equations and partial derivatives of every effect with complex steps through an
+// independent formula. The tests go through the catalogue and fail for an effect without a
+// formula.
 #include <cmath>
 #include <map>
 #include <random>
@@ -17,11 +18,11 @@ namespace {
 
 using testing::C;
 using testing::Formula;
-constexpr int kOddPoints = 37;  // no multiple of a lane
+constexpr int kOddPoints = 37;  // not a multiple of the number of lanes
 constexpr int kRoom = 40;
 constexpr double kStep = 1e-30;
 
-// Arrays cut from one store, and pointers to them.
+// Arrays in one allocation, and pointers to them.
 struct Arrays {
   explicit Arrays(std::size_t count, double value = 0.0) : store(count * kRoom, value) {
     for (std::size_t k = 0; k < count; ++k)
@@ -33,7 +34,7 @@ struct Arrays {
 
 class EveryEffect : public ::testing::TestWithParam<const Effect*> {};
 
-// Which variable of a formula is stepped: u, v, a, x, then w, w', w'' of each internal coordinate,
+// Changes one variable of a formula: u, v, a, x, then w, w', w'' of each internal coordinate,
 // then the parameters.
 void step(testing::Seen& seen, std::size_t which, double by) {
   const std::size_t k = seen.w.size();
@@ -90,7 +91,8 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
   points.w_dot = in.at.data() + 7 + k;
   points.w_ddot = in.at.data() + 7 + 2 * k;
 
-  // Outputs of the force: f, f_u, f_v, f_a (added to), f_x, f_w.., f_theta; the same for each row.
+  // Outputs of the force: f, f_u, f_v, f_a (summed), f_x, f_w.., f_theta; the same for each
+  // row.
   const std::size_t width = 5 + 3 * k + p;
   std::vector<Arrays> out;
   for (std::size_t r = 0; r < 1 + k; ++r)

@@ -226,7 +226,7 @@ const std::map<std::string, Sensing>& sensings() {
         {0.15}}},
       {"sensor_quantisation",
        {[](const SeenSignal& s) {
-          // The Fourier series of the saw tooth, each term smaller by r.
+          // The Fourier series of the saw tooth; each term is smaller by the factor r.
           C sum = 0.0;
           double factor = 1.0;
           for (int k = 1; k < 200; ++k) {

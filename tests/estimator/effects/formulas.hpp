@@ -1,5 +1,5 @@
-// Every effect of the catalogue written down once more, from the catalogue's table and not from the
-// code, in complex arithmetic: complex steps through these prove the partial derivatives.
+// An independent implementation of every effect, from the table of the catalogue and not from
+// its code, in complex arithmetic: complex steps through it check the partial derivatives.
 #pragma once
 
 #include <complex>
@@ -12,7 +12,7 @@ namespace shaker::estimator::testing {
 
 using C = std::complex<double>;
 
-// What a formula may see; `t` holds own and borrowed parameters, `c` the constants.
+// The variables of a formula; `t` has the own and the borrowed parameters, `c` the constants.
 struct Seen {
   C u, v, a, x;
   std::vector<C> w, w_dot, w_ddot;
@@ -25,7 +25,7 @@ struct Seen {
 
 struct Formula {
   std::function<std::vector<C>(const Seen&)> equations;  // force, then a row per internal state
-  std::vector<double> theta, constants;                  // theta with the borrowed ones
+  std::vector<double> theta, constants;                  // theta includes borrowed ones
 };
 const std::map<std::string, Formula>& formulas();
 

@@ -1,5 +1,5 @@
-// Whole models with internal states, borrowed parameters, exciter and instrument effects: what they
-// predict for a channel moves with every parameter as their rows say.
+// Whole models with internal states, borrowed parameters, exciter and instrument effects: the
+// rows of the Jacobian must equal the derivatives of the predictions.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +16,7 @@ namespace {
 constexpr Quantity kAll[] = {Quantity::displacement, Quantity::velocity, Quantity::acceleration,
                              Quantity::absolute_acceleration, Quantity::damper_force};
 
-// The paper's oleo, its own parameters at their true values, and further effects.
+// The paper's oleo with its parameters at their true values, and further effects.
 config::ModelSpec oleo_with(const std::vector<config::EffectSpec>& further) {
   auto spec = testing::oleo();
   spec.effects[0].parameters["theta1"].start = testing::kOleoSi[0];
@@ -34,7 +34,7 @@ config::EffectSpec with(const std::string& name, const std::map<std::string, dou
   return spec;
 }
 
-// Every channel's rows against differences (of fourth order) of solved predictions.
+// Compares the rows of every channel with fourth-order differences of solved predictions.
 void expect_exact_rows(const config::ModelSpec& spec, double tolerance = 1e-6) {
   const Model model(spec);
   PeriodicSystem system(model, {Scheme::order6, 96, false});
@@ -100,7 +100,7 @@ TEST(Observation, OfEveryEffectAddedToTheOleoHasExactRows) {
     auto spec = oleo_with({});
     const bool there = std::any_of(spec.effects.begin(), spec.effects.end(),
                                    [&](const auto& e) { return e.effect == name; });
-    // The quantiser's prediction is no smooth function of its step: see effects_test.
+    // The prediction of the quantiser is not a smooth function of its step: see effects_test.
     if (there || name == "sensor_quantisation") continue;
     spec.effects.push_back(testing::effect(name));
     SCOPED_TRACE(name);
@@ -108,7 +108,7 @@ TEST(Observation, OfEveryEffectAddedToTheOleoHasExactRows) {
   }
 }
 
-// The catalogue's tyre against the same system written out with coordinates.
+// Compares the catalogue's tyre with the same system in two coordinates.
 TEST(Observation, OfTheTyreIsThatOfTwoCoordinates) {
   auto two = testing::oleo_on_tyre(0.15);
   two.effects[3].parameters["k"].start = 900.0;
@@ -130,7 +130,7 @@ TEST(Observation, OfTheTyreIsThatOfTwoCoordinates) {
 }
 
 TEST(Observation, OfTheOleoOnATyreHasExactRows) {
-  expect_exact_rows(testing::oleo_on_tyre(0.15), 1e-5);  // a soft tyre: rounding in the differences
+  expect_exact_rows(testing::oleo_on_tyre(0.15), 1e-5);  // soft tyre: rounding in the differences
 }
 
 TEST(Observation, ShowsAGainAndADelayOfTheDisplacement) {
@@ -147,7 +147,8 @@ TEST(Observation, ShowsAGainAndADelayOfTheDisplacement) {
     EXPECT_NEAR(b.observed(i), 1.05 * a.observed((i + 126) % 128), 1e-9);
 }
 
-// The late record of a distorted excitation, and its delay: the motion that the true one makes.
+// The record of a distorted excitation is late by a delay: the effect must restore the true
+// motion.
 TEST(Observation, UndoesTheDelayOfARecordedExcitation) {
   constexpr int kPoints = 128;
   constexpr double kFrequency = 2.0, kLate = 0.006;
@@ -176,7 +177,7 @@ TEST(Observation, UndoesTheDelayOfARecordedExcitation) {
   }
 }
 
-// Newton's law, by another way than the channel's: what carries the mass is what accelerates it.
+// Newton's law, calculated independently: the load on the mass is what accelerates it.
 TEST(Observation, OfTheLoadIsTheMassTimesItsAccelerationAndWeight) {
   for (const auto& spec :
        {oleo_with({with("presliding_friction", {})}), testing::oleo_on_tyre(0.15),

@@ -34,7 +34,7 @@ const std::string kOleo = R"j(
    "parameters": {"theta2": {"start": 1.524}, "theta3": {"start": 5.31496}, "theta4": {"start": 1.1}}},
   {"effect": "gravity"})j";
 
-// Both models' periodic solutions and sensitivities are the same.
+// Expects equal periodic solutions and sensitivities of both models.
 void expect_same(const std::string& one, const std::string& other) {
   const Model a(parsed(one)), b(parsed(other));
   ASSERT_EQ(a.parameter_count(), b.parameter_count());

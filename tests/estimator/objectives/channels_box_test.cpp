@@ -1,6 +1,7 @@
-// Fits of several channels whose optimum stands on bounds, where mass and spring look alike: what
-// is called converged is as likely as what any other start in the same box ends at, or a maximum of
-// its own: a joint likelihood may have two where the box keeps the truth out.
+// Fits of several channels with the optimum on bounds, where mass and spring are nearly
+// indistinguishable. A converged fit is as likely as the result of any other start in the same
+// box, or it is a local maximum: a joint likelihood may have two when the box excludes the
+// truth.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -17,7 +18,7 @@ namespace {
 constexpr Quantity kChannels[] = {Quantity::displacement, Quantity::absolute_acceleration};
 const std::vector<double> kTruth = {3.0, 60.0, 0.3};  // c, k, m_a
 
-// (6.2) with its mass free: at one frequency k and m_a are one and the same.
+// (6.2) with a free mass: at one frequency k and m_a cannot be distinguished.
 config::ModelSpec with_free_mass() {
   auto spec = testing::linear_oscillator();
   spec.effects.push_back(testing::effect("added_mass"));
@@ -26,7 +27,8 @@ config::ModelSpec with_free_mass() {
 
 class Boxes {
  public:
-  // Beside the truth, inside it and around it, from narrow to wide, a quarter of the sides open.
+  // A box beside the truth, inside it or around it, from narrow to wide; a quarter of the sides
+  // is open.
   config::ModelSpec next() {
     auto spec = with_free_mass();
     for (std::size_t k = 0; k < kTruth.size(); ++k) {
@@ -76,10 +78,10 @@ class Boxes {
   std::normal_distribution<double> normal_;
 };
 
-// How much likelier a small step from `end` towards `better` is, in logarithms. The box is convex.
+// The gain in log likelihood of a small step from `end` towards `better`. The box is convex.
 double gain_towards(const ChannelFit& end, const ChannelFit& better, const Model& model,
                     const std::vector<ChannelRun>& runs, ChannelOptions options) {
-  options.max_iterations = 0;  // only the likelihood there
+  options.max_iterations = 0;  // evaluates only the likelihood
   double most = -1e300;
   for (const double share : {1e-4, 1e-3, 1e-2}) {
     std::vector<double> theta = end.fit.theta;
@@ -91,7 +93,7 @@ double gain_towards(const ChannelFit& end, const ChannelFit& better, const Model
   return most;
 }
 
-// Fits from four starts in each of so many boxes. Returns how many converged.
+// Fits from four starts in each of `boxes` boxes. Returns the number of converged fits.
 int fit_in_boxes(const ChannelOptions& options, int boxes) {
   constexpr int kStarts = 4;
   constexpr double kSame = 1e-3;  // of the log likelihood; 0.5 is one standard error

@@ -13,7 +13,7 @@
 namespace shaker::estimator {
 namespace {
 
-// Made by tests/data/channels/reference.py: other integration, other sensitivities.
+// From tests/data/channels/reference.py, with independent integration and sensitivities.
 struct Case {
   const char* name;
   config::ModelSpec model;
@@ -32,7 +32,7 @@ nlohmann::json reference(const std::string& name) {
   return nlohmann::json::parse(file).at(name);
 }
 
-// The parameters 3 % off the truth.
+// The parameters 3 % above the truth.
 std::vector<double> start_near(const nlohmann::json& truth) {
   std::vector<double> start = truth.get<std::vector<double>>();
   for (double& value : start)
@@ -69,7 +69,8 @@ TEST(Channels, EndAtTheLikeliestParametersOfIndependentCode) {
       const std::vector<double> theta = answer.at("theta"), error = answer.at("information_error");
       for (std::size_t k = 0; k < theta.size(); ++k) {
         EXPECT_NEAR(found.fit.theta[k], theta[k], 2e-4 * error[k]) << k;
-        // The library widens by the parameters that each channel pays for.
+        // The library also counts the parameters that each channel uses, so its error is
+        // larger.
         EXPECT_GT(found.fit.standard_error[k], 0.999 * error[k]) << k;
         EXPECT_LT(found.fit.standard_error[k], 1.15 * error[k]) << k;
       }
@@ -125,7 +126,7 @@ TEST(Channels, OfOneDisplacementAreLeastSquares) {
   EXPECT_NEAR(found.fit.noise / squares.noise, 1.0, 1e-6);  // (3.28)
 }
 
-// Two dampers alike: the spring beside them is known as with one of them.
+// Two identical dampers: the error of the spring equals that with one damper.
 TEST(Channels, KnowWhatIsDeterminedBesideWhatIsNot) {
   const Case linear = cases()[0];
   const ChannelRun run = measured("linear", reference("linear"), linear.quantities.size());
@@ -157,7 +158,7 @@ TEST(Channels, CountForWhatTheyAreWorthWhateverTheirUnits) {
   const ChannelFit one = fit_channels(model, {both, 1}, {measured("oleo", known, 1)}, start);
   for (std::size_t k = 0; k < start.size(); ++k)
     EXPECT_LT(two.fit.standard_error[k], one.fit.standard_error[k]);
-  // Known variances that are the likeliest ones give the likeliest parameters.
+  // With the most likely variances as known ones, the parameters are the most likely ones.
   ChannelOptions options;
   options.noise = NoiseModel::known;
   options.known_covariance = two.likely_covariance;
@@ -166,9 +167,9 @@ TEST(Channels, CountForWhatTheyAreWorthWhateverTheirUnits) {
     EXPECT_NEAR(weighted.fit.theta[k], two.fit.theta[k], 1e-5 * two.fit.standard_error[k]);
 }
 
-// How many of the repetitions' intervals hold the truth, parameter by parameter: noise that the
-// two channels share in part, and an accelerometer on the table whose harmonics are off by
-// `excitation_error`; `stated` is what the fit is told of that.
+// The fraction of the repetitions whose intervals contain the truth, for each parameter. The
+// noise of the two channels is correlated, and the harmonics of the table's accelerometer have
+// the error `excitation_error`; the fit is told `stated`.
 std::vector<double> coverage(const Model& model, const std::vector<double>& truth, double amplitude,
                              const std::array<double, 2>& noise, double excitation_error,
                              double stated, int count = 2000) {
@@ -213,7 +214,7 @@ std::vector<double> coverage(const Model& model, const std::vector<double>& trut
   return inside;
 }
 
-// Three times the binomial scatter of 2000.
+// Three times the binomial scatter of 2000 repetitions.
 constexpr double kTolerance = kSanitized ? 0.15 : 0.015;
 
 TEST(Channels, StateErrorsThatCoverTheTruth) {
@@ -226,15 +227,15 @@ TEST(Channels, StateErrorsThatCoverTheTruth) {
     EXPECT_NEAR(share, 0.95, kTolerance);
 }
 
-// A little more than 95 %: part of what the excitation's error moves is in the residuals, too, and
-// is counted there a second time.
+// Slightly above 95 %: part of the effect of the excitation's error is in the residuals too,
+// and is counted twice.
 TEST(Channels, CountTheNoiseOfTheExcitation) {
   const Model model(testing::oleo());
   for (const double share : coverage(model, testing::kOleoSi, 3.048, {2e-5, 5e-3}, 3e-3, 3e-3)) {
     EXPECT_GT(share, 0.955 - kTolerance);
     EXPECT_LT(share, kSanitized ? 1.1 : 0.985);
   }
-  if (kSanitized) return;  // too few for what follows
+  if (kSanitized) return;  // too few repetitions for the checks below
   for (const double share : coverage(model, testing::kOleoSi, 3.048, {2e-5, 5e-3}, 3e-3, 0.0, 200))
     EXPECT_LT(share, 0.8) << "the case shows nothing";
 }

@@ -19,7 +19,7 @@ constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kFrequency = 1.0, kAmplitude = 2.0, kDamping = 3.0, kStiffness = 60.0;
 constexpr int kPoints = 64;
 
-// u'' + c u' + k (u - u0) = A cos(2 pi f t): the textbook's response.
+// u'' + c u' + k (u - u0) = A cos(2 pi f t): the response in closed form.
 std::complex<double> response(double c, double k) {
   const double omega = kTwoPi * kFrequency;
   return kAmplitude / std::complex<double>(k - omega * omega, c * omega);
@@ -32,7 +32,7 @@ std::vector<double> true_period() {
   return u;
 }
 
-// One cycle with first-order autoregressive noise: what a resampled record's noise looks like.
+// One cycle with first-order autoregressive noise, like the noise of a resampled record.
 std::vector<double> coloured_cycle(std::mt19937_64& random, double deviation, double memory) {
   std::normal_distribution<double> normal(0.0, deviation);
   std::vector<double> u = true_period();
@@ -103,8 +103,8 @@ TEST(HarmonicMean, SaysHowManyCoefficientsItsCyclesCanWeigh) {
   EXPECT_LT(coefficients_for(4, 8), 3U);
 }
 
-// At the optimum J^T S^-1 (c - model) = 0 and the covariance is (J^T S^-1 J)^-1 times Rao's
-// factors, all computed here from the closed-form response.
+// At the optimum J^T S^-1 (c - model) = 0, and the covariance is (J^T S^-1 J)^-1 times Rao's
+// factors; all are calculated here from the closed-form response.
 TEST(HarmonicData, IsFittedByGeneralisedLeastSquares) {
   std::mt19937_64 random(2);
   const RunData run = harmonic_run(random, 30, 7, 0.9);
@@ -142,10 +142,10 @@ TEST(HarmonicData, IsFittedByGeneralisedLeastSquares) {
   EXPECT_NEAR(fit.interval_degrees, nu - surplus, 1e-9);
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(fit.covariance[k] / (rao * inverse(k / 2, k % 2)), 1.0, 1e-5);
-  // The prediction stands in the data's own form.
+  // The prediction has the form of the data.
   const auto predicted = estimator.predicted(0);
   EXPECT_NEAR(predicted[1], coefficients(fit.theta[0], fit.theta[1])[1], 1e-9);
-  // And the whitened problem is what the fit solved.
+  // The fit solved the whitened problem.
   const Linearised rows = estimator.linearised();
   double sum = 0.0;
   for (const double r : rows.residual)
@@ -179,7 +179,7 @@ Coverage coverage(int repetitions, MakeRun make) {
   return c;
 }
 
-// 24 cycles weigh 7 coefficients: without Rao's factors these intervals cover 89 %.
+// 24 cycles for 7 coefficients: without Rao's factors these intervals cover 89 %.
 TEST(HarmonicData, CoversTheTruthWithColouredNoiseAndFewCycles) {
   const Coverage got =
       coverage(1500, [](auto& random) { return harmonic_run(random, 24, 7, 0.9); });
@@ -187,7 +187,7 @@ TEST(HarmonicData, CoversTheTruthWithColouredNoiseAndFewCycles) {
   EXPECT_NEAR(got.misfit, 0.05, 0.017);
 }
 
-// The same noise taken for white: the reason why harmonics have a covariance at all.
+// The same noise treated as white shows why harmonics need a covariance.
 TEST(HarmonicData, IsNeededBecauseSamplesTakenForWhiteUnderstateTheError) {
   const Coverage got = coverage(300, [](auto& random) {
     RunData run = empty_run();

@@ -33,7 +33,7 @@ config::ModelSpec with_prior(double mean, double deviation) {
   return spec;
 }
 
-// Two normal densities multiplied: precisions add, means are averaged by them.
+// The product of two normal densities: precisions add, and means are weighted by them.
 class Prior : public ::testing::TestWithParam<Method> {};
 TEST_P(Prior, MultipliesTheLikelihood) {
   const RunData run = oscillator_run(1, 1e-4);
@@ -109,7 +109,7 @@ TEST(Prior, CountsForTheOleoAndForTheOleoOnItsTyre) {
       truth.push_back(2.0);
       spec.effects[3].parameters["k"].start = 850.0;
     }
-    // A model with a prior on theta4 that is much sharper than the data.
+    // A prior on theta4 that is much sharper than the data.
     spec.effects[1].parameters["theta4"].prior_mean = 1.1;
     spec.effects[1].parameters["theta4"].prior_standard_deviation = 1e-6;
     const Model model(spec);

@@ -59,7 +59,7 @@ TEST_P(Robust, IsNotPulledByOutliersAndNamesThem) {
   EXPECT_GT(worse, 2.0);
 }
 
-// sum psi(e / s) de/dtheta = 0, with derivatives by differences of whole periodic solutions.
+// sum psi(e / s) de/dtheta = 0; the derivatives are differences of whole periodic solutions.
 TEST_P(Robust, StandsWhereTheSumOfInfluencesVanishes) {
   const Model model(testing::oleo(32.178));
   std::mt19937_64 random(2);
@@ -124,7 +124,8 @@ TEST(Robust, RefusesFourierCoefficients) {
   EXPECT_THROW(fit_robust(model, {run}, {3.0, 60.0}, Loss::huber), std::invalid_argument);
 }
 
-// White: on equal variances the sandwich is the ordinary covariance, on unequal ones it is right.
+// White: with equal variances the sandwich is the ordinary covariance; with unequal ones it is
+// right.
 TEST(Sandwich, HoldsWithoutEqualVariances) {
   const Model model(testing::oleo(32.178));
   const auto exact = period(model, testing::kOleoFeet);
@@ -147,7 +148,7 @@ TEST(Sandwich, HoldsWithoutEqualVariances) {
   EXPECT_GT(std::fabs(ordinary / scatter - 1.0), std::fabs(sandwich / scatter - 1.0));
 }
 
-// (3.15): a weight of two is the datum given twice, a weight of nothing leaves it out.
+// (3.15): a weight of two equals the datum given twice; a weight of zero leaves it out.
 TEST(SampleWeights, CountASampleSoManyTimes) {
   const Model model(testing::oleo(32.178));
   std::mt19937_64 random(5);

@@ -13,7 +13,7 @@
 namespace shaker::estimator::online {
 namespace {
 
-// As many cycles of figure 12 and its noise as are asked for, and the mean of those so far.
+// Cycles of figure 12 with its noise, and the mean of those so far.
 class Figure12 {
  public:
   Figure12() : mean((*exact_data(model, {{2.0, 10.0, 40, 1.0}}, testing::kOleoFeet))[0]) {
@@ -35,7 +35,7 @@ class Figure12 {
     }
     return cycle;
   }
-  // What a batch makes of the cycles so far.
+  // The estimate of a batch fit to the cycles so far.
   Estimate batch() {
     EstimationOptions options;
     options.grid.points = OnlineOptions{}.grid_points;
@@ -96,7 +96,7 @@ TEST(BiasWatch, LooksAgainWhereTheErrorsGrow) {
     EXPECT_TRUE(watch.take_off(estimate, estimator, rig.model));
     EXPECT_EQ(estimate.parameters[3].bias != 0.0, loud);
   }
-  // Back among small errors, not far away, there was nothing to look for.
+  // Between small errors, without a jump, no search was needed.
   EXPECT_EQ(watch.looks(), 2);
 }
 

@@ -11,7 +11,7 @@
 namespace shaker::estimator::online {
 namespace {
 
-// Linear cycles: y = A theta + unit noise, so that scores and likelihoods are exact.
+// Linear cycles: y = A theta + noise of variance 1, so that scores and likelihoods are exact.
 struct Cycles {
   explicit Cycles(unsigned seed) : random(seed) {
     a.resize(12, 2);
@@ -33,7 +33,7 @@ struct Cycles {
   std::vector<Eigen::VectorXd> all;
 };
 
-// Residual sum of squares of all cycles, with theta_j free to differ in the last `back` ones.
+// The residual sum of squares of all cycles, where theta_j may differ in the last `back` ones.
 double residual_sum(const Cycles& cycles, int parameter, std::size_t back, double* jump) {
   const auto count = static_cast<Eigen::Index>(cycles.all.size());
   const Eigen::Index rows = cycles.a.rows();
@@ -50,8 +50,8 @@ double residual_sum(const Cycles& cycles, int parameter, std::size_t back, doubl
   return (y - design * solution).squaredNorm();
 }
 
-// The statistic is twice the logarithm of the likelihood ratio, which for known variance is the
-// difference of two residual sums: a regression with one more column, done by brute force.
+// The statistic is twice the logarithm of the likelihood ratio. For a known variance this is
+// the difference of two residual sums: a regression with one more column, calculated directly.
 TEST(ChangeDetector, ComputesTheLikelihoodRatio) {
   Cycles cycles(2);
   ChangeDetector detector(2, 14.0);
@@ -67,7 +67,8 @@ TEST(ChangeDetector, ComputesTheLikelihoodRatio) {
   const auto back = static_cast<std::size_t>(change->cycles_ago);
   const double with = residual_sum(cycles, change->parameter, back, &jump);
   const double without = residual_sum(cycles, -1, back, nullptr);
-  // The watched scatter may have widened the statistic's own unit; the jump says by how much.
+  // The observed scatter may have enlarged the unit of the statistic; the jump shows by how
+  // much.
   const double excess = (without - with) / change->statistic;
   EXPECT_GE(excess, 1.0 - 1e-9);
   EXPECT_LT(excess, 1.25);
@@ -120,13 +121,13 @@ TEST(ChangeDetector, SeesAJumpWithinTheCyclesThatTheTestNeeds) {
         if (k < 100) change.reset();
         if (k >= 100) delay += 1.0;
       }
-      // A false alarm just before leaves the jump without a reference.
+      // A false alarm shortly before the jump leaves no reference for it.
       if (begun < 40) continue;
       ASSERT_TRUE(change) << jump;
       EXPECT_EQ(change->parameter, 2);
       ++counted;
     }
-    // After n cycles the statistic is about jump^2 n (less by the reference's own error).
+    // After n cycles the statistic is about jump^2 n, less the error of the reference.
     EXPECT_GT(counted, 35);
     EXPECT_LT(delay / counted, 1.5 * threshold / (jump * jump) + 2.0) << jump;
   }
@@ -161,7 +162,8 @@ struct Named {
   int alarms = 0, right = 0, names = 0, alone = 0;
 };
 
-// Jumps `d` of theta after 60 cycles with information L each; which parameters are named?
+// theta jumps by `d` after 60 cycles with information L each. Counts the parameters that are
+// named.
 Named named(const Eigen::Matrix3d& information, const Eigen::Vector3d& d, int repetitions) {
   std::mt19937_64 random(8);
   std::normal_distribution<double> normal;
@@ -188,18 +190,18 @@ Named named(const Eigen::Matrix3d& information, const Eigen::Vector3d& d, int re
   return all;
 }
 
-// The first of three parameters jumps. It may stay unnamed once in 100 times: 9 times in 300 would
+// The first of three parameters jumps. It may stay unnamed in 1 of 100 cases: 9 of 300 would
 // come once in 300 trials. bench_names has the figures of the models.
 TEST(ChangeDetector, NamesTheParameterThatJumpedHoweverAlikeTheOthersLook) {
   Eigen::Matrix3d alike;
   alike << 1.0, 0.995, -0.98, 0.995, 1.0, -0.97, -0.98, -0.97, 1.0;
   for (const double size : {1.0, 3.0}) {
     const Named close = named(alike, {size, 0.0, 0.0}, 300);
-    EXPECT_GE(close.alarms, 200) << size;  // of one standard error not all are seen in 140 cycles
+    EXPECT_GE(close.alarms, 200) << size;  // one standard error is not always seen in 140 cycles
     EXPECT_LE(close.alarms - close.right, 9) << size;
     EXPECT_LE(close.alarms - close.alone, 9) << size;
   }
-  // Parameters that look different are told apart.
+  // Parameters with different effects are distinguished.
   const Named apart = named(Eigen::Matrix3d::Identity(), {3.0, 0.0, 0.0}, 300);
   EXPECT_GE(apart.right, 291);
   EXPECT_LE(apart.names, 310);
@@ -209,7 +211,7 @@ TEST(ChangeDetector, SaysThatNoParameterAloneExplainsAChangeOfTwo) {
   const Named both = named(Eigen::Matrix3d::Identity(), {6.0, -6.0, 0.0}, 100);
   EXPECT_EQ(both.alarms, 100);
   EXPECT_LE(both.alone, 2);
-  EXPECT_GE(both.names, 140);  // the other may not be an alarm of its own yet
+  EXPECT_GE(both.names, 140);  // the other may not have its own alarm yet
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Measured cycles for the tests of this folder: a model's solution on a fine Fourier grid (another
-// scheme than the estimators'), with white noise, at parameters that may change from cycle to
-// cycle.
+// Measured cycles for the tests of this folder: the solution of a model on a fine Fourier grid,
+// which is another scheme than the estimator's, with white noise. The parameters may change
+// from cycle to cycle.
 #pragma once
 
 #include <random>

@@ -1,4 +1,4 @@
-// The test for changes inside the online estimator.
+// The change detection inside the online estimator.
 #include <functional>
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ std::vector<ParameterChange> watched(
     const auto estimate = online.add(damper.cycle(0, i, theta));
     EXPECT_TRUE(estimate.ok());
     seen.insert(seen.end(), estimate->changes.begin(), estimate->changes.end());
-    events += estimate->changes.empty() ? 0 : 1;  // those that look alike come together
+    events += estimate->changes.empty() ? 0 : 1;  // similar parameters come in one event
     EXPECT_EQ(estimate->warnings.size(), events);
   }
   return seen;
@@ -55,7 +55,7 @@ TEST(OnlineChange, SaysWhichParameterJumpedWhenAndByHowMuch) {
   EXPECT_THAT(sentence(seen), HasSubstr("theta1 alone explains it"));
 }
 
-// The gas and the orifice at once.
+// The gas and the orifice change together.
 TEST(OnlineChange, SaysThatNoParameterAloneExplainsAChangeOfTwo) {
   const auto seen = watched(60, 2, [](long i, std::vector<double>& theta) {
     if (i < 40) return;

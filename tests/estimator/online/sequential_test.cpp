@@ -1,4 +1,4 @@
-// Information filter, forgetting and extended Kalman filter against the batch answer.
+// Compares information filter, forgetting and extended Kalman filter with the batch estimate.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ using estimator::testing::kOleoSi;
 
 const std::vector<double> kStart = {18.0, 1.4, 5.2, 1.08};
 
-// The batch: every cycle a run of its own, weighted by its age, on the same grid.
+// The batch fit: every cycle is a separate run, weighted by its age, on the same grid.
 Fit batch(const Model& model, const std::vector<MeasuredCycle>& cycles, double forgetting,
           const std::vector<double>& start) {
   std::vector<RunData> runs;
@@ -149,7 +149,7 @@ TEST(OnlineEstimator, ForgetsLikeTheWeightedBatch) {
     EXPECT_NEAR(last.parameters[k].value / fit.theta[k], 1.0, 1e-7);
 }
 
-// With a vague prior the first update is the Gauss-Newton step of the batch.
+// With a vague prior the first update equals the Gauss-Newton step of the batch fit.
 TEST(ExtendedKalman, BeginsWithTheGaussNewtonStep) {
   testing::Damper damper(estimator::testing::oleo(), 2e-5, 8);
   const Model model(testing::oleo_started(kStart));
@@ -185,7 +185,8 @@ TEST(ExtendedKalman, ComesNearTheBatchButNotOntoIt) {
   for (std::size_t k = 0; k < 4; ++k) {
     const auto at = static_cast<Eigen::Index>(k);
     worst = std::max(worst, std::fabs(filter.theta()[k] - fit.theta[k]) / fit.standard_error[k]);
-    // Too sure of itself: cycles linearised at different theta seem to tell more than they do.
+    // The stated error is too small: cycles that are linearised at different theta seem to
+    // contain more information than they do.
     const double ratio = std::sqrt(filter.covariance()(at, at)) / fit.standard_error[k];
     EXPECT_LT(ratio, 1.05);
     EXPECT_GT(ratio, 0.5);

@@ -1,4 +1,4 @@
-// The extended Kalman filter and the test for changes on the linear oscillator (6.2), the oleo
+// The extended Kalman filter and the change detection on the linear oscillator (6.2), the oleo
 // (6.3) and the oleo on its tyre.
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ class ThreeModelsOnline : public ::testing::TestWithParam<estimator::testing::On
 
   Eigen::Index parameters() const { return static_cast<Eigen::Index>(truth_.size()); }
 
-  // The specification with its parameters started at `theta`.
+  // The specification with the start values `theta`.
   static config::ModelSpec started(const std::vector<double>& theta) {
     config::ModelSpec spec = GetParam().spec();
     const Model model(spec);
@@ -43,7 +43,7 @@ class ThreeModelsOnline : public ::testing::TestWithParam<estimator::testing::On
     return spec;
   }
 
-  // The recorded runs, one cycle each.
+  // The recorded runs, one cycle for each.
   std::vector<MeasuredCycle> recorded() const {
     std::vector<MeasuredCycle> cycles;
     for (const auto& run : known_.at("runs")) {
@@ -61,11 +61,11 @@ class ThreeModelsOnline : public ::testing::TestWithParam<estimator::testing::On
 
   nlohmann::json known_;
   std::vector<double> truth_;
-  Eigen::MatrixXd covariance_;  // of the independent answer
+  Eigen::MatrixXd covariance_;  // of the independent estimate
 };
 
-// A normal prior and the data, both with their information: where the model is nearly linear the
-// filter must find what linear algebra makes of the independent answer and its covariance.
+// A normal prior and the data, each with its information. Where the model is nearly linear, the
+// filter must agree with linear algebra on the independent estimate and its covariance.
 TEST_P(ThreeModelsOnline, ExtendedKalmanWeighsItsPriorAgainstTheData) {
   const Model model(GetParam().spec());
   const auto& answer = known_.at("least_squares");
@@ -75,7 +75,7 @@ TEST_P(ThreeModelsOnline, ExtendedKalmanWeighsItsPriorAgainstTheData) {
   const double noise = std::sqrt(answer.at("sum_of_squares").get<double>() /
                                  (data - static_cast<double>(theta.size())));
   const Eigen::VectorXd error = covariance_.diagonal().cwiseSqrt();
-  // Off by one standard error in every independent direction.
+  // The start is off by one standard error in every independent direction.
   const Eigen::MatrixXd root = covariance_.llt().matrixL();
   const Eigen::VectorXd off = root.rowwise().sum();
   std::vector<double> start = theta, deviation;
@@ -85,7 +85,7 @@ TEST_P(ThreeModelsOnline, ExtendedKalmanWeighsItsPriorAgainstTheData) {
   }
   const Eigen::MatrixXd prior = error.cwiseAbs2().cwiseInverse().asDiagonal();
   const Eigen::MatrixXd expected = (covariance_.inverse() + prior).inverse();
-  const Eigen::VectorXd shift = expected * prior * off;  // from the independent answer
+  const Eigen::VectorXd shift = expected * prior * off;  // from the independent estimate
   ExtendedKalman filter(
       model, start,
       {.first_deviation = deviation, .noise = noise, .grid_points = GetParam().points});
@@ -127,7 +127,8 @@ TEST_P(ThreeModelsOnline, ExtendedKalmanFollowsADamperThatDrifts) {
     EXPECT_NEAR(filter.theta()[k] / theta[k], 1.0, 0.02) << k;
 }
 
-// A dwell of which the damper loses 3 % after 30 cycles. It alone, or with those that look alike.
+// In this dwell the damper loses 3 % after 30 cycles. The damper's parameter is named, alone or
+// with similar ones.
 TEST_P(ThreeModelsOnline, ChangeOfTheDamperIsSeenWithItsSizeAndNotBefore) {
   testing::Damper damper(GetParam().spec(), 2e-5, 12);
   std::vector<double> start = truth_;

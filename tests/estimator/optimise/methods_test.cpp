@@ -42,7 +42,7 @@ TEST(Methods, AreFoundByNameAndSayWhoseCodeTheyAre) {
   EXPECT_EQ(find_method("magic"), nullptr);
 }
 
-// Pure and under-relaxed Gauss-Newton promise nothing on a large residual.
+// Plain and under-relaxed Gauss-Newton need not converge for a large residual.
 bool pure(const Method& method) {
   return method.name == "gauss_newton" || method.name == "gauss_newton_relaxed";
 }
@@ -60,7 +60,8 @@ TEST(Methods, AllFindTheBananaOfRosenbrock) {
 
 TEST(Methods, AllButGaussNewtonSurviveTheLargeResidualsOfJennrichAndSampson) {
   for (const Method& method : methods()) {
-    // A search does not help Gauss-Newton where its direction is useless: J lacks rank there.
+    // A line search does not help Gauss-Newton where its direction is useless: J is
+    // rank-deficient there.
     if (pure(method) || method.name == "gauss_newton_search") continue;
     FormulaProblem<JennrichSampson> problem(jennrich_sampson_data());
     const Summary found = method.minimise(problem, vector({0.3, 0.4}), {});
@@ -83,7 +84,7 @@ TEST(Methods, AllButPureGaussNewtonSurviveTheLargeResidualsOfBrownAndDennis) {
   }
 }
 
-// Second order is what it is for: a tenth of the steps that Gauss-Newton needs.
+// The second-order method needs a tenth of the steps of Gauss-Newton.
 TEST(ModifiedGaussNewton, NeedsFarFewerStepsOnLargeResidualsThanGaussNewton) {
   FormulaProblem<BrownDennis> problem(brown_dennis_data());
   Options options;
@@ -131,8 +132,8 @@ TEST(Methods, FindWhatIsDeterminedInTheExampleSixOne) {
   }
 }
 
-// Observations up to 0.95 of the wall; from 0.9 of the way to the wall the first steps leap over
-// it.
+// Observations up to 0.95 of the wall. From a start at 0.9 of the way to the wall, the first
+// steps go beyond it.
 TEST(Methods, RefuseStepsBeyondTheWallOfTheGasSpring) {
   FormulaData data;
   for (int i = 1; i <= 12; ++i) {
@@ -156,7 +157,8 @@ TEST(Methods, RefuseStepsBeyondTheWallOfTheGasSpring) {
   EXPECT_GT(refused, 0);
 }
 
-// A box around Rosenbrock's problem that excludes its minimum; the constrained one is at b1 = 0.8.
+// A box around Rosenbrock's problem that excludes its minimum; the constrained minimum is at b1
+// = 0.8.
 class Boxed final : public LeastSquaresProblem {
  public:
   int parameters() const override { return 2; }
@@ -176,7 +178,7 @@ class Boxed final : public LeastSquaresProblem {
 
 TEST(Methods, KeepTheirBounds) {
   for (const Method& method : methods()) {
-    if (method.source == "Ceres" && method.needs == "gradient") continue;  // they know no bounds
+    if (method.source == "Ceres" && method.needs == "gradient") continue;  // these have no bounds
     Boxed problem;
     const Summary found = method.minimise(problem, vector({-1.2, 1.0}), {});
     EXPECT_EQ(found.status, Status::converged) << method.name;

@@ -38,14 +38,15 @@ NistSet read_nist(const std::filesystem::path& file) {
       if (line.rfind(title, 0) == 0) std::istringstream(line.substr(line.find(':') + 1)) >> to;
     };
     number_after("Residual Sum of Squares", set.residual_sum);
-    // "Data:" also stands in the head, there followed by words.
+    // "Data:" is also in the header, where words follow it.
     if (first == "Data:" && equals == "y" && !set.certified.empty()) in_data = true;
   }
   if (set.data.y.size() <= set.certified.size() || set.certified.empty())
     throw std::runtime_error("not a set of NIST's: " + file.string());
-  // Counted, not read: Rat43.dat says 9 where its own residual standard deviation is of 11.
+  // Counted, not read: Rat43.dat says 9, but its residual standard deviation is that of 11.
   set.degrees_of_freedom = static_cast<int>(set.data.y.size() - set.certified.size());
-  // Misprinted in the file as 1.20196866396E-0; its deviation, residual sum and digits are right.
+  // The file has the misprint 1.20196866396E-0; its deviation, residual sum and digits are
+  // right.
   if (set.name == "Roszman1" && set.certified[0] == 1.20196866396)
     set.certified[0] = 2.0196866396E-01;
   return set;

@@ -1,4 +1,4 @@
-// NIST's Statistical Reference Datasets for nonlinear regression
+// The Statistical Reference Datasets of NIST for nonlinear regression
 // (https://www.itl.nist.gov/div898/strd, public domain): observations, two starts, certified
 // values.
 #pragma once
@@ -17,12 +17,12 @@ struct NistSet {
   std::vector<double> certified, deviation;
   double residual_sum = 0.0;
   int degrees_of_freedom = 0;
-  FormulaData data;  // y first in the file
+  FormulaData data;  // in the file y comes first
 };
 
-// Reads NAME.dat as NIST publishes it. Throws std::runtime_error when it cannot be understood.
+// Reads NAME.dat in the published format. Throws std::runtime_error when it cannot be parsed.
 NistSet read_nist(const std::filesystem::path& file);
-// The 27 sets of tests/data/nist, by name.
+// The 27 sets of tests/data/nist, in the order of their names.
 std::vector<NistSet> nist_sets();
 
 }  // namespace shaker::estimator::optimise::testing

@@ -88,7 +88,7 @@ constexpr Entry kModels[] = {
 
 std::unique_ptr<LeastSquaresProblem> nist_problem(const NistSet& set) {
   FormulaData data = set.data;
-  if (set.name == "Nelson") {  // its response is the logarithm
+  if (set.name == "Nelson") {  // the response is the logarithm
     for (Extended& y : data.y)
       y = log(y);
   }

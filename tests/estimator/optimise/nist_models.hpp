@@ -1,4 +1,4 @@
-// The models of NIST's 27 sets, as they are printed in the files.
+// The models of NIST's 27 sets, as printed in the files.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace shaker::estimator::optimise::testing {
 
-// The problem of a set; nullptr for a name that is not NIST's.
+// The problem of a set; nullptr for an unknown name.
 std::unique_ptr<LeastSquaresProblem> nist_problem(const NistSet& set);
 
 }  // namespace shaker::estimator::optimise::testing

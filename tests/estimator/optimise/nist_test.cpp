@@ -1,4 +1,4 @@
-// Certified values of NIST: every parameter and every standard deviation.
+// Compares every parameter and every standard deviation with NIST's certified values.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -13,7 +13,7 @@ namespace {
 
 using namespace testing;
 
-// Digits that agree; NIST certifies 11.
+// The number of digits that agree; NIST certifies 11.
 double digits(double value, double certified) {
   const double off = std::fabs(value - certified) / std::fabs(certified);
   return std::clamp(off > 0.0 ? -std::log10(off) : 11.0, 0.0, 11.0);
@@ -33,7 +33,7 @@ Score score(const NistSet& set, int start) {
   options.max_iterations = 2000;
   out.found = automatic(
       *problem, Eigen::Map<const Eigen::VectorXd>(from.data(), problem->parameters()), options);
-  // The standard deviations are (3.27), (3.28) at what was found, in 34 digits where it polishes.
+  // The standard deviations are (3.27) and (3.28) at the result, in 34 digits after polishing.
   const auto& theta = out.found.theta;
   const Polished polished =
       polish(*problem->extended(), {theta.data(), theta.data() + theta.size()});
@@ -58,7 +58,7 @@ void print(const NistSet& set, int start, const Score& s) {
               s.deviations, s.found.iterations, s.found.evaluations);
 }
 
-// Four sets of graded difficulty, of which more digits are asked.
+// Four sets of graded difficulty, which must agree to more digits.
 TEST(Nist, FourSetsAreRightFromBothStarts) {
   int count = 0;
   for (const NistSet& set : nist_sets()) {

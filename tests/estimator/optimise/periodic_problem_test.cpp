@@ -15,7 +15,7 @@
 namespace shaker::estimator::optimise {
 namespace {
 
-// Displacements of the model's own solution on a fine Fourier grid, with noise.
+// Displacements of the model's solution on a fine Fourier grid, with noise.
 RunData measured(const Model& model, const std::vector<double>& theta, double frequency,
                  double amplitude, double noise, unsigned seed = 1) {
   PeriodicSystem system(model, {Scheme::fourier, 200, false});
@@ -45,7 +45,7 @@ EstimationOptions plain_grid() {
   return options;
 }
 
-// Q against differences of the gradient: another way to the same number.
+// Compares Q with differences of the gradient, which is an independent calculation.
 void expect_curvature(PeriodicProblem& problem, const Eigen::VectorXd& theta, double tolerance) {
   Eigen::MatrixXd q, j;
   Eigen::VectorXd e;
@@ -89,7 +89,8 @@ TEST(PeriodicProblem, HasTheExactHessianOfTheOleoOnItsTyre) {
   expect_curvature(problem, 1.05 * at, 1e-5);
 }
 
-// (6.2), u'' + c u' + k (u) = A cos: the transfer function's second derivatives in closed form.
+// (6.2), u'' + c u' + k (u) = A cos: the second derivatives of the transfer function in closed
+// form.
 TEST(PeriodicProblem, HasTheSecondDerivativesOfTheLinearOscillatorInClosedForm) {
   const Model model(estimator::testing::linear_oscillator());
   std::vector<double> theta = model.start();
@@ -108,7 +109,7 @@ TEST(PeriodicProblem, HasTheSecondDerivativesOfTheLinearOscillatorInClosedForm) 
   run.frequency_hz = 2.0;
   run.amplitude = amplitude;
   run.displacement.assign(40, 0.0);
-  run.displacement[7] = 1.0;  // e = y - u with a spike: Q differs from the sum over u alone
+  run.displacement[7] = 1.0;  // a spike in e = y - u: Q differs from the sum over u
   EstimationOptions options;
   options.grid = {Scheme::order6, 320, false};
   PeriodicProblem problem(model, {run}, options);
@@ -169,7 +170,7 @@ TEST(SeveralStarts, CureTheStartThatEndsWhereNothingMoves) {
   const Eigen::VectorXd bad = problem.reduce(model.start());
   const Method& method = *find_method("gauss_newton_search");
   const Summary alone = method.minimise(problem, bad, {});
-  EXPECT_GT(alone.sum_of_squares, 1e-4);  // the valley: the amplitude is simply missed
+  EXPECT_GT(alone.sum_of_squares, 1e-4);  // a local minimum: the amplitude is wrong
   const Minima minima = several_starts(problem, bad, method, {}, {});
   ASSERT_FALSE(minima.found.empty());
   const Summary& best = minima.found.front().summary;

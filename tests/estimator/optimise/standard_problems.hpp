@@ -1,5 +1,5 @@
-// Test problems of More, Garbow and Hillstrom (1981), ACM TOMS 7, 17-41: their starts and minima
-// are the independent numbers. Written as y - yhat with y as the constant part.
+// The test problems of More, Garbow and Hillstrom (1981), ACM TOMS 7, 17-41; their starts and
+// minima are the independent reference. Written as y - yhat with y as the constant part.
 #pragma once
 
 #include "estimator/optimise/formula_problem.hpp"

@@ -13,7 +13,8 @@ namespace {
 
 using testing::kOleoFeet;
 
-// Largest error of the state and of the sensitivities, each against its own largest value.
+// The largest error of the state and of the sensitivities, each relative to its own largest
+// value.
 std::pair<double, double> errors(const PeriodicSystem& system) {
   const auto reference = testing::read_csv("oleo_j4_reference.csv", false);
   double worst[2] = {};
@@ -31,7 +32,7 @@ std::pair<double, double> errors(const PeriodicSystem& system) {
   return {worst[0], worst[1]};
 }
 
-// Job J4, and finer.
+// Job J4, and higher accuracies.
 TEST(AccurateSolution, ReachesTheAccuracyThatIsAskedForAndKnowsIt) {
   const Model model(testing::oleo(32.2));
   AccurateSolution solution(model);
@@ -46,13 +47,14 @@ TEST(AccurateSolution, ReachesTheAccuracyThatIsAskedForAndKnowsIt) {
     const auto [state, sensitivities] = errors(solution.system());
     EXPECT_LT(state, accuracy);
     EXPECT_LT(sensitivities, accuracy);
-    // Within a factor of what is true, above all not below it.
+    // The estimate is within a factor of the true error, and hardly below it.
     EXPECT_GT(report.sensitivity_error, 0.8 * sensitivities);
     EXPECT_LT(report.sensitivity_error, 10.0 * sensitivities);
   }
 }
 
-// A plain grid has less than its declared order at a kink: the estimate must see that.
+// At a velocity reversal a plain grid has less than its declared order: the estimate must show
+// that.
 TEST(AccurateSolution, SeesThatAPlainGridIsWorse) {
   const Model model(testing::oleo(32.2));
   AccuracyOptions plain;
@@ -73,7 +75,7 @@ TEST(AccurateSolution, SaysWhenItDidNotGetThere) {
   solution.set_excitation(2.0, 10.0);
   EXPECT_FALSE(solution.solve(kOleoFeet, 1e-6).reached);
   EXPECT_EQ(solution.system().points(), 60);
-  std::vector<double> weak = {5.08, 1e-9, 1.62, 0.1};  // a gas that carries nothing
+  std::vector<double> weak = {5.08, 1e-9, 1.62, 0.1};  // a gas that carries no load
   const AccuracyReport report = solution.solve(weak, 1e-6);
   EXPECT_FALSE(report.reached);
   EXPECT_NE(report.solve.status, SolveStatus::converged);
@@ -102,7 +104,7 @@ TEST(GridError, IsThatOfTheOrderWhichTheDifferencesShow) {
     const GridDifference before{160, at(80, order) - at(160, order)};
     const GridDifference last{240, at(160, order) - at(240, order)};
     EXPECT_NEAR(error_on_finest(6, 80, before, last) / at(240, order), 1.0, 0.02) << order;
-    // No more than it is trusted with is believed: the error is then taken for larger than it is.
+    // A scheme is trusted up to its declared order only: then the estimated error is too large.
     if (order > 2.0) {
       EXPECT_GT(error_on_finest(2, 80, before, last), 1.5 * at(240, order));
     }

@@ -1,4 +1,4 @@
-// The branch that the rig was on is the one that is fitted. Data come from Odeint.
+// The estimate must be on the branch on which the rig was measured. The data come from Odeint.
 #include <cmath>
 #include <numbers>
 
@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 using testing::State;
 
 const std::vector<double> kBranchTruth = {0.05, 1.0, 0.1};  // c, k, k3
-constexpr double kBranchOmega = 1.2, kAmplitude = 0.18;     // two stable solutions and one between
+constexpr double kBranchOmega = 1.2, kAmplitude = 0.18;     // two stable solutions, one between
 
 RunData run_of(const DuffingInTime& plant, State start, int settle, int periods = 1) {
   RunData run;
@@ -46,7 +46,7 @@ TEST_P(Bistable, DataOfEitherBranchGiveTheTruthFromEveryStart) {
   EstimationOptions options;
   options.method = method;
   Estimator estimator(model, {run}, options);
-  // The last two have no upper branch at this frequency to begin with.
+  // The last two starts have no upper branch at this frequency.
   for (const auto& start :
        {off(1, 1, 1), off(1.05, 0.98, 1.05), off(2.0, 1.0, 0.6), off(1.5, 0.9, 0.5)}) {
     const Fit& fit = estimator.fit(start);
@@ -84,8 +84,8 @@ TEST(BranchWarnings, SayThatTheFittedSolutionIsUnstable) {
 }
 
 TEST(BranchWarnings, SayThatAnotherBranchIsNearerToTheData) {
-  // All parameters held: the fit cannot move, and Gauss-Newton from a warm lower branch stays
-  // there.
+  // All parameters are fixed: the fit cannot change, and Gauss-Newton from a solution on the
+  // lower branch stays there.
   config::ModelSpec spec = testing::duffing();
   const char* names[] = {"c", "k", "k3"};
   for (int k = 0; k < 3; ++k) {
@@ -100,7 +100,7 @@ TEST(BranchWarnings, SayThatAnotherBranchIsNearerToTheData) {
   estimator.fit(kBranchTruth);
   EXPECT_THAT(estimator.describe().warnings, Not(Contains(HasSubstr("branch"))));
   estimator.update_run(0, run_of(plant, {2.5, 0.0}, 250));
-  estimator.fit(kBranchTruth, true);  // warm: from the lower branch
+  estimator.fit(kBranchTruth, true);  // warm start on the lower branch
   const Estimate estimate = estimator.describe();
   EXPECT_THAT(estimate.warnings, Contains(HasSubstr("another branch")));
   EXPECT_FALSE(estimate.usable);
@@ -122,8 +122,8 @@ TEST(NoSolution, IsTheFitsTroubleWithHowFarTheExcitationGot) {
   RunData run;
   run.frequency_hz = 0.2 / (2.0 * std::numbers::pi);
   run.amplitude = 0.5;
-  // Newton's method begins at the data: near the solutions that there are, not where chance takes
-  // it.
+  // Newton's method starts at the data, near the existing solutions, so its result does not
+  // depend on chance.
   for (int i = 0; i < 40; ++i)
     run.displacement.push_back(0.3 + 0.1 * std::cos(2.0 * std::numbers::pi * i / 40));
   Estimator estimator(model, {run});

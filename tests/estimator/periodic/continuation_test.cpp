@@ -1,5 +1,5 @@
 // Response curves through folds: the Duffing oscillator against an independent table, the oleo
-// alone and on its tyre, the linear oscillator against its formula.
+// alone and on its tyre, and the linear oscillator against its formula.
 #include "estimator/periodic/continuation.hpp"
 
 #include <cmath>
@@ -51,7 +51,7 @@ TEST(Duffing, CurveAgreesWithTheIndependentTableTo1e8) {
   for (const Row& row : duffing_table()) {
     const auto found = continuation.solutions_at(branch, row.omega / (2.0 * std::numbers::pi));
     if (row.omega > 1.29 && row.omega < 1.31) {
-      // Past the fold: what the table has there is no solution of the upper branch.
+      // Past the fold the table's entry is not a solution of the upper branch.
       ASSERT_EQ(found.size(), 1u);
       EXPECT_GT(std::fabs(std::abs(found[0].harmonics[1]) - row.a1), 3.0);
       continue;
@@ -82,8 +82,8 @@ TEST(Duffing, HasItsTwoFoldsWhereAMultiplierIsOne) {
   }
   const double upper = branch.special[0].point.frequency_hz * (2.0 * std::numbers::pi);
   const double lower = branch.special[1].point.frequency_hz * (2.0 * std::numbers::pi);
-  // By harmonic balance with one term, (1 - W^2 + 0.075 a^2)^2 a^2 + (0.1 W a)^2 = 0.18^2, the
-  // folds are at 1.2522 and 1.1456; the third harmonic moves them a little.
+  // Harmonic balance with one term, (1 - W^2 + 0.075 a^2)^2 a^2 + (0.1 W a)^2 = 0.18^2, has the
+  // folds at 1.2522 and 1.1456; the third harmonic moves them a little.
   EXPECT_NEAR(upper, 1.2666, 0.005);
   EXPECT_NEAR(lower, 1.1156, 0.005);
   EXPECT_LT(upper, 1.30);
@@ -105,8 +105,7 @@ TEST(Duffing, FoldsAreTheSameOverTheAmplitude) {
   const Branch over_amplitude = continuation.over_amplitude(f, 0.02, 1.0);
   EXPECT_TRUE(over_amplitude.complete) << over_amplitude.ended;
   ASSERT_EQ(over_amplitude.special.size(), 2u);
-  // The upper fold over the frequency is the fold at which the upper branch begins over the
-  // amplitude.
+  // The upper fold over frequency is the fold at which the upper branch starts over amplitude.
   EXPECT_NEAR(over_amplitude.special[1].point.amplitude, 0.18, 1e-8);
 }
 
@@ -158,8 +157,8 @@ TEST(OleoOnTyre, CurvePassesBothResonancesAndAgreesWithSolutionsFromRest) {
   }
 }
 
-// A load that a softening spring only just carries: shaken harder than this, it is dragged over the
-// barrier, and no periodic motion hangs together with the rest.
+// A softening spring that just carries its load. A stronger excitation pulls the mass over the
+// barrier, and no periodic motion is connected to the rest position.
 config::ModelSpec loaded_softening_spring() {
   config::ModelSpec spec = testing::duffing();
   spec.effects.push_back(testing::effect("gravity"));

@@ -1,5 +1,5 @@
-// x'' + c x' + k x + k3 x^3 = load + amplitude cos(omega t) by Odeint: other code than the
-// estimator.
+// x'' + c x' + k x + k3 x^3 = load + amplitude cos(omega t), integrated by Odeint and
+// independent of the estimator.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct DuffingInTime {
     d[1] = load + amplitude * std::cos(omega * t) - theta[0] * y[1] - theta[1] * y[0] -
            theta[2] * y[0] * y[0] * y[0];
   }
-  // From a phase of 0 to `phase` 1, in periods.
+  // Integrates from phase `from` to phase `to`, in periods.
   State advance(State y, double from, double to) const {
     namespace odeint = boost::numeric::odeint;
     const double period = 2.0 * std::numbers::pi / omega;
@@ -37,7 +37,7 @@ struct DuffingInTime {
       y = advance(y, 0.0, 1.0);
     return y;
   }
-  // `points` equal steps over `periods` periods.
+  // The motion at `points` equal steps over `periods` periods.
   std::vector<double> record(State y, int periods, int points) const {
     std::vector<double> x;
     for (int j = 0; j < points; ++j) {

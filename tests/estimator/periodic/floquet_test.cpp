@@ -1,4 +1,5 @@
-// Multipliers against the paper's cases (computed by other code), closed forms and Odeint.
+// Floquet multipliers against the paper's cases (calculated by other code), closed forms and
+// Odeint.
 #include "estimator/periodic/floquet.hpp"
 
 #include <cmath>
@@ -142,8 +143,8 @@ TEST(Floquet, GivesAMasslessCoordinateOneMultiplier) {
   }
 }
 
-// Two coordinates with the orifice's kink, by Odeint: columns of the monodromy matrix as
-// differences of whole periods from disturbed starts.
+// Two coordinates with velocity reversals in the orifice, by Odeint: the columns of the
+// monodromy matrix are differences of whole periods from disturbed starts.
 TEST(Floquet, OfTheOleoOnItsTyreIsWhatDisturbedPeriodsShow) {
   const double ratio = 0.15;
   const Model model(testing::oleo_on_tyre(ratio));

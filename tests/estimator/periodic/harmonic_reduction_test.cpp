@@ -1,5 +1,5 @@
-// A few harmonics against independent solutions: the Duffing table, the oleo's reference solution
-// and sensitivities; and against the grid on two masses.
+// Harmonic balance with few harmonics, compared with independent solutions: the Duffing table,
+// the reference solution and sensitivities of the oleo; and with the grid for two masses.
 #include "estimator/periodic/harmonic_reduction.hpp"
 
 #include <cmath>
@@ -27,7 +27,7 @@ TEST(HarmonicReduction, DuffingAgreesWithTheIndependentTableTo1e8) {
   EXPECT_NEAR(reduction.amplitude(3), 0.0005662678, 1e-8);
 }
 
-// Job J4: Taylor series in extended precision with steps cut where the velocity is 0.
+// Job J4: a Taylor series in extended precision with steps that end where the velocity is 0.
 TEST(HarmonicReduction, OleoAgreesWithItsReferenceSolutionAndSensitivities) {
   const auto rows = testing::read_csv("oleo_j4_reference.csv", false);
   ASSERT_EQ(rows.size(), 40u);

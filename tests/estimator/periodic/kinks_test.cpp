@@ -1,5 +1,5 @@
-// The correction at reversals of |v| v on states that are far from any solution, as trial steps
-// leave them: it must not run away.
+// The correction at reversals of |v| v on states far from any solution, as after a trial step:
+// it must stay bounded.
 #include <cmath>
 #include <vector>
 
@@ -17,14 +17,14 @@ constexpr double kSwing = 0.05;
 constexpr GridOptions kGrid{Scheme::order6, kKinkPoints, true};
 const std::vector<double> kTheta = {40.0, 5.0, 1.62, 1.0};  // of the oleo, feet
 
-// Rough, as a step into the gas's wall leaves it: kappa |a| h^2 is about 10 (kappa 4 theta1, a
-// 2000 ft/s^2).
+// A rough state, as after a step into the gas wall: kappa |a| h^2 is about 10 (kappa 4 theta1,
+// a 2000 ft/s^2).
 double violent(int point) {
   return 0.3 + kSwing * std::sin(0.3 * point * point);
 }
 
-// Plain second differences are at most 4.2 times the swing over h^2; 16 times that is what the
-// corrections may make of them. Uncut they pass any bound.
+// Plain second differences are at most 4.2 times the swing over h^2; the corrections may
+// increase this by 16 at most. Without a limit they exceed any bound.
 double most() {
   return 16.0 * 4.2 * kSwing * kKinkPoints * kKinkPoints;
 }

@@ -1,5 +1,5 @@
-// One factorisation of a linearised solution, solved for right-hand sides and, transposed, for
-// weights of what is seen of it.
+// One factorisation of a linearised solution is solved for right-hand sides and, transposed,
+// for weights of the observations.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -12,7 +12,8 @@
 namespace shaker::estimator {
 namespace {
 
-// Columns of sines that no pattern of the matrix favours, one a right-hand side.
+// Columns of sines that no structure of the matrix favours; one column for each right-hand
+// side.
 std::vector<double> columns(int rows, int width, double step) {
   std::vector<double> all(static_cast<std::size_t>(rows * width));
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -34,7 +35,7 @@ void solve(PeriodicSystem& system, const std::vector<double>& theta) {
   ASSERT_TRUE(system.linearise(theta));
 }
 
-// The sensitivities of one coordinate, by the ring's own elimination and by the banded one.
+// The sensitivities of one coordinate, by the cyclic elimination and by the banded one.
 TEST(LinearStep, SolvesForTheSensitivitiesThatTheStepHas) {
   const Model model(testing::oleo());
   PeriodicSystem system(model, {Scheme::order6, 96, false});
@@ -55,7 +56,7 @@ TEST(LinearStep, SolvesForTheSensitivitiesThatTheStepHas) {
     EXPECT_NEAR(rows[i], expected[i], 1e-10 * (1.0 + std::fabs(expected[i])));
 }
 
-// w'(A^-1 b) = (A^-T w)'b, which holds of no other matrix than the transposed one.
+// w'(A^-1 b) = (A^-T w)'b, which is true for the transposed matrix only.
 void expect_transposed(const config::ModelSpec& spec, const std::vector<double>& theta,
                        GridOptions grid) {
   const Model model(spec);
@@ -70,7 +71,7 @@ void expect_transposed(const config::ModelSpec& spec, const std::vector<double>&
   for (int i = 0; i < width; ++i) {
     for (int k = 0; k < width; ++k) {
       const double direct = product(w, i, solved, k, width);
-      double size = 0.0;  // of its terms: they cancel
+      double size = 0.0;  // of its terms, because they cancel
       for (std::size_t r = 0; r < solved.size(); r += static_cast<std::size_t>(width))
         size +=
             std::fabs(w[r + static_cast<std::size_t>(i)] * solved[r + static_cast<std::size_t>(k)]);

@@ -1,4 +1,4 @@
-// Subharmonic responses against time integration by Odeint.
+// Compares subharmonic responses with time integration by Odeint.
 #include "estimator/periodic/multi_period.hpp"
 
 #include <array>
@@ -19,8 +19,8 @@ namespace {
 using testing::DuffingInTime;
 using testing::State;
 
-// A spring under load, x'' + c x' + x + x^3 = 0.8 + A cos, is lopsided and doubles its period when
-// shaken at twice its natural frequency.
+// A spring under load, x'' + c x' + x + x^3 = 0.8 + A cos, is asymmetric; its period doubles
+// when it is excited at twice its natural frequency.
 config::ModelSpec loaded_duffing() {
   config::ModelSpec spec = testing::duffing();
   spec.effects.push_back(testing::effect("gravity"));
@@ -92,8 +92,9 @@ TEST_F(Doubling, LeadsToTheMotionOfTwoPeriodsThatTheIntegrationSettlesOn) {
   EXPECT_GT(compared, 0);
 }
 
-// Three periods: the Duffing oscillator at about three times its natural frequency has a response
-// at a third of the excitation beside the small one of period 1; a measured record leads to it.
+// Three periods: near three times its natural frequency the Duffing oscillator has a response
+// at a third of the excitation's frequency, besides the small one of one period. A record leads
+// to it.
 TEST(ThreePeriods, AreFoundFromARecordAndFollowedToTheirFold) {
   const Model model(testing::duffing());
   const std::vector<double> theta = {0.02, 1.0, 1.0};
@@ -127,7 +128,7 @@ TEST(ThreePeriods, AreFoundFromARecordAndFollowedToTheirFold) {
   options.periods = 3;
   options.harmonics = 3;
   Continuation continuation(model, theta, options);
-  // Downwards: the response ends in a fold and comes back as an unstable one.
+  // Downwards: the response ends in a fold and returns as an unstable one.
   const Branch branch = continuation.from_state(
       Along::frequency, amplitude, omega / (2.0 * std::numbers::pi), 6.0 / (2.0 * std::numbers::pi),
       1.0 / (2.0 * std::numbers::pi), system.state());

@@ -1,5 +1,5 @@
-// Responses over two and three periods of the oleo and of the oleo on its tyre, against
-// tests/data/multi_period: extrapolated midpoint steps and shooting in plain Python.
+// Responses over two and three periods of the oleo, alone and on its tyre, against
+// tests/data/multi_period: extrapolated midpoint steps and shooting in Python.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -24,8 +24,8 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 
 const std::vector<double> kLinear = {2.0, 120.0};  // c, k
-constexpr int kSamples = 48;                       // a period of the reference
-constexpr int kPoints = 240;                       // a period of the ring
+constexpr int kSamples = 48;                       // in a period of the reference
+constexpr int kPoints = 240;                       // in a period of the grid
 
 const nlohmann::json& reference() {
   static const nlohmann::json all = nlohmann::json::parse(
@@ -37,7 +37,7 @@ struct Case {
   const char* name;
   bool tyre;
   double state_error, multiplier_error;
-  double off;  // of the start of a fit, relative
+  double off;  // relative error of the start of a fit
 
   config::ModelSpec spec() const { return tyre ? testing::oleo_on_tyre(0.1) : testing::oleo(); }
   const nlohmann::json& known() const { return reference().at(name); }
@@ -53,8 +53,7 @@ void PrintTo(const Case& one, std::ostream* out) {
   *out << one.name;
 }
 
-// The ring over all periods, started from the stroke alone: the tyre starts on the response of one
-// period.
+// Solves over all periods from the stroke alone; the tyre starts at the response of one period.
 SolveReport solve_from_stroke(const Case& one, PeriodicSystem& system) {
   set_excitation_over(system, one.periods(), one.frequency(), one.amplitude());
   system.solve_from_rest(one.theta());
@@ -62,7 +61,7 @@ SolveReport solve_from_stroke(const Case& one, PeriodicSystem& system) {
   return system.solve(one.theta());
 }
 
-// Largest difference from the reference when that begins `shift` periods later.
+// The largest difference from the reference, when that starts `shift` periods later.
 double apart(const Case& one, const PeriodicSystem& system, int shift = 0) {
   const std::vector<double> stroke = one.numbers("stroke");
   const int count = static_cast<int>(stroke.size()), every = system.points() / count;
@@ -161,7 +160,7 @@ TEST_P(OverPeriods, NoisyRecordsGiveTheTruthWithinTheirIntervals) {
   EXPECT_LT(square / count, 1.5);
 }
 
-// From further off the response need not exist where the fit starts.
+// From a more distant start the response need not exist at the start of the fit.
 TEST_P(OverPeriods, FitFromFurtherOffGivesTheTruthOrIsNotUsable) {
   const Case& one = GetParam();
   const std::vector<double> truth = one.theta();
@@ -180,8 +179,9 @@ TEST_P(OverPeriods, FitFromFurtherOffGivesTheTruthOrIsNotUsable) {
   }
 }
 
-// Down over the amplitude: a response of three periods hangs on no other, and ends in a fold; one
-// of two periods ends where it came from, on the oleo's tyre after a fold as well.
+// Decreasing amplitude: a response of three periods branches off no other response and ends in
+// a fold. One of two periods ends where it branched off; on the oleo's tyre there is a fold
+// before that.
 TEST_P(OverPeriods, EndsWhereTheReferenceDoes) {
   const Case& one = GetParam();
   PeriodicSystem system(model, ring);
@@ -240,7 +240,7 @@ INSTANTIATE_TEST_SUITE_P(Reference, Doubles,
                                            Case{"tyre_two", true, 1e-8, 1e-6, 0.0}),
                          [](const auto& one) { return std::string(one.param.name); });
 
-// Where there is no such response the ring of several periods has the one of one period only.
+// Where no such response exists, the solution over several periods is that of one period.
 void expect_one_period(PeriodicSystem& system, const std::vector<double>& theta, double frequency,
                        double amplitude, const std::vector<double>& record) {
   set_excitation_over(system, 2, frequency, amplitude);
@@ -304,7 +304,7 @@ TEST(NoSubharmonic, IsSaidOfAFitToARecordThatHasOne) {
   EXPECT_FALSE(estimate.usable);
 }
 
-// Noise does not repeat either.
+// Noise does not repeat either, and must not be taken for a subharmonic.
 TEST(NoSubharmonic, IsNotMissedInNoise) {
   const Model model(testing::linear_oscillator());
   std::mt19937_64 random(11);

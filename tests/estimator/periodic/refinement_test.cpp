@@ -1,4 +1,4 @@
-// A start on a finer ring from the solution on a coarser one.
+// Starts the solution on a finer grid from that on a coarser one.
 #include "estimator/periodic/refinement.hpp"
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kFrequency = 2.0;
 
-// A wave with its derivatives on a ring, the first point once more behind the last.
+// A wave with its derivatives on a cyclic grid; the first point is repeated at the end.
 struct Wave {
   std::vector<double> u, v, a;
   explicit Wave(int points, double phase = 0.3) {
@@ -56,7 +56,7 @@ TEST(Refinement, LeavesPointsThatBothRingsHaveAsTheyAre) {
     EXPECT_EQ(z[3 * i], wave.u[i]) << i;
 }
 
-// Whatever the ratio of points; the quintic's error is 1/46080 of the sixth derivative.
+// For any ratio of points; the error of the quintic is 1/46080 of the sixth derivative.
 TEST(Refinement, IsOfSixthOrderBetweenThem) {
   for (const int fine : {80, 97, 140, 280}) {
     const double step = 2.0 * std::numbers::pi / 40.0;
@@ -91,7 +91,8 @@ TEST(Refinement, IsTheSameAbreast) {
   }
 }
 
-// Kinks and all: of an excitation of 10 ft/s^2 the cubic through four points leaves 0.71.
+// Including velocity reversals: for an excitation of 10 ft/s^2 a cubic through four points
+// leaves 0.71.
 TEST(Refinement, LeavesLittleOfTheResidualOnTheFinerGrid) {
   const Model model(testing::oleo(32.2));
   const std::vector<double> theta = {5.08, 5.0, 1.62, 1.0};

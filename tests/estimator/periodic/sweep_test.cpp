@@ -33,7 +33,7 @@ TEST(FrequencySweep, FindsTheReferencesSolutionsFromHalfAHertzToEight) {
                                       reference[f][1 + i]));
     }
     EXPECT_LT(worst, bound);
-    EXPECT_LT(sweep.steps(), 120);  // of eight lanes: a walk on its own takes some 400
+    EXPECT_LT(sweep.steps(), 120);  // with eight lanes; one lane alone needs about 400
   }
 }
 
@@ -49,9 +49,9 @@ double amplitude(std::span<const double> z) {
   return 0.5 * (*high - *low);
 }
 
-// A hardening spring has two stable motions over a band of frequencies: a walk upwards stays on the
-// high one until it ends, a walk downwards on the low one, and eight stretches abreast must tell
-// the same tale as one system from frequency to frequency.
+// A hardening spring has two stable motions in a band of frequencies. A sweep upwards stays on
+// the high one until it ends, a sweep downwards on the low one. A batch of eight sections must
+// give the same as one system from frequency to frequency.
 TEST(FrequencySweep, StaysOnTheBranchThatItCameBy) {
   const Model model(testing::duffing());
   const std::vector<double> theta = {0.05, 1.0, 0.1};
@@ -94,7 +94,7 @@ TEST(FrequencySweep, SaysWhichFrequenciesHaveNoSolution) {
   FrequencySweep sweep(model, {{Scheme::order6, 80, true}, 1e-9});
   const auto f = frequencies(1.0, 3.0, 9);
   EXPECT_EQ(sweep.run(kOleoFeet, 10.0, f), f.size());
-  // Half of the gas's stiffness is not enough to carry the mass: there is no equilibrium.
+  // Half of the gas's stiffness cannot carry the mass: there is no equilibrium.
   std::vector<double> weak = kOleoFeet;
   weak[1] = 1e-9;
   weak[3] = 0.1;

@@ -24,7 +24,7 @@ PlanOptions feet() {
   return options;
 }
 
-// What is promised is what an estimate from accurate data states.
+// The planned errors are those that an estimate from accurate data states.
 TEST(Plan, PromisesTheErrorsThatAnEstimateThenStates) {
   const Model model(testing::oleo(32.178));
   const auto plan = make_plan(model, feet());
@@ -87,7 +87,7 @@ TEST(Plan, SaysBeforehandThatFigure13HardlyDeterminesTheSpring) {
   EXPECT_THAT(plan->sets[0].warnings[0], HasSubstr("theta4"));
 }
 
-// (6.1): no set of runs can tell two dampers apart that act alike.
+// (6.1): no set of runs distinguishes two dampers with the same effect.
 TEST(Plan, SaysWhichCombinationNoSetDetermines) {
   const Model model(
       testing::model_of({testing::effect("viscous_damping"), testing::effect("viscous_damping"),
@@ -144,7 +144,7 @@ TEST(Plan, WorksOnTheOleoOnItsTyreAndTheLinearOscillator) {
   auto plan = make_plan(tyre, options);
   ASSERT_TRUE(plan) << plan.error().what;
   EXPECT_EQ(plan->free.size(), 6U);
-  // Closed form of the oscillator's standard error of k: see the Monte Carlo test.
+  // The closed form of the standard error of k of the oscillator: see the Monte Carlo test.
   const Model oscillator(testing::linear_oscillator());
   options.theta = {3.0, 60.0};
   options.frequencies_hz = {1.0};

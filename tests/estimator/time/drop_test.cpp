@@ -1,4 +1,5 @@
-// Drops of the paper's oleo against independent numbers, and bands against each other.
+// Drops of the paper's oleo against independent numbers, and the two kinds of bands against
+// each other.
 #include "estimator/time/drop.hpp"
 
 #include <cmath>
@@ -54,7 +55,8 @@ TEST(Drop, EnergyIsThatOfTheFall) {
     const double energy = 50.0 + (1.0 - lift) * 32.174 * stroke;
     EXPECT_NEAR(run->figures[figure("energy_absorbed")], energy, 2e-3);
     EXPECT_LT(run->figures[figure("energy_dissipated")], energy);
-    // Lift carries weight: load at touch-down is the same, deceleration is larger by it.
+    // Lift carries weight: the load at touch-down is the same, the deceleration is larger by
+    // the lift.
     EXPECT_NEAR(run->figures[figure("peak_load")], 513.0, 1e-9);
     EXPECT_NEAR(run->figures[figure("peak_deceleration")], 513.0 - (1.0 - lift) * 32.174, 1e-9);
   }
@@ -85,7 +87,7 @@ TEST(Drop, BandsByDeltaMethodAndSamplingAgreeWhereTheyAreNarrow) {
   ASSERT_TRUE(prediction.ok()) << prediction.error().what;
   EXPECT_EQ(prediction->samples, 400);
   EXPECT_EQ(prediction->lost, 0);
-  // theta1 v0^2 + theta2 - g, whose error is known by hand.
+  // theta1 v0^2 + theta2 - g, with an error that is known in closed form.
   const auto& deceleration = prediction->bands[figure("peak_deceleration")];
   EXPECT_NEAR(deceleration.error, std::hypot(100.0 * 0.02, 0.03), 1e-4);
   for (const char* name : {"peak_stroke", "peak_deceleration", "energy_absorbed"}) {
@@ -94,13 +96,13 @@ TEST(Drop, BandsByDeltaMethodAndSamplingAgreeWhereTheyAreNarrow) {
     EXPECT_NEAR(band.sampled_upper - band.sampled_lower, width, 0.2 * width) << name;
     EXPECT_LT(band.lower, band.value);
   }
-  // The band of the history ends in that of the figure.
+  // The band of the history ends in the band of the figure.
   const auto& h = prediction->run.history;
   EXPECT_NEAR(h.load_error[0], deceleration.error, 1e-3);
   EXPECT_EQ(h.stroke_error[0], 0.0);
 }
 
-// A mass with a speed on a spring and a damper, in closed form.
+// A mass with an initial speed on a spring and a damper, in closed form.
 struct FreeDecay {
   double speed, c, k;
 

@@ -1,4 +1,5 @@
-// Time integration against closed forms, other methods' numbers, and itself at other settings.
+// Time integration against closed forms, results of other methods, and itself with other
+// settings.
 #include "estimator/time/integration.hpp"
 
 #include <cmath>
@@ -49,7 +50,7 @@ Run run(const StateEquations& equations, std::vector<double> times, std::vector<
   return out;
 }
 
-// (6.2) in closed form, for complex arguments, so that its derivatives are complex steps.
+// (6.2) in closed form for complex arguments, so that complex steps give its derivatives.
 std::complex<double> free_decay(double t, std::complex<double> u0, std::complex<double> v0,
                                 std::complex<double> c, std::complex<double> k) {
   const auto omega = std::sqrt(k - 0.25 * c * c);
@@ -89,7 +90,7 @@ TEST_P(EveryIntegrator, FollowsTheLinearOscillatorAndItsSensitivities) {
 }
 
 TEST_P(EveryIntegrator, ComesBackToItsPeriodicStateAfterOnePeriod) {
-  // Independent reference states of the oleo in SI (two methods agree on eight digits).
+  // Independent reference states of the oleo in SI units (two methods agree to eight digits).
   struct Row {
     double f, a, u, v, low, high;
   };
@@ -145,7 +146,7 @@ TEST_P(EveryIntegrator, RefusesAMotionThroughTheGasSpringsWall) {
   const StateEquations equations(model);
   auto theta = kOleoSi;
   theta[0] = 0.0;   // no damping
-  theta[1] = 1e-6;  // next to no gas: nothing stops it before 1/theta3
+  theta[1] = 1e-6;  // hardly any gas: nothing stops it before 1/theta3
   const auto result =
       run(equations, even_times(0.0, 0.5, 50), {0.1, 3.0}, Excitation(), theta, with(GetParam()));
   EXPECT_FALSE(result.report.ok);
@@ -213,8 +214,8 @@ TEST(Integration, AugmentedStatesGiveTheSameSensitivities) {
   }
 }
 
-// Error at the end against a far finer integration: what fourth order promises is 16 for half the
-// step; at the kinks of |v| v only with the steps cut there.
+// The error at the end against a much finer integration: at fourth order it falls by 16 when
+// the step is halved; at the reversals of |v| v only when the steps end there.
 double halving_gains(CutAtReversals cut) {
   const Model model(oleo());
   const StateEquations equations(model);

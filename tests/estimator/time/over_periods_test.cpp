@@ -1,4 +1,4 @@
-// Against tests/data/multi_period: extrapolated midpoint steps and shooting in plain Python.
+// Compared with tests/data/multi_period: extrapolated midpoint steps and shooting in Python.
 #include "estimator/time/over_periods.hpp"
 
 #include <cmath>
@@ -46,7 +46,7 @@ class StartOverPeriods : public ::testing::TestWithParam<Case> {
   }
 };
 
-// Without it most fits from so far off end on another response or on a fold.
+// Without this start most fits from such distant values end on another response or on a fold.
 TEST_P(StartOverPeriods, LeadsTheFitToTheTruthFromFarOff) {
   EstimationOptions options;
   options.grid.points = 240;
@@ -77,7 +77,7 @@ TEST_P(StartOverPeriods, TakesAMeasuredExcitationAndSamplesAtAnyTimes) {
   const auto start = start_over_periods(model, {run}, off_by(-0.05));
   ASSERT_TRUE(same && start);
   for (std::size_t k = 0; k < truth.size(); ++k)
-    EXPECT_NEAR((*start)[k] / (*same)[k], 1.0, 2e-3) << k;  // the cubic between samples
+    EXPECT_NEAR((*start)[k] / (*same)[k], 1.0, 2e-3) << k;  // error of the cubic between samples
 }
 
 TEST(StartOverPeriodsOf, CoefficientsIsNone) {

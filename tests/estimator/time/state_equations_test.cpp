@@ -1,4 +1,4 @@
-// The coefficients of the sensitivity equations (5.10), each asked for alone.
+// The coefficients of the sensitivity equations (5.10), each requested alone.
 #include "estimator/time/state_equations.hpp"
 
 #include <array>
@@ -43,7 +43,7 @@ TEST(StateEquations, GiveEachOfTheirDerivativesAlone) {
   EXPECT_EQ(by_state[1][0], 1.0);
   EXPECT_NEAR(by_state[2][0], -7.5, 1e-12);
   EXPECT_NEAR(by_state[3][0], -0.25, 1e-12);
-  EXPECT_EQ(by_theta[2][0], 0.0);  // left alone
+  EXPECT_EQ(by_theta[2][0], 0.0);  // not requested: unchanged
 
   by_state = {};
   ASSERT_TRUE(ask(nullptr, h_theta.data()));

@@ -37,7 +37,7 @@ TEST_P(TimeFigures, AreReproducedToTheDigitsThatCanBeReached) {
   EXPECT_DOUBLE_EQ(run.max_deviation, largest(run.iterates, run.printed));
   EXPECT_LE(run.max_deviation, run.agreement);
   EXPECT_TRUE(run.reproducible);
-  // The independent code's iterates agree far beyond the print.
+  // The iterates of the independent code agree far better than the print.
   const auto independent =
       (GetParam() == 9 ? wanted["iterates_c1"] : wanted["iterates"]).get<Table>();
   EXPECT_LT(largest(run.iterates, independent), 1e-6);

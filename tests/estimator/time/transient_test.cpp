@@ -1,4 +1,5 @@
-// Estimates from records that are not periodic, against closed forms, reference code and truth.
+// Estimates from records that are not periodic, against closed forms, reference code and the
+// truth.
 #include "estimator/time/transient.hpp"
 
 #include <cmath>
@@ -79,7 +80,7 @@ TEST(Transient, FigureSixAndSevenIterateByIterate) {
   }
 }
 
-// The covariance (3.27) at the exact parameters, by the reference code, for noise U(-w, w).
+// The covariance (3.27) at the exact parameters, from the reference code, for noise U(-w, w).
 TEST(Transient, CovarianceIsThatOfTheReference) {
   const auto data = reference();
   const Model model(linear_oscillator());
@@ -98,7 +99,7 @@ TEST(Transient, CovarianceIsThatOfTheReference) {
     EXPECT_NEAR(fit.initial[0][1], 0.0, 1e-7);
     const auto& mc = data.at("monte_carlo").at(figure);
     const double w = mc.at("w"), variance = w * w / 3.0 / (fit.noise * fit.noise);
-    const int order[] = {2, 3, 0, 1};  // the reference begins with the initial state
+    const int order[] = {2, 3, 0, 1};  // the reference has the initial state first
     for (std::size_t i = 0; i < 4; ++i) {
       for (std::size_t k = 0; k < 4; ++k) {
         const auto row = static_cast<std::size_t>(order[i]),
@@ -109,7 +110,7 @@ TEST(Transient, CovarianceIsThatOfTheReference) {
       }
     }
     EXPECT_EQ(fit.degrees_of_freedom, 1);
-    EXPECT_NEAR(fit.quantile, 12.706, 1e-3);  // Student's, one degree of freedom
+    EXPECT_NEAR(fit.quantile, 12.706, 1e-3);  // Student's t with one degree of freedom
   }
 }
 
@@ -129,7 +130,7 @@ TransientRecord paper_record(const nlohmann::json& entry, const char* key) {
   return record;
 }
 
-// Figure 9 with the derivative as it should be: five iterations, not eleven.
+// Figure 9 with the correct derivative: five iterations, not eleven.
 TEST(Transient, FigureNineWithTheRightDerivativeNeedsFiveIterations) {
   const auto data = reference();
   const Model model(oleo(32.1859));
@@ -153,7 +154,7 @@ TEST(Transient, FigureNineWithTheRightDerivativeNeedsFiveIterations) {
   EXPECT_GT(fourth, 5e-5);
 }
 
-// The record of figure 10, and the optimum that the paper's slip kept it from.
+// The record of figure 10, and the optimum that the error in the paper prevented.
 TEST(Transient, FigureTensRecordHasTheOptimumOfTheReference) {
   const auto data = reference();
   const Model model(oleo(32.1859));
@@ -210,7 +211,7 @@ TEST(Transient, KnownInitialConditionsAreNotEstimated) {
   EXPECT_EQ(estimator.sensitivities(0).size(), 80U);
 }
 
-// Random excitation of many harmonics, truth by CVODES at 1e-12, white noise.
+// Random excitation with many harmonics; the truth is from CVODES at 1e-12, with white noise.
 struct Long {
   TransientRecord record;
   std::vector<double> clean;

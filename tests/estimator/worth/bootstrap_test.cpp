@@ -39,7 +39,7 @@ TEST(Bootstrap, AgreesWithTheLinearIntervalWhereTheNoiseIsSmall) {
   }
 }
 
-// Figure 12's theta4 has a bias of 0.107 and a scatter of 1.041 bounds in 10 000 repetitions.
+// theta4 of figure 12 has a bias of 0.107 and a scatter of 1.041 bounds in 10 000 repetitions.
 TEST(Bootstrap, SeesTheBiasThatTheLinearisationDoesNot) {
   const Model model(testing::oleo(32.178));
   const auto runs = *exact_data(model, {{2.0, 10.0, 40, 1.0}}, testing::kOleoFeet);

@@ -25,7 +25,8 @@ Fit fit_of(const Model& model, const std::vector<RunDesign>& design,
   return estimator.fit(truth);
 }
 
-// The paper's (6.1): of two dampers only the sum acts, so that 1 for 1 they replace each other.
+// (6.1) of the paper: of two dampers only the sum has an effect, so one replaces the other 1 to
+// 1.
 TEST(Determination, NamesTheCombinationThatTheDataDoNotFeel) {
   const Model model(
       testing::model_of({testing::effect("viscous_damping"), testing::effect("viscous_damping"),
@@ -35,7 +36,7 @@ TEST(Determination, NamesTheCombinationThatTheDataDoNotFeel) {
   const auto open = open_directions(model, fit);
   ASSERT_EQ(open.size(), 1U);
   EXPECT_TRUE(open[0].lost);
-  // The same amount in their own unit, with opposite signs.
+  // The same amount in their unit, with opposite signs.
   EXPECT_NEAR(open[0].change[0] * fit.theta[0], -open[0].change[1] * fit.theta[1], 1e-6);
   EXPECT_NEAR(open[0].change[2], 0.0, 1e-6);
   const auto warnings = determination_warnings(model, fit);
@@ -53,8 +54,8 @@ TEST(Determination, SaysThatFigure13HardlyDeterminesTheSpring) {
   EXPECT_TRUE(determination_warnings(model, good).empty());
 }
 
-// Mass, spring and damper all unknown and no force known: displacement in the tyre's unsprung
-// system does not matter here; a single parameter without any effect does.
+// Two independent oscillators. Only the first one is observed, so the parameters of the second one
+// have no effect.
 TEST(Determination, NamesAParameterThatDoesNothing) {
   auto spec = testing::linear_oscillator();
   spec.coordinates = {"a", "b"};

@@ -21,9 +21,9 @@ MonteCarloOptions figure(double frequency, double amplitude, double largest) {
   return options;
 }
 
-// Standard deviations of the linearised problem as an independent program gave them (the paper's
-// reconstruction: (3.27) for figures 12 and 13, the scatter of 1000 repetitions for figure 14,
-// where its linearisation was of one noisy record).
+// Standard deviations of the linearised problem from an independent program: (3.27) for figures
+// 12 and 13, and for figure 14 the scatter of 1000 repetitions, because its linearisation used
+// one noisy record.
 TEST(MonteCarlo, FindsTheBoundsOfThePapersFigures) {
   const Model model(testing::oleo(32.178));
   struct Case {
@@ -42,8 +42,8 @@ TEST(MonteCarlo, FindsTheBoundsOfThePapersFigures) {
   }
 }
 
-// The short form of the 10 000 replications whose figures are in docs/estimation.md; binomial
-// scatter of 500 is 1 %.
+// The short form of the 10 000 replications in docs/estimation.md; the binomial scatter of 500
+// is 1 %.
 TEST(MonteCarlo, IntervalsHoldTheTruthAndScatterIsTheBoundOnFigures12And14) {
   const Model model(testing::oleo(32.178));
   for (const auto& options : {figure(2, 10, 0.5698), figure(1, 10, 0.5566)}) {
@@ -60,9 +60,10 @@ TEST(MonteCarlo, IntervalsHoldTheTruthAndScatterIsTheBoundOnFigures12And14) {
   }
 }
 
-// What is asked of estimates by default, on 2500 of the 10 000 replications of docs/estimation.md:
-// scatter of at most 1.02 times the bound and coverage of 94 to 96 %, each with three standard
-// errors of a score of 2500 (1.4 % and 0.44 %). Figure 12 in full: second_order_test.cpp.
+// The requirements on default estimates, on 2500 of the 10 000 replications of
+// docs/estimation.md: scatter at most 1.02 times the bound, coverage 94 to 96 %, each with a
+// margin of three standard errors of 2500 replications (1.4 % and 0.44 %).
+// second_order_test.cpp tests figure 12 in full.
 TEST(MonteCarlo, PublishedEstimatesScatterAndCoverAsIsAskedFor) {
   auto three = figure(1, 3, 1.0);
   three.runs = {{1.0, 3.0, 64, 20.0}, {2.0, 3.0, 64, 20.0}, {2.5, 1.5, 64, 20.0}};
@@ -86,7 +87,7 @@ TEST(MonteCarlo, PublishedEstimatesScatterAndCoverAsIsAskedFor) {
       EXPECT_GT(result->bias_taken_off, 0.96 * c.options.replications);
     else
       EXPECT_EQ(result->bias_taken_off, 0);
-    if (kSanitized) continue;  // too few for what follows
+    if (kSanitized) continue;  // too few replications for the checks below
     for (const ParameterScore& p : result->parameters) {
       EXPECT_LT(p.scatter / p.bound, 1.02 + 0.042);
       EXPECT_NEAR(p.coverage, 0.95, 0.01 + 0.013);
@@ -105,9 +106,8 @@ TEST(MonteCarlo, ProfilesHoldTheTruthOnFigure13WhereLinearIntervalsDoNot) {
   EXPECT_LT(result->parameters[3].coverage, result->parameters[3].profile_coverage - 0.02);
 }
 
-// In both figures some repetitions of these used to fail: on figure 13 because a curved valley
-// takes hundreds of steps, on figure 14 because one overflow had stayed in the sensitivities'
-// corrections.
+// Two difficult cases: on figure 13 a curved valley takes hundreds of steps; on figure 14 an
+// overflow must not stay in the corrections of the sensitivities.
 TEST(MonteCarlo, ConvergesInEveryRepetitionOfFigures13And14) {
   const Model model(testing::oleo(32.178));
   auto options = figure(2, 5, 0.5488);
@@ -159,7 +159,8 @@ TEST(MonteCarlo, WorksOnTheLinearOscillatorAndOnTheOleoOnItsTyre) {
     EXPECT_NEAR(p.coverage, 0.95, 0.04);
     EXPECT_NEAR(p.scatter / p.bound, 1.0, 0.12);
   }
-  // Closed form: u = Re(U e^{i phi}), information n/2 |dU/dtheta|^2 times cycles over s^2.
+  // Closed form: u = Re(U e^{i phi}); the information is n/2 |dU/dtheta|^2 times cycles over
+  // s^2.
   const double omega = 2.0 * M_PI;
   const double size2 = 4.0 / std::pow(std::pow(60.0 - omega * omega, 2) + 9.0 * omega * omega, 2);
   const double information = 0.5 * 40.0 * 4.0 * size2 / 1e-8;

@@ -1,4 +1,4 @@
-// What the weights of importance sampling are worth where the posterior is known exactly.
+// The quality of the importance weights for a posterior that is known exactly.
 #include "estimator/worth/posterior_bend.hpp"
 
 #include <cmath>
@@ -17,9 +17,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kParameters = 4;
-constexpr double kDegrees = 36.0;  // 40 samples less four parameters
+constexpr double kDegrees = 36.0;  // 40 samples minus four parameters
 
-// In units of its own deviations the oleo's covariance: one long direction, three thin ones.
+// The covariance of the oleo in units of its own deviations: one long direction, three short
+// ones.
 MatrixXd scale() {
   MatrixXd mixing(kParameters, kParameters);
   mixing << 1.0, 0.2, 0.1, 0.3,  //
@@ -31,8 +32,8 @@ MatrixXd scale() {
   return units.asDiagonal() * mixing * lengths.asDiagonal();
 }
 
-// Multivariate t of the linear model with unknown noise, (3.27): z of unit scale, `bend` of the
-// second direction for one of the longest.
+// The multivariate t of the linear model with unknown noise, (3.27), in z of unit scale.
+// `bend`: the shift of z[2] for a unit of z[0].
 LogDensity student(double bend) {
   const MatrixXd inverse = scale().inverse();
   return [inverse, bend](std::span<const double> theta) {
@@ -54,8 +55,8 @@ double share(const ImportanceSample& sample) {
   return sample.fewest_effective / static_cast<double>(sample.draws.theta.size());
 }
 
-// Every k below nothing: no tail is too thin. What is lost is the price of tails that are heavier
-// than the posterior's.
+// Every k is below zero: no tail of the proposal is too thin. The loss of effective draws is
+// due to tails that are heavier than those of the posterior.
 TEST(ProposalOfAPosterior, HasEvenWeightsWhereTheModelIsLinear) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     for (const int rounds : {1, 4}) {
@@ -66,7 +67,8 @@ TEST(ProposalOfAPosterior, HasEvenWeightsWhereTheModelIsLinear) {
   }
 }
 
-// As much as a weakly nonlinear response bends the oleo's: Laplace's approximation alone fails.
+// As curved as the oleo's posterior with a weakly nonlinear response: Laplace's approximation
+// alone fails.
 TEST(ProposalOfAPosterior, FollowsABend) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     ASSERT_LT(share(sampled(1.0, seed, 1)), 0.25) << "the case shows nothing";
@@ -75,7 +77,7 @@ TEST(ProposalOfAPosterior, FollowsABend) {
     EXPECT_GT(share(found), 0.6) << seed;
     EXPECT_LT(found.followed_k, 0.4) << seed;
     EXPECT_GT(found.followed_share, 0.6) << seed;
-    // Moments of Student's t: the mean of z^2, and what the bent direction varies.
+    // Moments of Student's t: the mean of z^2, and its variance in the curved direction.
     const double mean = kDegrees / (kDegrees - 2.0);
     const double fourth = 3.0 * mean * kDegrees / (kDegrees - 4.0);
     const double error = std::sqrt((mean + fourth - mean * mean) / found.fewest_effective);
@@ -99,7 +101,7 @@ Draws bent_draws(int count) {
   return out;
 }
 
-// The mean over its draws of another density over its own is one.
+// The mean, over its own draws, of another density divided by its own is one.
 TEST(Bend, KnowsItsDensity) {
   const Bend bend(bent_draws(1000));
   const MatrixXd inverse = scale().inverse();

@@ -1,4 +1,4 @@
-// Where an oscillator has two responses, the posterior is that of the one which was measured.
+// When an oscillator has two responses, the posterior is that of the measured one.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -26,7 +26,7 @@ struct DuffingRate {
   }
 };
 
-// Shooting, from where the oscillator has settled.
+// Shooting, from the settled motion of the oscillator.
 class Branch {
  public:
   explicit Branch(std::array<double, 2> start)

@@ -9,7 +9,7 @@ namespace {
 
 using Chains = std::vector<std::vector<double>>;
 
-// x_t = phi x_(t-1) + e, of variance 1, plus an offset for each chain and a scale.
+// x_t = phi x_(t-1) + e, with variance 1, plus an offset and a scale for each chain.
 Chains chains_of(double phi, const std::vector<double>& offset, const std::vector<double>& scale,
                  int length = 5000) {
   std::mt19937_64 random(4);
@@ -42,7 +42,7 @@ TEST(PosteriorConvergence, IsMissedWhereOneChainIsElsewhereWiderOrDrifts) {
   EXPECT_EQ(split_r_hat({{1, 1, 1, 1}, {1, 1, 1, 1}}), std::numeric_limits<double>::infinity());
 }
 
-// Draws of an autoregression are worth (1 - phi) / (1 + phi) of independent ones.
+// Draws of an autoregression count as (1 - phi) / (1 + phi) times as many independent draws.
 TEST(PosteriorConvergence, KnowsWhatDrawsOfAnAutoregressionAreWorth) {
   for (const double phi : {0.0, 0.5, 0.9}) {
     const double expected = 20000.0 * (1.0 - phi) / (1.0 + phi);

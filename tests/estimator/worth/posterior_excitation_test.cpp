@@ -1,4 +1,4 @@
-// The measured excitation's own error in the posterior.
+// The error of the measured excitation in the posterior.
 #include <cmath>
 #include <complex>
 #include <random>
@@ -21,7 +21,7 @@ constexpr double kTableFrequency = 2.0;
 constexpr int kTablePoints = 40;
 constexpr int kParts = 6;  // cosine and sine of three harmonics
 
-// As an accelerometer shows it: amplitude * cos and what it adds.
+// The record of an accelerometer: amplitude * cos plus its errors `parts`.
 std::vector<double> shown(double amplitude, const std::vector<double>& parts) {
   const auto table = testing::excitation_table(amplitude, parts, kTablePoints / 2);
   return {table.begin(), table.end() - 1};
@@ -43,8 +43,8 @@ struct ClosedForm {
     return std::polar(1.0, 2.0 * M_PI * h * tau) / Complex(k - w * w, w * c);
   }
   double value(double tau) const { return amplitude * response(1, tau).real(); }
-  // Covariance of least squares with errors of `noise` in the response and `error` in each part of
-  // the excitation.
+  // The covariance of least squares with errors of `noise` in the response and `error` in each
+  // part of the excitation.
   MatrixXd covariance(double noise, double error) const {
     MatrixXd j(kTablePoints, 2), s(kTablePoints, kParts);
     for (int i = 0; i < kTablePoints; ++i) {
@@ -101,7 +101,7 @@ TEST(PosteriorOfNoisyExcitation, HasTheWidthOfClosedFormOnTheLinearOscillator) {
   }
 }
 
-// What the estimates of 400 simulated measurements scatter, against one posterior.
+// Compares the scatter of the estimates from 400 simulated measurements with one posterior.
 TEST(PosteriorOfNoisyExcitation, IsAsWideAsEstimatesScatterOnTheOleo) {
   constexpr double kNoise = 2e-5, kError = 5e-3, kAmplitude = 3.048;
   constexpr int kRepetitions = 400;

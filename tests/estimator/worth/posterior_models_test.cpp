@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kNowhere = -std::numeric_limits<double>::infinity();
 
-// y1 ~ N(0, 10^2), y2 ~ N(0, 1), x1 = y1, x2 = y2 + 0.05 y1^2 (bent), x3 ~ N(0, 1): its mode is (0,
-// 0, 0), the moments of x2 are those of 5 chi^2 + N(0, 1).
+// y1 ~ N(0, 10^2), y2 ~ N(0, 1), x1 = y1, x2 = y2 + 0.05 y1^2 (curved), x3 ~ N(0, 1). The mode
+// is (0, 0, 0); the moments of x2 are those of 5 chi^2 + N(0, 1).
 double banana(std::span<const double> x) {
   const double y2 = x[1] - 0.05 * x[0] * x[0];
   return -0.5 * (x[0] * x[0] / 100.0 + y2 * y2 + x[2] * x[2]);
@@ -74,7 +74,7 @@ TEST(PosteriorOfABanana, IsFoundByWalkersWhereItsProposalFails) {
   EXPECT_NEAR(bent.median, banana_quantile(0.5), 0.15 * std::sqrt(51.0));
   EXPECT_NEAR(bent.lower, banana_quantile(0.025), 0.1 * std::sqrt(51.0));
   EXPECT_NEAR(bent.upper / banana_quantile(0.975), 1.0, 0.15);
-  // The same for any number of threads.
+  // The result does not depend on the number of threads.
   poor.threads = 3;
   const Posterior again = sample_posterior(make, mode, peak, poor);
   EXPECT_EQ(again.parameters[1].mean, bent.mean);
@@ -95,8 +95,9 @@ TEST(PosteriorOfABanana, DrawsUntilItsMeansAreWorthEnough) {
     EXPECT_GE(p.effective_samples, few.fewest_effective);
 }
 
-// Noise so small that the oleo is linear in its parameters: Student's t around the optimum of the
-// reference, with its covariance; s^2 integrated out leaves 40 - 4 degrees of freedom.
+// The noise is so small that the oleo is linear in its parameters: Student's t around the
+// optimum of the reference, with its covariance. With s^2 integrated out, 40 - 4 degrees of
+// freedom are left.
 TEST(PosteriorOfTheOleo, IsStudentsTAroundTheReference) {
   const Model model(testing::oleo(32.2));
   RunData run;
@@ -123,12 +124,13 @@ TEST(PosteriorOfTheOleo, IsStudentsTAroundTheReference) {
   }
 }
 
-// u the stroke, d the tyre's deflection; the unsprung mass is a tenth, k and c over the sprung one.
+// u is the stroke, d the tyre's deflection. The unsprung mass is a tenth; k and c are per
+// sprung mass.
 struct TyreInTime {
   std::vector<double> theta;
   std::array<double, 4> operator()(const std::array<double, 4>& z, double x) const {
     const testing::OleoInTime strut{theta};
-    const double f = 9.80665 - strut({z[0], z[1]}, 0.0)[1];  // of the oleo, gravity taken off
+    const double f = 9.80665 - strut({z[0], z[1]}, 0.0)[1];  // force of the oleo without gravity
     const double tyre = (f - theta[4] * z[2] - theta[5] * z[3]) / 0.1 + 9.80665 + x;
     return {z[1], x + 9.80665 - f - tyre, z[3], tyre};
   }
@@ -138,8 +140,8 @@ struct TyreInTime {
   }
 };
 
-// Known noise so small that the system is linear in theta: (J^T J)^-1, J by differences of
-// shooting.
+// The known noise is so small that the system is linear in theta: (J^T J)^-1, with J from
+// differences of shooting.
 TEST(PosteriorOfTheOleoOnItsTyre, HasTheCovarianceOfShooting) {
   constexpr double kNoise = 1e-6;
   constexpr int kPoints = 40;
@@ -184,8 +186,8 @@ TEST(PosteriorOfTheOleoOnItsTyre, HasTheCovarianceOfShooting) {
   }
 }
 
-// Figure 13 with theta1 and theta2 known, so that theta3 and theta4 can be integrated over, each
-// density from Runge-Kutta and shooting.
+// Figure 13 with known theta1 and theta2, so that theta3 and theta4 can be integrated over.
+// Each density comes from Runge-Kutta and shooting.
 class BentValley {
  public:
   BentValley() : table_(testing::excitation_table(5.0, {}, 200)) {
@@ -212,11 +214,11 @@ class BentValley {
     return std::isfinite(sum) ? -20.0 * std::log(sum) : kNowhere;
   }
 
-  // The best theta3 of a theta4, by golden section.
+  // The best theta3 for a given theta4, by golden section.
   double ridge(double theta4) {
     constexpr double kGolden = 0.6180339887498949;
     double low = 0.3, high = 6.0;
-    // Far too stiff a gas has no solution: the ridge keeps theta3 theta4 nearly constant.
+    // A much too stiff gas has no solution; along the ridge theta3 theta4 is nearly constant.
     low = std::max(low, 0.4 * 1.62 / theta4);
     high = std::min(high, 1.8 * 1.62 / theta4);
     double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
@@ -253,7 +255,7 @@ struct Marginal {
     for (double& w : weight)
       w /= whole;
   }
-  // Nodes are the middles of steps.
+  // Nodes are at the middle of the steps.
   double quantile(double probability, double step) const {
     double below = 0.0;
     for (std::size_t i = 0; i < at.size(); ++i) {
@@ -323,7 +325,7 @@ TEST(PosteriorOfFigure13, AgreesWithQuadrature) {
   EXPECT_NEAR(p4.median, fourth.quantile(0.5, kStep), 0.1 * fourth.deviation);
   EXPECT_NEAR(p4.lower, fourth.quantile(0.025, kStep), 0.1 * fourth.deviation);
   EXPECT_NEAR(p4.upper, fourth.quantile(0.975, kStep), 0.25 * fourth.deviation);
-  // The mode is where no density is greater (2.13).
+  // At the mode the density is largest (2.13).
   const double at_mode = valley.log_density(p3.mode, p4.mode);
   EXPECT_LE(*std::max_element(along.begin(), along.end()), at_mode + 1e-3);
 }

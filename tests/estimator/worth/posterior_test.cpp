@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kSigma = 0.7;
 
-// y = a + b x with known noise: the posterior is normal, with the moments of linear algebra.
+// y = a + b x with known noise: the posterior is normal, with moments from linear algebra.
 TEST(Posterior, OfALinearModelHasItsKnownMoments) {
   std::vector<double> x, y;
   double n = 0, sx = 0, sxx = 0, sy = 0, sxy = 0;
@@ -38,7 +38,7 @@ TEST(Posterior, OfALinearModelHasItsKnownMoments) {
       return -0.5 * sum / v;
     };
   };
-  // A poor guess at the peak's width: the rounds must find the right one.
+  // The start covariance is wrong: the rounds must find the right one.
   std::vector<double> guess = covariance;
   for (double& g : guess)
     g *= 3.0;
@@ -58,7 +58,8 @@ TEST(Posterior, OfALinearModelHasItsKnownMoments) {
   EXPECT_NEAR(found.covariance[1] / covariance[1], 1.0, 0.1);
 }
 
-// y = exp(-t x), few points, noise: a skew posterior of one parameter, against Simpson's rule.
+// y = exp(-t x) with few points and noise: a skew posterior of one parameter, against Simpson's
+// rule.
 TEST(Posterior, OfASkewOneAgreesWithQuadrature) {
   const auto log_density = [](double t) {
     if (t <= 0.0) return -std::numeric_limits<double>::infinity();
@@ -111,7 +112,7 @@ TEST(Posterior, OfASkewOneAgreesWithQuadrature) {
   EXPECT_NEAR(p.upper, quantile(0.975), 0.25 * sd);
 }
 
-// Tails like 1 / t^1.3: no proposal of this kind has a finite variance against it.
+// Tails like 1 / t^1.3: against them no proposal of this kind has a finite variance.
 TEST(Posterior, SaysWhenItsTailIsTooHeavy) {
   const Posterior found = sample_posterior(
       []() -> LogDensity {
@@ -143,7 +144,7 @@ RunData linear_run(double noise) {
   return run;
 }
 
-// Little noise makes (6.2) linear in its parameters: Student's t of (3.27), (3.28).
+// With little noise (6.2) is linear in its parameters: Student's t of (3.27), (3.28).
 TEST(Posterior, OfTheLinearOscillatorIsStudentsT) {
   const Model model(testing::linear_oscillator());
   const std::vector<RunData> runs = {linear_run(1e-5)};
@@ -171,7 +172,7 @@ TEST(Posterior, OfTheLinearOscillatorIsStudentsT) {
   }
 }
 
-// Known noise and a prior as sharp as the data: precisions add up, means weigh by them.
+// Known noise and a prior as sharp as the data: precisions add, and means are weighted by them.
 TEST(Posterior, CountsPriors) {
   auto spec = testing::linear_oscillator();
   const std::vector<RunData> runs = {linear_run(1e-5)};

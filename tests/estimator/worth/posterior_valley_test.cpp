@@ -1,5 +1,6 @@
-// The posterior of figure 13 with all four parameters free, against quadrature over Runge-Kutta and
-// shooting in Python (tests/data/posterior/figure13.py); and the proposal that follows a valley.
+// The posterior of figure 13 with all four parameters free, against quadrature over Runge-Kutta
+// and shooting in Python (tests/data/posterior/figure13.py), and the proposal that follows a
+// valley.
 #include "estimator/worth/posterior_valley.hpp"
 
 #include <cmath>
@@ -12,7 +13,7 @@
 namespace shaker::estimator {
 namespace {
 
-// Columns of figure13_reference.csv, a row a parameter.
+// The columns of figure13_reference.csv, which has a row for each parameter.
 enum Column { kMean, kDeviation, kLow, kMedian, kHigh, kDensityLow, kDensityMedian, kDensityHigh };
 
 class FigureThirteen : public ::testing::Test {
@@ -37,8 +38,8 @@ class FigureThirteen : public ::testing::Test {
   RunData run_;
 };
 
-// What is found of a quantile is off by no more than three times its own error, where so many draws
-// are worth `effective` independent ones.
+// A quantile from draws that count as `effective` independent ones may differ by three of its
+// own standard errors.
 void expect_quantile(double found, double wanted, double density, double probability,
                      double effective) {
   const double error = std::sqrt(probability * (1.0 - probability) / effective) / density;
@@ -72,7 +73,7 @@ TEST_F(FigureThirteen, IsStillRefusedWhereNeitherValleyNorWalkersAreAllowed) {
   EXPECT_FALSE(sampled(options).converged);
 }
 
-// After many rounds the weights look good, while the far end of the valley is still missed.
+// After many rounds the weights look good, but the far end of the valley is still missing.
 TEST_F(FigureThirteen, IsNotBelievedForTheWeightsOfManyRounds) {
   PosteriorOptions options;
   options.most_steps = 0;

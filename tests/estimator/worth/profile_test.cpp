@@ -12,7 +12,7 @@
 namespace shaker::estimator {
 namespace {
 
-// Figure 13: the spring hardly shows at half the amplitude.
+// Figure 13: at half the amplitude the spring has little effect.
 std::vector<RunData> figure13(unsigned seed, double width = 0.0055) {
   const Model model(testing::oleo(32.178));
   auto runs = *exact_data(model, {{2.0, 5.0, 40, 1.0}}, testing::kOleoFeet);
@@ -23,8 +23,8 @@ std::vector<RunData> figure13(unsigned seed, double width = 0.0055) {
   return runs;
 }
 
-// Ceres, with the parameter fixed at the interval's end, must find the sum of squares risen by
-// t^2 s^2 there.
+// With the parameter fixed at the end of the interval, Ceres must find a sum of squares that is
+// larger by t^2 s^2.
 TEST(Profile, EndsWhereAnotherOptimiserFindsTheSumOfSquaresRisenByTSquared) {
   const auto spec = testing::oleo(32.178);
   const Model model(spec);
@@ -53,10 +53,10 @@ TEST(Profile, EndsWhereAnotherOptimiserFindsTheSumOfSquaresRisenByTSquared) {
       EXPECT_NEAR(std::sqrt(rise), fit.quantile, 5e-3 * fit.quantile) << k << " at " << end;
     }
   }
-  // Far from symmetric: why it is needed.
+  // The interval is far from symmetric, which is why it is needed.
   const auto& last = intervals[3];
   EXPECT_GT((last.upper - fit.theta[3]) / (fit.theta[3] - last.lower), 1.5);
-  // The estimator is as it was.
+  // The estimator is unchanged.
   EXPECT_EQ(estimator.last().theta, fit.theta);
   EXPECT_EQ(estimator.fit(fit.theta, true).status, FitStatus::converged);
 }

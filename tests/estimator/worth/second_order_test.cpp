@@ -21,8 +21,8 @@ EstimationOptions known(double noise) {
   return options;
 }
 
-// Stiffness k of u'' + c u' + k u = A cos(wt): u = A / (k - w^2 + i c w), whose derivatives over k
-// are known; sums over the points of a period are n / 2 times products of amplitudes.
+// The stiffness k of u'' + c u' + k u = A cos(wt): u = A / (k - w^2 + i c w) has known
+// derivatives by k; sums over the points of a period are n / 2 times products of amplitudes.
 TEST(SecondOrder, OfOneParameterIsTheClosedForm) {
   auto spec = testing::linear_oscillator();
   const Model all(spec);
@@ -50,8 +50,8 @@ TEST(SecondOrder, OfOneParameterIsTheClosedForm) {
   EXPECT_NEAR(found->bound[1] / second, 1.0, 1e-5);
 }
 
-// The bias is what the estimate's second derivatives over the data make of their variance:
-// differences of estimates, datum by datum, know nothing of the formula.
+// The bias follows from the second derivatives of the estimate by the data and the variance of
+// the data. Differences of estimates, datum by datum, do not use the formula.
 void expect_bias_of_differences(const Model& model, const std::vector<RunDesign>& design,
                                 const std::vector<double>& truth, int grid, double tolerance) {
   const auto data = exact_data(model, design, truth);
@@ -64,7 +64,7 @@ void expect_bias_of_differences(const Model& model, const std::vector<RunDesign>
   const auto found = second_order(estimator, model);
   ASSERT_TRUE(found);
   std::vector<double> sum(truth.size(), 0.0);
-  constexpr double kSteps = 2.0;  // of the noise
+  constexpr double kSteps = 2.0;  // in units of the noise
   for (std::size_t r = 0; r < data->size(); ++r) {
     for (std::size_t j = 0; j < (*data)[r].displacement.size(); ++j) {
       for (const double side : {-kSteps, kSteps}) {
@@ -110,9 +110,9 @@ MonteCarloOptions figure(double frequency, double amplitude, double noise) {
   return options;
 }
 
-// Figure 12 of the paper, the 10 000 repetitions that docs/estimation.md has, with and without: the
-// bias goes, and with it the scatter above the bound of second order. Three standard errors of the
-// mean are 0.03.
+// Figure 12 of the paper with the 10 000 repetitions of docs/estimation.md, with and without
+// the correction: it removes the bias and the scatter above the second-order bound. Three
+// standard errors of the mean are 0.03.
 TEST(SecondOrder, CorrectionTakesBiasAndScatterOffFigure12) {
   const Model model(testing::oleo(32.178));
   auto options = figure(2.0, 10.0, 0.01 * 0.5698);
@@ -123,7 +123,7 @@ TEST(SecondOrder, CorrectionTakesBiasAndScatterOffFigure12) {
   ASSERT_TRUE(plain && better);
   EXPECT_EQ(better->bias_taken_off, options.replications);
   EXPECT_EQ(plain->bias_taken_off, 0);
-  if (kSanitized) return;  // too few for what follows
+  if (kSanitized) return;  // too few replications for the checks below
   for (int k = 0; k < 4; ++k) {
     const ParameterScore& p = better->parameters[k];
     EXPECT_LT(std::fabs(p.bias / p.bound), 0.03) << k;
@@ -137,7 +137,7 @@ TEST(SecondOrder, CorrectionTakesBiasAndScatterOffFigure12) {
   }
 }
 
-// A record of the case, fitted, with what bends it.
+// A fitted record of this case, with its second-order effects.
 struct Bent {
   Bent(double amplitude, double noise)
       : model(testing::oleo(32.178)),

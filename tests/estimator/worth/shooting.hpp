@@ -1,4 +1,4 @@
-// Periodic responses by classical Runge-Kutta steps and shooting: other code than the estimator.
+// Periodic responses by Runge-Kutta steps and shooting, independent of the estimator.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@
 
 namespace shaker::estimator::testing {
 
-// amplitude * cos + the further cosine and sine parts, harmonic by harmonic, at both ends and in
-// the middle of each of `steps` steps.
+// amplitude * cos plus the cosine and sine parts of the harmonics, at both ends and in the
+// middle of each of `steps` steps.
 inline std::vector<double> excitation_table(double amplitude, const std::vector<double>& parts,
                                             int steps) {
   std::vector<double> x;
@@ -29,8 +29,8 @@ inline std::vector<double> excitation_table(double amplitude, const std::vector<
   return x;
 }
 
-// One period of d(state)/dt = rate(state, x), `state` being its beginning and then its end; the
-// first component at `points` equal steps.
+// Integrates d(state)/dt = rate(state, x) over one period; `state` is replaced by the final
+// state. Returns the first component at `points` equal steps.
 template <std::size_t S, class Rate>
 std::vector<double> one_period(const Rate& rate, const std::vector<double>& x, double frequency,
                                std::array<double, S>& state, int points) {
@@ -56,8 +56,8 @@ std::vector<double> one_period(const Rate& rate, const std::vector<double>& x, d
   return out;
 }
 
-// From `state`, which ends at the beginning of the periodic solution. Empty when there is none
-// near.
+// Starts at `state`, which is replaced by the first state of the periodic solution. nullopt
+// when there is none nearby.
 template <std::size_t S, class Rate>
 std::optional<std::vector<double>> periodic_response(const Rate& rate, const std::vector<double>& x,
                                                      double frequency, std::array<double, S>& state,
@@ -97,13 +97,13 @@ struct OleoInTime {
     return {z[1], x + gravity - theta[0] * std::fabs(z[1]) * z[1] -
                       theta[1] * std::pow(1.0 - theta[2] * z[0], -theta[3])};
   }
-  // Where the spring carries the weight.
+  // The state at which the spring carries the weight.
   std::array<double, 2> rest() const {
     return {(1.0 - std::pow(theta[1] / gravity, 1.0 / theta[3])) / theta[2], 0.0};
   }
 };
 
-// (J^T J)^-1 noise^2 of a response at equal steps, `at(theta)`, J by central differences.
+// (J^T J)^-1 noise^2 of a response `at(theta)` at equal steps, with J from central differences.
 template <class Response>
 Eigen::MatrixXd linear_covariance(const Response& at, const std::vector<double>& theta,
                                   double noise) {

@@ -1,5 +1,5 @@
-// A linear oscillator's steady response is known in closed form: the installed estimator must find
-// its stiffness and damping from one period of it.
+// The steady response of a linear oscillator is known in closed form. The installed estimator
+// must find its stiffness and damping from one period.
 #include <cmath>
 #include <complex>
 #include <cstdio>

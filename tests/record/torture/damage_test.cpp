@@ -1,4 +1,4 @@
-// Damage of every kind to what a dead writer left: bits, ends, files of zeros, files that are gone.
+// All kinds of damage to the files of a dead writer: bits, ends, zeroed files, missing files.
 #include <cstdio>
 #include <random>
 
@@ -24,7 +24,7 @@ struct Tally {
   }
 };
 
-// The remains must hold `acknowledged` documents, whatever was done to them.
+// The remains must contain `acknowledged` documents, whatever the damage.
 Verdict expect_honest(const Remains& remains, int acknowledged, const std::string& what,
                       Tally& tally, End end = End::there) {
   const Scratch scratch(Scratch::in_memory);
@@ -43,7 +43,7 @@ Remains flipped(Remains remains, const std::string& part, std::size_t bit) {
   return remains;
 }
 
-// With the log's index, and without.
+// With the index of the log, and without it.
 std::vector<Remains> kinds(const Remains& remains) {
   Remains without = remains;
   without.erase("-shm");
@@ -75,7 +75,8 @@ TEST(DamagedLog, EveryFrameWithABitFlipped) {
     for (std::size_t frame = 0; frame < frames; ++frame) {
       const std::size_t at = kLogHead + frame * kFrame;
       for (const Remains& kind : kinds(remains)) {
-        // One of the frame's header, one of its page; in the short form one of both, in turn.
+        // One bit of the frame's header and one of its page; the short form takes them
+        // alternately.
         const bool both = effort().count > 0;
         if (both || (frame + kind.size()) % 2 == 0)
           expect_honest(flipped(kind, "-wal", 8 * at + random() % (8 * 24)), commits,
@@ -140,18 +141,18 @@ TEST(DamagedFile, ABitOfItsPagesFlipped) {
   Tally tally;
   std::mt19937_64 random(effort().seed);
   const int flips = effort().count > 0 ? effort().count : 120;
-  // All in the file, by the last checkpoint, and half of it in the log.
+  // All commits in the file after the last checkpoint, or half of them in the log.
   for (const int folded : {16, 8}) {
     const Remains remains = left_behind(16, folded);
     const std::size_t pages = remains.at("").size() / kPage;
     ASSERT_GT(pages, 5U);
     for (int i = 0; i < flips / 2; ++i) {
-      // Every page in turn; of the first more often its header of 100 bytes.
+      // Every page in turn; on the first page mostly its header of 100 bytes.
       const std::size_t page = static_cast<std::size_t>(i) % pages;
       const std::size_t within = page == 0 ? random() % 800 : random() % (8 * kPage);
       const std::size_t bit = 8 * page * kPage + within;
       Remains damaged = flipped(remains, "", bit);
-      if (folded == 16) damaged["-wal"].clear();  // as SQLite itself leaves it when all is folded
+      if (folded == 16) damaged["-wal"].clear();  // as SQLite leaves it after a full checkpoint
       expect_honest(damaged, 16, fmt::format("bit {} of page {}", within, page + 1), tally);
     }
   }

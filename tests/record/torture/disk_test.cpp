@@ -1,4 +1,4 @@
-// Power cuts that forget and tear what was not flushed, and a disk of which the n-th call fails.
+// Power cuts that lose or tear unflushed data, and a disk whose n-th call fails.
 #include <cstdio>
 #include <optional>
 
@@ -22,16 +22,16 @@ void fold(const std::filesystem::path& file) {
   try {
     SQLite::Database(file.string(), SQLite::OPEN_READWRITE).exec("PRAGMA wal_checkpoint(PASSIVE)");
   } catch (const SQLite::Exception&) {
-    // The disk failed: what was committed is in the log.
+    // The disk failed: the commits are in the log.
   }
 }
 
-// Cuts at random moments of a campaign; returns what went wrong.
+// Cuts the power at random moments of a campaign and reports violations.
 class PowerCuts {
  public:
   explicit PowerCuts(std::uint64_t seed) : random_(seed) {}
 
-  // Writes a campaign, then cuts it `cuts` times.
+  // Writes a campaign and evaluates `cuts` power cuts.
   void campaign(int cuts) {
     const Scratch scratch(Scratch::in_memory);
     disk_.remember(true);
@@ -82,7 +82,7 @@ class PowerCuts {
 
   FaultyDisk& disk_ = FaultyDisk::install();
   std::mt19937_64 random_;
-  std::vector<std::size_t> returned_;  // the moment at which each commit had returned
+  std::vector<std::size_t> returned_;  // the moment at which each commit returned
   int tried_ = 0, acknowledged_ = 0, lost_ = 0, damaged_ = 0, whole_ = 0;
 };
 
@@ -95,8 +95,7 @@ TEST(PowerCut, LosesNothingThatWasAcknowledged) {
   EXPECT_EQ(cuts.lost(), 0);
 }
 
-// Writes until something fails; with `goes_on` tries the next commits as well. Returns how many
-// commits were acknowledged, none of them after the first that failed unless it goes on.
+// Writes until something fails. Returns the number of acknowledged commits.
 struct Written {
   int acknowledged = 0;
   bool failed = false;
@@ -167,7 +166,7 @@ TEST(FailingDisk, EveryCallOnceAndForGood) {
   }
 }
 
-// The writer's caller may try again after an Error: what is acknowledged then must hold as well.
+// The caller may try again after an Error: a later acknowledgement must hold too.
 TEST(FailingDisk, ACommitAfterAnErrorHolds) {
   FaultyDisk& disk = FaultyDisk::install();
   for (std::int64_t n = 1; n < 80; n += 3) {

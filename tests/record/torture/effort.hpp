@@ -1,4 +1,4 @@
-// How much is tried: the short form, or that of torture.py.
+// The number of trials: the short form, or that of torture.py.
 #pragma once
 
 #include <cstdint>

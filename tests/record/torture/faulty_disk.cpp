@@ -17,8 +17,8 @@ sqlite3_vfs* usual = nullptr;
 sqlite3_vfs faulty;
 
 struct OpenFile {
-  sqlite3_file base;  // what SQLite sees
-  bool named;         // the directory has been flushed since it was opened
+  sqlite3_file base;  // the part that SQLite sees
+  bool named;         // the directory was flushed after it was opened
   char part[16];      // "", "-wal"
   sqlite3_file real;  // of usual->szOsFile bytes
 };
@@ -57,11 +57,11 @@ int truncate(sqlite3_file* file, sqlite3_int64 size) {
   disk.note({Operation::Kind::truncate, opened(file)->part, size, {}});
   return real(file)->pMethods->xTruncate(real(file), size);
 }
-// Without the real flush: what it would have done is what is played back.
+// Only recorded, not executed: the playback applies it.
 int sync(sqlite3_file* file, int) {
   if (disk.fails()) return SQLITE_IOERR_FSYNC;
   disk.note({Operation::Kind::sync, opened(file)->part, 0, {}});
-  // As SQLite does it: the first flush of a journal or log flushes the directory as well.
+  // As SQLite does: the first flush of a journal or log also flushes the directory.
   if (!opened(file)->named && opened(file)->part[0] == '-')
     disk.note({Operation::Kind::sync, kDirectory, 0, {}});
   opened(file)->named = true;
@@ -139,7 +139,7 @@ void put(std::string& file, std::int64_t offset, const char* bytes, std::size_t 
   std::memcpy(file.data() + at, bytes, count);
 }
 
-// Each sector of the file that it touches is written or not.
+// Each touched sector of the file is either written or not.
 void put_torn(std::string& file, const Operation& operation, std::mt19937_64& random) {
   std::size_t done = 0;
   while (done < operation.bytes.size()) {

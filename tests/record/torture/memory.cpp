@@ -1,4 +1,4 @@
-// Compiled alone: it replaces operator new of the whole program.
+// In a file of its own, because it replaces operator new of the whole program.
 #include "tests/record/torture/memory.hpp"
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// The n-th allocation fails while a campaign is written: no crash, and what was acknowledged holds.
+// The n-th allocation fails while a campaign is written: no crash, and acknowledged data hold.
 #include "tests/record/torture/memory.hpp"
 
 #include <cstdio>

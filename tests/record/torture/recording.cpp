@@ -29,7 +29,7 @@ std::string content_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// The first thing in the file that was never written, or a commit that is there in part.
+// Returns the first thing in the file that was never written, or an incomplete commit.
 std::string foreign(const CampaignReader& reader, std::int64_t& documents, bool whole) {
   const auto lines = reader.documents();
   const auto samples = reader.samples(0);
@@ -58,7 +58,7 @@ std::string foreign(const CampaignReader& reader, std::int64_t& documents, bool 
   return "";
 }
 
-// Every byte of what is damaged lies under another name.
+// Checks that every byte of the damaged files is kept under another name.
 std::string removed(const Recovered& found, const Remains& before) {
   for (const auto& [part, bytes] : before) {
     if (!bytes.empty() && content_of(found.aside.string() + part) != bytes)
@@ -120,7 +120,8 @@ Verdict judge(const fs::path& file, const Remains& before, int acknowledged, End
   const Recovered one = told ? found[0] : Recovered{};
   verdict.damaged = one.damaged;
   verdict.whole = one.whole;
-  // Whether it is newer or its version is damaged cannot be known: it is told, and not touched.
+  // It may be newer, or its version is damaged. Recovery reports this and does not change the
+  // file.
   if (one.what.find("newer shakerd") != std::string::npos)
     return content_of(file) == before.at("") ? verdict : fail("a newer file was changed");
   const bool nothing_read = one.damaged && one.file == one.aside;
@@ -129,7 +130,7 @@ Verdict judge(const fs::path& file, const Remains& before, int acknowledged, End
   if (!nothing_read && acknowledged > 0) {
     const auto reader = CampaignReader::open(readable);
     if (!reader && !one.damaged && one.campaign.empty() && told)
-      verdict.read = 0;  // it is said that it holds no campaign
+      verdict.read = 0;  // reported: the file has no campaign
     else if (!reader)
       return fail("what recovery left cannot be opened: " + reader.error().what);
     else if (auto what = foreign(*reader, verdict.read, one.whole); !what.empty())

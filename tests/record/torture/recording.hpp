@@ -1,7 +1,7 @@
-// A campaign whose every commit is known, and the judge of what recovery makes of its remains.
+// A campaign in which every commit is known, and the check of its recovery.
 //
-// Commit i holds document i + 1, eight samples and a cycle, all made from i. What was acknowledged
-// is a number: the commits that had returned.
+// Commit i has document i + 1, eight samples and a cycle, all derived from i. The number of
+// commits that returned gives what was acknowledged.
 #pragma once
 
 #include <filesystem>
@@ -19,25 +19,26 @@ inline constexpr int kSamples = 8;
 
 Result<void> add_commit(CampaignWriter& writer, int i);
 
-// The content of a campaign's files by what follows ".db" in their names: "", "-wal", "-shm".
+// The content of a campaign's files by the suffix after ".db" in their names: "", "-wal",
+// "-shm".
 using Remains = std::map<std::string, std::string>;
 Remains remains_of(const std::filesystem::path& file);
-// Writes them as DIRECTORY/c.db.
+// Writes them as DIRECTORY/c.db and its companions.
 std::filesystem::path lay(const Remains& remains, const std::filesystem::path& directory);
 
-// A campaign that is left behind after `commits`, folded in once after `folded` of them (0: never).
+// An unfinished campaign after `commits` commits, checkpointed once after `folded` (0: never).
 Remains left_behind(int commits, int folded);
 
 struct Verdict {
-  std::string violation;  // empty: all is as it must be
+  std::string violation;  // empty: no violation
   std::int64_t read = 0;  // of the acknowledged documents
   bool damaged = false, whole = false, told = false;
 };
 
-// Recovers the campaign in `file`'s directory and asks: is everything that is read as it was
-// written, is everything that was acknowledged read or counted as lost, is nothing called whole
-// that is not, is every byte still there that could not be read? Where an end is missing it is
-// enough to say that it may be.
+// Recovers the campaign in the directory of `file` and checks: all read data are as written;
+// all acknowledged data are read or counted as lost; nothing damaged is called whole; every
+// unreadable byte is still there. When the end is missing, it suffices that recovery says it
+// may be.
 enum class End { there, missing };
 Verdict judge(const std::filesystem::path& file, const Remains& before, int acknowledged,
               End end = End::there);

@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::VectorXd;
 
-// 0.1 + 0.02 cos + 0.01 sin of the first harmonic at 2 Hz, and 1.5 times that.
+// The measured motion is 0.1 + 0.02 cos + 0.01 sin at 2 Hz; the predicted one is 1.5 times
+// that.
 TEST(Curves, HoldTheVelocitiesOfThePredictedMotions) {
   RunDatum datum;
   datum.frequency_hz = 2.0;

@@ -29,7 +29,7 @@ Hypothesis leaving(const std::vector<std::string>& effects, double chi_squared,
   return h;
 }
 
-// What a search over a catalogue of 31 effects has found.
+// The result of a search over a catalogue of 31 effects.
 class Found {
  public:
   explicit Found(const std::vector<Hypothesis>& hypotheses, bool explained, double by_noise)
@@ -62,7 +62,8 @@ class Found {
 
 TEST(Shares, AskMoreOfASecondNameThanToBeTheBestOfManyPairs) {
   const Hypothesis one = leaving({"viscous_damping"}, 105.0, -52.0);
-  // A pair has 2 x 0.1 / 30 beforehand: exp(5.01) in its favour makes it as likely as the one.
+  // The prior probability of a pair is 2 x 0.1 / 30; exp(5.01) in its favour makes it as likely
+  // as the single effect.
   const Found even({one, leaving({"tyre", "viscous_damping"}, 85.0, -52.0 + std::log(150.0))}, true,
                    0.5);
   EXPECT_NEAR(even.probability_of("tyre"), 0.49, 0.002);
@@ -78,19 +79,19 @@ TEST(Shares, AskMoreOfASecondNameThanToBeTheBestOfManyPairs) {
 }
 
 TEST(Shares, DoubtANameBesideAnUnknownAsOftenAsTheUnknownIsImitated) {
-  // A quarter of the gap's square is left: an unknown effect alone is imitated so well in a quarter
-  // of all cases, and that both are there is 0.02.
+  // A quarter of the squared gap remains. An unknown effect alone is imitated so well in a
+  // quarter of all cases; the probability that both effects are present is 0.02.
   const Found quarter({leaving({"tyre"}, 2.5e5, -1e5)}, false, 0.0);
   EXPECT_NEAR(quarter.probability_of("tyre"), 0.02 / 0.27, 1e-6);
-  // Nothing imitates to a millionth.
+  // No effect imitates another to a millionth.
   const Found nearly({leaving({"tyre"}, 250.0, -120.0)}, false, 0.0);
   EXPECT_EQ(nearly.probability_of("tyre"), kMostUnexplained);
-  // What is left may be chance.
+  // The remaining gap may be chance.
   const Found chance({leaving({"tyre"}, 2.5e5, -1e5)}, false, 0.009);
   EXPECT_GT(chance.probability_of("tyre"), 0.8);
 }
 
-// Each of the two halves it more than once; together they imitate more easily than one.
+// Each of the two halves the gap more than once; together they imitate more easily than one.
 TEST(Shares, DoubtTheFirstOfTwoThatCloseAGapTogether) {
   const Hypothesis one = leaving({"tyre"}, 3e5, -1.2e5);
   const Found both({one, leaving({"cavitation", "tyre"}, 3e4, -1.2e4)}, false, 0.0);
@@ -98,7 +99,7 @@ TEST(Shares, DoubtTheFirstOfTwoThatCloseAGapTogether) {
   EXPECT_NEAR(both.probability_of("cavitation"), 0.02 / (0.02 + 0.1), 1e-6);
 }
 
-// By drawing: the shares left are even on 0..1, one effect after another.
+// By simulation: the remaining fractions are uniform on 0..1, one for each effect.
 TEST(Shares, ImitateAsOftenAsEvenSharesMultiplyToThat) {
   std::mt19937_64 source(7);
   std::uniform_real_distribution<double> share(0.0, 1.0);

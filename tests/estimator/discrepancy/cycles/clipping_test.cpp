@@ -22,7 +22,8 @@ double rounded(double value, double step) {
   return step * std::round(value / step);
 }
 
-// Of the turn, from -1 to 1: moves for `moving` of each half, eased or not, and rests at the ends.
+// Over one turn, from -1 to 1: moves during the fraction `moving` of each half, smoothly if
+// `eased`, and rests at the ends.
 double resting(double turn, double moving, bool eased) {
   turn -= std::floor(turn);
   const double part = std::min(1.0, std::fmod(turn, 0.5) / 0.5 / moving);
@@ -55,7 +56,7 @@ Recording periodic(const Curve& displacement) {
   return r;
 }
 
-// The force is that of a damper of 20 1/s and a spring of 30 1/s^2.
+// The force of a damper of 20 1/s and a spring of 30 1/s^2.
 Recording imposed(const Curve& motion) {
   Recording r = empty(Kind::imposed_motion, 0.03);
   std::mt19937_64 source(5);
@@ -117,7 +118,7 @@ TEST(Clipping, IsNotAForceThatAValveCutsFlatWithinAStepOfACoarseGrid) {
   }
 }
 
-// Noise moves the flanks and not the flat.
+// Noise moves the flanks of the signal but not its flat part.
 TEST(Clipping, IsALoadCellWithoutNoiseOnlyWhereItIsFlat) {
   Recording r =
       imposed([](double turn) { return 0.1 + 0.03 * std::sin((2.0 * std::numbers::pi) * turn); });

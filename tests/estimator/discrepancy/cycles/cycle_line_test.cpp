@@ -8,7 +8,8 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-// Cycles of 0.5 s whose components scatter by 1e-5; neighbours alike by `rho`; the mean rises.
+// Cycles of 0.5 s whose components scatter by 1e-5, with correlation `rho` between neighbours;
+// the mean grows.
 Eigen::MatrixXd cycles(int count, double rate, double rho, std::mt19937_64& source) {
   std::normal_distribution<double> normal;
   Eigen::MatrixXd rows(count, 9);
@@ -26,7 +27,7 @@ Eigen::VectorXd times(int count) {
   return Eigen::VectorXd::LinSpaced(count, 0.25, 0.25 + 0.5 * (count - 1));
 }
 
-// How many standard errors the mean's rate is off, root mean square over many campaigns.
+// The error of the rate of the mean in standard errors, root mean square over many campaigns.
 double spread(double rho) {
   std::mt19937_64 source(17);
   double sum = 0.0, count = 0.0;
@@ -42,13 +43,13 @@ double spread(double rho) {
   return std::sqrt(sum / count);
 }
 
-// Student's t of 12 degrees of freedom has a standard deviation of 1.10.
+// Student's t with 12 degrees of freedom has a standard deviation of 1.10.
 TEST(CycleLine, ErrorsAreWhatTheyAreSaidToBe) {
   EXPECT_NEAR(spread(0.0), 1.10, 0.12);
 }
 
 TEST(CycleLine, CountsThatNeighboursAreAlike) {
-  // Uncounted it would be 1.1 sqrt(1.6 / 0.4) = 2.2.
+  // Without the correlation it would be 1.1 sqrt(1.6 / 0.4) = 2.2.
   EXPECT_LT(spread(0.6), 1.8);
 }
 

@@ -9,7 +9,7 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-// 0.15 m + 8 mm of cosine, with noise, rounded to steps that begin anywhere.
+// A cosine of 8 mm about 0.15 m with noise, rounded to quantisation steps with any origin.
 std::vector<double> samples(double quantum, double noise, double origin = 0.0) {
   std::mt19937_64 source(3);
   std::normal_distribution<double> normal;
@@ -25,7 +25,7 @@ std::vector<double> samples(double quantum, double noise, double origin = 0.0) {
 TEST(Quantum, IsReadFromTheValues) {
   EXPECT_NEAR(quantum_of(samples(1e-4, 2e-5)), 1e-4, 1e-12);
   EXPECT_NEAR(quantum_of(samples(1e-4, 0.0)), 1e-4, 1e-12);
-  // A 12-bit converter over 30 mm, its zero anywhere.
+  // A 12-bit converter over 30 mm with an arbitrary zero.
   EXPECT_NEAR(quantum_of(samples(0.03 / 4096, 1e-6, 0.1234567)), 0.03 / 4096, 1e-12);
   EXPECT_NEAR(quantum_of(samples(1e-6, 2e-5)), 1e-6, 1e-12);
 }
@@ -46,8 +46,8 @@ TEST(Quantum, IsNoneOfValuesThatStandAnywhere) {
   EXPECT_EQ(quantum_of({}), 0.0);
 }
 
-// Amplitudes in closed form: the saw tooth's k-th harmonic along A cos is q / (pi k) times twice a
-// Bessel function of 2 pi k A / q.
+// Amplitudes in closed form: the k-th harmonic of the saw tooth along A cos is q / (pi k) times
+// twice a Bessel function of 2 pi k A / q.
 double bessel_variance(int order, double amplitude, double quantum, double noise) {
   double sum = 0.0;
   for (int k = 1; k < 400; ++k) {
@@ -55,7 +55,7 @@ double bessel_variance(int order, double amplitude, double quantum, double noise
     const double size =
         2.0 * quantum / (std::numbers::pi * k) * kept *
         std::cyl_bessel_j(order, (2.0 * std::numbers::pi) * k * amplitude / quantum);
-    sum += 0.5 * size * size;  // over all places of the grid, into cosine and sine
+    sum += 0.5 * size * size;  // averaged over the origin of the grid, cosine and sine
   }
   return 0.5 * sum;
 }
@@ -86,7 +86,7 @@ TEST(Quantum, IsBlurredByNoise) {
   EXPECT_EQ(rounding_variance(curve, 0.0, 0.0, {997.3, 14}).sum(), 0.0);
 }
 
-// Each cycle is rounded as the one before: the mean is as wrong as one cycle.
+// Every cycle is rounded in the same way, so the mean has the error of one cycle.
 TEST(Quantum, DoesNotAverageOutWhereEveryCycleIsSampledAlike) {
   Eigen::VectorXd curve = Eigen::VectorXd::Zero(33);
   curve[1] = 8e-3;

@@ -17,7 +17,7 @@ namespace {
 struct Shape {
   double frequency = 2.003;
   double seconds = 8.0;
-  double rate = 311.0;  // no whole number of samples a cycle
+  double rate = 311.0;  // not a whole number of samples in a cycle
   double transient = 0.0;
   double noise = 1e-5;
   double subharmonic = 0.0;
@@ -58,7 +58,7 @@ TEST(SteadyCycles, RecoversHarmonicsAgainstTheExcitationsOwnPhase) {
   EXPECT_NEAR(run->mean_driver()[2], 0.0, 1e-3);
 }
 
-// The last of a ramp has nearly the whole amplitude, and another phase.
+// The end of a ramp has nearly the full amplitude, but another phase.
 TEST(SteadyCycles, IsNotTurnedByTheEndOfARamp) {
   Recording r = recording({.seconds = 9.0});
   for (std::size_t i = 0; i < r.t.size() && r.t[i] < 0.5; ++i)
@@ -94,7 +94,7 @@ TEST(SteadyCycles, SeesAResponseThatRepeatsEverySecondCycleOnly) {
   }
 }
 
-// A mode of nearly half the driving frequency, which dies with 0.3 of itself a cycle.
+// A mode near half the driving frequency, which decays by a factor of 0.3 in each cycle.
 TEST(SteadyCycles, DoesNotTakeADyingAlternationForASubharmonic) {
   for (const double beside : {0.0, 0.03}) {
     Recording r = recording({});
@@ -140,7 +140,7 @@ TEST(SteadyCycles, RefusesAClippedSensor) {
   EXPECT_THAT(run.error().what, ::testing::HasSubstr("clipped"));
 }
 
-// By a fortieth of the stroke.
+// The clipping takes off a fortieth of the stroke.
 TEST(SteadyCycles, RefusesASensorThatIsClippedForAFewSamplesACycle) {
   for (const double rate : {100.15, 103.0, 311.0}) {
     Recording r = recording({.rate = rate});
@@ -152,7 +152,7 @@ TEST(SteadyCycles, RefusesASensorThatIsClippedForAFewSamplesACycle) {
   }
 }
 
-// It comes to rest without a slope, and goes on without one.
+// The stroke comes to rest with zero slope and starts again with zero slope.
 TEST(SteadyCycles, DoesNotTakeADamperThatSticksForAClippedSensor) {
   for (const double step : {1e-6, 1e-4, 1e-3}) {
     Recording r = recording({.rate = 101.7});
@@ -234,7 +234,8 @@ TEST(SteadyCycles, NamesASampleThatStandsAlone) {
   EXPECT_THAT(run->warnings[1], ::testing::HasSubstr("the excitation is 0 at t = 4.82315 s"));
 }
 
-// A force that jumps with every reversal has samples far from their neighbours, again and again.
+// A force that jumps at every velocity reversal has samples far from their neighbours in each
+// cycle.
 TEST(SteadyCycles, HasNoSpikesInAForceThatJumps) {
   Recording r = recording({});
   for (std::size_t i = 0; i < r.t.size(); ++i)

@@ -15,7 +15,7 @@ namespace shaker::estimator::discrepancy {
 namespace {
 
 constexpr double kSamplesACycle = 50.685;
-constexpr int kSteps = 20;  // of the integration, a sample
+constexpr int kSteps = 20;  // steps of the integration in a sample
 
 struct Drive {
   double frequency_hz, amplitude, ramp_s;
@@ -25,7 +25,8 @@ struct Drive {
   }
 };
 
-// u'' + force(u, u') = x from rest, by Runge and Kutta's steps; the first cycles are not recorded.
+// Integrates u'' + force(u, u') = x from rest by Runge-Kutta; the first cycles are not
+// recorded.
 Recording simulated(const Drive& drive, const std::function<double(double, double)>& force,
                     double left_out, double cycles, double noise, unsigned seed) {
   std::mt19937_64 source(seed);
@@ -59,7 +60,7 @@ Recording simulated(const Drive& drive, const std::function<double(double, doubl
   return r;
 }
 
-// A mode of 1.42 Hz driven at 3 Hz alternates from cycle to cycle while it rings down.
+// A mode of 1.42 Hz that is driven at 3 Hz alternates from cycle to cycle while it decays.
 TEST(Succession, CallsRingingOfALightlyDampedModeNoSubharmonic) {
   const auto linear = [](double u, double v) { return 1.6 * v + 80.0 * u; };
   for (unsigned draw = 0; draw < 20; ++draw) {
@@ -69,7 +70,7 @@ TEST(Succession, CallsRingingOfALightlyDampedModeNoSubharmonic) {
   }
 }
 
-// Duffing's oscillator with two wells, between its first doublings of the period.
+// The Duffing oscillator with two wells, at amplitudes with a response of two periods.
 TEST(Succession, SeesAPeriodThatHasDoubled) {
   const auto duffing = [](double u, double v) { return 0.3 * v - u + u * u * u; };
   for (const double amplitude : {0.28, 0.65}) {

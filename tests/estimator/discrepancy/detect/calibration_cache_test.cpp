@@ -80,7 +80,7 @@ TEST_F(Cache, DrawsAnewWhereAFileIsBroken) {
   EXPECT_EQ(calibration->lengths(), Calibration(design(1.0), 500, 1).lengths());
 }
 
-// A disk that was full or lost power leaves files of the right length.
+// A disk that was full or lost its power leaves files of the right length.
 TEST_F(Cache, DrawsAnewWhereAFilesNumbersAreNotThoseThatWereDrawn) {
   const Calibration drawn(design(1.0), 500, 1);
   CalibrationCache(folder_).get(design(1.0), 500, 1);
@@ -95,7 +95,7 @@ TEST_F(Cache, DrawsAnewWhereAFilesNumbersAreNotThoseThatWereDrawn) {
            calibration->smaller() == drawn.smaller() && cache.drawn() == 1;
   };
   EXPECT_TRUE(overwritten(size - numbers, numbers));
-  EXPECT_TRUE(overwritten(size - numbers, 8));  // the smallest: they still ascend
+  EXPECT_TRUE(overwritten(size - numbers, 8));  // the smallest number: the numbers still ascend
   EXPECT_TRUE(overwritten(0, size));
 }
 

@@ -8,7 +8,7 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-// A design of 80 data, 5 parameters and 30 signatures, all at random.
+// A random design of 80 data, 5 parameters and 30 signatures.
 Design random_design(double freedom) {
   std::mt19937_64 source(4);
   std::normal_distribution<double> normal;
@@ -25,7 +25,7 @@ Design random_design(double freedom) {
   return d;
 }
 
-// Noise made otherwise than the calibration makes it: chi-squared as a sum of squares.
+// The noise is generated differently from the calibration: chi-squared as a sum of squares.
 double false_alarms(double freedom, double rate) {
   const Design d = random_design(freedom);
   const Calibration calibration(d, 4000, 1);

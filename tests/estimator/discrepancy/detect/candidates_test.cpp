@@ -80,7 +80,7 @@ TEST(Candidates, NameThoseThatHaveNoPlaceAmongSeveralCoordinates) {
   EXPECT_THAT(notes, Contains(HasSubstr("no effect of a damper that sees")));
 }
 
-// Of a damper on the table itself: the fit makes the tyre stiff.
+// The truth is a damper on the table without a tyre: the fit makes the tyre stiff.
 TEST(Candidates, OfTheDamperAreNamedInAModelOfSeveralCoordinates) {
   const auto found =
       diagnose(testing::recorded({{"coulomb_friction", 0.2}}, testing::kSixRuns, 5), on_tyre());

@@ -34,7 +34,7 @@ TEST(CornerLimit, EliminatesAWidthItsLogarithmAndTheirSquares) {
   EXPECT_GT(std::fabs(rungs.back()(0, 0) - 3.0), 0.1);
 }
 
-// Rungs that no power explains: the last elimination moves them more than the first.
+// Values that no power law explains: the last elimination changes them more than the first.
 TEST(CornerLimit, StopsWhereEliminatingMakesItWorse) {
   std::vector<MatrixXd> rungs;
   for (const double y : {1.0, -1.0, 1.0, -1.0, 1e-3})
@@ -44,7 +44,7 @@ TEST(CornerLimit, StopsWhereEliminatingMakesItWorse) {
   EXPECT_NEAR(limit.open[0], 1.001, 1e-12);
 }
 
-// The damper sticks twice a cycle here; a round corner creeps instead.
+// The damper sticks twice in a cycle; a smoothed friction creeps instead.
 TEST(CornerLimit, IsThePeriodicMotionOfADamperThatSticks) {
   sim::CampaignRecording clean;
   clean.rig.parameters = {{"coulomb_friction", 0.4}};

@@ -20,7 +20,7 @@ struct Fitted {
   HarmonicFit fit;
 };
 
-// The oleo with dry friction, its corners as sharp as the ordinary grid allows.
+// The oleo with dry friction, with the smallest smoothing width that the ordinary grid allows.
 Fitted with_friction(const std::map<std::string, double>& truth) {
   const Campaign campaign =
       testing::recorded(truth, {{0.8, 2.0}, {0.8, 3.0}, {1.2, 2.0}, {1.2, 3.2}}, 3);
@@ -40,8 +40,8 @@ double of_coulomb(const HarmonicFit& fit) {
   return fit.theta.back();
 }
 
-// It sticks twice a cycle: what a grid leaves of its corners is many times the noise, and what
-// corners of no width would leave is told by the slopes of no coarse grid.
+// The damper sticks twice in a cycle. The error from the smoothing width is many times the
+// noise, and the slopes on a coarse grid do not give the limit of width zero.
 TEST(Corners, OfADamperThatSticksAreTakenDownToNoise) {
   const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
   ASSERT_TRUE(fit.converged);
@@ -54,7 +54,7 @@ TEST(Corners, OfADamperThatSticksAreTakenDownToNoise) {
   EXPECT_GT(std::fabs(of_coulomb(fit) - 0.4), 5.0 * sharp->fit->standard_error(last));
 }
 
-// A finer grid comes nearer to corners of no width, and stops there where that is enough.
+// A finer grid allows a smaller smoothing width; the fit stops there when this is enough.
 TEST(Corners, AreAsSharpAsTheFinestGridWhereThatWillDo) {
   const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
   const auto on_grids = sharpen(fit, data, {}, {.on_grids = true});
@@ -64,7 +64,8 @@ TEST(Corners, AreAsSharpAsTheFinestGridWhereThatWillDo) {
   EXPECT_EQ(on_grids->data->front().to_limit, nullptr);
 }
 
-// What no width does is known of a first fit: other errors move the parameters a little.
+// The effect of the limit is known from a first fit; other errors move the parameters only a
+// little.
 TEST(Corners, OfNoWidthAreCarriedToOtherErrors) {
   const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
   const auto known = sharpen(fit, data, {});

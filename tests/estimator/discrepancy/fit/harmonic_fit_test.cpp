@@ -15,11 +15,11 @@ namespace {
 
 using estimator::testing::effect;
 
-// A search meets such fits among others, and asks them the same questions.
+// A search meets such fits and evaluates them like the others.
 TEST(HarmonicFit, KnowsNoErrorsWhereThereIsNoSolution) {
   const Campaign campaign = testing::recorded({}, {{2.0, 1.5}}, 5);
   Weighed weighed = weigh({steady_cycles(campaign.runs[0]).value()});
-  weighed.data[0].driver *= 10.0;  // the gas is compressed beyond its end
+  weighed.data[0].driver *= 10.0;  // the gas is compressed beyond its limit
   auto model = estimator::testing::oleo();
   model.effects.push_back(effect("stribeck_friction"));
   const HarmonicFit fit = fit_harmonics(model, weighed.data, {}, nullptr, {});
@@ -30,7 +30,7 @@ TEST(HarmonicFit, KnowsNoErrorsWhereThereIsNoSolution) {
   EXPECT_FALSE(reduces(fit, "stribeck_friction"));
 }
 
-// The orifice and a metering pin do much the same: chi-squared has a long bent valley between them.
+// The orifice and a metering pin have similar effects: chi-squared has a long curved valley.
 TEST(HarmonicFit, WalksABentValleyInFewSteps) {
   const Campaign campaign =
       testing::recorded({{"metering_k1", 0.5}}, testing::kSixRuns, 6, "oleo", 2e-6);
@@ -47,9 +47,9 @@ TEST(HarmonicFit, WalksABentValleyInFewSteps) {
   const HarmonicFit near = fit_harmonics(model, weighed.data, Model(model).start(), nullptr, {});
   ASSERT_TRUE(near.converged);
   ASSERT_TRUE(far.converged);
-  // Down to the end, where the grid makes ripples of a tenth.
+  // To the end of the valley, where the grid causes ripples of a tenth.
   EXPECT_LE(far.chi_squared, near.chi_squared + 0.1);
-  for (const int k : far.free) {  // a tenth of chi-squared is that far
+  for (const int k : far.free) {  // a tenth of chi-squared corresponds to this distance
     const auto at = static_cast<std::size_t>(k);
     EXPECT_NEAR(far.theta[at], near.theta[at], 0.32 * near.standard_error(k)) << k;
   }

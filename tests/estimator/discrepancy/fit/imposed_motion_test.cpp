@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-// Presliding friction, f_c z / z0 with z' = v - |v| z / z0, by small steps of its own closed form:
-// with v constant over a step z tends to +-z0 as exp(-distance / z0).
+// Presliding friction, f_c z / z0 with z' = v - |v| z / z0, in small steps with its closed
+// form: while v is constant, z tends to +-z0 as exp(-distance / z0).
 std::vector<double> friction_force(const std::vector<double>& u, double f_c, double z0) {
   std::vector<double> force(u.size());
   double z = 0.0;
@@ -48,7 +48,7 @@ TEST(ImposedMotion, CarriesTheMemoryAlongTheCycle) {
                      std::fabs(imposed.force()[i] - expected[static_cast<std::size_t>(100 * i)]));
   EXPECT_LT(worst, 0.02);
 
-  // Slopes against differences.
+  // Compares the slopes with finite differences.
   const Eigen::VectorXd force = imposed.force();
   const Eigen::MatrixXd slope = imposed.slope();
   for (int k = 0; k < 2; ++k) {
@@ -61,7 +61,7 @@ TEST(ImposedMotion, CarriesTheMemoryAlongTheCycle) {
   }
 }
 
-// Bouc and Wen's loop, by small steps of its slope over the stroke: 1 - (1 + gamma) |s| on the way
+// The Bouc-Wen loop in small steps of its slope over the stroke: 1 - (1 + gamma) |s| on the way
 // out and 1 + (1 - gamma) |s| on the way back.
 TEST(ImposedMotion, FollowsLoopsThatSoftenAndLoopsThatHarden) {
   auto spec = estimator::testing::model_of({estimator::testing::effect("bouc_wen_hysteresis")});
@@ -91,7 +91,7 @@ TEST(ImposedMotion, FollowsLoopsThatSoftenAndLoopsThatHarden) {
   }
 }
 
-// A dynamometer's campaign: viscous damping and friction of a seal that gives.
+// A campaign on a dynamometer: viscous damping and the presliding friction of a seal.
 TEST(ImposedMotion, NamesTheHysteresisOfADynamometersDamper) {
   std::mt19937_64 source(5);
   std::normal_distribution<double> normal;
@@ -122,7 +122,7 @@ TEST(ImposedMotion, NamesTheHysteresisOfADynamometersDamper) {
   const auto d = diagnose(
       campaign, estimator::testing::model_of({estimator::testing::effect("viscous_damping")}));
   ASSERT_TRUE(d) << d.error().what;
-  // Bouc and Wen's hysteresis with n = 1 and c = 0 can do the same, with two parameters more.
+  // Bouc-Wen hysteresis with n = 1 and c = 0 is equivalent, with two parameters more.
   EXPECT_EQ(d->verdict, Verdict::explained);
   ASSERT_EQ(d->effects.size(), 1U);
   EXPECT_EQ(d->effects[0].name, "presliding_friction");
@@ -133,7 +133,7 @@ TEST(ImposedMotion, NamesTheHysteresisOfADynamometersDamper) {
   EXPECT_LT(d->gap.after, 1.1 * d->gap.noise_floor);
 }
 
-// The sensor of the motion is noisy too, and its noise runs through the damper into the force.
+// The sensor of the motion is noisy too, and the damper turns this noise into force.
 TEST(ImposedMotion, TakesNoiseOfTheMotionsSensorForNothingElse) {
   std::mt19937_64 source(7);
   std::normal_distribution<double> normal;

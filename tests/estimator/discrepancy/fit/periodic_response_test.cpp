@@ -105,7 +105,7 @@ TEST(PeriodicResponse, BeginsAtTheLastSuccessAfterAFailure) {
   const auto state = response.system().state();
   const std::vector<double> known(state.begin(), state.end());
   std::vector<double> wild = estimator::testing::kOleoSi;
-  wild[2] *= 1e4;  // the gas is compressed beyond its end
+  wild[2] *= 1e4;  // the gas is compressed beyond its limit
   EXPECT_FALSE(response.at(wild, HowFar::near));
   EXPECT_TRUE(std::equal(known.begin(), known.end(), state.begin(), state.end()));
   EXPECT_TRUE(response.at(estimator::testing::kOleoSi, HowFar::near));

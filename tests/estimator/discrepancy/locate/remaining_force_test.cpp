@@ -15,7 +15,7 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-// A force over the cells less what a spring and a viscous damper can do of it.
+// A force over the cells minus the part that a spring and a viscous damper can imitate.
 Eigen::VectorXd less_linear(const RemainingForce& force,
                             const std::function<double(double, double)>& truth) {
   const auto n = static_cast<Eigen::Index>(force.cells.size());
@@ -34,11 +34,11 @@ Eigen::VectorXd less_linear(const RemainingForce& force,
   return left;
 }
 
-// How an estimate meets the truth.
+// The agreement of an estimate with the truth.
 struct Met {
-  double inside = 0.0;  // share of the time within two standard errors
+  double inside = 0.0;  // fraction of the time within two standard errors
   double correlation = 0.0;
-  double size = 0.0;  // of the estimate over that of the truth
+  double size = 0.0;  // of the estimate relative to the truth
 };
 Met held_against(const RemainingForce& force, const std::function<double(double, double)>& truth) {
   const Eigen::VectorXd expected = less_linear(force, truth);
@@ -59,7 +59,7 @@ Met held_against(const RemainingForce& force, const std::function<double(double,
 const std::vector<testing::Setting> kRuns = {{0.8, 1.0}, {1.1, 0.8}, {1.3, 1.0},
                                              {2.2, 1.5}, {2.6, 3.0}, {3.0, 6.0}};
 
-// Of the base model alone, whatever the catalogue would add to it.
+// For the base model alone, without effects of the catalogue.
 RemainingForce remaining_of(const Campaign& campaign) {
   std::vector<SteadyRun> runs;
   for (const Recording& recording : campaign.runs)

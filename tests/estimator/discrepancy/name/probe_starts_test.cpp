@@ -25,7 +25,7 @@ Probe probe_of(const std::string& effect, std::vector<std::string> coefficients)
   return probe;
 }
 
-// Its time of 1 s lies between 0.02 and 30 s.
+// The time constant of 1 s has the bounds 0.02 s and 30 s.
 TEST(ProbeStarts, OfWhatHasNoCoefficientLieFarApart) {
   const auto lines = placed_apart(probe_of("gas_heat_transfer", {}));
   EXPECT_THAT(starts(lines, "tau"), ElementsAre(DoubleNear(0.125, 1e-12), DoubleNear(8.0, 1e-12)));

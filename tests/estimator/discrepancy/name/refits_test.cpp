@@ -16,7 +16,7 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-// The oleo fitted to a campaign of the virtual rig in which something is hidden.
+// The oleo fitted to a campaign of the virtual rig with a hidden effect.
 class Hidden {
  public:
   explicit Hidden(const std::map<std::string, double>& truth, double noise = 5e-6,
@@ -58,7 +58,8 @@ Candidate candidate(const std::string& effect) {
   return *found;
 }
 
-// About a wrong place it would leave a linear and a quadratic force to be named beside it.
+// With a wrong rest position the fit would leave a linear and a quadratic force to be
+// explained.
 TEST(Refits, FindsWhereASpringIsAtRest) {
   const Hidden hidden({{"cubic_stiffness", 3000.0}, {"cubic_stiffness_centre", 0.16}});
   const Candidate cubic = candidate("cubic_stiffness");
@@ -89,8 +90,8 @@ TEST(Refits, BeginsElsewhereOnlyWhereThatClosesEnoughOfTheGap) {
   EXPECT_FALSE(hidden.refits().elsewhere(probe, 0.1 * hidden.observations()));
 }
 
-// A corner that is round fits worse by no more than noise hides, and bends the friction all the
-// same.
+// The residual of a smoothed friction is below the noise, but the friction parameter is still
+// biased.
 TEST(Refits, SharpensACornerThatLeavesNoMoreThanNoise) {
   const Hidden hidden({{"coulomb_friction", 0.1}}, 2e-5, 6);
   Hypothesis friction =
@@ -111,7 +112,7 @@ bool at_no_width(const Hypothesis& h) {
   return h.data && h.data->front().to_limit != nullptr;
 }
 
-// Beside something unknown; the friction is nearer to what it is for it.
+// An unknown effect is missing too; the limit brings the friction nearer to its true value.
 TEST(Refits, TakesAHypothesisOfASearchByShareOfTheGapToNoWidth) {
   const Hidden hidden({{"coulomb_friction", 0.4}, {"rebound_factor", 1.03}});
   const Refits by_gap = hidden.refits_of_gap();
@@ -128,8 +129,8 @@ TEST(Refits, TakesAHypothesisOfASearchByShareOfTheGapToNoWidth) {
   EXPECT_EQ(friction.rounded, round.fit);
 }
 
-// Of a gain at the end of its range every other estimate would be beyond it; of one that is beyond,
-// all are.
+// When a gain is at the end of its range, about half of the estimates are outside; when it is
+// beyond the range, all are.
 TEST(Refits, DisqualifiesWhatIsOutsideAndNotWhatIsAtTheEnd) {
   const Candidate gain = candidate("sensor_gain");
   int at_end = 0;
@@ -145,7 +146,7 @@ TEST(Refits, DisqualifiesWhatIsOutsideAndNotWhatIsAtTheEnd) {
   EXPECT_NE(h.disqualified.find("end of what is physically admissible"), std::string::npos);
 }
 
-// Friction is never negative: without any, chance makes it nothing in half of the campaigns.
+// Friction is never negative: without friction, chance makes it zero in half of the campaigns.
 TEST(Refits, TellsWhichEffectAFitSwitchedOff) {
   const Candidate friction = candidate("viscous_damping");
   int off = 0;
@@ -165,7 +166,8 @@ TEST(Refits, TellsWhichEffectAFitSwitchedOff) {
   EXPECT_LT(off, 6);
 }
 
-// From the richer set's parameters, which may lie in a valley that the search did not come to.
+// Starts from the parameters of the larger set, which may lie in a minimum that the search did
+// not reach.
 TEST(Refits, PutsTheSimplerEffectInThePlaceOfTheRicherOne) {
   const Hidden hidden({{"coulomb_friction", 0.2}, {"rebound_factor", 1.5}});
   const Hypothesis rebound =

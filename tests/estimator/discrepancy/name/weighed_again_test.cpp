@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kDamping = 8.0, kStiffness = 100.0;
 
-// A linear oscillator in closed form with its load cell, around its resonance.
+// A linear oscillator in closed form with its load cell, near its resonance.
 std::vector<SteadyRun> measured() {
   std::mt19937_64 source(3);
   std::normal_distribution<double> normal;
@@ -45,7 +45,7 @@ std::vector<SteadyRun> measured() {
   return runs;
 }
 
-// Of the spring alone, weakly damped at a fixed value, and of the damper that it lacks.
+// A model of the spring alone, with weak damping at a fixed value; the damper is missing.
 config::ModelSpec spring_alone() {
   auto model = estimator::testing::linear_oscillator();
   model.effects[0].parameters["c"].start = 1.0;
@@ -54,8 +54,8 @@ config::ModelSpec spring_alone() {
   return model;
 }
 
-// A load cell that is not among what the base model was fitted to is none of what it is fitted to
-// again, though the guide would make something of it.
+// The base model was not fitted to the load cell. A refit must not use it either, although it
+// would change the result.
 TEST(WeighedAgain, KeepsToTheChannelsThatTheBaseModelWasFittedTo) {
   const std::vector<SteadyRun> runs = measured();
   const config::ModelSpec base = spring_alone();

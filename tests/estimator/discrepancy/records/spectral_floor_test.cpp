@@ -1,4 +1,4 @@
-// Spectra made here: noise of known power with or without a response at its low end.
+// Synthetic spectra: noise of known power with or without a response at low frequencies.
 #include "estimator/discrepancy/records/spectral_floor.hpp"
 
 #include <cmath>
@@ -25,7 +25,8 @@ TEST(SpectralFloor, IsTheLevelOfWhiteNoiseBesideAResponse) {
   for (Eigen::Index k = 0; k < 600; ++k)
     series[k] += 200.0 * std::cos(0.7 * static_cast<double>(k));
   const SpectralFloor floor = trend_floor(series, 1.0);
-  // 800 cosines in the last fifth; a median knows a variance to sqrt(2.7 * 2 / 800) = 8 %.
+  // 800 cosines in the last fifth; the median determines a variance to sqrt(2.7 * 2 / 800) = 8
+  // %.
   EXPECT_NEAR(floor.power[0] / 4.0, 1.0, 0.25);
   EXPECT_NEAR(floor.power[kCosines - 1] / 4.0, 1.0, 0.25);
   EXPECT_GE(floor.band, 600);
@@ -36,7 +37,7 @@ TEST(SpectralFloor, IsTheLevelOfWhiteNoiseBesideAResponse) {
 
 TEST(SpectralFloor, CarriesANoiseThatFallsWithFrequencyDownWithItsSlope) {
   const SpectralFloor floor = trend_floor(noise(1.0, 0.8), 1.0);
-  for (const double at : {0.5, 0.7, 0.9}) {  // further down the slope is hardly known
+  for (const double at : {0.5, 0.7, 0.9}) {  // at lower frequencies the slope is hardly known
     const auto k = static_cast<Eigen::Index>(at * kCosines);
     EXPECT_NEAR(floor.power[k] * std::pow(at, 0.8), 1.0, 0.6) << at;
   }

@@ -91,7 +91,7 @@ TEST(ExtraChannels, NothingIsMissingWhereNothingIs) {
   EXPECT_THAT(d.warnings, Contains(HasSubstr("channel force is used")));
 }
 
-// Ten times too much damping: the model says nothing of what an accelerometer should show.
+// With ten times too much damping the model does not predict what an accelerometer should show.
 TEST(ExtraChannels, AreHeldAgainstTheMotionAndNotAgainstTheModel) {
   std::vector<SteadyRun> runs;
   for (const Recording& run : measured({}).runs)

@@ -56,7 +56,8 @@ TEST(FirstFit, OfAnOleoTooAndIsThatOfTheResponseInTheEnd) {
   EXPECT_NEAR(fit.theta[0], estimator::testing::kOleoSi[0], 0.01 * estimator::testing::kOleoSi[0]);
 }
 
-// Where the response alone, begun beyond the resonance, does not settle or ends in a false valley.
+// The fit of the response alone, started above the resonance, does not converge or ends in a
+// wrong minimum.
 TEST(FirstFit, FindsTheDamperWhereTheResponseAloneIsLost) {
   int lost = 0;
   for (const double damping : {1.6, 6.0}) {
@@ -73,7 +74,7 @@ TEST(FirstFit, FindsTheDamperWhereTheResponseAloneIsLost) {
   EXPECT_GT(lost, 0);
 }
 
-// A model of two masses has no forces along the motion of one of them.
+// For a model of two masses the forces along the motion of one of them are not defined.
 TEST(FirstFit, LeavesSeveralMassesToTheResponse) {
   const auto data = weighed(testing::recorded({}, testing::kSixRuns, 5));
   const auto two = estimator::testing::oleo_on_tyre(0.1);

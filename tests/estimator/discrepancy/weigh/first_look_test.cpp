@@ -80,7 +80,8 @@ TEST(FirstLook, TakesNoDriftOutWhereThereIsNone) {
   }
 }
 
-// The pressure falls by a per cent in a minute: the damper sinks as a drifting sensor says.
+// The pressure falls by about a per cent in a minute, so the damper sinks like a drifting
+// sensor.
 TEST(FirstLook, DoesNotBlameTheSensorForAGasThatLeaks) {
   const FirstLook first = looked(with({{"gas_leak", 2e-4}}));
   EXPECT_FALSE(first.drift.found);

@@ -28,7 +28,7 @@ config::ModelSpec oscillator() {
   return model;
 }
 
-// Noise that falls from 1.6 Hz on (at 500 Hz), where the response is.
+// Noise that falls above 1.6 Hz (at 500 Hz sampling), where the response is.
 void add_coloured(std::vector<double>& values, double deviation, std::uint64_t seed) {
   constexpr double kKept = 0.98;
   std::mt19937_64 source(seed);
@@ -45,7 +45,7 @@ Recording coloured(Recording record, std::uint64_t seed) {
   return record;
 }
 
-// A diagnosis of such noise takes the square of a record's length: s.
+// The cost of a diagnosis with such noise grows with the square of a record's length: s.
 constexpr double kLong = 12.0, kShort = kSanitized ? 4.0 : 8.0;
 
 Campaign sweeps(const Truth& truth, std::uint64_t seed, double length = kLong) {
@@ -75,8 +75,8 @@ TEST(NoiseColour, IsTheSpectrumOfWhatAFitLeaves) {
   const auto data = with_spectrum_left(of.fit, of.runs.data, of.runs.data, ColourOf::response);
   ASSERT_EQ(data.size(), of.runs.data.size());
   for (const RunDatum& datum : data) {
-    // Of a first-order colour with a corner at w0: a cosine's power is
-    // 2 (2 w0 deviation^2 / (w^2 + w0^2)) / length. Some hundred cosines, in bands.
+    // First-order coloured noise with a corner at w0: the power of a cosine is 2 (2 w0
+    // deviation^2 / (w^2 + w0^2)) / length. Compared in bands of some hundred cosines.
     const double w0 = -std::log(0.98) * 500.0, length = datum.sampled->length();
     double found = 0.0, expected = 0.0;
     for (Eigen::Index k = 0; k < datum.error.size(); ++k) {
@@ -103,7 +103,8 @@ TEST(NoiseColour, LiesAlongNoSmoothForceUnlessOneIsMissing) {
   EXPECT_LT(chance_along_motion(of.fit, data, {}).value_or(1.0), 1e-9);
 }
 
-// By about as much as there are parameters more, where these mend nothing.
+// The noise falls by about the number of additional parameters when these do not improve the
+// model.
 TEST(NoiseColour, IsLessBesideAFitThatHoldsWhatWasMissing) {
   auto richer = oscillator();
   richer.effects.push_back(estimator::testing::effect("cubic_stiffness"));
@@ -121,7 +122,7 @@ TEST(NoiseColour, IsLessBesideAFitThatHoldsWhatWasMissing) {
   }
 }
 
-// Of the measured excitation, which the model follows and the mass does not.
+// Noise of the measured excitation: the model follows it, but the mass does not.
 TEST(NoiseColour, OfTheExcitationGoesThroughTheModel) {
   TransientRuns runs;
   {

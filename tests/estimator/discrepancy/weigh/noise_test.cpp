@@ -47,7 +47,8 @@ TEST(CampaignNoise, FollowsTheColour) {
     EXPECT_NEAR(std::log(run.variance[1] / run.variance[19]), 2.0 * std::log(10.0), 1.5);
 }
 
-// Slow noise makes the mean worse than scatter / cycles says: what is claimed must hold.
+// Slow noise makes the error of the mean larger than scatter / cycles: the stated error must
+// hold.
 TEST(CampaignNoise, CountsWhatCarriesOverFromCycleToCycle) {
   std::mt19937_64 source(3);
   double claimed = 0.0, seen = 0.0;

@@ -77,7 +77,8 @@ TEST(Transient, NoiseIsTheFloorAboveAllThatMoves) {
   const auto runs = sampled_runs(oscillator_sweeps({}, 3).runs);
   ASSERT_TRUE(runs) << runs.error().what;
   for (const auto& run : *runs) {
-    // White: power of a cosine is twice the variance over the samples (6000 of them).
+    // White noise: the power of a cosine is twice the variance over the number of samples
+    // (6000).
     const double expected = 2.0 * 2e-5 * 2e-5 / 6000.0;
     EXPECT_NEAR(run->variance[2] / expected, 1.0, 0.25);
     EXPECT_LT(run->samples(), 1500) << "decimated";
@@ -118,7 +119,8 @@ TEST(Transient, NamesTheStiffeningSpringOfASweptOscillator) {
   EXPECT_LT(d->gap.after, 1.1 * d->gap.noise_floor);
 }
 
-// A spring that the model lacks moves the oleo's rest: several bounds stop the first step at once.
+// A spring that the model lacks moves the oleo's rest position: several bounds limit the first
+// step.
 TEST(Transient, FitsAModelFarFromTheRecords) {
   const Truth hidden = {{"cubic_stiffness", 4000.0}};
   auto model = estimator::testing::oleo();
@@ -138,7 +140,7 @@ TEST(Transient, FitsAModelFarFromTheRecords) {
   }
 }
 
-// A dynamometer that follows a motion without a period: friction and viscous damping.
+// A dynamometer that imposes a motion without a period: friction and viscous damping.
 Recording shaken(double friction, std::uint64_t seed) {
   std::mt19937_64 source(seed);
   std::normal_distribution<double> normal;

@@ -10,8 +10,8 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-// The last run drives the oleo hard and fast: a disturbance changes sign from cycle to cycle, and
-// dies slowly.
+// The last run drives the oleo hard and fast: a disturbance changes its sign from cycle to
+// cycle and decays slowly.
 std::vector<SteadyRun> runs_of(double settle_cycles, double cycles) {
   sim::CampaignRecording plan;
   plan.rig.noise_m = 5e-6;
@@ -43,7 +43,7 @@ struct Distance {
   double before, after, error_before, error_after;  // lengths, m
 };
 
-// Of the last run's mean cycle from that of a record which has long forgotten its start.
+// The distance of the last run's mean cycle from that of a record without a transient.
 Distance distance(const std::vector<SteadyRun>& young, const Eigen::VectorXd& settled) {
   const Weighed raw = weigh(young);
   FitOptions options;
@@ -60,8 +60,8 @@ Distance distance(const std::vector<SteadyRun>& young, const Eigen::VectorXd& se
 
 TEST(Weigh, FindsTheSteadyCycleWhileATransientIsLeft) {
   const Distance d = distance(runs_of(4.0, 14.0), runs_of(80.0, 60.0).back().mean());
-  EXPECT_GT(d.error_before, 5e-5);  // or there is nothing to take out
-  // What the square of so large a transient may have left is part of it.
+  EXPECT_GT(d.error_before, 5e-5);  // otherwise there is no transient to remove
+  // It includes what the square of so large a transient may have left.
   EXPECT_LT(d.error_after, 0.2 * d.error_before);
   EXPECT_LT(d.after, 3.0 * d.error_after);
 }

@@ -57,7 +57,7 @@ TEST(WrongUnit, NamesInchesAndAccelerationsOfGravityInEveryRun) {
   EXPECT_THAT(trouble_with(gravities), HasSubstr("g that are called m/s^2"));
 }
 
-// Along 0.1 + 0.03 sin, as the model at its start values says, times `factor`.
+// Along 0.1 + 0.03 sin: the forces of the model at its start values, times `factor`.
 Campaign on_a_dynamometer(double factor) {
   Campaign campaign;
   for (const double frequency : {1.0, 2.0}) {
@@ -92,7 +92,7 @@ TEST(WrongUnit, RefusesAnImposedMotionInMillimetres) {
   EXPECT_THAT(trouble_with(campaign), HasSubstr("millimetres that are called metres"));
 }
 
-// A fit takes the forces as they are.
+// A fit accepts the forces as they are.
 TEST(WrongUnit, RefusesNoForcesForStartValuesThatAreFarOff) {
   for (const double factor : {0.0, 1.0 / 286.0, 286.0}) {
     auto model = estimator::testing::oleo();
