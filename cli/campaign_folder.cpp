@@ -157,7 +157,12 @@ Result<Campaign> read_folder(const std::filesystem::path& folder, config::ModelS
   return read_campaign_file(file, model);
 }
 
-Result<Campaign> read_database(const std::filesystem::path& file) {
+Result<Campaign> read_database(const std::filesystem::path& file, const config::ModelSpec& model) {
+  if (model.length_unit != "m")
+    return invalid(
+        file.string(),
+        fmt::format("holds metres and the model counts in \"{}\"; give a model in metres",
+                    model.length_unit));
   const auto reader = record::CampaignReader::open(file);
   if (!reader) return reader.error();
   const auto row = reader->campaign();
@@ -187,7 +192,7 @@ Result<Campaign> read_campaign(const std::filesystem::path& path, config::ModelS
   std::error_code trouble;
   if (std::filesystem::is_directory(path, trouble)) return read_folder(path, model);
   const auto extension = path.extension();
-  if (extension == ".db" || extension == ".sqlite") return read_database(path);
+  if (extension == ".db" || extension == ".sqlite") return read_database(path, model);
   return invalid(path.string(), "is neither a campaign's folder nor a campaign database (.db)");
 }
 

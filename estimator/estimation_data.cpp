@@ -286,10 +286,10 @@ void check_run(const RunData& run, std::size_t index) {
   };
   if (!all_finite(run.displacement) || !all_finite(run.tau) || !all_finite(run.excitation))
     reject("a sample is missing or not finite; leave such samples out");
-  double largest = std::fabs(run.amplitude);
-  for (const double x : run.excitation)
-    largest = std::max(largest, std::fabs(x));
-  if (run.excitation.empty() ? largest == 0.0 : run.excitation.size() < 3)
+  const auto is_zero = [](double x) { return x == 0.0; };
+  if (run.excitation.empty()
+          ? is_zero(run.amplitude)
+          : run.excitation.size() < 3 || std::ranges::all_of(run.excitation, is_zero))
     reject("the excitation has no amplitude; without motion there is nothing to estimate from");
   if (!run.sample_weight.empty() && run.sample_weight.size() != run.displacement.size())
     reject(fmt::format("{} weights for {} displacements", run.sample_weight.size(),

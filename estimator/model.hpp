@@ -138,7 +138,7 @@ class Model {
   // Eight models in the lanes of a batch, each with its own parameters. Effect::evaluate_lanes
   // defines the order of points and parameters. Returns a bit for each lane that is admissible
   // at all its points. Only if lanes_possible(): one coordinate, and no effect with an
-  // instrument, an exciter, a carrier or borrowed parameters.
+  // instrument, an exciter, a carrier, borrowed parameters or a force of the excitation.
   bool lanes_possible() const;
   unsigned evaluate_lanes(const ModelPoints& at, const double* theta, const ModelForces& out) const;
 

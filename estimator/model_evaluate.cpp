@@ -119,8 +119,9 @@ bool Model::evaluate_plain(const ModelPoints& at, const double* theta,
 
 bool Model::lanes_possible() const {
   return plain_ && !needs_carrier_ && instruments_.empty() && exciter_parameters_ == 0 &&
-         std::all_of(terms_.begin(), terms_.end(),
-                     [](const Term& term) { return term.borrowed.empty(); });
+         std::all_of(terms_.begin(), terms_.end(), [](const Term& term) {
+           return term.borrowed.empty() && !term.effect->sees_excitation();
+         });
 }
 
 unsigned Model::evaluate_lanes(const ModelPoints& at, const double* theta,

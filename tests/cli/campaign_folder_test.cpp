@@ -108,6 +108,13 @@ TEST_F(CampaignFolder, SaysWhatDoesNotMatch) {
   EXPECT_EQ(trouble("", R"("units": {"force": "kN"}, "reference_mass": 100,)"), "none");
 }
 
+TEST_F(CampaignFolder, RefusesADatabaseWhereTheModelCountsInFeet) {
+  model_.length_unit = "ft";
+  const auto read_in = read_campaign(folder_ / "bench.db", model_);
+  ASSERT_FALSE(read_in);
+  EXPECT_THAT(read_in.error().what, HasSubstr("give a model in metres"));
+}
+
 TEST_F(CampaignFolder, SaysWhereANumberIsTooLarge) {
   write("r01.csv", "t,excitation,displacement\n0,1,10\n1,2,1.5e299\n");
   EXPECT_THAT(trouble(""),

@@ -58,6 +58,32 @@ TEST(BatchEstimator, FindsWhatTheEstimatorFindsRecordByRecord) {
   }
 }
 
+TEST(BatchEstimator, FindsTheSameForAForceOfTheExcitation) {
+  config::ModelSpec spec = testing::oleo(32.2);
+  config::EffectSpec lost;
+  lost.effect = "lost_excitation";
+  lost.formula = "part * x";
+  lost.parameters["part"].start = 0.1;
+  lost.parameters["part"].fixed = true;
+  spec.effects.push_back(lost);
+  const Model model(spec);
+  RunData run = job1();
+  const auto data = records(3);
+  std::vector<double> start = kJobStart;
+  start.push_back(0.1);
+  BatchEstimator batch(model, run, on_points(80));
+  const BatchFit& fit = batch.fit(data, start);
+  Estimator single(model, {run}, on_points(80));
+  for (std::size_t i = 0; i < fit.records; ++i) {
+    std::copy_n(data.begin() + static_cast<std::ptrdiff_t>(40 * i), 40, run.displacement.begin());
+    single.update_run(0, run);
+    const Fit& one = single.fit(start);
+    ASSERT_EQ(one.status, FitStatus::converged) << one.trouble;
+    for (std::size_t k = 0; k < 4; ++k)
+      EXPECT_NEAR(fit.theta_of(i)[k] / one.theta[k], 1.0, 1e-8) << k;
+  }
+}
+
 TEST(BatchEstimator, GivesTheSameBitsOnAnyNumberOfThreadsAndBesideAnyNeighbours) {
   const Model model(testing::oleo(32.2));
   const auto data = records(45);

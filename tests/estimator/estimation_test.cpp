@@ -332,6 +332,9 @@ TEST(Estimator, RefusesDataThatCannotBeUsedWithTheRunAndTheReason) {
   run = job1();
   run.amplitude = 0.0;
   EXPECT_THAT(refusal(run), HasSubstr("no amplitude"));
+  run = job1();
+  run.excitation.assign(40, 0.0);  // measured, and nothing moved
+  EXPECT_THAT(refusal(run), HasSubstr("no amplitude"));
   EXPECT_THROW(Estimator(model, {}), std::invalid_argument);
 }
 
