@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -39,13 +40,49 @@ void scale(std::vector<double>& column, double factor) {
     value *= factor;
 }
 
-std::vector<std::vector<std::string>> columns_wanted(Kind kind) {
-  if (kind == Kind::imposed_motion) return {{"t", "displacement", "force"}};
-  return {{"t", "excitation", "displacement", "acceleration", "force"},
-          {"t", "excitation", "displacement", "acceleration"},
-          {"t", "excitation", "displacement", "force"},
-          {"t", "excitation", "displacement"},
-          {"t", "displacement"}};
+// The channels of a run, by what its files call them.
+using ColumnNames = std::map<std::string, std::string>;
+
+std::vector<std::vector<std::string>> columns_wanted(Kind kind, const ColumnNames& names) {
+  std::vector<std::vector<std::string>> wanted = {
+      {"t", "excitation", "displacement", "acceleration", "force"},
+      {"t", "excitation", "displacement", "acceleration"},
+      {"t", "excitation", "displacement", "force"},
+      {"t", "excitation", "displacement"},
+      {"t", "displacement"}};
+  if (kind == Kind::imposed_motion) wanted = {{"t", "displacement", "force"}};
+  // A channel that is mapped is meant to be read.
+  std::erase_if(wanted, [&](const auto& channels) {
+    return std::any_of(names.begin(), names.end(), [&](const auto& said) {
+      return said.first != "t" && (kind != Kind::imposed_motion || said.first == "force") &&
+             std::find(channels.begin(), channels.end(), said.first) == channels.end();
+    });
+  });
+  for (auto& channels : wanted) {
+    for (std::string& channel : channels) {
+      if (const auto said = names.find(channel); said != names.end()) channel = said->second;
+    }
+  }
+  return wanted;
+}
+
+// "columns": {"t": "time_s", "displacement": "pos_mm"}
+ColumnNames read_column_names(ObjectReader& document, Findings& findings) {
+  ColumnNames names;
+  const Node* node = document.member("columns", false);
+  if (node == nullptr) return names;
+  ObjectReader reader(*node, document.at("columns"), findings);
+  for (const char* channel : {"t", "displacement", "excitation", "acceleration", "force"}) {
+    std::string name;
+    if (reader.member(channel, false) == nullptr) continue;
+    reader.required(channel, name);
+    const bool twice = std::any_of(names.begin(), names.end(),
+                                   [&](const auto& other) { return other.second == name; });
+    if (twice) reader.complain(channel, fmt::format("column \"{}\" is another channel too", name));
+    names[channel] = name;
+  }
+  reader.finish();
+  return names;
 }
 
 // A run without its columns, and the file that holds them.
@@ -78,12 +115,13 @@ Described describe(const Node& node, const std::string& pointer, Findings& findi
 }
 
 Result<Recording> read_columns(Described described, const std::filesystem::path& folder,
-                               const Factors& factors) {
+                               const Factors& factors, const ColumnNames& names) {
   Recording& run = described.run;
-  auto table = read_csv(folder / described.file, columns_wanted(run.kind), kLargestNumber);
+  auto table = read_csv(folder / described.file, columns_wanted(run.kind, names), kLargestNumber);
   if (!table) return table.error();
-  const auto take = [&](const char* name, double factor) {
-    const auto found = table->columns.find(name);
+  const auto take = [&](const char* channel, double factor) {
+    const auto said = names.find(channel);
+    const auto found = table->columns.find(said == names.end() ? channel : said->second);
     if (found == table->columns.end()) return std::vector<double>();
     scale(found->second, factor);
     return std::move(found->second);
@@ -135,12 +173,13 @@ Result<Campaign> read_document(const Node& root, const std::filesystem::path& fi
   std::optional<double> gravity;
   document.optional("gravity", gravity, config::at_least(0).at_most(kLargestGravity));
   const Factors factors = read_units(document, findings, model.length_unit);
+  const ColumnNames names = read_column_names(document, findings);
   std::vector<Described> runs = describe_runs(document, findings);
   document.finish();
   if (!findings.empty()) return findings.error();
   if (gravity) use_gravity(*gravity, model, campaign);
   for (Described& described : runs) {
-    auto run = read_columns(std::move(described), file.parent_path(), factors);
+    auto run = read_columns(std::move(described), file.parent_path(), factors, names);
     if (!run) return run.error();
     campaign.runs.push_back(std::move(*run));
   }

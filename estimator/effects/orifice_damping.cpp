@@ -33,7 +33,7 @@ SHAKER_SIMD_CLONES void add_lanes(int points, const Lanes* v, const Lanes& theta
 class OrificeDamping final : public Effect {
  public:
   static constexpr ParameterInfo kParameters[] = {
-      {"theta1", "1/m", 15.0, 0.0, 1e4, "orifice damping: rho A^3 / (2 M (C_d A_o)^2)"},
+      {"theta1", "1/m", 15.0, 0.0, 1e4, "orifice damping: rho A^3 / (2 M (C_d A_o)^2)", 0.0},
   };
 
   std::string_view name() const override { return "orifice_damping"; }

@@ -69,6 +69,29 @@ TEST_F(CampaignFolder, PutsColumnsIntoTheModelsUnits) {
   EXPECT_EQ(campaign->warnings.size(), 1U);
 }
 
+TEST_F(CampaignFolder, FindsColumnsUnderNamesOfTheirOwn) {
+  write("r01.csv", "stamp,pos_mm,shake,displacement\n0,10,1,7\n1,20,2,7\n");
+  const auto campaign = read(
+      R"({"format": "shaker-campaign/1", "units": {"displacement": "mm"},
+          "columns": {"t": "stamp", "displacement": "pos_mm", "excitation": "shake"},
+          "runs": [{"name": "r01", "frequency_hz": 2}]})");
+  ASSERT_TRUE(campaign) << campaign.error().what;
+  const auto& run = campaign->runs.at(0);
+  EXPECT_THAT(run.t, ElementsAre(0.0, 1.0));
+  EXPECT_THAT(run.displacement, ElementsAre(0.01, 0.02));
+  EXPECT_THAT(run.excitation, ElementsAre(1.0, 2.0));
+}
+
+TEST_F(CampaignFolder, SaysWhichMappedColumnIsNotThere) {
+  EXPECT_THAT(trouble("", R"("columns": {"displacement": "pos_mm"},)"), HasSubstr("pos_mm"));
+  EXPECT_THAT(trouble("", R"("columns": {"acceleration": "acc"},)"), HasSubstr("acc"));
+  EXPECT_THAT(trouble("", R"("columns": {"displacment": "pos"},)"),
+              AllOf(HasSubstr("/columns/displacment"), HasSubstr("did you mean")));
+  EXPECT_THAT(trouble("", R"("columns": {"displacement": "a", "excitation": "a"},)"),
+              HasSubstr("is another channel too"));
+  EXPECT_EQ(trouble("", R"("columns": {"excitation": "excitation"},)"), "none");
+}
+
 TEST_F(CampaignFolder, SaysWhichKeyIsMisspelt) {
   EXPECT_THAT(trouble("", R"("units": {"displacment": "mm"},)"),
               AllOf(HasSubstr("campaign.json:2: /units/displacment"),

@@ -9,6 +9,7 @@
 
 #include "estimator/discrepancy/cycles/channel_faults.hpp"
 #include "estimator/discrepancy/cycles/clipping.hpp"
+#include "estimator/discrepancy/cycles/found_frequency.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/cycles/phase_fit.hpp"
 #include "estimator/discrepancy/cycles/quantum.hpp"
@@ -19,6 +20,9 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
+// Of what was said: the samples' own frequency is tried instead, is told, and is taken for a wrong
+// unit of time (of its logarithm).
+constexpr double kOtherFrequency = 0.05, kFrequencyApart = 0.005, kOtherUnit = 1.7;
 constexpr double kAmplitudeApart = 0.25;   // a quarter more or less than was said
 constexpr double kMostChange = 0.05;       // of the driver's amplitude over the cycles
 constexpr double kSureChange = 8.0;        // standard errors
@@ -38,7 +42,8 @@ const char* driver_name(const Recording& r) {
 }
 
 Result<void> check(const Recording& r) {
-  if (!(r.frequency_hz > 0.0) || !std::isfinite(r.frequency_hz))
+  const bool to_be_found = r.frequency_hz == 0.0 && !driver_of(r).empty();
+  if (!to_be_found && (!(r.frequency_hz > 0.0) || !std::isfinite(r.frequency_hz)))
     return mistake_in(
         r, fmt::format("frequency_hz is {}; a periodic run needs one above 0", r.frequency_hz));
   if (r.t.size() < 16) return mistake_in(r, fmt::format("{} samples are too few", r.t.size()));
@@ -76,11 +81,34 @@ SteadyRun begun(const Recording& r, const SteadyOptions& options) {
 Result<PhaseFit> phase_of(const Recording& r, const SteadyOptions& options) {
   if (driver_of(r).empty())
     return PhaseFit{true, r.frequency_hz, 0.0, r.amplitude, r.t.front(), r.t.back()};
-  PhaseFit phase = fit_phase(r.t, driver_of(r), r.frequency_hz);
-  if (phase.ok) return phase;
-  return unfit(r, fmt::format("no steady {} near {:g} Hz was found: it must hold one frequency "
-                              "and amplitude for at least {} cycles; check frequency_hz",
-                              driver_name(r), r.frequency_hz, options.fewest_cycles));
+  // What the file says, or what the samples do where that is not it.
+  const auto found = found_frequency(r.t, driver_of(r));
+  const bool near = found && std::fabs(r.frequency_hz / *found - 1.0) < kOtherFrequency;
+  PhaseFit phase;
+  if (near || !found) phase = fit_phase(r.t, driver_of(r), r.frequency_hz);
+  if (!phase.ok && found) phase = fit_phase(r.t, driver_of(r), *found);
+  if (!phase.ok)
+    return unfit(r, fmt::format("no steady {} near {:g} Hz was found: it must hold one frequency "
+                                "and amplitude for at least {} cycles",
+                                driver_name(r), r.frequency_hz, options.fewest_cycles));
+  const double times = phase.frequency_hz / r.frequency_hz;
+  if (std::isfinite(times) && std::fabs(std::log(times)) > kOtherUnit)
+    return mistake_in(
+        r, fmt::format("frequency_hz says {:g}, but the {} has {:.5g} Hz: check the unit of its "
+                       "time, or say {:.5g}",
+                       r.frequency_hz, driver_name(r), phase.frequency_hz, phase.frequency_hz));
+  return phase;
+}
+
+void compare_frequency(const Recording& r, const PhaseFit& phase, SteadyRun& run) {
+  if (driver_of(r).empty()) return;
+  if (r.frequency_hz == 0.0)
+    run.warnings.push_back(fmt::format("run {}: no frequency_hz was given; the {} has {:.5g} Hz",
+                                       r.name, driver_name(r), phase.frequency_hz));
+  else if (std::fabs(phase.frequency_hz / r.frequency_hz - 1.0) > kFrequencyApart)
+    run.warnings.push_back(
+        fmt::format("run {}: frequency_hz says {:g}, but the {} has {:.5g} Hz, which counts",
+                    r.name, r.frequency_hz, driver_name(r), phase.frequency_hz));
 }
 
 // How many harmonics the samples carry.
@@ -304,6 +332,7 @@ Result<SteadyRun> steady_cycles(const Recording& r, const SteadyOptions& options
   if (auto good = held(r, run); !good) return good.error();
   name_spikes(r, response_of(r), response_name(r), run);
   name_spikes(r, driver_of(r), driver_name(r), run);
+  compare_frequency(r, *phase, run);
   compare_amplitude(r, *phase, run);
   look_for_order(run);
   return run;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <memory>
 
+#include <fmt/format.h>
+
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/effects/catalogue.hpp"
 
@@ -90,6 +92,17 @@ Seen seen_at(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::siz
   return seen;
 }
 
+// The shape at which a candidate was probed, in words.
+std::string no_solution(const Probe& probe, const RunDatum& datum) {
+  std::string at;
+  for (const auto& [symbol, p] : probe.line.parameters) {
+    if (p.start) at += fmt::format("{}{} = {:.3g}", at.empty() ? " at " : ", ", symbol, *p.start);
+  }
+  return fmt::format("the model with it has no {} for run {}{}",
+                     datum.sampled ? "motion through the record" : "periodic solution", datum.name,
+                     at);
+}
+
 // Multiplies by (I + k k')^-1/2, k the whitened influence of the time base: what it may be off by
 // is noise that all runs share.
 MatrixXd less_clock(const MatrixXd& stacked, const std::vector<RunDatum>& data) {
@@ -104,6 +117,40 @@ MatrixXd less_clock(const MatrixXd& stacked, const std::vector<RunDatum>& data) 
   if (size == 0.0) return stacked;
   const double share = (1.0 - 1.0 / std::sqrt(1.0 + size)) / size;
   return stacked - share * k * (k.transpose() * stacked);
+}
+
+// The scores of one probe, and their signatures.
+void add_scores(const MatrixXd& whole, const Projector& project, const Candidate& candidate,
+                std::size_t p, Scoring& scoring) {
+  if (whole.cols() == 0) return;
+  const Probe& probe = candidate.probes[p];
+  const MatrixXd seen = project(whole);
+  for (Index k = 0; k < whole.cols(); ++k) {
+    Signature signature;
+    const double length = whole.col(k).norm();
+    const double left = seen.col(k).norm();
+    if (std::isfinite(length) && left > kVisible * length && left > 0.0) {
+      signature.direction = seen.col(k) / left;
+      signature.visible = left;
+      signature.hidden = 1.0 - left / length;
+    }
+    const ParameterInfo* info =
+        probe.coefficients.empty()
+            ? nullptr
+            : info_of(*candidate.effect, probe.coefficients[static_cast<std::size_t>(k)]);
+    signature.sign = info != nullptr ? sign_of(*info) : 1;
+    Score s;
+    s.candidate = &candidate;
+    s.probe = p;
+    s.coefficient = static_cast<std::size_t>(k);
+    s.signature = whole.col(k);
+    if (signature.visible > 0.0) {
+      s.value = signature.direction.dot(scoring.residual) / signature.visible;
+      s.gain = gain_of(signature, scoring.residual);
+    }
+    scoring.scores.push_back(std::move(s));
+    scoring.design.signatures.push_back(std::move(signature));
+  }
 }
 
 }  // namespace
@@ -157,8 +204,8 @@ MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& d
   return less_clock(all, data);
 }
 
-MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                       const Probe& probe, const FitOptions& options) {
+Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                         const Probe& probe, const FitOptions& options) {
   // A load path has one play.
   const auto same = [&](const config::EffectSpec& line) {
     return line.effect == probe.line.effect;
@@ -166,7 +213,7 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
   if (const Effect* effect = find_effect(probe.line.effect);
       effect != nullptr && effect->in_series() &&
       std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
-    return MatrixXd(rows_of(data), 0);
+    return {{}, "the model has one in its load path already"};
   const config::ModelSpec spec = with_line(fit.spec, probe.line);
   const Model model(spec);
   const std::vector<double> theta = carried_over(model, fit);
@@ -183,7 +230,7 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!fitted(data[r])) continue;
     Prediction& prediction = *all[r].prediction;
-    if (!prediction.at(theta, search)) return MatrixXd(rows_of(data), 0);
+    if (!prediction.at(theta, search)) return {{}, no_solution(probe, data[r])};
     const Index size = data[r].response.size();
     if (whole)
       stacked.col(0).segment(at, size) =
@@ -193,7 +240,7 @@ MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data
           whitened(data[r], prediction.jacobian().col(columns[k]));
     at += size;
   }
-  return less_clock(stacked, data);
+  return {less_clock(stacked, data), {}};
 }
 
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
@@ -211,37 +258,15 @@ Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
   scoring.residual = project(stacked_residual(fit, data));
   scoring.chi_squared = fit.chi_squared;
   for (const Candidate& candidate : candidates) {
+    const std::size_t before = scoring.scores.size();
+    std::string trouble;
     for (std::size_t p = 0; p < candidate.probes.size(); ++p) {
-      const Probe& probe = candidate.probes[p];
-      const MatrixXd whole = signatures_of(fit, data, probe, options);
-      const MatrixXd seen = project(whole);
-      for (Index k = 0; k < whole.cols(); ++k) {
-        Signature signature;
-        const double length = whole.col(k).norm();
-        const double left = seen.col(k).norm();
-        if (std::isfinite(length) && left > kVisible * length && left > 0.0) {
-          signature.direction = seen.col(k) / left;
-          signature.visible = left;
-          signature.hidden = 1.0 - left / length;
-        }
-        const ParameterInfo* info =
-            probe.coefficients.empty()
-                ? nullptr
-                : info_of(*candidate.effect, probe.coefficients[static_cast<std::size_t>(k)]);
-        signature.sign = info != nullptr ? sign_of(*info) : 1;
-        Score s;
-        s.candidate = &candidate;
-        s.probe = p;
-        s.coefficient = static_cast<std::size_t>(k);
-        s.signature = whole.col(k);
-        if (signature.visible > 0.0) {
-          s.value = signature.direction.dot(scoring.residual) / signature.visible;
-          s.gain = gain_of(signature, scoring.residual);
-        }
-        scoring.scores.push_back(std::move(s));
-        scoring.design.signatures.push_back(std::move(signature));
-      }
+      const Signatures found = signatures_of(fit, data, candidate.probes[p], options);
+      if (!found.trouble.empty()) trouble = found.trouble;
+      add_scores(found.columns, project, candidate, p, scoring);
     }
+    if (scoring.scores.size() == before)
+      scoring.not_scored.push_back({&candidate, std::move(trouble)});
   }
   return scoring;
 }

@@ -6,6 +6,7 @@
 // parameters is held against what is left of the data.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "estimator/discrepancy/detect/calibration.hpp"
@@ -23,21 +24,30 @@ struct Score {
   double gain = 0.0;            // in chi-squared; 0 when the sign is inadmissible
 };
 
+// A candidate of which no shape could be scored, and why.
+struct NotScored {
+  const Candidate* candidate = nullptr;
+  std::string reason;
+};
+
 struct Scoring {
   Design design;             // signatures in the order of `scores`
   Eigen::VectorXd residual;  // whitened, with the parameters' part projected out
   double chi_squared = 0.0;
   std::vector<Score> scores;
+  std::vector<NotScored> not_scored;
   double best_gain() const;
 };
 
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
               const std::vector<Candidate>& candidates, const FitOptions& options);
 
-// Whitened signatures of a probe, a column a coefficient, or one of the whole difference that it
-// makes; no columns when the model with it has no solution.
-Eigen::MatrixXd signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                              const Probe& probe, const FitOptions& options);
+struct Signatures {
+  Eigen::MatrixXd columns;  // whitened: one a coefficient, or one of the whole difference
+  std::string trouble;      // why there are none; empty: there are
+};
+Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                         const Probe& probe, const FitOptions& options);
 
 // Residuals and Jacobian of the runs that are fitted, one below the other.
 Eigen::VectorXd stacked_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data);

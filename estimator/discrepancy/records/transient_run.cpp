@@ -60,20 +60,20 @@ Result<void> check(const Recording& r) {
         r, fmt::format("{} samples are too few; at least {} are needed", r.t.size(), kFewest));
   if (auto good = check_times(r); !good) return good;
   if (auto good = check_column(r, r.displacement, "displacement"); !good) return good;
-  if (!(range_of(r.displacement) > 0.0)) return mistake_in(r, "the displacement never changes");
+  if (!(range_of(r.displacement) > 0.0)) return unfit(r, "the displacement never changes");
   if (imposed(r)) {
     if (auto good = check_column(r, r.force, "force"); !good) return good;
-    if (!(range_of(r.force) > 0.0)) return mistake_in(r, "the force never changes");
+    if (!(range_of(r.force) > 0.0)) return unfit(r, "the force never changes");
   } else if (!r.excitation.empty()) {
     if (auto good = check_column(r, r.excitation, "excitation"); !good) return good;
     if (!(range_of(r.excitation) > 0.0) && r.excitation.front() != 0.0)
-      return mistake_in(
-          r, fmt::format("the excitation never changes from {:.4g}: the channel is dead; for "
-                         "a free decay or a drop leave the column out",
-                         r.excitation.front()));
+      return unfit(r,
+                   fmt::format("the excitation never changes from {:.4g}: the channel is dead; for "
+                               "a free decay or a drop leave the column out",
+                               r.excitation.front()));
   }
   const auto reject = [&](const char* name, bool top) {
-    return mistake_in(r, clipped_sentence(name, top));
+    return unfit(r, clipped_sentence(name, top));
   };
   for (const bool top : {true, false}) {
     if (clipped(r.displacement, top)) return reject("displacement", top);
@@ -276,18 +276,25 @@ Result<std::shared_ptr<SampledRun>> sampled_run(const Recording& r,
 
 }  // namespace
 
-Result<std::vector<std::shared_ptr<SampledRun>>> sampled_runs(const std::vector<Recording>& runs,
-                                                              const SamplingOptions& options) {
-  std::vector<std::shared_ptr<SampledRun>> all;
+Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
+                                 const SamplingOptions& options) {
+  SampledRuns all;
+  std::string first_trouble;
   Index fitted = 0;
   for (const Recording& recording : runs) {
     auto run = sampled_run(recording, options);
-    if (!run) return run.error();
+    if (!run && run.error().kind == ErrorKind::invalid) return run.error();
+    if (!run) {
+      if (first_trouble.empty()) first_trouble = run.error().what;
+      all.left_out.push_back(run.error().what + " (this run is left out)");
+      continue;
+    }
     fitted += (*run)->role == Role::fit ? 1 : 0;
-    all.push_back(std::move(*run));
+    all.runs.push_back(std::move(*run));
   }
+  if (fitted == 0) return Error{ErrorKind::not_converged, "no run can be used: " + first_trouble};
   const Index share = options.most_cosines / std::max<Index>(1, fitted);
-  for (const auto& run : all) {
+  for (const auto& run : all.runs) {
     if (run->keep <= share) continue;
     run->keep = share;
     run->variance.conservativeResize(share);

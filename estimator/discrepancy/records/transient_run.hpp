@@ -47,9 +47,15 @@ struct SamplingOptions {
   Eigen::Index most_cosines = 1200;  // of all runs that are fitted together
 };
 
-// An Error is a sentence that names the run: columns of different lengths, time that does not
-// increase or has gaps, a channel that never changes, a clipped sensor.
-Result<std::vector<std::shared_ptr<SampledRun>>> sampled_runs(const std::vector<Recording>& runs,
-                                                              const SamplingOptions& options = {});
+struct SampledRuns {
+  std::vector<std::shared_ptr<SampledRun>> runs;
+  std::vector<std::string> left_out;  // a sentence a run that no model can explain
+};
+
+// A run with a channel that never changes or with a clipped sensor is left out. An Error is a
+// sentence that names the run: columns of different lengths, time that does not increase or has
+// gaps; or why no run is left that could be fitted.
+Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
+                                 const SamplingOptions& options = {});
 
 }  // namespace shaker::estimator::discrepancy

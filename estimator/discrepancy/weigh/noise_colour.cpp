@@ -142,7 +142,7 @@ std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vec
     return std::nullopt;
   MatrixXd along;
   try {
-    along = signatures_of(fit, data, smooth_force(range), options);
+    along = signatures_of(fit, data, smooth_force(range), options).columns;
   } catch (const std::invalid_argument&) {
     return std::nullopt;  // a motion cannot be imposed on this model
   }

@@ -92,7 +92,8 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
   auto sampled = sampled_runs(recordings);
   if (!sampled) return sampled.error();
   TransientRuns runs;
-  for (const auto& run : *sampled) {
+  runs.warnings = sampled->left_out;
+  for (const auto& run : sampled->runs) {
     runs.data.push_back(datum_of(run));
     runs.warnings.insert(runs.warnings.end(), run->notes.begin(), run->notes.end());
   }
@@ -100,7 +101,7 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
   if (!imposed) {
     for (const RunDatum& datum : runs.data)
       runs.forces.push_back(balance_of_forces(datum));
-    runs.by_force = !has_spring(model, *sampled->front());
+    runs.by_force = !has_spring(model, *sampled->runs.front());
     if (runs.by_force) {
       runs.data = std::move(runs.forces);
       runs.forces.clear();

@@ -6,10 +6,12 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "estimator/discrepancy/cycles/cut_campaign.hpp"
+#include "estimator/discrepancy/cycles/found_frequency.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -56,6 +58,44 @@ TEST(SteadyCycles, RecoversHarmonicsAgainstTheExcitationsOwnPhase) {
   EXPECT_NEAR(mean[5], 0.002, 3e-6);
   EXPECT_NEAR(run->mean_driver()[1], 3.0, 1e-3);
   EXPECT_NEAR(run->mean_driver()[2], 0.0, 1e-3);
+}
+
+// A wrong frequency is answered with the right one; a missing one is found.
+TEST(SteadyCycles, FindsTheFrequencyAndComparesItWithWhatWasSaid) {
+  Recording r = recording({.seconds = 20.0});
+  for (const double said : {1.0, 1.5, 1.9, 1.97, 2.05, 2.3, 4.006, 6.0}) {
+    r.frequency_hz = said;
+    const auto run = steady_cycles(r);
+    ASSERT_TRUE(run) << said << run.error().what;
+    EXPECT_NEAR(run->frequency_hz, 2.003, 2e-5) << said;
+    EXPECT_THAT(run->warnings,
+                ::testing::Contains(::testing::HasSubstr(
+                    fmt::format("frequency_hz says {:g}, but the excitation has 2.003 Hz", said))));
+  }
+  for (const double said : {1.999, 2.0}) {  // as a table is set
+    r.frequency_hz = said;
+    EXPECT_THAT(steady_cycles(r).value().warnings, ::testing::IsEmpty()) << said;
+  }
+  r.frequency_hz = 0.0;
+  EXPECT_THAT(steady_cycles(r).value().warnings,
+              ::testing::ElementsAre(::testing::HasSubstr("the excitation has 2.003 Hz")));
+  r.frequency_hz = 2003.0;  // time in ms
+  const auto run = steady_cycles(r);
+  ASSERT_FALSE(run);
+  EXPECT_THAT(run.error().what, ::testing::HasSubstr("check the unit of its time, or say 2.003"));
+}
+
+TEST(FoundFrequency, IsOfOneLineOnly) {
+  const Recording r = recording({});
+  EXPECT_NEAR(found_frequency(r.t, r.displacement).value(), 2.003, 2e-3);
+  std::mt19937_64 source(7);
+  std::normal_distribution<double> normal;
+  std::vector<double> noise;
+  for (std::size_t i = 0; i < r.t.size(); ++i)
+    noise.push_back(normal(source));
+  EXPECT_FALSE(found_frequency(r.t, noise));
+  EXPECT_FALSE(found_frequency({}, {}));
+  EXPECT_FALSE(found_frequency(r.t, std::vector<double>(r.t.size(), 1.0)));
 }
 
 // The end of a ramp has nearly the full amplitude, but another phase.
