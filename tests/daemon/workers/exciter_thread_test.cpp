@@ -247,23 +247,20 @@ TEST_F(ExciterWatchTest, BeatsWhileWhatIsWatchedAdvances) {
 }
 
 TEST_F(ExciterWatchTest, StopsTheExciterWhenItsOwnThreadIsInterrupted) {
-  auto thread = beating();
+  auto thread = make();
+  thread->keep_alive(true);
   thread->set(setpoint(1));
   EXPECT_TRUE(eventually([&] { return device.seen().size() == 3; }));
   {
     const std::lock_guard lock(device.mutex);
     device.no_memory = true;
   }
-  EXPECT_TRUE(eventually([&] {
-    advance();
-    return !withheld(*thread).empty();
-  }));
+  EXPECT_TRUE(eventually([&] { return !withheld(*thread).empty(); }));
   EXPECT_THAT(why, ::testing::HasSubstr("want of memory"));
   EXPECT_TRUE(eventually([&] { return device.seen().back() == "stop"; }));
   thread->set(setpoint(2));  // barred: the engine has not withdrawn the heartbeat
   std::this_thread::sleep_for(50ms);
   EXPECT_EQ(device.seen().back(), "stop");
-  advance();
   thread->keep_alive(false);
   thread->set(setpoint(3));
   EXPECT_TRUE(eventually([&] { return device.seen().back() == "write 3"; }));
