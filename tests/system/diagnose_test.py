@@ -57,25 +57,6 @@ def children(pid):
     return [int(stat.split()[0]) for stat in stats if int(stat.rpartition(")")[2].split()[1]) == pid]
 
 
-class TheDaemonDies(unittest.TestCase):
-    def test_its_diagnosis_dies_with_it(self):
-        daemon = Daemon(rig()).start()
-        self.addCleanup(daemon.end)
-        client = Client(daemon.socket)
-        measure(client)
-        client.ask("diagnose")
-        client.until(lambda line: line.get("type") == "diagnosis_progress")
-        [diagnosis] = children(daemon.process.pid)
-        os.kill(diagnosis, signal.SIGSTOP)  # it would never end by itself
-        daemon.process.kill()
-        daemon.process.wait()
-        deadline = time.monotonic() + 10
-        while pathlib.Path(f"/proc/{diagnosis}/exe").exists() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        self.assertFalse(pathlib.Path(f"/proc/{diagnosis}/exe").exists())
-        client.close()
-
-
 class Diagnose(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -192,6 +173,19 @@ class Diagnose(unittest.TestCase):
         self.assertIn("campaign was started", result["reason"])
         self.client.ask("stop")
         self.client.until_state("IDLE", start=start + 1)
+
+    def test_zz_it_dies_with_the_daemon(self):
+        start = len(self.client.lines)
+        self.client.ask("diagnose", {"campaign": "hidden friction"})
+        self.client.until(lambda line: line.get("type") == "diagnosis_progress", start=start)
+        [diagnosis] = children(self.daemon.process.pid)
+        os.kill(diagnosis, signal.SIGSTOP)  # it would never end by itself
+        self.daemon.process.kill()
+        self.daemon.process.wait()
+        deadline = time.monotonic() + 10
+        while pathlib.Path(f"/proc/{diagnosis}/exe").exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        self.assertFalse(pathlib.Path(f"/proc/{diagnosis}/exe").exists())
 
 
 if __name__ == "__main__":
