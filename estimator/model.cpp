@@ -1,5 +1,8 @@
 #include "estimator/model.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "estimator/model_builder.hpp"
 
 namespace shaker::estimator {
@@ -36,6 +39,18 @@ double Model::velocity_kink(const double* theta, double u) const {
     }
   }
   return kink;
+}
+
+// Forward difference; it is exact for a jump that is linear in its coefficients.
+void Model::velocity_kink_gradient(std::span<double> theta, double* gradient) const {
+  const double kink = velocity_kink(theta.data());
+  for (std::size_t k = 0; k < theta.size(); ++k) {
+    const double was = theta[k];
+    const double step = 1e-4 * std::max(std::fabs(was), 1e-8);
+    theta[k] = was + step;
+    gradient[k] = (velocity_kink(theta.data()) - kink) / step;
+    theta[k] = was;
+  }
 }
 
 }  // namespace shaker::estimator

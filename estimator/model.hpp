@@ -52,8 +52,9 @@ struct ModelPoints {
 };
 
 // Residual and partial derivatives at n points; evaluate overwrites all of them. g: s arrays;
-// the Jacobians: s x s, row (equation) by row; g_theta: s x p, row by row. `scratch`:
-// Model::scratch_arrays() arrays. Every array holds n values.
+// the Jacobians: s x s, row (equation) by row; g_theta: s x p, row by row, or null if a model of
+// several coordinates is not to compute it. `scratch`: Model::scratch_arrays() arrays. Every array
+// holds n values.
 struct ModelForces {
   double* const* g = nullptr;
   double* const* g_u = nullptr;
@@ -117,6 +118,10 @@ class Model {
   bool evaluate(const ModelPoints& at, const double* theta, const ModelForces& out) const;
   int scratch_arrays() const { return scratch_arrays_; }
 
+  // The equations of the internal coordinates alone, in the same arrays. The other equations are
+  // incomplete afterwards. Only for models with internal coordinates.
+  bool evaluate_internal(const ModelPoints& at, const double* theta, const ModelForces& out) const;
+
   // A part of the residual in the same arrays: the load that the damper carries, or the motion
   // of the base under it (a tyre). Mass and table excitation are not included.
   enum class Part { load, base };
@@ -147,6 +152,7 @@ class Model {
   bool evaluate_plain(const ModelPoints& at, const double* theta, const ModelForces& out) const;
   bool evaluate_general(const ModelPoints& at, const double* theta, const ModelForces& out) const;
   void clear(const ModelPoints& at, const double* theta, const ModelForces& out) const;
+  void add_inertia(int first, const ModelPoints& at, const ModelForces& out) const;
   bool add_term(const Term& term, const ModelPoints& at, const double* theta,
                 const ModelForces& out) const;
   struct Share;

@@ -67,6 +67,17 @@ struct ModelArrays {
     return model.evaluate(
         at, theta, {g.data(), g_u.data(), g_v.data(), g_a.data(), g_theta.data(), scratch.data()});
   }
+  // Evaluates the internal coordinates' equations at the first n points, without g_theta.
+  bool evaluate_internal(const Model& model, int n, const double* theta) const {
+    ModelPoints at;
+    at.n = n;
+    at.u = u.data();
+    at.v = v.data();
+    at.a = a.data();
+    at.x = x;
+    return model.evaluate_internal(
+        at, theta, {g.data(), g_u.data(), g_v.data(), g_a.data(), nullptr, scratch.data()});
+  }
 };
 
 }  // namespace shaker::estimator

@@ -143,9 +143,33 @@ unsigned Model::evaluate_lanes(const ModelPoints& at, const double* theta,
 bool Model::evaluate_general(const ModelPoints& at, const double* theta,
                              const ModelForces& out) const {
   clear(at, theta, out);
+  add_inertia(0, at, out);
+  for (const Term& term : terms_) {
+    if (!add_term(term, at, theta, out)) return false;
+  }
+  return true;
+}
+
+bool Model::evaluate_internal(const ModelPoints& at, const double* theta,
+                              const ModelForces& out) const {
+  clear(at, theta, out);
+  add_inertia(mechanical_, at, out);
+  const auto acts_on_internal = [this](const Term& term) {
+    return !term.effect->internals().empty() ||
+           std::any_of(term.acts.begin() + mechanical_, term.acts.end(),
+                       [](double weight) { return weight != 0.0; });
+  };
+  for (const Term& term : terms_) {
+    if (acts_on_internal(term) && !add_term(term, at, theta, out)) return false;
+  }
+  return true;
+}
+
+// Adds inertia and excitation to the equations from `first` on.
+void Model::add_inertia(int first, const ModelPoints& at, const ModelForces& out) const {
   const int s = coordinates();
-  for (int d = 0; d < s; ++d) {
-    add(at.n, -excitation_[d], at.x, out.g[d]);
+  for (int d = first; d < s; ++d) {
+    if (excitation_[d] != 0.0) add(at.n, -excitation_[d], at.x, out.g[d]);
     for (int e = 0; e < s; ++e) {
       const double m = mass_[d * s + e];
       if (m == 0.0) continue;
@@ -153,10 +177,6 @@ bool Model::evaluate_general(const ModelPoints& at, const double* theta,
       std::fill_n(out.g_a[d * s + e], at.n, m);
     }
   }
-  for (const Term& term : terms_) {
-    if (!add_term(term, at, theta, out)) return false;
-  }
-  return true;
 }
 
 bool Model::evaluate_part(Part part, const ModelPoints& at, const double* theta,
@@ -179,7 +199,7 @@ void Model::clear(const ModelPoints& at, const double* theta, const ModelForces&
       for (double* const* slopes : {out.g_u, out.g_v, out.g_a})
         std::fill_n(slopes[d * s + e], at.n, 0.0);
     }
-    for (int k = 0; k < parameter_count(); ++k)
+    for (int k = 0; out.g_theta != nullptr && k < parameter_count(); ++k)
       std::fill_n(out.g_theta[d * parameter_count() + k], at.n, 0.0);
   }
   if (exciter_parameters_ == 0) return;
@@ -269,7 +289,8 @@ bool Model::add_term(const Term& term, const ModelPoints& at, const double* thet
     return false;
   spread_force(share, out);
   spread_rows(share, out);
-  if (term.effect->sees_excitation() && !exciter) spread_excitation(share, out);
+  if (term.effect->sees_excitation() && !exciter && out.g_theta != nullptr)
+    spread_excitation(share, out);
   return true;
 }
 
@@ -286,7 +307,7 @@ void Model::spread_force(const Share& share, const ModelForces& out) const {
     const double w = term.acts[d];
     if (w == 0.0) continue;
     add(share.n, w, f.f, out.g[d]);
-    for (int k = 0; k < share.all; ++k) {
+    for (int k = 0; out.g_theta != nullptr && k < share.all; ++k) {
       if (share.parameter[k] >= 0)
         add(share.n, w, f.f_theta[k], out.g_theta[d * share.p + share.parameter[k]]);
     }
@@ -316,7 +337,7 @@ void Model::spread_rows(const Share& share, const ModelForces& out) const {
       add(share.n, c, share.forces.h_v[r], out.g_v[d * share.s + e]);
       add(share.n, c, share.forces.h_a[r], out.g_a[d * share.s + e]);
     }
-    for (int k = 0; k < share.all; ++k) {
+    for (int k = 0; out.g_theta != nullptr && k < share.all; ++k) {
       if (share.parameter[k] >= 0)
         add(share.n, 1.0, share.forces.h_theta[r * share.all + k],
             out.g_theta[d * share.p + share.parameter[k]]);
@@ -364,18 +385,6 @@ void Model::true_excitation(const ModelPoints& at, const double* theta, double* 
     add(at.n, -1.0, scratch[0], x);
     for (std::size_t k = 0; k < term.effect->parameters().size(); ++k)
       add(at.n, -1.0, scratch[1 + k], x_theta[static_cast<std::size_t>(term.first_parameter) + k]);
-  }
-}
-
-// Forward difference; it is exact for a jump that is linear in its coefficients.
-void Model::velocity_kink_gradient(std::span<double> theta, double* gradient) const {
-  const double kink = velocity_kink(theta.data());
-  for (std::size_t k = 0; k < theta.size(); ++k) {
-    const double was = theta[k];
-    const double step = 1e-4 * std::max(std::fabs(was), 1e-8);
-    theta[k] = was + step;
-    gradient[k] = (velocity_kink(theta.data()) - kink) / step;
-    theta[k] = was;
   }
 }
 

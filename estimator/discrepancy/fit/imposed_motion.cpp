@@ -155,20 +155,22 @@ bool ImposedMotion::solve_memory(std::span<const double> theta) {
   return false;
 }
 
-bool ImposedMotion::at(std::span<const double> theta) {
+bool ImposedMotion::at(std::span<const double> theta, bool slopes) {
   theta_.assign(theta.begin(), theta.end());
   if (march_) {
-    if (!march_->at(theta)) return false;
+    if (!march_->at(theta, slopes)) return false;
     const Index first = (kLaps - 1) * kStepsBetweenPoints * n_;
     for (int i = 0; i < n_; ++i) {
       force_[i] = march_->force()[first + kStepsBetweenPoints * i];
-      slope_.row(i) = march_->slope().row(first + kStepsBetweenPoints * i);
+      if (slopes) slope_.row(i) = march_->slope().row(first + kStepsBetweenPoints * i);
     }
     return true;
   }
   if (memory_ > 0 ? !solve_memory(theta) : !evaluate(theta)) return false;
-  for (int i = 0; i < n_; ++i) {
+  for (int i = 0; i < n_; ++i)
     force_[i] = at_.g[0][i] - model_->mass(0, 0) * a_[i];
+  if (!slopes) return force_.allFinite();
+  for (int i = 0; i < n_; ++i) {
     for (int k = 0; k < p_; ++k)
       slope_(i, k) = at_.g_theta[static_cast<std::size_t>(k)][i];
   }
@@ -195,7 +197,11 @@ MatrixXd ImposedMotion::over_motion() const {
     more[c] += h;
     less[c] -= h;
     ImposedMotion high(*model_, frequency_, more, n_), low(*model_, frequency_, less, n_);
-    if (high.at(theta_) && low.at(theta_)) slope.col(c) = (high.force() - low.force()) / (2.0 * h);
+    for (ImposedMotion* nearby : {&high, &low}) {
+      if (march_) nearby->march_->begin_from(*march_);
+    }
+    if (high.at(theta_, false) && low.at(theta_, false))
+      slope.col(c) = (high.force() - low.force()) / (2.0 * h);
   }
   return slope;
 }

@@ -26,8 +26,9 @@ class ImposedMotion {
   // mechanical coordinates. `model` must outlive it.
   ImposedMotion(const Model& model, double frequency_hz, const Eigen::VectorXd& motion, int points);
 
-  // False when the memory has no periodic course, or a point is inadmissible.
-  bool at(std::span<const double> theta);
+  // False when the memory has no periodic course, or a point is inadmissible. Without `slopes`,
+  // slope() is undefined.
+  bool at(std::span<const double> theta, bool slopes = true);
   const Eigen::VectorXd& force() const { return force_; }
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
   // Of the force of the last theta, over the harmonics of the motion, by differences: points x

@@ -28,15 +28,31 @@ class MotionMarch {
   // coordinates or with a memory that has inertia. `model` must outlive it.
   MotionMarch(const Model& model, Motion motion, bool inertia);
 
-  // False when a step cannot be solved or a point is inadmissible.
-  bool at(std::span<const double> theta);
+  // False when a step cannot be solved or a point is inadmissible. Without `slopes`, slope() keeps
+  // its old values.
+  bool at(std::span<const double> theta, bool slopes = true);
   const Eigen::VectorXd& force() const { return force_; }  // of the first equation, x included
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
   const Motion& motion() const { return motion_; }
+  // Searches first near the course of the same model along a motion nearby.
+  void begin_from(const MotionMarch& other);
 
  private:
+  // Factors of w now, at the last step and at the one before it, in the rate w'.
+  struct Difference {
+    double now = 0.0, last = 0.0, before = 0.0;
+  };
+  Difference difference_at(int i) const;
+  bool residual(const Eigen::VectorXd& w, double now, const Eigen::VectorXd& history,
+                std::span<const double> theta, Eigen::VectorXd& h);
+  void slope_at(const ModelArrays& arrays, int i, double now, Eigen::MatrixXd& slope) const;
+  bool solve_step(double now, const Eigen::VectorXd& history, std::span<const double> theta,
+                  Eigen::VectorXd& w);
+  void solve(const Eigen::MatrixXd& slope, Eigen::MatrixXd& right) const;
   bool march(std::span<const double> theta);
-  bool step(int i, std::span<const double> theta);
+  void load_course();
+  bool correct_course(std::span<const double> theta);
+  bool carry_slopes();
 
   const Model* model_;
   Motion motion_;
@@ -45,9 +61,8 @@ class MotionMarch {
   Eigen::VectorXd first_;  // of what is carried along
   Eigen::VectorXd force_;
   Eigen::MatrixXd slope_;
-  Eigen::MatrixXd w_, w_dot_;                           // n x q
-  std::vector<Eigen::MatrixXd> s_w_;                    // q x p, of the last three steps
-  std::vector<Eigen::MatrixXd> w_theta_, w_dot_theta_;  // each carried coordinate: n x p
+  Eigen::MatrixXd w_;        // n x q, the course of what is carried along
+  bool has_course_ = false;  // w_ is the course of the theta before
   // Arrays for one point, and for all of them.
   ModelArrays one_, all_;
 };
