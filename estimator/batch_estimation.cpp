@@ -247,7 +247,8 @@ unsigned BatchEstimator::Worker::step_abreast() {
     const Lanes target = now + change[k];
     good &= bits_of((now > p.lower) & (now < p.upper) & (target >= p.lower) & (target <= p.upper));
     as_lanes(pack->delta.data())[parameter] = chosen(going, change[k], Lanes{});
-    const Lanes size = magnitude(now);
+    const Lanes before = magnitude(now), after = magnitude(target);
+    const Lanes size = chosen(before > after, before, after);
     const Lanes move = magnitude(change[k]);
     const Lanes relative = move / chosen(size > 1e-12, size, 1e-12);
     worst = chosen(relative > worst, relative, worst);

@@ -23,7 +23,7 @@ void Estimator::update_run(std::size_t run, const RunData& data) {
       data.excitation.size() != state.data.excitation.size() ||
       data.tau.size() != state.data.tau.size() ||
       data.sample_weight.size() != state.data.sample_weight.size() ||
-      data.harmonics.size() != state.data.harmonics.size())
+      data.harmonics.size() != state.data.harmonics.size() || data.periods != state.data.periods)
     throw std::invalid_argument("update_run: the data have another shape than the run");
   check_run(data, run);
   state.data = data;

@@ -115,6 +115,9 @@ struct Estimator::Impl {
   void states_to_packs(bool approach);
   void packs_to_systems();
   void fit_nested(const std::vector<double>& start, bool warm, bool damped);
+  bool solve_after_step(bool damped, SolveReport& last, std::size_t& last_run);
+  void step_back();
+  std::string why_not_converged(const SolveReport& last, std::size_t run) const;
   bool cap_step(const std::vector<double>& start);
   bool nothing_to_gain();
   double squares_of_data() const;

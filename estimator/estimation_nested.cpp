@@ -18,16 +18,76 @@ constexpr double kNothing = 1e-6;  // of the sum of squares
 // steps converge soon or never.
 constexpr int kPatience = 8;
 
+// Damping of the nested steps: refused steps raise it faster and faster.
+struct NestedDamping {
+  double lambda, grow = 2.0;
+
+  // After a singular matrix and after a refused step. False: more would not help.
+  bool make_regular() { return (lambda = std::max(4.0 * lambda, 1e-10)) <= 1e8; }
+  bool raise() {
+    lambda = std::max(lambda, 1e-12) * grow;
+    grow *= 2.0;
+    return lambda <= 1e12;
+  }
+  void lower() {
+    grow = 2.0;
+    lambda /= 8.0;
+  }
+};
+
 }  // namespace
 
-void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bool damped) {
-  fit.trouble.clear();
-  if (!solve_all(warm)) {
-    fit.status = FitStatus::no_solution;
-    return;
+// Moves theta and the states by the present step, and solves every run there. Returns false at the
+// first run without a solution; `last` and `last_run` say which.
+bool Estimator::Impl::solve_after_step(bool damped, SolveReport& last, std::size_t& last_run) {
+  theta_saved = fit.theta;
+  for (std::size_t r = 0; r < systems.size(); ++r) {
+    const auto state = systems[r].state();
+    std::copy(state.begin(), state.end(), runs[r].saved.begin());
+    systems[r].advance(0.0, delta_full);
   }
-  double lambda = damped ? 1e-4 : 0.0;
-  double grow = 2.0;
+  for (std::size_t k = 0; k < fit.theta.size(); ++k)
+    fit.theta[k] += delta_full[k];
+  for (std::size_t r = 0; r < systems.size(); ++r) {
+    last = systems[r].solve(fit.theta);
+    last_run = r;
+    if (last.status == SolveStatus::converged) continue;
+    if (damped) return false;
+    const auto report = systems[r].solve_from_rest(fit.theta);
+    if (report.status == SolveStatus::converged) continue;
+    fit.trouble = fmt::format("run {}: {}", r + 1, report.sentence());
+    return false;
+  }
+  return true;
+}
+
+// Returns to the iterate before solve_after_step.
+void Estimator::Impl::step_back() {
+  fit.theta = theta_saved;
+  for (std::size_t r = 0; r < systems.size(); ++r) {
+    std::copy(runs[r].saved.begin(), runs[r].saved.end(), systems[r].state().begin());
+    systems[r].solve(fit.theta);
+  }
+  accumulate(systems, false);
+}
+
+std::string Estimator::Impl::why_not_converged(const SolveReport& last, std::size_t run) const {
+  if (last.status == SolveStatus::converged)
+    return fmt::format(
+        "no convergence in {} iterations; the last step still changed a parameter by {:.1e} of its "
+        "value",
+        fit.iterations, relative_step());
+  return fmt::format(
+      "no convergence in {} iterations: it ends where a better fit would have no periodic "
+      "solution; run {} ({:g} Hz): {}",
+      fit.iterations, run + 1, runs[run].data.frequency_hz, last.sentence());
+}
+
+void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bool damped) {
+  const auto end_with = [&](FitStatus status) { fit.status = status; };
+  fit.trouble.clear();
+  if (!solve_all(warm)) return end_with(FitStatus::no_solution);
+  NestedDamping damping{damped ? 1e-4 : 0.0};
   accumulate(systems, false);
   double previous = std::numeric_limits<double>::infinity();
   int at_bottom = 0;
@@ -37,92 +97,42 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
   for (int iteration = 1; iteration <= most; ++iteration) {
     fit.iterations = iteration;
     const double before = objective();
-    if (!box_step(lambda)) {
-      if (!damped) {
-        fit.status = FitStatus::undetermined;
-        return;
-      }
-      lambda = std::max(4.0 * lambda, 1e-10);
-      if (lambda > 1e8) break;
+    if (!box_step(damping.lambda)) {
+      if (!damped) return end_with(FitStatus::undetermined);
+      if (!damping.make_regular()) break;
       continue;
     }
-    const double used_lambda = lambda;
     const bool capped = damped && cap_step(start);
-    theta_saved = fit.theta;
-    for (std::size_t r = 0; r < systems.size(); ++r) {
-      const auto state = systems[r].state();
-      std::copy(state.begin(), state.end(), runs[r].saved.begin());
-      systems[r].advance(0.0, delta_full);
-    }
+    const bool pure = damping.lambda <= kNearlyUndamped && !capped;
     const double step = relative_step();
-    for (std::size_t k = 0; k < fit.theta.size(); ++k)
-      fit.theta[k] += delta_full[k];
-    bool accepted = true;
-    for (std::size_t r = 0; r < systems.size() && accepted; ++r) {
-      last = systems[r].solve(fit.theta);
-      last_run = r;
-      accepted = last.status == SolveStatus::converged;
-      if (!accepted && !damped) {
-        const auto report = systems[r].solve_from_rest(fit.theta);
-        accepted = report.status == SolveStatus::converged;
-        if (!accepted) fit.trouble = fmt::format("run {}: {}", r + 1, report.sentence());
-      }
-    }
-    const bool solved = accepted;
+    const bool solved = solve_after_step(damped, last, last_run);
     if (solved) accumulate(systems, false);
     // At the minimum, rounding decides whether the objective rises or falls. A larger increase is
     // therefore accepted for very short steps, and after some of them the minimum counts as
     // reached. Steps that are short because no solution exists further on do not count.
     const bool bottom = step <= 1e3 * options.tolerance;
+    bool accepted = solved;
     if (damped) {
       const double slack = bottom ? 1e-9 : 1e-13;
-      const double after = objective();
-      accepted = accepted && after <= before + slack * std::fabs(before) + 1e-300;
+      accepted = solved && objective() <= before + slack * std::fabs(before) + 1e-300;
       at_bottom = bottom && solved ? at_bottom + 1 : 0;
     }
     if (!accepted) {
-      if (!damped) {
-        fit.status = FitStatus::no_solution;
-        return;
-      }
-      fit.theta = theta_saved;
-      for (std::size_t r = 0; r < systems.size(); ++r) {
-        std::copy(runs[r].saved.begin(), runs[r].saved.end(), systems[r].state().begin());
-        systems[r].solve(fit.theta);
-      }
-      accumulate(systems, false);
-      if (at_bottom > kEnoughAtBottom && nothing_to_gain()) {
-        fit.status = FitStatus::converged;
-        return;
-      }
-      lambda = std::max(lambda, 1e-12) * grow;
-      grow *= 2.0;
-      if (lambda > 1e12) break;
+      if (!damped) return end_with(FitStatus::no_solution);
+      step_back();
+      if (at_bottom > kEnoughAtBottom && nothing_to_gain()) return end_with(FitStatus::converged);
+      if (!damping.raise()) break;
       continue;
     }
-    grow = 2.0;
-    lambda /= 8.0;
+    damping.lower();
     if (options.keep_iterates) fit.iterates.push_back(fit.theta);
     // A step that is short because of damping does not prove convergence.
-    if (used_lambda <= kNearlyUndamped && !capped &&
-        (left_after(step, previous) <= options.tolerance || at_bottom > kEnoughAtBottom)) {
-      fit.status = FitStatus::converged;
-      return;
-    }
-    previous =
-        used_lambda <= kNearlyUndamped && !capped ? step : std::numeric_limits<double>::infinity();
+    if (pure && (left_after(step, previous) <= options.tolerance || at_bottom > kEnoughAtBottom))
+      return end_with(FitStatus::converged);
+    previous = pure ? step : std::numeric_limits<double>::infinity();
   }
-  fit.status = FitStatus::not_converged;
-  fit.trouble =
-      last.status == SolveStatus::converged
-          ? fmt::format(
-                "no convergence in {} iterations; the last step still changed a parameter by "
-                "{:.1e} of its value",
-                fit.iterations, relative_step())
-          : fmt::format(
-                "no convergence in {} iterations: it ends where a better fit would have no "
-                "periodic solution; run {} ({:g} Hz): {}",
-                fit.iterations, last_run + 1, runs[last_run].data.frequency_hz, last.sentence());
+  end_with(FitStatus::not_converged);
+  fit.trouble = why_not_converged(last, last_run);
 }
 
 // Returns true if the (nearly) undamped step promises no gain: a negligible part of the sum of

@@ -85,12 +85,35 @@ struct OnlineEstimator::State {
     theta = model.start();
   }
 
-  // Applies the forgetting factor to all earlier cycles before a cycle is added.
-  void forget() {
+  // Adds a cycle to its run, the r-th, or as a new run. If the estimator refuses the cycle (an
+  // exception), all runs stay as they were.
+  void take(const MeasuredCycle& cycle, std::size_t r) {
+    if (r == runs.size()) {
+      std::vector<RunData> data;
+      for (const RunMean& run : runs)
+        data.push_back(run.data);
+      RunMean fresh = online::first_of(cycle);
+      data.push_back(fresh.data);
+      estimator = std::make_unique<Estimator>(model, std::move(data), options);
+      runs.push_back(std::move(fresh));
+      warm = false;
+      bias.reset();
+    } else {
+      RunMean run = runs[r];
+      run.forget(forgetting);
+      run.add(cycle);
+      estimator->update_run(r, run.data);
+      runs[r] = std::move(run);
+    }
+    forget_except(r);
+  }
+  // Applies the forgetting factor to the cycles of the other runs.
+  void forget_except(std::size_t added) {
     if (forgetting == 1.0) return;
     for (std::size_t r = 0; r < runs.size(); ++r) {
+      if (r == added) continue;
       runs[r].forget(forgetting);
-      if (estimator) estimator->update_run(r, runs[r].data);
+      estimator->update_run(r, runs[r].data);
     }
   }
 
@@ -133,28 +156,13 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
                     cycle.index, cycle.run + 1)};
   auto found = std::find_if(s.runs.begin(), s.runs.end(),
                             [&](const RunMean& r) { return r.run == cycle.run; });
-  const bool new_run = found == s.runs.end();
-  if (!new_run && !found->same_shape(cycle))
+  if (found != s.runs.end() && !found->same_shape(cycle))
     return Error{ErrorKind::invalid,
                  fmt::format("cycle {} of run {} has {} points, its run has {}; it was left out",
                              cycle.index, cycle.run + 1, cycle.displacement.size(),
                              found->data.displacement.size())};
   try {
-    s.forget();
-    if (new_run) {
-      std::vector<RunData> data;
-      for (const RunMean& run : s.runs)
-        data.push_back(run.data);
-      RunMean fresh = online::first_of(cycle);
-      data.push_back(fresh.data);
-      s.estimator = std::make_unique<Estimator>(s.model, std::move(data), s.options);
-      s.runs.push_back(std::move(fresh));
-      s.warm = false;
-      s.bias.reset();
-    } else {
-      found->add(cycle);
-      s.estimator->update_run(static_cast<std::size_t>(found - s.runs.begin()), found->data);
-    }
+    s.take(cycle, static_cast<std::size_t>(found - s.runs.begin()));
   } catch (const std::invalid_argument& e) {
     return Error{ErrorKind::invalid, e.what()};
   }

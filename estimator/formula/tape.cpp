@@ -20,6 +20,18 @@ SHAKER_INLINE double exponential(double x) {
   return x > 700.0 ? kInfinity : x == x ? e : kNaN;
 }
 
+SHAKER_INLINE double logarithm(double x) {
+  const bool positive = x > 1e-300;
+  const double value = fast_log(positive ? x : 1.0);
+  return positive ? value : kNaN;
+}
+
+template <class F>
+SHAKER_INLINE void fill(double* __restrict to, const F& of) {
+  for (int i = 0; i < kBlock; ++i)
+    to[i] = of(i);
+}
+
 SHAKER_SIMD_CLONES void run(const Tape::Instruction* code, int count, double* __restrict store) {
   using Op = Tape::Op;
   for (int k = 0; k < count; ++k) {
@@ -29,59 +41,43 @@ SHAKER_SIMD_CLONES void run(const Tape::Instruction* code, int count, double* __
     const double* b = store + in.b * kBlock;
     switch (in.op) {
       case Op::add:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = a[i] + b[i];
+        fill(to, [=](int i) { return a[i] + b[i]; });
         break;
       case Op::subtract:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = a[i] - b[i];
+        fill(to, [=](int i) { return a[i] - b[i]; });
         break;
       case Op::multiply:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = a[i] * b[i];
+        fill(to, [=](int i) { return a[i] * b[i]; });
         break;
       case Op::reciprocal:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = 1.0 / a[i];
+        fill(to, [=](int i) { return 1.0 / a[i]; });
         break;
       case Op::sqrt:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = std::sqrt(a[i]);
+        fill(to, [=](int i) { return std::sqrt(a[i]); });
         break;
       case Op::exp:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = exponential(a[i]);
+        fill(to, [=](int i) { return exponential(a[i]); });
         break;
       case Op::log:
-        for (int i = 0; i < kBlock; ++i) {
-          const bool positive = a[i] > 1e-300;
-          const double value = fast_log(positive ? a[i] : 1.0);
-          to[i] = positive ? value : kNaN;
-        }
+        fill(to, [=](int i) { return logarithm(a[i]); });
         break;
       case Op::tanh:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = 1.0 - 2.0 / (exponential(2.0 * a[i]) + 1.0);
+        fill(to, [=](int i) { return 1.0 - 2.0 / (exponential(2.0 * a[i]) + 1.0); });
         break;
       case Op::sin:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = std::sin(a[i]);
+        fill(to, [=](int i) { return std::sin(a[i]); });
         break;
       case Op::cos:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = std::cos(a[i]);
+        fill(to, [=](int i) { return std::cos(a[i]); });
         break;
       case Op::atan:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = std::atan(a[i]);
+        fill(to, [=](int i) { return std::atan(a[i]); });
         break;
       case Op::abs:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = std::fabs(a[i]);
+        fill(to, [=](int i) { return std::fabs(a[i]); });
         break;
       case Op::sign:
-        for (int i = 0; i < kBlock; ++i)
-          to[i] = a[i] > 0.0 ? 1.0 : a[i] < 0.0 ? -1.0 : 0.0;
+        fill(to, [=](int i) { return a[i] > 0.0 ? 1.0 : a[i] < 0.0 ? -1.0 : 0.0; });
         break;
     }
   }

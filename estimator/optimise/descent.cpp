@@ -25,8 +25,9 @@ Taken search(Evaluator& evaluator, const Point& from, const Eigen::VectorXd& ste
       alpha *= 0.5;
       continue;
     }
-    // Sufficient decrease (Armijo).
-    if (to.phi <= from.phi + kSufficientDecrease * alpha * slope) return Taken::yes;
+    // Sufficient decrease (Armijo) for the step that the box leaves.
+    const double along = -(from.jacobian * (to.theta - from.theta)).dot(from.e);
+    if (along < 0.0 && to.phi <= from.phi + kSufficientDecrease * along) return Taken::yes;
     const double minimum = -0.5 * slope * alpha * alpha / (to.phi - from.phi - alpha * slope);
     alpha = std::clamp(minimum, 0.1 * alpha, 0.5 * alpha);
   }

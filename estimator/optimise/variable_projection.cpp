@@ -109,12 +109,12 @@ class Reduced final : public LeastSquaresProblem {
 
 Summary variable_projection(LeastSquaresProblem& problem, const Eigen::VectorXd& start,
                             const Options& options) {
-  const auto linear = linear_parameters(problem, start);
-  Eigen::VectorXd from = start;
+  Eigen::VectorXd from = start.cwiseMax(problem.lower()).cwiseMin(problem.upper());
+  const auto linear = linear_parameters(problem, from);
   Summary first;
   if (!linear.empty() && static_cast<int>(linear.size()) < problem.parameters()) {
-    Reduced reduced(problem, start, linear);
-    first = levenberg_marquardt(reduced, reduced.reduced(start), options);
+    Reduced reduced(problem, from, linear);
+    first = levenberg_marquardt(reduced, reduced.reduced(from), options);
     first.evaluations = reduced.evaluations();
     if (first.status != Status::inadmissible) from = reduced.whole(first.theta);
   }

@@ -125,12 +125,24 @@ BranchPoint Continuation::describe(Arc& arc, const ArcPoint& at, double turning)
   return point;
 }
 
+// Puts the point that left the range from its neighbour `before` back onto the limit.
+void Continuation::end_at_limit(Arc& arc, const ArcPoint& before, const ArcPoint& tangent,
+                                double value, ArcPoint& point, ArcPoint& direction) {
+  const double share = (value - before.value) / (point.value - before.value);
+  ArcPoint guess = point;
+  for (std::size_t k = 0; k < guess.z.size(); ++k)
+    guess.z[k] = before.z[k] + share * (point.z[k] - before.z[k]);
+  if (arc.solve_at(value, guess.z, guess)) point = guess;
+  arc.tangent(point, tangent, direction);
+}
+
 void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& branch) {
   const double low = std::min(branch.from, branch.to), high = std::max(branch.from, branch.to);
   const double sign = branch.to > branch.from ? 1.0 : -1.0;
   const StepLimits limits{options_.least_step, options_.greatest_step};
   double step = options_.first_step;
   ArcPoint point = first;
+  const auto here = [&] { return at(branch.along, point.value); };
   arc.set_scale(point, direction);
   if (!arc.tangent(point, ArcPoint(direction), direction)) {
     branch.ended = "the equations are singular at the start";
@@ -138,25 +150,18 @@ void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& br
   }
   branch.points.push_back(describe(arc, point, sign * direction.value));
   const ArcPoint first_direction = direction;
-  while (static_cast<int>(branch.points.size()) < options_.most_points) {
+  while (branch.ended.empty() && static_cast<int>(branch.points.size()) < options_.most_points) {
     const ArcPoint before = point, tangent = direction;
     if (!arc.advance(point, direction, step, limits)) {
       branch.ended = fmt::format(
           "at {} the curve cannot be followed any further: no solution of the equations was found "
           "next to it (an inadmissible stroke, or a force too rough for the grid)",
-          at(branch.along, point.value));
+          here());
       return;
     }
     const bool out = point.value < low || point.value > high;
-    if (out) {
-      const double value = clamp_between(point.value, low, high);
-      const double share = (value - before.value) / (point.value - before.value);
-      ArcPoint guess = point;
-      for (std::size_t k = 0; k < guess.z.size(); ++k)
-        guess.z[k] = before.z[k] + share * (point.z[k] - before.z[k]);
-      if (arc.solve_at(value, guess.z, guess)) point = guess;
-      arc.tangent(point, tangent, direction);
-    }
+    if (out)
+      end_at_limit(arc, before, tangent, clamp_between(point.value, low, high), point, direction);
     BranchPoint next = describe(arc, point, sign * direction.value);
     const ArcPoint chord = difference(point, before);
     const double length = std::sqrt(arc.dot(chord, chord));
@@ -166,29 +171,23 @@ void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& br
     const bool joins = branch.periods % 2 == 0 && half_ring(before, point) < 0.0;
     if (!joins) look_between(arc, branch.points.back(), next, tangent, branch);
     branch.points.push_back(std::move(next));
+    const ArcPoint home = difference(first, point);
     if (out) {
       branch.complete = std::fabs(point.value - branch.to) < std::fabs(point.value - branch.from);
-      branch.ended = fmt::format("{} at {}", branch.complete ? "got" : "came back",
-                                 at(branch.along, point.value));
+      branch.ended = fmt::format("{} at {}", branch.complete ? "got" : "came back", here());
       if (!branch.complete) branch.ended += "; beyond the last fold nothing hangs on this curve";
-      return;
-    }
-    if (joins) {
-      branch.ended = fmt::format("joins the solutions of half the period again at {}",
-                                 at(branch.along, point.value));
-      return;
-    }
-    const ArcPoint home = difference(first, point);
-    if (branch.points.size() > 10 && arc.dot(home, home) < length * length &&
-        arc.dot(direction, first_direction) > 0.0) {
+    } else if (joins) {
+      branch.ended = fmt::format("joins the solutions of half the period again at {}", here());
+    } else if (branch.points.size() > 10 && arc.dot(home, home) < length * length &&
+               arc.dot(direction, first_direction) > 0.0) {
       branch.ended = "the curve closes on itself";
-      return;
+    } else {
+      // The measure of length follows the size of the motion from point to point.
+      arc.set_scale(point, direction);
     }
-    // The measure of length follows the size of the motion from point to point.
-    arc.set_scale(point, direction);
   }
-  branch.ended = fmt::format("ended after {} points at {}", options_.most_points,
-                             at(branch.along, point.value));
+  if (branch.ended.empty())
+    branch.ended = fmt::format("ended after {} points at {}", options_.most_points, here());
 }
 
 namespace {

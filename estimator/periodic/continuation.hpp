@@ -99,6 +99,8 @@ class Continuation {
   GridOptions ring(int periods) const;
   Arc make_arc(const Branch& branch) const;
   Branch from_rest(Along along, double held, double from, double to);
+  static void end_at_limit(Arc& arc, const ArcPoint& before, const ArcPoint& tangent, double value,
+                           ArcPoint& point, ArcPoint& direction);
   void walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& branch);
   void look_between(Arc& arc, const BranchPoint& a, const BranchPoint& b, const ArcPoint& tangent,
                     Branch& branch);

@@ -31,8 +31,7 @@ SHAKER_INLINE void negative(const double* v, LaneMask& out) {
 SHAKER_SIMD_CLONES int next_change(int n, int from, const double* v) {
   int i = from;
   for (; i + kLanes <= n; i += kLanes) {
-    LaneMask before;
-    LaneMask after;
+    LaneMask before, after;
     negative(v + i, before);
     negative(v + i + 1, after);
     const unsigned changes = bits_of(before ^ after);
@@ -125,10 +124,8 @@ void KinkCorrection::add_jumps(double* v, double* a) const {
 void KinkCorrection::locate(Zero& zero, const double* v, const double* a) const {
   const int reach = stencil_.reach;
   const double h = 1.0 / rate_;
-  const double v0 = at(v, zero.base);
-  const double a0 = at(a, zero.base);
-  const double v1 = at(v, zero.base + 1);
-  const double a1 = at(a, zero.base + 1);
+  const double v0 = at(v, zero.base), a0 = at(a, zero.base);
+  const double v1 = at(v, zero.base + 1), a1 = at(a, zero.base + 1);
   if (!zero.known) {
     zero.fraction = v0 / (v0 - v1);
     find_root(zero, v0, v1, a0, a1);

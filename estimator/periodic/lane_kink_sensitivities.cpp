@@ -7,6 +7,15 @@ struct Slopes2 {
   Lanes left, right;
 };
 
+// A sensitivity at a point of the window, whose row is another one in each lane.
+SHAKER_INLINE Lanes sensitivity_at(const Lanes* rows, const int* point, bool together, int k) {
+  if (together) return rows[point[0] + 1 + k];
+  Lanes s;
+  for (int l = 0; l < kLanes; ++l)
+    s[l] = rows[point[l] + 1 + k][l];
+  return s;
+}
+
 }  // namespace
 
 SHAKER_SIMD_CLONES void take_slopes(const Ring& ring, const LaneMask& moving, const Lanes& kappa,
@@ -55,13 +64,7 @@ SHAKER_SIMD_CLONES void learn(const Learned& in, const LaneZero& zero) {
     Lanes slope[2] = {};
     Lanes curvature[2] = {};
     for (int w = 0; w < 2 * reach + 2; ++w) {
-      Lanes s;
-      if (zero.together) {
-        s = in.rows[point[w][0] + 1 + k];
-      } else {
-        for (int l = 0; l < kLanes; ++l)
-          s[l] = in.rows[point[w][l] + 1 + k][l];
-      }
+      const Lanes s = sensitivity_at(in.rows, point[w], zero.together, k);
       for (int side = 0; side < 2; ++side) {
         if (w - side < 0 || w - side > 2 * reach) continue;
         slope[side] += in.stencil->first[static_cast<std::size_t>(w - side)] * s;

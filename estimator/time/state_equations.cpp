@@ -219,6 +219,7 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
   if (c == 1 && once_) {  // one coordinate (the oleo): no matrices
     const double* g = work.at.g[0];
     const double* g_a = work.at.g_a[0];
+    if (std::count(g_a, g_a + n, 0.0) > 0) return false;  // no inertia: no acceleration
     std::copy_n(s[1], n, rate[0]);
     for (int i = 0; i < n; ++i)
       rate[1][i] = -g[i] / g_a[i];

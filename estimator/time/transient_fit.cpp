@@ -226,14 +226,29 @@ void TransientEstimator::Impl::keep_iterate() {
   fit.iterates.push_back(std::move(now));
 }
 
+void TransientEstimator::Impl::no_solution(const IntegrationReport& report) {
+  fit.status = FitStatus::no_solution;
+  fit.trouble = where(report);
+}
+
+std::vector<std::vector<double>> TransientEstimator::Impl::present_starts() const {
+  std::vector<std::vector<double>> starts;
+  for (const Arc& arc : arcs)
+    starts.push_back(arc.start);
+  return starts;
+}
+
+void TransientEstimator::Impl::restore(const std::vector<double>& theta,
+                                       const std::vector<std::vector<double>>& starts) {
+  fit.theta = theta;
+  for (std::size_t a = 0; a < arcs.size(); ++a)
+    arcs[a].start = starts[a];
+}
+
 void TransientEstimator::Impl::iterate(bool damped) {
   const std::vector<double> start = fit.theta;
   IntegrationReport report = integrate();
-  if (!report.ok) {
-    fit.status = FitStatus::no_solution;
-    fit.trouble = where(report);
-    return;
-  }
+  if (!report.ok) return no_solution(report);
   double lambda = damped ? kFirstLambda : 0.0, grow = 2.0, closing = 1.0;
   int refused = 0;
   linearise(closing);
@@ -244,9 +259,7 @@ void TransientEstimator::Impl::iterate(bool damped) {
     if (damped) cap(step, start);
     const double before = merit();
     const auto theta = fit.theta;
-    std::vector<std::vector<double>> starts;
-    for (const Arc& arc : arcs)
-      starts.push_back(arc.start);
+    const auto starts = present_starts();
     const bool done = (!damped || lambda <= kNearlyUndamped) && small(step);
     move(step);
     report = integrate();
@@ -256,25 +269,21 @@ void TransientEstimator::Impl::iterate(bool damped) {
       const double unsure = accuracy();
       if (damped) accepted = merit() <= before + 2.0 * std::sqrt(before) * unsure + unsure * unsure;
     } else if (!damped) {
-      fit.status = FitStatus::no_solution;
-      fit.trouble = where(report);
-      return;
-    }
-    if (accepted) keep_iterate();
-    if (accepted && done) {
-      fit.status = FitStatus::converged;
-      return;
+      return no_solution(report);
     }
     if (accepted) {
+      keep_iterate();
+      if (done) {
+        fit.status = FitStatus::converged;
+        return;
+      }
       refused = 0;
       grow = 2.0;
       if (damped) lambda = std::max(lambda / 8.0, kLeastLambda);
       closing = 1.0;
       continue;
     }
-    fit.theta = theta;
-    for (std::size_t a = 0; a < arcs.size(); ++a)
-      arcs[a].start = starts[a];
+    restore(theta, starts);
     if (integrate(); done || ++refused > 40) {
       linearise(1.0);
       fit.status = done ? FitStatus::converged : FitStatus::not_converged;
@@ -288,12 +297,10 @@ void TransientEstimator::Impl::iterate(bool damped) {
   }
   if (fit.status == FitStatus::converged) return;
   fit.status = FitStatus::not_converged;
-  fit.trouble = fmt::format("no convergence in {} iterations{}", fit.iterations,
-                            fit.largest_gap > kGapClosed
-                                ? fmt::format("; the segments still do not meet, by {:.1e} of the "
-                                              "motion's size",
-                                              fit.largest_gap)
-                                : "");
+  fit.trouble = fmt::format("no convergence in {} iterations", fit.iterations);
+  if (fit.largest_gap > kGapClosed)
+    fit.trouble += fmt::format("; the segments still do not meet, by {:.1e} of the motion's size",
+                               fit.largest_gap);
 }
 
 const TransientFit& TransientEstimator::fit(const std::vector<double>& start) {

@@ -69,6 +69,9 @@ struct TransientEstimator::Impl {
   double merit() const;
 
   void iterate(bool damped);
+  void no_solution(const IntegrationReport& report);
+  std::vector<std::vector<double>> present_starts() const;
+  void restore(const std::vector<double>& theta, const std::vector<std::vector<double>>& starts);
   Eigen::VectorXd pure_step() const;
   bool leaves_the_box(const Eigen::VectorXd& step) const;
   Eigen::VectorXd damped_step(double lambda) const;
@@ -79,6 +82,7 @@ struct TransientEstimator::Impl {
 
   void finish();
   void finish_worth();
+  ParameterEstimate initial_entry(std::size_t record, std::size_t state) const;
 };
 
 }  // namespace shaker::estimator

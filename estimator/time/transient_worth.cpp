@@ -130,6 +130,64 @@ std::vector<double> TransientEstimator::sensitivities(std::size_t index) const {
   return out;
 }
 
+namespace {
+
+// The parameters of a description, by name.
+struct Doubtful {
+  std::vector<std::string> lost, weak, on_bound;
+};
+
+void add_entry(Estimate& e, ParameterEstimate entry, double quantile, Doubtful& doubtful) {
+  const double half = quantile * entry.standard_error;
+  entry.lower = entry.fixed ? entry.value : entry.value - half;
+  entry.upper = entry.fixed ? entry.value : entry.value + half;
+  if (!entry.fixed) {
+    e.covariance_order.push_back(entry.name);
+    if (!entry.determined)
+      doubtful.lost.push_back(entry.name);
+    else if (entry.effect != "initial condition" &&
+             entry.standard_error > 0.5 * std::fabs(entry.value))
+      doubtful.weak.push_back(
+          fmt::format("{} ({:.3g} +- {:.2g})", entry.name, entry.value, entry.standard_error));
+    if (entry.at_bound) doubtful.on_bound.push_back(entry.name);
+  }
+  e.parameters.push_back(std::move(entry));
+}
+
+void add_warnings(Estimate& e, const Doubtful& doubtful) {
+  if (!doubtful.lost.empty())
+    e.warnings.push_back(fmt::format(
+        "these records do not determine {}: a combination of them can change without any effect "
+        "on the displacement; add records with other motion, or fix one of them",
+        fmt::join(doubtful.lost, ", ")));
+  if (!doubtful.weak.empty())
+    e.warnings.push_back(
+        fmt::format("these records determine {} only weakly; the linearised intervals are rough "
+                    "there; add records of larger motion, or longer ones",
+                    fmt::join(doubtful.weak, ", ")));
+}
+
+}  // namespace
+
+// The initial state of the j-th equation of a record.
+ParameterEstimate TransientEstimator::Impl::initial_entry(std::size_t i, std::size_t j) const {
+  const std::string& state = equations.names()[j];
+  const bool rate = state.back() == '\'';
+  const double value = fit.initial[i][j], error = fit.initial_error[i][j];
+  const InitialState& bounds = records[i].initial.empty() ? InitialState{} : records[i].initial[j];
+  return {records.size() == 1 ? fmt::format("{}(0)", state)
+                              : fmt::format("{}(0) of record {}", state, i + 1),
+          "initial condition",
+          rate ? model.length_unit() + "/s" : model.length_unit(),
+          value,
+          error,
+          0.0,
+          0.0,
+          false,
+          value <= bounds.lower || value >= bounds.upper,
+          std::isfinite(error) || fit.degrees_of_freedom <= 0};
+}
+
 Estimate TransientEstimator::describe() const {
   const Impl& impl = *impl_;
   const TransientFit& fit = impl.fit;
@@ -144,58 +202,27 @@ Estimate TransientEstimator::describe() const {
   e.iterations = fit.iterations;
   e.converged = fit.status == FitStatus::converged || fit.status == FitStatus::undetermined;
   e.covariance = fit.covariance;
-  std::vector<std::string> lost, weak, on_bound;
-  const auto add = [&](ParameterEstimate entry) {
-    const double half = fit.quantile * entry.standard_error;
-    entry.lower = entry.fixed ? entry.value : entry.value - half;
-    entry.upper = entry.fixed ? entry.value : entry.value + half;
-    if (!entry.fixed) {
-      e.covariance_order.push_back(entry.name);
-      if (!entry.determined)
-        lost.push_back(entry.name);
-      else if (entry.effect != "initial condition" &&
-               entry.standard_error > 0.5 * std::fabs(entry.value))
-        weak.push_back(
-            fmt::format("{} ({:.3g} +- {:.2g})", entry.name, entry.value, entry.standard_error));
-      if (entry.at_bound) on_bound.push_back(entry.name);
-    }
-    e.parameters.push_back(std::move(entry));
-  };
+  Doubtful doubtful;
   for (std::size_t k = 0; k < fit.theta.size(); ++k) {
     const ModelParameter& p = impl.model.parameters()[k];
-    add({p.name, p.effect, p.unit, fit.theta[k], fit.standard_error[k], 0.0, 0.0, p.fixed,
-         fit.at_bound[k] != 0, fit.determined[k] != 0});
+    add_entry(e,
+              {p.name, p.effect, p.unit, fit.theta[k], fit.standard_error[k], 0.0, 0.0, p.fixed,
+               fit.at_bound[k] != 0, fit.determined[k] != 0},
+              fit.quantile, doubtful);
   }
   for (std::size_t i = 0; i < impl.records.size(); ++i) {
-    const RecordState& record = impl.records[i];
     for (std::size_t j = 0; j < impl.m; ++j) {
-      if (record.unknown[j] < 0) continue;
-      const auto& unit = impl.model.length_unit();
-      const bool rate = impl.equations.names()[j].back() == '\'';
-      const double value = fit.initial[i][j], error = fit.initial_error[i][j];
-      const InitialState& bounds = record.initial.empty() ? InitialState{} : record.initial[j];
-      add({impl.records.size() == 1
-               ? fmt::format("{}(0)", impl.equations.names()[j])
-               : fmt::format("{}(0) of record {}", impl.equations.names()[j], i + 1),
-           "initial condition", rate ? unit + "/s" : unit, value, error, 0.0, 0.0, false,
-           value <= bounds.lower || value >= bounds.upper,
-           std::isfinite(error) || fit.degrees_of_freedom <= 0});
+      if (impl.records[i].unknown[j] >= 0)
+        add_entry(e, impl.initial_entry(i, j), fit.quantile, doubtful);
     }
   }
   if (!fit.trouble.empty()) e.warnings.push_back(fit.trouble);
-  if (!lost.empty())
-    e.warnings.push_back(fmt::format(
-        "these records do not determine {}: a combination of them can change without any effect "
-        "on the displacement; add records with other motion, or fix one of them",
-        fmt::join(lost, ", ")));
-  if (!weak.empty())
-    e.warnings.push_back(
-        fmt::format("these records determine {} only weakly; the linearised intervals are rough "
-                    "there; add records of larger motion, or longer ones",
-                    fmt::join(weak, ", ")));
-  for (std::string& sentence : closing_warnings(on_bound, fit.observations, impl.unknowns.size()))
+  add_warnings(e, doubtful);
+  for (std::string& sentence :
+       closing_warnings(doubtful.on_bound, fit.observations, impl.unknowns.size()))
     e.warnings.push_back(std::move(sentence));
-  e.usable = fit.status == FitStatus::converged && on_bound.empty() && fit.degrees_of_freedom > 0;
+  e.usable =
+      fit.status == FitStatus::converged && doubtful.on_bound.empty() && fit.degrees_of_freedom > 0;
   return e;
 }
 

@@ -336,6 +336,10 @@ TEST(Estimator, RefusesDataThatCannotBeUsedWithTheRunAndTheReason) {
   run.excitation.assign(40, 0.0);  // measured, and nothing moved
   EXPECT_THAT(refusal(run), HasSubstr("no amplitude"));
   EXPECT_THROW(Estimator(model, {}), std::invalid_argument);
+  Estimator estimator(model, {job1()});
+  run = job1();
+  run.periods = 2;
+  EXPECT_THROW(estimator.update_run(0, run), std::invalid_argument);
 }
 
 TEST(Estimator, RecoversFromAStartBehindTheGasWall) {

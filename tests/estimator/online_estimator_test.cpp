@@ -160,6 +160,25 @@ TEST(OnlineEstimator, LeavesOutABadCycleAndGoesOn) {
   EXPECT_EQ(estimate->cycles, 2);
 }
 
+TEST(OnlineEstimator, ForgetsNothingForACycleThatItRefuses) {
+  OnlineOptions options;
+  options.forgetting = 0.8;
+  Rig one, other;
+  OnlineEstimator undisturbed(started_off(), options), disturbed(started_off(), options);
+  Estimate expected, estimate;
+  for (long index = 0; index < 4; ++index) {
+    expected = undisturbed.add(one.cycle(0, index)).value();
+    estimate = disturbed.add(other.cycle(0, index)).value();
+    MeasuredCycle still;
+    still.run = 1;
+    still.frequency_hz = 1.0;
+    still.displacement.assign(64, 0.0);
+    EXPECT_FALSE(disturbed.add(still).ok());
+  }
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_DOUBLE_EQ(estimate.parameters[k].standard_error, expected.parameters[k].standard_error);
+}
+
 TEST(OnlineEstimator, StartsAfreshAfterAReset) {
   Rig rig;
   OnlineEstimator online(started_off());

@@ -387,15 +387,13 @@ TEST(Options, AreCheckedWithTheirRange) {
     }
     return "accepted";
   };
-  RigOptions options;
-  options.jitter_fraction = 1.5;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("jitter_fraction = 1.5"));
-  options = {};
-  options.parameters["sensor_gain"] = 100;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("sensor_gain = 100"));
-  options = {};
-  options.parameters["nonsense"] = 1;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("no parameter 'nonsense'"));
+  RigOptions jitter, gain, unknown;
+  jitter.jitter_fraction = 1.5;
+  EXPECT_THAT(message(jitter), ::testing::HasSubstr("jitter_fraction = 1.5"));
+  gain.parameters["sensor_gain"] = 100;
+  EXPECT_THAT(message(gain), ::testing::HasSubstr("sensor_gain = 100"));
+  unknown.parameters["nonsense"] = 1;
+  EXPECT_THAT(message(unknown), ::testing::HasSubstr("no parameter 'nonsense'"));
 }
 
 }  // namespace

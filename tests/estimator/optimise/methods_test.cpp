@@ -188,6 +188,40 @@ TEST(Methods, KeepTheirBounds) {
   }
 }
 
+// a exp(-b t), with b in its bounds and a without any.
+class Decay final : public LeastSquaresProblem {
+ public:
+  int parameters() const override { return 2; }
+  int observations() const override { return 3; }
+  Eigen::VectorXd lower() const override { return Eigen::Vector2d(-HUGE_VAL, 0.1); }
+  Eigen::VectorXd upper() const override { return Eigen::Vector2d(HUGE_VAL, 1.0); }
+  bool evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd& e,
+                Eigen::MatrixXd* jacobian) override {
+    EXPECT_GE(theta[1], 0.1);
+    EXPECT_LE(theta[1], 1.0);
+    const Eigen::Vector3d t(0.0, 1.0, 2.0);
+    const Eigen::Vector3d shape = (-theta[1] * t).array().exp();
+    e = 2.0 * (-0.5 * t).array().exp() - theta[0] * shape.array();
+    if (jacobian != nullptr) {
+      jacobian->resize(3, 2);
+      jacobian->col(0) = shape;
+      jacobian->col(1) = -theta[0] * t.cwiseProduct(shape);
+    }
+    return true;
+  }
+};
+
+TEST(Methods, BeginInsideTheBoundsFromAStartOutside) {
+  for (const Method& method : methods()) {
+    if (method.source == "Ceres") continue;  // it refuses such a start
+    Decay problem;
+    const Summary found = method.minimise(problem, vector({1.0, 5.0}), {});
+    EXPECT_EQ(found.status, Status::converged) << method.name;
+    EXPECT_NEAR(found.theta[0], 2.0, 1e-5) << method.name;
+    EXPECT_NEAR(found.theta[1], 0.5, 1e-5) << method.name;
+  }
+}
+
 TEST(Methods, RejectContradictoryBounds) {
   class Wrong final : public LeastSquaresProblem {
    public:

@@ -52,5 +52,20 @@ TEST(StateEquations, GiveEachOfTheirDerivativesAlone) {
   EXPECT_EQ(by_state[2][0], 0.0);
 }
 
+// u'' (1 + m_a) = x - c u' - k u with m_a = -1.
+TEST(StateEquations, RefuseACoordinateWithoutInertia) {
+  const Model model(
+      model_of({effect("viscous_damping"), effect("linear_stiffness"), effect("added_mass")}));
+  const StateEquations equations(model);
+  const std::vector<double> theta = {0.25, 7.5, -1.0};
+  alignas(64) const Lanes u{}, v{}, x{};
+  const std::array<const double*, 2> s = {u.data(), v.data()};
+  alignas(64) std::array<Lanes, 2> rate{};
+  const std::array<double*, 2> r = {rate[0].data(), rate[1].data()};
+  StateEquations::Workspace work;
+  EXPECT_FALSE(
+      equations.rates(kLanes, s.data(), x.data(), theta.data(), work, r.data(), nullptr, nullptr));
+}
+
 }  // namespace
 }  // namespace shaker::estimator
