@@ -22,50 +22,72 @@ from scipy.linalg.lapack import dgbsv
 
 GRAVITY = 9.80665
 
-# Half the width of the stencil: weights of the first and second derivative at unit spacing.
-FIRST = {2: numpy.array([1, -8, 0, 8, -1]) / 12.0,
-         3: numpy.array([-1, 9, -45, 0, 45, -9, 1]) / 60.0}
-SECOND = {2: numpy.array([-1, 16, -30, 16, -1]) / 12.0,
-          3: numpy.array([2, -27, 270, -490, 270, -27, 2]) / 180.0}
+# By half the width of the stencil: weights of the first and second derivative at unit spacing.
+WEIGHTS = {2: numpy.array([[1, -8, 0, 8, -1], [-1, 16, -30, 16, -1]]) / 12.0,
+           3: numpy.array([[-3, 27, -135, 0, 135, -27, 3],
+                           [2, -27, 270, -490, 270, -27, 2]]) / 180.0}
 
 
-class Ring:
-    """One period on n equal steps with two unknowns a point. All arrays are in folded order."""
+class Rings:
+    """A period of each run on n equal steps, two unknowns a point, all runs one after the other.
 
-    def __init__(self, n, period, width):
-        self.n, self.step = n, period / n
-        self.first, self.second = FIRST[width] / self.step, SECOND[width] / self.step**2
-        self.point = numpy.empty(n, int)  # the point at each place of the folded ring
-        self.point[0::2] = numpy.arange((n + 1) // 2)
-        self.point[1::2] = numpy.arange(n - 1, (n + 1) // 2 - 1, -1)
-        self.place = numpy.argsort(self.point)
-        around = (self.point[:, None] + numpy.arange(-width, width + 1)) % n
-        self.around = self.place[around]  # places of the neighbours of each place
-        self.time = self.point * self.step
-        self.weights = numpy.stack([self.first, self.second])
-        # Address of the derivative of row `r` of a point over unknown `c` of a neighbour in
-        # LAPACK's band.
+    All arrays are in folded order.
+    """
+
+    def __init__(self, n, frequencies, width):
+        self.n, self.runs, self.size = n, len(frequencies), n * len(frequencies)
+        self.middle = width
+        point = numpy.empty(n, int)  # the point at each place of a folded ring
+        point[0::2] = numpy.arange((n + 1) // 2)
+        point[1::2] = numpy.arange(n - 1, (n + 1) // 2 - 1, -1)
+        place = numpy.argsort(point)
+        around = place[(point[:, None] + numpy.arange(-width, width + 1)) % n]
+        shift = n * numpy.arange(self.runs)
+        self.point = (point + shift[:, None]).ravel()
+        self.place = place + shift[:, None]  # runs x n: from folded to ordered
+        self.around = (around + shift[:, None, None]).reshape(self.size, -1)
+        self.frequency = numpy.repeat(frequencies, n)
+        self.phase = 2.0 * numpy.pi / n * numpy.tile(point, self.runs)
+        self.angular = 2.0 * numpy.pi * numpy.array(frequencies)[:, None]
+        rate = n * self.frequency  # points a second
+        self.rates = numpy.stack([rate, rate**2])
+        self.weights = WEIGHTS[width]
+        self.first = rate[:, None] * self.weights[0]
+        self.second = (rate**2)[:, None] * self.weights[1]
+        # Address, in LAPACK's band, of the derivative of row `r` of a place over unknown `c` of
+        # its neighbours.
         self.band = 4 * width + 1
         rows = 3 * self.band + 1
-        row = 2 * numpy.arange(n)[:, None]
+        row = 2 * numpy.arange(self.size)[:, None]
         self.address = {(r, c): 2 * self.band + (row + r) + (2 * self.around + c) * (rows - 1)
                         for r in (0, 1) for c in (0, 1)}
-        self.matrix = numpy.zeros((2 * n, rows))
+        self.matrix = numpy.empty((2 * self.size, rows))
 
     def derivatives(self, u):
-        return self.weights @ u[self.around].T
+        return self.rates * (self.weights @ u[self.around].T)
 
     def solve(self, blocks, right):
-        """A z = right for each row of `right`. blocks[r, c]: derivatives over the neighbours."""
-        self.matrix[:] = 0.0
+        """A z = right for each row of `right`. blocks[r, c]: derivatives over the neighbours, or
+        over the point alone."""
+        self.matrix.fill(0.0)
         flat = self.matrix.reshape(-1)
         for key, values in blocks.items():
-            flat[self.address[key]] = values
+            address = self.address[key]
+            flat[address if values.ndim == 2 else address[:, self.middle]] = values
+        shape = right.shape
+        right = right.reshape(len(right), -1)
         _, _, z, info = dgbsv(self.band, self.band, self.matrix.T, right.T, overwrite_ab=True,
                               overwrite_b=True)
         if info:
             raise ArithmeticError("singular")
-        return z.T
+        return z.T.reshape(shape)
+
+    def harmonics(self, u):
+        return numpy.fft.rfft(u[..., self.place]) / self.n
+
+    def from_harmonics(self, content):
+        u = numpy.fft.irfft(content, self.n) * self.n
+        return u.reshape(*u.shape[:-2], -1)[..., self.point]
 
 
 def oleo(theta, u, v):
@@ -88,36 +110,33 @@ class OnTyre:
     unsprung = 0.15
     truth = numpy.array([16.7, 1.5, 5.3, 1.0, 2000.0, 4.0])
 
-    def linearise(self, ring, z, theta, x):
+    def linearise(self, rings, z, theta, x):
+        """Derivatives of both equations, and what is missing in them, then -d/dtheta."""
         u, d = z
-        v, a = ring.derivatives(u)
-        d_v, d_a = ring.derivatives(d)
+        v, a = rings.derivatives(u)
+        d_v, d_a = rings.derivatives(d)
         force, f_u, f_v, f_theta = oleo(theta, u, v)
         x_g = x + GRAVITY
-        right = numpy.zeros((7, ring.n, 2))
+        right = numpy.zeros((7, rings.size, 2))
         right[0, :, 0] = x_g - a - d_a - force
         right[0, :, 1] = force + self.unsprung * (x_g - d_a) - theta[4] * d - theta[5] * d_v
-        for k in range(4):
-            right[1 + k, :, 0] = -f_theta[k]
-            right[1 + k, :, 1] = f_theta[k]
+        right[1:5, :, 1] = f_theta
+        right[1:5, :, 0] = -right[1:5, :, 1]
         right[5, :, 1] = -d
         right[6, :, 1] = -d_v
-        middle = len(ring.first) // 2
-        of_force = f_v[:, None] * ring.first
-        of_force[:, middle] += f_u
-        of_tyre = self.unsprung * ring.second + theta[5] * ring.first
-        of_tyre[middle] += theta[4]
-        return {(0, 0): ring.second + of_force, (0, 1): ring.second,
+        of_force = f_v[:, None] * rings.first
+        of_force[:, rings.middle] += f_u
+        of_tyre = self.unsprung * rings.second + theta[5] * rings.first
+        of_tyre[:, rings.middle] += theta[4]
+        return {(0, 0): rings.second + of_force, (0, 1): rings.second,
                 (1, 0): -of_force, (1, 1): of_tyre}, right
 
-    def other_start(self, ring, u, theta, x):
-        """The tyre's equation is linear: solved harmonic by harmonic."""
-        v, _ = ring.derivatives(u)
-        load = oleo(theta, u, v)[0] + self.unsprung * (x + GRAVITY)
-        load = numpy.fft.rfft(load[ring.place])
-        w = 2.0 * numpy.pi / (ring.n * ring.step) * numpy.arange(len(load))
-        d = load / (theta[4] - self.unsprung * w * w + 1j * theta[5] * w)
-        return numpy.fft.irfft(d, ring.n)[ring.point]
+    def other_start(self, rings, u, theta, x):
+        """The tyre's equation is linear along a given motion: solved harmonic by harmonic."""
+        v, _ = rings.derivatives(u)
+        load = rings.harmonics(oleo(theta, u, v)[0] + self.unsprung * (x + GRAVITY))
+        w = rings.angular * numpy.arange(load.shape[-1])
+        return rings.from_harmonics(load / (theta[4] - self.unsprung * w * w + 1j * theta[5] * w))
 
 
 class Presliding:
@@ -126,111 +145,88 @@ class Presliding:
     rounding = 1e-3
     truth = numpy.array([13.3, 1.8, 4.3, 1.2, 0.5, 0.001])
 
-    def linearise(self, ring, z, theta, x):
+    def linearise(self, rings, z, theta, x):
         u, s = z
-        v, a = ring.derivatives(u)
-        s_v, _ = ring.derivatives(s)
+        v, a = rings.derivatives(u)
+        s_v, _ = rings.derivatives(s)
         force, f_u, f_v, f_theta = oleo(theta, u, v)
         size = numpy.sqrt(v * v + self.rounding**2)
-        right = numpy.zeros((7, ring.n, 2))
+        right = numpy.zeros((7, rings.size, 2))
         right[0, :, 0] = x + GRAVITY - a - force - theta[4] * s
         right[0, :, 1] = v - size * s - theta[5] * s_v
-        for k in range(4):
-            right[1 + k, :, 0] = -f_theta[k]
+        right[1:5, :, 0] = f_theta
+        right[1:5, :, 0] *= -1.0
         right[5, :, 0] = -s
         right[6, :, 1] = -s_v
-        middle = len(ring.first) // 2
-        uu = f_v[:, None] * ring.first + ring.second
-        uu[:, middle] += f_u
-        ss = numpy.tile(theta[5] * ring.first, (ring.n, 1))
-        ss[:, middle] = size
-        us = numpy.zeros(len(ring.first))
-        us[middle] = theta[4]
-        return {(0, 0): uu, (0, 1): us, (1, 0): (s * v / size - 1.0)[:, None] * ring.first,
-                (1, 1): ss}, right
+        of_motion = f_v[:, None] * rings.first
+        of_motion += rings.second
+        of_motion[:, rings.middle] += f_u
+        return {(0, 0): of_motion, (0, 1): numpy.full(rings.size, theta[4]),
+                (1, 0): (s * v / size - 1.0)[:, None] * rings.first,
+                (1, 1): self.of_shear(rings, size, theta)}, right
 
-    def other_start(self, ring, u, theta, x):
+    @staticmethod
+    def of_shear(rings, size, theta):
+        block = theta[5] * rings.first
+        block[:, rings.middle] = size
+        return block
+
+    def other_start(self, rings, u, theta, x):
         """The shear's equation is linear along a given motion."""
-        v, _ = ring.derivatives(u)
+        v, _ = rings.derivatives(u)
         size = numpy.sqrt(v * v + self.rounding**2)
-        middle = len(ring.first) // 2
-        ss = numpy.tile(theta[5] * ring.first, (ring.n, 1))
-        ss[:, middle] = size
-        right = numpy.zeros((1, ring.n, 2))
+        right = numpy.zeros((1, rings.size, 2))
         right[0, :, 1] = v
-        one = numpy.zeros(len(ring.first))
-        one[middle] = 1.0
-        zero = numpy.zeros(len(ring.first))
-        return ring.solve({(0, 0): one, (0, 1): zero, (1, 0): zero, (1, 1): ss},
-                          right.reshape(1, -1)).reshape(ring.n, 2)[:, 1]
+        return rings.solve({(0, 0): numpy.ones(rings.size),
+                            (1, 1): self.of_shear(rings, size, theta)}, right)[0, :, 1]
 
 
 class Job:
-    """Runs (frequency, samples of one period) of one model under the cosine of `amplitude`."""
+    """One period of each run, a row of `samples`, of one model under cosines of one amplitude."""
 
-    def __init__(self, model, runs, amplitude, grids, width):
-        self.model, self.runs = model, runs
+    def __init__(self, model, frequencies, samples, amplitude, grids, width):
+        self.model, self.samples = model, samples
+        self.data = samples.ravel()
         self.levels = []
         for n in grids:
-            level = []
-            for frequency, samples in runs:
-                ring = Ring(n, 1.0 / frequency, width)
-                x = amplitude * numpy.cos(2.0 * numpy.pi * frequency * ring.time)
-                at = ring.place[::n // len(samples)]
-                level.append((ring, x, at, samples))
-            self.levels.append(level)
+            rings = Rings(n, frequencies, width)
+            at = rings.place[:, ::n // samples.shape[1]].ravel()
+            self.levels.append((rings, amplitude * numpy.cos(rings.phase), at))
 
-    def fit(self, start, tolerance=1e-8, harmonics=8):
+    def fit(self, start, tolerance=1e-8, approach=1e-2, harmonics=8):
         theta = numpy.array(start)
         self.iterations = []
-        solutions = None
-        for level in self.levels:
-            solutions = ([self.start(run, theta, harmonics) for run in level]
-                         if solutions is None else
-                         [self.refined(old, z, run) for old, z, run in
-                          zip(coarser, solutions, level)])
-            last = level is self.levels[-1]
-            theta, steps = self.steps(level, solutions, theta, tolerance if last else 1e-3)
-            self.iterations.append(steps)
-            coarser = level
+        coarser = None
+        for rings, x, at in self.levels:
+            if coarser is None:
+                content = numpy.fft.rfft(self.samples)[:, :harmonics + 1] / self.samples.shape[1]
+                u = rings.from_harmonics(content)
+                z = numpy.stack([u, self.model.other_start(rings, u, theta, x)])
+            else:
+                z = rings.from_harmonics(coarser.harmonics(z))
+            last = rings is self.levels[-1][0]
+            theta, z = self.steps(rings, x, at, z, theta, tolerance if last else approach)
+            coarser = rings
         return theta
 
-    def start(self, run, theta, harmonics):
-        ring, x, _, samples = run
-        content = numpy.fft.rfft(samples)[:harmonics + 1]
-        u = numpy.fft.irfft(content, ring.n)[ring.point] * (ring.n / len(samples))
-        return numpy.stack([u, self.model.other_start(ring, u, theta, x)])
-
-    @staticmethod
-    def refined(old, z, run):
-        coarse, fine = old[0], run[0]
-        content = numpy.fft.rfft(z[:, coarse.place])
-        return numpy.fft.irfft(content, fine.n)[:, fine.point] * (fine.n / coarse.n)
-
-    def steps(self, level, solutions, theta, tolerance):
-        """Gauss-Newton on theta and the solutions together. Changes `solutions`."""
+    def steps(self, rings, x, at, z, theta, tolerance):
+        """Gauss-Newton on theta and the solutions together."""
         before = None
         for iteration in range(1, 41):
-            residuals, rows, moves = [], [], []
-            for (ring, x, at, samples), z in zip(level, solutions):
-                blocks, right = self.model.linearise(ring, z, theta, x)
-                move = ring.solve(blocks, right.reshape(len(right), -1)).reshape(-1, ring.n, 2)
-                moves.append(move)
-                residuals.append(samples - z[0, at] - move[0, at, 0])
-                rows.append(move[1:, at, 0])
-            residual, rows = numpy.concatenate(residuals), numpy.concatenate(rows, 1)
-            scaled = rows * theta[:, None]
-            self.normal = scaled @ scaled.T
-            change = numpy.linalg.solve(self.normal, scaled @ residual)
-            for z, move in zip(solutions, moves):
-                z += move[0].T
-                z += numpy.tensordot(change * theta, move[1:], 1).T
+            moves = rings.solve(*self.model.linearise(rings, z, theta, x))
+            rows = moves[1:, at, 0] * theta[:, None]
+            residual = self.data - z[0, at] - moves[0, at, 0]
+            self.normal = rows @ rows.T
+            change = numpy.linalg.solve(self.normal, rows @ residual)
+            weights = numpy.concatenate([[1.0], change * theta])
+            z = z + (weights @ moves.reshape(7, -1)).reshape(-1, 2).T
             theta = theta * (1.0 + change)
             step = numpy.abs(change).max()
             # What the next steps would still add, from the contraction of the last two.
             rate = step / before if before else 1.0
             if step < tolerance or (rate < 0.5 and step * rate < tolerance):
-                return theta, iteration
+                self.iterations.append(iteration)
+                return theta, z
             before = step
         raise ArithmeticError("did not converge")
 
@@ -242,10 +238,10 @@ def jobs(folder, coarse):
     read = lambda name: numpy.loadtxt(folder / name)
     j6, j7 = read("oleo_j6.txt"), read("oleo_j7.txt")
     on_tyre, presliding = OnTyre(), Presliding()
-    yield "J6", Job(on_tyre, [(2.0, j6[:40]), (4.0, j6[40:])], 3.0, grids(40, 160), 3), \
+    yield "J6", Job(on_tyre, [2.0, 4.0], j6.reshape(2, 40), 3.0, grids(40, 160), 3), \
         read("oleo_j6_reference.txt")
     for name, n in (("J7", 1600), ("J7_640", 640)):
-        yield name, Job(presliding, [(2.0, j7)], 3.0, grids(160, n), 3), \
+        yield name, Job(presliding, [2.0], j7.reshape(1, 40), 3.0, grids(160, n), 3), \
             read("oleo_j7_reference.txt")
 
 
