@@ -40,8 +40,8 @@ def none(t):
 
 
 # Name: samples, first state, excitation, samples in a segment.
-JOBS = {"J8a": (100_000, (0.15, 0.0), swept_sine, 100),
-        "J8b": (20_000, (0.05, 0.0), none, 50)}
+JOBS = {"J8a": (100_000, (0.15, 0.0), swept_sine, 50),
+        "J8b": (20_000, (0.05, 0.0), none, 25)}
 
 
 class Trajectories:
