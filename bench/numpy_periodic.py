@@ -2,15 +2,16 @@
 """Jobs J6 and J7 in NumPy and SciPy: what a user of these would write to be fast.
 
     bench/numpy_periodic.py REFERENCE_FOLDER [--jobs J6,J7,J7_640] [--times 21] [--json]
+        [--one-grid]
 
 REFERENCE_FOLDER holds oleo_j6.txt, oleo_j7.txt and their *_reference.txt. Prints for each job the
-median and the least time of a fit, its error against the reference, and its iterations.
+median and the least CPU time of a fit, its error against the reference, and its iterations.
 
 Method: theta and the periodic solutions move together (Gauss-Newton), one linearisation of the
 model a step. Derivatives in time are central differences on the ring. The ring is folded (points
 0, n-1, 1, n-2, ...), so that its matrix is banded, without corners, and LAPACK factorises it. The
 measured coordinate starts from the data's harmonics, the other one from its own equation along
-that motion. The first steps use a grid of fewer points, `--coarse none` leaves that out.
+that motion. The first steps use a grid of fewer points; `--one-grid` leaves them out.
 """
 import argparse
 import json
@@ -46,10 +47,9 @@ class Rings:
         self.point = (point + shift[:, None]).ravel()
         self.place = place + shift[:, None]  # runs x n: from folded to ordered
         self.around = (around + shift[:, None, None]).reshape(self.size, -1)
-        self.frequency = numpy.repeat(frequencies, n)
         self.phase = 2.0 * numpy.pi / n * numpy.tile(point, self.runs)
         self.angular = 2.0 * numpy.pi * numpy.array(frequencies)[:, None]
-        rate = n * self.frequency  # points a second
+        rate = n * numpy.repeat(frequencies, n)  # points a second
         self.rates = numpy.stack([rate, rate**2])
         self.weights = WEIGHTS[width]
         self.first = rate[:, None] * self.weights[0]
@@ -216,8 +216,7 @@ class Job:
             moves = rings.solve(*self.model.linearise(rings, z, theta, x))
             rows = moves[1:, at, 0] * theta[:, None]
             residual = self.data - z[0, at] - moves[0, at, 0]
-            self.normal = rows @ rows.T
-            change = numpy.linalg.solve(self.normal, rows @ residual)
+            change = numpy.linalg.solve(rows @ rows.T, rows @ residual)
             weights = numpy.concatenate([[1.0], change * theta])
             z = z + (weights @ moves.reshape(7, -1)).reshape(-1, 2).T
             theta = theta * (1.0 + change)
@@ -232,17 +231,16 @@ class Job:
 
 
 def jobs(folder, coarse):
+    """(name, job, optimum) of each."""
     def grids(coarse_points, n):
-        return [n] if coarse == "none" else [coarse_points, n]
+        return [coarse_points, n] if coarse else [n]
 
-    read = lambda name: numpy.loadtxt(folder / name)
-    j6, j7 = read("oleo_j6.txt"), read("oleo_j7.txt")
-    on_tyre, presliding = OnTyre(), Presliding()
-    yield "J6", Job(on_tyre, [2.0, 4.0], j6.reshape(2, 40), 3.0, grids(40, 160), 3), \
-        read("oleo_j6_reference.txt")
+    j6, j7, optimum6, optimum7 = (
+        numpy.loadtxt(folder / f"oleo_{name}.txt")
+        for name in ("j6", "j7", "j6_reference", "j7_reference"))
+    yield "J6", Job(OnTyre(), [2.0, 4.0], j6.reshape(2, 40), 3.0, grids(40, 160), 3), optimum6
     for name, n in (("J7", 1600), ("J7_640", 640)):
-        yield name, Job(presliding, [2.0], j7.reshape(1, 40), 3.0, grids(80, n), 3), \
-            read("oleo_j7_reference.txt")
+        yield name, Job(Presliding(), [2.0], j7.reshape(1, 40), 3.0, grids(80, n), 3), optimum7
 
 
 def main():
@@ -250,10 +248,10 @@ def main():
     options.add_argument("folder", type=pathlib.Path)
     options.add_argument("--jobs", default="J6,J7,J7_640")
     options.add_argument("--times", type=int, default=21)
-    options.add_argument("--coarse", choices=["auto", "none"], default="auto")
+    options.add_argument("--one-grid", action="store_true", help="no steps on a coarse grid first")
     options.add_argument("--json", action="store_true", help="one object a line")
     given = options.parse_args()
-    for name, job, reference in jobs(given.folder, given.coarse):
+    for name, job, reference in jobs(given.folder, not given.one_grid):
         if name not in given.jobs.split(","):
             continue
         start = 1.05 * job.model.truth

@@ -6,8 +6,8 @@
 
 `make` integrates (DOP853, tolerance 1e-12), adds noise of 2e-5 m with a stated seed, and finds the
 optimum with that integrator: four parameters, then the first stroke and velocity. `fit` prints the
-median and the least time of a fit from 5 % above the truth, its error against that optimum (of the
-parameters), and its iterations.
+median and the least CPU time of a fit from 5 % above the truth, its error against that optimum (of
+the parameters), and its iterations.
 
 Method: multiple shooting. All segments are integrated abreast, one NumPy operation for all, by
 Runge-Kutta of fourth order, one step a sample, with their sensitivities. Each Gauss-Newton step
@@ -105,8 +105,9 @@ class Record:
         x = numpy.append(excitation, excitation[-1]) + GRAVITY
         around = numpy.pad(x, 1, mode="edge")
         middle = (9.0 * (around[1:-2] + around[2:-1]) - around[:-3] - around[3:]) / 16.0
-        cut = lambda values: values[:len(displacement)].reshape(self.segments, length).T
-        self.excitation = numpy.stack([cut(x[:-1]), cut(middle), cut(x[1:])], 1).copy()
+        of_steps = numpy.stack([x[:-1], middle, x[1:]])[:, :self.samples.size]
+        self.excitation = numpy.ascontiguousarray(  # sample, part of its step, segment
+            of_steps.reshape(3, self.segments, length).transpose(2, 0, 1))
         self.first = self.states_from(displacement)
         self.trajectories = Trajectories(self.segments)
         self.kept = numpy.empty((length, 7, self.segments))
