@@ -23,10 +23,9 @@ from scipy.linalg.lapack import dgbsv
 
 GRAVITY = 9.80665
 
-# By half the width of the stencil: weights of the first and second derivative at unit spacing.
-WEIGHTS = {2: numpy.array([[1, -8, 0, 8, -1], [-1, 16, -30, 16, -1]]) / 12.0,
-           3: numpy.array([[-3, 27, -135, 0, 135, -27, 3],
-                           [2, -27, 270, -490, 270, -27, 2]]) / 180.0}
+# Differences of sixth order: weights of the first and second derivative at unit spacing.
+MIDDLE = 3
+WEIGHTS = numpy.array([[-3, 27, -135, 0, 135, -27, 3], [2, -27, 270, -490, 270, -27, 2]]) / 180.0
 
 
 class Rings:
@@ -35,14 +34,13 @@ class Rings:
     All arrays are in folded order.
     """
 
-    def __init__(self, n, frequencies, width):
+    def __init__(self, n, frequencies):
         self.n, self.runs, self.size = n, len(frequencies), n * len(frequencies)
-        self.middle = width
         point = numpy.empty(n, int)  # the point at each place of a folded ring
         point[0::2] = numpy.arange((n + 1) // 2)
         point[1::2] = numpy.arange(n - 1, (n + 1) // 2 - 1, -1)
         place = numpy.argsort(point)
-        around = place[(point[:, None] + numpy.arange(-width, width + 1)) % n]
+        around = place[(point[:, None] + numpy.arange(-MIDDLE, MIDDLE + 1)) % n]
         shift = n * numpy.arange(self.runs)
         self.point = (point + shift[:, None]).ravel()
         self.place = place + shift[:, None]  # runs x n: from folded to ordered
@@ -51,12 +49,11 @@ class Rings:
         self.angular = 2.0 * numpy.pi * numpy.array(frequencies)[:, None]
         rate = n * numpy.repeat(frequencies, n)  # points a second
         self.rates = numpy.stack([rate, rate**2])
-        self.weights = WEIGHTS[width]
-        self.first = rate[:, None] * self.weights[0]
-        self.second = (rate**2)[:, None] * self.weights[1]
+        self.first = rate[:, None] * WEIGHTS[0]
+        self.second = (rate**2)[:, None] * WEIGHTS[1]
         # Address, in LAPACK's band, of the derivative of row `r` of a place over unknown `c` of
         # its neighbours.
-        self.band = 4 * width + 1
+        self.band = 4 * MIDDLE + 1
         rows = 3 * self.band + 1
         row = 2 * numpy.arange(self.size)[:, None]
         self.address = {(r, c): 2 * self.band + (row + r) + (2 * self.around + c) * (rows - 1)
@@ -64,7 +61,7 @@ class Rings:
         self.matrix = numpy.empty((2 * self.size, rows))
 
     def derivatives(self, u):
-        return self.rates * (self.weights @ u[self.around].T)
+        return self.rates * (WEIGHTS @ u[self.around].T)
 
     def solve(self, blocks, right):
         """A z = right for each row of `right`. blocks[r, c]: derivatives over the neighbours, or
@@ -73,7 +70,7 @@ class Rings:
         flat = self.matrix.reshape(-1)
         for key, values in blocks.items():
             address = self.address[key]
-            flat[address if values.ndim == 2 else address[:, self.middle]] = values
+            flat[address if values.ndim == 2 else address[:, MIDDLE]] = values
         shape = right.shape
         right = right.reshape(len(right), -1)
         _, _, z, info = dgbsv(self.band, self.band, self.matrix.T, right.T, overwrite_ab=True,
@@ -125,9 +122,9 @@ class OnTyre:
         right[5, :, 1] = -d
         right[6, :, 1] = -d_v
         of_force = f_v[:, None] * rings.first
-        of_force[:, rings.middle] += f_u
+        of_force[:, MIDDLE] += f_u
         of_tyre = self.unsprung * rings.second + theta[5] * rings.first
-        of_tyre[:, rings.middle] += theta[4]
+        of_tyre[:, MIDDLE] += theta[4]
         return {(0, 0): rings.second + of_force, (0, 1): rings.second,
                 (1, 0): -of_force, (1, 1): of_tyre}, right
 
@@ -160,7 +157,7 @@ class Presliding:
         right[6, :, 1] = -s_v
         of_motion = f_v[:, None] * rings.first
         of_motion += rings.second
-        of_motion[:, rings.middle] += f_u
+        of_motion[:, MIDDLE] += f_u
         return {(0, 0): of_motion, (0, 1): numpy.full(rings.size, theta[4]),
                 (1, 0): (s * v / size - 1.0)[:, None] * rings.first,
                 (1, 1): self.of_shear(rings, size, theta)}, right
@@ -168,7 +165,7 @@ class Presliding:
     @staticmethod
     def of_shear(rings, size, theta):
         block = theta[5] * rings.first
-        block[:, rings.middle] = size
+        block[:, MIDDLE] = size
         return block
 
     def other_start(self, rings, u, theta, x):
@@ -184,12 +181,12 @@ class Presliding:
 class Job:
     """One period of each run, a row of `samples`, of one model under cosines of one amplitude."""
 
-    def __init__(self, model, frequencies, samples, amplitude, grids, width):
+    def __init__(self, model, frequencies, samples, amplitude, grids):
         self.model, self.samples = model, samples
         self.data = samples.ravel()
         self.levels = []
         for n in grids:
-            rings = Rings(n, frequencies, width)
+            rings = Rings(n, frequencies)
             at = rings.place[:, ::n // samples.shape[1]].ravel()
             self.levels.append((rings, amplitude * numpy.cos(rings.phase), at))
 
@@ -232,15 +229,16 @@ class Job:
 
 def jobs(folder, coarse):
     """(name, job, optimum) of each."""
+
     def grids(coarse_points, n):
         return [coarse_points, n] if coarse else [n]
 
     j6, j7, optimum6, optimum7 = (
         numpy.loadtxt(folder / f"oleo_{name}.txt")
         for name in ("j6", "j7", "j6_reference", "j7_reference"))
-    yield "J6", Job(OnTyre(), [2.0, 4.0], j6.reshape(2, 40), 3.0, grids(40, 160), 3), optimum6
+    yield "J6", Job(OnTyre(), [2.0, 4.0], j6.reshape(2, 40), 3.0, grids(40, 160)), optimum6
     for name, n in (("J7", 1600), ("J7_640", 640)):
-        yield name, Job(Presliding(), [2.0], j7.reshape(1, 40), 3.0, grids(80, n), 3), optimum7
+        yield name, Job(Presliding(), [2.0], j7.reshape(1, 40), 3.0, grids(80, n)), optimum7
 
 
 def main():
