@@ -106,7 +106,8 @@ void over_catalogue(const config::ModelSpec& model) {
       const Begun base = begun(campaign, model);
       std::vector<std::string> warnings;
       const auto all = discrepancy::candidates(model, {0.10, 0.20, 0.5, 15.0},
-                                               discrepancy::Kind::periodic, warnings);
+                                               discrepancy::Kind::periodic, warnings)
+                           .tried;
       for (std::size_t first = 0; first < share; ++first) {
         std::vector<discrepancy::Candidate> some;
         for (std::size_t k = first; k < all.size(); k += share)

@@ -1,5 +1,6 @@
 #include "report/diagnosis_document.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -108,6 +109,13 @@ ordered_json ranking_json(const Diagnosis& d) {
   return list;
 }
 
+ordered_json not_tried_json(const Diagnosis& d) {
+  ordered_json list = ordered_json::array();
+  for (const NotTried& n : d.not_tried)
+    list.push_back({{"name", n.name}, {"reason", n.reason}, {"failed", n.failed}});
+  return list;
+}
+
 ordered_json bins_json(const std::vector<ForceBin>& bins) {
   ordered_json list = ordered_json::array();
   for (const ForceBin& bin : bins)
@@ -162,7 +170,10 @@ std::string size(double value, const std::string& unit) {
 std::string verdict_sentence(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::adequate:
-      return "adequate: nothing is missing that these data could show";
+      return std::any_of(d.not_tried.begin(), d.not_tried.end(),
+                         [](const NotTried& n) { return n.failed; })
+                 ? "adequate: nothing is missing of what could be computed"
+                 : "adequate: nothing is missing that these data could show";
     case Verdict::explained:
       return "explained: with what is named below, the model leaves nothing but noise";
     default:
@@ -170,6 +181,26 @@ std::string verdict_sentence(const Diagnosis& d) {
                                : "unexplained: what is named below is missing, and something "
                                  "else besides that cannot be named";
   }
+}
+
+// Effects that share a reason stand together: those that may be missing first.
+std::string not_tried_lines(const Diagnosis& d) {
+  std::vector<std::pair<std::string, std::string>> groups;  // reason, names
+  for (const bool failed : {true, false}) {
+    for (const NotTried& n : d.not_tried) {
+      if (n.failed != failed) continue;
+      const auto known = std::find_if(groups.begin(), groups.end(),
+                                      [&](const auto& group) { return group.first == n.reason; });
+      if (known == groups.end())
+        groups.emplace_back(n.reason, n.name);
+      else
+        known->second += ", " + n.name;
+    }
+  }
+  std::string text;
+  for (const auto& [reason, names] : groups)
+    text += fmt::format("not tried: {}: {}\n", names, reason);
+  return text.empty() ? text : "\n" + text;
 }
 
 std::string effect_lines(const NamedEffect& e, const std::string& driven) {
@@ -206,6 +237,7 @@ std::string diagnosis_json(const Diagnosis& d) {
   document["gap"] = gap_json(d.gap);
   document["runs"] = runs_json(d);
   document["ranking"] = ranking_json(d);
+  document["not_tried"] = not_tried_json(d);
   document["parameters_before"] = parameters_json(d.parameters_before);
   document["parameters_after"] = parameters_json(d.parameters_after);
   document["false_alarm_rate"] = d.false_alarm_rate;
@@ -243,7 +275,7 @@ std::string diagnosis_table(const Diagnosis& d) {
   if (!d.warnings.empty()) text += "\n";
   for (const std::string& warning : d.warnings)
     text += "note: " + warning + "\n";
-  return text;
+  return text + not_tried_lines(d);
 }
 
 }  // namespace shaker::report

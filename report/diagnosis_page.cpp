@@ -154,6 +154,24 @@ std::string ranking_table(const Diagnosis& d) {
   return text + "</table>\n";
 }
 
+std::string not_tried_table(const Diagnosis& d) {
+  std::string text = "<table>\n" + head({{"effect", false}, {"reason", false}});
+  for (const bool failed : {true, false}) {
+    for (const NotTried& n : d.not_tried) {
+      if (n.failed == failed) text += "<tr>" + cell(n.name) + cell(n.reason) + "</tr>\n";
+    }
+  }
+  return text + "</table>\n";
+}
+
+std::string failed_words(const Diagnosis& d) {
+  std::string names;
+  for (const NotTried& n : d.not_tried) {
+    if (n.failed) names += (names.empty() ? "" : ", ") + n.name;
+  }
+  return names.empty() ? names : " But what could not be computed may be: " + names + ".";
+}
+
 // The runs with the largest gaps first.
 std::vector<const RunCurves*> worst_first(const Diagnosis& d) {
   std::vector<const RunCurves*> runs;
@@ -201,8 +219,8 @@ std::string diagnosis_sentence(const Diagnosis& d) {
     case Verdict::adequate:
       return fmt::format(
           "Nothing is missing: the gap is {:.2f} times the noise floor, and noise alone makes one "
-          "like it with probability {:.2g}.",
-          before, d.probability_before);
+          "like it with probability {:.2g}.{}",
+          before, d.probability_before, failed_words(d));
     case Verdict::explained:
       // The quantisation step is read from the records and already part of the noise floor.
       if (d.effects.size() == 1 && d.effects[0].name == "sensor_quantisation")
@@ -260,6 +278,7 @@ std::string diagnosis_page(const Diagnosis& d) {
         "the gap its signature explains that the model's parameters cannot imitate.</p>\n" +
         ranking_table(d);
   }
+  if (!d.not_tried.empty()) page += "<h2>What was not tried</h2>\n" + not_tried_table(d);
   page += fmt::format(
       "<p class=\"note\">Gaps are root mean squares over the cycle; noise alone stays below "
       "the noise floor in 95 of 100 such campaigns, after as many parameters have been fitted to "

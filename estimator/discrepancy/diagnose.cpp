@@ -165,6 +165,16 @@ std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
   return at_estimates(fit);
 }
 
+// What could not be scored stands behind what could not be computed. A drift and a grid are read
+// from the records: where they are named, they were tried.
+void tell_not_tried(const std::vector<NotTried>& not_tried, Diagnosis& said) {
+  for (const NotTried& n : not_tried) {
+    if (std::none_of(said.effects.begin(), said.effects.end(),
+                     [&](const NamedEffect& e) { return e.name == n.name; }))
+      said.not_tried.push_back(n);
+  }
+}
+
 // Whether what was said after a new beginning is to stand: it explains more, or leaves less.
 bool says_more(const Diagnosis& anew, const Diagnosis& first) {
   const auto explains = [](const Diagnosis& d) { return d.verdict != Verdict::unexplained; };
@@ -222,7 +232,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   progress("scoring the catalogue", 0.2);
   const std::vector<double> theta = base.theta;
   const double left = base.chi_squared;
-  Diagnosis said = searched(std::move(base), weighed.data, runs, catalogue, naming, progress);
+  Diagnosis said = searched(std::move(base), weighed.data, runs, catalogue.tried, naming, progress);
   if (may_begin_anew) {
     if (const auto better = better_start(model, theta, left, weighed.data, said, first)) {
       auto anew = diagnose_cycles(campaign, *better, options, progress, effort, false);
@@ -240,6 +250,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
         "the search stopped at its limit of work, though more could be tried: shakerctl diagnose "
         "--thorough goes on");
   name_read_effects(*looked, weighed.coarseness, said);
+  tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
   return said;
 }
@@ -281,7 +292,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   naming.calibrations = options.calibrations;
   progress("scoring the catalogue", 0.2);
   const std::vector<SteadyRun> none(runs->data.size());
-  Diagnosis said = searched(std::move(base), runs->data, none, catalogue, naming, progress);
+  Diagnosis said = searched(std::move(base), runs->data, none, catalogue.tried, naming, progress);
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
   said.gap.unit = unit;
@@ -294,6 +305,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
         "the channels acceleration and force are not used: they are for runs with a period");
   if (runs->data.size() == 1)
     said.warnings.push_back("there is one run only, and nothing can be held out");
+  tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
   return said;
 }

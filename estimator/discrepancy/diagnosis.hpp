@@ -62,6 +62,12 @@ struct Ranked {
   std::string disqualified;                              // why; empty: it is not
 };
 
+// An entry of the catalogue that was not scored.
+struct NotTried {
+  std::string name, reason;
+  bool failed = false;  // a computation did: the effect may be what is missing
+};
+
 // One cycle of a run on equal steps of tau, for drawings; of a run that is not periodic the stretch
 // of it where most happens.
 struct RunCurves {
@@ -111,6 +117,7 @@ struct Diagnosis {
   Gap gap;
   std::vector<RunGap> runs;
   std::vector<Ranked> ranking;
+  std::vector<NotTried> not_tried;  // all of the catalogue that is not in `ranking`
   std::vector<ParameterEstimate> parameters_before, parameters_after;
   double false_alarm_rate = 0.0;
   double probability_before = 1.0, probability_after = 1.0;  // that noise alone makes such a gap

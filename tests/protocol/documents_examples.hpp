@@ -68,7 +68,7 @@ inline std::vector<Document> plain_documents() {
               "runs": [{"name": "r01", "role": "fit", "before": 1e-5, "after": 1e-5,
                         "noise": 8e-6, "noise_floor": 1e-5}],
               "gap": {"noise": 8e-6, "noise_floor": 1e-5, "before": 1e-5, "after": 1e-5, "unit": "m"},
-              "ranking": [], "parameters_before": [], "parameters_after": [],
+              "ranking": [], "not_tried": [], "parameters_before": [], "parameters_after": [],
               "false_alarm_rate": 0.01, "warnings": []})"}};
 }
 

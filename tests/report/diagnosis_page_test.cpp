@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "report/diagnosis_document.hpp"
 #include "report/diagnosis_pictures.hpp"
@@ -132,6 +133,42 @@ TEST(DiagnosisPage, SaysNothingIsMissingAndDrawsNoForce) {
   const std::string page = diagnosis_page(d);
   EXPECT_THAT(page, HasSubstr("Nothing is missing: the gap is 1.02 times the noise floor"));
   EXPECT_THAT(page, Not(HasSubstr("Where the missing force lies")));
+}
+
+// No effect of the catalogue is passed by without a word.
+TEST(DiagnosisPage, NamesWhatWasNotTriedAndWhy) {
+  Diagnosis d = friction_found();
+  EXPECT_THAT(diagnosis_page(d), Not(HasSubstr("What was not tried")));
+  EXPECT_THAT(diagnosis_table(d), Not(HasSubstr("not tried")));
+  EXPECT_THAT(diagnosis_json(d), HasSubstr("\"not_tried\": []"));
+  d.not_tried = {{"metering_pin", "it changes an orifice"},
+                 {"relief_valve", "it changes an orifice"},
+                 {"free_play", "the model with it has no motion", true}};
+  const std::string page = diagnosis_page(d);
+  EXPECT_THAT(page, HasSubstr("What was not tried"));
+  EXPECT_THAT(page, HasSubstr("<td>metering_pin</td><td>it changes an orifice</td>"));
+  EXPECT_THAT(diagnosis_table(d),
+              HasSubstr("\nnot tried: free_play: the model with it has no motion\n"
+                        "not tried: metering_pin, relief_valve: it changes an orifice\n"));
+  const auto all = nlohmann::json::parse(diagnosis_json(d)).at("not_tried");
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all[0].at("name"), "metering_pin");
+  EXPECT_EQ(all[0].at("reason"), "it changes an orifice");
+  EXPECT_EQ(all[0].at("failed"), false);
+  EXPECT_EQ(all[2].at("failed"), true);
+}
+
+TEST(DiagnosisPage, SaysOfAnAdequateModelWhatCouldNotBeComputed) {
+  Diagnosis d = friction_found();
+  d.verdict = Verdict::adequate;
+  d.effects.clear();
+  d.not_tried = {{"metering_pin", "it changes an orifice"}};
+  EXPECT_THAT(diagnosis_sentence(d), Not(HasSubstr("could not be computed")));
+  EXPECT_THAT(diagnosis_table(d), HasSubstr("nothing is missing that these data could show"));
+  d.not_tried.push_back({"free_play", "the model with it has no motion", true});
+  EXPECT_THAT(diagnosis_sentence(d),
+              ::testing::EndsWith("But what could not be computed may be: free_play."));
+  EXPECT_THAT(diagnosis_table(d), HasSubstr("nothing is missing of what could be computed"));
 }
 
 TEST(DiagnosisPage, SaysWhatItDoesNotKnow) {

@@ -122,6 +122,10 @@ class Assembler {
         if (h.cross_validated && found_.base.cross_validated)
           ranked.cross_validated = *h.cross_validated - *found_.base.cross_validated;
       }
+      if (const NotScored* failed = not_scored(candidate); failed && !ranked.gain_refitted) {
+        said_.not_tried.push_back({std::move(ranked.name), failed->reason, true});
+        continue;
+      }
       ranked.probability = trusted_ * shares_.probability_of(ranked.name);
       said_.ranking.push_back(std::move(ranked));
     }
@@ -130,6 +134,13 @@ class Assembler {
                        if (a.probability != b.probability) return a.probability > b.probability;
                        return a.gain_refitted.value_or(a.gain) > b.gain_refitted.value_or(b.gain);
                      });
+  }
+
+  const NotScored* not_scored(const Candidate& candidate) const {
+    const auto& all = found_.base_scoring.not_scored;
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const NotScored& n) { return n.candidate == &candidate; });
+    return found == all.end() ? nullptr : &*found;
   }
 
   void effects() {

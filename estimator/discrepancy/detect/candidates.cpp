@@ -119,17 +119,18 @@ bool on_path(const config::EffectSpec& line, const config::EffectSpec* path) {
   return path == nullptr || (line.sees == path->sees && line.acts == path->acts);
 }
 
-// What the effect is stated in terms of is in the model, and in the same place.
-bool lenders_there(const Effect& effect, const config::ModelSpec& base,
-                   const config::EffectSpec* path) {
-  const auto borrows = effect.borrows();
-  return std::all_of(borrows.begin(), borrows.end(), [&](const Borrowed& b) {
-    return std::isfinite(b.otherwise) ||
-           std::any_of(base.effects.begin(), base.effects.end(),
-                       [&](const config::EffectSpec& line) {
-                         return line.effect == b.effect && on_path(line, path);
-                       });
-  });
+// What the effect is stated in terms of and the model lacks, or has in another place; empty: none.
+std::string_view missing_lender(const Effect& effect, const config::ModelSpec& base,
+                                const config::EffectSpec* path) {
+  for (const Borrowed& b : effect.borrows()) {
+    const bool lent =
+        std::isfinite(b.otherwise) ||
+        std::any_of(base.effects.begin(), base.effects.end(), [&](const config::EffectSpec& line) {
+          return line.effect == b.effect && on_path(line, path);
+        });
+    if (!lent) return b.effect;
+  }
+  return {};
 }
 
 bool imposable(const Effect& effect) {
@@ -172,35 +173,65 @@ std::string words_of(const std::vector<std::string>& left_out, const config::Eff
       path->effect, names);
 }
 
+bool of_damper(const Effect& effect) {
+  return effect.group() == Group::damper && effect.instrument() == nullptr;
+}
+
+std::string_view why_not_imposed(const Effect& effect) {
+  if (effect.group() == Group::exciter || effect.sees_excitation())
+    return "an imposed motion has no excitation";
+  return effect.instrument() != nullptr ? "an imposed motion is taken as it was measured"
+                                        : "an imposed motion does not show a coordinate of its own";
+}
+
+constexpr std::string_view kNoPlace =
+    "the model has no effect of a damper beside which it could stand";
+constexpr std::string_view kOtherPlace =
+    "in a model of several coordinates it belongs, or stands, elsewhere";
+
+// Why an effect cannot be scored on such runs; empty: it can.
+std::string why_not(const Effect& effect, const config::ModelSpec& base, Kind kind,
+                    const config::EffectSpec* path) {
+  const bool held =
+      std::any_of(base.effects.begin(), base.effects.end(),
+                  [&](const config::EffectSpec& line) { return line.effect == effect.name(); });
+  const bool misplaced =
+      base.coordinates.size() > 1 && of_damper(effect) && !placeable(effect, base, path);
+  if (held && !misplaced) return "the model holds it";
+  if (effect.parameters().empty()) return "it has no parameter that could be fitted";
+  if (read_beforehand(effect, kind))
+    return "it is read from the records, not fitted, and they do not show it";
+  if (kind == Kind::imposed_motion && !imposable(effect))
+    return std::string(why_not_imposed(effect));
+  if (misplaced) return std::string(path == nullptr ? kNoPlace : kOtherPlace);
+  if (const auto lender = missing_lender(effect, base, path); !lender.empty())
+    return fmt::format("it changes {}, which the model does not hold", lender);
+  return {};
+}
+
 }  // namespace
 
-std::vector<Candidate> candidates(const config::ModelSpec& base, const MotionRange& range,
-                                  Kind kind, std::vector<std::string>& notes) {
+Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Kind kind,
+                     std::vector<std::string>& notes) {
   const bool several = base.coordinates.size() > 1;
   const config::EffectSpec* path = several ? load_path(base) : nullptr;
-  std::vector<std::string> left_out;
-  std::vector<Candidate> all;
+  std::vector<std::string> misplaced;
+  Catalogue all;
   for (const Effect* effect : catalogue()) {
-    const auto held =
-        std::find_if(base.effects.begin(), base.effects.end(),
-                     [&](const config::EffectSpec& line) { return line.effect == effect->name(); });
-    const bool of_damper = effect->group() == Group::damper && effect->instrument() == nullptr;
-    if (effect->parameters().empty() || read_beforehand(*effect, kind) ||
-        (kind == Kind::imposed_motion && !imposable(*effect)))
-      continue;
-    if (several && of_damper && !placeable(*effect, base, path)) {
-      left_out.emplace_back(effect->name());
+    std::string reason = why_not(*effect, base, kind, path);
+    if (!reason.empty()) {
+      if (reason == kNoPlace || reason == kOtherPlace) misplaced.emplace_back(effect->name());
+      all.not_tried.push_back({std::string(effect->name()), std::move(reason)});
       continue;
     }
-    if (held != base.effects.end() || !lenders_there(*effect, base, path)) continue;
-    all.push_back({effect, probes_of(*effect, range)});
-    if (!several || !of_damper) continue;
-    for (Probe& probe : all.back().probes) {
+    all.tried.push_back({effect, probes_of(*effect, range)});
+    if (!several || !of_damper(*effect)) continue;
+    for (Probe& probe : all.tried.back().probes) {
       probe.line.sees = path->sees;
       probe.line.acts = path->acts;
     }
   }
-  if (!left_out.empty()) notes.push_back(words_of(left_out, path));
+  if (!misplaced.empty()) notes.push_back(words_of(misplaced, path));
   return all;
 }
 

@@ -7,6 +7,7 @@
 
 #include "config/model.hpp"
 #include "estimator/discrepancy/campaign.hpp"
+#include "estimator/discrepancy/diagnosis.hpp"
 #include "estimator/effects/effect.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -25,6 +26,12 @@ struct Candidate {
   std::vector<Probe> probes;
 };
 
+// The whole catalogue: what can be scored, and what cannot, each with its reason.
+struct Catalogue {
+  std::vector<Candidate> tried;
+  std::vector<NotTried> not_tried;
+};
+
 // The motion that was measured; shapes that lie outside of it can have no influence.
 struct MotionRange {
   double low = 0.0, high = 0.0;  // of the stroke
@@ -36,7 +43,7 @@ struct MotionRange {
 // to be mismeasured. In a model of several coordinates effects of the damper stand where its own
 // stand, the first that carries load and sees the observed coordinate; `notes` names those that
 // cannot: without load (of a mass or a tyre: of which?), or with their name taken in another place.
-std::vector<Candidate> candidates(const config::ModelSpec& base, const MotionRange& range,
-                                  Kind kind, std::vector<std::string>& notes);
+Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Kind kind,
+                     std::vector<std::string>& notes);
 
 }  // namespace shaker::estimator::discrepancy

@@ -46,6 +46,26 @@ void thin(std::vector<Probe>& probes) {
   probes = std::move(some);
 }
 
+// Why a run that is not periodic cannot show a candidate; empty: it can.
+std::string not_shown(const Candidate& candidate, const config::ModelSpec& spec, bool by_force) {
+  constexpr const char* kPeriodicOnly = "only a run with a period shows it";
+  constexpr const char* kAlongMotion = "forces along a measured motion do not show it";
+  const Instrument* instrument = candidate.effect->instrument();
+  if (by_force && instrument != nullptr) return kAlongMotion;
+  if (by_force && candidate.effect->in_series()) return {};
+  try {
+    const Model model(with_line(spec, candidate.probes.front().line));
+    check_instruments(model);
+    if (!by_force) return StateEquations(model).states() == 0 ? kPeriodicOnly : "";
+    for (int c = 1; c < model.coordinates(); ++c) {
+      if (model.order(c) > 1) return kAlongMotion;
+    }
+    return model.needs_carrier() ? kPeriodicOnly : "";
+  } catch (const std::invalid_argument&) {
+    return kPeriodicOnly;
+  }
+}
+
 RunDatum datum_of(const std::shared_ptr<SampledRun>& run) {
   RunDatum datum;
   datum.name = run->name;
@@ -180,25 +200,14 @@ Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit) {
   return {};
 }
 
-std::vector<Candidate> shown_by_transients(std::vector<Candidate> all,
-                                           const config::ModelSpec& spec, bool by_force) {
-  std::erase_if(all, [&](const Candidate& candidate) {
-    const Instrument* instrument = candidate.effect->instrument();
-    if (by_force && (instrument != nullptr || candidate.effect->in_series()))
-      return instrument != nullptr;
-    try {
-      const Model model(with_line(spec, candidate.probes.front().line));
-      check_instruments(model);
-      if (!by_force) return StateEquations(model).states() == 0;
-      for (int c = 1; c < model.coordinates(); ++c) {
-        if (model.order(c) > 1) return true;
-      }
-      return model.needs_carrier();
-    } catch (const std::invalid_argument&) {
-      return true;
-    }
+Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& spec, bool by_force) {
+  std::erase_if(all.tried, [&](const Candidate& candidate) {
+    std::string reason = not_shown(candidate, spec, by_force);
+    if (reason.empty()) return false;
+    all.not_tried.push_back({std::string(candidate.effect->name()), std::move(reason)});
+    return true;
   });
-  for (Candidate& candidate : all)
+  for (Candidate& candidate : all.tried)
     thin(candidate.probes);
   return all;
 }

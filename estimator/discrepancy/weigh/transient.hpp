@@ -45,8 +45,7 @@ HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& r
 // Replaces the errors of such runs; an Error when they differ by far more than noise could.
 Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit);
 
-// Those of `all` that a run which is not periodic can show.
-std::vector<Candidate> shown_by_transients(std::vector<Candidate> all,
-                                           const config::ModelSpec& model, bool by_force);
+// Without those that a run which is not periodic cannot show; they are named in `not_tried`.
+Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& model, bool by_force);
 
 }  // namespace shaker::estimator::discrepancy

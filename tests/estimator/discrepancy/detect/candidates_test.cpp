@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/effects/catalogue.hpp"
 #include "estimator/model.hpp"
 #include "tests/estimator/discrepancy/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
@@ -37,7 +38,8 @@ config::ModelSpec on_tyre() {
 
 TEST(Candidates, OfOneCoordinateSayNothingOfPlaces) {
   std::vector<std::string> notes;
-  for (const Candidate& c : candidates(estimator::testing::oleo(), kRange, Kind::periodic, notes)) {
+  for (const Candidate& c :
+       candidates(estimator::testing::oleo(), kRange, Kind::periodic, notes).tried) {
     for (const Probe& probe : c.probes)
       EXPECT_TRUE(probe.line.sees.empty() && probe.line.acts.empty()) << c.effect->name();
   }
@@ -47,7 +49,7 @@ TEST(Candidates, OfOneCoordinateSayNothingOfPlaces) {
 TEST(Candidates, OfTheDamperStandWhereItsOwnEffectsDo) {
   const auto base = on_tyre();
   std::vector<std::string> notes;
-  const auto all = candidates(base, kRange, Kind::periodic, notes);
+  const auto all = candidates(base, kRange, Kind::periodic, notes).tried;
   for (const char* name : {"coulomb_friction", "metering_pin", "free_play"}) {
     const Candidate* found = of(all, name);
     ASSERT_NE(found, nullptr) << name;
@@ -66,7 +68,7 @@ TEST(Candidates, OfTheDamperStandWhereItsOwnEffectsDo) {
 TEST(Candidates, NameThoseThatHaveNoPlaceAmongSeveralCoordinates) {
   std::vector<std::string> notes;
   auto base = on_tyre();
-  auto all = candidates(base, kRange, Kind::periodic, notes);
+  auto all = candidates(base, kRange, Kind::periodic, notes).tried;
   for (const char* name : {"tyre", "added_mass", "linear_stiffness"}) {
     EXPECT_EQ(of(all, name), nullptr) << name;
     EXPECT_THAT(notes, Contains(AllOf(HasSubstr("not tried"), HasSubstr(name))));
@@ -74,10 +76,36 @@ TEST(Candidates, NameThoseThatHaveNoPlaceAmongSeveralCoordinates) {
   EXPECT_THAT(notes, Contains(HasSubstr("orifice_damping sees and acts")));
   notes.clear();
   base.effects.erase(base.effects.begin(), base.effects.begin() + 2);
-  all = candidates(base, kRange, Kind::periodic, notes);
+  all = candidates(base, kRange, Kind::periodic, notes).tried;
   EXPECT_EQ(of(all, "coulomb_friction"), nullptr);
   EXPECT_NE(of(all, "sensor_gain"), nullptr);
   EXPECT_THAT(notes, Contains(HasSubstr("no effect of a damper that sees")));
+}
+
+// Nothing is left out without a word.
+TEST(Candidates, AreAllOfTheCatalogueOrNamedWithAReason) {
+  config::ModelSpec without = estimator::testing::oleo();
+  without.effects.erase(without.effects.begin());
+  for (const auto& base : {estimator::testing::oleo(), without, on_tyre()}) {
+    for (const Kind kind : {Kind::periodic, Kind::imposed_motion, Kind::transient}) {
+      std::vector<std::string> notes;
+      const Catalogue all = candidates(base, kRange, kind, notes);
+      for (const Effect* effect : catalogue()) {
+        const auto named = std::count_if(all.not_tried.begin(), all.not_tried.end(), [&](auto& n) {
+          return n.name == effect->name() && !n.reason.empty() && !n.failed;
+        });
+        EXPECT_EQ(named + (of(all.tried, std::string(effect->name())) != nullptr), 1)
+            << effect->name();
+      }
+    }
+  }
+  std::vector<std::string> notes;
+  const Catalogue lacking = candidates(without, kRange, Kind::periodic, notes);
+  EXPECT_NE(of(lacking.tried, "orifice_damping"), nullptr);
+  const auto pin = std::find_if(lacking.not_tried.begin(), lacking.not_tried.end(),
+                                [](const NotTried& n) { return n.name == "metering_pin"; });
+  ASSERT_NE(pin, lacking.not_tried.end());
+  EXPECT_EQ(pin->reason, "it changes orifice_damping, which the model does not hold");
 }
 
 // The truth is a damper on the table without a tyre: the fit makes the tyre stiff.

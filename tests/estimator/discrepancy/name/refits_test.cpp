@@ -51,7 +51,7 @@ class Hidden {
 Candidate candidate(const std::string& effect) {
   const MotionRange range{0.13, 0.17, 0.3, 10.0};
   std::vector<std::string> notes;
-  const auto all = candidates(estimator::testing::oleo(), range, Kind::periodic, notes);
+  const auto all = candidates(estimator::testing::oleo(), range, Kind::periodic, notes).tried;
   const auto found = std::find_if(all.begin(), all.end(),
                                   [&](const Candidate& c) { return c.effect->name() == effect; });
   EXPECT_NE(found, all.end()) << effect;

@@ -1,0 +1,88 @@
+// Every entry of the catalogue is scored, named, or stands under `not_tried` with a reason.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/effects/catalogue.hpp"
+#include "tests/estimator/discrepancy/campaigns.hpp"
+#include "tests/estimator/discrepancy/free_decay.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::discrepancy {
+namespace {
+
+template <typename List>
+std::ptrdiff_t times(const List& list, std::string_view name) {
+  return std::count_if(list.begin(), list.end(), [&](const auto& one) { return one.name == name; });
+}
+
+void expect_whole_catalogue(const Diagnosis& d) {
+  for (const Effect* effect : catalogue()) {
+    const auto ranked = times(d.ranking, effect->name());
+    const auto left_out = times(d.not_tried, effect->name());
+    EXPECT_LE(ranked + left_out, 1) << effect->name();
+    EXPECT_GE(ranked + left_out + times(d.effects, effect->name()), 1) << effect->name();
+  }
+  for (const NotTried& n : d.not_tried) {
+    EXPECT_FALSE(n.reason.empty()) << n.name;
+  }
+}
+
+Diagnosis of_response(const std::map<std::string, double>& truth) {
+  const auto d =
+      diagnose(testing::recorded(truth, testing::kSixRuns, 5), estimator::testing::oleo());
+  EXPECT_TRUE(d) << d.error().what;
+  return d ? *d : Diagnosis{};
+}
+
+Diagnosis of_decay(double friction, double length) {
+  Campaign campaign;
+  campaign.runs.push_back(testing::decay_of(
+      [&](double u, double v) {
+        return 40.0 * u + 0.2 * v + friction * length * std::tanh(v / (1e-4 * length));
+      },
+      {.start = 0.1 * length, .noise = 2e-5 * length}));
+  auto model = estimator::testing::linear_oscillator();
+  model.effects[0].parameters["c"].start = 0.2;
+  model.effects[1].parameters["k"].start = 42.0;
+  if (length != 1.0) model.length_unit = "counts";
+  const auto d = diagnose(campaign, model);
+  EXPECT_TRUE(d) << d.error().what;
+  return d ? *d : Diagnosis{};
+}
+
+TEST(NotTried, HoldsWhatTheRankingOfAResponseDoesNot) {
+  const Diagnosis quiet = of_response({});
+  expect_whole_catalogue(quiet);
+  EXPECT_EQ(quiet.verdict, Verdict::adequate);
+  const Diagnosis rubbing = of_response({{"coulomb_friction", 0.2}});
+  expect_whole_catalogue(rubbing);
+  EXPECT_EQ(rubbing.verdict, Verdict::explained);
+}
+
+TEST(NotTried, HoldsWhatTheRankingOfADecayDoesNot) {
+  const Diagnosis quiet = of_decay(0.0, 1.0);
+  expect_whole_catalogue(quiet);
+  EXPECT_EQ(quiet.verdict, Verdict::adequate);
+  expect_whole_catalogue(of_decay(0.05, 1.0));
+}
+
+// Ranges of the catalogue are metres': in other units some effects cannot be computed. They are
+// not ranked as if they had been.
+TEST(NotTried, NamesWhatCouldNotBeComputed) {
+  const Diagnosis d = of_decay(0.05, 1e3);
+  expect_whole_catalogue(d);
+  const auto found = std::find_if(d.not_tried.begin(), d.not_tried.end(), [](const NotTried& n) {
+    return n.name == "presliding_friction";
+  });
+  ASSERT_NE(found, d.not_tried.end());
+  EXPECT_TRUE(found->failed);
+  EXPECT_THAT(found->reason, ::testing::HasSubstr("no motion through the record for run decay"));
+}
+
+}  // namespace
+}  // namespace shaker::estimator::discrepancy
