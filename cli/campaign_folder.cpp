@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "base/unit.hpp"
+#include "cli/campaign_place.hpp"
 #include "cli/campaign_units.hpp"
 #include "cli/csv.hpp"
 #include "config/campaign.hpp"
@@ -230,8 +231,7 @@ Result<Campaign> read_campaign_file(const std::filesystem::path& file, config::M
 Result<Campaign> read_campaign(const std::filesystem::path& path, config::ModelSpec& model) {
   std::error_code trouble;
   if (std::filesystem::is_directory(path, trouble)) return read_folder(path, model);
-  const auto extension = path.extension();
-  if (extension == ".db" || extension == ".sqlite") return read_database(path, model);
+  if (is_database(path)) return read_database(path, model);
   return invalid(path.string(), "is neither a campaign's folder nor a campaign database (.db)");
 }
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "cli/campaign_place.hpp"
 #include "cli/csv.hpp"
 #include "cli/run_data.hpp"
 #include "config/campaign.hpp"
@@ -257,6 +258,7 @@ std::optional<double> mass_of(const std::filesystem::path& database) {
 Result<ChannelInput> read_channels(const InputOptions& options,
                                    const std::vector<std::string>& channels,
                                    std::optional<double> mass) {
+  if (auto good = expect_file(options.file); !good) return good.error();
   if (!mass && is_database(options.file)) mass = mass_of(options.file);
   auto described = describe(channels, mass);
   if (!described) return described.error();

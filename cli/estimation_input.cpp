@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/campaign_place.hpp"
 #include "cli/run_data.hpp"
 #include "cli/run_over_periods.hpp"
 
@@ -105,14 +106,10 @@ Result<void> check_units(const config::ModelSpec& model) {
   return {};
 }
 
-bool is_database(const std::filesystem::path& file) {
-  const auto extension = file.extension();
-  return extension == ".db" || extension == ".sqlite";
-}
-
 Result<EstimationInput> read_estimation_input(const InputOptions& options) {
   const auto periods = parse_periods(options.periods);
   if (!periods) return periods.error();
+  if (auto good = expect_file(options.file); !good) return good.error();
   auto input = is_database(options.file) ? read_database(options, *periods)
                                          : read_csv_run(options, *periods);
   if (!input) return input;

@@ -33,8 +33,6 @@ struct EstimationInput {
 // Returns an Error when length unit and gravity belong to different systems of units.
 Result<void> check_units(const config::ModelSpec& model);
 
-bool is_database(const std::filesystem::path& file);  // by its name
-
 // An Error names the file and what is missing or wrong.
 Result<EstimationInput> read_estimation_input(const InputOptions& options);
 

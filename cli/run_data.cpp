@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "cli/campaign_place.hpp"
 #include "cli/run_over_periods.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/objectives/harmonic_data.hpp"
@@ -287,6 +288,7 @@ Result<CsvTable> read_run_table(const std::filesystem::path& file) {
 
 Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics,
                                         const PeriodsOfRuns& periods) {
+  if (auto good = expect_file(file); !good) return good.error();
   const auto reader = record::CampaignReader::open(file);
   if (!reader) return reader.error();
   const auto campaign = reader->campaign();

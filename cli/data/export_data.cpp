@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "cli/campaign_place.hpp"
+
 namespace shaker::cli {
 namespace {
 
@@ -36,6 +38,7 @@ double ExportRun::mean_frequency() const {
 }
 
 Result<ExportData> read_export(const std::filesystem::path& database, const ExportWanted& wanted) {
+  if (auto good = expect_file(database); !good) return good.error();
   const auto reader = record::CampaignReader::open(database);
   if (!reader) return reader.error();
   const auto campaign = reader->campaign();

@@ -50,6 +50,33 @@ class Usage(Scratch):
         self.assertEqual(error["exit_code"], 3)
 
 
+class Folders(Scratch):
+    CHANNELS = ("--channels", "displacement,force", "--objective", "maximum_likelihood")
+    COMMANDS = (("estimate",), ("estimate", *CHANNELS), ("compare",), ("export",),
+                ("drop", "--sink-speed", "3", "--campaign"))
+
+    def refused(self, *words):
+        result = run(*words)
+        self.assertEqual(result.returncode, 2, result.stdout)
+        return result.stderr
+
+    def test_a_folder_in_place_of_a_database_is_told_with_what_to_give(self):
+        for command in self.COMMANDS:
+            with self.subTest(command=command):
+                (self.path / "empty").mkdir(exist_ok=True)
+                self.assertIn("empty: is a folder without a campaign; give a campaign database (.db)",
+                              self.refused(*command, self.path / "empty"))
+                for day in ("01", "02"):
+                    self.write(f"demo_202603{day}T120000Z.db", "")
+                self.assertIn(f"the newest is {self.path}/demo_20260302T120000Z.db",
+                              self.refused(*command, self.path))
+                recorded = self.path / "recorded"
+                recorded.mkdir(exist_ok=True)
+                (recorded / "campaign.json").write_text("{}")
+                self.assertIn("is a folder with a recorded campaign, which `shakerctl diagnose` reads",
+                              self.refused(*command, recorded))
+
+
 class Check(Scratch):
     def test_every_example_is_good(self):
         for path in sorted(EXAMPLES.glob("*.json")):
