@@ -7,6 +7,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "report/text_table.hpp"
+
 namespace shaker::report {
 namespace {
 
@@ -208,8 +210,9 @@ std::string effect_lines(const NamedEffect& e, const std::string& driven) {
   if (!e.meaning.empty()) text += fmt::format("  {}\n", e.meaning);
   text += fmt::format("  where: {}\n", e.where);
   for (const auto& p : e.parameters)
-    text += fmt::format("  {} = {:.5g} {} (95 %: {:.5g} to {:.5g})\n", p.name, p.value, p.unit,
-                        p.lower, p.upper);
+    text += fmt::format(
+        "  {} = {} {} (95 %: {} to {})\n", p.name, with_error(p.value, p.standard_error), p.unit,
+        rounded_to(p.lower, p.standard_error), rounded_to(p.upper, p.standard_error));
   if (!e.confusable_with.empty())
     text += fmt::format("  this campaign cannot tell it from: {}\n",
                         fmt::join(e.confusable_with, ", "));

@@ -77,11 +77,21 @@ Result<void> prepare_diagnosis(const std::filesystem::path& folder,
   return {};
 }
 
+std::vector<std::filesystem::path> earlier_diagnosis(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> found;
+  for (const char* name : kFiles) {
+    std::error_code none;
+    if (std::filesystem::is_regular_file(folder / name, none)) found.push_back(folder / name);
+  }
+  return found;
+}
+
 Result<void> write_diagnosis(const std::filesystem::path& folder,
-                             const estimator::discrepancy::Diagnosis& diagnosis) {
+                             const estimator::discrepancy::Diagnosis& diagnosis,
+                             const TitleBlock& title) {
   if (auto made = make_folder(folder); !made) return made;
   const std::string texts[] = {diagnosis_json(diagnosis), config::to_json_text(diagnosis.improved),
-                               diagnosis_page(diagnosis)};
+                               diagnosis_page(diagnosis, title)};
   for (std::size_t i = 0; i < std::size(kFiles); ++i) {
     if (auto done = write_file(folder / kFiles[i], texts[i]); !done) return done;
   }

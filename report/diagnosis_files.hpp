@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "base/result.hpp"
 #include "estimator/discrepancy/diagnosis.hpp"
+#include "report/diagnosis_page.hpp"
 
 namespace shaker::report {
 
@@ -13,9 +15,13 @@ namespace shaker::report {
 Result<void> prepare_diagnosis(const std::filesystem::path& folder,
                                const std::filesystem::path& model);
 
+// The files of an earlier diagnosis in the folder, which write_diagnosis replaces.
+std::vector<std::filesystem::path> earlier_diagnosis(const std::filesystem::path& folder);
+
 // Creates the folder and replaces existing files; each file is replaced completely or not at
 // all. An Error names the file and the message of the system.
 Result<void> write_diagnosis(const std::filesystem::path& folder,
-                             const estimator::discrepancy::Diagnosis& diagnosis);
+                             const estimator::discrepancy::Diagnosis& diagnosis,
+                             const TitleBlock& title = {});
 
 }  // namespace shaker::report

@@ -26,6 +26,7 @@ h1{font-size:1.5em;margin:0 0 .2em}h2{font-size:1.15em;margin:1.8em 0 .5em}
 table{border-collapse:collapse;margin:.5em 0}th,td{padding:.25em .8em;text-align:left;border-bottom:1px solid #ddd;vertical-align:top}
 th{border-bottom:2px solid #888;font-weight:600}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
 .pictures{display:flex;flex-wrap:wrap;gap:1em}.note{color:#555}code{font-size:.95em}
+.title th,.title td{padding:0 1em 0 0;border:0;color:#555}
 details{margin:.6em 0}summary{cursor:pointer}
 @media print{body{margin:0;max-width:none;font-size:11px}.pictures svg{width:48%;height:auto}h2,table,svg{break-inside:avoid}details::details-content{content-visibility:visible}}
 )";
@@ -57,8 +58,21 @@ std::string parameter_words(const ParameterEstimate& p) {
   std::string text = fmt::format("{} = {}{}", p.name, with_error(p.value, p.standard_error),
                                  p.unit.empty() || p.unit == "-" ? "" : " " + p.unit);
   if (std::isfinite(p.lower) && std::isfinite(p.upper) && !p.fixed)
-    text += fmt::format(" (95 %: {} to {})", number(p.lower), number(p.upper));
+    text += fmt::format(" (95 %: {} to {})", rounded_to(p.lower, p.standard_error),
+                        rounded_to(p.upper, p.standard_error));
   return p.fixed ? text + ", fixed" : text;
+}
+
+std::string title_table(const Diagnosis& d, const TitleBlock& title) {
+  std::string text = "<table class=\"title\">\n";
+  const auto row = [&](const std::string& label, const std::string& said) {
+    if (said.empty()) return;
+    text += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", escaped(label), escaped(said));
+  };
+  row("model", d.model);
+  for (const auto& [label, said] : title)
+    row(label, said);
+  return text + "</table>\n";
 }
 
 std::string effect_section(const NamedEffect& effect, const Shown& driven) {
@@ -249,14 +263,14 @@ std::string diagnosis_sentence(const Diagnosis& d) {
       names_of(d), after, before);
 }
 
-std::string diagnosis_page(const Diagnosis& d) {
+std::string diagnosis_page(const Diagnosis& d, const TitleBlock& title) {
   std::string page = fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
       "<meta name=\"viewport\" content=\"width=device-width\"><title>{}: {}</title>"
-      "<style>{}{}</style></head><body>\n<h1>{}</h1>\n<p class=\"note\">Model {}</p>\n"
+      "<style>{}{}</style></head><body>\n<h1>{}</h1>\n{}"
       "<p class=\"verdict {}\">{}</p>\n",
       escaped(d.campaign), name(d.verdict), kStyle, plot_style(),
-      escaped(d.campaign.empty() ? "Diagnosis of a campaign" : d.campaign), escaped(d.model),
+      escaped(d.campaign.empty() ? "Diagnosis of a campaign" : d.campaign), title_table(d, title),
       name(d.verdict), escaped(diagnosis_sentence(d)));
   if (!d.warnings.empty()) {
     page += "<ul>\n";

@@ -4,12 +4,18 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "estimator/discrepancy/diagnosis.hpp"
 
 namespace shaker::report {
 
-std::string diagnosis_page(const estimator::discrepancy::Diagnosis& diagnosis);
+// The rows of the title block, a label and a text each. A row without a text is left out.
+using TitleBlock = std::vector<std::pair<std::string, std::string>>;
+
+std::string diagnosis_page(const estimator::discrepancy::Diagnosis& diagnosis,
+                           const TitleBlock& title = {});
 
 // The page's first sentence: "coulomb_friction was missing: with it the gap shrinks from 12.4 to
 // 1.02 times the noise floor."

@@ -18,6 +18,7 @@
 #include "base/heap.hpp"
 #include "base/sanitizer.hpp"
 #include "cli/commands.hpp"
+#include "cli/diagnosis_title.hpp"
 #include "config/campaign.hpp"
 #include "estimator/discrepancy/diagnose.hpp"
 #include "record/accepted_cycles.hpp"
@@ -94,7 +95,7 @@ Result<config::ModelSpec> model_of(const Json& job, const record::CampaignRow& r
   return model;
 }
 
-Result<Diagnosis> find(const Json& job, std::string& name) {
+Result<Diagnosis> find(const Json& job, std::string& name, report::TitleBlock& title) {
   const std::filesystem::path database = job.at("database").get<std::string>();
   name = database.stem().string();  // until it is read from the database
   tell(name, "reading", 0.0);
@@ -103,6 +104,7 @@ Result<Diagnosis> find(const Json& job, std::string& name) {
   const auto row = reader->campaign();
   if (!row) return row.error();
   name = row->name;
+  title = title_of(database, *row);
   const auto model = model_of(job, *row, database.filename().string());
   if (!model) return model.error();
   const auto campaign = campaign_of(*reader, *row);
@@ -119,14 +121,15 @@ Result<Diagnosis> find(const Json& job, std::string& name) {
 
 void work(const Json& job, Json& result) {
   std::string name;
-  const auto found = find(job, name);
+  report::TitleBlock title;
+  const auto found = find(job, name, title);
   result["campaign"] = name;
   if (!found) {
     result["reason"] = found.error().what;
     return;
   }
   const std::filesystem::path folder = job.at("folder").get<std::string>();
-  if (auto written = report::write_diagnosis(folder, *found); !written) {
+  if (auto written = report::write_diagnosis(folder, *found, title); !written) {
     result["reason"] = written.error().what;
     return;
   }

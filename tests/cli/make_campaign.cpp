@@ -1,8 +1,8 @@
-// make_campaign DIRECTORY TABLE.csv MODEL.json [RAW.csv]: writes a campaign database and prints its
-// path.
+// make_campaign DIRECTORY TABLE.csv MODEL.json [RAW.csv | CYCLES]: writes a campaign database and
+// prints its path.
 //
 // A line of TABLE.csv is a run: frequency,amplitude,u0,u1,... without a header. Every run gets
-// three accepted cycles (the displacement of the table with +1e-5, -1e-5 and 0 added at every
+// CYCLES (three) accepted cycles (the displacement of the table with +1e-5, -1e-5 and 0 added at every
 // other point) and one cycle that was left out. It also gets three raw samples, or those of
 // RAW.csv, which has a column t and one for each channel, with its name.
 #include <cstdio>
@@ -17,15 +17,16 @@ namespace {
 
 using namespace shaker;
 
-record::CycleRow cycle_of(const std::vector<double>& row, int run, int index) {
+record::CycleRow cycle_of(const std::vector<double>& row, int run, int index, int accepted) {
   record::CycleRow cycle;
   cycle.run = run;
   cycle.index = index + 5;  // settling took five cycles
-  cycle.accepted = index < 3;
+  cycle.accepted = index < accepted;
   cycle.frequency_hz = row[0];
   cycle.amplitude = row[1];
   cycle.displacement.assign(row.begin() + 2, row.end());
-  const double shift = index == 0 ? 1e-5 : index == 1 ? -1e-5 : index == 2 ? 0.0 : 1.0;
+  constexpr double kShifts[] = {1e-5, -1e-5, 0.0};
+  const double shift = cycle.accepted ? kShifts[index % 3] : 1.0;
   for (std::size_t i = 0; i < cycle.displacement.size(); i += 2)
     cycle.displacement[i] += shift;
   return cycle;
@@ -74,6 +75,9 @@ int main(int argc, char** argv) {
   campaign.auxiliary = {{protocol::Channel::aux1, {"gas_pressure", "Pa"}}};
   auto writer = record::CampaignWriter::create(argv[1], campaign);
   if (!writer) return trouble(writer.error());
+  const std::string more = argc == 5 ? argv[4] : "";
+  const bool raw = more.ends_with(".csv");
+  const int accepted = raw || more.empty() ? 3 : std::stoi(more);
   std::ifstream table(argv[2]);
   int run = 0;
   for (std::string line; std::getline(table, line); ++run) {
@@ -81,16 +85,16 @@ int main(int argc, char** argv) {
     std::istringstream fields(line);
     for (std::string field; std::getline(fields, field, ',');)
       row.push_back(std::stod(field));
-    auto done = writer->add_run({run, "r0" + std::to_string(run + 1), row[0], row[1], 3});
-    for (int index = 0; done && index < 4; ++index) {
-      done = writer->add_cycle(cycle_of(row, run, index));
+    auto done = writer->add_run({run, "r0" + std::to_string(run + 1), row[0], row[1], accepted});
+    for (int index = 0; done && index <= accepted; ++index) {
+      done = writer->add_cycle(cycle_of(row, run, index, accepted));
     }
     const record::SampleRow samples[] = {{1'000'000'000, 0.125, protocol::Channel::displacement, 0},
                                          {1'001'000'000, -2.5, protocol::Channel::excitation, 1},
                                          {1'002'000'000, 1e6, protocol::Channel::aux1, 0}};
     if (done)
-      done = argc == 5 ? writer->add_samples(run, samples_of(argv[4]))
-                       : writer->add_samples(run, samples);
+      done =
+          raw ? writer->add_samples(run, samples_of(argv[4])) : writer->add_samples(run, samples);
     if (!done) return trouble(done.error());
   }
   if (auto done = writer->finish("success", "2026-03-01T12:01:00.000Z"); !done) {

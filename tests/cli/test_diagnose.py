@@ -3,24 +3,31 @@ import json
 import math
 import os
 import resource
+import subprocess
 import unittest
 
-from support import Scratch, run
+from support import MAKE_CAMPAIGN, Scratch, run
 
 MODEL = {"name": "linear", "effects": [
     {"effect": "viscous_damping", "parameters": {"c": {"start": 3}}},
     {"effect": "linear_stiffness", "parameters": {"k": {"start": 120}}}]}
 
 
-def response(frequency, damping=2.0, stiffness=100.0, amplitude=2.0):
-    """Of the linear oscillator in closed form, with noise that repeats."""
+def stroke(frequency, t, damping=2.0, stiffness=100.0, amplitude=2.0):
+    """Of the linear oscillator in closed form."""
     omega = 2 * math.pi * frequency
     phasor = amplitude / complex(stiffness - omega * omega, omega * damping)
+    return abs(phasor) * math.cos(omega * t + math.atan2(phasor.imag, phasor.real))
+
+
+def response(frequency, amplitude=2.0):
+    """The stroke, with noise that repeats."""
+    omega = 2 * math.pi * frequency
     lines = ["t,excitation,displacement"]
     for i in range(1500):
         t = i / (100 * frequency)
         noise = 1e-5 * math.sin(12345.678 * i * i)
-        u = abs(phasor) * math.cos(omega * t + math.atan2(phasor.imag, phasor.real)) + noise
+        u = stroke(frequency, t) + noise
         lines.append(f"{t:.9f},{amplitude * math.cos(omega * t):.9f},{u:.9f}")
     return "\n".join(lines) + "\n"
 
@@ -46,6 +53,37 @@ class Diagnose(Scratch):
         self.assertEqual(json.loads(result.stdout), written)
         self.assertEqual(sorted(p.name for p in (self.path / "new/out").iterdir()),
                          ["diagnosis.json", "model.json", "report.html"])
+
+    def test_it_says_that_an_earlier_diagnosis_will_be_replaced(self):
+        first, second = (self.diagnose("--out", self.path / "out", "--json") for _ in range(2))
+        self.assertEqual(first.stderr, "")
+        self.assertEqual(second.stderr, f"shakerctl: {self.path}/out holds an earlier diagnosis: diagnosis.json, "
+                                        "model.json, report.html will be replaced\n")
+        self.assertEqual(json.loads(second.stdout)["verdict"], "adequate")
+
+    def test_the_report_says_when_and_of_what_it_is(self):
+        self.diagnose("--out", self.path / "out")
+        page = (self.path / "out/report.html").read_text()
+        self.assertIn(f"<th>data</th><td>{self.path.resolve()}</td>", page)
+        self.assertRegex(page, r"<th>diagnosed</th><td>20\d\d-\d\d-\d\d \d\d:\d\d:\d\d UTC by shakerctl \d")
+
+    def test_a_folder_does_not_know_its_model(self):
+        result = run("diagnose", self.path)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("only a campaign database (.db) knows its model; give --model", result.stderr)
+
+    def test_a_database_brings_its_own_model(self):
+        table = self.write("table.csv", "".join(
+            f"{f},2.0," + ",".join(f"{stroke(f, i / 64 / f):.12f}" for i in range(64)) + "\n" for f in (0.8, 1.3, 2.1)))
+        made = subprocess.run([MAKE_CAMPAIGN, self.path, table, self.model, "12"], check=True, capture_output=True, text=True)
+        database = made.stdout.strip()
+        result = run("diagnose", database, "--out", self.path / "out", "--json",
+                     env={**os.environ, "XDG_CACHE_HOME": str(self.path / "cache")})
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(json.loads(result.stdout)["model"], "linear")
+        page = (self.path / "out/report.html").read_text()
+        self.assertIn("<th>rig</th><td>none</td>", page)
+        self.assertIn("<td>2026-03-01 12:00:00 UTC to 2026-03-01 12:01:00 UTC, success</td>", page)
 
     def test_the_model_that_is_diagnosed_is_not_replaced(self):
         (self.path / "other").mkdir()

@@ -85,6 +85,23 @@ TEST(DiagnosisPage, MapsTheMissingForceOverTheStroke) {
 }
 
 // A load cell or an imposed motion has no phase plane.
+// 0.2000 ± 0.0010 with an interval of "0.2 to 0.2" would be no interval.
+TEST(DiagnosisPage, RoundsAnIntervalByTheStandardError) {
+  Diagnosis d = friction_found();
+  d.effects[0].parameters[0].lower = 0.19804;
+  d.effects[0].parameters[0].upper = 0.20196;
+  d.effects[0].parameters[0].standard_error = 0.00001;
+  EXPECT_THAT(diagnosis_page(d), HasSubstr("(95 %: 0.198040 to 0.201960)"));
+}
+
+TEST(DiagnosisPage, HasATitleBlock) {
+  const std::string page =
+      diagnosis_page(friction_found(), {{"rig", "bench <2>"}, {"specimen", ""}});
+  EXPECT_THAT(page, HasSubstr("<th>model</th><td>oleo</td>"));
+  EXPECT_THAT(page, HasSubstr("<th>rig</th><td>bench &lt;2&gt;</td>"));
+  EXPECT_THAT(page, Not(HasSubstr("specimen")));
+}
+
 TEST(DiagnosisPage, DrawsThePhasePlaneWhereAMotionIsPredicted) {
   Diagnosis d = friction_found();
   EXPECT_THAT(diagnosis_page(d), HasSubstr("Run r01: phase plane"));
