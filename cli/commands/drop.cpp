@@ -12,12 +12,12 @@
 
 #include "cli/commands.hpp"
 #include "cli/documents_in.hpp"
+#include "cli/drop_picture.hpp"
 #include "cli/run_data.hpp"
 #include "config/model.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/worth/second_order.hpp"
 #include "report/estimate_document.hpp"
-#include "report/plot/plot.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::cli {
@@ -203,6 +203,15 @@ std::string unit_of(std::size_t figure, const std::string& length, bool newton) 
   return f.length == 2 ? length + "^2/s^2" : length + "/s^2";
 }
 
+// With the mass, loads are in N and energies in J.
+std::string label_of(std::size_t figure, bool newton) {
+  constexpr std::string_view kPerMass = " per mass";
+  std::string label = kDropFigures[figure].label;
+  if (const auto at = label.find(kPerMass); newton && at != std::string::npos)
+    label.erase(at, kPerMass.size());
+  return label;
+}
+
 struct Sheet {
   const DropPrediction* drop = nullptr;
   const std::vector<double>* truth = nullptr;
@@ -227,7 +236,7 @@ void print(const Sheet& sheet, const std::vector<std::string>& warnings) {
   for (std::size_t f = 0; f < kDropFigureCount; ++f) {
     const DropBand& b = sheet.drop->bands[f];
     const double k = sheet.scale(f), error = k * b.error;
-    std::vector<std::string> row = {kDropFigures[f].label};
+    std::vector<std::string> row = {label_of(f, sheet.mass.has_value())};
     if (!std::isfinite(b.value)) {
       row.insert(row.end(), {"-", "-", "-"});
     } else if (sheet.band && error > 0.0) {
@@ -287,34 +296,6 @@ OrderedJson to_json(const Sheet& sheet, const DropOptions& options, const std::s
   return out;
 }
 
-// The load over time with its 95 % band.
-std::string picture(const Sheet& sheet, const estimator::DropHistory* truth, double sink_speed) {
-  const auto& h = sheet.drop->run.history;
-  const double k = sheet.mass.value_or(1.0);
-  report::Plot plot;
-  plot.title = fmt::format("Predicted drop at {:g} {}/s: load over time", sink_speed, sheet.length);
-  plot.x.label = "time, s";
-  plot.y.label = sheet.mass ? "load, N" : fmt::format("load per mass, {}/s^2", sheet.length);
-  report::Curve load{"predicted", h.t, {}, report::Ink::first, report::Stroke::line};
-  report::Band band{"95 %", h.t, {}, {}, report::Ink::first};
-  for (std::size_t i = 0; i < h.t.size(); ++i) {
-    load.y.push_back(k * h.load[i]);
-    if (!sheet.band) continue;
-    band.lower.push_back(k * (h.load[i] - 1.96 * h.load_error[i]));
-    band.upper.push_back(k * (h.load[i] + 1.96 * h.load_error[i]));
-  }
-  if (sheet.band) plot.bands.push_back(std::move(band));
-  plot.curves.push_back(std::move(load));
-  if (truth != nullptr) {
-    report::Curve other{"truth", truth->t, {}, report::Ink::second, report::Stroke::dashed};
-    for (const double value : truth->load)
-      other.y.push_back(k * value);
-    plot.curves.push_back(std::move(other));
-  }
-  plot.marks.push_back({"peak stroke", sheet.drop->run.figures[1], true});
-  return report::svg_file(report::to_svg(plot));
-}
-
 }  // namespace
 
 int drop(const Common& common, const DropOptions& options) {
@@ -357,7 +338,8 @@ int drop(const Common& common, const DropOptions& options) {
     sheet.band = !uncertainty.covariance.empty();
     if (!options.svg.empty()) {
       std::ofstream out(options.svg);
-      out << picture(sheet, truth ? &truth->history : nullptr, options.sink_speed);
+      out << drop_picture(sheet.drop->run, truth ? &truth->history : nullptr,
+                          {options.sink_speed, options.mass, sheet.length});
       if (!out.flush())
         return fail(common, kBadInput, fmt::format("{}: cannot be written", options.svg.string()));
     }

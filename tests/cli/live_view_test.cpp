@@ -14,7 +14,7 @@ using ::testing::Not;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
-Json state(const char* name, Json more = Json::object()) {
+Json rig_state(const char* name, Json more = Json::object()) {
   Json document = {{"type", "state"}, {"state", name}, {"reason", ""}};
   document.update(more);
   return document;
@@ -50,7 +50,7 @@ std::vector<std::string> texts(const LiveView& view) {
 TEST(LiveView, ShowsAnAlarmAboveAnEstimateThatIsTallerThanTheTerminal) {
   LiveView view;
   view.take({{"type", "version"}, {"program", "shakerd"}, {"version", "1"}, {"rig", "r"}});
-  view.take(state("MEASURE"));
+  view.take(rig_state("MEASURE"));
   view.take(estimate());
   EXPECT_FALSE(view.take(alarm("warning", "slow_sensor")));
   EXPECT_TRUE(view.take(alarm("error", "emergency_stop"))) << "the bell rings";
@@ -63,7 +63,7 @@ TEST(LiveView, ShowsAnAlarmAboveAnEstimateThatIsTallerThanTheTerminal) {
 
 TEST(LiveView, KeepsAnAlarmUntilItIsAcknowledged) {
   LiveView view;
-  view.take(state("FAULT"));
+  view.take(rig_state("FAULT"));
   view.take(alarm("error", "stroke_limit"));
   for (int i = 0; i < 20; ++i) {  // many things happen meanwhile
     view.take(alarm("error", "stroke_limit"));
@@ -71,27 +71,27 @@ TEST(LiveView, KeepsAnAlarmUntilItIsAcknowledged) {
     view.take(alarm("info", "note"));
   }
   EXPECT_THAT(texts(view), Contains("ALARM since 12:34:56 UTC, 21 times: the text"));
-  view.take(state("FAULT", {{"reason", "again"}}));
+  view.take(rig_state("FAULT", {{"reason", "again"}}));
   EXPECT_THAT(texts(view), Contains(HasSubstr("ALARM")));
-  view.take(state("IDLE"));
+  view.take(rig_state("IDLE"));
   EXPECT_THAT(texts(view), Not(Contains(HasSubstr("ALARM"))));
 }
 
 TEST(LiveView, ForgetsTheCampaignBeforeWhenTheNextBegins) {
   LiveView view;
-  view.take(state("MEASURE"));
+  view.take(rig_state("MEASURE"));
   view.take(estimate());
   view.take(alarm("warning", "parameter_change"));
-  view.take(state("IDLE"));
+  view.take(rig_state("IDLE"));
   EXPECT_THAT(texts(view), Contains(HasSubstr("theta0")));
-  view.take(state("CHECK"));
+  view.take(rig_state("CHECK"));
   EXPECT_THAT(texts(view), Not(Contains(AnyOf(HasSubstr("theta0"), HasSubstr("warning")))));
 }
 
 TEST(LiveView, ShowsTheSetpointBesideWhatWasMeasuredAndNothingOfItAtRest) {
   LiveView view;
   const Json more = {{"frequency_hz", 2.0}, {"amplitude", 3.0}, {"progress", 0.5}, {"eta_s", 10}};
-  view.take(state("MEASURE", more));
+  view.take(rig_state("MEASURE", more));
   view.take({{"type", "run_start"},
              {"run", "slow"},
              {"run_index", 1},
@@ -103,17 +103,17 @@ TEST(LiveView, ShowsTheSetpointBesideWhatWasMeasuredAndNothingOfItAtRest) {
   const auto moving = texts(view);
   EXPECT_THAT(moving, Contains("setpoint 2 Hz, 3 m/s^2   measured 2.0001 Hz, 2.95 m/s^2"));
   EXPECT_THAT(moving, Contains("run 2 of 4, slow: 1 of 20 cycles accepted, 0 left out"));
-  view.take(state("IDLE", more));
+  view.take(rig_state("IDLE", more));
   for (const char* gone : {"setpoint", "ETA", "measured"})
     EXPECT_THAT(texts(view), Not(Contains(HasSubstr(gone)))) << gone;
 }
 
 TEST(LiveView, SaysFirstThatTheDaemonIsGone) {
   LiveView view;
-  view.take(state("MEASURE"));
+  view.take(rig_state("MEASURE"));
   view.set_lost("nobody listens");
   EXPECT_THAT(texts(view).front(), StartsWith("NO CONNECTION: nobody listens"));
-  view.take(state("IDLE"));
+  view.take(rig_state("IDLE"));
   EXPECT_THAT(texts(view), Not(Contains(HasSubstr("NO CONNECTION"))));
 }
 

@@ -68,6 +68,14 @@ class Drop(unittest.TestCase):
                                THETA[0] * SPEED ** 2 + THETA[1] - GRAVITY, delta=1e-3)
         self.assertIn("<svg", picture.read_text())
 
+    def test_loads_are_not_per_mass_where_a_mass_is_given(self):
+        words = ("drop", "--model", self.model, "--sink-speed", SPEED)
+        self.assertIn("peak load per mass ", run(*words).stdout)
+        result = run(*words, "--mass", 100)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertNotIn("per mass", result.stdout)
+        self.assertRegex(result.stdout, r"peak load +\d+ .* N\n")
+
     def test_says_what_is_missing(self):
         for words, sentence in (
                 (("estimate", self.record, "--transient"), "--model"),
