@@ -25,6 +25,7 @@ struct WatchOptions {
 };
 struct RunOptions {
   std::filesystem::path campaign;
+  bool quiet = false;  // no bar, and no line for a cycle or an estimate
 };
 struct ProveOptions {
   double frequency_hz = 0.0, amplitude = 0.0;  // Hz, m/s^2

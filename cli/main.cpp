@@ -76,6 +76,7 @@ void add_online(CLI::App& app, Options& o) {
                       [&o] { return run(o.common, o.run); });
   add_socket(running, o);
   running->add_option("campaign", o.run.campaign, "Campaign file")->required();
+  running->add_flag("--quiet", o.run.quiet, "No bar, and no line for a cycle or an estimate");
   running->footer(
       "Takes control, starts, and keeps the lease: when this program ends or hangs, the\n"
       "daemon ramps down. Ctrl-C stops and waits for the ramp; a second one leaves.");

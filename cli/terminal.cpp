@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
@@ -37,6 +38,15 @@ std::string clipped(const std::string& text, int width) {
     if (starts && seen++ == width) return text.substr(0, i);
   }
   return text;
+}
+
+std::string fitted(const std::string& text, int width) {
+  if (clipped(text, width) == text) return text;
+  constexpr std::string_view kMore = ", ...";
+  std::string part = clipped(text, width - static_cast<int>(kMore.size()) + 2);
+  const auto comma = part.rfind(", ");
+  if (comma == std::string::npos) return clipped(text, width);
+  return part.substr(0, comma).append(kMore);
 }
 
 std::string progress_bar(double fraction, int width) {

@@ -11,6 +11,9 @@ int terminal_width();  // 80 when unknown
 // The first `width` characters of UTF-8 text.
 std::string clipped(const std::string& text, int width);
 
+// The text, or as many of its entries (", ") as fit into `width`, and "...".
+std::string fitted(const std::string& text, int width);
+
 // "[#########.......]  56 %"
 std::string progress_bar(double fraction, int width);
 

@@ -25,8 +25,13 @@ constexpr double kLastEstimateS = 2.0;  // how long to wait at rest for the last
 
 class Campaign {
  public:
-  Campaign(const Common& common, StreamClient& client, const config::CampaignSpec& spec)
-      : common_(common), client_(client), progress_(spec), terminal_(stdout_is_terminal()) {}
+  // `quiet`: no bar, and no line for a cycle or an estimate.
+  Campaign(const Common& common, StreamClient& client, const config::CampaignSpec& spec, bool quiet)
+      : common_(common),
+        client_(client),
+        progress_(spec),
+        bar_wanted_(!quiet && !common.json && stdout_is_terminal()),
+        steps_wanted_(!quiet && !stdout_is_terminal()) {}
 
   // `method` starts the motion. `estimates`: the campaign must end with a usable estimate.
   int run(const char* method, const Json& params, bool estimates);
@@ -46,7 +51,7 @@ class Campaign {
   const Common& common_;
   StreamClient& client_;
   CampaignProgress progress_;
-  bool terminal_, bar_drawn_ = false, lease_lost_ = false;
+  bool bar_wanted_, steps_wanted_, bar_drawn_ = false, lease_lost_ = false;
   int interrupts_heeded_ = 0;
   std::string state_told_;
   double lease_s_ = 2.0, renewed_ = 0.0, drawn_ = -1.0;
@@ -109,10 +114,11 @@ void Campaign::take(const std::string& line) {
   }
 }
 
-// On a terminal the bar shows cycles and estimates; otherwise each has a line.
+// On a terminal the bar shows state, cycles and estimates; otherwise each has a line.
 void Campaign::show(const Json& document) {
   const std::string type = text_of(document, "type");
-  if (terminal_ && (type == "cycle" || type == "estimate" || type == "state")) return;
+  if (!steps_wanted_ && (type == "cycle" || type == "estimate")) return;
+  if (bar_wanted_ && type == "state") return;
   const std::string text = narrate(document);
   if (text.empty()) return;
   // The state is published every second; it is printed only when it has changed.
@@ -129,15 +135,16 @@ void Campaign::clear_bar() {
 }
 
 void Campaign::draw_bar() {
-  if (!terminal_ || common_.json || now() - drawn_ < 0.2) return;
+  if (!bar_wanted_ || now() - drawn_ < 0.2) return;
+  const int width = terminal_width() - 1;
   const std::string estimate =
       progress_.last_estimate().is_null()
           ? ""
           : report::estimate_line(estimate_from(progress_.last_estimate()));
   const std::string text =
-      fmt::format("{}  ETA {}  {}  {}", progress_bar(progress_.fraction(), 20),
+      fmt::format("{}  ETA {}  {}  {}", progress_bar(progress_.fraction(), width / 8),
                   report::duration(progress_.eta_s(now())), progress_.status_line(), estimate);
-  fmt::print("\r{}\x1b[K", clipped(printable(text), terminal_width() - 1));
+  fmt::print("\r{}\x1b[K", fitted(printable(text), width));
   std::fflush(stdout);
   drawn_ = now();
   bar_drawn_ = true;
@@ -211,7 +218,8 @@ int run(const Common& common, const RunOptions& options) {
   if (!client) return unreachable(common, client.error());
   count_interrupts();
   const Json spec = Json::parse(config::to_json_text(*campaign));
-  return Campaign(common, *client, *campaign).run("campaign.start", {{"campaign", spec}}, true);
+  return Campaign(common, *client, *campaign, options.quiet)
+      .run("campaign.start", {{"campaign", spec}}, true);
 }
 
 int prove_deadman(const Common& common, const ProveOptions& options) {
@@ -221,7 +229,7 @@ int prove_deadman(const Common& common, const ProveOptions& options) {
   auto client = StreamClient::connect(common.socket);
   if (!client) return unreachable(common, client.error());
   count_interrupts();
-  return Campaign(common, *client, proof)
+  return Campaign(common, *client, proof, false)
       .run("deadman.prove",
            {{"frequency_hz", options.frequency_hz}, {"amplitude", options.amplitude}}, false);
 }

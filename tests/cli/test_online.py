@@ -294,10 +294,10 @@ def play(end_state="IDLE", last="success", usable=True):
 
 
 class Run(Online):
-    def run_campaign(self, **answers):
+    def run_campaign(self, *words, **answers):
         answers = {name.replace("_", "."): each for name, each in answers.items()}
         daemon = self.serve(answers={"control.acquire": lambda _: {"lease_s": 0.2}, **answers})
-        return daemon, self.shakerctl("run", CAMPAIGN)
+        return daemon, self.shakerctl("run", CAMPAIGN, *words)
 
     def test_a_campaign_that_succeeds_is_0(self):
         daemon, result = self.run_campaign(campaign_start=play())
@@ -310,6 +310,16 @@ class Run(Online):
         campaign = daemon.requests[1]["params"]["campaign"]
         self.assertEqual(campaign["model"]["effects"][0]["effect"], "orifice_damping")
         self.assertEqual(len(campaign["runs"]), 2)
+
+    def test_quiet_leaves_out_the_lines_of_cycles_and_estimates(self):
+        _, result = self.run_campaign("--quiet", campaign_start=play())
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertNotIn("estimate from", result.stdout)
+        self.assertNotIn("cycle 0 of", result.stdout)
+        self.assertIn("run 2 of 2, fast: 2 Hz", result.stdout)
+        self.assertIn("run fast: success", result.stdout)
+        self.assertIn("16.667 ± 0.021", result.stdout)
+        self.assertTrue(result.stdout.endswith("The campaign is done.\n"))
 
     def test_a_run_that_fails_is_1_and_says_why(self):
         _, result = self.run_campaign(campaign_start=play(last="fail"))
