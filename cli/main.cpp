@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.hpp"
+#include "cli/completion.hpp"
 #include "cli/unknown_command.hpp"
 
 namespace {
@@ -261,8 +262,10 @@ void add_offline(CLI::App& app, Options& o) {
           [&o] { return diagnose(o.common, o.diagnose); });
   diagnosing->add_option("campaign", o.diagnose.campaign, "Folder with campaign.json, or FILE.db");
   diagnosing->add_option("--model", o.diagnose.model, "Model file to start from");
-  diagnosing->add_option("--out", o.diagnose.out,
-                         "Folder for diagnosis.json, the improved model.json and report.html");
+  diagnosing
+      ->add_option("--out", o.diagnose.out,
+                   "Folder for diagnosis.json, the improved model.json and report.html")
+      ->type_name(kFolderType);
   diagnosing->add_flag(
       "--daemon", o.diagnose.daemon,
       "Let the daemon do it, on a campaign of its own: CAMPAIGN is then a name\n"
@@ -281,7 +284,9 @@ void add_offline(CLI::App& app, Options& o) {
   auto* exporting = add(app, o, "export", "Write a campaign database as CSV, MAT or UFF",
                         [&o] { return export_runs(o.common, o.export_runs); });
   exporting->add_option("database", o.export_runs.database, "Campaign database")->required();
-  exporting->add_option("--directory", o.export_runs.directory, "Where to")->capture_default_str();
+  exporting->add_option("--directory", o.export_runs.directory, "Where to")
+      ->type_name(kFolderType)
+      ->capture_default_str();
   exporting
       ->add_option("--format", o.export_runs.format, "csv, mat (MATLAB 7.3), uff (data sets 58)")
       ->check(CLI::IsMember({"csv", "mat", "uff"}))
@@ -355,6 +360,7 @@ int main(int argc, char** argv) {
   add_online(app, options);
   add_offline(app, options);
   add_worth(app, options);
+  add_completion(app, options.action);
   if (argc > 1 && argv[1][0] != '-' && argv[1][0] != '\0') {
     std::vector<std::string> known;
     for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))

@@ -10,7 +10,7 @@ import struct
 import subprocess
 import unittest
 
-from support import DATA, MAKE_CAMPAIGN, ROOT, Scratch, run
+from support import DATA, MAKE_CAMPAIGN, Scratch, run
 
 KNOWN = json.loads((DATA / "multi_period" / "reference.json").read_text())
 NOISE = 2e-4
@@ -197,8 +197,7 @@ class Periods(Records):
 
     def test_the_option_is_offered(self):
         self.assertIn("--periods", run("estimate", "--help").stdout)
-        completion = (ROOT / "cli" / "shakerctl.bash").read_text()
-        self.assertRegex(completion, r"estimate\) options=.*--periods")
+        self.assertRegex(run("completion", "bash").stdout, r"(?s)    estimate\).*?options=\"[^\n]*--periods")
 
 
 class OfDatabases(Records):

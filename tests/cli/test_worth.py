@@ -166,8 +166,7 @@ class Intervals(unittest.TestCase):
         self.assertEqual(self.estimate(self.noisy(), "--intervals", "profile")["parameters"][0]["value"],
                          off["parameters"][0]["value"])
         self.assertEqual(run("estimate", self.folder / "run.csv", "--bias", "sometimes").returncode, 2)
-        completion = (ROOT / "cli" / "shakerctl.bash").read_text()
-        self.assertEqual(completion.count("--bias"), 4)
+        self.assertEqual(run("completion", "bash").stdout.count("--bias) _shakerctl_reply -W \"auto off always\""), 2)
 
     def test_choices_that_exclude_each_other_are_refused(self):
         file = self.folder / "run.csv"
