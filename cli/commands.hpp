@@ -111,6 +111,12 @@ struct DiagnoseCommandOptions {
   bool job = false;       // a job from the daemon, read from standard input
   bool daemon = false;    // the daemon does it; campaign: a name in its folder, or empty
 };
+struct CampaignsOptions {
+  std::filesystem::path directory = "/var/lib/shakerd";
+};
+struct ShowOptions {
+  std::filesystem::path file;
+};
 struct CheckOptions {
   std::filesystem::path file;
   std::filesystem::path rig;  // its limits are checked against a campaign; may be empty
@@ -134,6 +140,8 @@ int export_runs(const Common& common, const ExportOptions& options);
 int diagnose(const Common& common, const DiagnoseCommandOptions& options);
 int diagnose_job();  // started by the daemon: see daemon/workers/diagnosis_child.hpp
 int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& options);
+int campaigns(const Common& common, const CampaignsOptions& options);
+int show(const Common& common, const ShowOptions& options);
 int check(const Common& common, const CheckOptions& options);
 
 // Reports an error: `sentence` to stderr and, with `json`, as an object to stdout. Returns

@@ -21,9 +21,9 @@ Examples:
   shakerctl run campaign-demo.json             run it, with a progress bar; Ctrl-C ramps down
   shakerctl watch                              look on while somebody else runs one
   shakerctl stop                               ramp down, whoever is in control
-  shakerctl estimate /var/lib/shakerd/demo_20260301T120000Z.db
-  shakerctl estimate run.csv --model model-oleo.json --frequency 2 --amplitude 3 --json
-  shakerctl diagnose campaign/ --model model-oleo.json --out diagnosis/
+  shakerctl campaigns                          what has been measured
+  shakerctl estimate demo_20260301T120000Z.db  the estimate again, from its database
+  shakerctl diagnose campaign/ --model m.json  what does the model lack?
 
 Exit status: 0 done; 1 done, but the outcome is bad; 2 usage or a bad file; 3 no daemon;
 4 the daemon refused; 5 the estimate is not usable.)";
@@ -42,6 +42,8 @@ struct Options {
   ResponseOptions response;
   ExportOptions export_runs;
   DiagnoseCommandOptions diagnose;
+  CampaignsOptions campaigns;
+  ShowOptions show;
   CheckOptions check;
   std::function<int()> action;
 };
@@ -293,6 +295,14 @@ void add_offline(CLI::App& app, Options& o) {
       ->capture_default_str();
   exporting->add_flag("--samples", o.export_runs.samples, "Raw samples instead of cycles");
   exporting->add_flag("--all", o.export_runs.all, "Also cycles that were not accepted");
+  auto* listing = add(app, o, "campaigns", "List the campaigns of a directory, the newest last",
+                      [&o] { return campaigns(o.common, o.campaigns); });
+  listing->add_option("directory", o.campaigns.directory, "Of campaign databases")
+      ->type_name(kFolderType)
+      ->capture_default_str();
+  auto* showing = add(app, o, "show", "What a campaign database holds, and its last estimate",
+                      [&o] { return show(o.common, o.show); });
+  showing->add_option("file", o.show.file, "Campaign database")->required();
   auto* checking = add(app, o, "check", "Is a rig, model or campaign file good?",
                        [&o] { return check(o.common, o.check); });
   checking->add_option("file", o.check.file, "The file")->required();

@@ -1,10 +1,11 @@
 """shakerctl without a daemon: usage, checks of files, responses and the figures."""
 import json
 import os
+import subprocess
 import sys
 import unittest
 
-from support import DATA, EXAMPLES, OLEO_FEET, Scratch, run
+from support import DATA, EXAMPLES, MAKE_CAMPAIGN, OLEO_FEET, Scratch, run
 
 
 class Usage(Scratch):
@@ -12,7 +13,7 @@ class Usage(Scratch):
         result = run("--help")
         self.assertEqual(result.returncode, 0)
         for command in ("status", "watch", "run", "stop", "estop", "ack", "estimate", "compare", "reproduce",
-                        "export", "check", "monte-carlo", "plan"):
+                        "export", "check", "campaigns", "show", "monte-carlo", "plan"):
             self.assertIn(f"  {command} ", result.stdout)
             own = run(command, "--help")
             self.assertEqual(own.returncode, 0)
@@ -75,6 +76,47 @@ class Folders(Scratch):
                 (recorded / "campaign.json").write_text("{}")
                 self.assertIn("is a folder with a recorded campaign, which `shakerctl diagnose` reads",
                               self.refused(*command, recorded))
+
+
+class Campaigns(Scratch):
+    def make(self, folder):
+        folder.mkdir()
+        made = subprocess.run([MAKE_CAMPAIGN, folder, self.write("table.csv", "2,3" + 16 * ",0.1" + "\n"),
+                               EXAMPLES / "model-oleo.json"], check=True, capture_output=True, text=True)
+        return made.stdout.strip()
+
+    def test_are_listed_with_the_newest_last(self):
+        file = self.make(self.path / "data")
+        self.write("data/broken.db", "no database")
+        result = run("campaigns", self.path / "data")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stdout.splitlines()[-1],
+                         r"^2026-03-01 12:00:00 UTC  known +none +oleo +1  success +known_20260301T120000Z.db$")
+        self.assertIn("broken.db: is not a campaign database", result.stderr)
+        listed = json.loads(run("campaigns", self.path / "data", "--json").stdout)["campaigns"]
+        self.assertEqual([each.get("campaign") for each in listed], [None, "known"])
+        self.assertEqual(listed[1]["file"], file)
+
+    def test_an_empty_directory_has_none_and_a_missing_one_is_2(self):
+        (self.path / "empty").mkdir()
+        self.assertIn("empty holds no campaign yet.", run("campaigns", self.path / "empty").stdout)
+        result = run("campaigns", self.path / "missing")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("missing: No such file or directory", result.stderr)
+
+    def test_show_counts_the_cycles(self):
+        file = self.make(self.path / "data")
+        result = run("show", file)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("campaign known on rig none, model oleo\n"
+                      "measured 2026-03-01 12:00:00 UTC to 2026-03-01 12:01:00 UTC, success\n", result.stdout)
+        self.assertRegex(result.stdout, r"r01 +2 +3 +3 +1 +3\n")
+        shown = json.loads(run("show", file, "--json").stdout)
+        self.assertEqual(shown["runs"], [{"name": "r01", "frequency_hz": 2.0, "amplitude": 3.0, "cycles_wanted": 3,
+                                          "cycles_accepted": 3, "cycles_left_out": 1}])
+        self.assertIsNone(shown["estimate"])
+        self.assertEqual(run("show", self.path / "none.db").returncode, 2)
+        self.assertIn(f"the newest is {file}", run("show", self.path / "data").stderr)
 
 
 class Check(Scratch):

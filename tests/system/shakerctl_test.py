@@ -50,6 +50,9 @@ class Shakerctl(unittest.TestCase):
             truth = TRUTH[parameter["name"]]
             self.assertAlmostEqual(parameter["value"] / truth, 1.0, delta=0.02)
 
+        shown = subprocess.run([SHAKERCTL, "show", self.daemon.databases()[0], "--json"],
+                               capture_output=True, text=True, timeout=60)
+        self.assertEqual(json.loads(shown.stdout)["estimate"]["seq"], online["seq"])
         offline = self.run_it("status", "--json")
         self.assertEqual(json.loads(offline.stdout)["estimate"]["seq"], online["seq"])
         result = subprocess.run([SHAKERCTL, "estimate", self.daemon.databases()[0], "--json"],

@@ -1,0 +1,76 @@
+// show: what one campaign database holds, with its alarms and its last estimate.
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/campaign_place.hpp"
+#include "cli/campaign_summary.hpp"
+#include "cli/commands.hpp"
+#include "cli/documents_in.hpp"
+#include "cli/utc_text.hpp"
+#include "report/estimate_table.hpp"
+#include "report/text_table.hpp"
+
+namespace shaker::cli {
+namespace {
+
+std::string runs_table(const std::vector<RunSummary>& runs) {
+  std::vector<std::vector<std::string>> rows = {
+      {"run", "frequency, Hz", "amplitude, m/s^2", "accepted", "left out", "wanted"}};
+  for (const RunSummary& run : runs)
+    rows.push_back({printable(run.row.name), fmt::format("{:.6g}", run.row.frequency_hz),
+                    fmt::format("{:.6g}", run.row.amplitude), std::to_string(run.accepted),
+                    std::to_string(run.left_out), std::to_string(run.row.cycles_wanted)});
+  return report::text_table(rows, {false, true, true, true, true, true});
+}
+
+void print_summary(const CampaignSummary& s) {
+  fmt::print("campaign {} on rig {}, model {}\n", printable(s.row.name), printable(s.row.rig),
+             printable(s.model));
+  fmt::print("measured {}{}, {}\n\n", readable_utc(s.row.started_utc),
+             s.row.finished_utc.empty() ? "" : " to " + readable_utc(s.row.finished_utc),
+             printable(s.row.status));
+  fmt::print("{}", runs_table(s.runs));
+  for (std::size_t i = 0; i < s.alarms.size(); ++i)
+    fmt::print("{}{}  {}\n", i == 0 ? "\n" : "", readable_utc(text_of(s.alarms[i], "t_utc")),
+               narrate(s.alarms[i]));
+  if (!s.estimate.is_null()) fmt::print("\n{}", report::estimate_table(estimate_from(s.estimate)));
+}
+
+nlohmann::ordered_json summary_json(const CampaignSummary& s, const std::filesystem::path& file) {
+  nlohmann::ordered_json runs = nlohmann::ordered_json::array();
+  for (const RunSummary& run : s.runs)
+    runs.push_back({{"name", run.row.name},
+                    {"frequency_hz", run.row.frequency_hz},
+                    {"amplitude", run.row.amplitude},
+                    {"cycles_wanted", run.row.cycles_wanted},
+                    {"cycles_accepted", run.accepted},
+                    {"cycles_left_out", run.left_out}});
+  return {{"file", file.string()},
+          {"campaign", s.row.name},
+          {"rig", s.row.rig},
+          {"model", s.model},
+          {"started_utc", s.row.started_utc},
+          {"finished_utc", s.row.finished_utc},
+          {"status", s.row.status},
+          {"runs", std::move(runs)},
+          {"alarms", s.alarms},
+          {"estimate", s.estimate}};
+}
+
+}  // namespace
+
+int show(const Common& common, const ShowOptions& options) {
+  if (auto good = expect_file(options.file); !good)
+    return fail(common, kBadInput, good.error().what);
+  const auto summary = summarise(options.file, true);
+  if (!summary) return fail(common, kBadInput, summary.error().what);
+  if (common.json) {
+    fmt::print("{}\n", summary_json(*summary, options.file)
+                           .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    print_summary(*summary);
+  }
+  return kOk;
+}
+
+}  // namespace shaker::cli
