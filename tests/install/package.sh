@@ -21,7 +21,10 @@ fail() {
 }
 for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter} usr/libexec/shakerd/shakerctl-{analysis,diagnosis} usr/lib/systemd/system/shakerd.service \
   usr/lib/systemd/system/shakerd.socket usr/lib/sysusers.d/shakerd.conf \
-  usr/lib/tmpfiles.d/shakerd.conf etc/shakerd/rig.json; do
+  usr/lib/tmpfiles.d/shakerd.conf etc/shakerd/rig.json \
+  usr/share/man/man1/{shakerctl,shakerctl-{run,estimate,campaigns},oleosim}.1.gz \
+  usr/share/man/man8/{shakerd,shakerd-stop-exciter}.8.gz usr/share/bash-completion/completions/shakerctl \
+  usr/share/zsh/vendor-completions/_shakerctl usr/share/fish/vendor_completions.d/shakerctl.fish; do
   grep -q " \./$file$" "$folder/contents" || fail "the package lacks /$file"
 done
 ! grep -v ' root/root ' "$folder/contents" || fail "these files are not root's"
