@@ -1,4 +1,5 @@
-# What `cmake --install` puts in place, and the Debian package (cpack -G DEB) that carries the same.
+# What `cmake --install` puts in place, and the Debian packages (cpack -G DEB) that carry the same:
+# shakerd, and python3-shakerd for clients in Python.
 include(GNUInstallDirs)
 
 foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter)
@@ -33,7 +34,14 @@ install(EXPORT ShakerEstimator NAMESPACE Shaker:: FILE ShakerEstimatorTargets.cm
 install(FILES cmake/ShakerEstimatorConfig.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ShakerEstimator COMPONENT development)
 
-set(CPACK_INSTALL_CMAKE_PROJECTS ${CMAKE_BINARY_DIR} shakerd runtime /)
+install(DIRECTORY python/shakerd DESTINATION lib/python3/dist-packages COMPONENT python
+        FILES_MATCHING PATTERN "*.py" PATTERN py.typed)
+install(FILES python/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-shakerd
+        COMPONENT python)
+
+set(CPACK_INSTALL_CMAKE_PROJECTS ${CMAKE_BINARY_DIR} shakerd runtime /
+                                 ${CMAKE_BINARY_DIR} shakerd python /)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_PACKAGE_NAME shakerd)
 set(CPACK_PACKAGE_CONTACT "The rig's maintainers <root@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION
@@ -43,12 +51,27 @@ Estimates with their intervals leave as JSON lines on a Unix socket; every raw s
 SQLite database. shakerctl is the operator's hand, oleosim a rig that is not there.")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "systemd (>= 252)")
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "can-utils, iproute2")
-set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME shakerd)
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION ${CPACK_PACKAGE_DESCRIPTION})
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "systemd (>= 252)")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "can-utils, iproute2")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA
     ${CMAKE_SOURCE_DIR}/cmake/debian/conffiles ${CMAKE_SOURCE_DIR}/cmake/debian/postinst
     ${CMAKE_SOURCE_DIR}/cmake/debian/prerm ${CMAKE_SOURCE_DIR}/cmake/debian/postrm)
-set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-shakerd)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.9)")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "shakerd")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+    "Clients of shakerd in Python
+They follow a rig, run campaigns, read what was recorded, estimate and diagnose. NumPy is used
+where it is installed.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/python/postinst
+                                              ${CMAKE_SOURCE_DIR}/cmake/debian/python/prerm)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 include(CPack)

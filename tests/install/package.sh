@@ -1,6 +1,6 @@
 #!/bin/bash
-# Usage: package.sh BUILD FOLDER: makes the Debian package and looks into it. It stays in FOLDER,
-# where the virtual rig PC installs it with dpkg.
+# Usage: package.sh BUILD FOLDER: makes the Debian packages and looks into them. They stay in FOLDER,
+# where the virtual rig PC installs shakerd.deb with dpkg.
 set -euo pipefail
 build=$1 folder=$2
 rm -rf "$folder"
@@ -36,4 +36,23 @@ dpkg-deb --ctrl-tarfile "$package" | tar -xO ./conffiles | grep -qx /etc/shakerd
   fail "rig.json is not a conffile: an upgrade would overwrite it"
 for script in postinst prerm postrm; do
   dpkg-deb --ctrl-tarfile "$package" | tar -xO "./$script" | sh -n || fail "$script is no shell script"
+done
+
+# The clients in Python, for any architecture.
+python=$folder/python3-shakerd.deb
+mv "$folder"/python3-shakerd_*_all.deb "$python"
+dpkg-deb --info "$python"
+dpkg-deb --extract "$python" "$folder/python"
+PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$folder/python/usr/lib/python3/dist-packages python3 - "$folder" <<'END'
+import sys
+
+import shakerd
+
+assert shakerd.__file__.startswith(sys.argv[1]), shakerd.__file__
+assert shakerd.connect and shakerd.open_campaign and shakerd.diagnose
+END
+[ -e "$folder/python/usr/lib/python3/dist-packages/shakerd/py.typed" ] || fail "py.typed is missing"
+! grep -q "python3/dist-packages" "$folder/contents" || fail "the Python package is in shakerd's as well"
+for script in postinst prerm; do
+  dpkg-deb --ctrl-tarfile "$python" | tar -xO "./$script" | sh -n || fail "$script is no shell script"
 done
