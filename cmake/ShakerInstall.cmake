@@ -39,8 +39,7 @@ install(DIRECTORY python/shakerd DESTINATION lib/python3/dist-packages COMPONENT
 install(FILES python/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-shakerd
         COMPONENT python)
 
-set(CPACK_INSTALL_CMAKE_PROJECTS ${CMAKE_BINARY_DIR} shakerd runtime /
-                                 ${CMAKE_BINARY_DIR} shakerd python /)
+set(CPACK_COMPONENTS_ALL runtime python)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_PACKAGE_NAME shakerd)
 set(CPACK_PACKAGE_CONTACT "The rig's maintainers <root@localhost>")
@@ -52,7 +51,7 @@ SQLite database. shakerctl is the operator's hand, oleosim a rig that is not the
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME shakerd)
-set(CPACK_COMPONENT_RUNTIME_DESCRIPTION ${CPACK_PACKAGE_DESCRIPTION})
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "systemd (>= 252)")
@@ -68,9 +67,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.9)")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-numpy")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "shakerd")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION
-    "Clients of shakerd in Python
-They follow a rig, run campaigns, read what was recorded, estimate and diagnose. NumPy is used
-where it is installed.")
+    "These are the clients in Python: they follow a rig, run campaigns, read what was recorded,
+estimate and diagnose. NumPy is used where it is installed.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/python/postinst
                                               ${CMAKE_SOURCE_DIR}/cmake/debian/python/prerm)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
