@@ -78,6 +78,27 @@ SteadyRun begun(const Recording& r, const SteadyOptions& options) {
   return run;
 }
 
+// Of the driver's frequency, in the whole record.
+double periods_in(const Recording& r) {
+  const double step = (r.t.back() - r.t.front()) / static_cast<double>(r.t.size() - 1);
+  return r.frequency_hz * (r.t.back() - r.t.front() + step);
+}
+
+// Why no phase was found: the record is short, or its driver is not steady.
+Error without_phase(const Recording& r, const SteadyOptions& options) {
+  const double periods = periods_in(r);
+  if (periods > 0.0 && periods < options.fewest_cycles)
+    return unfit(r, fmt::format("{:.3g} cycles at {:g} Hz; at least {} are needed: record the run "
+                                "for longer",
+                                periods, r.frequency_hz, options.fewest_cycles));
+  return unfit(
+      r,
+      fmt::format("no steady {}{} was found: it must hold one frequency and amplitude for "
+                  "at least {} cycles",
+                  driver_name(r), periods > 0.0 ? fmt::format(" near {:g} Hz", r.frequency_hz) : "",
+                  options.fewest_cycles));
+}
+
 Result<PhaseFit> phase_of(const Recording& r, const SteadyOptions& options) {
   if (driver_of(r).empty())
     return PhaseFit{true, r.frequency_hz, 0.0, r.amplitude, r.t.front(), r.t.back()};
@@ -87,10 +108,7 @@ Result<PhaseFit> phase_of(const Recording& r, const SteadyOptions& options) {
   PhaseFit phase;
   if (near || !found) phase = fit_phase(r.t, driver_of(r), r.frequency_hz);
   if (!phase.ok && found) phase = fit_phase(r.t, driver_of(r), *found);
-  if (!phase.ok)
-    return unfit(r, fmt::format("no steady {} near {:g} Hz was found: it must hold one frequency "
-                                "and amplitude for at least {} cycles",
-                                driver_name(r), r.frequency_hz, options.fewest_cycles));
+  if (!phase.ok) return without_phase(r, options);
   const double times = phase.frequency_hz / r.frequency_hz;
   if (std::isfinite(times) && std::fabs(std::log(times)) > kOtherUnit)
     return mistake_in(

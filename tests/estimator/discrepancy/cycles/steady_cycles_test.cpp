@@ -85,6 +85,21 @@ TEST(SteadyCycles, FindsTheFrequencyAndComparesItWithWhatWasSaid) {
   EXPECT_THAT(run.error().what, ::testing::HasSubstr("check the unit of its time, or say 2.003"));
 }
 
+TEST(SteadyCycles, SaysHowManyCyclesThereAreAndAreNeeded) {
+  const auto run = steady_cycles(recording({.seconds = 0.7}));
+  ASSERT_FALSE(run);
+  EXPECT_EQ(run.error().what,
+            "run r1: 1.4 cycles at 2 Hz; at least 3 are needed: record the run for longer");
+  Recording unsteady = recording({.seconds = 4.0});
+  for (std::size_t i = 0; i < unsteady.t.size(); ++i)
+    unsteady.excitation[i] = std::fmod(std::exp(2.0 * unsteady.t[i]), 1.0);
+  EXPECT_THAT(steady_cycles(unsteady).error().what,
+              ::testing::HasSubstr("no steady excitation near 2 Hz was found"));
+  unsteady.frequency_hz = 0.0;
+  EXPECT_THAT(steady_cycles(unsteady).error().what,
+              ::testing::HasSubstr("no steady excitation was found"));
+}
+
 TEST(FoundFrequency, IsOfOneLineOnly) {
   const Recording r = recording({});
   EXPECT_NEAR(found_frequency(r.t, r.displacement).value(), 2.003, 2e-3);
