@@ -2,9 +2,11 @@
 // prints its path.
 //
 // A line of TABLE.csv is a run: frequency,amplitude,u0,u1,... without a header. Every run gets
-// CYCLES (three) accepted cycles (the displacement of the table with +1e-5, -1e-5 and 0 added at every
-// other point) and one cycle that was left out. It also gets three raw samples, or those of
-// RAW.csv, which has a column t and one for each channel, with its name.
+// three accepted cycles (the displacement of the table with +1e-5, -1e-5 and 0 added at every
+// other point) and one cycle that was left out; with CYCLES, other than 3, so many accepted cycles
+// with noise at every point. It also gets three raw samples, or those of RAW.csv, which has a column
+// t and one for each channel, with its name.
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -25,8 +27,13 @@ record::CycleRow cycle_of(const std::vector<double>& row, int run, int index, in
   cycle.frequency_hz = row[0];
   cycle.amplitude = row[1];
   cycle.displacement.assign(row.begin() + 2, row.end());
-  constexpr double kShifts[] = {1e-5, -1e-5, 0.0};
-  const double shift = cycle.accepted ? kShifts[index % 3] : 1.0;
+  if (accepted != 3) {
+    for (std::size_t i = 0; i < cycle.displacement.size(); ++i)
+      cycle.displacement[i] +=
+          1e-5 * std::sin(12345.678 * std::pow(97.0 * index + static_cast<double>(i), 2));
+    return cycle;
+  }
+  const double shift = index == 0 ? 1e-5 : index == 1 ? -1e-5 : index == 2 ? 0.0 : 1.0;
   for (std::size_t i = 0; i < cycle.displacement.size(); i += 2)
     cycle.displacement[i] += shift;
   return cycle;
