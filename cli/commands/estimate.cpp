@@ -9,6 +9,7 @@
 #include "cli/commands.hpp"
 #include "cli/over_periods_fit.hpp"
 #include "cli/periods_of_runs.hpp"
+#include "cli/posterior_text.hpp"
 #include "cli/refined_fit.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/estimation.hpp"
@@ -77,57 +78,6 @@ std::string minima_table(const optimise::Minima& minima, const estimator::Model&
   }
   return fmt::format("\nWhere the starts ended ({} of {} points looked at had a solution):\n\n{}",
                      minima.admissible, minima.looks,
-                     report::text_table(rows, std::vector<bool>(rows.front().size(), true)));
-}
-
-nlohmann::ordered_json to_json(const estimator::Posterior& posterior,
-                               const std::vector<std::string>& names) {
-  auto list = nlohmann::ordered_json::array();
-  for (std::size_t k = 0; k < posterior.parameters.size(); ++k) {
-    const estimator::PosteriorMarginal& p = posterior.parameters[k];
-    list.push_back({{"name", names[k]},
-                    {"mean", p.mean},
-                    {"median", p.median},
-                    {"mode", p.mode},
-                    {"standard_deviation", p.standard_deviation},
-                    {"effective_samples", p.effective_samples}});
-  }
-  return list;
-}
-
-nlohmann::ordered_json sampling_of(const estimator::Posterior& posterior) {
-  const bool ensembles = posterior.method == estimator::PosteriorMethod::ensembles;
-  nlohmann::ordered_json out = {{"method", ensembles ? "ensembles" : "importance"},
-                                {"draws", posterior.samples},
-                                {"effective_samples", posterior.effective_samples},
-                                {"converged", posterior.converged}};
-  if (std::isfinite(posterior.pareto_k)) out["pareto_k"] = posterior.pareto_k;
-  if (ensembles && std::isfinite(posterior.r_hat)) out["r_hat"] = posterior.r_hat;
-  return out;
-}
-
-std::string sampling_sentence(const estimator::Posterior& posterior) {
-  if (posterior.method == estimator::PosteriorMethod::importance)
-    return fmt::format("by importance sampling ({} draws; tail of their weights {:.2f})",
-                       posterior.samples, posterior.pareto_k);
-  return fmt::format(
-      "by ensembles of walkers ({} draws; split R-hat {:.3f}), begun where importance sampling "
-      "ended "
-      "(tail of its weights {:.2f})",
-      posterior.samples, posterior.r_hat, posterior.pareto_k);
-}
-
-std::string posterior_table(const estimator::Posterior& posterior,
-                            const std::vector<std::string>& names) {
-  std::vector<std::vector<std::string>> rows = {
-      {"parameter", "mean", "median", "mode", "deviation", "draws it is worth"}};
-  for (std::size_t k = 0; k < posterior.parameters.size(); ++k) {
-    const estimator::PosteriorMarginal& p = posterior.parameters[k];
-    rows.push_back({names[k], fmt::format("{:.6g}", p.mean), fmt::format("{:.6g}", p.median),
-                    fmt::format("{:.6g}", p.mode), fmt::format("{:.3g}", p.standard_deviation),
-                    fmt::format("{:.0f}", p.effective_samples)});
-  }
-  return fmt::format("\nPosterior, {}:\n\n{}", sampling_sentence(posterior),
                      report::text_table(rows, std::vector<bool>(rows.front().size(), true)));
 }
 
@@ -278,32 +228,97 @@ double accuracy_for(const EstimateOptions& options, const EstimationInput& input
   return kAccuracyOfFriction;
 }
 
+// Why these options do not go together; empty if they do.
+std::string contradiction(const EstimateOptions& options) {
+  if (auto why = not_over_periods(options); !why.empty()) return why;
+  if (wants_channels(options)) {
+    if (options.accuracy > 0.0)
+      return "--accuracy refines the fit of the displacement alone; leave it or the choice of "
+             "channels out";
+    if (options.bias == "always") return "--bias always knows the displacement alone";
+    return "";
+  }
+  if (options.loss != "squared" && options.intervals != "linear")
+    return fmt::format("{} intervals belong to the squared loss; leave --loss or --intervals out",
+                       options.intervals);
+  if (options.bias == "always" && follows_the_bend(options))
+    return "--bias always belongs to the squared loss and linear intervals; the others follow the "
+           "model's bend by themselves";
+  if (options.objective == "harmonics" && (options.loss != "squared" || options.starts > 1))
+    return "Fourier coefficients go without --loss and --starts";
+  return "";
+}
+
+// What is printed of a fit beside its estimate.
+struct Beside {
+  std::optional<Search> searched;
+  std::optional<estimator::Posterior> sampled;
+};
+
+void print_json(const protocol::EstimateDocument& document, const EstimateOptions& options,
+                const EstimationInput& input, const RefinedFit& fitted, const Beside& beside) {
+  auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
+  if (beside.searched) json["minima"] = to_json(beside.searched->minima);
+  if (fitted.refined()) json["grid"] = fitted.grid();
+  json["objective"] = objective_name(options, input.model);
+  json["intervals"] = options.intervals;
+  json["loss"] = options.loss;
+  json["bias"] = estimator::name(bias_rule(options));
+  if (beside.sampled) {
+    json["posterior"] = to_json(*beside.sampled, document.covariance_order);
+    json["posterior_sampling"] = sampling_of(*beside.sampled);
+  }
+  fmt::print("{}\n", json.dump());
+}
+
+void print_text(const protocol::EstimateDocument& document, const estimator::Model& model,
+                const RefinedFit& fitted, const Beside& beside) {
+  fmt::print("{}", report::estimate_table(document));
+  if (fitted.refined()) fmt::print("{}\n", fitted.sentence());
+  if (beside.sampled) fmt::print("{}", posterior_table(*beside.sampled, document.covariance_order));
+  if (beside.searched) fmt::print("{}", minima_table(beside.searched->minima, model));
+}
+
+// The estimate of a fit with the loss, the bias and the intervals that were asked for; an Error
+// where there is no posterior. `sampled`: the posterior, if it was asked for.
+Result<estimator::Estimate> described(RefinedFit& fitted, const estimator::Fit& fit,
+                                      const estimator::Model& model, const EstimationInput& input,
+                                      const estimator::EstimationOptions& how,
+                                      const EstimateOptions& options,
+                                      std::optional<estimator::Posterior>& sampled) {
+  estimator::Estimator& estimator = fitted.estimator();
+  estimator::Estimate estimate = fitted.describe();
+  if (!estimate.usable) {
+    if (auto doubt = unit_doubt(model, input.runs.front()); !doubt.empty())
+      estimate.warnings.insert(estimate.warnings.begin(), std::move(doubt));
+  }
+  add_input(estimate, input);
+  const auto loss = *estimator::loss_from_name(options.loss);
+  if (loss != estimator::Loss::squared)
+    replace_by_robust(estimate, fit_robust(model, input.runs, fit.theta, loss, how), model);
+  if (const auto rule = bias_rule(options); rule != estimator::Bias::off)
+    take_off_bias(estimate, second_order(estimator, model), rule);
+  if (options.intervals != "posterior") {
+    replace_intervals(estimate, *estimator::interval_kind_from_name(options.intervals), model,
+                      estimator, input.runs, how);
+    return estimate;
+  }
+  if (fit.status != estimator::FitStatus::converged)
+    return Error{ErrorKind::not_converged,
+                 "there is no single best estimate to sample the posterior around; see "
+                 "`--intervals linear` for what the data leave open"};
+  sampled = estimator::posterior(model, estimator, input.runs, how);
+  replace_by_posterior(estimate, *sampled);
+  return estimate;
+}
+
 }  // namespace
 
 int estimate(const Common& common, const EstimateOptions& options) {
-  if (auto why = not_over_periods(options); !why.empty()) return fail(common, kBadInput, why);
-  if (wants_channels(options) && options.accuracy > 0.0)
-    return fail(common, kBadInput,
-                "--accuracy refines the fit of the displacement alone; leave it or the choice of "
-                "channels out");
-  if (wants_channels(options) && options.bias == "always")
-    return fail(common, kBadInput, "--bias always knows the displacement alone");
+  if (auto why = contradiction(options); !why.empty()) return fail(common, kBadInput, why);
   if (wants_channels(options)) return estimate_channels(common, options);
-  if (options.loss != "squared" && options.intervals != "linear") {
-    return fail(common, kBadInput,
-                fmt::format("{} intervals belong to the squared loss; leave --loss or --intervals "
-                            "out",
-                            options.intervals));
-  }
-  if (options.bias == "always" && follows_the_bend(options))
-    return fail(
-        common, kBadInput,
-        "--bias always belongs to the squared loss and linear intervals; the others follow the "
-        "model's bend by themselves");
   InputOptions reading = options;
   reading.harmonics = options.objective == "harmonics";
-  if (reading.harmonics && (options.loss != "squared" || options.starts > 1))
-    return fail(common, kBadInput, "Fourier coefficients go without --loss and --starts");
   auto input = read_estimation_input(reading);
   if (!input) return fail(common, kBadInput, input.error().what);
   const auto how = apply_objective(options, *input);
@@ -312,62 +327,24 @@ int estimate(const Common& common, const EstimateOptions& options) {
     const estimator::Model model(input->model);
     if (auto why = cannot_repeat_later(model, input->runs); !why.empty())
       return fail(common, kBadInput, why);
-    std::optional<Search> searched;
-    if (options.starts > 1) searched = search(model, input->runs, options);
+    Beside beside;
+    if (options.starts > 1) beside.searched = search(model, input->runs, options);
     RefinedFit fitted(model, input->runs, *how, accuracy_for(options, *input));
-    const std::vector<double> start = searched ? searched->best : model.start();
+    const std::vector<double> start = beside.searched ? beside.searched->best : model.start();
     const estimator::Fit& fit = over_periods(input->runs)
                                     ? fit_over_periods(fitted, model, input->runs, start)
                                     : fitted.fit(start);
-    estimator::Estimator& estimator = fitted.estimator();
-    if (fit.status == estimator::FitStatus::no_solution) {
+    if (fit.status == estimator::FitStatus::no_solution)
       return fail(common, kNotUsable, fit.trouble);
-    }
-    estimator::Estimate estimate = fitted.describe();
-    if (!estimate.usable) {
-      if (auto doubt = unit_doubt(model, input->runs.front()); !doubt.empty())
-        estimate.warnings.insert(estimate.warnings.begin(), std::move(doubt));
-    }
-    add_input(estimate, *input);
-    const auto loss = *estimator::loss_from_name(options.loss);
-    if (loss != estimator::Loss::squared)
-      replace_by_robust(estimate, fit_robust(model, input->runs, fit.theta, loss, *how), model);
-    if (const auto rule = bias_rule(options); rule != estimator::Bias::off)
-      take_off_bias(estimate, second_order(estimator, model), rule);
-    std::optional<estimator::Posterior> sampled;
-    if (options.intervals == "posterior") {
-      if (fit.status != estimator::FitStatus::converged)
-        return fail(common, kNotUsable,
-                    "there is no single best estimate to sample the posterior around; see "
-                    "`--intervals linear` for what the data leave open");
-      sampled = estimator::posterior(model, estimator, input->runs, *how);
-      replace_by_posterior(estimate, *sampled);
-    } else {
-      replace_intervals(estimate, *estimator::interval_kind_from_name(options.intervals), model,
-                        estimator, input->runs, *how);
-    }
-    protocol::EstimateDocument document = report::to_document(estimate);
+    const auto estimate = described(fitted, fit, model, *input, *how, options, beside.sampled);
+    if (!estimate) return fail(common, kNotUsable, estimate.error().what);
+    protocol::EstimateDocument document = report::to_document(*estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";
-    if (common.json) {
-      auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
-      if (searched) json["minima"] = to_json(searched->minima);
-      if (fitted.refined()) json["grid"] = fitted.grid();
-      json["objective"] = objective_name(options, input->model);
-      json["intervals"] = options.intervals;
-      json["loss"] = options.loss;
-      json["bias"] = estimator::name(bias_rule(options));
-      if (sampled) {
-        json["posterior"] = to_json(*sampled, document.covariance_order);
-        json["posterior_sampling"] = sampling_of(*sampled);
-      }
-      fmt::print("{}\n", json.dump());
-    } else {
-      fmt::print("{}", report::estimate_table(document));
-      if (fitted.refined()) fmt::print("{}\n", fitted.sentence());
-      if (sampled) fmt::print("{}", posterior_table(*sampled, document.covariance_order));
-      if (searched) fmt::print("{}", minima_table(searched->minima, model));
-    }
+    if (common.json)
+      print_json(document, options, *input, fitted, beside);
+    else
+      print_text(document, model, fitted, beside);
     if (document.usable) return kOk;
     if (!common.json) fmt::print(stderr, "shakerctl: the estimate is not usable\n");
     return kNotUsable;

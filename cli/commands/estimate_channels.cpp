@@ -64,30 +64,32 @@ void print(const protocol::EstimateDocument& document, const OrderedJson& channe
   }
 }
 
+// Why these options do not go together; empty if they do.
+std::string contradiction_of_channels(const EstimateOptions& options) {
+  if (options.intervals != "linear" || options.loss != "squared" || options.starts > 1)
+    return "--intervals, --loss and --starts are for one channel and least squares; leave them out "
+           "with several channels or a maximum-likelihood objective";
+  if (options.objective.empty() || options.objective == "harmonics" || options.objective == "map")
+    return "several channels need an objective that weighs them: --objective maximum_likelihood, "
+           "joint_covariance, or weighted with --noise";
+  if (options.objective == "least_squares" && options.channels.size() > 1)
+    return "unweighted least squares cannot add up metres and newtons; choose --objective "
+           "maximum_likelihood, joint_covariance, or weighted with --noise";
+  if (options.objective != "weighted")
+    return options.noise.empty() ? ""
+                                 : "with this objective the noise is estimated; leave --noise out";
+  if (options.noise.size() == options.channels.size()) return "";
+  return fmt::format(
+      "{} channels and {} standard deviations; --objective weighted wants one for each with "
+      "--noise",
+      options.channels.size(), options.noise.size());
+}
+
 }  // namespace
 
 int estimate_channels(const Common& common, const EstimateOptions& options) {
-  if (options.intervals != "linear" || options.loss != "squared" || options.starts > 1)
-    return fail(
-        common, kBadInput,
-        "--intervals, --loss and --starts are for one channel and least squares; leave them "
-        "out with several channels or a maximum-likelihood objective");
-  if (options.objective.empty() || options.objective == "harmonics" || options.objective == "map")
-    return fail(common, kBadInput,
-                "several channels need an objective that weighs them: --objective "
-                "maximum_likelihood, joint_covariance, or weighted with --noise");
-  if (options.objective == "least_squares" && options.channels.size() > 1)
-    return fail(common, kBadInput,
-                "unweighted least squares cannot add up metres and newtons; choose --objective "
-                "maximum_likelihood, joint_covariance, or weighted with --noise");
-  const bool weighted = options.objective == "weighted";
-  if (weighted ? options.noise.size() != options.channels.size() : !options.noise.empty())
-    return fail(common, kBadInput,
-                weighted
-                    ? fmt::format("{} channels and {} standard deviations; --objective weighted "
-                                  "wants one for each with --noise",
-                                  options.channels.size(), options.noise.size())
-                    : "with this objective the noise is estimated; leave --noise out");
+  if (auto why = contradiction_of_channels(options); !why.empty())
+    return fail(common, kBadInput, why);
   auto input = read_channels(options, options.channels, options.mass);
   if (!input) return fail(common, kBadInput, input.error().what);
   try {
@@ -98,7 +100,7 @@ int estimate_channels(const Common& common, const EstimateOptions& options) {
     const estimator::Model model(input->model);
     estimator::ChannelOptions how;
     how.stagewise = options.stagewise;
-    how.noise = weighted                                  ? estimator::NoiseModel::known
+    how.noise = options.objective == "weighted"           ? estimator::NoiseModel::known
                 : options.objective == "joint_covariance" ? estimator::NoiseModel::joint
                                                           : estimator::NoiseModel::independent;
     how.known_covariance = known_covariance(options, *input);
