@@ -21,8 +21,8 @@ std::string sampling_sentence(const estimator::Posterior& posterior) {
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const estimator::Posterior& posterior,
-                               const std::vector<std::string>& names) {
+nlohmann::ordered_json posterior_json(const estimator::Posterior& posterior,
+                                      const std::vector<std::string>& names) {
   auto list = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < posterior.parameters.size(); ++k) {
     const estimator::PosteriorMarginal& p = posterior.parameters[k];

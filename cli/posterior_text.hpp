@@ -11,8 +11,8 @@
 namespace shaker::cli {
 
 // `names`: one for each parameter of the posterior.
-nlohmann::ordered_json to_json(const estimator::Posterior& posterior,
-                               const std::vector<std::string>& names);
+nlohmann::ordered_json posterior_json(const estimator::Posterior& posterior,
+                                      const std::vector<std::string>& names);
 nlohmann::ordered_json sampling_of(const estimator::Posterior& posterior);
 std::string posterior_table(const estimator::Posterior& posterior,
                             const std::vector<std::string>& names);

@@ -265,7 +265,7 @@ void print_json(const protocol::EstimateDocument& document, const EstimateOption
   json["loss"] = options.loss;
   json["bias"] = estimator::name(bias_rule(options));
   if (beside.sampled) {
-    json["posterior"] = to_json(*beside.sampled, document.covariance_order);
+    json["posterior"] = posterior_json(*beside.sampled, document.covariance_order);
     json["posterior_sampling"] = sampling_of(*beside.sampled);
   }
   fmt::print("{}\n", json.dump());

@@ -15,6 +15,7 @@
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/locate/inverse_dynamics.hpp"
 #include "estimator/discrepancy/locate/remaining_force.hpp"
+#include "estimator/discrepancy/name/centring.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::discrepancy {
@@ -51,7 +52,7 @@ class Assembler {
     said_.observations = before_.observations;
     said_.model = before_.spec.name;
     said_.parameters_before = describe(before_, data_);
-    said_.parameters_after = describe(after_, data_);
+    said_.parameters_after = describe(after_, data_, places());
     said_.improved = at_estimates(after_);
     if (at_limit()) said_.improved = stated_sharp(said_.improved);
     tell_gaps({before_, data_}, {after_, after_data_}, data_, measured_, runs_, said_);
@@ -64,6 +65,12 @@ class Assembler {
   }
 
  private:
+  std::vector<FittedConstant> places() const {
+    const Hypothesis* best = selection_.chosen();
+    if (best == nullptr) return {};
+    return places_of(*best, data_, before_.spec.effects.size());
+  }
+
   // What the model that comes out was held against had corners of no width.
   bool at_limit() const {
     const auto& data =

@@ -2,14 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
 #include "estimator/statistics.hpp"
 
 namespace shaker::estimator::discrepancy {
+namespace {
 
-std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+// A place of rest that was fitted makes the parameters less sure.
+double bent_error(const HarmonicFit& fit, int parameter,
+                  const std::vector<FittedConstant>& places) {
+  double error = fit.standard_error(parameter);
+  const auto found = std::find(fit.free.begin(), fit.free.end(), parameter);
+  for (const FittedConstant& place : places) {
+    if (found != fit.free.end())
+      error = std::hypot(error, place.bends[found - fit.free.begin()] * place.standard_error);
+  }
+  return error;
+}
+
+}  // namespace
+
+std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                                        const std::vector<FittedConstant>& places) {
   double freedom = 0.0, count = 0.0;
   for (const RunDatum& datum : data) {
     freedom += datum.freedom.sum();
@@ -26,23 +43,26 @@ std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vecto
     p.value = fit.theta[k];
     p.fixed = parameters[k].fixed;
     p.at_bound = fit.at_bound(static_cast<int>(k));
-    p.standard_error = fit.standard_error(static_cast<int>(k));
+    p.standard_error = bent_error(fit, static_cast<int>(k), places);
     p.determined = p.fixed || p.standard_error < 1e3 * (std::fabs(p.value) + 1e-9);
     p.lower = p.value - quantile * p.standard_error;
     p.upper = p.value + quantile * p.standard_error;
     all.push_back(std::move(p));
   }
-  if (!fit.constant) return all;
-  const FittedConstant& c = *fit.constant;
-  ParameterEstimate p;
-  p.name = c.symbol;
-  p.effect = fit.spec.effects[c.line].effect;
-  p.unit = c.unit;
-  p.value = c.value;
-  p.standard_error = c.standard_error;
-  p.lower = std::max(0.0, c.value - quantile * c.standard_error);
-  p.upper = c.value + quantile * c.standard_error;
-  all.push_back(std::move(p));
+  const auto tell = [&](const FittedConstant& c, double lowest) {
+    ParameterEstimate p;
+    p.name = c.symbol;
+    p.effect = fit.spec.effects[c.line].effect;
+    p.unit = c.unit;
+    p.value = c.value;
+    p.standard_error = c.standard_error;
+    p.lower = std::max(lowest, c.value - quantile * c.standard_error);
+    p.upper = c.value + quantile * c.standard_error;
+    all.push_back(std::move(p));
+  };
+  if (fit.constant) tell(*fit.constant, 0.0);
+  for (const FittedConstant& place : places)
+    tell(place, -std::numeric_limits<double>::infinity());
   return all;
 }
 

@@ -9,8 +9,10 @@
 
 namespace shaker::estimator::discrepancy {
 
-// Every parameter with its standard error and 95 % interval.
-std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data);
+// Every parameter with its standard error and 95 % interval, and the constants that were fitted
+// beside them: that of the fit, and `places` of rest.
+std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                                        const std::vector<FittedConstant>& places = {});
 
 // The model file that starts at the estimates.
 config::ModelSpec at_estimates(const HarmonicFit& fit);

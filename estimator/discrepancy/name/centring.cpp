@@ -1,10 +1,14 @@
 // The place of rest of a force (k (u - u0)) is a constant of its line and has no derivative: it is
 // fitted by differences. A force about a wrong place is mended by others - a spring, a sensor that
 // is set off - which then would be named beside it.
+#include "estimator/discrepancy/name/centring.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "estimator/discrepancy/detect/scoring.hpp"
+#include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/name/refits.hpp"
 #include "estimator/math/dense.hpp"
 
@@ -14,7 +18,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kCentringGain = 5.0;          // of chi-squared: less is chance
 constexpr double kTrifle = 0.1;                // of chi-squared, that a step promises
 constexpr double kDifference = 1e-3;           // of the place
 constexpr double kReach = 0.25;                // of the place, of a first step
@@ -22,8 +25,9 @@ constexpr int kRounds = 12, kFollowing = 200;  // steps of the parameters that f
 
 struct CentringStep {
   double place = 0.0;
-  VectorXd theta;     // of the parameters that are free, along with it
-  double gain = 0.0;  // of chi-squared, that is promised
+  VectorXd theta;               // of the parameters that are free, along with it
+  double gain = 0.0;            // of chi-squared, that is promised
+  double standard_error = 0.0;  // of the place
 };
 
 // Gauss-Newton, with the parameters following; nothing where the place cannot be seen.
@@ -41,11 +45,50 @@ std::optional<CentringStep> step_of(const HarmonicFit& fit, const HarmonicFit& l
   const double along = seen.dot(residual);
   step.place = along / visible;
   step.gain = along * along / visible;
+  step.standard_error = 1.0 / std::sqrt(visible);
   step.theta = shortest_least_squares(jacobian, change);
   return step;
 }
 
+// The fit's predictions with the place elsewhere, at the same parameters.
+HarmonicFit moved(const HarmonicFit& fit, std::size_t line, double place,
+                  const std::vector<RunDatum>& data) {
+  config::ModelSpec spec = fit.spec;
+  spec.effects[line].constants["u0"] = place;
+  FitOptions options;
+  options.max_iterations = 0;
+  options.points = fit.predictions.front().points();
+  options.sharp = has_corners(spec);
+  return fit_harmonics(spec, data, fit.theta, &fit, options);
+}
+
 }  // namespace
+
+std::vector<std::size_t> fitted_places(const config::ModelSpec& spec, std::size_t first_added) {
+  std::vector<std::size_t> lines;
+  for (std::size_t line = first_added; line < spec.effects.size(); ++line) {
+    if (spec.effects[line].constants.contains("u0")) lines.push_back(line);
+  }
+  return lines;
+}
+
+std::vector<FittedConstant> places_of(const Hypothesis& h, const std::vector<RunDatum>& data,
+                                      std::size_t first_added) {
+  const HarmonicFit& fit = rounded(h);
+  std::vector<FittedConstant> places;
+  for (const std::size_t line : fitted_places(fit.spec, first_added)) {
+    const double place = fit.spec.effects[line].constants.at("u0");
+    const double difference = kDifference * std::fabs(place);
+    const HarmonicFit lower = moved(fit, line, place - difference, data);
+    const HarmonicFit upper = moved(fit, line, place + difference, data);
+    if (!std::isfinite(lower.chi_squared) || !std::isfinite(upper.chi_squared)) continue;
+    const auto step = step_of(fit, lower, upper, 2.0 * difference, data);
+    if (!step) continue;
+    const double told = h.fit->spec.effects[line].constants.at("u0");
+    places.push_back({line, "u0", fit.spec.length_unit, told, step->standard_error, -step->theta});
+  }
+  return places;
+}
 
 std::shared_ptr<const HarmonicFit> Refits::about(const HarmonicFit& fit, std::size_t line,
                                                  double place, const std::vector<double>& theta,
@@ -60,7 +103,6 @@ std::shared_ptr<const HarmonicFit> Refits::about(const HarmonicFit& fit, std::si
 void Refits::centre(Hypothesis& h, std::size_t line) const {
   const auto given = h.fit->spec.effects[line].constants.find("u0");
   if (given == h.fit->spec.effects[line].constants.end()) return;
-  const double at_first = h.fit->chi_squared;
   const double difference = kDifference * std::fabs(given->second);
   double reach = kReach * std::fabs(given->second);
   for (int round = 0; round < kRounds && std::isfinite(h.fit->chi_squared); ++round) {
@@ -85,7 +127,6 @@ void Refits::centre(Hypothesis& h, std::size_t line) const {
     if (!(won > 0.0)) reach = 0.25 * std::fabs(moved);
     if (std::fabs(won) < kTrifle) break;
   }
-  if (at_first - h.fit->chi_squared > kCentringGain) h.fitted_constants = 1;
 }
 
 }  // namespace shaker::estimator::discrepancy

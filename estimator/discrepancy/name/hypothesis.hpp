@@ -22,7 +22,6 @@ struct Hypothesis {
   // A fit that could not be made sharper so that it leaves less than `blunt_above` of chi-squared.
   std::shared_ptr<const HarmonicFit> blunt;
   double blunt_above = 0.0;
-  int fitted_constants = 0;  // places of rest that were fitted besides the parameters
   double log_evidence = 0.0;
   std::optional<double> cross_validated;  // log probability of each run given the others, summed
   std::string disqualified;               // why it cannot be; empty: it can

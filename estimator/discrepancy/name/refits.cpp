@@ -7,6 +7,7 @@
 
 #include "estimator/discrepancy/detect/scoring.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
+#include "estimator/discrepancy/name/centring.hpp"
 #include "estimator/discrepancy/name/evidence.hpp"
 #include "estimator/discrepancy/name/probe_starts.hpp"
 #include "estimator/discrepancy/weigh/first_fit.hpp"
@@ -103,7 +104,6 @@ const HarmonicFit& rounded(const Hypothesis& h) {
 Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   const HarmonicFit& parent = rounded(smaller);
   Hypothesis h;
-  h.fitted_constants = smaller.fitted_constants;
   h.effects = smaller.effects;
   h.effects.push_back(probe.line.effect);
   std::sort(h.effects.begin(), h.effects.end());
@@ -179,7 +179,6 @@ void Refits::finish(Hypothesis& h) const {
 Hypothesis Refits::without(const Hypothesis& larger, std::size_t line) const {
   const HarmonicFit& parent = rounded(larger);
   Hypothesis h;
-  h.fitted_constants = larger.fitted_constants;
   h.effects = larger.effects;
   std::erase(h.effects, parent.spec.effects[line].effect);
   config::ModelSpec spec = parent.spec;
@@ -194,7 +193,6 @@ Hypothesis Refits::with_simpler(const Hypothesis& richer, const std::string& eff
                                 const config::EffectSpec& simpler) const {
   const HarmonicFit& parent = rounded(richer);
   Hypothesis h;
-  h.fitted_constants = richer.fitted_constants;
   h.effects = richer.effects;
   std::replace(h.effects.begin(), h.effects.end(), effect, simpler.effect);
   std::sort(h.effects.begin(), h.effects.end());
@@ -219,7 +217,6 @@ Hypothesis Refits::with_simpler(const Hypothesis& richer, const std::string& eff
 
 Hypothesis Refits::again(const Hypothesis& known) const {
   Hypothesis h;
-  h.fitted_constants = known.fitted_constants;
   h.effects = known.effects;
   h.fit = refitted(rounded(known).spec, known.fit->theta, &rounded(known));
   judge(h);
@@ -244,9 +241,9 @@ bool Refits::recentred(Hypothesis& h) const {
 }
 
 void Refits::describe(Hypothesis& h) const {
-  const int width = h.fit->constant ? 1 : 0;
-  const auto added =
-      h.fitted_constants + width + static_cast<int>(h.fit->free.size() - base_.free.size());
+  const auto constants =
+      fitted_places(h.fit->spec, first_added()).size() + (h.fit->constant ? 1U : 0U);
+  const auto added = static_cast<int>(constants + h.fit->free.size() - base_.free.size());
   const std::vector<RunDatum>& data = h.data ? *h.data : data_;
   h.log_evidence = log_evidence(*h.fit, data, added);
   for (std::size_t r = 0; r < data.size(); ++r) {
