@@ -58,25 +58,25 @@ struct ModelArrays {
     return evaluate(model, n, theta, x);
   }
   bool evaluate(const Model& model, int n, const double* theta, const double* excitation) const {
+    return model.evaluate(first_points(n, excitation), theta, outputs(g_theta.data()));
+  }
+  // Evaluates the internal coordinates' equations at the first n points, without g_theta.
+  bool evaluate_internal(const Model& model, int n, const double* theta) const {
+    return model.evaluate_internal(first_points(n, x), theta, outputs(nullptr));
+  }
+
+ private:
+  ModelPoints first_points(int n, const double* excitation) const {
     ModelPoints at;
     at.n = n;
     at.u = u.data();
     at.v = v.data();
     at.a = a.data();
     at.x = excitation;
-    return model.evaluate(
-        at, theta, {g.data(), g_u.data(), g_v.data(), g_a.data(), g_theta.data(), scratch.data()});
+    return at;
   }
-  // Evaluates the internal coordinates' equations at the first n points, without g_theta.
-  bool evaluate_internal(const Model& model, int n, const double* theta) const {
-    ModelPoints at;
-    at.n = n;
-    at.u = u.data();
-    at.v = v.data();
-    at.a = a.data();
-    at.x = x;
-    return model.evaluate_internal(
-        at, theta, {g.data(), g_u.data(), g_v.data(), g_a.data(), nullptr, scratch.data()});
+  ModelForces outputs(double* const* over_theta) const {
+    return {g.data(), g_u.data(), g_v.data(), g_a.data(), over_theta, scratch.data()};
   }
 };
 
