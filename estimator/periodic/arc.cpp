@@ -22,8 +22,9 @@ std::vector<double> cosine_shape(int points, int periods) {
   return shape;
 }
 
-Arc::Arc(const Model& model, std::vector<double> theta, GridOptions grid, std::vector<double> shape,
-         int periods, Along along, double held, double range)
+SolutionArc::SolutionArc(const Model& model, std::vector<double> theta, GridOptions grid,
+                         std::vector<double> shape, int periods, Along along, double held,
+                         double range)
     : system_(model, grid),
       theta_(std::move(theta)),
       shape_(std::move(shape)),
@@ -44,14 +45,14 @@ ArcPoint difference(const ArcPoint& a, const ArcPoint& b) {
   return d;
 }
 
-void Arc::normalise(ArcPoint& direction) const {
+void SolutionArc::normalise(ArcPoint& direction) const {
   const double unit = std::sqrt(dot(direction, direction));
   for (double& z : direction.z)
     z /= unit;
   direction.value /= unit;
 }
 
-void Arc::set_scale(const ArcPoint& point, ArcPoint& direction) {
+void SolutionArc::set_scale(const ArcPoint& point, ArcPoint& direction) {
   const std::size_t s = weight_.size();
   std::vector<double> motion(s);
   for (std::size_t c = 0; c < s; ++c) {
@@ -73,7 +74,7 @@ void Arc::set_scale(const ArcPoint& point, ArcPoint& direction) {
   normalise(direction);
 }
 
-double Arc::dot(const ArcPoint& a, const ArcPoint& b) const {
+double SolutionArc::dot(const ArcPoint& a, const ArcPoint& b) const {
   const std::size_t s = weight_.size();
   double sum = a.value * b.value / (range_ * range_);
   for (std::size_t k = 0; k < a.z.size(); ++k)
@@ -81,20 +82,20 @@ double Arc::dot(const ArcPoint& a, const ArcPoint& b) const {
   return sum;
 }
 
-void Arc::excite(double value) {
+void SolutionArc::excite(double value) {
   const double a = amplitude(value);
   for (std::size_t i = 0; i < points_.size(); ++i)
     points_[i] = a * shape_[i];
   system_.set_excitation_points(frequency(value) / periods_, points_);
 }
 
-bool Arc::linearise(const ArcPoint& point) {
+bool SolutionArc::linearise(const ArcPoint& point) {
   excite(point.value);
   std::copy(point.z.begin(), point.z.end(), system_.state().begin());
   return system_.linearise(theta_);
 }
 
-bool Arc::solve_at(double value, std::span<const double> start, ArcPoint& out) {
+bool SolutionArc::solve_at(double value, std::span<const double> start, ArcPoint& out) {
   excite(value);
   std::copy(start.begin(), start.end(), system_.state().begin());
   if (system_.solve(theta_).status != SolveStatus::converged) return false;
@@ -106,7 +107,7 @@ bool Arc::solve_at(double value, std::span<const double> start, ArcPoint& out) {
 // Factorises the ring at `point` and solves for the rows: the Newton step and dz/dvalue. Velocities
 // are proportional to the frequency and accelerations to its square, including the corrections at
 // kinks.
-bool Arc::factorise(const ArcPoint& point) {
+bool SolutionArc::factorise(const ArcPoint& point) {
   if (!linearise(point) || !system_.factorise()) return false;
   const int s = system_.model().coordinates();
   std::size_t row = 0;
@@ -129,7 +130,8 @@ bool Arc::factorise(const ArcPoint& point) {
   return std::all_of(rows_.begin(), rows_.end(), [](double v) { return std::isfinite(v); });
 }
 
-int Arc::correct(const ArcPoint& guess, const ArcPoint& direction, ArcPoint& out, int most) {
+int SolutionArc::correct(const ArcPoint& guess, const ArcPoint& direction, ArcPoint& out,
+                         int most) {
   out = guess;
   ArcPoint newton = guess, rate = guess, apart = guess;
   rate.value = 1.0;
@@ -159,7 +161,7 @@ int Arc::correct(const ArcPoint& guess, const ArcPoint& direction, ArcPoint& out
   return 0;
 }
 
-bool Arc::advance(ArcPoint& point, ArcPoint& direction, double& step, StepLimits limits) {
+bool SolutionArc::advance(ArcPoint& point, ArcPoint& direction, double& step, StepLimits limits) {
   ArcPoint guess = point, next, onward;
   for (; step >= limits.least; step *= 0.5) {
     for (std::size_t k = 0; k < guess.z.size(); ++k)
@@ -177,7 +179,7 @@ bool Arc::advance(ArcPoint& point, ArcPoint& direction, double& step, StepLimits
   return false;
 }
 
-bool Arc::tangent(const ArcPoint& point, const ArcPoint& like, ArcPoint& out) {
+bool SolutionArc::tangent(const ArcPoint& point, const ArcPoint& like, ArcPoint& out) {
   if (!factorise(point)) return false;
   out = point;
   for (std::size_t k = 0; k < out.z.size(); ++k)
@@ -192,7 +194,7 @@ bool Arc::tangent(const ArcPoint& point, const ArcPoint& like, ArcPoint& out) {
   return true;
 }
 
-bool Arc::critical_direction(const ArcPoint& point, ArcPoint& direction) {
+bool SolutionArc::critical_direction(const ArcPoint& point, ArcPoint& direction) {
   direction.value = 0.0;
   if (!linearise(point) || !system_.factorise()) return false;
   for (int round = 0; round < 4; ++round) {

@@ -31,13 +31,13 @@ struct StepLimits {
 // cos over `periods` whole periods on `points` equal steps.
 std::vector<double> cosine_shape(int points, int periods);
 
-class Arc {
+class SolutionArc {
  public:
   // `shape`: the excitation with amplitude 1 at the grid's points; `periods`: the periods of the
   // excitation in it. `held`: the constant one of frequency (Hz) and amplitude (m/s^2). `range`
   // > 0: the interval of the other one that has length 1.
-  Arc(const Model& model, std::vector<double> theta, GridOptions grid, std::vector<double> shape,
-      int periods, Along along, double held, double range);
+  SolutionArc(const Model& model, std::vector<double> theta, GridOptions grid,
+              std::vector<double> shape, int periods, Along along, double held, double range);
 
   PeriodicSystem& system() { return system_; }
   const std::vector<double>& theta() const { return theta_; }

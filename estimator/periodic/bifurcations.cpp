@@ -70,7 +70,7 @@ std::string_view name(Bifurcation kind) {
   return names[static_cast<int>(kind)];
 }
 
-std::optional<BranchPoint> Continuation::between(Arc& arc, const BranchPoint& a,
+std::optional<BranchPoint> Continuation::between(SolutionArc& arc, const BranchPoint& a,
                                                  const BranchPoint& b, const ArcPoint& tangent,
                                                  double share, bool forward) {
   ArcPoint guess = a.at, on, direction;
@@ -84,7 +84,7 @@ std::optional<BranchPoint> Continuation::between(Arc& arc, const BranchPoint& a,
   return point;
 }
 
-void Continuation::look_between(Arc& arc, const BranchPoint& a, const BranchPoint& b,
+void Continuation::look_between(SolutionArc& arc, const BranchPoint& a, const BranchPoint& b,
                                 const ArcPoint& tangent, Branch& branch) {
   const bool forward = branch.to > branch.from;
   const auto point_at = [&](double share) { return between(arc, a, b, tangent, share, forward); };
@@ -109,7 +109,7 @@ void Continuation::look_between(Arc& arc, const BranchPoint& a, const BranchPoin
 std::vector<BranchPoint> Continuation::solutions_at(const Branch& branch, double value) {
   std::vector<BranchPoint> found;
   if (branch.points.empty()) return found;
-  Arc arc = make_arc(branch);
+  SolutionArc arc = make_arc(branch);
   const bool forward = branch.to > branch.from;
   const double reached = 1e-12 * std::max(std::fabs(value), arc.range());
   // The sequence includes the folds, so that the solutions on both sides of one are found.

@@ -46,10 +46,10 @@ GridOptions Continuation::ring(int periods) const {
   return grid;
 }
 
-Arc Continuation::make_arc(const Branch& branch) const {
+SolutionArc Continuation::make_arc(const Branch& branch) const {
   const GridOptions grid = ring(branch.periods);
-  return Arc(*model_, theta_, grid, cosine_shape(grid.points, branch.periods), branch.periods,
-             branch.along, branch.held, std::fabs(branch.to - branch.from));
+  return SolutionArc(*model_, theta_, grid, cosine_shape(grid.points, branch.periods),
+                     branch.periods, branch.along, branch.held, std::fabs(branch.to - branch.from));
 }
 
 Branch Continuation::over_frequency(double amplitude, double from, double to) {
@@ -79,7 +79,7 @@ Branch Continuation::from_rest(Along along, double held, double from, double to)
 Branch Continuation::from_state(Along along, double held, double value, double from, double to,
                                 std::span<const double> start) {
   Branch branch{along, held, from, to, options_.periods, {}, {}, false, {}};
-  Arc arc = make_arc(branch);
+  SolutionArc arc = make_arc(branch);
   ArcPoint first;
   if (!arc.solve_at(value, start, first)) {
     branch.ended = fmt::format(
@@ -93,7 +93,7 @@ Branch Continuation::from_state(Along along, double held, double value, double f
   return branch;
 }
 
-BranchPoint Continuation::describe(Arc& arc, const ArcPoint& at, double turning) {
+BranchPoint Continuation::describe(SolutionArc& arc, const ArcPoint& at, double turning) {
   BranchPoint point;
   point.frequency_hz = arc.frequency(at.value);
   point.amplitude = arc.amplitude(at.value);
@@ -126,7 +126,7 @@ BranchPoint Continuation::describe(Arc& arc, const ArcPoint& at, double turning)
 }
 
 // Puts the point that left the range from its neighbour `before` back onto the limit.
-void Continuation::end_at_limit(Arc& arc, const ArcPoint& before, const ArcPoint& tangent,
+void Continuation::end_at_limit(SolutionArc& arc, const ArcPoint& before, const ArcPoint& tangent,
                                 double value, ArcPoint& point, ArcPoint& direction) {
   const double share = (value - before.value) / (point.value - before.value);
   ArcPoint guess = point;
@@ -136,7 +136,7 @@ void Continuation::end_at_limit(Arc& arc, const ArcPoint& before, const ArcPoint
   arc.tangent(point, tangent, direction);
 }
 
-void Continuation::walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& branch) {
+void Continuation::walk(SolutionArc& arc, ArcPoint first, ArcPoint direction, Branch& branch) {
   const double low = std::min(branch.from, branch.to), high = std::max(branch.from, branch.to);
   const double sign = branch.to > branch.from ? 1.0 : -1.0;
   const StepLimits limits{options_.least_step, options_.greatest_step};
@@ -222,8 +222,8 @@ SolveReport solve_through_folds(PeriodicSystem& system, std::span<const double> 
     report.amplitude_reached *= kLittle;
     return report;
   }
-  Arc arc(system.model(), {theta.begin(), theta.end()}, system.options(), shape, 1,
-          Along::amplitude, frequency, 1.0);
+  SolutionArc arc(system.model(), {theta.begin(), theta.end()}, system.options(), shape, 1,
+                  Along::amplitude, frequency, 1.0);
   ArcPoint point{rest, kLittle}, direction{std::vector<double>(rest.size(), 0.0), 1.0};
   arc.set_scale(point, direction);
   if (!arc.tangent(point, ArcPoint(direction), direction)) return report;

@@ -97,16 +97,16 @@ class Continuation {
 
  private:
   GridOptions ring(int periods) const;
-  Arc make_arc(const Branch& branch) const;
+  SolutionArc make_arc(const Branch& branch) const;
   Branch from_rest(Along along, double held, double from, double to);
-  static void end_at_limit(Arc& arc, const ArcPoint& before, const ArcPoint& tangent, double value,
-                           ArcPoint& point, ArcPoint& direction);
-  void walk(Arc& arc, ArcPoint first, ArcPoint direction, Branch& branch);
-  void look_between(Arc& arc, const BranchPoint& a, const BranchPoint& b, const ArcPoint& tangent,
-                    Branch& branch);
-  std::optional<BranchPoint> between(Arc& arc, const BranchPoint& a, const BranchPoint& b,
+  static void end_at_limit(SolutionArc& arc, const ArcPoint& before, const ArcPoint& tangent,
+                           double value, ArcPoint& point, ArcPoint& direction);
+  void walk(SolutionArc& arc, ArcPoint first, ArcPoint direction, Branch& branch);
+  void look_between(SolutionArc& arc, const BranchPoint& a, const BranchPoint& b,
+                    const ArcPoint& tangent, Branch& branch);
+  std::optional<BranchPoint> between(SolutionArc& arc, const BranchPoint& a, const BranchPoint& b,
                                      const ArcPoint& tangent, double share, bool forward);
-  BranchPoint describe(Arc& arc, const ArcPoint& at, double turning);
+  BranchPoint describe(SolutionArc& arc, const ArcPoint& at, double turning);
 
   const Model* model_;
   std::vector<double> theta_;

@@ -91,7 +91,7 @@ bool subharmonic_stands_out(std::span<const double> record, int periods) {
 Branch Continuation::doubled(const Branch& branch, const SpecialPoint& at) {
   Branch out{branch.along, branch.held, branch.from, branch.to, 2 * branch.periods,
              {},           {},          false,       {}};
-  Arc arc = make_arc(out);
+  SolutionArc arc = make_arc(out);
   const std::vector<double>& one = at.point.at.z;
   ArcPoint point{one, at.point.at.value};
   point.z.insert(point.z.end(), one.begin(), one.end());

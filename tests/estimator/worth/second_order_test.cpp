@@ -101,7 +101,7 @@ TEST(SecondOrder, BiasIsThatOfTheOleoOnItsTyre) {
                              {{1.5, 3.048, 16, 1.0}, {3.0, 3.048, 16, 1.0}}, truth, 160, 1e-3);
 }
 
-MonteCarloOptions figure(double frequency, double amplitude, double noise) {
+MonteCarloOptions figure_with_noise(double frequency, double amplitude, double noise) {
   MonteCarloOptions options;
   options.runs = {{frequency, amplitude, 40, 1.0}};
   options.truth = testing::kOleoFeet;
@@ -115,7 +115,7 @@ MonteCarloOptions figure(double frequency, double amplitude, double noise) {
 // standard errors of the mean are 0.03.
 TEST(SecondOrder, CorrectionTakesBiasAndScatterOffFigure12) {
   const Model model(testing::oleo(32.178));
-  auto options = figure(2.0, 10.0, 0.01 * 0.5698);
+  auto options = figure_with_noise(2.0, 10.0, 0.01 * 0.5698);
   options.replications = repetitions(10000);
   const auto better = monte_carlo(model, options);
   options.bias = Bias::off;
