@@ -12,6 +12,9 @@ add_custom_command(OUTPUT ${pages}.made
   COMMAND ${CMAKE_COMMAND} -E touch ${pages}.made
   DEPENDS ${programs} ${script} VERBATIM)
 add_custom_target(man_pages ALL DEPENDS ${pages}.made)
+if(TARGET whole_system)
+  add_dependencies(whole_system man_pages)
+endif()
 foreach(section IN ITEMS 1 8)
   install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man${section}
           FILES_MATCHING PATTERN "*.${section}.gz")

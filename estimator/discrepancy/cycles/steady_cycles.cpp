@@ -22,7 +22,7 @@ namespace {
 
 // Of what was said: the samples' own frequency is tried instead, is told, and is taken for a wrong
 // unit of time (of its logarithm).
-constexpr double kOtherFrequency = 0.05, kFrequencyApart = 0.005, kOtherUnit = 1.7;
+constexpr double kOtherFrequency = 0.05, kFrequencyApart = 0.005, kLogOtherUnit = 1.7;
 constexpr double kAmplitudeApart = 0.25;   // a quarter more or less than was said
 constexpr double kMostChange = 0.05;       // of the driver's amplitude over the cycles
 constexpr double kSureChange = 8.0;        // standard errors
@@ -110,7 +110,7 @@ Result<PhaseFit> phase_of(const Recording& r, const SteadyOptions& options) {
   if (!phase.ok && found) phase = fit_phase(r.t, driver_of(r), *found);
   if (!phase.ok) return without_phase(r, options);
   const double times = phase.frequency_hz / r.frequency_hz;
-  if (std::isfinite(times) && std::fabs(std::log(times)) > kOtherUnit)
+  if (std::isfinite(times) && std::fabs(std::log(times)) > kLogOtherUnit)
     return mistake_in(
         r, fmt::format("frequency_hz says {:g}, but the {} has {:.5g} Hz: check the unit of its "
                        "time, or say {:.5g}",
