@@ -26,7 +26,7 @@ constexpr int kMostRounds = 8;         // of closing the arcs
 constexpr double kClosed = 1e-4;       // of a state's size: a linear correction does the rest
 constexpr double kFelt = 0.1;  // of all data's standard errors together: what steps may move
 constexpr double kUnstable = 2.6;
-constexpr double kStable = 1.2;  // rate of the fastest decay times the step
+constexpr double kStable = 1.2;  // largest eigenvalue of the equations times the step
 
 std::vector<int> free_of(const Model& model) {
   std::vector<int> free;
@@ -119,8 +119,8 @@ void TransientResponse::begin_from_data() {
   }
 }
 
-// As many as are accurate. Explicit steps must be shorter than the fastest decay besides: friction
-// on a narrow edge is stiff.
+// As many as are accurate. Explicit steps must be shorter than the fastest decay or oscillation
+// besides: friction on a narrow edge is stiff.
 int TransientResponse::steps_between_samples(const std::vector<double>& theta) const {
   constexpr int kPoints = 8;
   const int seen = model_->observed(), speed = equations_.velocity_of(seen);
@@ -138,6 +138,7 @@ int TransientResponse::steps_between_samples(const std::vector<double>& theta) c
   take(h_s, m_ * m_);
   take(h_theta, m_ * equations_.parameters());
   double fastest = 0.0;
+  MatrixXd slopes(m_, m_);
   for (std::size_t from = 0; from < arcs_.size(); from += kPoints / 2) {
     for (std::size_t i = 0; i < kPoints; ++i) {
       const std::size_t a = std::min(from + i / 2, arcs_.size() - 1);
@@ -150,11 +151,12 @@ int TransientResponse::steps_between_samples(const std::vector<double>& theta) c
       continue;
     for (int i = 0; i < kPoints; ++i) {
       for (int r = 0; r < m_; ++r) {
-        double row = 0.0;
         for (int c = 0; c < m_; ++c)
-          row += std::fabs(h_s[static_cast<std::size_t>(r * m_ + c)][i]) * scale_[c] / scale_[r];
-        fastest = std::max(fastest, row);
+          slopes(r, c) = h_s[static_cast<std::size_t>(r * m_ + c)][i] * scale_[c] / scale_[r];
       }
+      // Not the rows' sums: those of a stiff spring grow with the square of its frequency.
+      if (slopes.allFinite())
+        fastest = std::max(fastest, eigenvalues_of(slopes).cwiseAbs().maxCoeff());
     }
   }
   // Not an int before it is known to fit: a wild trial's slopes know no bounds.

@@ -69,6 +69,8 @@ TEST(NotTried, HoldsWhatTheRankingOfADecayDoesNot) {
   expect_whole_catalogue(quiet);
   EXPECT_EQ(quiet.verdict, Verdict::adequate);
   expect_whole_catalogue(of_decay(0.05, 1.0));
+  // A spring in series is stiff, but not too stiff for steps between the samples.
+  EXPECT_EQ(times(quiet.ranking, "tyre"), 1);
 }
 
 // Ranges of the catalogue are metres': in other units some effects cannot be computed. They are
