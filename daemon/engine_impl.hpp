@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <complex>
 #include <optional>
 #include <string>
@@ -196,7 +197,7 @@ struct Engine::Impl {
   EstimatorCommands& estimator;
   Outlet& outlet;
 
-  State state = State::idle;
+  std::atomic<State> state = State::idle;  // any thread reads it; changed before it is published
   std::string reason = "started";
   Nanoseconds entered{};
   Nanoseconds rest_began{};  // begin of the measurement at rest

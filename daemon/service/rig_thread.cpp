@@ -234,7 +234,6 @@ void RigThread::answer() {
 
 void RigThread::show_state() {
   auto shown = std::make_shared<const protocol::StateDocument>(engine_.state_document());
-  state_ = engine_.state();
   ramp_s_ = engine_.ramp_s();
   const std::lock_guard lock(mutex_);
   deadman_seen_ = engine_.deadman_seen();

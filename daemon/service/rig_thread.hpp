@@ -40,7 +40,7 @@ class RigThread {
   Result<void> ask(Task task, bool urgent = false);
   void tell(std::function<void(Engine&)> task);  // does not wait
 
-  State state() const { return state_.load(); }
+  State state() const { return engine_.state(); }
   protocol::StateDocument state_document() const;   // as of the last tick
   double ramp_s() const { return ramp_s_.load(); }  // of the current campaign, s
   std::optional<Engine::DeadmanSeen> deadman_seen() const;
@@ -71,7 +71,6 @@ class RigThread {
   Waker& waker_;
 
   std::atomic<std::int64_t> progress_, heard_, late_max_{0};
-  std::atomic<State> state_{State::idle};
   std::atomic<double> ramp_s_{0.0};
   std::atomic<int> clients_{0};
   mutable std::mutex mutex_;

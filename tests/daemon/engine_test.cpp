@@ -55,6 +55,22 @@ TEST(Engine, DocumentsOfARunComeInOrder) {
   EXPECT_EQ(open, 0);
 }
 
+// A client that reads IDLE and then asks for a diagnosis must not be told that the rig still moves.
+TEST(Engine, TheStateIsTheOneThatAClientWasTold) {
+  EngineBench bench;
+  std::string differences;
+  bench.outlet.on_publish = [&](const protocol::Document& d) {
+    const auto* told = std::get_if<protocol::StateDocument>(&d);
+    if (told != nullptr && told->state != name(bench.engine.state()))
+      differences += told->state + " ";
+  };
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.start(bench_campaign(2, 3)).ok());
+  ASSERT_TRUE(bench.run_until(State::ramp_down, 120.0));
+  ASSERT_TRUE(bench.run_until(State::idle, 5.0));
+  EXPECT_EQ(differences, "");
+}
+
 TEST(Engine, MotionBeginsFromZeroThroughTheRampWithAGentleStep) {
   EngineBench bench;
   ASSERT_TRUE(bench.measuring(bench_campaign(1, 50)));

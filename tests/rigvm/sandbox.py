@@ -53,7 +53,9 @@ def main():
     step(f"{words}, confined by {len(confined_unit(words))} lines of the installed unit")
     subprocess.run(["systemctl", "start", "suite.service"], timeout=SECONDS + 60, check=False)
     said = pathlib.Path("/srv/rigvm/out/suite.log").read_text()
-    print(said[-4000:])
+    for story in re.findall(r"^={70}\n(?:ERROR|FAIL): .*?(?=^={70}|\Z)", said, re.MULTILINE | re.DOTALL):
+        print(story if len(story) < 4000 else f"{story[:1000]}\n...\n{story[-3000:]}")
+    print(said[-500:])
     result = unit_property("suite.service", "Result")
     expect(re.search(r"^Ran \d+ tests", said, re.MULTILINE), f"the tests did not come to an end: {result}")
     expect(result == "success", f"the service ended with {result}")

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -142,6 +143,7 @@ class FakeOutlet final : public daemon::Outlet {
       }
     }
     documents.push_back(d);
+    if (on_publish) on_publish(d);
     return {};
   }
   Result<void> result() const {
@@ -174,6 +176,7 @@ class FakeOutlet final : public daemon::Outlet {
   }
 
   std::vector<protocol::Document> documents;
+  std::function<void(const protocol::Document&)> on_publish;
   std::vector<long> recorded;
   std::size_t samples = 0;
   int opened = 0, closed = 0;
