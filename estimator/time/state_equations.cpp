@@ -12,6 +12,7 @@ namespace {
 constexpr int kNewtonSteps = 12;     // for effects that are not linear in acceleration
 constexpr double kSolved = 1e-13;    // change of q, relative, at which Newton has converged
 constexpr double kSingular = 1e-14;  // smallest pivot, relative to the matrix's largest entry
+constexpr double kPivot = 1e-3;      // smallest pivot without an exchange, over the others' size
 constexpr int kProbes = 3;           // states at which derivatives_know_accelerations() evaluates
 
 std::size_t index(int i) {
@@ -41,6 +42,8 @@ void StateEquations::reserve(int n, Workspace& work) const {
   work.at.shape(model_, n);
   work.matrix.resize(index(c * c));
   work.column.resize(index(c));
+  work.inverse.resize(index(c * c) * work.stride());
+  work.change.resize(work.stride());
   work.pivot.resize(index(c));
 }
 
@@ -148,34 +151,99 @@ void StateEquations::substitute(Workspace& work) const {
   }
 }
 
-// Makes one Newton step on q in every lane. Returns the largest change and the largest |q|.
-bool StateEquations::solve_lanes(int n, Workspace& work, double* largest, double* scale) const {
+// The inverse of g_q in every lane; false where it is singular. Elimination runs over all lanes at
+// once and exchanges no rows; where a pivot is small, each lane is factorised alone.
+bool StateEquations::invert(int n, Workspace& work) const {
   const int c = coordinates_;
-  *largest = *scale = 0.0;
-  for (int i = 0; i < n; ++i) {
-    if (!factor(i, work)) return false;
-    for (int d = 0; d < c; ++d)
-      work.column[index(d)] = -work.at.g[index(d)][i];
-    substitute(work);
+  const auto entry = [&](int d, int e) { return &work.inverse[index(d * c + e) * work.stride()]; };
+  for (int d = 0; d < c; ++d) {
     for (int e = 0; e < c; ++e) {
-      double& q = velocity_of(e) >= 0 ? work.at.a[index(e)][i] : work.at.v[index(e)][i];
-      q += work.column[index(e)];
-      *largest = std::max(*largest, std::fabs(work.column[index(e)]));
-      *scale = std::max(*scale, std::fabs(q));
+      const auto& part = velocity_of(e) >= 0 ? work.at.g_a : work.at.g_v;
+      std::copy_n(part[index(d * c + e)], n, entry(d, e));
     }
   }
-  return std::isfinite(*scale);
+  for (int k = 0; k < c; ++k) {
+    double* __restrict pivot = entry(k, k);
+    for (int d = 0; d < c; ++d) {
+      const double* __restrict below = entry(d, k);
+      for (int i = 0; d != k && i < n; ++i) {
+        if (!(std::fabs(pivot[i]) >= kPivot * std::fabs(below[i]))) return invert_lanes(n, work);
+      }
+    }
+    if (std::count(pivot, pivot + n, 0.0) > 0) return invert_lanes(n, work);
+    for (int i = 0; i < n; ++i)
+      pivot[i] = 1.0 / pivot[i];
+    for (int e = 0; e < c; ++e) {
+      double* __restrict right = entry(k, e);
+      for (int i = 0; e != k && i < n; ++i)
+        right[i] *= pivot[i];
+    }
+    for (int d = 0; d < c; ++d) {
+      if (d == k) continue;
+      double* __restrict below = entry(d, k);
+      for (int e = 0; e < c; ++e) {
+        double* __restrict other = entry(d, e);
+        const double* __restrict right = entry(k, e);
+        for (int i = 0; e != k && i < n; ++i)
+          other[i] -= below[i] * right[i];
+      }
+      for (int i = 0; i < n; ++i)
+        below[i] *= -pivot[i];
+    }
+  }
+  return true;
 }
 
+bool StateEquations::invert_lanes(int n, Workspace& work) const {
+  const int c = coordinates_;
+  for (int i = 0; i < n; ++i) {
+    if (!factor(i, work)) return false;
+    for (int k = 0; k < c; ++k) {
+      std::fill(work.column.begin(), work.column.end(), 0.0);
+      work.column[index(k)] = 1.0;
+      substitute(work);
+      for (int e = 0; e < c; ++e)
+        work.inverse[index(e * c + k) * work.stride() + index(i)] = work.column[index(e)];
+    }
+  }
+  return true;
+}
+
+// `out` = -(row e of g_q^-1) times a column: array k of each row of `of`, which has `columns`.
+void StateEquations::solve(int n, const Workspace& work, int e, const std::vector<double*>& of,
+                           int columns, int k, double* out) const {
+  double* __restrict to = out;
+  std::fill_n(to, n, 0.0);
+  for (int d = 0; d < coordinates_; ++d) {
+    const double* __restrict inverse = &work.inverse[index(e * coordinates_ + d) * work.stride()];
+    const double* __restrict column = of[index(d * columns + k)];
+    for (int i = 0; i < n; ++i)
+      to[i] -= inverse[i] * column[i];
+  }
+}
+
+// Makes one Newton step on q in every lane. Returns the largest change and the largest |q|.
+bool StateEquations::solve_lanes(int n, Workspace& work, double* largest, double* scale) const {
+  *largest = *scale = 0.0;
+  if (!invert(n, work)) return false;
+  for (int e = 0; e < coordinates_; ++e) {
+    double* change = work.change.data();
+    solve(n, work, e, work.at.g, 1, 0, change);
+    double* q = velocity_of(e) >= 0 ? work.at.a[index(e)] : work.at.v[index(e)];
+    for (int i = 0; i < n; ++i) {
+      q[i] += change[i];
+      *largest = std::max(*largest, std::fabs(change[i]));
+      *scale = std::max(*scale, std::fabs(q[i]));
+    }
+    if (std::any_of(q, q + n, [](double x) { return !std::isfinite(x); })) return false;
+  }
+  return true;
+}
+
+// `work.inverse` belongs to the last Newton step.
 void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
                                  double* const* h_theta) const {
   const int c = coordinates_, m = states_, p = parameters();
-  const auto write = [&](int column, int columns, double* const* into, int lane) {
-    for (int e = 0; e < c; ++e) {
-      const int row = velocity_of(e) >= 0 ? velocity_of(e) : e;
-      into[row * columns + column][lane] = work.column[index(e)];
-    }
-  };
   for (int e = 0; e < c; ++e) {
     if (velocity_of(e) < 0) continue;
     for (int k = 0; h_s != nullptr && k < m; ++k)
@@ -183,25 +251,14 @@ void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
     for (int k = 0; h_theta != nullptr && k < p; ++k)
       std::fill_n(h_theta[e * p + k], n, 0.0);
   }
-  for (int i = 0; i < n; ++i) {
-    factor(i, work);
+  for (int e = 0; e < c; ++e) {
+    const int row = velocity_of(e) >= 0 ? velocity_of(e) : e;
     for (int k = 0; h_s != nullptr && k < c; ++k) {
-      for (int d = 0; d < c; ++d)
-        work.column[index(d)] = -work.at.g_u[index(d * c + k)][i];
-      substitute(work);
-      write(k, m, h_s, i);
-      if (velocity_of(k) < 0) continue;
-      for (int d = 0; d < c; ++d)
-        work.column[index(d)] = -work.at.g_v[index(d * c + k)][i];
-      substitute(work);
-      write(velocity_of(k), m, h_s, i);
+      solve(n, work, e, work.at.g_u, c, k, h_s[row * m + k]);
+      if (velocity_of(k) >= 0) solve(n, work, e, work.at.g_v, c, k, h_s[row * m + velocity_of(k)]);
     }
-    for (int k = 0; h_theta != nullptr && k < p; ++k) {
-      for (int d = 0; d < c; ++d)
-        work.column[index(d)] = -work.at.g_theta[index(d * p + k)][i];
-      substitute(work);
-      write(k, p, h_theta, i);
-    }
+    for (int k = 0; h_theta != nullptr && k < p; ++k)
+      solve(n, work, e, work.at.g_theta, p, k, h_theta[row * p + k]);
   }
 }
 
