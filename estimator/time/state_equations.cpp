@@ -9,11 +9,9 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kNewtonSteps = 12;     // for effects that are not linear in acceleration
-constexpr double kSolved = 1e-13;    // change of q, relative, at which Newton has converged
-constexpr double kSingular = 1e-14;  // smallest pivot, relative to the matrix's largest entry
-constexpr double kPivot = 1e-3;      // smallest pivot without an exchange, over the others' size
-constexpr int kProbes = 3;           // states at which derivatives_know_accelerations() evaluates
+constexpr int kNewtonSteps = 12;   // for effects that are not linear in acceleration
+constexpr double kSolved = 1e-13;  // change of q, relative, at which Newton has converged
+constexpr int kProbes = 3;         // states at which derivatives_know_accelerations() evaluates
 
 std::size_t index(int i) {
   return static_cast<std::size_t>(i);
@@ -37,14 +35,10 @@ StateEquations::StateEquations(const Model& model, std::vector<double> force)
 
 void StateEquations::reserve(int n, Workspace& work) const {
   if (n <= work.lanes) return;
-  const int c = coordinates_;
   work.lanes = n;
   work.at.shape(model_, n);
-  work.matrix.resize(index(c * c));
-  work.column.resize(index(c));
-  work.inverse.resize(index(c * c) * work.stride());
-  work.change.resize(work.stride());
-  work.pivot.resize(index(c));
+  work.inverse.shape(n, coordinates_);
+  work.change.resize((index(n) + 7) / 8 * 8);
 }
 
 void StateEquations::find_kinds() {
@@ -106,120 +100,16 @@ bool StateEquations::evaluate(int n, const double* const* s, const double* x, co
   return true;
 }
 
-// LU factorisation of g_q with partial pivoting in one lane; false when it is singular.
-bool StateEquations::factor(int lane, Workspace& work) const {
-  const int c = coordinates_;
-  auto& m = work.matrix;
-  double largest = 0.0;
-  for (int d = 0; d < c; ++d) {
-    for (int e = 0; e < c; ++e) {
-      const auto& part = velocity_of(e) >= 0 ? work.at.g_a : work.at.g_v;
-      m[index(d * c + e)] = part[index(d * c + e)][lane];
-      largest = std::max(largest, std::fabs(m[index(d * c + e)]));
-    }
-  }
-  for (int k = 0; k < c; ++k) {
-    int best = k;
-    for (int d = k + 1; d < c; ++d) {
-      if (std::fabs(m[index(d * c + k)]) > std::fabs(m[index(best * c + k)])) best = d;
-    }
-    work.pivot[index(k)] = best;
-    if (!(std::fabs(m[index(best * c + k)]) > kSingular * largest)) return false;
-    if (best != k) std::swap_ranges(&m[index(k * c)], &m[index(k * c)] + c, &m[index(best * c)]);
-    for (int d = k + 1; d < c; ++d) {
-      const double factor = m[index(d * c + k)] /= m[index(k * c + k)];
-      for (int e = k + 1; e < c; ++e)
-        m[index(d * c + e)] -= factor * m[index(k * c + e)];
-    }
-  }
-  return true;
-}
-
-void StateEquations::substitute(Workspace& work) const {
-  const int c = coordinates_;
-  const auto& m = work.matrix;
-  auto& b = work.column;
-  for (int k = 0; k < c; ++k) {
-    std::swap(b[index(k)], b[index(work.pivot[index(k)])]);
-    for (int d = k + 1; d < c; ++d)
-      b[index(d)] -= m[index(d * c + k)] * b[index(k)];
-  }
-  for (int k = c; k-- > 0;) {
-    for (int e = k + 1; e < c; ++e)
-      b[index(k)] -= m[index(k * c + e)] * b[index(e)];
-    b[index(k)] /= m[index(k * c + k)];
-  }
-}
-
-// The inverse of g_q in every lane; false where it is singular. Elimination runs over all lanes at
-// once and exchanges no rows; where a pivot is small, each lane is factorised alone.
+// The inverse of g_q in every lane; false where it is singular.
 bool StateEquations::invert(int n, Workspace& work) const {
   const int c = coordinates_;
-  const auto entry = [&](int d, int e) { return &work.inverse[index(d * c + e) * work.stride()]; };
   for (int d = 0; d < c; ++d) {
     for (int e = 0; e < c; ++e) {
       const auto& part = velocity_of(e) >= 0 ? work.at.g_a : work.at.g_v;
-      std::copy_n(part[index(d * c + e)], n, entry(d, e));
+      std::copy_n(part[index(d * c + e)], n, work.inverse.entry(d, e));
     }
   }
-  for (int k = 0; k < c; ++k) {
-    double* __restrict pivot = entry(k, k);
-    for (int d = 0; d < c; ++d) {
-      const double* __restrict below = entry(d, k);
-      for (int i = 0; d != k && i < n; ++i) {
-        if (!(std::fabs(pivot[i]) >= kPivot * std::fabs(below[i]))) return invert_lanes(n, work);
-      }
-    }
-    if (std::count(pivot, pivot + n, 0.0) > 0) return invert_lanes(n, work);
-    for (int i = 0; i < n; ++i)
-      pivot[i] = 1.0 / pivot[i];
-    for (int e = 0; e < c; ++e) {
-      double* __restrict right = entry(k, e);
-      for (int i = 0; e != k && i < n; ++i)
-        right[i] *= pivot[i];
-    }
-    for (int d = 0; d < c; ++d) {
-      if (d == k) continue;
-      double* __restrict below = entry(d, k);
-      for (int e = 0; e < c; ++e) {
-        double* __restrict other = entry(d, e);
-        const double* __restrict right = entry(k, e);
-        for (int i = 0; e != k && i < n; ++i)
-          other[i] -= below[i] * right[i];
-      }
-      for (int i = 0; i < n; ++i)
-        below[i] *= -pivot[i];
-    }
-  }
-  return true;
-}
-
-bool StateEquations::invert_lanes(int n, Workspace& work) const {
-  const int c = coordinates_;
-  for (int i = 0; i < n; ++i) {
-    if (!factor(i, work)) return false;
-    for (int k = 0; k < c; ++k) {
-      std::fill(work.column.begin(), work.column.end(), 0.0);
-      work.column[index(k)] = 1.0;
-      substitute(work);
-      for (int e = 0; e < c; ++e)
-        work.inverse[index(e * c + k) * work.stride() + index(i)] = work.column[index(e)];
-    }
-  }
-  return true;
-}
-
-// `out` = -(row e of g_q^-1) times a column: array k of each row of `of`, which has `columns`.
-void StateEquations::solve(int n, const Workspace& work, int e, const std::vector<double*>& of,
-                           int columns, int k, double* out) const {
-  double* __restrict to = out;
-  std::fill_n(to, n, 0.0);
-  for (int d = 0; d < coordinates_; ++d) {
-    const double* __restrict inverse = &work.inverse[index(e * coordinates_ + d) * work.stride()];
-    const double* __restrict column = of[index(d * columns + k)];
-    for (int i = 0; i < n; ++i)
-      to[i] -= inverse[i] * column[i];
-  }
+  return work.inverse.invert(n);
 }
 
 // Makes one Newton step on q in every lane. Returns the largest change and the largest |q|.
@@ -228,7 +118,7 @@ bool StateEquations::solve_lanes(int n, Workspace& work, double* largest, double
   if (!invert(n, work)) return false;
   for (int e = 0; e < coordinates_; ++e) {
     double* change = work.change.data();
-    solve(n, work, e, work.at.g, 1, 0, change);
+    work.inverse.times(n, e, work.at.g.data(), 1, -1.0, change);
     double* q = velocity_of(e) >= 0 ? work.at.a[index(e)] : work.at.v[index(e)];
     for (int i = 0; i < n; ++i) {
       q[i] += change[i];
@@ -254,11 +144,12 @@ void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
   for (int e = 0; e < c; ++e) {
     const int row = velocity_of(e) >= 0 ? velocity_of(e) : e;
     for (int k = 0; h_s != nullptr && k < c; ++k) {
-      solve(n, work, e, work.at.g_u, c, k, h_s[row * m + k]);
-      if (velocity_of(k) >= 0) solve(n, work, e, work.at.g_v, c, k, h_s[row * m + velocity_of(k)]);
+      work.inverse.times(n, e, &work.at.g_u[index(k)], c, -1.0, h_s[row * m + k]);
+      if (velocity_of(k) >= 0)
+        work.inverse.times(n, e, &work.at.g_v[index(k)], c, -1.0, h_s[row * m + velocity_of(k)]);
     }
     for (int k = 0; h_theta != nullptr && k < p; ++k)
-      solve(n, work, e, work.at.g_theta, p, k, h_theta[row * p + k]);
+      work.inverse.times(n, e, &work.at.g_theta[index(k)], p, -1.0, h_theta[row * p + k]);
   }
 }
 

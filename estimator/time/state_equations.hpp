@@ -18,6 +18,7 @@
 
 #include "estimator/model.hpp"
 #include "estimator/model_arrays.hpp"
+#include "estimator/time/lane_inverse.hpp"
 
 namespace shaker::estimator {
 
@@ -41,12 +42,10 @@ class StateEquations {
   class Workspace {
    private:
     friend class StateEquations;
-    std::size_t stride() const { return (static_cast<std::size_t>(lanes) + 7) / 8 * 8; }
     int lanes = 0;
     ModelArrays at;
-    std::vector<double> matrix, column;  // of one lane
-    AlignedVector inverse, change;       // of all lanes: g_q^-1, c * c arrays, and a step
-    std::vector<int> pivot;
+    LaneInverse inverse;   // of g_q
+    AlignedVector change;  // of an unknown, in one Newton step
   };
 
   // Computes `rate` (`states` arrays of n) and, unless nullptr, `h_s` (states * states arrays, row
@@ -62,12 +61,7 @@ class StateEquations {
   bool evaluate(int n, const double* const* s, const double* x, const double* theta,
                 Workspace& work) const;
   bool solve_lanes(int n, Workspace& work, double* largest, double* scale) const;
-  bool factor(int lane, Workspace& work) const;
-  void substitute(Workspace& work) const;
   bool invert(int n, Workspace& work) const;
-  bool invert_lanes(int n, Workspace& work) const;
-  void solve(int n, const Workspace& work, int e, const std::vector<double*>& of, int columns,
-             int k, double* out) const;
   void derivatives(int n, Workspace& work, double* const* h_s, double* const* h_theta) const;
   void reserve(int n, Workspace& work) const;
 
