@@ -36,8 +36,8 @@ struct EstimateOptions : InputOptions {
   double accuracy = 0.0;  // relative, of the parameters; 0: a fixed grid
   // For a record that is not periodic.
   bool transient = false;
-  std::vector<double> initial;       // known initial states; empty: they are estimated
-  std::string integrator;            // "adams", "bdf", "rk4"; empty: by the record's length
+  std::vector<double> initial;  // known initial states; empty: they are estimated
+  std::string integrator;       // "adams", "bdf", "rk4", "sdirk4"; empty: by the record's length
   std::string intervals = "linear";  // or profile, bootstrap, posterior
   std::string loss = "squared";      // or huber, cauchy, tukey
   // The objective to minimise; empty: least squares, or MAP if the model has priors.

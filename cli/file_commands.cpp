@@ -137,8 +137,8 @@ void add_estimate(CLI::App& app, Options& o) {
                    "Known initial states, e.g. 0,3: stroke, speed (default: estimated)")
       ->delimiter(',')
       ->needs(transient);
-  estimating->add_option("--integrator", o.estimate.integrator, "adams, bdf or rk4")
-      ->check(CLI::IsMember({"adams", "bdf", "rk4"}))
+  estimating->add_option("--integrator", o.estimate.integrator, "adams, bdf, rk4 or sdirk4")
+      ->check(CLI::IsMember({"adams", "bdf", "rk4", "sdirk4"}))
       ->needs(transient);
   add_weighing(estimating, o.estimate);
   add_bias(estimating, o.estimate.bias);

@@ -17,6 +17,7 @@ constexpr std::size_t kLong = 5000;  // samples; above it fixed steps are faster
 
 estimator::Integrator integrator_of(const EstimateOptions& options, std::size_t samples) {
   if (options.integrator == "rk4") return estimator::Integrator::runge_kutta4;
+  if (options.integrator == "sdirk4") return estimator::Integrator::sdirk4;
   if (options.integrator == "bdf") return estimator::Integrator::bdf;
   if (options.integrator == "adams") return estimator::Integrator::adams;
   return samples > kLong ? estimator::Integrator::runge_kutta4 : estimator::Integrator::adams;

@@ -123,11 +123,13 @@ std::unique_ptr<TimeIntegration> TimeIntegration::make(const StateEquations& equ
     plain.gradient = Gradient::sensitivities;
     return make_differences(equations, make(equations, plain, free), free);
   }
-  if (options.integrator != Integrator::runge_kutta4)
+  if (options.integrator == Integrator::adams || options.integrator == Integrator::bdf)
     return make_cvodes(equations, options, std::move(free));
   if (options.gradient == Gradient::augmented_states)
     throw std::invalid_argument(
         "the augmented states (5.11) are there for CVODES only; choose adams or bdf");
+  if (options.integrator == Integrator::sdirk4)
+    return make_implicit_runge_kutta(equations, options, std::move(free));
   return make_runge_kutta(equations, options, std::move(free));
 }
 

@@ -6,6 +6,8 @@
 //                 presliding distance). If adams fails, bdf integrates the arc again.
 //   runge_kutta4  the method of the paper: classical, fixed steps between the samples, all segments
 //                 of all records as a batch in SIMD lanes. Much faster for long records.
+//   sdirk4        implicit, L-stable, of order four, with fixed steps in lanes likewise: for long
+//                 records of stiff models.
 // Only the state equations control CVODES' steps, so a trajectory is the same with and without
 // sensitivities, as section 5.1 requires.
 //
@@ -25,12 +27,12 @@
 
 namespace shaker::estimator {
 
-enum class Integrator { adams, bdf, runge_kutta4 };
+enum class Integrator { adams, bdf, runge_kutta4, sdirk4 };
 enum class Gradient { sensitivities, augmented_states, finite_differences };
 
 // Whether a step ends at each velocity reversal, where |v| v is not smooth. runge_kutta4 keeps its
 // fourth order this way. CVODES restarts at order one each time, which costs more than it gains.
-// automatic: runge_kutta4 cuts its steps, CVODES does not.
+// automatic: runge_kutta4 cuts its steps, CVODES does not. sdirk4 never does.
 enum class CutAtReversals { automatic, always, never };
 
 struct TimeOptions {
@@ -43,7 +45,7 @@ struct TimeOptions {
   // state controls the steps; at 1e-10 the sensitivities then have an error of about 1e-6 of their
   // size.
   bool control_sensitivities = false;
-  // runge_kutta4: the largest step, s; 0: the spacing of the samples.
+  // runge_kutta4, sdirk4: the largest step, s; 0: the spacing of the samples.
   double step = 0.0;
   CutAtReversals cut = CutAtReversals::automatic;
 };

@@ -12,6 +12,9 @@ namespace shaker::estimator {
 std::unique_ptr<TimeIntegration> make_runge_kutta(const StateEquations& equations,
                                                   const TimeOptions& options,
                                                   std::vector<int> free);
+std::unique_ptr<TimeIntegration> make_implicit_runge_kutta(const StateEquations& equations,
+                                                           const TimeOptions& options,
+                                                           std::vector<int> free);
 std::unique_ptr<TimeIntegration> make_cvodes(const StateEquations& equations,
                                              const TimeOptions& options, std::vector<int> free);
 // Central differences around `inner`, which integrates without sensitivities.

@@ -6,7 +6,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kPivot = 1e-3;      // smallest pivot without an exchange, over the others' size
+constexpr double kPivot = 1e-5;      // smallest pivot without an exchange, over the others' size
 constexpr double kSingular = 1e-14;  // smallest pivot, relative to the matrix's largest entry
 
 std::size_t at(int i) {

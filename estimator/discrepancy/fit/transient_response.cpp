@@ -166,25 +166,44 @@ int TransientResponse::steps_between_samples(const std::vector<double>& theta) c
 }
 
 bool TransientResponse::integrate(const std::vector<double>& theta) {
-  const int steps = steps_between_samples(theta);
-  if (steps == 0) return false;
-  if (!integration_ || steps > steps_ || 2 * steps < steps_) {
+  const int explicit_steps = steps_between_samples(theta);
+  const bool stiff = explicit_steps == 0;
+  const int steps = stiff ? least_steps_ : explicit_steps;
+  if (!integration_ || stiff != stiff_ || steps > steps_ || 2 * steps < steps_) {
     TimeOptions options;
-    options.integrator = Integrator::runge_kutta4;
     options.step = run_->dt / steps;
     options.cut = model_->has_velocity_kink() && model_->coordinates() == 1
                       ? CutAtReversals::automatic
                       : CutAtReversals::never;
-    integration_ = make_runge_kutta(equations_, options, free_);
+    integration_ = stiff ? make_implicit_runge_kutta(equations_, options, free_)
+                         : make_runge_kutta(equations_, options, free_);
     steps_ = steps;
+    stiff_ = stiff;
     for (Arc& arc : arcs_)
       arc.nodes.clear();
   }
   if (!integration_->run(arcs_, theta, true).ok) return false;
-  return std::all_of(arcs_.begin(), arcs_.end(), [&](const Arc& arc) {
+  const bool bounded = std::all_of(arcs_.begin(), arcs_.end(), [&](const Arc& arc) {
     return std::all_of(arc.states.begin(), arc.states.end(),
                        [](double x) { return std::isfinite(x) && std::fabs(x) < 1e100; });
   });
+  if (bounded && !sized_) size_memories();
+  return bounded;
+}
+
+// A memory's scale is its largest value on the way from rest.
+void TransientResponse::size_memories() {
+  sized_ = true;
+  for (int j = 0; j < m_; ++j) {
+    if (!remembers(j)) continue;
+    double largest = 0.0;
+    for (const Arc& arc : arcs_) {
+      for (auto at = static_cast<std::size_t>(j); at < arc.states.size();
+           at += static_cast<std::size_t>(m_))
+        largest = std::max(largest, std::fabs(arc.states[at]));
+    }
+    if (largest > 0.0) scale_[j] = largest;
+  }
 }
 
 void TransientResponse::condense() {
@@ -240,15 +259,17 @@ double TransientResponse::correct() {
   const MatrixXd start = whitened(datum_, of_start);
   const MatrixXd over = whitened(datum_, series.rightCols(model_->parameter_count()));
   MatrixXd gram = start.transpose() * start;
+  const VectorXd e = whitened(datum_, datum_.response - series.col(0));
+  VectorXd towards = start.transpose() * e;
   // What the data say nothing of (a memory that fades at once) is near rest.
   const double ridge = 1e-12 * gram.diagonal().maxCoeff();
   for (int j = 0; j < m_; ++j) {
-    const bool memory = j >= model_->mechanical() && j < equations_.coordinates();
-    gram(j, j) += memory ? std::max(1.0, ridge) : ridge;
+    const double prior = remembers(j) ? std::max(1.0, ridge) : ridge;
+    gram(j, j) += prior;
+    if (remembers(j)) towards[j] -= prior * arcs_[0].start[static_cast<std::size_t>(j)] / scale_[j];
   }
   const Ldlt factor(gram);
-  const VectorXd e = whitened(datum_, datum_.response - series.col(0));
-  const VectorXd step = factor.solve(VectorXd(start.transpose() * e));
+  const VectorXd step = factor.solve(towards);
   const MatrixXd suited = factor.solve(MatrixXd(start.transpose() * over));
   value_ = series.col(0) + of_start * step;
   jacobian_ = series.rightCols(model_->parameter_count()) - of_start * suited;

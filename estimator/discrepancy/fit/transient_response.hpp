@@ -40,9 +40,14 @@ class TransientResponse {
  private:
   void cut();
   void begin_from_data();
-  // 0: too stiff for steps that one can wait for.
+  // Of the explicit integrator; 0: they would be too many.
   int steps_between_samples(const std::vector<double>& theta) const;
   bool integrate(const std::vector<double>& theta);
+  // Whether a state is an effect's memory, not a motion.
+  bool remembers(int state) const {
+    return state >= model_->mechanical() && state < equations_.coordinates();
+  }
+  void size_memories();
   bool close(const std::vector<double>& theta);
   void settle_steps(const std::vector<double>& theta);
   // Condensed onto the initial state and the parameters: predicted samples and their slopes.
@@ -63,7 +68,7 @@ class TransientResponse {
   std::vector<std::size_t> first_;  // sample of each arc
   std::unique_ptr<TimeIntegration> integration_;
   int steps_ = 0, least_steps_ = 1;  // of the integration between two samples
-  bool steps_settled_ = false;
+  bool steps_settled_ = false, stiff_ = false, sized_ = false;
   Eigen::VectorXd scale_;  // of each state
   std::vector<double> theta_;
   bool solved_ = false;

@@ -69,8 +69,9 @@ TEST(NotTried, HoldsWhatTheRankingOfADecayDoesNot) {
   expect_whole_catalogue(quiet);
   EXPECT_EQ(quiet.verdict, Verdict::adequate);
   expect_whole_catalogue(of_decay(0.05, 1.0));
-  // A spring in series is stiff, but not too stiff for steps between the samples.
+  // A spring in series is stiff, and a damper without inertia behind a play stiffer still.
   EXPECT_EQ(times(quiet.ranking, "tyre"), 1);
+  EXPECT_EQ(times(quiet.ranking, "free_play"), 1);
 }
 
 // Ranges of the catalogue are metres': in other units some effects cannot be computed. They are

@@ -62,7 +62,8 @@ TimeOptions with(Integrator integrator, Gradient gradient = Gradient::sensitivit
   TimeOptions options;
   options.integrator = integrator;
   options.gradient = gradient;
-  if (integrator == Integrator::runge_kutta4) options.step = 2e-3;
+  if (integrator == Integrator::runge_kutta4 || integrator == Integrator::sdirk4)
+    options.step = 2e-3;
   return options;
 }
 
@@ -165,14 +166,48 @@ TEST_P(EveryIntegrator, RefusesAStartBeyondTheWall) {
   EXPECT_EQ(result.report.reached, 0.0);
 }
 
+std::string integrator_name(const ::testing::TestParamInfo<Integrator>& which) {
+  constexpr const char* kNames[] = {"adams", "bdf", "runge_kutta4", "sdirk4"};
+  return kNames[static_cast<int>(which.param)];
+}
 INSTANTIATE_TEST_SUITE_P(Integrators, EveryIntegrator,
                          ::testing::Values(Integrator::adams, Integrator::bdf,
-                                           Integrator::runge_kutta4),
-                         [](const auto& which) {
-                           return which.param == Integrator::adams ? "adams"
-                                  : which.param == Integrator::bdf ? "bdf"
-                                                                   : "runge_kutta4";
-                         });
+                                           Integrator::runge_kutta4, Integrator::sdirk4),
+                         integrator_name);
+
+// A decay with play in the joints. The stroke of the damper has no inertia: against a stop it
+// follows within k / c = 25 us, and the samples are 20 ms apart.
+TEST(Integration, TakesLongImplicitStepsThroughAStiffModel) {
+  config::ModelSpec spec = linear_oscillator();
+  spec.effects.push_back(effect("free_play"));
+  const Model model(spec);
+  const StateEquations equations(model);
+  std::vector<double> theta = model.start();
+  theta[0] = 0.5;
+  theta[1] = 40.0;
+  const std::vector<double> start = {0.05, 0.05, 0.0};
+  ASSERT_EQ(equations.states(), 3);
+  const auto times = even_times(0.0, 2.0, 100);
+  TimeOptions exact = with(Integrator::bdf);
+  exact.control_sensitivities = true;
+  TimeOptions steps = with(Integrator::sdirk4);
+  steps.step = 0.0;
+  const auto reference = run(equations, times, start, Excitation(), theta, exact);
+  const auto result = run(equations, times, start, Excitation(), theta, steps);
+  ASSERT_TRUE(reference.report.ok) << reference.report.sentence();
+  ASSERT_TRUE(result.report.ok) << result.report.sentence();
+  const std::size_t columns = 3 + theta.size();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    EXPECT_NEAR(result.arc.states[3 * i], reference.arc.states[3 * i], 1e-4) << times[i];
+    for (std::size_t k = 3; k < 5; ++k) {  // over c and k
+      const std::size_t at = 3 * i * columns + k;
+      EXPECT_NEAR(result.arc.sensitivities[at], reference.arc.sensitivities[at], 1e-3) << times[i];
+    }
+  }
+  steps.integrator = Integrator::runge_kutta4;
+  const auto explosion = run(equations, times, start, Excitation(), theta, steps);
+  EXPECT_FALSE(explosion.report.ok && std::fabs(explosion.arc.states.end()[-3]) < 1.0);
+}
 
 TEST(Integration, DropsAsTheIndependentCodeDoes) {
   std::ifstream file(std::filesystem::path(SHAKER_TEST_DATA) / "verbeek1991.json");
