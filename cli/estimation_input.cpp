@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "base/unit.hpp"
 #include "cli/campaign_place.hpp"
 #include "cli/run_data.hpp"
 #include "cli/run_over_periods.hpp"
@@ -69,7 +69,7 @@ Result<EstimationInput> read_csv_run(const InputOptions& options, const PeriodsO
   if (!periods.named.empty())
     return Error{ErrorKind::invalid,
                  "a CSV file is one run and has no name for it; say --periods M"};
-  const auto table = read_run_table(options.file);
+  const auto table = read_run_table(options.file, model->length_unit);
   if (!table) return table.error();
   EstimationInput input;
   input.model = std::move(*model);
@@ -82,26 +82,24 @@ Result<EstimationInput> read_csv_run(const InputOptions& options, const PeriodsO
 }  // namespace
 
 // A model with lengths in feet and gravity in metres fits nothing, and no other check finds it.
-// Other length units than these are not checked.
+// The model's own units are not checked.
 Result<void> check_units(const config::ModelSpec& model) {
   constexpr double kGravity = 9.80665, kShare = 0.02;
-  static const std::map<std::string, double> metres = {
-      {"m", 1.0}, {"mm", 1e-3}, {"cm", 1e-2}, {"ft", 0.3048}, {"in", 0.0254}};
+  const auto differs = [&](const Unit& unit) {
+    return std::fabs(model.gravity * unit.scale / kGravity - 1.0) > kShare;
+  };
   const bool weighs = std::any_of(model.effects.begin(), model.effects.end(),
                                   [](const auto& effect) { return effect.effect == "gravity"; });
-  const auto unit = metres.find(model.length_unit);
-  if (!weighs || unit == metres.end()) return {};
-  const double gravity = model.gravity * unit->second;
-  for (const auto& [name, length] : metres) {
-    if (name == model.length_unit || std::fabs(model.gravity * length / kGravity - 1.0) > kShare)
-      continue;
-    if (std::fabs(gravity / kGravity - 1.0) > kShare)
-      return Error{
-          ErrorKind::invalid,
-          fmt::format("the model \"{}\" counts lengths in {} and has a gravity of {:g} "
-                      "{}/s^2, which is that of {}/s^2: \"length_unit\" and \"gravity\" do "
-                      "not match",
-                      model.name, model.length_unit, model.gravity, model.length_unit, name)};
+  const auto own = unit_called(model.length_unit, Dimension::length);
+  if (!weighs || !own || !differs(*own)) return {};
+  for (const Unit& unit : units_with(Dimension::length)) {
+    if (differs(unit)) continue;
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("the model \"{}\" counts lengths in {} and has a gravity of {:g} "
+                    "{}/s^2, which is that of {}/s^2: \"length_unit\" and \"gravity\" do "
+                    "not match",
+                    model.name, model.length_unit, model.gravity, model.length_unit, unit.name)};
   }
   return {};
 }

@@ -55,6 +55,24 @@ class Estimate(Scratch):
             self.assertAlmostEqual(parameter["standard_error"] / error, 1.0, delta=1e-3)
         self.assertAlmostEqual(document["sum_of_squares"] / expected["ssr"][0], 1.0, delta=1e-4)
 
+    def test_units_of_the_header_row_are_converted_to_the_models(self):
+        lines = (DATA / "oleo_j1.csv").read_text().splitlines()
+        self.assertEqual(lines[0], "t,y")
+        rows = [[float(number) for number in line.split(",")] for line in lines[1:]]
+        plain = json.loads(self.estimate(DATA / "oleo_j1.csv", "--json").stdout)
+        other = self.write("in.csv", "t [ms],y [in]\n" + "".join(f"{1e3 * t!r},{12 * y!r}\n" for t, y in rows))
+        result = self.estimate(other, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for a, b in zip(plain["parameters"], json.loads(result.stdout)["parameters"], strict=True):
+            self.assertAlmostEqual(a["value"] / b["value"], 1.0, delta=1e-9)
+        for header, sentence in (("t [h],y", '"h" is no unit of time; known are s, ms, us, min'),
+                                 ("t,y [g]", '"g" and the model\'s "ft" do not match; known are m, cm')):
+            wrong = self.write("wrong.csv", "\n".join([header, *lines[1:]]))
+            result = self.estimate(wrong)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(f"{wrong}:1: column ", result.stderr)
+            self.assertIn(sentence, result.stderr)
+
     def test_refines_the_grid_to_the_accuracy_that_is_asked_for(self):
         result = self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
