@@ -81,7 +81,8 @@ struct PlanCommand {
   double noise = 0.0;  // 0: that of the rig, otherwise that of a good transducer
   int points = 64, cycles = 20, runs = 3;
   unsigned threads = 0;
-  std::filesystem::path draw;  // HTML file; empty: none
+  std::filesystem::path draw;   // HTML file; empty: none
+  std::filesystem::path write;  // campaign file of the best set; empty: none
 };
 struct MonteCarloCommand {
   std::filesystem::path model;  // its start values are the truth

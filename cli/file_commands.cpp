@@ -276,6 +276,8 @@ void add_worth(CLI::App& app, Options& o) {
       ->capture_default_str();
   planning->add_option("--threads", o.plan.threads, "0: all")->check(CLI::Range(0U, 256U));
   planning->add_option("--draw", o.plan.draw, "Write a page (HTML) with pictures there");
+  planning->add_option("--write", o.plan.write,
+                       "Write the best set as a campaign file there, for `shakerctl run`");
   auto* repeating =
       add(app, o, "monte-carlo", "Estimate made-up campaigns many times: bias, scatter, coverage",
           [&o] { return monte_carlo(o.common, o.monte_carlo); });

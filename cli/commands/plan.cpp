@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/planned_campaign.hpp"
 #include "config/model.hpp"
 #include "config/rig.hpp"
 #include "report/plot/plot.hpp"
@@ -284,6 +285,11 @@ int plan(const Common& common, const PlanCommand& command) {
       fmt::print("{}\n", to_json(model, *options, *made).dump());
     else
       print(model, *options, *made);
+    if (!command.write.empty()) {
+      const auto written = write_planned_campaign(command.write, *spec, *made, *options);
+      if (!written) return fail(common, kBadInput, written.error().what);
+      if (!common.json) fmt::print("{}\n", command.write.string());
+    }
     const bool some = std::any_of(made->sets.begin(), made->sets.end(),
                                   [](const est::PlanSet& set) { return set.determined; });
     return some ? kOk : kNegative;
