@@ -16,11 +16,6 @@ double number_or_nan(const Json& document, const char* key) {
   return number_of(document, key).value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
-std::int64_t count_of(const Json& document, const char* key) {
-  const auto at = document.find(key);
-  return at != document.end() && at->is_number_integer() ? at->get<std::int64_t>() : 0;
-}
-
 const Json& list_of(const Json& document, const char* key) {
   static const Json kNone = Json::array();
   const auto at = document.find(key);
@@ -129,6 +124,11 @@ std::string text_of(const Json& document, const char* key) {
   if (!document.is_object()) return {};
   const auto at = document.find(key);
   return at != document.end() && at->is_string() ? at->get<std::string>() : std::string();
+}
+
+std::int64_t count_of(const Json& document, const char* key) {
+  const auto at = document.find(key);
+  return at != document.end() && at->is_number_integer() ? at->get<std::int64_t>() : 0;
 }
 
 std::optional<double> number_of(const Json& document, const char* key) {

@@ -55,7 +55,12 @@ class Plan(unittest.TestCase):
                          EXAMPLES / "rig-simulated.json", "--draw", page, "--json")
             self.assertEqual(result.returncode, 0, result.stderr)
             text = page.read_text()
-            self.assertIn("<svg", text)
+            self.assertEqual(text.count("<svg"), 2)
+            self.assertRegex(text, r"<th>rig</th><td>simulated</td>")
+            self.assertRegex(text, r"<th>planned</th><td>\d{4}-\d\d-\d\d [0-9:]+ UTC by shakerctl \d")
+            self.assertIn(">amplitude, m/s²</text>", text)
+            self.assertNotRegex(text, r"<th[^>]*>(open)?</th>")
+            self.assertIn("the stroke would go up to", text)
             self.assertNotIn("http://", text.replace("http://www.w3.org/2000/svg", ""))
         answer = json.loads(result.stdout)
         sizes = [len(each["runs"]) for each in answer["sets"]]
