@@ -161,6 +161,7 @@ protocol::EstimateDocument estimate_from(const Json& d) {
   estimate.iterations = static_cast<int>(count_of(d, "iterations"));
   estimate.converged = flag_of(d, "converged");
   estimate.usable = flag_of(d, "usable");
+  estimate.intervals_hold = !d.contains("intervals_hold") || flag_of(d, "intervals_hold");
   estimate.gap = number_of(d, "gap");
   estimate.noise_floor = number_of(d, "noise_floor");
   for (const Json& warning : list_of(d, "warnings")) {
