@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <numbers>
 #include <utility>
 
@@ -107,12 +108,17 @@ std::string_view si_unit(Dimension dimension) {
   return std::ranges::find(kUnits, dimension, &Unit::dimension)->name;
 }
 
+std::vector<Unit> units_with(Dimension dimension) {
+  std::vector<Unit> found;
+  std::ranges::copy_if(kUnits, std::back_inserter(found),
+                       [&](const Unit& unit) { return unit.dimension == dimension; });
+  return found;
+}
+
 std::string units_of(Dimension dimension) {
   std::string names;
-  for (const Unit& unit : kUnits) {
-    if (unit.dimension == dimension)
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", unit.name);
-  }
+  for (const Unit& unit : units_with(dimension))
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", unit.name);
   return names;
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace shaker {
 
@@ -48,6 +49,8 @@ struct Conversion {
 std::optional<Conversion> conversion(std::string_view from, std::string_view to);
 // m, m/s, m/s^2, N, Pa, K, rad, s, Hz.
 std::string_view si_unit(Dimension dimension);
+// The units of a dimension, the SI unit first.
+std::vector<Unit> units_with(Dimension dimension);
 // "m, cm, mm, um, in, ft", for the message that refuses another unit. units_like takes a unit's
 // name and lists the units of its dimension.
 std::string units_of(Dimension dimension);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -11,8 +12,8 @@
 
 #include "base/unit.hpp"
 #include "cli/campaign_place.hpp"
-#include "cli/campaign_units.hpp"
 #include "cli/csv.hpp"
+#include "cli/model_units.hpp"
 #include "config/campaign.hpp"
 #include "config/object_reader.hpp"
 #include "record/accepted_cycles.hpp"
@@ -115,24 +116,41 @@ Described describe(const Node& node, const std::string& pointer, Findings& findi
   return described;
 }
 
+// How the columns of a campaign's files are read.
+struct ColumnFormat {
+  ModelUnits model;
+  Factors factors;
+  ColumnNames names;
+};
+
 Result<Recording> read_columns(Described described, const std::filesystem::path& folder,
-                               const Factors& factors, const ColumnNames& names) {
+                               const ColumnFormat& format) {
   Recording& run = described.run;
-  auto table = read_csv(folder / described.file, columns_wanted(run.kind, names), kLargestNumber);
+  const auto file = folder / described.file;
+  auto table = read_csv(file, columns_wanted(run.kind, format.names), kLargestNumber);
   if (!table) return table.error();
-  const auto take = [&](const char* channel, double factor) {
-    const auto said = names.find(channel);
-    const auto found = table->columns.find(said == names.end() ? channel : said->second);
-    if (found == table->columns.end()) return std::vector<double>();
-    scale(found->second, factor);
-    return std::move(found->second);
-  };
-  run.t = take("t", factors.time);
-  run.displacement = take("displacement", factors.displacement);
-  run.excitation = take("excitation", factors.excitation);
-  run.acceleration = take("acceleration", factors.acceleration);
-  run.force = take("force", factors.force);
-  run.amplitude *= run.kind == Kind::imposed_motion ? factors.displacement : factors.excitation;
+  const Factors& stated = format.factors;
+  std::map<std::string, double> factor;
+  for (const auto& [channel, column, of_campaign] :
+       {std::tuple{"t", &run.t, stated.time},
+        std::tuple{"displacement", &run.displacement, stated.displacement},
+        std::tuple{"excitation", &run.excitation, stated.excitation},
+        std::tuple{"acceleration", &run.acceleration, stated.acceleration},
+        std::tuple{"force", &run.force, stated.force}}) {
+    const auto said = format.names.find(channel);
+    const std::string& name = said == format.names.end() ? channel : said->second;
+    auto found = column_factor(*table, file.string(), name, channel, format.model, of_campaign);
+    if (!found) return found.error();
+    // An accelerometer without a unit has that of the table's acceleration.
+    if (column == &run.acceleration && !of_campaign && !table->units.contains(name))
+      found = factor["excitation"];
+    factor[channel] = *found;
+    const auto values = table->columns.find(name);
+    if (values == table->columns.end()) continue;
+    scale(values->second, *found);
+    *column = std::move(values->second);
+  }
+  run.amplitude *= factor[run.kind == Kind::imposed_motion ? "displacement" : "excitation"];
   return std::move(run);
 }
 
@@ -173,14 +191,17 @@ Result<Campaign> read_document(const Node& root, const std::filesystem::path& fi
   document.optional("name", campaign.name);
   std::optional<double> gravity;
   document.optional("gravity", gravity, config::at_least(0).at_most(kLargestGravity));
-  const Factors factors = read_units(document, findings, model.length_unit);
-  const ColumnNames names = read_column_names(document, findings);
+  ColumnFormat format;
+  format.model.length = model.length_unit;
+  document.optional("reference_mass", format.model.mass, config::above(0).at_most(1e6));
+  format.factors = read_units(document, findings, format.model);
+  format.names = read_column_names(document, findings);
   std::vector<Described> runs = describe_runs(document, findings);
   document.finish();
   if (!findings.empty()) return findings.error();
   if (gravity) use_gravity(*gravity, model, campaign);
   for (Described& described : runs) {
-    auto run = read_columns(std::move(described), file.parent_path(), factors, names);
+    auto run = read_columns(std::move(described), file.parent_path(), format);
     if (!run) return run.error();
     campaign.runs.push_back(std::move(*run));
   }

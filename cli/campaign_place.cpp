@@ -19,9 +19,9 @@ Result<void> expect_file(const std::filesystem::path& path) {
   };
   if (std::filesystem::exists(path / "campaign.json", none))
     return refuse(
-        " with a recorded campaign, which `shakerctl diagnose` reads; here give a campaign "
-        "database "
-        "(.db), or one of its CSV files with --model and --frequency");
+        " with a recorded campaign, which `shakerctl diagnose` reads, and `estimate` with --model; "
+        "here give a campaign database (.db), or one of its CSV files with --model and "
+        "--frequency");
   const auto newest = record::find_campaign(path, "");
   if (!newest) return refuse(" without a campaign; give a campaign database (.db)");
   return refuse(

@@ -10,6 +10,7 @@
 
 #include "cli/campaign_place.hpp"
 #include "cli/csv.hpp"
+#include "cli/model_units.hpp"
 #include "cli/run_data.hpp"
 #include "config/campaign.hpp"
 #include "record/campaign_database.hpp"
@@ -96,8 +97,11 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
     measured.push_back(name);
     old.push_back(name == "displacement" ? "y" : name);
   }
-  const auto table = read_csv(options.file, {measured, plain, old});
+  auto table = read_csv(options.file, {measured, plain, old});
   if (!table) return table.error();
+  // A force is divided by the mass below.
+  const ModelUnits units = {out.model.length_unit, 1.0};
+  if (auto good = to_model_units(*table, options.file.string(), units); !good) return good.error();
   // Times and excitation are read as for one channel; then all channels are treated alike.
   CsvTable first;
   first.columns["t"] = table->columns.at("t");

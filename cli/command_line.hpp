@@ -24,6 +24,7 @@ struct Options {
   MonteCarloCommand monte_carlo;
   ResponseOptions response;
   ExportOptions export_runs;
+  ImportOptions import_campaign;
   DiagnoseCommandOptions diagnose;
   CampaignsOptions campaigns;
   ShowOptions show;

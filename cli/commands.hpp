@@ -81,7 +81,8 @@ struct PlanCommand {
   double noise = 0.0;  // 0: that of the rig, otherwise that of a good transducer
   int points = 64, cycles = 20, runs = 3;
   unsigned threads = 0;
-  std::filesystem::path draw;  // HTML file; empty: none
+  std::filesystem::path draw;   // HTML file; empty: none
+  std::filesystem::path write;  // campaign file of the best set; empty: none
 };
 struct MonteCarloCommand {
   std::filesystem::path model;  // its start values are the truth
@@ -101,6 +102,14 @@ struct ExportOptions {
   bool samples = false;  // raw samples instead of cycles
   bool all = false;      // also cycles that were not accepted
   std::string format = "csv";
+};
+struct ImportOptions {
+  std::filesystem::path source;                    // a folder of CSV files, or a file
+  std::filesystem::path out;                       // the campaign's folder: new or empty
+  std::vector<std::string> units, columns;         // CHANNEL=UNIT, CHANNEL=NAME
+  std::vector<double> frequencies_hz, amplitudes;  // one for all runs, or one for each
+  std::string kind;                                // of all runs; empty: by their channels
+  double reference_mass = 0.0;                     // kg; 0: none
 };
 struct DiagnoseCommandOptions {
   std::filesystem::path campaign;  // a folder with campaign.json, or a database
@@ -137,6 +146,7 @@ int reproduce(const Common& common, const ReproduceOptions& options);
 int plan(const Common& common, const PlanCommand& command);
 int monte_carlo(const Common& common, const MonteCarloCommand& command);
 int export_runs(const Common& common, const ExportOptions& options);
+int import_campaign(const Common& common, const ImportOptions& options);
 int diagnose(const Common& common, const DiagnoseCommandOptions& options);
 int diagnose_job();  // started by the daemon: see daemon/workers/diagnosis_child.hpp
 int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& options);

@@ -85,20 +85,49 @@ class Reader {
   std::optional<Error> error_;
 };
 
-// The index of each wanted column in a row.
-Result<std::vector<std::pair<std::string, std::size_t>>> find_columns(
+// "displacement [mm]": the name, the unit, and both as they are written.
+struct Header {
+  std::string_view whole, name, unit;
+};
+
+Header header_of(std::string_view whole) {
+  for (const std::string_view brackets : {"[]", "()"}) {
+    const auto open = whole.find(brackets[0]);
+    if (open == whole.npos || open == 0 || !whole.ends_with(brackets[1])) continue;
+    return {whole, trimmed(whole.substr(0, open)),
+            trimmed(whole.substr(open + 1, whole.size() - open - 2))};
+  }
+  return {whole, whole, {}};
+}
+
+std::vector<Header> headers_of(std::string_view line) {
+  std::vector<Header> headers;
+  for (const std::string_view whole : split(line))
+    headers.push_back(header_of(whole));
+  return headers;
+}
+
+struct Column {
+  std::string name, unit;
+  std::size_t index = 0;
+};
+
+// The wanted columns in a row.
+Result<std::vector<Column>> find_columns(
     const Reader& reader, const std::vector<std::vector<std::string>>& alternatives) {
-  const auto names = split(reader.line());
+  const auto headers = headers_of(reader.line());
   for (const auto& wanted : alternatives) {
-    std::vector<std::pair<std::string, std::size_t>> found;
+    std::vector<Column> found;
     for (const std::string& name : wanted) {
-      const auto at = std::find(names.begin(), names.end(), name);
-      if (at == names.end()) break;
-      if (std::find(at + 1, names.end(), name) != names.end()) {
+      const auto has_name = [&](const Header& h) { return h.whole == name || h.name == name; };
+      const auto at = std::find_if(headers.begin(), headers.end(), has_name);
+      if (at == headers.end()) break;
+      if (std::find_if(at + 1, headers.end(), has_name) != headers.end()) {
         return Error{ErrorKind::invalid,
                      fmt::format("{}: column \"{}\" occurs twice", reader.place(), name)};
       }
-      found.emplace_back(name, static_cast<std::size_t>(at - names.begin()));
+      found.push_back(
+          {name, std::string(at->unit), static_cast<std::size_t>(at - headers.begin())});
     }
     if (found.size() == wanted.size()) return found;
   }
@@ -138,8 +167,10 @@ Result<CsvTable> read_csv(std::istream& in, const std::string& origin,
   const std::size_t width = split(reader.line()).size();
   CsvTable table;
   std::vector<std::vector<double>*> into;
-  for (const auto& [name, at] : *columns)
+  for (const auto& [name, unit, at] : *columns) {
     into.push_back(&table.columns[name]);
+    if (!unit.empty()) table.units[name] = unit;
+  }
   while (reader.next_line()) {
     if (trimmed(reader.line()).empty()) continue;
     const auto fields = split(reader.line());
@@ -152,7 +183,7 @@ Result<CsvTable> read_csv(std::istream& in, const std::string& origin,
                                                    reader.place(), kMaxCsvRows)};
     }
     for (std::size_t k = 0; k < into.size(); ++k) {
-      const auto& [name, at] = (*columns)[k];
+      const auto& [name, unit, at] = (*columns)[k];
       double value = 0.0;
       if (const auto trouble = parse_number(fields[at], most, value)) {
         return Error{ErrorKind::invalid,

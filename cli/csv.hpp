@@ -3,7 +3,7 @@
 // Columns are found by name and may be in any order, among other columns. Windows line ends and
 // a UTF-8 byte order mark are accepted; quoted fields are not. The size is limited: at most
 // kMaxCsvRows rows and kMaxCsvLine bytes in a line. An Error names file, line and column
-// (counted from 1).
+// (counted from 1). A header may state the unit behind the name: "t [ms]" or "t (ms)".
 #pragma once
 
 #include <filesystem>
@@ -22,6 +22,7 @@ inline constexpr std::size_t kMaxCsvLine = 64 * 1024;
 
 struct CsvTable {
   std::map<std::string, std::vector<double>> columns;  // of equal length, all finite
+  std::map<std::string, std::string> units;            // of the columns whose header states one
 };
 
 // `alternatives`: lists of column names. The first list of which all columns exist is read;

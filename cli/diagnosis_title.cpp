@@ -1,6 +1,6 @@
 #include "cli/diagnosis_title.hpp"
 
-#include "base/clock.hpp"
+#include "cli/made_by.hpp"
 #include "cli/utc_text.hpp"
 
 namespace shaker::cli {
@@ -17,8 +17,7 @@ report::TitleBlock title_of(const std::filesystem::path& campaign,
                                              readable_utc(row->finished_utc) + ", " + row->status);
   }
   title.emplace_back("data", (whole.empty() ? campaign : whole).string());
-  title.emplace_back("diagnosed",
-                     readable_utc(format_utc(RealClock().utc())) + " by shakerctl " SHAKER_VERSION);
+  title.emplace_back("diagnosed", made_by());
   return title;
 }
 

@@ -16,11 +16,6 @@ double number_or_nan(const Json& document, const char* key) {
   return number_of(document, key).value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
-std::int64_t count_of(const Json& document, const char* key) {
-  const auto at = document.find(key);
-  return at != document.end() && at->is_number_integer() ? at->get<std::int64_t>() : 0;
-}
-
 const Json& list_of(const Json& document, const char* key) {
   static const Json kNone = Json::array();
   const auto at = document.find(key);
@@ -131,6 +126,11 @@ std::string text_of(const Json& document, const char* key) {
   return at != document.end() && at->is_string() ? at->get<std::string>() : std::string();
 }
 
+std::int64_t count_of(const Json& document, const char* key) {
+  const auto at = document.find(key);
+  return at != document.end() && at->is_number_integer() ? at->get<std::int64_t>() : 0;
+}
+
 std::optional<double> number_of(const Json& document, const char* key) {
   const auto at = document.find(key);
   if (at == document.end() || !at->is_number()) return std::nullopt;
@@ -161,6 +161,7 @@ protocol::EstimateDocument estimate_from(const Json& d) {
   estimate.iterations = static_cast<int>(count_of(d, "iterations"));
   estimate.converged = flag_of(d, "converged");
   estimate.usable = flag_of(d, "usable");
+  estimate.intervals_hold = !d.contains("intervals_hold") || flag_of(d, "intervals_hold");
   estimate.gap = number_of(d, "gap");
   estimate.noise_floor = number_of(d, "noise_floor");
   for (const Json& warning : list_of(d, "warnings")) {

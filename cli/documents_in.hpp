@@ -5,6 +5,7 @@
 // pure.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -20,6 +21,7 @@ protocol::EstimateDocument estimate_from(const nlohmann::json& document);
 // A member, or its default value when it is absent or has another type.
 std::string text_of(const nlohmann::json& document, const char* key);
 std::optional<double> number_of(const nlohmann::json& document, const char* key);
+std::int64_t count_of(const nlohmann::json& document, const char* key);
 bool flag_of(const nlohmann::json& document, const char* key);
 
 // One line without a line break, for example "cycle 7 of slow accepted: 1.5001 Hz, 2.49 m/s^2".

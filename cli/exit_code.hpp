@@ -9,7 +9,8 @@ enum ExitCode : int {
   kBadInput = 2,     // wrong usage, or a file with errors
   kUnreachable = 3,  // no daemon, no permission, another protocol, or connection lost
   kRefused = 4,      // the daemon refused the request
-  kNotUsable = 5     // there is an estimate, but it must not be used
+  kNotUsable = 5,    // there is an estimate, but it must not be used
+  kIntervals = 6     // the estimate stands, but its intervals do not
 };
 
 }  // namespace shaker::cli

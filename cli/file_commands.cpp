@@ -212,6 +212,34 @@ void add_export(CLI::App& app, Options& o) {
   exporting->add_flag("--all", o.export_runs.all, "Also cycles that were not accepted");
 }
 
+void add_import(CLI::App& app, Options& o) {
+  auto& i = o.import_campaign;
+  auto* importing = add(app, o, "import", "Make a campaign's folder of CSV, MAT or UFF files",
+                        [&o] { return import_campaign(o.common, o.import_campaign); });
+  importing->add_option("source", i.source, "Folder of CSV files; or FILE.csv, .mat, .uff, .unv")
+      ->required();
+  importing->add_option("--out", i.out, "The campaign's folder: a new one")
+      ->type_name(kFolderType)
+      ->required();
+  importing->add_option("--unit", i.units,
+                        "CHANNEL=UNIT, where the file states none: t, displacement, excitation, "
+                        "acceleration, force");
+  importing->add_option("--column", i.columns,
+                        "CHANNEL=NAME, where the file calls a channel otherwise");
+  importing->add_option("--frequency", i.frequencies_hz, "Of all runs, or of each, Hz")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  importing
+      ->add_option("--amplitude", i.amplitudes,
+                   "Of the table's acceleration, m/s^2: of all runs, or of each")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  importing->add_option("--kind", i.kind, "Of all runs (default: by their channels)")
+      ->check(CLI::IsMember({"periodic", "imposed_motion", "transient"}));
+  importing->add_option("--reference-mass", i.reference_mass, "That the load cell carries, kg")
+      ->check(CLI::PositiveNumber);
+}
+
 void add_campaigns(CLI::App& app, Options& o) {
   auto* listing = add(app, o, "campaigns", "List the campaigns of a directory, the newest last",
                       [&o] { return campaigns(o.common, o.campaigns); });
@@ -248,6 +276,8 @@ void add_worth(CLI::App& app, Options& o) {
       ->capture_default_str();
   planning->add_option("--threads", o.plan.threads, "0: all")->check(CLI::Range(0U, 256U));
   planning->add_option("--draw", o.plan.draw, "Write a page (HTML) with pictures there");
+  planning->add_option("--write", o.plan.write,
+                       "Write the best set as a campaign file there, for `shakerctl run`");
   auto* repeating =
       add(app, o, "monte-carlo", "Estimate made-up campaigns many times: bias, scatter, coverage",
           [&o] { return monte_carlo(o.common, o.monte_carlo); });
@@ -286,6 +316,7 @@ void add_file_commands(CLI::App& app, Options& o) {
   add_diagnose(app, o);
   add_drop(app, o);
   add_export(app, o);
+  add_import(app, o);
   add_campaigns(app, o);
   add_worth(app, o);
 }

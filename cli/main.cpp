@@ -24,7 +24,7 @@ Examples:
   shakerctl diagnose campaign/ --model m.json  what does the model lack?
 
 Exit status: 0 done; 1 done, but the outcome is bad; 2 usage or a bad file; 3 no daemon;
-4 the daemon refused; 5 the estimate is not usable.)";
+4 the daemon refused; 5 the estimate is not usable; 6 its intervals do not hold.)";
 
 void add_online(CLI::App& app, Options& o) {
   const auto order_of = [&o](const char* method) {

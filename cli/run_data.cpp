@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "cli/campaign_place.hpp"
+#include "cli/model_units.hpp"
 #include "cli/run_over_periods.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/objectives/harmonic_data.hpp"
@@ -282,8 +283,12 @@ Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
   return run;
 }
 
-Result<CsvTable> read_run_table(const std::filesystem::path& file) {
-  return read_csv(file, {{"t", "excitation", "displacement"}, {"t", "y"}, {"t", "displacement"}});
+Result<CsvTable> read_run_table(const std::filesystem::path& file, const std::string& length_unit) {
+  auto table =
+      read_csv(file, {{"t", "excitation", "displacement"}, {"t", "y"}, {"t", "displacement"}});
+  if (!table) return table;
+  if (auto good = to_model_units(*table, file.string(), {length_unit}); !good) return good.error();
+  return table;
 }
 
 Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics,

@@ -25,7 +25,8 @@ struct Dwell {
 // cannot have, and without its harmonics above the 8th). t in s, increasing, on even or uneven
 // steps. At least 8 points, at least one period, not necessarily a whole number of periods, and
 // at least 4 points in a period; otherwise an Error.
-Result<CsvTable> read_run_table(const std::filesystem::path& file);
+// `length_unit`: the model's. Columns whose header states a unit are converted to the model's.
+Result<CsvTable> read_run_table(const std::filesystem::path& file, const std::string& length_unit);
 Result<estimator::RunData> run_from_table(const CsvTable& table, const std::string& origin,
                                           const Dwell& dwell);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "cli/csv.hpp"
+#include "cli/model_units.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -11,10 +12,12 @@ constexpr std::size_t kFewest = 4;
 
 }  // namespace
 
-Result<estimator::TransientRecord> transient_from_csv(const std::filesystem::path& file) {
-  const auto table =
+Result<estimator::TransientRecord> transient_from_csv(const std::filesystem::path& file,
+                                                      const std::string& length_unit) {
+  auto table =
       read_csv(file, {{"t", "excitation", "displacement"}, {"t", "displacement"}, {"t", "y"}});
   if (!table) return table.error();
+  if (auto good = to_model_units(*table, file.string(), {length_unit}); !good) return good.error();
   estimator::TransientRecord record;
   record.name = file.string();
   record.t = table->columns.at("t");

@@ -16,6 +16,10 @@ constexpr double kLargestGravity = 1000.0;  // m/s^2
 // Far more than any model of a damper needs; all are compared with each other.
 constexpr std::size_t kCoordinatesMax = 100, kEffectsMax = 200;
 
+bool is_known_length(const std::string& unit) {
+  return unit_called(unit, Dimension::length) || unit_called(unit, Dimension::angle);
+}
+
 ParameterSpec read_parameter(const Node& node, const std::string& pointer, Findings& findings) {
   ParameterSpec spec;
   ObjectReader reader(node, pointer, findings);
@@ -138,6 +142,29 @@ void read_coordinates(ObjectReader& reader, Findings& findings, ModelSpec& model
   }
 }
 
+// A known unit of length or angle; or {"label": "px"}: one that only this model uses, and that
+// nothing converts.
+void read_length_unit(ObjectReader& reader, Findings& findings, ModelSpec& model) {
+  const Node* node = reader.member("length_unit", false);
+  if (node == nullptr) return;
+  if (node->kind == Node::Kind::object) {
+    ObjectReader own(*node, reader.at("length_unit"), findings);
+    own.required("label", model.length_unit);
+    own.finish();
+    return;
+  }
+  reader.optional("length_unit", model.length_unit);
+  if (is_known_length(model.length_unit)) {
+    model.length_unit = unit_called(model.length_unit)->name;
+  } else if (node->kind == Node::Kind::string) {
+    reader.complain(
+        "length_unit",
+        fmt::format("\"{0}\" is no unit of length; known are {1}, and of an angle {2}. "
+                    "For one that only this model uses, say {{\"label\": \"{0}\"}}",
+                    model.length_unit, units_of(Dimension::length), units_of(Dimension::angle)));
+  }
+}
+
 // With one coordinate, two equal effects are indistinguishable.
 void check_effect(const ModelSpec& model, const EffectSpec& effect, const Node& node,
                   const std::string& where, Findings& findings) {
@@ -168,7 +195,7 @@ ModelSpec read_model(const Node& node, const std::string& pointer, Findings& fin
   ObjectReader reader(node, pointer, findings);
   reader.format("shaker-model/1");
   reader.required("name", model.name);
-  reader.optional("length_unit", model.length_unit);
+  read_length_unit(reader, findings, model);
   const auto metre = unit_called(model.length_unit, Dimension::length);
   reader.optional("gravity", model.gravity,
                   at_least(0).at_most(kLargestGravity / (metre ? metre->scale : 1e-6)));
@@ -226,10 +253,11 @@ std::string to_json_text(const ModelSpec& model) {
       item["borrows"][symbol] = lender;
     effects.push_back(std::move(item));
   }
-  Json root = {{"format", "shaker-model/1"},
-               {"name", model.name},
-               {"gravity", model.gravity},
-               {"length_unit", model.length_unit}};
+  Json root = {{"format", "shaker-model/1"}, {"name", model.name}, {"gravity", model.gravity}};
+  if (is_known_length(model.length_unit))
+    root["length_unit"] = model.length_unit;
+  else
+    root["length_unit"] = {{"label", model.length_unit}};
   if (!model.coordinates.empty()) root["coordinates"] = model.coordinates;
   if (!model.mass.empty()) root["mass"] = model.mass;
   if (!model.excitation.empty()) root["excitation"] = model.excitation;

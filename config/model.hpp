@@ -51,7 +51,7 @@ struct EffectSpec {
 struct ModelSpec {
   std::string name;
   double gravity = 9.80665;       // in the model's own length unit per s^2
-  std::string length_unit = "m";  // a label for documents; "ft" for the paper's cases
+  std::string length_unit = "m";  // a known unit, or a label that only this model uses
   std::vector<EffectSpec> effects;
   // For several coordinates: their names, the mass matrix over the reference mass (row by row),
   // the factor of the excitation in each equation, and the coordinate that the displacement

@@ -138,24 +138,29 @@ void check_auxiliary(ObjectReader& reader, const RigConfig& rig) {
 
 // Converts each auxiliary channel to the unit of its label.
 void convert_auxiliary(ObjectReader& reader, RigConfig& rig) {
+  const auto refuse = [&](Channel channel, const std::string& unit, const std::string& wanted,
+                          const char* where) {
+    reader.complain("auxiliary",
+                    fmt::format("{0} is measured in \"{1}\", which cannot be converted into "
+                                "\"{2}\"; known are {3}. For another one, give the {4} a scale "
+                                "that leads to {2}, and this unit",
+                                protocol::name(channel), unit, wanted, units_like(wanted), where));
+  };
   const auto convert = [&](auto& registers) {
     for (auto& [channel, spec] : registers) {
       const auto label = rig.auxiliary.find(channel);
-      if (label != rig.auxiliary.end() && !to_unit(spec, label->second.unit)) {
-        reader.complain(
-            "auxiliary",
-            fmt::format("{0} is measured in \"{1}\", which cannot be converted into \"{2}\"; "
-                        "known are {3}. For another one, give the register a scale that "
-                        "leads to {2}, and this unit",
-                        protocol::name(channel), spec.unit, label->second.unit,
-                        units_like(label->second.unit)));
-      }
+      if (label != rig.auxiliary.end() && !to_unit(spec, label->second.unit))
+        refuse(channel, spec.unit, label->second.unit, "register");
     }
   };
   const auto want = [&](std::vector<CanSignal>& signals) {
     for (CanSignal& signal : signals) {
-      if (const auto label = rig.auxiliary.find(signal.channel); label != rig.auxiliary.end())
-        signal.unit = label->second.unit;
+      const auto label = rig.auxiliary.find(signal.channel);
+      if (label == rig.auxiliary.end()) continue;
+      const std::string& wanted = label->second.unit;
+      if (signal.scale && !to_unit(*signal.scale, *signal.offset, signal.unit, wanted))
+        refuse(signal.channel, signal.unit, wanted, "signal");
+      signal.unit = wanted;
     }
   };
   for (SensorConfig& sensor : rig.sensors) {

@@ -72,8 +72,8 @@ struct CanSignal {
   protocol::Channel channel = protocol::Channel::displacement;
   std::string message;
   std::string signal;
-  // Conversion to SI: value * scale + offset, after the scaling of the DBC. If the file gives
-  // neither, the unit in the DBC determines the conversion.
+  // Conversion to `unit`: value * scale + offset, after the scaling of the DBC. If the file gives
+  // neither, nor a unit, the unit in the DBC determines the conversion.
   std::optional<double> scale{}, offset{};
   std::string unit{};  // required unit; empty: the channel's SI unit
 };

@@ -161,6 +161,31 @@ void read_can_exciter(ObjectReader& reader, CanExciter& exciter) {
   check_masks(reader, exciter.status_running, exciter.status_ready, 32);  // the DBC gives the width
 }
 
+// A scale beside the unit of a DBC file replaces it, so the rig file states the unit that the
+// scale leads to. Scale and offset lead to SI afterwards; those of an auxiliary channel are
+// converted to the unit of its label, when that is read.
+void read_signal_scale(ObjectReader& reader, CanSignal& signal) {
+  reader.optional("scale", signal.scale);
+  if (signal.scale && *signal.scale == 0.0) {
+    reader.complain("scale", "0 would lose every value; leave it out for 1");
+  }
+  reader.optional("offset", signal.offset);
+  reader.optional("unit", signal.unit);
+  if (!signal.scale && !signal.offset && signal.unit.empty()) return;
+  const std::string_view wanted = protocol::unit(signal.channel);
+  if (signal.unit.empty()) {
+    reader.complain("unit",
+                    fmt::format("is missing beside \"{}\": give the unit of value * scale + "
+                                "offset, such as \"{}\"",
+                                signal.scale ? "scale" : "offset", wanted.empty() ? "Pa" : wanted));
+    return;
+  }
+  signal.scale = signal.scale.value_or(1.0);
+  signal.offset = signal.offset.value_or(0.0);
+  if (wanted.empty() || to_unit(*signal.scale, *signal.offset, signal.unit, wanted)) return;
+  complain_of_unit(reader, signal.unit, wanted);
+}
+
 std::vector<CanSignal> read_signals(ObjectReader& reader, Findings& findings, bool required) {
   std::vector<CanSignal> signals;
   reader.array("signals", required, 1, [&](const Node& node, const std::string& pointer) {
@@ -171,11 +196,7 @@ std::vector<CanSignal> read_signals(ObjectReader& reader, Findings& findings, bo
     }
     inner.required("message", signal.message);
     inner.required("signal", signal.signal);
-    inner.optional("scale", signal.scale);
-    if (signal.scale && *signal.scale == 0.0) {
-      inner.complain("scale", "0 would lose every value; leave it out for 1");
-    }
-    inner.optional("offset", signal.offset);
+    read_signal_scale(inner, signal);
     inner.finish();
     signals.push_back(std::move(signal));
   });

@@ -55,22 +55,29 @@ RegisterSpec read_timestamp(const Node& node, const std::string& pointer, Findin
   return spec;
 }
 
-bool to_unit(RegisterSpec& spec, std::string_view wanted) {
-  if (spec.unit.empty()) return true;
-  const auto found = conversion(spec.unit, wanted);
+bool to_unit(double& scale, double& offset, std::string& unit, std::string_view wanted) {
+  if (unit.empty()) return true;
+  const auto found = conversion(unit, wanted);
   if (!found) return false;
-  spec.scale *= found->scale;
-  spec.offset = spec.offset * found->scale + found->offset;
-  spec.unit = wanted;
+  scale *= found->scale;
+  offset = offset * found->scale + found->offset;
+  unit = wanted;
   return true;
 }
 
-void convert(RegisterSpec& spec, std::string_view wanted, ObjectReader&& reader) {
-  if (wanted.empty() || to_unit(spec, wanted)) return;
+bool to_unit(RegisterSpec& spec, std::string_view wanted) {
+  return to_unit(spec.scale, spec.offset, spec.unit, wanted);
+}
+
+void complain_of_unit(ObjectReader& reader, std::string_view unit, std::string_view wanted) {
   reader.complain(
       "unit", fmt::format("\"{}\" cannot be converted into {}; known are {}. For another one, set "
                           "scale and offset so that raw * scale + offset is in {}",
-                          spec.unit, wanted, units_like(wanted), wanted));
+                          unit, wanted, units_like(wanted), wanted));
+}
+
+void convert(RegisterSpec& spec, std::string_view wanted, ObjectReader&& reader) {
+  if (!wanted.empty() && !to_unit(spec, wanted)) complain_of_unit(reader, spec.unit, wanted);
 }
 
 int words(const RegisterSpec& spec) {

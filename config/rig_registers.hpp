@@ -17,10 +17,13 @@ RegisterSpec read_register(const Node& node, const std::string& pointer, Finding
 // A counter that wraps: only its difference between samples matters.
 RegisterSpec read_timestamp(const Node& node, const std::string& pointer, Findings& findings);
 
-// Converts a spec: raw * scale + offset is in the stated unit before (without one in `wanted`),
-// and in `wanted` afterwards. Returns false if there is no conversion.
+// Converts scale and offset: raw * scale + offset is in `unit` before (without one in `wanted`),
+// and in `wanted` afterwards, which `unit` then names. Returns false if there is no conversion.
+bool to_unit(double& scale, double& offset, std::string& unit, std::string_view wanted);
 bool to_unit(RegisterSpec& spec, std::string_view wanted);
-// The same, with a finding at the register's "unit". An empty `wanted` accepts any unit.
+// Adds the finding for a "unit" that has no conversion into `wanted`.
+void complain_of_unit(ObjectReader& reader, std::string_view unit, std::string_view wanted);
+// Both for a register. An empty `wanted` accepts any unit.
 void convert(RegisterSpec& spec, std::string_view wanted, ObjectReader&& reader);
 
 int words(const RegisterSpec& spec);  // number of 16-bit registers

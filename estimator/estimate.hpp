@@ -65,6 +65,7 @@ struct Estimate {
   bool converged = false;
   bool usable = false;                   // converged, determined, in the bounds, right branch
   ModelGap gap;                          // error of the model, which the intervals do not include
+  bool intervals_hold = true;            // false: the gap is more than noise explains
   std::vector<std::string> warnings;     // sentences for the operator
   std::vector<ParameterChange> changes;  // that the test detected at this cycle
 };

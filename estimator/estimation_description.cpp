@@ -52,8 +52,10 @@ Estimate Estimator::describe() const {
   e.warnings.insert(e.warnings.end(), branch.begin(), branch.end());
   e.usable = e.usable && branch.empty();
   e.gap = impl_->model_gap();
-  for (std::string& sentence : impl_->gap_warnings(e.gap))
+  for (std::string& sentence : impl_->gap_warnings(e.gap)) {
     e.warnings.push_back(std::move(sentence));
+    e.intervals_hold = false;
+  }
   return e;
 }
 

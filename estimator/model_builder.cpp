@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/unit.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/formula/formula_effect.hpp"
 
@@ -35,6 +36,20 @@ std::string relabel(std::string_view unit, const std::string& length) {
     }
   }
   return text;
+}
+
+// The unit in which a model counts what has the dimension of `unit`.
+std::string own_unit(const Unit& unit, const std::string& length) {
+  switch (unit.dimension) {
+    case Dimension::length:
+      return length;
+    case Dimension::speed:
+      return length + "/s";
+    case Dimension::acceleration:
+      return length + "/s^2";
+    default:
+      return std::string(si_unit(unit.dimension));
+  }
 }
 
 std::vector<double> one_or(const std::vector<double>& given, std::size_t size, double value) {
@@ -183,6 +198,7 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
     if (!said.unit.empty() && spec.formula.empty())
       reject(fmt::format("{}/parameters/{}/unit: {} has its unit, {}", place, info.symbol,
                          info.symbol, info.unit));
+    check_formula_unit(said.unit, fmt::format("{}/parameters/{}/unit", place, info.symbol));
     ModelParameter p;
     p.name = std::string(info.symbol);
     if (std::any_of(model_.parameters_.begin(), model_.parameters_.end(),
@@ -206,6 +222,20 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
                          info.symbol, p.start, p.lower, p.upper));
     model_.parameters_.push_back(std::move(p));
   }
+}
+
+// The unit of a formula's parameter is a label, such as 1/s. The numbers beside it are not
+// converted, so a unit in which the model does not count is refused.
+void ModelBuilder::check_formula_unit(const std::string& label, const std::string& place) const {
+  const auto unit = unit_called(label);
+  if (!unit) return;
+  const std::string own = own_unit(*unit, model_.length_unit_);
+  const auto there = conversion(label, own);
+  if (!there || (std::fabs(there->scale - 1.0) < 1e-12 && there->offset == 0.0)) return;
+  reject(
+      fmt::format("{}: \"{}\" is a unit in which this model does not count, and the numbers of a "
+                  "formula are not converted: give start, bounds and prior in {}",
+                  place, label, own));
 }
 
 // The lender of a parameter is the effect of that name that sees the same motion; if several do,

@@ -22,6 +22,7 @@ class ModelBuilder {
   void add_constants(const config::EffectSpec& spec, const std::string& place, Model::Term& term);
   void add_parameters(const config::EffectSpec& spec, std::size_t index, const std::string& place,
                       const Effect& effect);
+  void check_formula_unit(const std::string& label, const std::string& place) const;
   void place_in_coordinates(const config::EffectSpec& spec, const std::string& place,
                             Model::Term& term);
   void borrow();

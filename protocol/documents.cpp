@@ -185,6 +185,7 @@ void fill(Filler& out, const EstimateDocument& d) {
   out.put("iterations", d.iterations).put("cycles_skipped", d.cycles_skipped);
   out.name("clock", d.clock).number("latency_s", d.latency_s);
   out.put("converged", d.converged).put("usable", d.usable);
+  out.put("intervals_hold", d.intervals_hold);
   out.number("gap", d.gap).number("noise_floor", d.noise_floor);
   OrderedJson warnings = OrderedJson::array();
   const auto warned = out.bounded("warnings", d.warnings.size(), kMaxWarnings);

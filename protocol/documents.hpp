@@ -81,6 +81,7 @@ struct EstimateDocument {
   std::optional<std::string> clock;            // the clock that stamped the samples
   std::optional<double> latency_s;             // from the last sample of the cycle to this document
   bool converged = false, usable = false;
+  bool intervals_hold = true;  // false: the gap is more than noise explains
   // Root mean squares over the mean cycles, in the model's length unit: of measurement minus
   // simulation, and of the part that scatter explains.
   std::optional<double> gap, noise_floor;

@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 
 #include "report/diagnosis_pictures.hpp"
-#include "report/plot/plot.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::report {
@@ -17,19 +16,6 @@ using namespace estimator::discrepancy;
 using estimator::ParameterEstimate;
 
 constexpr std::size_t kRunsDrawn = 2;  // in full; the others are folded
-
-constexpr std::string_view kStyle = R"(
-body{font:15px/1.5 system-ui,"DejaVu Sans",sans-serif;color:#222;background:#fff;max-width:1180px;margin:2em auto;padding:0 1.2em}
-h1{font-size:1.5em;margin:0 0 .2em}h2{font-size:1.15em;margin:1.8em 0 .5em}
-.verdict{border-left:6px solid;padding:.7em 1em;margin:1em 0;font-size:1.1em}
-.adequate{border-color:#009e73;background:#eaf6f2}.explained{border-color:#0072b2;background:#e9f2f8}.unexplained{border-color:#d55e00;background:#fcf0e8}
-table{border-collapse:collapse;margin:.5em 0}th,td{padding:.25em .8em;text-align:left;border-bottom:1px solid #ddd;vertical-align:top}
-th{border-bottom:2px solid #888;font-weight:600}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
-.pictures{display:flex;flex-wrap:wrap;gap:1em}.note{color:#555}code{font-size:.95em}
-.title th,.title td{padding:0 1em 0 0;border:0;color:#555}
-details{margin:.6em 0}summary{cursor:pointer}
-@media print{body{margin:0;max-width:none;font-size:11px}.pictures svg{width:48%;height:auto}h2,table,svg{break-inside:avoid}details::details-content{content-visibility:visible}}
-)";
 
 std::string number(double value) {
   return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-";
@@ -42,15 +28,13 @@ std::string names_of(const Diagnosis& d) {
   return fmt::format("{}", fmt::join(names, " and "));
 }
 
-std::string cell(const std::string& text, bool right = false) {
-  return fmt::format("<td{}>{}</td>", right ? " class=\"n\"" : "", escaped(text));
-}
+using Cells = std::vector<std::pair<std::string, bool>>;  // text, and whether it is a number
 
-std::string head(const std::vector<std::pair<std::string, bool>>& columns) {
-  std::string row = "<tr>";
-  for (const auto& [text, right] : columns)
-    row += fmt::format("<th{}>{}</th>", right ? " class=\"n\"" : "", escaped(text));
-  return row + "</tr>\n";
+PageValues cells(const Cells& row) {
+  PageValues made = PageValues::array();
+  for (const auto& [text, right] : row)
+    made.push_back(page_cell(text, right));
+  return made;
 }
 
 std::string parameter_words(const ParameterEstimate& p) {
@@ -63,119 +47,113 @@ std::string parameter_words(const ParameterEstimate& p) {
   return p.fixed ? text + ", fixed" : text;
 }
 
-std::string title_table(const Diagnosis& d, const TitleBlock& title) {
-  std::string text = "<table class=\"title\">\n";
-  const auto row = [&](const std::string& label, const std::string& said) {
-    if (said.empty()) return;
-    text += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", escaped(label), escaped(said));
-  };
-  row("model", d.model);
-  for (const auto& [label, said] : title)
-    row(label, said);
-  return text + "</table>\n";
-}
-
-std::string effect_section(const NamedEffect& effect, const Shown& driven) {
-  std::string text =
-      fmt::format("<h2><code>{}</code>: {}</h2>\n<p><code>{}</code></p>\n<table>\n",
-                  escaped(effect.name), escaped(effect.meaning), escaped(effect.formula));
-  const auto row = [&](const std::string& what, const std::string& said) {
-    text += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", escaped(what), escaped(said));
+PageValues effect_values(const NamedEffect& effect, const Shown& driven) {
+  PageValues facts = PageValues::array();
+  const auto add = [&](const std::string& what, const std::string& said) {
+    facts.push_back({{"what", what}, {"said", said}});
   };
   for (const auto& parameter : effect.parameters)
-    row("estimate", parameter_words(parameter));
-  row("probability", fmt::format("{:.3f}", effect.probability));
-  if (!effect.where.empty()) row("where", effect.where);
+    add("estimate", parameter_words(parameter));
+  add("probability", fmt::format("{:.3f}", effect.probability));
+  if (!effect.where.empty()) add("where", effect.where);
   if (effect.held_out_gain)
-    row("held-out runs",
+    add("held-out runs",
         fmt::format("{:.0f} % of their gap closes", 100.0 * *effect.held_out_gain));
-  if (effect.confusable_with.empty()) {
-    row("cannot be told from", "nothing else in the catalogue");
-  } else {
-    row("cannot be told from", fmt::format("{}", fmt::join(effect.confusable_with, ", ")));
-  }
+  add("cannot be told from", effect.confusable_with.empty()
+                                 ? "nothing else in the catalogue"
+                                 : fmt::format("{}", fmt::join(effect.confusable_with, ", ")));
   if (const auto& split = effect.split_by) {
-    row("what would tell", split->channel.empty()
+    add("what would tell", split->channel.empty()
                                ? fmt::format("one more run at {} Hz with an amplitude of {} {}",
                                              number(split->frequency_hz),
                                              number(split->amplitude * driven.factor), driven.unit)
                                : fmt::format("the channel {}", split->channel));
   }
-  return text + "</table>\n";
+  return {{"name", effect.name},
+          {"meaning", effect.meaning},
+          {"formula", effect.formula},
+          {"facts", std::move(facts)}};
 }
 
-std::string gap_table(const Diagnosis& d) {
+PageValues gap_table(const Diagnosis& d) {
   const Shown shown = shown_length(d.gap.unit), driven = shown_amplitude(d);
   const bool after = !d.effects.empty();
-  std::string text = "<table>\n" + head({{"run", false},
-                                         {"role", false},
-                                         {"frequency, Hz", true},
-                                         {"amplitude, " + driven.unit, true},
-                                         {"cycles", true},
-                                         {"noise floor, " + shown.unit, true},
-                                         {"gap before, " + shown.unit, true},
-                                         {after ? "gap after, " + shown.unit : "", true}});
+  PageValues rows = PageValues::array();
   for (const RunGap& run : d.runs) {
-    text += "<tr>" + cell(run.name) + cell(run.role == Role::fit ? "fitted" : "held out") +
-            cell(number(run.frequency_hz), true) +
-            cell(number(run.amplitude * driven.factor), true) +
-            cell(std::to_string(run.cycles), true) +
-            cell(number(run.noise_floor * shown.factor), true) +
-            cell(number(run.before * shown.factor), true) +
-            cell(after ? number(run.after * shown.factor) : "", true) + "</tr>\n";
+    rows.push_back(cells({{run.name, false},
+                          {run.role == Role::fit ? "fitted" : "held out", false},
+                          {number(run.frequency_hz), true},
+                          {number(run.amplitude * driven.factor), true},
+                          {std::to_string(run.cycles), true},
+                          {number(run.noise_floor * shown.factor), true},
+                          {number(run.before * shown.factor), true},
+                          {after ? number(run.after * shown.factor) : "", true}}));
   }
-  return text + "</table>\n";
+  return page_table(cells({{"run", false},
+                           {"role", false},
+                           {"frequency, Hz", true},
+                           {"amplitude, " + driven.unit, true},
+                           {"cycles", true},
+                           {"noise floor, " + shown.unit, true},
+                           {"gap before, " + shown.unit, true},
+                           {after ? "gap after, " + shown.unit : "", true}}),
+                    std::move(rows));
 }
 
-std::string bent_table(const Diagnosis& d) {
-  std::string text = "<table>\n" + head({{"parameter", false},
-                                         {"unit", false},
-                                         {"base model", true},
-                                         {d.effects.empty() ? "" : "with what was missing", true},
-                                         {d.effects.empty() ? "" : "bent by", true}});
+PageValues bent_table(const Diagnosis& d) {
+  PageValues rows = PageValues::array();
   for (const auto& before : d.parameters_before) {
     const auto found = std::ranges::find_if(d.parameters_after, [&](const auto& p) {
       return p.name == before.name && p.effect == before.effect;
     });
-    text += "<tr>" + cell(before.name) + cell(before.unit) +
-            cell(with_error(before.value, before.standard_error), true);
+    Cells row = {{before.name, false},
+                 {before.unit, false},
+                 {with_error(before.value, before.standard_error), true}};
     if (found != d.parameters_after.end() && !d.effects.empty()) {
       const double bent = 100.0 * (before.value / found->value - 1.0);
-      text += cell(with_error(found->value, found->standard_error), true) +
-              cell(std::isfinite(bent) ? fmt::format("{:+.1f} %", bent) : "-", true);
+      row.emplace_back(with_error(found->value, found->standard_error), true);
+      row.emplace_back(std::isfinite(bent) ? fmt::format("{:+.1f} %", bent) : "-", true);
     } else {
-      text += "<td></td><td></td>";
+      row.insert(row.end(), 2, {"", false});
     }
-    text += "</tr>\n";
+    rows.push_back(cells(row));
   }
-  return text + "</table>\n";
+  return page_table(cells({{"parameter", false},
+                           {"unit", false},
+                           {"base model", true},
+                           {d.effects.empty() ? "" : "with what was missing", true},
+                           {d.effects.empty() ? "" : "bent by", true}}),
+                    std::move(rows));
 }
 
-std::string ranking_table(const Diagnosis& d) {
-  std::string text = "<table>\n" + head({{"effect", false},
-                                         {"gain in chi-squared", true},
-                                         {"imitated by the parameters", true},
-                                         {"refitted", true},
-                                         {"probability", true},
-                                         {"", false}});
+PageValues ranking_table(const Diagnosis& d) {
+  PageValues rows = PageValues::array();
   for (const Ranked& row : d.ranking) {
-    text += "<tr>" + cell(row.name) + cell(number(row.gain), true) +
-            cell(fmt::format("{:.0f} %", 100.0 * row.hidden), true) +
-            cell(row.gain_refitted ? number(*row.gain_refitted) : "", true) +
-            cell(row.probability > 0.0 ? fmt::format("{:.3f}", row.probability) : "", true) +
-            cell(row.disqualified) + "</tr>\n";
+    rows.push_back(
+        cells({{row.name, false},
+               {number(row.gain), true},
+               {fmt::format("{:.0f} %", 100.0 * row.hidden), true},
+               {row.gain_refitted ? number(*row.gain_refitted) : "", true},
+               {row.probability > 0.0 ? fmt::format("{:.3f}", row.probability) : "", true},
+               {row.disqualified, false}}));
   }
-  return text + "</table>\n";
+  return page_table(cells({{"effect", false},
+                           {"gain in chi-squared", true},
+                           {"imitated by the parameters", true},
+                           {"refitted", true},
+                           {"probability", true},
+                           {"", false}}),
+                    std::move(rows));
 }
 
-std::string not_tried_table(const Diagnosis& d) {
-  std::string text = "<table>\n" + head({{"effect", false}, {"reason", false}});
+PageValues not_tried_table(const Diagnosis& d) {
+  PageValues rows = PageValues::array();
   for (const bool failed : {true, false}) {
     for (const NotTried& n : d.not_tried) {
-      if (n.failed == failed) text += "<tr>" + cell(n.name) + cell(n.reason) + "</tr>\n";
+      if (n.failed == failed) rows.push_back(cells({{n.name, false}, {n.reason, false}}));
     }
   }
-  return text + "</table>\n";
+  return page_table(cells({{"effect", false}, {"reason", false}}), std::move(rows));
 }
 
 std::string failed_words(const Diagnosis& d) {
@@ -200,29 +178,27 @@ std::vector<const RunCurves*> worst_first(const Diagnosis& d) {
   return runs;
 }
 
-std::string run_pictures(const Diagnosis& d) {
-  std::string text = "<div class=\"pictures\">\n", folded;
+void add_run_pictures(const Diagnosis& d, PageValues& values) {
+  std::string drawn, folded;
   const auto runs = worst_first(d);
   for (std::size_t i = 0; i < runs.size(); ++i)
-    (i < kRunsDrawn ? text : folded) += cycle_picture(d, *runs[i]) + phase_plane(d, *runs[i]);
-  text += "</div>\n";
-  if (folded.empty()) return text;
-  return text + "<details><summary>The other runs</summary><div class=\"pictures\">\n" + folded +
-         "</div></details>\n";
+    (i < kRunsDrawn ? drawn : folded) += cycle_picture(d, *runs[i]) + phase_plane(d, *runs[i]);
+  values["worst_runs"] = drawn;
+  if (!folded.empty()) values["others"] = {{"pictures", folded}};
 }
 
-std::string force_section(const Diagnosis& d) {
-  std::string text = "<h2>Where the missing force lies</h2>\n";
-  if (!d.location.words.empty()) text += fmt::format("<p>{}</p>\n", escaped(d.location.words));
-  if (d.remaining) text += fmt::format("<p>{}</p>\n", escaped(d.remaining->words));
-  text += "<div class=\"pictures\">\n" + force_over_velocity(d) + force_over_stroke(d) +
-          force_map(d, false);
-  if (d.verdict == Verdict::unexplained && !d.effects.empty()) text += force_map(d, true);
-  text += remaining_map(d);
+PageValues force_values(const Diagnosis& d) {
+  PageValues words = PageValues::array();
+  if (!d.location.words.empty()) words.push_back(d.location.words);
+  if (d.remaining) words.push_back(d.remaining->words);
+  std::string pictures = force_over_velocity(d) + force_over_stroke(d) + force_map(d, false);
+  if (d.verdict == Verdict::unexplained && !d.effects.empty()) pictures += force_map(d, true);
+  pictures += remaining_map(d);
   const auto runs = worst_first(d);
   for (std::size_t i = 0; i < std::min(runs.size(), kRunsDrawn); ++i)
-    text += force_along_motion(d, *runs[i]);
-  return text + harmonics_bars(d) + force_over_phase(d) + "</div>\n";
+    pictures += force_along_motion(d, *runs[i]);
+  return {{"words", std::move(words)},
+          {"pictures", pictures + harmonics_bars(d) + force_over_phase(d)}};
 }
 
 }  // namespace
@@ -264,42 +240,27 @@ std::string diagnosis_sentence(const Diagnosis& d) {
 }
 
 std::string diagnosis_page(const Diagnosis& d, const TitleBlock& title) {
-  std::string page = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<meta name=\"viewport\" content=\"width=device-width\"><title>{}: {}</title>"
-      "<style>{}{}</style></head><body>\n<h1>{}</h1>\n{}"
-      "<p class=\"verdict {}\">{}</p>\n",
-      escaped(d.campaign), name(d.verdict), kStyle, plot_style(),
-      escaped(d.campaign.empty() ? "Diagnosis of a campaign" : d.campaign), title_table(d, title),
-      name(d.verdict), escaped(diagnosis_sentence(d)));
-  if (!d.warnings.empty()) {
-    page += "<ul>\n";
-    for (const auto& warning : d.warnings)
-      page += fmt::format("<li>{}</li>\n", escaped(warning));
-    page += "</ul>\n";
-  }
+  PageValues effects = PageValues::array();
   for (const NamedEffect& effect : d.effects)
-    page += effect_section(effect, shown_amplitude(d));
-  page += "<h2>The gap, run by run</h2>\n<div class=\"pictures\">" + gap_bars(d) + "</div>\n" +
-          gap_table(d);
-  page += "<h2>Measured and simulated</h2>\n" + run_pictures(d);
-  if (d.verdict != Verdict::adequate) page += force_section(d);
-  page += "<h2>The parameters</h2>\n" + bent_table(d);
-  if (!d.ranking.empty()) {
-    page +=
-        "<h2>What was weighed</h2>\n<p class=\"note\">Every effect of the catalogue, by how much "
-        "of "
-        "the gap its signature explains that the model's parameters cannot imitate.</p>\n" +
-        ranking_table(d);
-  }
-  if (!d.not_tried.empty()) page += "<h2>What was not tried</h2>\n" + not_tried_table(d);
-  page += fmt::format(
-      "<p class=\"note\">Gaps are root mean squares over the cycle; noise alone stays below "
-      "the noise floor in 95 of 100 such campaigns, after as many parameters have been fitted to "
-      "it. False alarms over the whole catalogue: "
-      "{:.2g} %.</p>\n</body></html>\n",
-      100.0 * d.false_alarm_rate);
-  return page;
+    effects.push_back(effect_values(effect, shown_amplitude(d)));
+  PageValues values = {{"verdict", std::string(name(d.verdict))},
+                       {"sentence", diagnosis_sentence(d)},
+                       {"warned", !d.warnings.empty()},
+                       {"warnings", d.warnings},
+                       {"effects", std::move(effects)},
+                       {"gap_bars", gap_bars(d)},
+                       {"gaps", gap_table(d)},
+                       {"parameters", bent_table(d)},
+                       {"false_alarms", fmt::format("{:.2g}", 100.0 * d.false_alarm_rate)}};
+  add_run_pictures(d, values);
+  if (d.verdict != Verdict::adequate) values["missing_force"] = force_values(d);
+  if (!d.ranking.empty()) values["ranking"] = ranking_table(d);
+  if (!d.not_tried.empty()) values["not_tried"] = not_tried_table(d);
+  TitleBlock block = {{"model", d.model}};
+  block.insert(block.end(), title.begin(), title.end());
+  return render_page(fmt::format("{}: {}", d.campaign, name(d.verdict)),
+                     d.campaign.empty() ? "Diagnosis of a campaign" : d.campaign, block,
+                     "diagnosis", values);
 }
 
 }  // namespace shaker::report

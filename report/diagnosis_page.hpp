@@ -4,15 +4,11 @@
 #pragma once
 
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "estimator/discrepancy/diagnosis.hpp"
+#include "report/page/page.hpp"
 
 namespace shaker::report {
-
-// The rows of the title block, a label and a text each. A row without a text is left out.
-using TitleBlock = std::vector<std::pair<std::string, std::string>>;
 
 std::string diagnosis_page(const estimator::discrepancy::Diagnosis& diagnosis,
                            const TitleBlock& title = {});

@@ -30,6 +30,7 @@ protocol::EstimateDocument to_document(const estimator::Estimate& estimate) {
   protocol::EstimateDocument document;
   document.model = estimate.model;
   document.usable = estimate.usable;
+  document.intervals_hold = estimate.intervals_hold;
   document.parameters.reserve(estimate.parameters.size());
   for (const estimator::ParameterEstimate& from : estimate.parameters) {
     protocol::ParameterEntry& to = document.parameters.emplace_back();

@@ -42,8 +42,11 @@ std::string figures(const protocol::EstimateDocument& d) {
     text += fmt::format("gap to the mean cycles {:.3g}   noise explains {:.2g}\n", *d.gap,
                         *d.noise_floor);
   text += bias_line(d);
-  if (d.usable) {
+  if (d.usable && d.intervals_hold) {
     text += "usable\n";
+  } else if (d.usable) {
+    text +=
+        "the values stand, the INTERVALS DO NOT: they count noise, and not what the model lacks\n";
   } else {
     text += d.converged ? "NOT usable\n" : "NOT usable: not converged\n";
   }
@@ -78,7 +81,8 @@ std::string estimate_line(const protocol::EstimateDocument& d) {
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", p.name,
                         p.determined ? with_error(p.value, p.standard_error) : "not determined");
   }
-  return d.usable ? text : text + " (not usable)";
+  if (!d.usable) return text + " (not usable)";
+  return d.intervals_hold ? text : text + " (the intervals do not hold)";
 }
 
 }  // namespace shaker::report

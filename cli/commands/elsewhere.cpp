@@ -19,6 +19,9 @@ int compare(const Common& common, const CompareOptions&) {
 int export_runs(const Common& common, const ExportOptions&) {
   return hand_over(common, "shakerctl-analysis");
 }
+int import_campaign(const Common& common, const ImportOptions&) {
+  return hand_over(common, "shakerctl-analysis");
+}
 int drop(const Common& common, const DropOptions&) {
   return hand_over(common, "shakerctl-analysis");
 }

@@ -345,7 +345,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
       print_json(document, options, *input, fitted, beside);
     else
       print_text(document, model, fitted, beside);
-    if (document.usable) return kOk;
+    if (document.usable) return document.intervals_hold ? kOk : kIntervals;
     if (!common.json) fmt::print(stderr, "shakerctl: the estimate is not usable\n");
     return kNotUsable;
   } catch (const std::invalid_argument& error) {

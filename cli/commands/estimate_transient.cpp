@@ -37,7 +37,7 @@ int estimate_transient(const Common& common, const EstimateOptions& options) {
     return fail(common, kBadInput, "a CSV file does not say which model; give --model MODEL.json");
   auto spec = config::load_model(options.model);
   if (!spec) return fail(common, kBadInput, spec.error().what);
-  auto record = transient_from_csv(options.file);
+  auto record = transient_from_csv(options.file, spec->length_unit);
   if (!record) return fail(common, kBadInput, record.error().what);
   try {
     const estimator::Model model(*spec);

@@ -63,13 +63,18 @@ Result<ExportData> read_export(const std::filesystem::path& database, const Expo
   return data;
 }
 
-std::string export_name(const ExportData& data, const std::string& rest) {
-  std::string name = fmt::format("{}_{}", data.campaign.name, rest);
+std::string plain_file_name(std::string name) {
   for (char& c : name) {
     if (c == '/' || static_cast<unsigned char>(c) <= 0x20) c = '_';
   }
   if (name.starts_with('.')) name[0] = '_';
+  for (auto at = name.find(".."); at != name.npos; at = name.find("..", at))
+    name[at] = '_';
   return name;
+}
+
+std::string export_name(const ExportData& data, const std::string& rest) {
+  return plain_file_name(fmt::format("{}_{}", data.campaign.name, rest));
 }
 
 }  // namespace shaker::cli

@@ -38,8 +38,10 @@ struct ExportWanted {
 
 Result<ExportData> read_export(const std::filesystem::path& database, const ExportWanted& wanted);
 
-// "NAME_REST", where NAME is the campaign's name; '/', spaces and control characters become
+// A name as part of a path: '/', spaces, control characters, "..", and a '.' in front become
 // '_'.
+std::string plain_file_name(std::string name);
+// "NAME_REST" as a file name, where NAME is the campaign's name.
 std::string export_name(const ExportData& data, const std::string& rest);
 
 }  // namespace shaker::cli

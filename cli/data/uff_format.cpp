@@ -33,10 +33,12 @@ std::string line_of(std::string text) {
 
 class DataSet {
  public:
-  DataSet(OutFile& out, const ExportData& data, const std::string& title) : out_(out) {
+  // `origin`: the fifth line, from which an import knows the run.
+  DataSet(OutFile& out, const ExportData& data, const std::string& title, const std::string& origin)
+      : out_(out) {
     out_.write("{:>6}\n{:>6}\n", -1, 58);
-    for (const std::string& line : {title, data.campaign.name, data.campaign.started_utc,
-                                    "rig " + data.campaign.rig, std::string("shakerd")})
+    for (const std::string& line :
+         {title, data.campaign.name, data.campaign.started_utc, "rig " + data.campaign.rig, origin})
       out_.write("{}\n", line_of(line));
   }
   ~DataSet() { out_.write("{}{:>6}\n", at_ % per_line_ == 0 ? "" : "\n", -1); }
@@ -79,7 +81,9 @@ void write_series(OutFile& out, const ExportData& data, const ExportRun& run, in
   const auto points = static_cast<double>((run.cycles.front().*channel).size());
   DataSet set(out, data,
               fmt::format("{} {}, {} cycles one after the other", run.row.name, ordinate.label,
-                          run.cycles.size()));
+                          run.cycles.size()),
+              fmt::format("shakerd, {} Hz, {} m/s^2, run {}", run.mean_frequency(),
+                          run.row.amplitude, run.row.name));
   set.function(kTimeResponse, number);
   set.abscissa(kRealDouble, values.size(), true, 0.0, 1.0 / (points * run.mean_frequency()));
   set.axis({kTime, "Time", "s"});
@@ -111,7 +115,8 @@ void write_response(OutFile& out, const ExportData& data, int number) {
     if (std::abs(table) > 0.0) points.emplace_back(run.mean_frequency(), stroke / table);
   }
   if (points.empty()) return;
-  DataSet set(out, data, "First harmonic of the stroke over that of the table, a point a run");
+  DataSet set(out, data, "First harmonic of the stroke over that of the table, a point a run",
+              "shakerd");
   set.function(kFrequencyResponse, number);
   set.abscissa(kComplexDouble, points.size(), false, 0.0, 0.0);
   set.axis({kFrequency, "Frequency", "Hz"});

@@ -16,8 +16,9 @@ The standard library is enough. Where NumPy is installed, samples and cycles are
 """
 from .campaign import Campaign, Cycle, NotACampaign, Run, open_campaign
 from .client import Client, ConnectionLost, Refused, connect
-from .tools import ToolFailed, diagnose, estimate
+from .folder import CampaignFolder, Recording, open_folder
+from .tools import ToolFailed, diagnose, estimate, import_campaign
 
-__all__ = ["Campaign", "Client", "ConnectionLost", "Cycle", "NotACampaign", "Refused", "Run", "ToolFailed",
-           "connect", "diagnose", "estimate", "open_campaign"]
+__all__ = ["Campaign", "CampaignFolder", "Client", "ConnectionLost", "Cycle", "NotACampaign", "Recording", "Refused",
+           "Run", "ToolFailed", "connect", "diagnose", "estimate", "import_campaign", "open_campaign", "open_folder"]
 __version__ = "0.2.0"

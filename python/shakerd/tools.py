@@ -31,17 +31,29 @@ def shakerctl() -> str:
 
 
 def estimate(data: PathLike, *options: str, model: Optional[Union[PathLike, Mapping[str, Any]]] = None) -> Document:
-    """As `shakerctl estimate DATA --json`: of a campaign's database, or of a CSV file with its options."""
-    return _called("estimate", data, options, model)
+    """As `shakerctl estimate DATA --json`: of a campaign's database or folder, or of a CSV file with its options.
+
+    A folder without `model` is estimated with the model.json in it, if there is one.
+    """
+    return _called("estimate", data, options, model or _own_model(data))
 
 
 def diagnose(data: PathLike, *options: str, model: Optional[Union[PathLike, Mapping[str, Any]]] = None) -> Document:
-    """As `shakerctl diagnose DATA --json`: what the model lacks. Without `model`, a database's own."""
-    if model is None and pathlib.Path(data).is_file():
-        from .campaign import open_campaign
-        with open_campaign(data) as campaign:
-            model = campaign.model
-    return _called("diagnose", data, options, model)
+    """As `shakerctl diagnose DATA --json`: what the model lacks. Without `model`, a database's or a folder's own."""
+    return _called("diagnose", data, options, model or _own_model(data))
+
+
+def import_campaign(source: PathLike, folder: PathLike, *options: str) -> Document:
+    """As `shakerctl import SOURCE --out FOLDER --json`: of CSV, MAT or UFF files. `folder` must be new or empty.
+
+    For example `import_campaign("day.mat", "day", "--frequency", "2,4", "--unit", "displacement=mm")`.
+    """
+    return _called("import", source, ("--out", os.fspath(folder), *options), None)
+
+
+def _own_model(data: PathLike) -> Optional[PathLike]:
+    model = pathlib.Path(data) / "model.json"
+    return model if model.is_file() else None
 
 
 def _called(command: str, data: PathLike, options: tuple[str, ...],

@@ -69,6 +69,28 @@ TEST_F(CampaignFolder, PutsColumnsIntoTheModelsUnits) {
   EXPECT_EQ(campaign->warnings.size(), 1U);
 }
 
+TEST_F(CampaignFolder, ReadsUnitsFromTheHeaderRow) {
+  write("r01.csv", "t [min],excitation [g],displacement (in),acceleration\n0,1,10,2\n1,2,20,2\n");
+  const auto campaign = read(R"({"format": "shaker-campaign/1",
+          "runs": [{"name": "r01", "frequency_hz": 2, "amplitude": 2}]})");
+  ASSERT_TRUE(campaign) << campaign.error().what;
+  const auto& run = campaign->runs.at(0);
+  EXPECT_THAT(run.t, ElementsAre(0.0, 60.0));
+  EXPECT_THAT(run.displacement, ElementsAre(0.254, 0.508));
+  EXPECT_THAT(run.excitation, ElementsAre(9.80665, 19.6133));
+  EXPECT_DOUBLE_EQ(run.acceleration.at(0), 19.6133) << "as the table's";
+  EXPECT_DOUBLE_EQ(run.amplitude, 19.6133);
+  EXPECT_EQ(trouble(", \"frequency_hz\": 2", R"("units": {"displacement": "in"}, )"), "none");
+  EXPECT_THAT(
+      trouble(", \"frequency_hz\": 2", R"("units": {"displacement": "mm"}, )"),
+      HasSubstr("r01.csv:1: column \"displacement\": is in \"in\" by the header row, and in "
+                "another unit by /units of campaign.json"));
+  write("r01.csv", "t,excitation,displacement [furlong]\n0,1,10\n1,2,20\n");
+  EXPECT_THAT(trouble(", \"frequency_hz\": 2"),
+              HasSubstr("r01.csv:1: column \"displacement\": \"furlong\" and the model's \"m\" do "
+                        "not match; known are m, cm, mm, um, in, ft. Convert the column"));
+}
+
 TEST_F(CampaignFolder, FindsColumnsUnderNamesOfTheirOwn) {
   write("r01.csv", "stamp,pos_mm,shake,displacement\n0,10,1,7\n1,20,2,7\n");
   const auto campaign = read(

@@ -30,6 +30,15 @@ TEST(Csv, TakesWindowsLineEndsByteOrderMarkBlanksAndAMissingLastLineBreak) {
   EXPECT_THAT(table->columns.at("y"), testing::ElementsAre(1.0, 2.0));
 }
 
+TEST(Csv, ReadsTheUnitBehindAName) {
+  const auto table = read("t [ms],note (of the day), y (mm)\n0,7,1\n");
+  ASSERT_TRUE(table) << table.error().what;
+  EXPECT_THAT(table->columns.at("y"), testing::ElementsAre(1.0));
+  EXPECT_THAT(table->units,
+              testing::ElementsAre(testing::Pair("t", "ms"), testing::Pair("y", "mm")));
+  EXPECT_FALSE(read("t [s],t,y\n0,0,1\n")) << "t twice";
+}
+
 TEST(Csv, PrefersTheMeasuredExcitation) {
   const auto table = read("t,y,displacement,excitation\n0,1,2,3\n");
   ASSERT_TRUE(table);

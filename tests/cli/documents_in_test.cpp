@@ -27,6 +27,7 @@ TEST(DocumentsIn, ReadBackWhatTheProtocolWrote) {
   sent.cycles_used = 3;
   sent.runs_used = 2;
   sent.converged = true;
+  sent.intervals_hold = false;
   sent.warnings = {"theta2 is undetermined"};
   const auto got = estimate_from(Json::parse(protocol::to_json_line(sent, {})));
   EXPECT_EQ(got.campaign, "c");
@@ -42,6 +43,8 @@ TEST(DocumentsIn, ReadBackWhatTheProtocolWrote) {
   EXPECT_EQ(got.runs_used, 2);
   EXPECT_TRUE(got.converged);
   EXPECT_FALSE(got.usable);
+  EXPECT_FALSE(got.intervals_hold);
+  EXPECT_TRUE(estimate_from(Json::object()).intervals_hold) << "an older daemon does not say";
   EXPECT_THAT(got.warnings, testing::ElementsAre("theta2 is undetermined"));
 }
 

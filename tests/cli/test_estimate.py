@@ -55,6 +55,24 @@ class Estimate(Scratch):
             self.assertAlmostEqual(parameter["standard_error"] / error, 1.0, delta=1e-3)
         self.assertAlmostEqual(document["sum_of_squares"] / expected["ssr"][0], 1.0, delta=1e-4)
 
+    def test_units_of_the_header_row_are_converted_to_the_models(self):
+        lines = (DATA / "oleo_j1.csv").read_text().splitlines()
+        self.assertEqual(lines[0], "t,y")
+        rows = [[float(number) for number in line.split(",")] for line in lines[1:]]
+        plain = json.loads(self.estimate(DATA / "oleo_j1.csv", "--json").stdout)
+        other = self.write("in.csv", "t [ms],y [in]\n" + "".join(f"{1e3 * t!r},{12 * y!r}\n" for t, y in rows))
+        result = self.estimate(other, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for a, b in zip(plain["parameters"], json.loads(result.stdout)["parameters"], strict=True):
+            self.assertAlmostEqual(a["value"] / b["value"], 1.0, delta=1e-9)
+        for header, sentence in (("t [h],y", '"h" is no unit of time; known are s, ms, us, min'),
+                                 ("t,y [g]", '"g" and the model\'s "ft" do not match; known are m, cm')):
+            wrong = self.write("wrong.csv", "\n".join([header, *lines[1:]]))
+            result = self.estimate(wrong)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(f"{wrong}:1: column ", result.stderr)
+            self.assertIn(sentence, result.stderr)
+
     def test_refines_the_grid_to_the_accuracy_that_is_asked_for(self):
         result = self.estimate(DATA / "oleo_j1.csv", "--accuracy", "1e-9", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -109,7 +127,8 @@ class Estimate(Scratch):
                 {"effect": "linear_stiffness", "parameters": {"k": {"start": 80}}},
                 {"effect": "coulomb_friction", "parameters": {"f_c": {"start": 0.3}}, "constants": constants}]}))
             result = run("estimate", data, "--model", model, "--frequency", 2, "--json")
-            self.assertEqual(result.returncode, 0, result.stderr)
+            # Without noise, what the grid leaves is more than the scatter explains.
+            self.assertEqual(result.returncode, 6, result.stderr)
             document = json.loads(result.stdout)
             return next(p["value"] for p in document["parameters"] if p["name"] == "f_c"), document
 
@@ -263,7 +282,8 @@ class Database(Scratch):
 
     def test_estimates_from_all_runs_jointly(self):
         result = run("estimate", self.database, "--json")
-        self.assertEqual(result.returncode, 0, result.stderr)
+        # The noise of the data set is the same in every cycle, which the scatter does not know.
+        self.assertEqual(result.returncode, 6, result.stderr)
         document = json.loads(result.stdout)
         self.assertEqual(document["campaign"], "known")
         self.assertEqual(document["runs_used"], len(self.rows))
@@ -276,8 +296,14 @@ class Database(Scratch):
         other = json.loads(json.dumps(OLEO_FEET))
         other["effects"][1]["parameters"]["theta4"] = {"start": 1.0, "fixed": True}
         result = run("estimate", self.database, "--model", self.write("o.json", json.dumps(other)), "--json")
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertTrue(json.loads(result.stdout)["parameters"][3]["fixed"])
+        document = json.loads(result.stdout)
+        self.assertTrue(document["parameters"][3]["fixed"])
+        # It misses the cycles by more than their scatter: the intervals count that only.
+        self.assertGreater(document["gap"], 3 * document["noise_floor"])
+        self.assertEqual((result.returncode, document["usable"], document["intervals_hold"]), (6, True, False))
+        table = run("estimate", self.database, "--model", self.path / "o.json").stdout
+        self.assertIn("the values stand, the INTERVALS DO NOT", table)
+        self.assertNotRegex(table, r"\busable\b")
         self.assertEqual(run("estimate", self.database, "--frequency", 2).returncode, 2)
 
     def test_exports_cycles_that_can_be_estimated_from(self):

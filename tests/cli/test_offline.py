@@ -74,7 +74,8 @@ class Folders(Scratch):
                 recorded = self.path / "recorded"
                 recorded.mkdir(exist_ok=True)
                 (recorded / "campaign.json").write_text("{}")
-                self.assertIn("is a folder with a recorded campaign, which `shakerctl diagnose` reads",
+                self.assertIn("give --model" if command in (("estimate",), ("compare",)) else
+                              "is a folder with a recorded campaign, which `shakerctl diagnose` reads",
                               self.refused(*command, recorded))
 
 

@@ -5,7 +5,7 @@ import sys
 import tempfile
 import unittest
 
-from support import EXAMPLES, ROOT, run
+from support import EXAMPLES, OLEO_FEET, ROOT, run
 
 
 class MonteCarlo(unittest.TestCase):
@@ -55,7 +55,12 @@ class Plan(unittest.TestCase):
                          EXAMPLES / "rig-simulated.json", "--draw", page, "--json")
             self.assertEqual(result.returncode, 0, result.stderr)
             text = page.read_text()
-            self.assertIn("<svg", text)
+            self.assertEqual(text.count("<svg"), 2)
+            self.assertRegex(text, r"<th>rig</th><td>simulated</td>")
+            self.assertRegex(text, r"<th>planned</th><td>\d{4}-\d\d-\d\d [0-9:]+ UTC by shakerctl \d")
+            self.assertIn(">amplitude, m/s²</text>", text)
+            self.assertNotRegex(text, r"<th[^>]*>(open)?</th>")
+            self.assertIn("the stroke would go up to", text)
             self.assertNotIn("http://", text.replace("http://www.w3.org/2000/svg", ""))
         answer = json.loads(result.stdout)
         sizes = [len(each["runs"]) for each in answer["sets"]]
@@ -74,6 +79,33 @@ class Plan(unittest.TestCase):
         table = run("plan", EXAMPLES / "model-oleo.json", "--frequencies", 1, 2, "--amplitudes", 3)
         self.assertEqual(table.returncode, 0)
         self.assertIn("best for theta4", table.stdout)
+
+    def test_writes_the_best_set_as_a_campaign_that_the_rig_may_run(self):
+        oleo, rig = EXAMPLES / "model-oleo.json", EXAMPLES / "rig-simulated.json"
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "campaign.json"
+            words = ("plan", oleo, "--rig", rig, "--runs", 2, "--cycles", 7, "--write", file)
+            answer = json.loads(run(*words, "--json").stdout)
+            best = min((s for s in answer["sets"] if len(s["runs"]) == 2), key=lambda s: s["spread"])
+            written = json.loads(file.read_text())
+            self.assertEqual([(r["frequency_hz"], r["amplitude"], r["cycles"]) for r in written["runs"]],
+                             [(r["frequency_hz"], r["amplitude"], 7) for r in best["runs"]])
+            self.assertEqual(written["model"]["name"], "oleo")
+            check = run("check", file, "--rig", rig)
+            self.assertEqual(check.returncode, 0, check.stdout + check.stderr)
+            before = file.read_bytes()
+            again = run(*words)
+            self.assertEqual(again.returncode, 2)
+            self.assertIn("campaign.json: exists, and is not replaced", again.stderr)
+            self.assertEqual(file.read_bytes(), before)
+            # Of a model in feet: 3 ft/s^2.
+            model = pathlib.Path(folder) / "feet.json"
+            model.write_text(json.dumps(OLEO_FEET))
+            other = pathlib.Path(folder) / "feet-campaign.json"
+            result = run("plan", model, "--frequencies", 1, 2, "--amplitudes", 3, "--runs", 2, "--write", other)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            for each in json.loads(other.read_text())["runs"]:
+                self.assertAlmostEqual(each["amplitude"], 3 * 0.3048, delta=1e-12)
 
     def test_says_what_is_wrong(self):
         oleo = EXAMPLES / "model-oleo.json"

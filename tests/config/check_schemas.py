@@ -88,7 +88,7 @@ class Schemas(unittest.TestCase):
         for schema in SCHEMAS.values():
             keys_of_schema(schema, known)
         # Channels of a Modbus sensor that no example has.
-        self.assertEqual(known - shown, {"acceleration", "force", "aux7", "aux8", "record_to",
+        self.assertEqual(known - shown, {"acceleration", "force", "aux7", "aux8", "label", "record_to",
                                          "false_alarms_per_run"})
 
 

@@ -26,14 +26,25 @@ TEST(Model, OfTheOleoIsReadAsItIsWritten) {
 
 TEST(Model, MayCountInMillimetres) {
   const auto with = [](const std::string& unit, double gravity) {
-    return parse_model(R"({"name": "m", "effects": [{"effect": "gravity"}], "length_unit": ")" +
-                           unit + R"(", "gravity": )" + std::to_string(gravity) + "}",
+    return parse_model(R"({"name": "m", "effects": [{"effect": "gravity"}], "length_unit": )" +
+                           unit + R"(, "gravity": )" + std::to_string(gravity) + "}",
                        "m.json");
   };
-  EXPECT_TRUE(with("mm", 9806.65)) << with("mm", 9806.65).error().what;
-  EXPECT_TRUE(with("ticks", 9806.65));  // a unit label that only this model uses
-  EXPECT_FALSE(with("m", 9806.65));
-  EXPECT_FALSE(with("mm", 2e6));
+  EXPECT_TRUE(with(R"("mm")", 9806.65)) << with(R"("mm")", 9806.65).error().what;
+  EXPECT_FALSE(with(R"("m")", 9806.65));
+  EXPECT_FALSE(with(R"("mm")", 2e6));
+  EXPECT_EQ(with(R"("µm")", 9.8e6)->length_unit, "um") << "one name for each unit";
+
+  const auto refused = with(R"("ticks")", 9806.65);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what,
+              testing::HasSubstr(
+                  "/length_unit: \"ticks\" is no unit of length; known are m, cm, mm, um, in, ft, "
+                  "and of an angle rad, mrad, deg. For one that only this model uses, say "
+                  "{\"label\": \"ticks\"}"));
+  const auto own = with(R"({"label": "ticks"})", 9806.65);
+  ASSERT_TRUE(own) << own.error().what;
+  EXPECT_EQ(parse_model(to_json_text(*own), "again")->length_unit, "ticks");
 }
 
 TEST(Model, SurvivesBeingWrittenAndReadAgain) {

@@ -47,6 +47,29 @@ TEST(Rig, OnSerialLinesHasItsLineSettings) {
   EXPECT_EQ(std::get<ModbusSensor>(rig->sensors.at(0)).registers.size(), 1u);
 }
 
+// value * scale + offset is in the unit that the file states: a transducer in mm that counts the
+// other way, from 1 mm on, and a pressure whose DBC file has no unit.
+TEST(Rig, ConvertsTheUnitThatTheScaleOfASignalLeadsTo) {
+  const auto rig = parse_rig(
+      R"({"name": "r", "exciter": {"device": {"kind": "replay"}},
+          "auxiliary": {"aux1": {"name": "gas", "unit": "kPa"}},
+          "sensors": [{"kind": "can", "dbc": "a.dbc", "signals": [
+            {"channel": "displacement", "message": "M", "signal": "s", "scale": -1, "offset": 1,
+             "unit": "mm"},
+            {"channel": "excitation", "message": "M", "signal": "x", "unit": "g"},
+            {"channel": "acceleration", "message": "M", "signal": "a"},
+            {"channel": "aux1", "message": "M", "signal": "p", "scale": 2, "unit": "bar"}]}]})",
+      "r.json");
+  ASSERT_TRUE(rig) << rig.error().what;
+  const auto& signals = std::get<CanSensor>(rig->sensors.at(0)).signals;
+  EXPECT_DOUBLE_EQ(signals.at(0).scale.value(), -1e-3);
+  EXPECT_DOUBLE_EQ(signals.at(0).offset.value(), 1e-3);
+  EXPECT_DOUBLE_EQ(signals.at(1).scale.value(), 9.80665);
+  EXPECT_FALSE(signals.at(2).scale) << "the unit in the DBC file counts";
+  EXPECT_DOUBLE_EQ(signals.at(3).scale.value(), 200.0);
+  EXPECT_EQ(signals.at(3).unit, "kPa");
+}
+
 TEST(Rig, ConvertsWhatAnAuxiliaryRegisterIsMeasuredIn) {
   const auto rig = [](const std::string& unit, const std::string& label) {
     return parse_rig(

@@ -88,6 +88,16 @@ TEST(CanDecoder, ConvertsTheUnitThatTheDatabaseStates) {
   pressure.unit = "bar";
   EXPECT_DOUBLE_EQ(value("kPa", pressure), 10.0);
   EXPECT_EQ(value("mm", pressure), -1.0);
+
+  // From the rig file to the value: its unit takes the place of that in the database.
+  const auto rig = config::parse_rig(
+      R"({"name": "r", "exciter": {"device": {"kind": "replay"}},
+          "sensors": [{"kind": "can", "dbc": "a.dbc", "signals": [{"channel": "displacement",
+            "message": "m", "signal": "s", "scale": -0.5, "offset": 10, "unit": "in"}]}]})",
+      "r.json");
+  ASSERT_TRUE(rig) << rig.error().what;
+  EXPECT_DOUBLE_EQ(value("mm", std::get<config::CanSensor>(rig->sensors[0]).signals[0]),
+                   -490.0 * 0.0254);
 }
 
 TEST(CanDecoder, SaysWhatTheDatabaseHasInsteadOfWhatWasAsked) {

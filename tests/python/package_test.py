@@ -90,6 +90,29 @@ class AgainstARig(unittest.TestCase):
             self.assertLess(abs(parameter["value"] - truth), 6 * parameter["standard_error"], parameter)
         self.assertEqual(shakerd.diagnose(self.file)["effects"], [])
 
+    def test_a_folder_holds_what_was_exported_to_another_program(self):
+        with tempfile.TemporaryDirectory() as scratch, shakerd.open_campaign(self.file) as campaign:
+            subprocess.run([SHAKERCTL, "export", str(self.file), "--directory", scratch, "--format", "mat"], check=True,
+                           stdout=subprocess.DEVNULL)
+            [mat] = pathlib.Path(scratch).glob("*.mat")
+            folder = pathlib.Path(scratch) / "day"
+            self.assertEqual([r["name"] for r in shakerd.import_campaign(mat, folder)["runs"]], ["slow", "fast"])
+            day = shakerd.open_folder(folder)
+            self.assertEqual((day.name, [r.kind for r in day.runs]), ("two short runs", ["periodic", "periodic"]))
+            for run in campaign.runs:
+                cycles = list(campaign.cycles(run.name, accepted=True))
+                for channel, unit in (("displacement", "m"), ("excitation", "m/s^2")):
+                    wanted = [x for cycle in cycles for x in getattr(cycle, channel)]
+                    self.assertEqual(list(day[run.name].columns[channel]), wanted)
+                    self.assertEqual(day[run.name].units[channel], unit)
+            with self.assertRaisesRegex(KeyError, "it has: slow, fast"):
+                day["other"]
+            # By the model that came with it.
+            by_name = {p["name"]: p for p in shakerd.estimate(self.file)["parameters"]}
+            for parameter in shakerd.estimate(folder)["parameters"]:
+                wanted = by_name[parameter["name"]]
+                self.assertLess(abs(parameter["value"] - wanted["value"]), wanted["standard_error"], parameter)
+
     def test_refusals_are_exceptions_with_the_daemons_sentence(self):
         with shakerd.connect(self.rig.socket) as client:
             with self.assertRaises(shakerd.Refused) as refused:
@@ -122,6 +145,24 @@ class OfFiles(unittest.TestCase):
                     shakerd.open_campaign(file)
         with self.assertRaises(FileNotFoundError):
             shakerd.open_campaign("/nowhere.db")
+
+    def test_a_folder_with_comments_columns_and_units_of_its_own(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = pathlib.Path(scratch)
+            (folder / "a.csv").write_text("t [ms],pos (mm),force\n0,1,2\n1,3,4\n")
+            (folder / "campaign.json").write_text("""{"format": "shaker-campaign/1", // of the test bench
+                "units": {"force": {"label": "V", "scale": 5}}, "columns": {"displacement": "pos"},
+                "runs": [{"name": "a", "kind": "imposed_motion"}]}""")
+            [run] = shakerd.open_folder(folder).runs
+            self.assertEqual({c: list(v) for c, v in run.columns.items()},
+                             {"t": [0, 1], "displacement": [1, 3], "force": [2, 4]})
+            self.assertEqual(run.units, {"t": "ms", "displacement": "mm", "force": "V"})
+            self.assertIsNone(run.frequency_hz)
+            (folder / "campaign.json").write_text('{"runs": 3}')
+            with self.assertRaisesRegex(shakerd.NotACampaign, "is no campaign that was recorded"):
+                shakerd.open_folder(folder)
+            with self.assertRaises(FileNotFoundError):
+                shakerd.open_folder(folder / "nowhere")
 
 
 class WithoutAClient(unittest.TestCase):

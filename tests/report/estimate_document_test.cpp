@@ -24,6 +24,7 @@ TEST(EstimateDocument, LosesNothingOfTheEstimate) {
   estimate.iterations = 5;
   estimate.converged = true;
   estimate.usable = false;
+  estimate.intervals_hold = false;
   estimate.warnings = {"a", "b"};
   const protocol::EstimateDocument document = to_document(estimate);
   EXPECT_EQ(document.model, "oleo");
@@ -55,6 +56,7 @@ TEST(EstimateDocument, LosesNothingOfTheEstimate) {
   EXPECT_EQ(document.iterations, 5);
   EXPECT_TRUE(document.converged);
   EXPECT_FALSE(document.usable);
+  EXPECT_FALSE(document.intervals_hold);
   EXPECT_EQ(document.warnings, estimate.warnings);
   EXPECT_FALSE(document.campaign || document.run || document.cycle || document.latency_s);
 }

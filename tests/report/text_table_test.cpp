@@ -62,6 +62,15 @@ TEST(EstimateTable, SaysWhatIsFixedUndeterminedAndWhy) {
   EXPECT_NE(text.find("warning: add runs at other frequencies\n"), std::string::npos);
   EXPECT_EQ(estimate_line(d),
             "theta1 16.671 ± 0.024, theta2 not determined, c 0.00 ± 0.10 (not usable)");
+
+  // A third verdict beside usable and not usable.
+  d.usable = d.converged = true;
+  EXPECT_NE(estimate_table(d).find("\nusable\n"), std::string::npos);
+  d.intervals_hold = false;
+  const std::string doubtful = estimate_table(d);
+  EXPECT_NE(doubtful.find("the values stand, the INTERVALS DO NOT"), std::string::npos);
+  EXPECT_EQ(doubtful.find("usable"), std::string::npos);
+  EXPECT_TRUE(estimate_line(d).ends_with(" (the intervals do not hold)"));
 }
 
 }  // namespace

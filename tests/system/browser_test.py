@@ -1,4 +1,4 @@
-"""The report of a diagnosis in a real browser, Debian's Chromium."""
+"""The report of a diagnosis and the page of a plan in a real browser, Debian's Chromium."""
 import json
 import os
 import pathlib
@@ -57,10 +57,10 @@ class Report(unittest.TestCase):
              "--enable-logging=stderr", *words, page.as_uri()],
             capture_output=True, text=True, timeout=60, env=dict(os.environ, HOME=str(self.folder)))
 
-    def test_every_picture_is_drawn_and_nothing_is_fetched(self):
+    def assert_is_drawn(self, page, least_pictures):
+        """Every picture is drawn and nothing is fetched. Returns the words that one reads."""
         probed = self.folder / "probed.html"
-        probed.write_text(self.page.replace("</head>", PROBE + "</head>", 1) if "</head>" in self.page
-                          else PROBE + self.page)
+        probed.write_text(page.replace("</head>", PROBE + "</head>", 1) if "</head>" in page else PROBE + page)
         shown = self.browse("--dump-dom", page=probed)
         match = re.search(r'<script type="application/json" id="found">(.*?)</script>', shown.stdout, re.S)
         self.assertTrue(match, shown.stderr[-2000:])
@@ -68,15 +68,25 @@ class Report(unittest.TestCase):
         self.assertEqual(found["trouble"], [])
         self.assertNotIn("CONSOLE", shown.stderr)
         self.assertEqual(found["requests"], [])
-        self.assertEqual(len(found["sizes"]), self.page.count("<svg"))
-        self.assertGreaterEqual(len(found["sizes"]), 8)
+        self.assertEqual(len(found["sizes"]), page.count("<svg"))
+        self.assertGreaterEqual(len(found["sizes"]), least_pictures)
         for width, height in found["sizes"]:
             self.assertGreater(min(width, height), 100)
         self.assertTrue(all(found["drawn"]), found["drawn"])
         self.assertTrue(all(found["inside"]), found["inside"])  # no label is cut off
         self.assertLessEqual(found["wide"], 0)  # nothing to scroll sideways for
-        self.assertIn("friction", found["words"])
         self.assertNotRegex(found["words"], r"\bnan\b|\binf\b|undefined")
+        return found["words"]
+
+    def test_every_picture_of_a_diagnosis_is_drawn(self):
+        self.assertIn("friction", self.assert_is_drawn(self.page, 8))
+
+    def test_every_picture_of_a_plan_is_drawn(self):
+        plan = self.folder / "plan.html"
+        examples = SOURCE / "config" / "examples"
+        subprocess.run([SHAKERCTL, "plan", examples / "model-oleo.json", "--rig", examples / "rig-simulated.json",
+                        "--draw", plan], check=True, capture_output=True, timeout=60)
+        self.assertIn("The best sets of runs", self.assert_is_drawn(plan.read_text(), 2))
 
     def test_it_prints(self):
         paper = self.folder / "report.pdf"

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "base/unit.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/fit/prediction.hpp"
 
@@ -25,29 +26,29 @@ constexpr double kNear = 2.5;               // times a conversion factor, of a r
 constexpr double kOtherSize = 100.0;  // times what the start values give
 constexpr double kGivenBack = 0.1;    // of speed times force
 
-struct Conversion {
-  double factor;  // on the values, to be what is said
-  const char* sentence;
+// Values in one unit that are said to be in another one.
+struct Misnomer {
+  const char *unit, *said, *sentence;
+  double factor() const { return conversion(unit, said)->scale; }  // on the values
 };
 
-constexpr std::array<Conversion, 8> kLengths = {
-    {{1e-3, "millimetres that are called metres"},
-     {1e3, "metres that are called millimetres"},
-     {1e-2, "centimetres that are called metres"},
-     {1e2, "metres that are called centimetres"},
-     {0.0254, "inches that are called metres"},
-     {1.0 / 0.0254, "metres that are called inches"},
-     {25.4, "inches that are called millimetres"},
-     {1.0 / 25.4, "millimetres that are called inches"}}};
-constexpr std::array<Conversion, 4> kAccelerations = {{{9.80665, "g that are called m/s^2"},
-                                                       {1.0 / 9.80665, "m/s^2 that are called g"},
-                                                       {1e-3, "mm/s^2 that are called m/s^2"},
-                                                       {1e3, "m/s^2 that are called mm/s^2"}}};
-
-constexpr std::array<Conversion, 4> kForces = {{{1e-3, "N that are called kN"},
-                                                {1e3, "kN that are called N"},
-                                                {9.80665, "kgf that are called N"},
-                                                {1.0 / 9.80665, "N that are called kgf"}}};
+constexpr std::array<Misnomer, 8> kLengths = {{{"mm", "m", "millimetres that are called metres"},
+                                               {"m", "mm", "metres that are called millimetres"},
+                                               {"cm", "m", "centimetres that are called metres"},
+                                               {"m", "cm", "metres that are called centimetres"},
+                                               {"in", "m", "inches that are called metres"},
+                                               {"m", "in", "metres that are called inches"},
+                                               {"in", "mm", "inches that are called millimetres"},
+                                               {"mm", "in", "millimetres that are called inches"}}};
+constexpr std::array<Misnomer, 4> kAccelerations = {
+    {{"g", "m/s^2", "g that are called m/s^2"},
+     {"m/s^2", "g", "m/s^2 that are called g"},
+     {"mm/s^2", "m/s^2", "mm/s^2 that are called m/s^2"},
+     {"m/s^2", "mm/s^2", "m/s^2 that are called mm/s^2"}}};
+constexpr std::array<Misnomer, 4> kForces = {{{"N", "kN", "N that are called kN"},
+                                              {"kN", "N", "kN that are called N"},
+                                              {"kgf", "N", "kgf that are called N"},
+                                              {"N", "kgf", "N that are called kgf"}}};
 
 // Of every run the share of the motion that the fit leaves, the mean apart; root mean square. Of
 // forces the mean as well: what bears the load gives it.
@@ -146,13 +147,13 @@ std::string as_it_is(double left) {
                              : std::string("and as it is there is no fit at all");
 }
 
-Error wrong(const std::string& where, const char* channel, const Conversion& conversion,
-            double before, double after) {
+Error wrong(const std::string& where, const char* channel, const Misnomer& misnomer, double before,
+            double after) {
   return {ErrorKind::invalid,
           fmt::format("{} the {} does not count in the unit that is said: multiplied by {:.4g} the "
                       "model leaves {:.2g} % of the response, {}; {}? Mend /units, or the files",
-                      where, channel, conversion.factor, 100.0 * after, as_it_is(before),
-                      conversion.sentence)};
+                      where, channel, misnomer.factor(), 100.0 * after, as_it_is(before),
+                      misnomer.sentence)};
 }
 
 std::vector<std::size_t> all_of(const Look& look) {
@@ -163,14 +164,14 @@ std::vector<std::size_t> all_of(const Look& look) {
 }
 
 // The conversion that leaves least, if any is believed.
-template <class Conversions, class Left>
-Result<void> best_of(const std::string& where, const char* channel, const Conversions& conversions,
+template <class Misnomers, class Left>
+Result<void> best_of(const std::string& where, const char* channel, const Misnomers& misnomers,
                      double before, double& least, const Left& left) {
   Result<void> said;
-  for (const Conversion& conversion : conversions) {
-    const double after = left(conversion.factor);
+  for (const Misnomer& misnomer : misnomers) {
+    const double after = left(misnomer.factor());
     if (!(after < least)) continue;
-    said = wrong(where, channel, conversion, before, after);
+    said = wrong(where, channel, misnomer, before, after);
     least = after;
   }
   return said;
@@ -208,7 +209,7 @@ Result<void> some_excitations(const Look& look, const Trial& trial, double left)
   double least = believed_below(left);
   Result<void> said;
   const std::vector<std::size_t> otherwise = answered_otherwise(look);
-  for (const Conversion& acceleration : kAccelerations) {
+  for (const Misnomer& acceleration : kAccelerations) {
     std::vector<std::size_t> which;
     double reached = left;
     while (2 * (which.size() + 1) <= look.runs.size()) {
@@ -217,7 +218,7 @@ Result<void> some_excitations(const Look& look, const Trial& trial, double left)
         if (std::find(which.begin(), which.end(), r) != which.end()) continue;
         std::vector<std::size_t> more = which;
         more.push_back(r);
-        const double after = trial.driver(acceleration.factor, more);
+        const double after = trial.driver(acceleration.factor(), more);
         if (!(after < reached)) continue;
         reached = after;
         best = more;
@@ -239,9 +240,9 @@ Result<void> some_runs(const Look& look, const Trial& trial, double left) {
   if (std::fabs(std::log(times)) < std::log(kApart)) return {};
   double least = believed_below(left);
   Result<void> said;
-  for (const Conversion& length : kLengths) {
-    if (std::fabs(std::log(times * length.factor)) > std::log(kApart * kNear)) continue;
-    const double after = trial.response(length.factor, apart);
+  for (const Misnomer& length : kLengths) {
+    if (std::fabs(std::log(times * length.factor())) > std::log(kApart * kNear)) continue;
+    const double after = trial.response(length.factor(), apart);
     if (!(after < least)) continue;
     said = wrong("in run " + names_of(look.runs, apart), "displacement", length, left, after);
     least = after;

@@ -142,6 +142,28 @@ TEST(FormulaEffect, SaysInWhichColumnAFormulaStumblesAndWhatIsAllowed) {
   EXPECT_THAT(refusal("k * q", R"j(, "borrows": {"q": "gas_spring"})j"), HasSubstr("gas_spring"));
 }
 
+TEST(FormulaEffect, HasNoParameterInAUnitThatTheModelDoesNotCountIn) {
+  const auto refusal_of = [](const std::string& unit) -> std::string {
+    try {
+      const Model model(parsed(R"j({"effect": "mine", "formula": "k * v",
+        "parameters": {"k": {"start": 1, "unit": ")j" +
+                               unit + R"j("}}})j"));
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const char* label : {"m", "m/s2", "s", "N", "K", "1/s", "m^-0.5"})
+    EXPECT_EQ(refusal_of(label), "") << label;
+  EXPECT_THAT(
+      refusal_of("mm"),
+      HasSubstr("/effects/0/parameters/k/unit: \"mm\" is a unit in which this model does not "
+                "count, and the numbers of a formula are not converted: give start, bounds "
+                "and prior in m"));
+  EXPECT_THAT(refusal_of("g"), HasSubstr("prior in m/s^2"));
+  EXPECT_THAT(refusal_of("degC"), HasSubstr("prior in K"));
+}
+
 TEST(FormulaEffect, SurvivesTheModelFilesRoundTrip) {
   const auto spec = parsed(R"j({"effect": "mine", "formula": "k * z",
     "states": {"z": {"rate": "v - z", "start": 0.5}}, "borrows": {"c": "viscous_damping"},
