@@ -103,7 +103,7 @@ struct ExportOptions {
   std::string format = "csv";
 };
 struct DiagnoseCommandOptions {
-  std::filesystem::path campaign;  // a folder with campaign.json, or a database
+  std::vector<std::filesystem::path> campaigns;  // folders with campaign.json, or databases
   std::filesystem::path model;
   std::filesystem::path out;  // empty: no files are written
   double false_alarm_rate = 0.01;

@@ -7,32 +7,66 @@
 
 #include <fmt/format.h>
 
-#include "cli/campaign_place.hpp"
+#include "cli/campaign_folder.hpp"
+#include "cli/opened_campaign.hpp"
+#include "cli/recorded_runs.hpp"
 #include "cli/run_data.hpp"
 #include "cli/run_over_periods.hpp"
 
 namespace shaker::cli {
 namespace {
 
-Result<EstimationInput> read_database(const InputOptions& options, const PeriodsOfRuns& periods) {
-  if (options.frequency_hz || options.amplitude) {
-    return Error{ErrorKind::invalid,
-                 "a campaign database knows its frequencies and amplitudes; "
-                 "leave --frequency and --amplitude out"};
-  }
-  auto data = runs_from_database(options.file, options.harmonics, periods);
+// Adds the runs of one database.
+Result<void> add_database(const std::filesystem::path& file, const InputOptions& options,
+                          const PeriodsOfRuns& periods, EstimationInput& input) {
+  auto data = runs_from_database(file, options.harmonics, periods);
   if (!data) return data.error();
-  auto model = options.model.empty()
-                   ? config::parse_model(data->model_json, options.file.string() + " (its model)")
-                   : config::load_model(options.model);
+  for (estimator::RunData& run : data->runs)
+    input.runs.push_back(std::move(run));
+  input.warnings.insert(input.warnings.end(), data->warnings.begin(), data->warnings.end());
+  input.spoiled = input.spoiled || data->spoiled;
+  if (periods.asked()) input.cycles = input.cycles.value_or(0) + data->cycles;
+  input.campaign = input.campaign ? *input.campaign + " + " + data->name : data->name;
+  return {};
+}
+
+// Adds the runs of one folder, in the units of the input's model.
+Result<void> add_folder(const std::filesystem::path& folder, const InputOptions& options,
+                        const PeriodsOfRuns& periods, EstimationInput& input) {
+  if (periods.asked())
+    return Error{ErrorKind::invalid,
+                 folder.string() + ": is a folder, whose runs are cut into single periods; give a "
+                                   "database or a CSV file with --periods"};
+  const auto campaign = read_campaign(folder, input.model);
+  if (!campaign) return campaign.error();
+  input.warnings.insert(input.warnings.end(), campaign->warnings.begin(),
+                        campaign->warnings.end());
+  auto runs =
+      runs_of_recordings(*campaign, folder.string(), options.harmonics, input.warnings);
+  if (!runs) return runs.error();
+  for (estimator::RunData& run : *runs)
+    input.runs.push_back(std::move(run));
+  input.campaign = input.campaign ? *input.campaign + " + " + campaign->name : campaign->name;
+  return {};
+}
+
+Result<EstimationInput> read_campaigns(const InputOptions& options, const PeriodsOfRuns& periods) {
+  if (options.frequency_hz || options.amplitude)
+    return Error{ErrorKind::invalid,
+                 "a campaign knows its frequencies and amplitudes; "
+                 "leave --frequency and --amplitude out"};
+  for (const auto& place : options.files) {
+    if (auto good = expect_campaign(place); !good) return good.error();
+  }
+  auto model = model_of_campaigns(options.files, options.model);
   if (!model) return model.error();
   EstimationInput input;
   input.model = std::move(*model);
-  input.runs = std::move(data->runs);
-  input.campaign = data->name;
-  input.warnings = std::move(data->warnings);
-  input.spoiled = data->spoiled;
-  if (periods.asked()) input.cycles = data->cycles;
+  for (const auto& place : options.files) {
+    auto added = place_of(place) == Place::database ? add_database(place, options, periods, input)
+                                                    : add_folder(place, options, periods, input);
+    if (!added) return added.error();
+  }
   return input;
 }
 
@@ -69,12 +103,12 @@ Result<EstimationInput> read_csv_run(const InputOptions& options, const PeriodsO
   if (!periods.named.empty())
     return Error{ErrorKind::invalid,
                  "a CSV file is one run and has no name for it; say --periods M"};
-  const auto table = read_run_table(options.file);
+  const auto table = read_run_table(options.file());
   if (!table) return table.error();
   EstimationInput input;
   input.model = std::move(*model);
   const Dwell dwell = {*options.frequency_hz, options.amplitude, options.harmonics};
-  if (auto good = add_table(*table, options.file.string(), dwell, periods.all, input); !good)
+  if (auto good = add_table(*table, options.file().string(), dwell, periods.all, input); !good)
     return good.error();
   return input;
 }
@@ -106,12 +140,20 @@ Result<void> check_units(const config::ModelSpec& model) {
   return {};
 }
 
+std::string InputOptions::names() const {
+  std::string all;
+  for (const auto& file : files)
+    all += (all.empty() ? "" : ", ") + file.string();
+  return all;
+}
+
 Result<EstimationInput> read_estimation_input(const InputOptions& options) {
   const auto periods = parse_periods(options.periods);
   if (!periods) return periods.error();
-  if (auto good = expect_file(options.file); !good) return good.error();
-  auto input = is_database(options.file) ? read_database(options, *periods)
-                                         : read_csv_run(options, *periods);
+  std::error_code none;
+  const bool one_file = options.files.size() == 1 && place_of(options.file()) == Place::other &&
+                        !std::filesystem::is_directory(options.file(), none);
+  auto input = one_file ? read_csv_run(options, *periods) : read_campaigns(options, *periods);
   if (!input) return input;
   if (auto good = check_units(input->model); !good) return good.error();
   return input;

@@ -101,11 +101,14 @@ void add_weighing(CLI::App* command, EstimateOptions& o) {
 
 void add_estimate(CLI::App& app, Options& o) {
   auto* estimating =
-      add(app, o, "estimate", "Estimate from a campaign database or a CSV file", [&o] {
+      add(app, o, "estimate", "Estimate from campaigns or from a CSV file", [&o] {
         return o.estimate.transient ? estimate_transient(o.common, o.estimate)
                                     : estimate(o.common, o.estimate);
       });
-  estimating->add_option("file", o.estimate.file, "FILE.db, or FILE.csv with a header row")
+  estimating
+      ->add_option("campaign", o.estimate.files,
+                   "Campaigns of one damper (FILE.db, or a folder with campaign.json), or one "
+                   "FILE.csv with a header row")
       ->required();
   add_input(estimating, o.estimate);
   auto* periods =
@@ -152,7 +155,8 @@ void add_estimate(CLI::App& app, Options& o) {
 void add_compare(CLI::App& app, Options& o) {
   auto* comparing = add(app, o, "compare", "What each optimiser needs and finds on one data set",
                         [&o] { return compare(o.common, o.compare); });
-  auto* compared = comparing->add_option("file", o.compare.file, "FILE.db or FILE.csv");
+  auto* compared = comparing->add_option(
+      "campaign", o.compare.files, "Campaigns (FILE.db, or a folder), or one FILE.csv");
   add_input(comparing, o.compare);
   comparing->add_option("--figure", o.compare.figure, "The paper's data instead: 11, 12, 13 or 14")
       ->excludes(compared);
@@ -175,7 +179,8 @@ void add_diagnose(CLI::App& app, Options& o) {
   auto* diagnosing =
       add(app, o, "diagnose", "What does the model lack? Name it, add it, show the gap",
           [&o] { return diagnose(o.common, o.diagnose); });
-  diagnosing->add_option("campaign", o.diagnose.campaign, "Folder with campaign.json, or FILE.db");
+  diagnosing->add_option("campaign", o.diagnose.campaigns,
+                         "Campaigns of one damper: folders with campaign.json, or FILE.db");
   diagnosing->add_option("--model", o.diagnose.model, "Model file to start from");
   diagnosing
       ->add_option("--out", o.diagnose.out,
