@@ -55,7 +55,9 @@ struct CompareOptions : InputOptions {
   std::vector<std::string> methods;  // empty: all
 };
 struct DropOptions {
-  std::filesystem::path campaign;         // database from which the model is identified
+  std::vector<std::filesystem::path> campaigns;  // of one damper, to be diagnosed
+  std::filesystem::path diagnosis;        // folder of a diagnosis that is there already
+  std::filesystem::path campaign;         // from which the model is identified as it is
   std::filesystem::path model, estimate;  // otherwise these
   double sink_speed = 0.0;
   double lift = 0.0;
@@ -132,6 +134,7 @@ int estimate_channels(const Common& common, const EstimateOptions& options);
 int estimate_transient(const Common& common, const EstimateOptions& options);
 int compare(const Common& common, const CompareOptions& options);
 int drop(const Common& common, const DropOptions& options);
+int drop_diagnosed(const Common& common, const DropOptions& options);
 int response(const Common& common, const ResponseOptions& options);
 int reproduce(const Common& common, const ReproduceOptions& options);
 int plan(const Common& common, const PlanCommand& command);

@@ -26,9 +26,16 @@ void add_bias(CLI::App* command, std::string& rule) {
 void add_drop(CLI::App& app, Options& o) {
   auto* dropping = add(app, o, "drop", "Predict a drop test from an identified model",
                        [&o] { return drop(o.common, o.drop); });
+  auto* campaigns = dropping->add_option(
+      "campaigns", o.drop.campaigns, "Campaigns of one damper: folders with campaign.json, or FILE.db");
+  dropping
+      ->add_option("--diagnosis", o.drop.diagnosis,
+                   "Folder that `diagnose --out` wrote (default: diagnose now)")
+      ->type_name(kFolderType);
   dropping->add_option("--sink-speed", o.drop.sink_speed, "At touch-down, m/s")->required();
   auto* campaign =
-      dropping->add_option("--campaign", o.drop.campaign, "Campaign database to identify from");
+      dropping->add_option("--campaign", o.drop.campaign, "Identify from it as its model is, without a diagnosis")
+          ->excludes(campaigns);
   dropping->add_option("--model", o.drop.model, "Model file (default: the campaign's own)");
   dropping->add_option("--estimate", o.drop.estimate, "What `estimate --json` printed")
       ->excludes(campaign);
@@ -43,7 +50,10 @@ void add_drop(CLI::App& app, Options& o) {
                        "Largest stroke at which the model was identified, m");
   dropping->add_option("--truth", o.drop.truth, "Model file whose starts are the truth: compare");
   dropping->add_option("--svg", o.drop.svg, "Draw the load into this file");
-  dropping->footer("The band is that of the parameters; it knows no effect that the model lacks.");
+  dropping->footer(
+      "With CAMPAIGN or --diagnosis the band holds every hypothesis that the campaign does not\n"
+      "exclude, and an unnamed force. With --campaign, or --model and --estimate, it is that of\n"
+      "the parameters, and knows no effect that the model lacks.");
 }
 
 void add_response(CLI::App& app, Options& o) {

@@ -82,6 +82,16 @@ double largest_of(const std::vector<double>& values) {
   return bend < 0.0 ? values[at] - 0.5 * slope * slope / bend : values[at];
 }
 
+// The time of that maximum.
+double time_of_largest(const std::vector<double>& t, const std::vector<double>& values) {
+  const auto at =
+      static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
+  if (at == 0 || at + 1 == values.size()) return t[at];
+  const double slope = 0.5 * (values[at + 1] - values[at - 1]);
+  const double bend = values[at + 1] - 2.0 * values[at] + values[at - 1];
+  return bend < 0.0 ? t[at] - slope / bend * (t[at + 1] - t[at]) : t[at];
+}
+
 }  // namespace
 
 DropTest::DropTest(const config::ModelSpec& spec, DropConditions conditions)
@@ -114,7 +124,8 @@ DropTest::DropTest(const config::ModelSpec& spec, DropConditions conditions)
                     conditions_.contact, model_.coordinates()));
 }
 
-Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives) const {
+Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives,
+                              const Excitation& push) const {
   const auto m = static_cast<std::size_t>(equations_.states());
   TimeOptions options;
   options.relative_tolerance = kTolerance;
@@ -125,10 +136,9 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
   DropRun out;
   for (int i = 0; i <= kSteps; ++i)
     out.history.t.push_back(conditions_.duration * i / kSteps);
-  const Excitation none;
   Arc arc;
   arc.times = out.history.t;
-  arc.excitation = &none;
+  arc.excitation = &push;
   arc.start.assign(m, 0.0);
   for (int e = model_.mechanical(); e < model_.coordinates(); ++e)
     arc.start[static_cast<std::size_t>(e)] = model_.rest(e);
@@ -144,7 +154,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
     out.history.speed.push_back(arc.states[i * m + v]);
     out.fastest = std::max(out.fastest, std::fabs(out.history.speed.back()));
   }
-  loads(out, theta, arc.states, arc.sensitivities);
+  loads(out, theta, arc.states, arc.sensitivities, push);
   if (auto good = read_off(out); !good) return good.error();
   return out;
 }
@@ -152,7 +162,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
 // Computes the load at all times in one batch: weight - lift - inertia of the first equation.
 void DropTest::loads(DropRun& out, const std::vector<double>& theta,
                      const std::vector<double>& states,
-                     const std::vector<double>& sensitivities) const {
+                     const std::vector<double>& sensitivities, const Excitation& push) const {
   const auto m = static_cast<std::size_t>(equations_.states());
   const auto p = static_cast<std::size_t>(model_.parameter_count());
   const std::size_t n = out.history.t.size(), stride = (n + 7) / 8 * 8;
@@ -167,8 +177,9 @@ void DropTest::loads(DropRun& out, const std::vector<double>& theta,
   take(rate, m);
   take(h_s, m * m);
   take(h_theta, m * p);
-  const double* x = at;
+  double* x = at;
   for (std::size_t i = 0; i < n; ++i) {
+    x[i] = push.value(out.history.t[i]);
     for (std::size_t j = 0; j < m; ++j)
       s[j][i] = states[i * m + j];
   }
@@ -260,7 +271,8 @@ Result<void> DropTest::read_off(DropRun& run) const {
                  -h.speed[fastest_out],
                  absorbed,
                  absorbed - returned,
-                 absorbed / (largest * stroke)};
+                 absorbed / (largest * stroke),
+                 time_of_largest(h.t, h.load)};
   return {};
 }
 
