@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kSteps = 3000;  // in a history
 constexpr double kTolerance = 1e-9;
+constexpr long kMaxAdamsSteps = 300;  // of a stiff model between two times: BDF is quicker then
 
 double row_of(const std::vector<double>& given, std::size_t at, double otherwise) {
   return at < given.size() ? given[at] : otherwise;
@@ -130,6 +131,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
   TimeOptions options;
   options.relative_tolerance = kTolerance;
   options.absolute_tolerance = 1e-3 * kTolerance;
+  options.max_steps = kMaxAdamsSteps;
   std::vector<int> all;
   for (int k = 0; k < model_.parameter_count(); ++k)
     all.push_back(k);

@@ -66,7 +66,7 @@ class Mixer {
   Result<DropMixture> run() {
     if (auto good = gather(); !good) return good.error();
     DropMixture out;
-    out.run = components_.front().drop.center();
+    out.run = components_.front().drop.whole();
     out.extrapolated_energy_share = outside_share(out.run, VisitedRegion(damper_.visited));
     out.warnings = std::move(warnings_);
     draw(out);
@@ -74,23 +74,25 @@ class Mixer {
   }
 
  private:
-  // Makes the components. The first hypothesis must give a drop; others that give none are left out
-  // with a warning.
+  // Makes the components. A hypothesis without a drop is left out with a warning, and the next one is
+  // the first; an Error where none is left.
   Result<void> gather() {
     for (std::size_t h = 0; h < damper_.hypotheses.size(); ++h) {
       const DamperHypothesis one = without_instruments(damper_.hypotheses[h]);
       auto drop = DropSurrogate::make(one, conditions_);
-      if (!drop && h == 0) return drop.error();
+      const bool first = components_.empty();
+      if (!drop && h + 1 == damper_.hypotheses.size() && first) return drop.error();
       if (!drop) {
         warnings_.push_back(
             fmt::format("the hypothesis {} (probability {:.2g}) gives no drop and is left out: {}",
                         name_of(one), one.probability, drop.error().what));
         continue;
       }
-      const double named = h == 0 ? 1.0 - damper_.unnamed_probability : 1.0;
-      if (h == 0 && damper_.unnamed_probability > 0.0) add_unnamed(*drop, one);
-      components_.insert(h == 0 ? components_.begin() : components_.end(),
-                         Component{one.probability * named, std::move(*drop)});
+      double weight = one.probability * (1.0 - (first ? damper_.unnamed_probability : 0.0));
+      if (first && damper_.unnamed_probability > 0.0) add_unnamed(*drop, one);
+      weight -= add_held(one, 0.5 * weight);
+      components_.insert(first ? components_.begin() : components_.end(),
+                         Component{weight, std::move(*drop)});
     }
     return {};
   }
@@ -100,6 +102,17 @@ class Mixer {
     for (const std::string& effect : one.effects)
       all += (all.empty() ? "" : " + ") + effect;
     return all.empty() ? "\"nothing is missing\"" : all;
+  }
+
+  // A number at its bound is exactly there, as where an effect is absent, or on this side of it: one
+  // is as likely as the other. Returns the weight of what was added.
+  double add_held(const DamperHypothesis& one, double weight) {
+    const auto held = held_at_bounds(one);
+    if (!held) return 0.0;
+    auto drop = DropSurrogate::make(*held, conditions_);
+    if (!drop) return 0.0;
+    components_.push_back({weight, std::move(*drop)});
+    return weight;
   }
 
   // The share of the unnamed force, of all hypotheses, goes to the first.
@@ -131,7 +144,7 @@ class Mixer {
       if (!(one.weight > 0.0)) continue;
       const double weight = one.weight / all;
       const int draws = std::max(400, static_cast<int>(weight * options_.draws));
-      const DrawnFigures drawn = one.drop.draw(draws, options_.exact_draws, random_);
+      const DrawnFigures drawn = one.drop.draw(weight, draws, options_.exact_draws, random_);
       lost += weight * drawn.lost_share;
       for (const auto& figures : drawn.figures) {
         for (std::size_t f = 0; f < kDropFigureCount; ++f) {

@@ -20,7 +20,7 @@ namespace shaker::estimator {
 
 struct MixtureOptions {
   int draws = 8000;
-  int exact_draws = 150;  // of a hypothesis whose figures are not quadratic
+  int exact_draws = 100;  // of a hypothesis whose figures are not quadratic
   unsigned long seed = 1;
   double confidence = 0.95;
 };

@@ -37,6 +37,8 @@ class DropSurrogate {
                                     const ForceAlongPath* force = nullptr,
                                     const std::vector<double>* t = nullptr);
 
+  // The drop at the estimates: over the whole duration, and until shortly after the rebound.
+  const DropRun& whole() const { return whole_; }
   const DropRun& center() const { return center_; }
   // Points of the drop up to its end, for a force along it.
   void path(std::vector<double>& t, std::vector<double>& stroke, std::vector<double>& speed) const;
@@ -44,8 +46,9 @@ class DropSurrogate {
   double linear_error(std::size_t figure) const;  // standard error of the parameters alone
   double quantile(double probability) const;      // of Student's t behind the covariance
 
-  // `draws` from the quadratic; `exact_draws` drops of their own instead where it is not enough.
-  DrawnFigures draw(int draws, int exact_draws, std::mt19937_64& random) const;
+  // `draws` from the quadratic; `exact_draws` drops of their own instead where it is not enough, and
+  // this part has enough `weight` in the mixture to be worth them.
+  DrawnFigures draw(double weight, int draws, int exact_draws, std::mt19937_64& random) const;
   void draw_history(double weight, std::mt19937_64& random, HistoryDraws& into) const;
 
  private:
@@ -54,11 +57,18 @@ class DropSurrogate {
     std::size_t mode = 0;
     std::vector<double> slope, bend;            // of the figures
     std::vector<double> stroke, load;           // slopes of the curves at the thinned times
-    bool one_sided = false;                     // the drop fails on one side
+    double reach = 0.0;                         // variates to which it was followed
+    bool one_sided = false;                     // no drop is beyond the estimate on one side
   };
 
   Result<DropRun> run_at(const std::vector<double>& variates) const;
-  bool add_axis(Axis axis);
+  void add_axis(Axis axis);
+  void fit_axis(Axis& own, double first, const DropRun& one, double second,
+                const DropRun& other) const;
+  double step_of(std::size_t number, const std::vector<double>& variates) const;
+  bool admissible(const std::vector<double>& variates) const;
+  std::vector<double> admissible_variates(std::mt19937_64& random) const;
+  std::vector<double> figures_at(const std::vector<double>& variates) const;
   std::vector<double> variates(std::mt19937_64& random) const;
   bool quadratic_enough() const;
 
@@ -68,7 +78,7 @@ class DropSurrogate {
   std::vector<int> parameter_of_;  // of each number in the model; -1: a constant
   ForceAlongPath force_;
   std::vector<double> force_t_;
-  DropRun center_;
+  DropRun whole_, center_;
   std::vector<Axis> axes_;
 };
 

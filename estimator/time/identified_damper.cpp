@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -22,6 +24,22 @@ const ParameterInfo* info_of(const std::string& effect, const std::string& symbo
   const auto found = std::find_if(all.begin(), all.end(),
                                   [&](const ParameterInfo& p) { return p.symbol == symbol; });
   return found == all.end() ? nullptr : &*found;
+}
+
+// Fixes number k: takes it out of the covariance, given its value.
+void condition_on(std::size_t k, DamperHypothesis& h) {
+  const std::size_t size = h.numbers.size();
+  const double variance = h.covariance[k * size + k];
+  std::vector<double> rest;
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t j = 0; j < size; ++j) {
+      if (i == k || j == k) continue;
+      const double shared = h.covariance[i * size + k] * h.covariance[k * size + j];
+      rest.push_back(h.covariance[i * size + j] - (variance > 0.0 ? shared / variance : 0.0));
+    }
+  }
+  h.covariance = std::move(rest);
+  h.numbers.erase(h.numbers.begin() + static_cast<std::ptrdiff_t>(k));
 }
 
 }  // namespace
@@ -61,6 +79,26 @@ void set_value(config::ModelSpec& spec, const ModelNumber& number, double value)
     line.constants[number.symbol] = value;
   else
     line.parameters[number.symbol].start = value;
+}
+
+std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesis) {
+  constexpr double kAtBound = 1e-9;  // of the value and of the standard error
+  const Model model(hypothesis.model);
+  const auto places = numbers_of(hypothesis.model, model);
+  DamperHypothesis held = hypothesis;
+  for (std::size_t k = held.numbers.size(); k-- > 0;) {
+    const ModelNumber& number = held.numbers[k];
+    const auto at = std::find_if(places.begin(), places.end(), [&](const ModelNumber& p) {
+      return !number.constant && p.line == number.line && p.symbol == number.symbol;
+    });
+    if (at == places.end()) continue;
+    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(at - places.begin())];
+    const double error = std::sqrt(held.covariance[k * held.numbers.size() + k]);
+    const double near = kAtBound * (std::fabs(p.start) + error);
+    if (p.start - p.lower <= near || p.upper - p.start <= near) condition_on(k, held);
+  }
+  if (held.numbers.size() == hypothesis.numbers.size()) return std::nullopt;
+  return held;
 }
 
 DamperHypothesis without_instruments(const DamperHypothesis& hypothesis) {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,5 +59,9 @@ void set_value(config::ModelSpec& spec, const ModelNumber& number, double value)
 // The damper without the effects of sensors and exciter, which stay on the shaker. Their numbers
 // leave the covariance, which is that of the remaining numbers whatever the left ones are.
 DamperHypothesis without_instruments(const DamperHypothesis& hypothesis);
+
+// The hypothesis with the numbers that stand at a bound fixed there, and the covariance of the
+// others given that. Nothing where none does.
+std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesis);
 
 }  // namespace shaker::estimator

@@ -20,6 +20,7 @@ using Eigen::MatrixXd;
 
 constexpr double kLeastShare = 2e-3;         // of probability, that is worth a hypothesis
 constexpr std::size_t kMostHypotheses = 8;   // that are kept
+constexpr double kLeastUnnamed = 0.02;       // of probability: no campaign rules it out
 constexpr int kVisitedCells = 24;            // of the stroke and of the velocity
 constexpr double kLeastUnnamedForce = 1e-9;  // of the motion's acceleration
 
@@ -75,6 +76,7 @@ std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const 
   const auto& own = h.data ? *h.data : data;
   if (std::any_of(own.begin(), own.end(), [](const RunDatum& d) { return d.to_limit != nullptr; }))
     out.model = stated_sharp(out.model);
+  out.model = with_narrow_corners(out.model);
   std::vector<FittedConstant> constants = places_of(h, data, found.base.fit->spec.effects.size());
   if (fit.constant) constants.push_back(*fit.constant);
   put_covariance(fit, constants, excess_of(fit, explained), out);
@@ -171,7 +173,8 @@ IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDat
     for (const ForceCell& cell : said.remaining->cells)
       damper.visited.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
   }
-  damper.unnamed_probability = explained ? shares.of_unknown() : 1.0;
+  damper.unnamed_probability =
+      explained ? std::max(kLeastUnnamed, shares.of_unknown()) : 1.0;
   damper.unnamed_force = unnamed_force(data, said);
   return damper;
 }
