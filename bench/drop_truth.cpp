@@ -11,7 +11,8 @@ namespace shaker::bench {
 namespace {
 
 constexpr double kGravity = 9.80665;
-constexpr double kDuration = 1.5, kStep = 2.5e-4;  // s
+constexpr double kDuration = 1.5;  // s
+constexpr int kTimes = 12000;      // dense at touch-down
 constexpr std::string_view kPlant = "oleo";
 
 sim::Values of_the_plant(const std::map<std::string, double>& truth) {
@@ -46,8 +47,9 @@ TrueDrop true_drop(const std::map<std::string, double>& truth, double sink_speed
   TrueDrop drop;
   double absorbed = 0.0, last_stroke = 0.0, last_load = 0.0;
   bool turned = false;
-  for (int i = 0; i * kStep <= kDuration; ++i) {
-    integrator.advance(i * kStep, still);
+  for (int i = 0; i <= kTimes; ++i) {
+    const double share = static_cast<double>(i) / kTimes;
+    integrator.advance(kDuration * share * (0.002 + 0.998 * share), still);
     if (integrator.take_bottomed()) {
       drop.bottomed = true;
       return drop;

@@ -12,7 +12,8 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kSteps = 3000;  // in a history
+constexpr int kSteps = 3000;           // in a history
+constexpr double kFirstSteps = 0.02;  // of equal steps, at its begin
 constexpr double kTolerance = 1e-9;
 constexpr long kMaxAdamsSteps = 300;  // of a stiff model between two times: BDF is quicker then
 
@@ -44,6 +45,20 @@ double lift_of(const config::ModelSpec& spec, const Model& model, double share) 
   for (int d = 0; d < model.mechanical(); ++d)
     mass += model.excitation(d);
   return share * mass * spec.gravity;
+}
+
+// The times of a history are dense at touch-down, where a tyre or an oil spring takes the first
+// blow in less than a millisecond. They are a smooth function of their index, and so everything is
+// interpolated and integrated over the index.
+double time_share(double share) {
+  return share * (kFirstSteps + (1.0 - kFirstSteps) * share);
+}
+
+// The time's derivative over the index; exact, as the times are quadratic in it.
+double time_rate(const std::vector<double>& t, std::size_t i) {
+  if (i == 0) return 0.5 * (4.0 * t[1] - 3.0 * t[0] - t[2]);
+  if (i + 1 == t.size()) return 0.5 * (3.0 * t[i] - 4.0 * t[i - 1] + t[i - 2]);
+  return 0.5 * (t[i + 1] - t[i - 1]);
 }
 
 // A position between two times of a history.
@@ -90,7 +105,7 @@ double time_of_largest(const std::vector<double>& t, const std::vector<double>& 
   if (at == 0 || at + 1 == values.size()) return t[at];
   const double slope = 0.5 * (values[at + 1] - values[at - 1]);
   const double bend = values[at + 1] - 2.0 * values[at] + values[at - 1];
-  return bend < 0.0 ? t[at] - slope / bend * (t[at + 1] - t[at]) : t[at];
+  return bend < 0.0 ? t[at] - slope / bend * time_rate(t, at) : t[at];
 }
 
 }  // namespace
@@ -137,7 +152,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
     all.push_back(k);
   DropRun out;
   for (int i = 0; i <= kSteps; ++i)
-    out.history.t.push_back(conditions_.duration * i / kSteps);
+    out.history.t.push_back(conditions_.duration * time_share(static_cast<double>(i) / kSteps));
   Arc arc;
   arc.times = out.history.t;
   arc.excitation = &push;
@@ -241,17 +256,14 @@ Result<void> DropTest::read_off(DropRun& run) const {
   // neighbouring values; the last interval of the history is a trapezoid.
   const auto work = [&](std::size_t from, std::size_t to) {
     double sum = 0.0;
+    const auto power = [&](std::size_t i) { return h.load[i] * h.speed[i] * time_rate(h.t, i); };
     for (std::size_t i = from; i < to; ++i) {
-      const double dt = h.t[i + 1] - h.t[i];
-      const double here = h.load[i] * h.speed[i], next = h.load[i + 1] * h.speed[i + 1];
-      sum += 0.5 * dt * (here + next);
+      const double here = power(i), next = power(i + 1);
+      sum += 0.5 * (here + next);
       if (i > 0 && i + 2 < n) {
-        const double before = h.load[i - 1] * h.speed[i - 1];
-        const double after = h.load[i + 2] * h.speed[i + 2];
-        sum -= dt / 24.0 * (after - next - here + before);
+        sum -= (power(i + 2) - next - here + power(i - 1)) / 24.0;
       } else if (i == 0 && n > 3) {
-        const double after = h.load[2] * h.speed[2], later = h.load[3] * h.speed[3];
-        sum = dt * (9.0 * here + 19.0 * next - 5.0 * after + later) / 24.0;
+        sum = (9.0 * here + 19.0 * next - 5.0 * power(2) + power(3)) / 24.0;
       }
     }
     return sum;

@@ -265,10 +265,9 @@ void DropSurrogate::add_axis(Axis axis) {
 void DropSurrogate::path(std::vector<double>& t, std::vector<double>& stroke,
                          std::vector<double>& speed) const {
   const DropHistory& h = center_.history;
-  // Even in time would miss the blow at touch-down: the points are closer there.
   for (std::size_t i = 0; i < kPathPoints; ++i) {
     const double share = static_cast<double>(i) / (kPathPoints - 1);
-    const auto at = static_cast<std::size_t>(share * share * static_cast<double>(h.t.size() - 1));
+    const auto at = static_cast<std::size_t>(share * static_cast<double>(h.t.size() - 1));
     if (!t.empty() && h.t[at] <= t.back()) continue;
     t.push_back(h.t[at]);
     stroke.push_back(h.stroke[at]);
@@ -371,11 +370,15 @@ void DropSurrogate::draw_history(double weight, std::mt19937_64& random,
     const auto below = std::min(static_cast<std::size_t>(inside), values.size() - 2);
     return values[below] + (inside - static_cast<double>(below)) * (values[below + 1] - values[below]);
   };
-  const double step = h.t[1] - h.t[0];
+  const auto place_of = [&](double t) {
+    const auto next = std::upper_bound(h.t.begin() + 1, h.t.end() - 1, t);
+    const double begin = *(next - 1);
+    return static_cast<double>(next - 1 - h.t.begin()) + (t - begin) / (*next - begin);
+  };
   for (int d = 0; d < kHistoryDraws; ++d) {
     const auto z = admissible_variates(random);
     for (std::size_t i = 0; i < into.t.size(); ++i) {
-      const double place = into.t[i] / step;
+      const double place = place_of(into.t[i]);
       double stroke = at(h.stroke, place), load = at(h.load, place);
       for (std::size_t a = 0; a < axes_.size(); ++a) {
         stroke += z[a] * at(axes_[a].stroke, place / kHistoryEvery);
