@@ -50,8 +50,8 @@ struct Row {
   double speed = 0.0, truth = 0.0;
   estimator::MixtureBand band;
   double known_width = std::numeric_limits<double>::quiet_NaN();  // of the true model's band
-  double seconds = 0.0;  // of the prediction
-  std::string trouble;   // why there is no prediction
+  double seconds = 0.0;                                           // of the prediction
+  std::string trouble;                                            // why there is no prediction
 
   bool held() const { return trouble.empty() && band.lower <= truth && truth <= band.upper; }
   bool held_linear() const {
@@ -75,8 +75,8 @@ std::vector<std::string> hidden_effects(const blind::Case& hidden) {
 
 IdentifiedDamper diagnosed(const blind::Case& hidden, const std::string& folder) {
   const std::filesystem::path file =
-      std::filesystem::path(folder) / (std::to_string(std::hash<std::string>()(hidden.label())) +
-                                       ".json");
+      std::filesystem::path(folder) /
+      (std::to_string(std::hash<std::string>()(hidden.label())) + ".json");
   if (!folder.empty() && std::filesystem::exists(file)) {
     auto damper = report::read_damper(file);
     if (!damper) throw std::runtime_error(damper.error().what);
@@ -85,8 +85,8 @@ IdentifiedDamper diagnosed(const blind::Case& hidden, const std::string& folder)
   const auto plan = blind::recording(blind::designs()[static_cast<std::size_t>(hidden.design)],
                                      blind::noises()[static_cast<std::size_t>(hidden.noise)],
                                      hidden.truth, hidden.seed);
-  auto found = estimator::discrepancy::diagnose(blind::recorded(plan),
-                                                blind::base_model("model-oleo.json"));
+  auto found =
+      estimator::discrepancy::diagnose(blind::recorded(plan), blind::base_model("model-oleo.json"));
   if (!found) throw std::runtime_error(found.error().what);
   if (!folder.empty()) std::ofstream(file) << report::damper_json(found->damper);
   return std::move(found->damper);
@@ -98,8 +98,8 @@ std::optional<estimator::DropSurrogate> known(const IdentifiedDamper& damper,
                                               const blind::Case& hidden, double speed) {
   for (const auto& h : damper.hypotheses) {
     if (h.effects != hidden_effects(hidden)) continue;
-    auto drop = estimator::DropSurrogate::make(estimator::without_instruments(h),
-                                               {speed, 0.0, 1.5, -1});
+    auto drop =
+        estimator::DropSurrogate::make(estimator::without_instruments(h), {speed, 0.0, 1.5, -1});
     if (drop) return std::move(*drop);
   }
   return std::nullopt;

@@ -27,10 +27,16 @@ sim::Values of_the_plant(const std::map<std::string, double>& truth) {
   return own;
 }
 
-// The largest value of a parabola through three values on equal steps.
-double top_of(double before, double at, double after) {
-  const double slope = 0.5 * (after - before), bend = after - 2.0 * at + before;
-  return bend < 0.0 ? at - 0.5 * slope * slope / bend : at;
+// The top of the parabola through the value at `at` and its neighbours, or that value where the
+// curve jumps beside it.
+double top_beside(const std::vector<double>& y, std::size_t at) {
+  if (at < 2 || at + 2 >= y.size()) return y[at];
+  const double before = y[at - 2] - 2.0 * y[at - 1] + y[at];
+  const double here = y[at - 1] - 2.0 * y[at] + y[at + 1];
+  const double after = y[at] - 2.0 * y[at + 1] + y[at + 2];
+  if (!(here < 0.0) || -here > 8.0 * std::min(std::fabs(before), std::fabs(after))) return y[at];
+  const double rise = y[at + 1] - y[at - 1];
+  return y[at] - rise * rise / (8.0 * here);
 }
 
 }  // namespace
@@ -43,10 +49,8 @@ TrueDrop true_drop(const std::map<std::string, double>& truth, double sink_speed
   if (truth.contains("tyre_stiffness")) start[2] = start[3] = 0.0;
   const sim::TableMotion still;
   sim::Integrator integrator(plant, start, 0.0);
-  std::vector<double> stroke, load;
+  std::vector<double> stroke, load, work = {0.0};
   TrueDrop drop;
-  double absorbed = 0.0, last_stroke = 0.0, last_load = 0.0;
-  bool turned = false;
   for (int i = 0; i <= kTimes; ++i) {
     const double share = static_cast<double>(i) / kTimes;
     integrator.advance(kDuration * share * (0.002 + 0.998 * share), still);
@@ -56,20 +60,15 @@ TrueDrop true_drop(const std::map<std::string, double>& truth, double sink_speed
     }
     stroke.push_back(integrator.state()[0]);
     load.push_back(kGravity - integrator.acceleration(still));
-    turned = turned || integrator.state()[1] <= 0.0;
-    if (i > 0 && !turned) absorbed += 0.5 * (load.back() + last_load) * (stroke.back() - last_stroke);
-    last_stroke = stroke.back();
-    last_load = load.back();
+    const auto last = static_cast<std::size_t>(std::max(0, i - 1));
+    work.push_back(work.back() + 0.5 * (load.back() + load[last]) * (stroke.back() - stroke[last]));
   }
-  const auto peak = static_cast<std::size_t>(std::max_element(stroke.begin(), stroke.end()) -
-                                             stroke.begin());
-  drop.peak_stroke = top_of(stroke[peak - 1], stroke[peak], stroke[peak + 1]);
-  absorbed += load[peak] * (drop.peak_stroke - stroke[peak]);
-  const auto blow =
-      static_cast<std::size_t>(std::max_element(load.begin(), load.end()) - load.begin());
-  drop.peak_load = blow == 0 || blow + 1 == load.size()
-                       ? load[blow]
-                       : top_of(load[blow - 1], load[blow], load[blow + 1]);
+  const auto peak =
+      static_cast<std::size_t>(std::max_element(stroke.begin(), stroke.end()) - stroke.begin());
+  drop.peak_stroke = top_beside(stroke, peak);
+  const double absorbed = work[peak + 1] + load[peak] * (drop.peak_stroke - stroke[peak]);
+  drop.peak_load = top_beside(
+      load, static_cast<std::size_t>(std::max_element(load.begin(), load.end()) - load.begin()));
   drop.efficiency = absorbed / (drop.peak_load * drop.peak_stroke);
   return drop;
 }

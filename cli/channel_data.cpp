@@ -9,8 +9,8 @@
 #include <fmt/ranges.h>
 
 #include "cli/campaign_place.hpp"
-#include "cli/opened_campaign.hpp"
 #include "cli/csv.hpp"
+#include "cli/opened_campaign.hpp"
 #include "cli/run_data.hpp"
 #include "config/campaign.hpp"
 #include "record/campaign_database.hpp"
@@ -262,7 +262,8 @@ Result<ChannelInput> read_channels(const InputOptions& options,
   if (options.files.size() > 1)
     return bad("channels are read from one database or CSV file; give one");
   if (place_of(options.file()) == Place::folder)
-    return bad(options.file().string() + ": is a folder, of which `estimate` fits the displacement "
+    return bad(options.file().string() +
+               ": is a folder, of which `estimate` fits the displacement "
                "alone; leave --channels, --stagewise and --objective maximum_likelihood or "
                "joint_covariance out");
   if (auto good = expect_file(options.file()); !good) return good.error();
@@ -270,7 +271,7 @@ Result<ChannelInput> read_channels(const InputOptions& options,
   auto described = describe(channels, mass);
   if (!described) return described.error();
   return is_database(options.file()) ? from_database(options, channels, std::move(*described))
-                                   : from_csv(options, channels, std::move(*described));
+                                     : from_csv(options, channels, std::move(*described));
 }
 
 }  // namespace shaker::cli

@@ -56,9 +56,9 @@ struct CompareOptions : InputOptions {
 };
 struct DropOptions {
   std::vector<std::filesystem::path> campaigns;  // of one damper, to be diagnosed
-  std::filesystem::path diagnosis;        // folder of a diagnosis that is there already
-  std::filesystem::path campaign;         // from which the model is identified as it is
-  std::filesystem::path model, estimate;  // otherwise these
+  std::filesystem::path diagnosis;               // folder of a diagnosis that is there already
+  std::filesystem::path campaign;                // from which the model is identified as it is
+  std::filesystem::path model, estimate;         // otherwise these
   double sink_speed = 0.0;
   double lift = 0.0;
   std::optional<double> mass;

@@ -35,14 +35,13 @@ Result<void> add_folder(const std::filesystem::path& folder, const InputOptions&
                         const PeriodsOfRuns& periods, EstimationInput& input) {
   if (periods.asked())
     return Error{ErrorKind::invalid,
-                 folder.string() + ": is a folder, whose runs are cut into single periods; give a "
-                                   "database or a CSV file with --periods"};
+                 folder.string() +
+                     ": is a folder, whose runs are cut into single periods; give a "
+                     "database or a CSV file with --periods"};
   const auto campaign = read_campaign(folder, input.model);
   if (!campaign) return campaign.error();
-  input.warnings.insert(input.warnings.end(), campaign->warnings.begin(),
-                        campaign->warnings.end());
-  auto runs =
-      runs_of_recordings(*campaign, folder.string(), options.harmonics, input.warnings);
+  input.warnings.insert(input.warnings.end(), campaign->warnings.begin(), campaign->warnings.end());
+  auto runs = runs_of_recordings(*campaign, folder.string(), options.harmonics, input.warnings);
   if (!runs) return runs.error();
   for (estimator::RunData& run : *runs)
     input.runs.push_back(std::move(run));

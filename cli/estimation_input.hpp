@@ -16,7 +16,7 @@ namespace shaker::cli {
 
 struct InputOptions {
   std::vector<std::filesystem::path> files;  // campaigns, or one CSV file
-  std::filesystem::path model;  // empty: the model in the database
+  std::filesystem::path model;               // empty: the model in the database
   std::optional<double> frequency_hz, amplitude;
   bool harmonics = false;  // Fourier coefficients with their covariance instead of samples
   std::vector<std::string> periods;  // M or RUN=M, see periods_of_runs.hpp

@@ -26,16 +26,18 @@ void add_bias(CLI::App* command, std::string& rule) {
 void add_drop(CLI::App& app, Options& o) {
   auto* dropping = add(app, o, "drop", "Predict a drop test from an identified model",
                        [&o] { return drop(o.common, o.drop); });
-  auto* campaigns = dropping->add_option(
-      "campaigns", o.drop.campaigns, "Campaigns of one damper: folders with campaign.json, or FILE.db");
+  auto* campaigns =
+      dropping->add_option("campaigns", o.drop.campaigns,
+                           "Campaigns of one damper: folders with campaign.json, or FILE.db");
   dropping
       ->add_option("--diagnosis", o.drop.diagnosis,
                    "Folder that `diagnose --out` wrote (default: diagnose now)")
       ->type_name(kFolderType);
   dropping->add_option("--sink-speed", o.drop.sink_speed, "At touch-down, m/s")->required();
-  auto* campaign =
-      dropping->add_option("--campaign", o.drop.campaign, "Identify from it as its model is, without a diagnosis")
-          ->excludes(campaigns);
+  auto* campaign = dropping
+                       ->add_option("--campaign", o.drop.campaign,
+                                    "Identify from it as its model is, without a diagnosis")
+                       ->excludes(campaigns);
   dropping->add_option("--model", o.drop.model, "Model file (default: the campaign's own)");
   dropping->add_option("--estimate", o.drop.estimate, "What `estimate --json` printed")
       ->excludes(campaign);
@@ -110,11 +112,10 @@ void add_weighing(CLI::App* command, EstimateOptions& o) {
 }
 
 void add_estimate(CLI::App& app, Options& o) {
-  auto* estimating =
-      add(app, o, "estimate", "Estimate from campaigns or from a CSV file", [&o] {
-        return o.estimate.transient ? estimate_transient(o.common, o.estimate)
-                                    : estimate(o.common, o.estimate);
-      });
+  auto* estimating = add(app, o, "estimate", "Estimate from campaigns or from a CSV file", [&o] {
+    return o.estimate.transient ? estimate_transient(o.common, o.estimate)
+                                : estimate(o.common, o.estimate);
+  });
   estimating
       ->add_option("campaign", o.estimate.files,
                    "Campaigns of one damper (FILE.db, or a folder with campaign.json), or one "
@@ -165,8 +166,8 @@ void add_estimate(CLI::App& app, Options& o) {
 void add_compare(CLI::App& app, Options& o) {
   auto* comparing = add(app, o, "compare", "What each optimiser needs and finds on one data set",
                         [&o] { return compare(o.common, o.compare); });
-  auto* compared = comparing->add_option(
-      "campaign", o.compare.files, "Campaigns (FILE.db, or a folder), or one FILE.csv");
+  auto* compared = comparing->add_option("campaign", o.compare.files,
+                                         "Campaigns (FILE.db, or a folder), or one FILE.csv");
   add_input(comparing, o.compare);
   comparing->add_option("--figure", o.compare.figure, "The paper's data instead: 11, 12, 13 or 14")
       ->excludes(compared);

@@ -59,8 +59,9 @@ Place place_of(const fs::path& path) {
 Result<void> expect_campaign(const fs::path& path) {
   std::error_code none;
   if (!fs::exists(path, none))
-    return not_opened(path, "there is no such campaign; give a campaign database (.db), or a "
-                            "folder with campaign.json and a CSV file for each run");
+    return not_opened(path,
+                      "there is no such campaign; give a campaign database (.db), or a "
+                      "folder with campaign.json and a CSV file for each run");
   if (place_of(path) != Place::other) return {};
   if (!fs::is_directory(path, none))
     return not_opened(path, "is neither a campaign's folder nor a campaign database (.db)");
@@ -68,8 +69,9 @@ Result<void> expect_campaign(const fs::path& path) {
     return not_opened(path, fmt::format("is a folder without campaign.json; give one of its "
                                         "campaign databases, the newest is {}",
                                         newest->string()));
-  return not_opened(path, "is a folder without a campaign; give a campaign database (.db), or a "
-                          "folder with campaign.json and a CSV file for each run");
+  return not_opened(path,
+                    "is a folder without a campaign; give a campaign database (.db), or a "
+                    "folder with campaign.json and a CSV file for each run");
 }
 
 Result<config::ModelSpec> model_of_campaigns(const std::vector<fs::path>& places,

@@ -60,8 +60,9 @@ Result<std::vector<RunData>> runs_of_recordings(const discrepancy::Campaign& cam
     const std::string origin = fmt::format("{}: run {}", place, recording.name);
     if (recording.kind != discrepancy::Kind::periodic)
       return Error{ErrorKind::invalid,
-                   origin + " is not a periodic response; `shakerctl diagnose` reads such runs, or "
-                            "give its CSV file with --transient"};
+                   origin +
+                       " is not a periodic response; `shakerctl diagnose` reads such runs, or "
+                       "give its CSV file with --transient"};
     if (recording.role == discrepancy::Role::held_out) {
       warnings.push_back(
           fmt::format("run {} is held out by the campaign's file and not fitted", recording.name));

@@ -1,7 +1,7 @@
 #include "report/damper_document.hpp"
 
-#include <cmath>
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <utility>
 
@@ -101,8 +101,7 @@ std::string damper_json(const IdentifiedDamper& damper) {
       {"format", kDamperFormat},
       {"campaign", damper.campaign},
       {"verdict", damper.verdict},
-      {"unnamed",
-       {{"probability", damper.unnamed_probability}, {"force", damper.unnamed_force}}},
+      {"unnamed", {{"probability", damper.unnamed_probability}, {"force", damper.unnamed_force}}},
       {"hypotheses", std::move(hypotheses)},
       {"visited", std::move(visited)}};
   return body.dump(1, ' ', false, Json::error_handler_t::replace);
@@ -110,8 +109,7 @@ std::string damper_json(const IdentifiedDamper& damper) {
 
 Result<IdentifiedDamper> read_damper(const std::filesystem::path& place) {
   std::error_code none;
-  const auto file =
-      std::filesystem::is_directory(place, none) ? place / kDamperFile : place;
+  const auto file = std::filesystem::is_directory(place, none) ? place / kDamperFile : place;
   std::ifstream in(file);
   if (!in)
     return Error{ErrorKind::io,

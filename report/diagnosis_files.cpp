@@ -92,8 +92,7 @@ Result<void> write_diagnosis(const std::filesystem::path& folder,
                              const TitleBlock& title) {
   if (auto made = make_folder(folder); !made) return made;
   const std::string texts[] = {diagnosis_json(diagnosis), config::to_json_text(diagnosis.improved),
-                               damper_json(diagnosis.damper),
-                               diagnosis_page(diagnosis, title)};
+                               damper_json(diagnosis.damper), diagnosis_page(diagnosis, title)};
   for (std::size_t i = 0; i < std::size(kFiles); ++i) {
     if (auto done = write_file(folder / kFiles[i], texts[i]); !done) return done;
   }

@@ -171,8 +171,9 @@ int compare(const Common& common, const CompareOptions& options) {
     return kNotUsable;
   } catch (const std::invalid_argument& error) {
     return fail(common, kBadInput,
-                options.file().empty() ? std::string(error.what())
-                                     : fmt::format("{}: {}", options.file().string(), error.what()));
+                options.file().empty()
+                    ? std::string(error.what())
+                    : fmt::format("{}: {}", options.file().string(), error.what()));
   }
 }
 

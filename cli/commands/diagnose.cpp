@@ -63,8 +63,8 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   using estimator::discrepancy::CalibrationCache;
   CalibrationCache calibrations(CalibrationCache::user_folder());
   wanted.calibrations = &calibrations;
-  const auto found = estimator::discrepancy::diagnose(opened->campaign, opened->model, wanted,
-                                                       progress_line());
+  const auto found =
+      estimator::discrepancy::diagnose(opened->campaign, opened->model, wanted, progress_line());
   if (!found) {
     return fail(common, found.error().kind == ErrorKind::invalid ? kBadInput : kNotUsable,
                 found.error().what);
@@ -72,8 +72,8 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   fmt::print("{}",
              common.json ? report::diagnosis_json(*found) + "\n" : report::diagnosis_table(*found));
   if (options.out.empty()) return kOk;
-  const auto written =
-      report::write_diagnosis(options.out, *found, title_of(options.campaigns.front(), opened->row));
+  const auto written = report::write_diagnosis(options.out, *found,
+                                               title_of(options.campaigns.front(), opened->row));
   // The result has been printed; as JSON it must stay the only document on stdout.
   return written ? kOk : fail({}, kBadInput, written.error().what);
 }

@@ -97,9 +97,10 @@ Result<Identified> from_campaign(const DropOptions& options) {
 Result<Identified> identified(const DropOptions& options) {
   if (!options.campaign.empty()) return from_campaign(options);
   if (options.model.empty())
-    return Error{ErrorKind::invalid,
-                 "what falls? give a CAMPAIGN (with --diagnosis FOLDER where there is one), or --model "
-                 "MODEL.json with or without --estimate ESTIMATE.json"};
+    return Error{
+        ErrorKind::invalid,
+        "what falls? give a CAMPAIGN (with --diagnosis FOLDER where there is one), or --model "
+        "MODEL.json with or without --estimate ESTIMATE.json"};
   auto spec = config::load_model(options.model);
   if (!spec) return spec.error();
   Identified out;

@@ -125,26 +125,26 @@ OrderedJson to_json(const Prediction& p) {
     hypotheses.push_back({{"effects", h.effects}, {"probability", h.probability}});
   const auto& h = p.drop->run.history;
   const auto& band = p.drop->history;
-  OrderedJson out = {{"campaign", p.damper->campaign},
-                     {"verdict", p.damper->verdict},
-                     {"model", p.damper->hypotheses.front().model.name},
-                     {"sink_speed", p.options->sink_speed},
-                     {"lift", p.options->lift},
-                     {"figures", figures_json(p)},
-                     {"extrapolated_energy_share", p.drop->extrapolated_energy_share},
-                     {"bottoming_probability", p.drop->bottoming_probability},
-                     {"hypotheses", std::move(hypotheses)},
-                     {"unnamed_probability", p.damper->unnamed_probability},
-                     {"warnings", p.drop->warnings},
-                     {"history",
-                      {{"t", h.t}, {"stroke", h.stroke}, {"speed", h.speed},
-                       {"load_per_mass", h.load}}},
-                     {"history_band",
-                      {{"t", band.t},
-                       {"stroke_lower", band.stroke_lower},
-                       {"stroke_upper", band.stroke_upper},
-                       {"load_per_mass_lower", band.load_lower},
-                       {"load_per_mass_upper", band.load_upper}}}};
+  OrderedJson out = {
+      {"campaign", p.damper->campaign},
+      {"verdict", p.damper->verdict},
+      {"model", p.damper->hypotheses.front().model.name},
+      {"sink_speed", p.options->sink_speed},
+      {"lift", p.options->lift},
+      {"figures", figures_json(p)},
+      {"extrapolated_energy_share", p.drop->extrapolated_energy_share},
+      {"bottoming_probability", p.drop->bottoming_probability},
+      {"hypotheses", std::move(hypotheses)},
+      {"unnamed_probability", p.damper->unnamed_probability},
+      {"warnings", p.drop->warnings},
+      {"history",
+       {{"t", h.t}, {"stroke", h.stroke}, {"speed", h.speed}, {"load_per_mass", h.load}}},
+      {"history_band",
+       {{"t", band.t},
+        {"stroke_lower", band.stroke_lower},
+        {"stroke_upper", band.stroke_upper},
+        {"load_per_mass_lower", band.load_lower},
+        {"load_per_mass_upper", band.load_upper}}}};
   if (p.options->mass) out["mass_kg"] = *p.options->mass;
   return out;
 }
@@ -172,14 +172,14 @@ int drop_diagnosed(const Common& common, const DropOptions& options) {
     if (options.mass && length != "m")
       return fail(common, kBadInput,
                   fmt::format("--mass is in kg, but the model counts in {}; leave it out", length));
-    const auto drop = estimator::predict_drop(
-        *damper, {options.sink_speed, options.lift, options.duration, -1});
+    const auto drop =
+        estimator::predict_drop(*damper, {options.sink_speed, options.lift, options.duration, -1});
     if (!drop) return fail(common, kNotUsable, drop.error().what);
     const Prediction prediction{&*damper, &*drop, &options, length};
     if (auto drawn = draw(prediction); !drawn) return fail(common, kBadInput, drawn.error().what);
     if (common.json)
-      fmt::print("{}\n", to_json(prediction).dump(-1, ' ', false,
-                                                  OrderedJson::error_handler_t::replace));
+      fmt::print("{}\n",
+                 to_json(prediction).dump(-1, ' ', false, OrderedJson::error_handler_t::replace));
     else
       print(prediction);
     return kOk;

@@ -335,7 +335,7 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
     if (!said) return said;
     hold_against_file(model, *said);
     said->damper.campaign = said->campaign;
-    if (!said->damper.hypotheses.empty()) 
+    if (!said->damper.hypotheses.empty())
       said->damper.hypotheses.front().model = with_narrow_corners(said->improved);
     return said;
   } catch (const std::invalid_argument& error) {

@@ -199,10 +199,9 @@ class Cvodes final : public TimeIntegration {
     CVodeSetErrFile(memory, nullptr);
     need(CVodeInit(memory, rhs, 0.0, y_.get()) == CV_SUCCESS, "CVodeInit");
     CVodeSetUserData(memory, this);
-    CVodeSetMaxNumSteps(memory,
-                        kind == Integrator::bdf
-                            ? std::min(kMaxIntegrationSteps, kBdfSteps * options_.max_steps)
-                            : options_.max_steps);
+    CVodeSetMaxNumSteps(memory, kind == Integrator::bdf
+                                    ? std::min(kMaxIntegrationSteps, kBdfSteps * options_.max_steps)
+                                    : options_.max_steps);
     CVodeSStolerances(memory, options_.relative_tolerance, options_.absolute_tolerance);
     if (kind == Integrator::bdf) {
       const auto size = static_cast<sunindextype>(size_);

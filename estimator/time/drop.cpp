@@ -12,7 +12,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kSteps = 3000;           // in a history
+constexpr int kSteps = 3000;          // in a history
 constexpr double kFirstSteps = 0.02;  // of equal steps, at its begin
 constexpr double kTolerance = 1e-9;
 constexpr long kMaxAdamsSteps = 300;  // of a stiff model between two times: BDF is quicker then
@@ -88,24 +88,26 @@ double stroke_at(const DropHistory& h, const Place& p) {
          (3 * s2 - 2 * s3) * h.stroke[p.before + 1] + (s3 - s2) * dt * h.speed[p.before + 1];
 }
 
-// Maximum of the parabola through the largest value and its neighbours.
-double largest_of(const std::vector<double>& values) {
-  const auto at =
+// The place of the largest value: the top of the parabola through it and its neighbours, unless the
+// curve jumps there, as friction does where the stroke turns.
+struct Top {
+  std::size_t at = 0;
+  double shift = 0.0, value = 0.0;  // over the index
+};
+Top top_of(const std::vector<double>& values) {
+  constexpr double kJumps = 8.0;  // times the bend beside
+  Top top;
+  top.at =
       static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
-  if (at == 0 || at + 1 == values.size()) return values[at];
-  const double slope = 0.5 * (values[at + 1] - values[at - 1]);
-  const double bend = values[at + 1] - 2.0 * values[at] + values[at - 1];
-  return bend < 0.0 ? values[at] - 0.5 * slope * slope / bend : values[at];
-}
-
-// The time of that maximum.
-double time_of_largest(const std::vector<double>& t, const std::vector<double>& values) {
-  const auto at =
-      static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
-  if (at == 0 || at + 1 == values.size()) return t[at];
-  const double slope = 0.5 * (values[at + 1] - values[at - 1]);
-  const double bend = values[at + 1] - 2.0 * values[at] + values[at - 1];
-  return bend < 0.0 ? t[at] - slope / bend * time_rate(t, at) : t[at];
+  top.value = values[top.at];
+  if (top.at < 2 || top.at + 2 >= values.size()) return top;
+  const auto bend = [&](std::size_t i) { return values[i + 1] - 2.0 * values[i] + values[i - 1]; };
+  const double beside = std::min(std::fabs(bend(top.at - 1)), std::fabs(bend(top.at + 1)));
+  if (!(bend(top.at) < 0.0) || -bend(top.at) > kJumps * beside) return top;
+  const double slope = 0.5 * (values[top.at + 1] - values[top.at - 1]);
+  top.shift = -slope / bend(top.at);
+  top.value += 0.5 * slope * top.shift;
+  return top;
 }
 
 }  // namespace
@@ -178,8 +180,8 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
 
 // Computes the load at all times in one batch: weight - lift - inertia of the first equation.
 void DropTest::loads(DropRun& out, const std::vector<double>& theta,
-                     const std::vector<double>& states,
-                     const std::vector<double>& sensitivities, const Excitation& push) const {
+                     const std::vector<double>& states, const std::vector<double>& sensitivities,
+                     const Excitation& push) const {
   const auto m = static_cast<std::size_t>(equations_.states());
   const auto p = static_cast<std::size_t>(model_.parameter_count());
   const std::size_t n = out.history.t.size(), stride = (n + 7) / 8 * 8;
@@ -243,7 +245,11 @@ Result<void> DropTest::read_off(DropRun& run) const {
     }
     return Place{n, 0.0};
   };
-  const Place peak = turn(0, 1.0);
+  // The deepest of all turns: an oil spring may turn the stroke before.
+  Place peak = turn(0, 1.0);
+  for (Place next = peak; next.before < n; next = turn(next.before + 1, 1.0)) {
+    if (stroke_at(h, next) > stroke_at(h, peak)) peak = next;
+  }
   if (peak.before == n)
     return Error{ErrorKind::not_converged,
                  fmt::format("the stroke is still growing after {} s; give a longer duration",
@@ -251,7 +257,8 @@ Result<void> DropTest::read_off(DropRun& run) const {
   const Place rebound = turn(peak.before + 1, -1.0);
   const bool rebounds = rebound.before < n;
   const std::size_t last = rebounds ? rebound.before + 1 : n - 1;
-  const double largest = largest_of(h.load);
+  const Top blow = top_of(h.load);
+  const double largest = blow.value;
   // Work of the load on the stroke: each interval is the integral of the cubic through four
   // neighbouring values; the last interval of the history is a trapezoid.
   const auto work = [&](std::size_t from, std::size_t to) {
@@ -286,7 +293,7 @@ Result<void> DropTest::read_off(DropRun& run) const {
                  absorbed,
                  absorbed - returned,
                  absorbed / (largest * stroke),
-                 time_of_largest(h.t, h.load)};
+                 h.t[blow.at] + blow.shift * time_rate(h.t, blow.at)};
   return {};
 }
 

@@ -90,7 +90,7 @@ class Mixer {
       }
       double weight = one.probability * (1.0 - (first ? damper_.unnamed_probability : 0.0));
       if (first && damper_.unnamed_probability > 0.0) add_unnamed(*drop, one);
-      weight -= add_held(one, 0.5 * weight);
+      weight -= add_held(one, weight);
       components_.insert(first ? components_.begin() : components_.end(),
                          Component{weight, std::move(*drop)});
     }
@@ -104,15 +104,15 @@ class Mixer {
     return all.empty() ? "\"nothing is missing\"" : all;
   }
 
-  // A number at its bound is exactly there, as where an effect is absent, or on this side of it: one
-  // is as likely as the other. Returns the weight of what was added.
+  // A number near its bound is exactly there, as where an effect is absent, or on this side of it.
+  // Returns the weight of what was added.
   double add_held(const DamperHypothesis& one, double weight) {
     const auto held = held_at_bounds(one);
     if (!held) return 0.0;
     auto drop = DropSurrogate::make(*held, conditions_);
     if (!drop) return 0.0;
-    components_.push_back({weight, std::move(*drop)});
-    return weight;
+    components_.push_back({weight * held->probability / one.probability, std::move(*drop)});
+    return components_.back().weight;
   }
 
   // The share of the unnamed force, of all hypotheses, goes to the first.

@@ -19,16 +19,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kStep = 2.0;           // standard deviations at which the drops beside are taken
-constexpr double kCurved = 0.5;         // of the slope's part, that the bend's may be there
-constexpr std::size_t kPathPoints = 90;     // of a force along the drop
-constexpr std::size_t kHistoryEvery = 20;   // times of a history that have a band
+constexpr double kStep = 2.0;            // standard deviations at which the drops beside are taken
+constexpr double kCurved = 0.5;          // of the slope's part, that the bend's may be there
+constexpr std::size_t kPathPoints = 90;  // of a force along the drop
+constexpr std::size_t kHistoryEvery = 20;  // times of a history that have a band
 constexpr int kHistoryDraws = 200;
 constexpr int kMostRedraws = 200;
 // Degrees of freedom of the draws: standard errors from a dozen cycles are not surer, whatever their
 // pooled count says. With this the blind suite's intervals hold (docs/drop.md).
 constexpr double kMostFreedom = 10.0;
-constexpr double kPastRebound = 1.3;  // times until the rebound ends
+constexpr double kPastRebound = 1.3;    // times until the rebound ends
 constexpr double kLittleWeight = 0.05;  // of a part of the mixture that is drawn by its quadratic
 
 // When the rebound ends; the whole history where it does not.
@@ -356,8 +356,7 @@ DrawnFigures DropSurrogate::draw(double weight, int draws, int exact_draws,
 }
 
 // The times are those of the first part that is drawn; another part's curves are interpolated.
-void DropSurrogate::draw_history(double weight, std::mt19937_64& random,
-                                 HistoryDraws& into) const {
+void DropSurrogate::draw_history(double weight, std::mt19937_64& random, HistoryDraws& into) const {
   const DropHistory& h = center_.history;
   if (into.t.empty()) {
     for (std::size_t i = 0; i < h.t.size(); i += kHistoryEvery)
@@ -368,7 +367,8 @@ void DropSurrogate::draw_history(double weight, std::mt19937_64& random,
   const auto at = [&](const std::vector<double>& values, double place) {
     const double inside = std::min(place, static_cast<double>(values.size() - 1));
     const auto below = std::min(static_cast<std::size_t>(inside), values.size() - 2);
-    return values[below] + (inside - static_cast<double>(below)) * (values[below + 1] - values[below]);
+    return values[below] +
+           (inside - static_cast<double>(below)) * (values[below + 1] - values[below]);
   };
   const auto place_of = [&](double t) {
     const auto next = std::upper_bound(h.t.begin() + 1, h.t.end() - 1, t);

@@ -33,7 +33,8 @@ class DropSurrogate {
  public:
   // `force`: an unnamed force beside the parameters, at the times `t`; null: none. An Error where
   // the drop at the estimates fails. Integrates two drops an axis.
-  static Result<DropSurrogate> make(const DamperHypothesis& damper, const DropConditions& conditions,
+  static Result<DropSurrogate> make(const DamperHypothesis& damper,
+                                    const DropConditions& conditions,
                                     const ForceAlongPath* force = nullptr,
                                     const std::vector<double>* t = nullptr);
 
@@ -55,10 +56,10 @@ class DropSurrogate {
   struct Axis {
     std::vector<double> numbers;  // of the covariance, per unit variate; empty: a mode of the force
     std::size_t mode = 0;
-    std::vector<double> slope, bend;            // of the figures
-    std::vector<double> stroke, load;           // slopes of the curves at the thinned times
-    double reach = 0.0;                         // variates to which it was followed
-    bool one_sided = false;                     // no drop is beyond the estimate on one side
+    std::vector<double> slope, bend;   // of the figures
+    std::vector<double> stroke, load;  // slopes of the curves at the thinned times
+    double reach = 0.0;                // variates to which it was followed
+    bool one_sided = false;            // no drop is beyond the estimate on one side
   };
 
   Result<DropRun> run_at(const std::vector<double>& variates) const;

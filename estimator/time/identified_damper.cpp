@@ -26,18 +26,21 @@ const ParameterInfo* info_of(const std::string& effect, const std::string& symbo
   return found == all.end() ? nullptr : &*found;
 }
 
-// Fixes number k: takes it out of the covariance, given its value.
-void condition_on(std::size_t k, DamperHypothesis& h) {
+// Fixes number k at `value`: the others follow, and their covariance is that given the value.
+void condition_on(std::size_t k, double value, DamperHypothesis& h) {
   const std::size_t size = h.numbers.size();
   const double variance = h.covariance[k * size + k];
+  const double moved = value - value_of(h.model, h.numbers[k]);
   std::vector<double> rest;
   for (std::size_t i = 0; i < size; ++i) {
+    if (i == k) continue;
+    const double share = variance > 0.0 ? h.covariance[i * size + k] / variance : 0.0;
+    set_value(h.model, h.numbers[i], value_of(h.model, h.numbers[i]) + share * moved);
     for (std::size_t j = 0; j < size; ++j) {
-      if (i == k || j == k) continue;
-      const double shared = h.covariance[i * size + k] * h.covariance[k * size + j];
-      rest.push_back(h.covariance[i * size + j] - (variance > 0.0 ? shared / variance : 0.0));
+      if (j != k) rest.push_back(h.covariance[i * size + j] - share * h.covariance[k * size + j]);
     }
   }
+  set_value(h.model, h.numbers[k], value);
   h.covariance = std::move(rest);
   h.numbers.erase(h.numbers.begin() + static_cast<std::ptrdiff_t>(k));
 }
@@ -82,22 +85,28 @@ void set_value(config::ModelSpec& spec, const ModelNumber& number, double value)
 }
 
 std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesis) {
-  constexpr double kAtBound = 1e-9;  // of the value and of the standard error
+  constexpr double kNearBound = 2.5;  // standard errors
   const Model model(hypothesis.model);
   const auto places = numbers_of(hypothesis.model, model);
   DamperHypothesis held = hypothesis;
+  double log_weight = 0.0;
   for (std::size_t k = held.numbers.size(); k-- > 0;) {
     const ModelNumber& number = held.numbers[k];
     const auto at = std::find_if(places.begin(), places.end(), [&](const ModelNumber& p) {
       return !number.constant && p.line == number.line && p.symbol == number.symbol;
     });
-    if (at == places.end()) continue;
-    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(at - places.begin())];
     const double error = std::sqrt(held.covariance[k * held.numbers.size() + k]);
-    const double near = kAtBound * (std::fabs(p.start) + error);
-    if (p.start - p.lower <= near || p.upper - p.start <= near) condition_on(k, held);
+    if (at == places.end() || !(error > 0.0)) continue;
+    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(at - places.begin())];
+    const double value = value_of(held.model, number);
+    const double bound = value - p.lower < p.upper - value ? p.lower : p.upper;
+    const double away = std::fabs(value - bound) / error;
+    if (!(away < kNearBound)) continue;
+    log_weight -= 0.5 * away * away;
+    condition_on(k, bound, held);
   }
   if (held.numbers.size() == hypothesis.numbers.size()) return std::nullopt;
+  held.probability = 0.5 * std::exp(log_weight) * hypothesis.probability;
   return held;
 }
 

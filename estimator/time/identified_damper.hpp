@@ -60,8 +60,9 @@ void set_value(config::ModelSpec& spec, const ModelNumber& number, double value)
 // leave the covariance, which is that of the remaining numbers whatever the left ones are.
 DamperHypothesis without_instruments(const DamperHypothesis& hypothesis);
 
-// The hypothesis with the numbers that stand at a bound fixed there, and the covariance of the
-// others given that. Nothing where none does.
+// The hypothesis with the numbers that stand near a bound fixed there, and the others and their
+// covariance given that. Its probability is half of the whole where a number stands at its bound,
+// and less by the normal density farther away. Nothing where none is near.
 std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesis);
 
 }  // namespace shaker::estimator

@@ -14,10 +14,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFineSpeed = 0.15;   // of the fastest visited: the velocity's axis is even below
-constexpr double kJumpSpeed = 0.01;   // of it: over which the force may jump at a reversal
-constexpr double kJumpShare = 0.4;    // of the variance
-constexpr double kLengthStroke = 0.7;    // of the visited stroke
+constexpr double kFineSpeed = 0.15;    // of the fastest visited: the velocity's axis is even below
+constexpr double kJumpSpeed = 0.01;    // of it: over which the force may jump at a reversal
+constexpr double kJumpShare = 0.4;     // of the variance
+constexpr double kLengthStroke = 0.7;  // of the visited stroke
 constexpr double kLengthVelocity = 0.7;  // of the velocity's axis
 constexpr std::size_t kMostCells = 150;  // that are conditioned on
 

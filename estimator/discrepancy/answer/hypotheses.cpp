@@ -20,6 +20,7 @@ using Eigen::MatrixXd;
 
 constexpr double kLeastShare = 2e-3;         // of probability, that is worth a hypothesis
 constexpr std::size_t kMostHypotheses = 8;   // that are kept
+constexpr double kMostImitated = 0.95;       // of an effect, by the parameters
 constexpr double kLeastUnnamed = 0.02;       // of probability: no campaign rules it out
 constexpr int kVisitedCells = 24;            // of the stroke and of the velocity
 constexpr double kLeastUnnamedForce = 1e-9;  // of the motion's acceleration
@@ -50,10 +51,22 @@ void put_covariance(const HarmonicFit& fit, const std::vector<FittedConstant>& c
   }
 }
 
-// Where more than noise is left, the covariance is larger by as much.
-double excess_of(const HarmonicFit& fit, bool explained) {
+// The share of an effect of the catalogue that the parameters imitate, at the median.
+double imitated_share(const Diagnosis& said) {
+  std::vector<double> shares;
+  for (const Ranked& ranked : said.ranking)
+    shares.push_back(ranked.hidden);
+  if (shares.empty()) return 0.0;
+  std::sort(shares.begin(), shares.end());
+  return std::clamp(shares[shares.size() / 2], 0.0, kMostImitated);
+}
+
+// Where more than noise is left, the covariance is larger by as much, and by what the parameters
+// have taken of the unnamed effect: it bends them as effects of the catalogue would.
+double excess_of(const HarmonicFit& fit, const Diagnosis& said) {
+  if (said.verdict != Verdict::unexplained) return 1.0;
   const double freedom = fit.observations - static_cast<double>(fit.free.size());
-  return explained ? 1.0 : std::max(1.0, fit.chi_squared / std::max(1.0, freedom));
+  return std::max(1.0, fit.chi_squared / std::max(1.0, freedom)) / (1.0 - imitated_share(said));
 }
 
 double freedom_of(const std::vector<RunDatum>& data) {
@@ -67,7 +80,7 @@ double freedom_of(const std::vector<RunDatum>& data) {
 
 std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const Naming& found,
                                                      const std::vector<RunDatum>& data,
-                                                     bool explained) {
+                                                     const Diagnosis& said) {
   const HarmonicFit& fit = *h.fit;
   if (!fit.covariance.allFinite() || !std::isfinite(fit.chi_squared)) return std::nullopt;
   DamperHypothesis out;
@@ -79,7 +92,7 @@ std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const 
   out.model = with_narrow_corners(out.model);
   std::vector<FittedConstant> constants = places_of(h, data, found.base.fit->spec.effects.size());
   if (fit.constant) constants.push_back(*fit.constant);
-  put_covariance(fit, constants, excess_of(fit, explained), out);
+  put_covariance(fit, constants, excess_of(fit, said), out);
   out.degrees_of_freedom = freedom_of(data);
   return out;
 }
@@ -159,7 +172,7 @@ IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDat
   for (const auto& [share, hypothesis] : all) {
     const bool chosen = hypothesis == first;
     if (damper.hypotheses.size() == kMostHypotheses || (share < kLeastShare && !chosen)) break;
-    auto one = described_hypothesis(*hypothesis, found, data, explained);
+    auto one = described_hypothesis(*hypothesis, found, data, said);
     if (!one) continue;
     one->probability = std::max(share, kLeastShare);
     sum += one->probability;
@@ -173,8 +186,7 @@ IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDat
     for (const ForceCell& cell : said.remaining->cells)
       damper.visited.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
   }
-  damper.unnamed_probability =
-      explained ? std::max(kLeastUnnamed, shares.of_unknown()) : 1.0;
+  damper.unnamed_probability = explained ? std::max(kLeastUnnamed, shares.of_unknown()) : 1.0;
   damper.unnamed_force = unnamed_force(data, said);
   return damper;
 }

@@ -18,7 +18,7 @@ constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
 constexpr const char* kTurns = "e";
 // Of the width that the catalogue states: 0.2 mm/s. Twice that leaves f_c 0.3 % off, twice as far.
 constexpr double kAtOnce = 0.04;
-constexpr double kNarrow = 0.02;  // of it, in a prediction in time
+constexpr double kNarrow = 0.02;       // of it, in a prediction in time
 constexpr double kShareOfWidth = 0.5;  // that a run may pass in a step
 constexpr int kMostTimes = 32;         // the points
 constexpr int kSmoothHarmonics = 6;    // of the motion: those above carry noise
