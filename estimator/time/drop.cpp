@@ -161,6 +161,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
   arc.start.assign(m, 0.0);
   for (int e = model_.mechanical(); e < model_.coordinates(); ++e)
     arc.start[static_cast<std::size_t>(e)] = model_.rest(e);
+  arc.start[static_cast<std::size_t>(model_.observed())] = conditions_.extended;
   arc.start[static_cast<std::size_t>(equations_.velocity_of(conditions_.contact))] =
       conditions_.sink_speed;
   const auto integration = TimeIntegration::make(equations_, options, all);
@@ -169,7 +170,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
   const auto u = static_cast<std::size_t>(model_.observed());
   const auto v = static_cast<std::size_t>(equations_.velocity_of(model_.observed()));
   for (std::size_t i = 0; i < out.history.t.size(); ++i) {
-    out.history.stroke.push_back(arc.states[i * m + u]);
+    out.history.stroke.push_back(arc.states[i * m + u] - conditions_.extended);
     out.history.speed.push_back(arc.states[i * m + v]);
     out.fastest = std::max(out.fastest, std::fabs(out.history.speed.back()));
   }

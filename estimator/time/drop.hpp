@@ -30,6 +30,7 @@ struct DropConditions {
   double lift = 0.0;        // share of the weight, 0 to 1
   double duration = 1.5;    // s
   int contact = -1;         // coordinate that meets the ground; -1: the last mechanical one
+  double extended = 0.0;    // the model's stroke at touch-down; strokes are counted from it
 };
 
 struct DropFigure {

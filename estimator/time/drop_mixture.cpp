@@ -91,6 +91,7 @@ class Mixer {
       double weight = one.probability * (1.0 - (first ? damper_.unnamed_probability : 0.0));
       if (first && damper_.unnamed_probability > 0.0) add_unnamed(*drop, one);
       weight -= add_held(one, weight);
+      weight -= add_zeroed(damper_.hypotheses[h], one, weight);
       components_.insert(first ? components_.begin() : components_.end(),
                          Component{weight, std::move(*drop)});
     }
@@ -102,6 +103,25 @@ class Mixer {
     for (const std::string& effect : one.effects)
       all += (all.empty() ? "" : " + ") + effect;
     return all.empty() ? "\"nothing is missing\"" : all;
+  }
+
+  // A stroke that was measured with a joint that gives under the load is 0 where the transducer was
+  // zeroed: with the strut unloaded, or under the weight. One is as likely as the other. Returns the
+  // weight of what was added.
+  double add_zeroed(const DamperHypothesis& measured, const DamperHypothesis& one, double weight) {
+    const auto& lines = measured.model.effects;
+    const auto joint = std::find_if(lines.begin(), lines.end(), [](const auto& line) {
+      return line.effect == "series_compliance";
+    });
+    if (joint == lines.end()) return 0.0;
+    const double stiffness =
+        value_of(measured.model, {static_cast<std::size_t>(joint - lines.begin()), "k_n", false});
+    DropConditions zeroed = conditions_;
+    zeroed.extended = -measured.model.gravity / stiffness;
+    auto drop = DropSurrogate::make(one, zeroed);
+    if (!drop) return 0.0;
+    components_.push_back({0.5 * weight, std::move(*drop)});
+    return 0.5 * weight;
   }
 
   // A number near its bound is exactly there, as where an effect is absent, or on this side of it.

@@ -31,11 +31,12 @@ constexpr double kMostFreedom = 10.0;
 constexpr double kPastRebound = 1.3;    // times until the rebound ends
 constexpr double kLittleWeight = 0.05;  // of a part of the mixture that is drawn by its quadratic
 
-// When the rebound ends; the whole history where it does not.
+// When the rebound from the deepest stroke ends; the whole history where it does not.
 double end_of(const DropRun& run) {
   const DropHistory& h = run.history;
+  const auto deepest = std::max_element(h.stroke.begin(), h.stroke.end()) - h.stroke.begin();
   bool back = false;
-  for (std::size_t i = 0; i < h.t.size(); ++i) {
+  for (auto i = static_cast<std::size_t>(deepest); i < h.t.size(); ++i) {
     back = back || h.speed[i] < 0.0;
     if (back && h.speed[i] >= 0.0) return h.t[i];
   }
