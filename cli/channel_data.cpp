@@ -11,6 +11,7 @@
 #include "cli/campaign_place.hpp"
 #include "cli/csv.hpp"
 #include "cli/model_units.hpp"
+#include "cli/opened_campaign.hpp"
 #include "cli/run_data.hpp"
 #include "config/campaign.hpp"
 #include "record/campaign_database.hpp"
@@ -97,11 +98,11 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
     measured.push_back(name);
     old.push_back(name == "displacement" ? "y" : name);
   }
-  auto table = read_csv(options.file, {measured, plain, old});
+  auto table = read_csv(options.file(), {measured, plain, old});
   if (!table) return table.error();
   // A force is divided by the mass below.
   const ModelUnits units = {out.model.length_unit, 1.0};
-  if (auto good = to_model_units(*table, options.file.string(), units); !good) return good.error();
+  if (auto good = to_model_units(*table, options.file().string(), units); !good) return good.error();
   // Times and excitation are read as for one channel; then all channels are treated alike.
   CsvTable first;
   first.columns["t"] = table->columns.at("t");
@@ -116,7 +117,7 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
   }
   first.columns[with_excitation ? "displacement" : "y"] = series.front();
   const auto as_one =
-      run_from_table(first, options.file.string(), {*options.frequency_hz, options.amplitude});
+      run_from_table(first, options.file().string(), {*options.frequency_hz, options.amplitude});
   if (!as_one) return as_one.error();
   ChannelRun run;
   run.frequency_hz = as_one->frequency_hz;
@@ -227,7 +228,7 @@ Result<ChannelInput> from_database(const InputOptions& options,
   if (!input) return input.error();
   out.model = std::move(input->model);
   out.campaign = input->campaign;
-  const auto reader = record::CampaignReader::open(options.file);
+  const auto reader = record::CampaignReader::open(options.file());
   if (!reader) return reader.error();
   const auto rows = reader->runs();
   if (!rows) return rows.error();
@@ -241,7 +242,7 @@ Result<ChannelInput> from_database(const InputOptions& options,
     const auto samples = reader->samples(row.index);
     if (!samples) return samples.error();
     auto run = from_samples(input->runs.at(next++), *samples, channels, out.scale,
-                            fmt::format("{}: run {}", options.file.string(), row.name));
+                            fmt::format("{}: run {}", options.file().string(), row.name));
     if (!run) return run.error();
     out.runs.push_back(std::move(*run));
   }
@@ -262,12 +263,19 @@ std::optional<double> mass_of(const std::filesystem::path& database) {
 Result<ChannelInput> read_channels(const InputOptions& options,
                                    const std::vector<std::string>& channels,
                                    std::optional<double> mass) {
-  if (auto good = expect_file(options.file); !good) return good.error();
-  if (!mass && is_database(options.file)) mass = mass_of(options.file);
+  if (options.files.size() > 1)
+    return bad("channels are read from one database or CSV file; give one");
+  if (place_of(options.file()) == Place::folder)
+    return bad(options.file().string() +
+               ": is a folder, of which `estimate` fits the displacement "
+               "alone; leave --channels, --stagewise and --objective maximum_likelihood or "
+               "joint_covariance out");
+  if (auto good = expect_file(options.file()); !good) return good.error();
+  if (!mass && is_database(options.file())) mass = mass_of(options.file());
   auto described = describe(channels, mass);
   if (!described) return described.error();
-  return is_database(options.file) ? from_database(options, channels, std::move(*described))
-                                   : from_csv(options, channels, std::move(*described));
+  return is_database(options.file()) ? from_database(options, channels, std::move(*described))
+                                     : from_csv(options, channels, std::move(*described));
 }
 
 }  // namespace shaker::cli

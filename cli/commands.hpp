@@ -55,8 +55,10 @@ struct CompareOptions : InputOptions {
   std::vector<std::string> methods;  // empty: all
 };
 struct DropOptions {
-  std::filesystem::path campaign;         // database from which the model is identified
-  std::filesystem::path model, estimate;  // otherwise these
+  std::vector<std::filesystem::path> campaigns;  // of one damper, to be diagnosed
+  std::filesystem::path diagnosis;               // folder of a diagnosis that is there already
+  std::filesystem::path campaign;                // from which the model is identified as it is
+  std::filesystem::path model, estimate;         // otherwise these
   double sink_speed = 0.0;
   double lift = 0.0;
   std::optional<double> mass;
@@ -112,7 +114,7 @@ struct ImportOptions {
   double reference_mass = 0.0;                     // kg; 0: none
 };
 struct DiagnoseCommandOptions {
-  std::filesystem::path campaign;  // a folder with campaign.json, or a database
+  std::vector<std::filesystem::path> campaigns;  // folders with campaign.json, or databases
   std::filesystem::path model;
   std::filesystem::path out;  // empty: no files are written
   double false_alarm_rate = 0.01;
@@ -141,6 +143,7 @@ int estimate_channels(const Common& common, const EstimateOptions& options);
 int estimate_transient(const Common& common, const EstimateOptions& options);
 int compare(const Common& common, const CompareOptions& options);
 int drop(const Common& common, const DropOptions& options);
+int drop_diagnosed(const Common& common, const DropOptions& options);
 int response(const Common& common, const ResponseOptions& options);
 int reproduce(const Common& common, const ReproduceOptions& options);
 int plan(const Common& common, const PlanCommand& command);

@@ -8,32 +8,64 @@
 
 #include "base/unit.hpp"
 #include "cli/campaign_folder.hpp"
-#include "cli/campaign_place.hpp"
+#include "cli/opened_campaign.hpp"
+#include "cli/recorded_runs.hpp"
 #include "cli/run_data.hpp"
 #include "cli/run_over_periods.hpp"
 
 namespace shaker::cli {
 namespace {
 
-Result<EstimationInput> read_database(const InputOptions& options, const PeriodsOfRuns& periods) {
-  if (options.frequency_hz || options.amplitude) {
-    return Error{ErrorKind::invalid,
-                 "a campaign database knows its frequencies and amplitudes; "
-                 "leave --frequency and --amplitude out"};
-  }
-  auto data = runs_from_database(options.file, options.harmonics, periods);
+// Adds the runs of one database.
+Result<void> add_database(const std::filesystem::path& file, const InputOptions& options,
+                          const PeriodsOfRuns& periods, EstimationInput& input) {
+  auto data = runs_from_database(file, options.harmonics, periods);
   if (!data) return data.error();
-  auto model = options.model.empty()
-                   ? config::parse_model(data->model_json, options.file.string() + " (its model)")
-                   : config::load_model(options.model);
+  for (estimator::RunData& run : data->runs)
+    input.runs.push_back(std::move(run));
+  input.warnings.insert(input.warnings.end(), data->warnings.begin(), data->warnings.end());
+  input.spoiled = input.spoiled || data->spoiled;
+  if (periods.asked()) input.cycles = input.cycles.value_or(0) + data->cycles;
+  input.campaign = input.campaign ? *input.campaign + " + " + data->name : data->name;
+  return {};
+}
+
+// Adds the runs of one folder, in the units of the input's model.
+Result<void> add_folder(const std::filesystem::path& folder, const InputOptions& options,
+                        const PeriodsOfRuns& periods, EstimationInput& input) {
+  if (periods.asked())
+    return Error{ErrorKind::invalid,
+                 folder.string() +
+                     ": is a folder, whose runs are cut into single periods; give a "
+                     "database or a CSV file with --periods"};
+  const auto campaign = read_campaign(folder, input.model);
+  if (!campaign) return campaign.error();
+  input.warnings.insert(input.warnings.end(), campaign->warnings.begin(), campaign->warnings.end());
+  auto runs = runs_of_recordings(*campaign, folder.string(), options.harmonics, input.warnings);
+  if (!runs) return runs.error();
+  for (estimator::RunData& run : *runs)
+    input.runs.push_back(std::move(run));
+  input.campaign = input.campaign ? *input.campaign + " + " + campaign->name : campaign->name;
+  return {};
+}
+
+Result<EstimationInput> read_campaigns(const InputOptions& options, const PeriodsOfRuns& periods) {
+  if (options.frequency_hz || options.amplitude)
+    return Error{ErrorKind::invalid,
+                 "a campaign knows its frequencies and amplitudes; "
+                 "leave --frequency and --amplitude out"};
+  for (const auto& place : options.files) {
+    if (auto good = expect_campaign(place); !good) return good.error();
+  }
+  auto model = model_of_campaigns(options.files, options.model);
   if (!model) return model.error();
   EstimationInput input;
   input.model = std::move(*model);
-  input.runs = std::move(data->runs);
-  input.campaign = data->name;
-  input.warnings = std::move(data->warnings);
-  input.spoiled = data->spoiled;
-  if (periods.asked()) input.cycles = data->cycles;
+  for (const auto& place : options.files) {
+    auto added = place_of(place) == Place::database ? add_database(place, options, periods, input)
+                                                    : add_folder(place, options, periods, input);
+    if (!added) return added.error();
+  }
   return input;
 }
 
@@ -70,58 +102,14 @@ Result<EstimationInput> read_csv_run(const InputOptions& options, const PeriodsO
   if (!periods.named.empty())
     return Error{ErrorKind::invalid,
                  "a CSV file is one run and has no name for it; say --periods M"};
-  const auto table = read_run_table(options.file, model->length_unit);
+  const auto table = read_run_table(options.file(), model->length_unit);
   if (!table) return table.error();
   EstimationInput input;
   input.model = std::move(*model);
   const Dwell dwell = {*options.frequency_hz, options.amplitude, options.harmonics};
-  if (auto good = add_table(*table, options.file.string(), dwell, periods.all, input); !good)
+  if (auto good = add_table(*table, options.file().string(), dwell, periods.all, input); !good)
     return good.error();
   return input;
-}
-
-// The runs of a campaign's folder, each with the frequency that campaign.json states.
-Result<EstimationInput> read_folder_runs(const InputOptions& options,
-                                         const PeriodsOfRuns& periods) {
-  if (options.model.empty())
-    return Error{ErrorKind::invalid,
-                 "a campaign's folder does not say which model; give --model MODEL.json"};
-  if (options.frequency_hz || options.amplitude)
-    return Error{ErrorKind::invalid,
-                 "campaign.json states frequencies and amplitudes; leave --frequency and "
-                 "--amplitude out"};
-  if (periods.asked())
-    return Error{ErrorKind::invalid,
-                 "--periods needs a campaign database, or one of the folder's CSV files"};
-  auto model = config::load_model(options.model);
-  if (!model) return model.error();
-  EstimationInput input;
-  input.model = std::move(*model);
-  auto campaign = read_campaign(options.file, input.model);
-  if (!campaign) return campaign.error();
-  input.campaign = campaign->name;
-  input.warnings = std::move(campaign->warnings);
-  for (auto& run : campaign->runs) {
-    const std::string origin = fmt::format("{}: run {}", options.file.string(), run.name);
-    if (run.kind != estimator::discrepancy::Kind::periodic || run.frequency_hz <= 0.0)
-      return Error{ErrorKind::invalid,
-                   fmt::format("{} is not periodic, or has no frequency_hz in campaign.json; "
-                               "estimate it from its CSV file, with --transient or --frequency",
-                               origin)};
-    CsvTable table;
-    table.columns["t"] = std::move(run.t);
-    table.columns[run.excitation.empty() ? "y" : "displacement"] = std::move(run.displacement);
-    if (!run.excitation.empty()) table.columns["excitation"] = std::move(run.excitation);
-    Dwell dwell = {run.frequency_hz, std::nullopt, options.harmonics};
-    if (run.amplitude > 0.0) dwell.amplitude = run.amplitude;
-    if (auto good = add_table(table, origin, dwell, 1, input); !good) return good.error();
-  }
-  return input;
-}
-
-bool is_campaign_folder(const std::filesystem::path& path) {
-  std::error_code none;
-  return std::filesystem::exists(path / "campaign.json", none);
 }
 
 }  // namespace
@@ -149,14 +137,20 @@ Result<void> check_units(const config::ModelSpec& model) {
   return {};
 }
 
+std::string InputOptions::names() const {
+  std::string all;
+  for (const auto& file : files)
+    all += (all.empty() ? "" : ", ") + file.string();
+  return all;
+}
+
 Result<EstimationInput> read_estimation_input(const InputOptions& options) {
   const auto periods = parse_periods(options.periods);
   if (!periods) return periods.error();
-  const bool folder = is_campaign_folder(options.file);
-  if (auto good = folder ? Result<void>() : expect_file(options.file); !good) return good.error();
-  auto input = folder                      ? read_folder_runs(options, *periods)
-               : is_database(options.file) ? read_database(options, *periods)
-                                           : read_csv_run(options, *periods);
+  std::error_code none;
+  const bool one_file = options.files.size() == 1 && place_of(options.file()) == Place::other &&
+                        !std::filesystem::is_directory(options.file(), none);
+  auto input = one_file ? read_csv_run(options, *periods) : read_campaigns(options, *periods);
   if (!input) return input;
   if (auto good = check_units(input->model); !good) return good.error();
   return input;

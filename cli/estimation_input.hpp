@@ -1,5 +1,6 @@
-// The input of an estimation from files: the model and the runs, from a campaign database or
-// from one run as CSV. The commands that estimate share it.
+// The input of an estimation from files: the model and the runs, from campaigns (databases or
+// folders, several of one damper together) or from one run as CSV. The commands that estimate
+// share it.
 #pragma once
 
 #include <filesystem>
@@ -14,11 +15,15 @@
 namespace shaker::cli {
 
 struct InputOptions {
-  std::filesystem::path file;
-  std::filesystem::path model;  // empty: the model in the database
+  std::vector<std::filesystem::path> files;  // campaigns, or one CSV file
+  std::filesystem::path model;               // empty: the model in the database
   std::optional<double> frequency_hz, amplitude;
   bool harmonics = false;  // Fourier coefficients with their covariance instead of samples
   std::vector<std::string> periods;  // M or RUN=M, see periods_of_runs.hpp
+
+  // The first of `files`; empty where there is none.
+  std::filesystem::path file() const { return files.empty() ? std::filesystem::path() : files[0]; }
+  std::string names() const;  // of all files, for messages
 };
 
 struct EstimationInput {

@@ -26,9 +26,18 @@ void add_bias(CLI::App* command, std::string& rule) {
 void add_drop(CLI::App& app, Options& o) {
   auto* dropping = add(app, o, "drop", "Predict a drop test from an identified model",
                        [&o] { return drop(o.common, o.drop); });
+  auto* campaigns =
+      dropping->add_option("campaigns", o.drop.campaigns,
+                           "Campaigns of one damper: folders with campaign.json, or FILE.db");
+  dropping
+      ->add_option("--diagnosis", o.drop.diagnosis,
+                   "Folder that `diagnose --out` wrote (default: diagnose now)")
+      ->type_name(kFolderType);
   dropping->add_option("--sink-speed", o.drop.sink_speed, "At touch-down, m/s")->required();
-  auto* campaign =
-      dropping->add_option("--campaign", o.drop.campaign, "Campaign database to identify from");
+  auto* campaign = dropping
+                       ->add_option("--campaign", o.drop.campaign,
+                                    "Identify from it as its model is, without a diagnosis")
+                       ->excludes(campaigns);
   dropping->add_option("--model", o.drop.model, "Model file (default: the campaign's own)");
   dropping->add_option("--estimate", o.drop.estimate, "What `estimate --json` printed")
       ->excludes(campaign);
@@ -43,7 +52,10 @@ void add_drop(CLI::App& app, Options& o) {
                        "Largest stroke at which the model was identified, m");
   dropping->add_option("--truth", o.drop.truth, "Model file whose starts are the truth: compare");
   dropping->add_option("--svg", o.drop.svg, "Draw the load into this file");
-  dropping->footer("The band is that of the parameters; it knows no effect that the model lacks.");
+  dropping->footer(
+      "With CAMPAIGN or --diagnosis the band holds every hypothesis that the campaign does not\n"
+      "exclude, and an unnamed force. With --campaign, or --model and --estimate, it is that of\n"
+      "the parameters, and knows no effect that the model lacks.");
 }
 
 void add_response(CLI::App& app, Options& o) {
@@ -100,12 +112,14 @@ void add_weighing(CLI::App* command, EstimateOptions& o) {
 }
 
 void add_estimate(CLI::App& app, Options& o) {
-  auto* estimating =
-      add(app, o, "estimate", "Estimate from a campaign database or a CSV file", [&o] {
-        return o.estimate.transient ? estimate_transient(o.common, o.estimate)
-                                    : estimate(o.common, o.estimate);
-      });
-  estimating->add_option("file", o.estimate.file, "FILE.db, or FILE.csv with a header row")
+  auto* estimating = add(app, o, "estimate", "Estimate from campaigns or from a CSV file", [&o] {
+    return o.estimate.transient ? estimate_transient(o.common, o.estimate)
+                                : estimate(o.common, o.estimate);
+  });
+  estimating
+      ->add_option("campaign", o.estimate.files,
+                   "Campaigns of one damper (FILE.db, or a folder with campaign.json), or one "
+                   "FILE.csv with a header row")
       ->required();
   add_input(estimating, o.estimate);
   auto* periods =
@@ -152,7 +166,8 @@ void add_estimate(CLI::App& app, Options& o) {
 void add_compare(CLI::App& app, Options& o) {
   auto* comparing = add(app, o, "compare", "What each optimiser needs and finds on one data set",
                         [&o] { return compare(o.common, o.compare); });
-  auto* compared = comparing->add_option("file", o.compare.file, "FILE.db or FILE.csv");
+  auto* compared = comparing->add_option("campaign", o.compare.files,
+                                         "Campaigns (FILE.db, or a folder), or one FILE.csv");
   add_input(comparing, o.compare);
   comparing->add_option("--figure", o.compare.figure, "The paper's data instead: 11, 12, 13 or 14")
       ->excludes(compared);
@@ -175,7 +190,8 @@ void add_diagnose(CLI::App& app, Options& o) {
   auto* diagnosing =
       add(app, o, "diagnose", "What does the model lack? Name it, add it, show the gap",
           [&o] { return diagnose(o.common, o.diagnose); });
-  diagnosing->add_option("campaign", o.diagnose.campaign, "Folder with campaign.json, or FILE.db");
+  diagnosing->add_option("campaign", o.diagnose.campaigns,
+                         "Campaigns of one damper: folders with campaign.json, or FILE.db");
   diagnosing->add_option("--model", o.diagnose.model, "Model file to start from");
   diagnosing
       ->add_option("--out", o.diagnose.out,

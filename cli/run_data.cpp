@@ -76,39 +76,6 @@ void put_excitation(const std::vector<double>& tau, const std::vector<double>& x
   }
 }
 
-// Whole periods on one grid: their mean, and the sum of the squared deviations from it.
-void fold(const std::vector<double>& y, std::size_t n, RunData& run) {
-  const std::size_t cycles = y.size() / n;
-  run.displacement.assign(n, 0.0);
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    run.displacement[i % n] += y[i] / static_cast<double>(cycles);
-  }
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    const double off = y[i] - run.displacement[i % n];
-    run.scatter += off * off;
-  }
-  run.cycles = static_cast<double>(cycles);
-}
-
-// The same cycles as Fourier coefficients, weighted by their scatter from cycle to cycle.
-Result<void> put_harmonics(const std::vector<double>& y, std::size_t n, const std::string& origin,
-                           RunData& run) {
-  const std::size_t cycles = y.size() / n;
-  const std::size_t count =
-      std::min(estimator::coefficients_for(static_cast<long>(cycles), kHarmonics), n - 1 + n % 2);
-  if (count < 3)
-    return Error{
-        ErrorKind::invalid,
-        fmt::format("{}: {} cycle{} of a run cannot weigh Fourier coefficients; at least 7 "
-                    "whole cycles are needed, or another objective",
-                    origin, cycles, cycles == 1 ? "" : "s")};
-  estimator::HarmonicMean mean(count);
-  for (std::size_t c = 0; c < cycles; ++c)
-    mean.add({&y[c * n], n});
-  mean.into(run);
-  return {};
-}
-
 Result<void> check(const std::vector<double>& t, const std::string& origin, const Dwell& dwell,
                    bool excitation_measured) {
   const auto bad = [&](const std::string& why) {
@@ -240,6 +207,37 @@ Result<void> add_run(const std::vector<record::CycleRow>& cycles, const std::str
 
 }  // namespace
 
+void put_mean_cycle(const std::vector<double>& y, std::size_t n, RunData& run) {
+  const std::size_t cycles = y.size() / n;
+  run.displacement.assign(n, 0.0);
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    run.displacement[i % n] += y[i] / static_cast<double>(cycles);
+  }
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const double off = y[i] - run.displacement[i % n];
+    run.scatter += off * off;
+  }
+  run.cycles = static_cast<double>(cycles);
+}
+
+Result<void> put_harmonics(const std::vector<double>& y, std::size_t n, const std::string& origin,
+                           RunData& run) {
+  const std::size_t cycles = y.size() / n;
+  const std::size_t count =
+      std::min(estimator::coefficients_for(static_cast<long>(cycles), kHarmonics), n - 1 + n % 2);
+  if (count < 3)
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("{}: {} cycle{} of a run cannot weigh Fourier coefficients; at least 7 "
+                    "whole cycles are needed, or another objective",
+                    origin, cycles, cycles == 1 ? "" : "s")};
+  estimator::HarmonicMean mean(count);
+  for (std::size_t c = 0; c < cycles; ++c)
+    mean.add({&y[c * n], n});
+  mean.into(run);
+  return {};
+}
+
 std::size_t points_of_equal_steps(const std::vector<double>& t, double frequency_hz) {
   const double span = (t.back() - t.front()) / static_cast<double>(t.size() - 1) * frequency_hz;
   const auto n = static_cast<std::size_t>(std::llround(1.0 / span));
@@ -266,7 +264,7 @@ Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
     tau.push_back(cyclic(at, dwell.frequency_hz));
   if (measured) put_excitation(tau, table.columns.at("excitation"), run);
   if (const std::size_t n = points_of_even_grid(t, dwell.frequency_hz)) {
-    fold(y, n, run);
+    put_mean_cycle(y, n, run);
     if (dwell.harmonics) {
       if (auto good = put_harmonics(y, n, origin, run); !good) return good.error();
     }

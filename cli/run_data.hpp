@@ -30,6 +30,14 @@ Result<CsvTable> read_run_table(const std::filesystem::path& file, const std::st
 Result<estimator::RunData> run_from_table(const CsvTable& table, const std::string& origin,
                                           const Dwell& dwell);
 
+// Whole periods `y` on one grid of n points: their mean and the sum of the squared deviations from
+// it go to `run`.
+void put_mean_cycle(const std::vector<double>& y, std::size_t n, estimator::RunData& run);
+// The same cycles as Fourier coefficients, weighted by their scatter from cycle to cycle. An Error
+// names `origin` where they are too few.
+Result<void> put_harmonics(const std::vector<double>& y, std::size_t n, const std::string& origin,
+                           estimator::RunData& run);
+
 // The number of points in a period when the samples are at i / n of a period, from a whole
 // period on; otherwise 0.
 std::size_t points_of_equal_steps(const std::vector<double>& t, double frequency_hz);

@@ -8,13 +8,14 @@
 #include <system_error>
 
 #include "config/model.hpp"
+#include "report/damper_document.hpp"
 #include "report/diagnosis_document.hpp"
 #include "report/diagnosis_page.hpp"
 
 namespace shaker::report {
 namespace {
 
-constexpr const char* kFiles[] = {"diagnosis.json", "model.json", "report.html"};
+constexpr const char* kFiles[] = {"diagnosis.json", "model.json", kDamperFile, "report.html"};
 
 Error cannot(const std::filesystem::path& file) {
   return {ErrorKind::io, fmt::format("{}: cannot be written; check the folder's permissions and "
@@ -91,7 +92,7 @@ Result<void> write_diagnosis(const std::filesystem::path& folder,
                              const TitleBlock& title) {
   if (auto made = make_folder(folder); !made) return made;
   const std::string texts[] = {diagnosis_json(diagnosis), config::to_json_text(diagnosis.improved),
-                               diagnosis_page(diagnosis, title)};
+                               damper_json(diagnosis.damper), diagnosis_page(diagnosis, title)};
   for (std::size_t i = 0; i < std::size(kFiles); ++i) {
     if (auto done = write_file(folder / kFiles[i], texts[i]); !done) return done;
   }

@@ -1,4 +1,5 @@
-// A diagnosis on disk: diagnosis.json, the improved model.json and report.html in one folder.
+// A diagnosis on disk: diagnosis.json, the improved model.json, hypotheses.json (for predictions)
+// and report.html in one folder.
 #pragma once
 
 #include <filesystem>

@@ -156,7 +156,7 @@ int compare(const Common& common, const CompareOptions& options) {
     if (options.figure != 0) {
       comparison = compare_figure(options);
     } else {
-      if (options.file.empty())
+      if (options.file().empty())
         return fail(common, kBadInput, "give a file to compare on, or --figure N");
       const auto input = read_estimation_input(options);
       if (!input) return fail(common, kBadInput, input.error().what);
@@ -171,8 +171,9 @@ int compare(const Common& common, const CompareOptions& options) {
     return kNotUsable;
   } catch (const std::invalid_argument& error) {
     return fail(common, kBadInput,
-                options.file.empty() ? std::string(error.what())
-                                     : fmt::format("{}: {}", options.file.string(), error.what()));
+                options.file().empty()
+                    ? std::string(error.what())
+                    : fmt::format("{}: {}", options.file().string(), error.what()));
   }
 }
 

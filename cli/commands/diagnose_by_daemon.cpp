@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 Result<Json> request_of(const DiagnoseCommandOptions& options) {
   Json request = {{"false_alarm_rate", options.false_alarm_rate}};
   if (options.thorough) request["thorough"] = true;
-  if (!options.campaign.empty()) request["campaign"] = options.campaign.string();
+  if (!options.campaigns.empty()) request["campaign"] = options.campaigns.front().string();
   if (!options.out.empty()) request["out"] = options.out.string();
   if (options.model.empty()) return request;
   const auto model = config::load_model(options.model);

@@ -12,8 +12,10 @@
 
 #include "cli/commands.hpp"
 #include "cli/documents_in.hpp"
+#include "cli/drop_figures.hpp"
 #include "cli/drop_picture.hpp"
-#include "cli/run_data.hpp"
+#include "cli/estimation_input.hpp"
+#include "cli/opened_campaign.hpp"
 #include "config/model.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/worth/second_order.hpp"
@@ -74,15 +76,14 @@ void find_range(const estimator::Model& model, const estimator::Estimator& fitte
 }
 
 Result<Identified> from_campaign(const DropOptions& options) {
-  auto data = runs_from_database(options.campaign);
+  InputOptions reading;
+  reading.files = {options.campaign};
+  reading.model = options.model;
+  if (auto good = expect_campaign(options.campaign); !good) return good.error();
+  auto data = read_estimation_input(reading);
   if (!data) return data.error();
-  auto spec =
-      options.model.empty()
-          ? config::parse_model(data->model_json, options.campaign.string() + " (its model)")
-          : config::load_model(options.model);
-  if (!spec) return spec.error();
   Identified out;
-  out.spec = std::move(*spec);
+  out.spec = std::move(data->model);
   const estimator::Model model(out.spec);
   estimator::Estimator fitted(model, std::move(data->runs));
   const auto& fit = fitted.fit(model.start());
@@ -96,9 +97,10 @@ Result<Identified> from_campaign(const DropOptions& options) {
 Result<Identified> identified(const DropOptions& options) {
   if (!options.campaign.empty()) return from_campaign(options);
   if (options.model.empty())
-    return Error{ErrorKind::invalid,
-                 "what falls? give --campaign FILE.db, or --model MODEL.json with or without "
-                 "--estimate ESTIMATE.json"};
+    return Error{
+        ErrorKind::invalid,
+        "what falls? give a CAMPAIGN (with --diagnosis FOLDER where there is one), or --model "
+        "MODEL.json with or without --estimate ESTIMATE.json"};
   auto spec = config::load_model(options.model);
   if (!spec) return spec.error();
   Identified out;
@@ -192,26 +194,6 @@ void warn_of_extrapolation(const Identified& known, const DropPrediction& drop,
         drop.run.figures[0], unit, *known.deepest));
 }
 
-std::string unit_of(std::size_t figure, const std::string& length, bool newton) {
-  const auto& f = kDropFigures[figure];
-  if (newton && f.length == 1 && f.time == -2 && std::string_view(f.name) != "peak_deceleration")
-    return "N";
-  if (newton && f.length == 2) return "J";
-  if (f.length == 0) return f.time == 0 ? "-" : "s";
-  if (f.time == 0) return length;
-  if (f.time == -1) return length + "/s";
-  return f.length == 2 ? length + "^2/s^2" : length + "/s^2";
-}
-
-// With the mass, loads are in N and energies in J.
-std::string label_of(std::size_t figure, bool newton) {
-  constexpr std::string_view kPerMass = " per mass";
-  std::string label = kDropFigures[figure].label;
-  if (const auto at = label.find(kPerMass); newton && at != std::string::npos)
-    label.erase(at, kPerMass.size());
-  return label;
-}
-
 struct Sheet {
   const DropPrediction* drop = nullptr;
   const std::vector<double>* truth = nullptr;
@@ -221,7 +203,7 @@ struct Sheet {
   double scale(std::size_t f) const {
     return unit(f) == "N" || unit(f) == "J" ? mass.value_or(1.0) : 1.0;
   }
-  std::string unit(std::size_t f) const { return unit_of(f, length, mass.has_value()); }
+  std::string unit(std::size_t f) const { return figure_unit(f, length, mass.has_value()); }
 };
 
 std::string interval(double lower, double upper, double error) {
@@ -236,7 +218,7 @@ void print(const Sheet& sheet, const std::vector<std::string>& warnings) {
   for (std::size_t f = 0; f < kDropFigureCount; ++f) {
     const DropBand& b = sheet.drop->bands[f];
     const double k = sheet.scale(f), error = k * b.error;
-    std::vector<std::string> row = {label_of(f, sheet.mass.has_value())};
+    std::vector<std::string> row = {figure_label(f, sheet.mass.has_value())};
     if (!std::isfinite(b.value)) {
       row.insert(row.end(), {"-", "-", "-"});
     } else if (sheet.band && error > 0.0) {
@@ -299,6 +281,8 @@ OrderedJson to_json(const Sheet& sheet, const DropOptions& options, const std::s
 }  // namespace
 
 int drop(const Common& common, const DropOptions& options) {
+  if (!options.campaigns.empty() || !options.diagnosis.empty())
+    return drop_diagnosed(common, options);
   try {
     auto known = identified(options);
     if (!known) return fail(common, kBadInput, known.error().what);

@@ -349,7 +349,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
     if (!common.json) fmt::print(stderr, "shakerctl: the estimate is not usable\n");
     return kNotUsable;
   } catch (const std::invalid_argument& error) {
-    return fail(common, kBadInput, fmt::format("{}: {}", options.file.string(), error.what()));
+    return fail(common, kBadInput, fmt::format("{}: {}", options.names(), error.what()));
   }
 }
 

@@ -30,6 +30,8 @@ int estimate_transient(const Common& common, const EstimateOptions& options) {
     return fail(common, kBadInput,
                 "a transient record has its excitation in its columns; leave --frequency, "
                 "--amplitude and --starts out");
+  if (options.files.size() > 1)
+    return fail(common, kBadInput, "a transient record is one CSV file; give one");
   if (options.bias == "always")
     return fail(common, kBadInput,
                 "the bias of a transient record's estimate is not known; leave --bias out");
@@ -37,7 +39,7 @@ int estimate_transient(const Common& common, const EstimateOptions& options) {
     return fail(common, kBadInput, "a CSV file does not say which model; give --model MODEL.json");
   auto spec = config::load_model(options.model);
   if (!spec) return fail(common, kBadInput, spec.error().what);
-  auto record = transient_from_csv(options.file, spec->length_unit);
+  auto record = transient_from_csv(options.file(), spec->length_unit);
   if (!record) return fail(common, kBadInput, record.error().what);
   try {
     const estimator::Model model(*spec);

@@ -334,6 +334,9 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
                     : diagnose_records(campaign, freed, options, report);
     if (!said) return said;
     hold_against_file(model, *said);
+    said->damper.campaign = said->campaign;
+    if (!said->damper.hypotheses.empty())
+      said->damper.hypotheses.front().model = with_narrow_corners(said->improved);
     return said;
   } catch (const std::invalid_argument& error) {
     return invalid(error.what());

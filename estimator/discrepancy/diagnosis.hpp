@@ -8,6 +8,7 @@
 #include "config/model.hpp"
 #include "estimator/discrepancy/campaign.hpp"
 #include "estimator/estimate.hpp"
+#include "estimator/time/identified_damper.hpp"
 
 namespace shaker::estimator::discrepancy {
 
@@ -127,6 +128,7 @@ struct Diagnosis {
   std::optional<RemainingForce> remaining;  // only when unexplained
   std::vector<RunCurves> curves;
   config::ModelSpec improved;  // the model file that comes out, starts at the estimates
+  IdentifiedDamper damper;     // the hypotheses that are not excluded, for predictions
   bool cut_short = false;      // more could have been tried; there is a warning then
   std::vector<std::string> warnings;
 };

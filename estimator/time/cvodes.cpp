@@ -16,7 +16,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr long kMaxIntegrationSteps = 50000;  // between two samples; after that BDF replaces Adams
+constexpr long kMaxIntegrationSteps = 50000, kBdfSteps = 10;  // of BDF; and times those of Adams
 // Inadmissible evaluations between two samples after which the motion itself counts as
 // inadmissible. Without a limit CVODES would repeat with smaller steps down to the rounding level.
 constexpr int kMostRefusals = 60;
@@ -199,7 +199,9 @@ class Cvodes final : public TimeIntegration {
     CVodeSetErrFile(memory, nullptr);
     need(CVodeInit(memory, rhs, 0.0, y_.get()) == CV_SUCCESS, "CVodeInit");
     CVodeSetUserData(memory, this);
-    CVodeSetMaxNumSteps(memory, kMaxIntegrationSteps);
+    CVodeSetMaxNumSteps(memory, kind == Integrator::bdf
+                                    ? std::min(kMaxIntegrationSteps, kBdfSteps * options_.max_steps)
+                                    : options_.max_steps);
     CVodeSStolerances(memory, options_.relative_tolerance, options_.absolute_tolerance);
     if (kind == Integrator::bdf) {
       const auto size = static_cast<sunindextype>(size_);

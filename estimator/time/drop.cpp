@@ -12,8 +12,10 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kSteps = 3000;  // in a history
+constexpr int kSteps = 3000;          // in a history
+constexpr double kFirstSteps = 0.02;  // of equal steps, at its begin
 constexpr double kTolerance = 1e-9;
+constexpr long kMaxAdamsSteps = 300;  // of a stiff model between two times: BDF is quicker then
 
 double row_of(const std::vector<double>& given, std::size_t at, double otherwise) {
   return at < given.size() ? given[at] : otherwise;
@@ -45,6 +47,20 @@ double lift_of(const config::ModelSpec& spec, const Model& model, double share) 
   return share * mass * spec.gravity;
 }
 
+// The times of a history are dense at touch-down, where a tyre or an oil spring takes the first
+// blow in less than a millisecond. They are a smooth function of their index, and so everything is
+// interpolated and integrated over the index.
+double time_share(double share) {
+  return share * (kFirstSteps + (1.0 - kFirstSteps) * share);
+}
+
+// The time's derivative over the index; exact, as the times are quadratic in it.
+double time_rate(const std::vector<double>& t, std::size_t i) {
+  if (i == 0) return 0.5 * (4.0 * t[1] - 3.0 * t[0] - t[2]);
+  if (i + 1 == t.size()) return 0.5 * (3.0 * t[i] - 4.0 * t[i - 1] + t[i - 2]);
+  return 0.5 * (t[i + 1] - t[i - 1]);
+}
+
 // A position between two times of a history.
 struct Place {
   std::size_t before = 0;
@@ -72,14 +88,26 @@ double stroke_at(const DropHistory& h, const Place& p) {
          (3 * s2 - 2 * s3) * h.stroke[p.before + 1] + (s3 - s2) * dt * h.speed[p.before + 1];
 }
 
-// Maximum of the parabola through the largest value and its neighbours.
-double largest_of(const std::vector<double>& values) {
-  const auto at =
+// The place of the largest value: the top of the parabola through it and its neighbours, unless the
+// curve jumps there, as friction does where the stroke turns.
+struct Top {
+  std::size_t at = 0;
+  double shift = 0.0, value = 0.0;  // over the index
+};
+Top top_of(const std::vector<double>& values) {
+  constexpr double kJumps = 8.0;  // times the bend beside
+  Top top;
+  top.at =
       static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
-  if (at == 0 || at + 1 == values.size()) return values[at];
-  const double slope = 0.5 * (values[at + 1] - values[at - 1]);
-  const double bend = values[at + 1] - 2.0 * values[at] + values[at - 1];
-  return bend < 0.0 ? values[at] - 0.5 * slope * slope / bend : values[at];
+  top.value = values[top.at];
+  if (top.at < 2 || top.at + 2 >= values.size()) return top;
+  const auto bend = [&](std::size_t i) { return values[i + 1] - 2.0 * values[i] + values[i - 1]; };
+  const double beside = std::min(std::fabs(bend(top.at - 1)), std::fabs(bend(top.at + 1)));
+  if (!(bend(top.at) < 0.0) || -bend(top.at) > kJumps * beside) return top;
+  const double slope = 0.5 * (values[top.at + 1] - values[top.at - 1]);
+  top.shift = -slope / bend(top.at);
+  top.value += 0.5 * slope * top.shift;
+  return top;
 }
 
 }  // namespace
@@ -114,24 +142,26 @@ DropTest::DropTest(const config::ModelSpec& spec, DropConditions conditions)
                     conditions_.contact, model_.coordinates()));
 }
 
-Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives) const {
+Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives,
+                              const Excitation& push) const {
   const auto m = static_cast<std::size_t>(equations_.states());
   TimeOptions options;
   options.relative_tolerance = kTolerance;
   options.absolute_tolerance = 1e-3 * kTolerance;
+  options.max_steps = kMaxAdamsSteps;
   std::vector<int> all;
   for (int k = 0; k < model_.parameter_count(); ++k)
     all.push_back(k);
   DropRun out;
   for (int i = 0; i <= kSteps; ++i)
-    out.history.t.push_back(conditions_.duration * i / kSteps);
-  const Excitation none;
+    out.history.t.push_back(conditions_.duration * time_share(static_cast<double>(i) / kSteps));
   Arc arc;
   arc.times = out.history.t;
-  arc.excitation = &none;
+  arc.excitation = &push;
   arc.start.assign(m, 0.0);
   for (int e = model_.mechanical(); e < model_.coordinates(); ++e)
     arc.start[static_cast<std::size_t>(e)] = model_.rest(e);
+  arc.start[static_cast<std::size_t>(model_.observed())] = conditions_.extended;
   arc.start[static_cast<std::size_t>(equations_.velocity_of(conditions_.contact))] =
       conditions_.sink_speed;
   const auto integration = TimeIntegration::make(equations_, options, all);
@@ -140,19 +170,19 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
   const auto u = static_cast<std::size_t>(model_.observed());
   const auto v = static_cast<std::size_t>(equations_.velocity_of(model_.observed()));
   for (std::size_t i = 0; i < out.history.t.size(); ++i) {
-    out.history.stroke.push_back(arc.states[i * m + u]);
+    out.history.stroke.push_back(arc.states[i * m + u] - conditions_.extended);
     out.history.speed.push_back(arc.states[i * m + v]);
     out.fastest = std::max(out.fastest, std::fabs(out.history.speed.back()));
   }
-  loads(out, theta, arc.states, arc.sensitivities);
+  loads(out, theta, arc.states, arc.sensitivities, push);
   if (auto good = read_off(out); !good) return good.error();
   return out;
 }
 
 // Computes the load at all times in one batch: weight - lift - inertia of the first equation.
 void DropTest::loads(DropRun& out, const std::vector<double>& theta,
-                     const std::vector<double>& states,
-                     const std::vector<double>& sensitivities) const {
+                     const std::vector<double>& states, const std::vector<double>& sensitivities,
+                     const Excitation& push) const {
   const auto m = static_cast<std::size_t>(equations_.states());
   const auto p = static_cast<std::size_t>(model_.parameter_count());
   const std::size_t n = out.history.t.size(), stride = (n + 7) / 8 * 8;
@@ -167,8 +197,9 @@ void DropTest::loads(DropRun& out, const std::vector<double>& theta,
   take(rate, m);
   take(h_s, m * m);
   take(h_theta, m * p);
-  const double* x = at;
+  double* x = at;
   for (std::size_t i = 0; i < n; ++i) {
+    x[i] = push.value(out.history.t[i]);
     for (std::size_t j = 0; j < m; ++j)
       s[j][i] = states[i * m + j];
   }
@@ -215,7 +246,11 @@ Result<void> DropTest::read_off(DropRun& run) const {
     }
     return Place{n, 0.0};
   };
-  const Place peak = turn(0, 1.0);
+  // The deepest of all turns: an oil spring may turn the stroke before.
+  Place peak = turn(0, 1.0);
+  for (Place next = peak; next.before < n; next = turn(next.before + 1, 1.0)) {
+    if (stroke_at(h, next) > stroke_at(h, peak)) peak = next;
+  }
   if (peak.before == n)
     return Error{ErrorKind::not_converged,
                  fmt::format("the stroke is still growing after {} s; give a longer duration",
@@ -223,22 +258,20 @@ Result<void> DropTest::read_off(DropRun& run) const {
   const Place rebound = turn(peak.before + 1, -1.0);
   const bool rebounds = rebound.before < n;
   const std::size_t last = rebounds ? rebound.before + 1 : n - 1;
-  const double largest = largest_of(h.load);
+  const Top blow = top_of(h.load);
+  const double largest = blow.value;
   // Work of the load on the stroke: each interval is the integral of the cubic through four
   // neighbouring values; the last interval of the history is a trapezoid.
   const auto work = [&](std::size_t from, std::size_t to) {
     double sum = 0.0;
+    const auto power = [&](std::size_t i) { return h.load[i] * h.speed[i] * time_rate(h.t, i); };
     for (std::size_t i = from; i < to; ++i) {
-      const double dt = h.t[i + 1] - h.t[i];
-      const double here = h.load[i] * h.speed[i], next = h.load[i + 1] * h.speed[i + 1];
-      sum += 0.5 * dt * (here + next);
+      const double here = power(i), next = power(i + 1);
+      sum += 0.5 * (here + next);
       if (i > 0 && i + 2 < n) {
-        const double before = h.load[i - 1] * h.speed[i - 1];
-        const double after = h.load[i + 2] * h.speed[i + 2];
-        sum -= dt / 24.0 * (after - next - here + before);
+        sum -= (power(i + 2) - next - here + power(i - 1)) / 24.0;
       } else if (i == 0 && n > 3) {
-        const double after = h.load[2] * h.speed[2], later = h.load[3] * h.speed[3];
-        sum = dt * (9.0 * here + 19.0 * next - 5.0 * after + later) / 24.0;
+        sum = (9.0 * here + 19.0 * next - 5.0 * power(2) + power(3)) / 24.0;
       }
     }
     return sum;
@@ -260,7 +293,8 @@ Result<void> DropTest::read_off(DropRun& run) const {
                  -h.speed[fastest_out],
                  absorbed,
                  absorbed - returned,
-                 absorbed / (largest * stroke)};
+                 absorbed / (largest * stroke),
+                 h.t[blow.at] + blow.shift * time_rate(h.t, blow.at)};
   return {};
 }
 

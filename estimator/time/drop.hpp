@@ -20,6 +20,7 @@
 #include "base/result.hpp"
 #include "config/model.hpp"
 #include "estimator/model.hpp"
+#include "estimator/time/excitation.hpp"
 #include "estimator/time/state_equations.hpp"
 
 namespace shaker::estimator {
@@ -29,6 +30,7 @@ struct DropConditions {
   double lift = 0.0;        // share of the weight, 0 to 1
   double duration = 1.5;    // s
   int contact = -1;         // coordinate that meets the ground; -1: the last mechanical one
+  double extended = 0.0;    // the model's stroke at touch-down; strokes are counted from it
 };
 
 struct DropFigure {
@@ -47,6 +49,7 @@ inline constexpr DropFigure kDropFigures[] = {
     {"energy_absorbed", "energy absorbed per mass", 2, -2},
     {"energy_dissipated", "of it, not returned in rebound", 2, -2},
     {"efficiency", "efficiency of the stroke", 0, 0},
+    {"time_of_peak_load", "time of peak load", 0, 1},
 };
 inline constexpr std::size_t kDropFigureCount = std::size(kDropFigures);
 
@@ -70,11 +73,14 @@ class DropTest {
   const Model& model() const { return model_; }
   // Integrates one drop with all parameters `theta`. Returns an Error (not_converged) when the
   // stroke does not reverse within the duration, becomes inadmissible, or the integrator fails.
-  Result<DropRun> run(const std::vector<double>& theta, bool derivatives) const;
+  // `push`: an acceleration over time beside the model's forces, for example an unnamed force of
+  // the damper with its sign turned; it counts as a part of the load.
+  Result<DropRun> run(const std::vector<double>& theta, bool derivatives,
+                      const Excitation& push = {}) const;
 
  private:
   void loads(DropRun& run, const std::vector<double>& theta, const std::vector<double>& states,
-             const std::vector<double>& sensitivities) const;
+             const std::vector<double>& sensitivities, const Excitation& push) const;
   Result<void> read_off(DropRun& run) const;
 
   Model model_;

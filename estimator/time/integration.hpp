@@ -48,6 +48,8 @@ struct TimeOptions {
   // runge_kutta4, sdirk4: the largest step, s; 0: the spacing of the samples.
   double step = 0.0;
   CutAtReversals cut = CutAtReversals::automatic;
+  // CVODES, Adams: steps between two samples, after which BDF does the piece anew.
+  long max_steps = 50000;
 };
 
 // One piece of a record, integrated from a given initial state to its last time.

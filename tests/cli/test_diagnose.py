@@ -52,13 +52,13 @@ class Diagnose(Scratch):
         written = json.loads((self.path / "new/out/diagnosis.json").read_text())
         self.assertEqual(json.loads(result.stdout), written)
         self.assertEqual(sorted(p.name for p in (self.path / "new/out").iterdir()),
-                         ["diagnosis.json", "model.json", "report.html"])
+                         ["diagnosis.json", "hypotheses.json", "model.json", "report.html"])
 
     def test_it_says_that_an_earlier_diagnosis_will_be_replaced(self):
         first, second = (self.diagnose("--out", self.path / "out", "--json") for _ in range(2))
         self.assertEqual(first.stderr, "")
         self.assertEqual(second.stderr, f"shakerctl: {self.path}/out holds an earlier diagnosis: diagnosis.json, "
-                                        "model.json, report.html will be replaced\n")
+                                        "model.json, hypotheses.json, report.html will be replaced\n")
         self.assertEqual(json.loads(second.stdout)["verdict"], "adequate")
 
     def test_the_report_says_when_and_of_what_it_is(self):

@@ -71,12 +71,6 @@ class Folders(Scratch):
                     self.write(f"demo_202603{day}T120000Z.db", "")
                 self.assertIn(f"the newest is {self.path}/demo_20260302T120000Z.db",
                               self.refused(*command, self.path))
-                recorded = self.path / "recorded"
-                recorded.mkdir(exist_ok=True)
-                (recorded / "campaign.json").write_text("{}")
-                self.assertIn("give --model" if command in (("estimate",), ("compare",)) else
-                              "is a folder with a recorded campaign, which `shakerctl diagnose` reads",
-                              self.refused(*command, recorded))
 
 
 class Campaigns(Scratch):

@@ -108,7 +108,7 @@ class Diagnose(unittest.TestCase):
         self.assertEqual(self.result["folder"], str(folder))
         self.assertEqual(folder, database.with_suffix(".diagnosis"))
         self.assertEqual(sorted(path.name for path in folder.iterdir()),
-                         ["diagnosis.json", "model.json", "report.html"])
+                         ["diagnosis.json", "hypotheses.json", "model.json", "report.html"])
         written = json.loads((folder / "diagnosis.json").read_text())
         self.assertEqual(written, self.result["diagnosis"])
         schema = json.loads((SOURCE / "protocol/schema/diagnosis.schema.json").read_text())

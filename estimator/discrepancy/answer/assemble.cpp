@@ -8,6 +8,7 @@
 #include "estimator/discrepancy/answer/curves.hpp"
 #include "estimator/discrepancy/answer/estimates.hpp"
 #include "estimator/discrepancy/answer/gaps.hpp"
+#include "estimator/discrepancy/answer/hypotheses.hpp"
 #include "estimator/discrepancy/answer/rivals.hpp"
 #include "estimator/discrepancy/answer/selection.hpp"
 #include "estimator/discrepancy/answer/shares.hpp"
@@ -61,6 +62,7 @@ class Assembler {
     forces();
     ranking();
     effects();
+    said_.damper = identified_damper(found_, data_, selection_, shares_, said_);
     return std::move(said_);
   }
 

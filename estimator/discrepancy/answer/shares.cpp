@@ -165,6 +165,13 @@ Shares::Shares(const Naming& found, const std::vector<RunDatum>& data, const Sel
   unknown_ = found.adequate ? 0.0 : unknown_share(found.probability_best);
 }
 
+double Shares::of_base() const {
+  double others = 0.0;
+  for (const double w : weight_)
+    others += w;
+  return std::max(0.0, 1.0 - others);
+}
+
 double Shares::probability_of(const std::string& effect) const {
   double sum = 0.0;
   for (std::size_t k = 0; k < weight_.size(); ++k) {

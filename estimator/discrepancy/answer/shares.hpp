@@ -41,6 +41,11 @@ class Shares {
 
   // Of all hypotheses that hold the effect.
   double probability_of(const std::string& effect) const;
+  // Of found.hypotheses[k], and of the base model; together 1, whatever the unknown has.
+  double of(std::size_t k) const { return weight_[k]; }
+  double of_base() const;
+  // That something unknown is there too.
+  double of_unknown() const { return unknown_; }
 
  private:
   const Naming& found_;

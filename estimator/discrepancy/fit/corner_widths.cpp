@@ -18,6 +18,7 @@ constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
 constexpr const char* kTurns = "e";
 // Of the width that the catalogue states: 0.2 mm/s. Twice that leaves f_c 0.3 % off, twice as far.
 constexpr double kAtOnce = 0.04;
+constexpr double kNarrow = 0.02;       // of it, in a prediction in time
 constexpr double kShareOfWidth = 0.5;  // that a run may pass in a step
 constexpr int kMostTimes = 32;         // the points
 constexpr int kSmoothHarmonics = 6;    // of the motion: those above carry noise
@@ -140,6 +141,13 @@ config::ModelSpec stated_sharp(const config::ModelSpec& spec) {
       sharp.effects[turning.line].constants[turning.symbol] = kAtOnce * turning.usual;
   }
   return sharp;
+}
+
+config::ModelSpec with_narrow_corners(const config::ModelSpec& spec) {
+  config::ModelSpec narrow = spec;
+  for (const Corner& corner : corners_of(spec))
+    narrow.effects[corner.line].constants[corner.symbol] = kNarrow * corner.width;
+  return narrow;
 }
 
 config::ModelSpec sharp_freed(const config::ModelSpec& spec) {

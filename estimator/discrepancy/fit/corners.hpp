@@ -45,6 +45,10 @@ config::ModelSpec stated_sharp(const config::ModelSpec& spec);
 // The same without what such a file states.
 config::ModelSpec sharp_freed(const config::ModelSpec& spec);
 
+// The model with every corner narrow whose width no line states: fits are taken to corners of no
+// width, and a prediction in time has them too.
+config::ModelSpec with_narrow_corners(const config::ModelSpec& spec);
+
 // Twice as many points again and again, until no run passes more than half of the narrowest width
 // that the model's lines state in one step where its motion turns round; `points` where none does.
 int points_for(const config::ModelSpec& spec, const std::vector<RunDatum>& data, int points);

@@ -1,0 +1,85 @@
+#include "cli/recorded_runs.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "cli/run_data.hpp"
+#include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/discrepancy/cycles/steady_cycles.hpp"
+
+namespace shaker::cli {
+namespace {
+
+using estimator::RunData;
+namespace discrepancy = estimator::discrepancy;
+
+constexpr int kDriverPoints = 64;
+
+std::vector<double> curve_of(const Eigen::VectorXd& harmonics, int points) {
+  const Eigen::VectorXd curve = discrepancy::synthesised(harmonics, points);
+  return {curve.data(), curve.data() + curve.size()};
+}
+
+// Standard error of the mean excitation's harmonics, the mean left out, from their scatter.
+double driver_error(const Eigen::MatrixXd& rows) {
+  const Eigen::Index cycles = rows.rows(), count = rows.cols() - 1;
+  if (cycles < 2 || count < 1) return 0.0;
+  const Eigen::MatrixXd parts = rows.rightCols(count);
+  const double squares = (parts.rowwise() - parts.colwise().mean()).squaredNorm();
+  return std::sqrt(squares / static_cast<double>(count * cycles * (cycles - 1)));
+}
+
+Result<RunData> run_of(const discrepancy::SteadyRun& steady, const std::string& origin,
+                       bool harmonics) {
+  RunData run;
+  run.frequency_hz = steady.frequency_hz;
+  run.excitation = curve_of(steady.mean_driver(), kDriverPoints);
+  if (steady.driver_measured) run.excitation_error = driver_error(steady.driver);
+  const auto points = static_cast<std::size_t>(steady.response.cols());
+  std::vector<double> cycles;
+  for (Eigen::Index k = 0; k < steady.response.rows(); ++k) {
+    const auto one = curve_of(steady.response.row(k).transpose(), static_cast<int>(points));
+    cycles.insert(cycles.end(), one.begin(), one.end());
+  }
+  put_mean_cycle(cycles, points, run);
+  if (harmonics) {
+    if (auto good = put_harmonics(cycles, points, origin, run); !good) return good.error();
+  }
+  return run;
+}
+
+}  // namespace
+
+Result<std::vector<RunData>> runs_of_recordings(const discrepancy::Campaign& campaign,
+                                                const std::string& place, bool harmonics,
+                                                std::vector<std::string>& warnings) {
+  std::vector<RunData> runs;
+  for (const discrepancy::Recording& recording : campaign.runs) {
+    const std::string origin = fmt::format("{}: run {}", place, recording.name);
+    if (recording.kind != discrepancy::Kind::periodic)
+      return Error{ErrorKind::invalid,
+                   origin +
+                       " is not a periodic response; `shakerctl diagnose` reads such runs, or "
+                       "give its CSV file with --transient"};
+    if (recording.role == discrepancy::Role::held_out) {
+      warnings.push_back(
+          fmt::format("run {} is held out by the campaign's file and not fitted", recording.name));
+      continue;
+    }
+    auto steady = discrepancy::steady_cycles(recording);
+    if (!steady)
+      return Error{steady.error().kind, fmt::format("{}: {}", place, steady.error().what)};
+    warnings.insert(warnings.end(), steady->warnings.begin(), steady->warnings.end());
+    auto run = run_of(*steady, origin, harmonics);
+    if (!run) return run.error();
+    runs.push_back(std::move(*run));
+  }
+  if (runs.empty())
+    return Error{ErrorKind::invalid,
+                 place + ": every run is held out; at least one must have the role \"fit\""};
+  return runs;
+}
+
+}  // namespace shaker::cli

@@ -1,0 +1,22 @@
+// Runs of a campaign's folder for an estimate: recordings are cut into whole steady cycles.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "estimator/discrepancy/campaign.hpp"
+#include "estimator/estimation.hpp"
+
+namespace shaker::cli {
+
+// One RunData for each periodic recording whose role is not `held_out`. The mean cycle has as many
+// points as the recording has harmonics (2 H + 1), so that the noise of the points is independent.
+// `harmonics`: Fourier coefficients instead (objectives/harmonic_data.hpp). Warnings of the cutting,
+// and a sentence for each run that is left out, are added to `warnings`. An Error names `place` and
+// the run: a recording without a period, or one without steady cycles.
+Result<std::vector<estimator::RunData>> runs_of_recordings(
+    const estimator::discrepancy::Campaign& campaign, const std::string& place, bool harmonics,
+    std::vector<std::string>& warnings);
+
+}  // namespace shaker::cli

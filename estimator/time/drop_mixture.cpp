@@ -1,0 +1,212 @@
+#include "estimator/time/drop_mixture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+#include "estimator/statistics.hpp"
+#include "estimator/time/drop_surrogate.hpp"
+#include "estimator/time/unnamed_force.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+// A part of the mixture: a hypothesis with its parameters alone, or with an unnamed force too.
+struct Component {
+  double weight = 0.0;
+  DropSurrogate drop;
+};
+
+struct WeightedValue {
+  double value = 0.0, weight = 0.0;
+};
+
+// The smallest value below which `probability` of the weight lies, interpolated.
+double weighted_quantile(const std::vector<WeightedValue>& sorted, double probability) {
+  double all = 0.0;
+  for (const WeightedValue& one : sorted)
+    all += one.weight;
+  double below = 0.0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    const double next = below + sorted[i].weight;
+    if (next >= probability * all) {
+      if (i == 0) return sorted[i].value;
+      const double share = (probability * all - below) / sorted[i].weight;
+      return sorted[i - 1].value + share * (sorted[i].value - sorted[i - 1].value);
+    }
+    below = next;
+  }
+  return sorted.back().value;
+}
+
+double outside_share(const DropRun& run, const VisitedRegion& visited) {
+  if (visited.empty()) return 1.0;
+  const DropHistory& h = run.history;
+  double all = 0.0, outside = 0.0;
+  for (std::size_t i = 0; i + 1 < h.t.size() && h.speed[i] > 0.0; ++i) {
+    const double work = h.load[i] * h.speed[i] * (h.t[i + 1] - h.t[i]);
+    all += work;
+    if (!visited.holds(h.stroke[i], h.speed[i])) outside += work;
+  }
+  return all > 0.0 ? std::clamp(outside / all, 0.0, 1.0) : 1.0;
+}
+
+class Mixer {
+ public:
+  Mixer(const IdentifiedDamper& damper, const DropConditions& conditions,
+        const MixtureOptions& options)
+      : damper_(damper), conditions_(conditions), options_(options), random_(options.seed) {}
+
+  Result<DropMixture> run() {
+    if (auto good = gather(); !good) return good.error();
+    DropMixture out;
+    out.run = components_.front().drop.whole();
+    out.extrapolated_energy_share = outside_share(out.run, VisitedRegion(damper_.visited));
+    out.warnings = std::move(warnings_);
+    draw(out);
+    return out;
+  }
+
+ private:
+  // Makes the components. A hypothesis without a drop is left out with a warning, and the next one is
+  // the first; an Error where none is left.
+  Result<void> gather() {
+    for (std::size_t h = 0; h < damper_.hypotheses.size(); ++h) {
+      const DamperHypothesis one = without_instruments(damper_.hypotheses[h]);
+      auto drop = DropSurrogate::make(one, conditions_);
+      const bool first = components_.empty();
+      if (!drop && h + 1 == damper_.hypotheses.size() && first) return drop.error();
+      if (!drop) {
+        warnings_.push_back(
+            fmt::format("the hypothesis {} (probability {:.2g}) gives no drop and is left out: {}",
+                        name_of(one), one.probability, drop.error().what));
+        continue;
+      }
+      double weight = one.probability * (1.0 - (first ? damper_.unnamed_probability : 0.0));
+      if (first && damper_.unnamed_probability > 0.0) add_unnamed(*drop, one);
+      weight -= add_held(one, weight);
+      weight -= add_zeroed(damper_.hypotheses[h], one, weight);
+      components_.insert(first ? components_.begin() : components_.end(),
+                         Component{weight, std::move(*drop)});
+    }
+    return {};
+  }
+
+  static std::string name_of(const DamperHypothesis& one) {
+    std::string all;
+    for (const std::string& effect : one.effects)
+      all += (all.empty() ? "" : " + ") + effect;
+    return all.empty() ? "\"nothing is missing\"" : all;
+  }
+
+  // A stroke that was measured with a joint that gives under the load is 0 where the transducer was
+  // zeroed: with the strut unloaded, or under the weight. One is as likely as the other. Returns the
+  // weight of what was added.
+  double add_zeroed(const DamperHypothesis& measured, const DamperHypothesis& one, double weight) {
+    const auto& lines = measured.model.effects;
+    const auto joint = std::find_if(lines.begin(), lines.end(), [](const auto& line) {
+      return line.effect == "series_compliance";
+    });
+    if (joint == lines.end()) return 0.0;
+    const double stiffness =
+        value_of(measured.model, {static_cast<std::size_t>(joint - lines.begin()), "k_n", false});
+    DropConditions zeroed = conditions_;
+    zeroed.extended = -measured.model.gravity / stiffness;
+    auto drop = DropSurrogate::make(one, zeroed);
+    if (!drop) return 0.0;
+    components_.push_back({0.5 * weight, std::move(*drop)});
+    return 0.5 * weight;
+  }
+
+  // A number near its bound is exactly there, as where an effect is absent, or on this side of it.
+  // Returns the weight of what was added.
+  double add_held(const DamperHypothesis& one, double weight) {
+    const auto held = held_at_bounds(one);
+    if (!held) return 0.0;
+    auto drop = DropSurrogate::make(*held, conditions_);
+    if (!drop) return 0.0;
+    components_.push_back({weight * held->probability / one.probability, std::move(*drop)});
+    return components_.back().weight;
+  }
+
+  // The share of the unnamed force, of all hypotheses, goes to the first.
+  void add_unnamed(const DropSurrogate& drop, const DamperHypothesis& one) {
+    std::vector<double> stroke, speed, t;
+    drop.path(t, stroke, speed);
+    const ForceAlongPath force = unnamed_force_along(damper_, stroke, speed);
+    if (force.modes.empty()) {
+      warnings_.push_back(
+          "it is not known which strokes and velocities the campaign visited, so the band holds no "
+          "unnamed force");
+      return;
+    }
+    auto with = DropSurrogate::make(one, conditions_, &force, &t);
+    if (with)
+      components_.push_back({one.probability * damper_.unnamed_probability, std::move(*with)});
+    else
+      warnings_.push_back("with an unnamed force the drop gives no answer: " + with.error().what);
+  }
+
+  void draw(DropMixture& out) {
+    double all = 0.0;
+    for (const Component& one : components_)
+      all += one.weight;
+    std::vector<std::vector<WeightedValue>> found(kDropFigureCount);
+    HistoryDraws histories;
+    double lost = 0.0;
+    for (Component& one : components_) {
+      if (!(one.weight > 0.0)) continue;
+      const double weight = one.weight / all;
+      const int draws = std::max(400, static_cast<int>(weight * options_.draws));
+      const DrawnFigures drawn = one.drop.draw(weight, draws, options_.exact_draws, random_);
+      lost += weight * drawn.lost_share;
+      for (const auto& figures : drawn.figures) {
+        for (std::size_t f = 0; f < kDropFigureCount; ++f) {
+          if (std::isfinite(figures[f]))
+            found[f].push_back({figures[f], weight / static_cast<double>(drawn.figures.size())});
+        }
+      }
+      one.drop.draw_history(weight, random_, histories);
+    }
+    out.bottoming_probability = lost;
+    const double tail = 0.5 * (1.0 - options_.confidence);
+    const DropSurrogate& first = components_.front().drop;
+    for (std::size_t f = 0; f < kDropFigureCount; ++f) {
+      MixtureBand band;
+      band.value = first.center().figures[f];
+      band.linear_error = first.linear_error(f);
+      const double quantile = first.quantile(1.0 - tail);
+      band.linear_lower = band.value - quantile * band.linear_error;
+      band.linear_upper = band.value + quantile * band.linear_error;
+      std::sort(found[f].begin(), found[f].end(),
+                [](const auto& a, const auto& b) { return a.value < b.value; });
+      band.lower = found[f].empty() ? band.value : weighted_quantile(found[f], tail);
+      band.upper = found[f].empty() ? band.value : weighted_quantile(found[f], 1.0 - tail);
+      out.bands.push_back(band);
+    }
+    histories.into(tail, out.history.t, out.history.stroke_lower, out.history.stroke_upper,
+                   out.history.load_lower, out.history.load_upper);
+  }
+
+  const IdentifiedDamper& damper_;
+  const DropConditions& conditions_;
+  const MixtureOptions& options_;
+  std::mt19937_64 random_;
+  std::vector<Component> components_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace
+
+Result<DropMixture> predict_drop(const IdentifiedDamper& damper, const DropConditions& conditions,
+                                 const MixtureOptions& options) {
+  return Mixer(damper, conditions, options).run();
+}
+
+}  // namespace shaker::estimator

@@ -1,0 +1,56 @@
+// The honest band of a drop: a mixture over the hypotheses that a campaign does not exclude.
+//
+// Each hypothesis has its own parameters and covariance, and a drop of its own. With the probability
+// that something unnamed acts, the first one also has a random force (unnamed_force.hpp). Draws of
+// all together give the interval. Of each hypothesis the figures are taken as quadratic along the
+// principal axes of its covariance, from drops at two standard errors on either side; where that is
+// not enough, each draw is a drop of its own.
+//
+// The effects of sensors and exciter stay on the shaker: they are taken off first.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "estimator/time/drop.hpp"
+#include "estimator/time/identified_damper.hpp"
+
+namespace shaker::estimator {
+
+struct MixtureOptions {
+  int draws = 8000;
+  int exact_draws = 100;  // of a hypothesis whose figures are not quadratic
+  unsigned long seed = 1;
+  double confidence = 0.95;
+};
+
+struct MixtureBand {
+  double value = 0.0;  // of the first hypothesis
+  double lower = 0.0, upper = 0.0;
+  // Of the first hypothesis alone, linearised: what its parameters leave open.
+  double linear_error = 0.0, linear_lower = 0.0, linear_upper = 0.0;
+};
+
+// Bands of the curves at some times of the history.
+struct HistoryBand {
+  std::vector<double> t, stroke_lower, stroke_upper, load_lower, load_upper;
+};
+
+struct DropMixture {
+  DropRun run;                     // of the first hypothesis
+  std::vector<MixtureBand> bands;  // one for each of kDropFigures
+  HistoryBand history;
+  // Share of the energy absorbed up to the peak stroke, outside of the strokes and velocities that
+  // the campaign visited.
+  double extrapolated_energy_share = 1.0;
+  double bottoming_probability = 0.0;  // that a draw gives no drop: the stroke ends before it turns
+  std::vector<std::string> warnings;
+};
+
+// An Error if the drop of the first hypothesis fails. Blocks for some tenths of a second. Throws
+// std::invalid_argument as DropTest does.
+Result<DropMixture> predict_drop(const IdentifiedDamper& damper, const DropConditions& conditions,
+                                 const MixtureOptions& options = {});
+
+}  // namespace shaker::estimator

@@ -1,0 +1,39 @@
+// The force that no hypothesis names: a smooth random function of stroke and velocity.
+//
+// A Gaussian process with mean 0 (C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for
+// Machine Learning (2006), ch. 2). Where the campaign was, it is held to what the campaign left
+// there. Away from there it widens: with the square of the velocity, as the forces of oil do, and
+// in proportion to the distance in stroke. A part of it may jump where the velocity reverses, as
+// friction does.
+#pragma once
+
+#include <vector>
+
+#include "estimator/time/identified_damper.hpp"
+
+namespace shaker::estimator {
+
+struct ForceAlongPath {
+  std::vector<double> mean;                // at the points of the path, m/s^2
+  std::vector<std::vector<double>> modes;  // independent, each times a standard normal variate
+};
+
+// The force along a path of strokes (m) and velocities (m/s), at most `most` modes that together
+// hold all but `left` of its variance. Empty where the damper has no visited cells.
+ForceAlongPath unnamed_force_along(const IdentifiedDamper& damper,
+                                   const std::vector<double>& stroke,
+                                   const std::vector<double>& velocity, std::size_t most = 10,
+                                   double left = 1e-3);
+
+// Whether a point lies within the hull of what was visited.
+class VisitedRegion {
+ public:
+  explicit VisitedRegion(const std::vector<VisitedCell>& cells);
+  bool holds(double stroke, double velocity) const;
+  bool empty() const { return hull_.size() < 3; }
+
+ private:
+  std::vector<VisitedCell> hull_;  // convex, counter-clockwise
+};
+
+}  // namespace shaker::estimator

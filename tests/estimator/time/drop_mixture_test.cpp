@@ -1,0 +1,151 @@
+// The honest band of a drop: hypotheses, bounds, instruments, and the unnamed force.
+#include "estimator/time/drop_mixture.hpp"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "../fixtures.hpp"
+#include "estimator/time/unnamed_force.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+using namespace testing;
+
+constexpr std::size_t kPeakStroke = 0;
+
+DamperHypothesis oscillator_with(double damping, double error) {
+  DamperHypothesis h;
+  h.model = linear_oscillator();
+  h.model.effects[0].parameters["c"].start = damping;
+  h.model.effects[1].parameters["k"].start = 100.0;
+  h.numbers = {{0, "c", false}};
+  h.covariance = {error * error};
+  h.degrees_of_freedom = 1e6;
+  h.probability = 1.0;
+  return h;
+}
+
+// u'' + c u' + 100 u = 0 from u = 0, u' = 1.
+double peak_stroke(double damping) {
+  const double decay = 0.5 * damping, damped = std::sqrt(100.0 - decay * decay);
+  return std::exp(-decay * std::atan2(damped, decay) / damped) / 10.0;
+}
+
+DropMixture predicted(const IdentifiedDamper& damper) {
+  auto drop = predict_drop(damper, {1.0, 0.0, 1.5, -1});
+  EXPECT_TRUE(drop.ok()) << (drop.ok() ? "" : drop.error().what);
+  return std::move(*drop);
+}
+
+TEST(DropMixture, OfOneHypothesisIsTheImageOfItsParameter) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {oscillator_with(2.0, 0.1)};
+  const auto drop = predicted(damper);
+  // Student's t of ten degrees of freedom, at 97.5 %.
+  EXPECT_NEAR(drop.bands[kPeakStroke].lower, peak_stroke(2.0 + 2.228 * 0.1), 1e-4);
+  EXPECT_NEAR(drop.bands[kPeakStroke].upper, peak_stroke(2.0 - 2.228 * 0.1), 1e-4);
+  EXPECT_NEAR(drop.bands[kPeakStroke].linear_lower, peak_stroke(2.0 + 1.96 * 0.1), 1e-4);
+}
+
+TEST(DropMixture, HoldsEveryHypothesis) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {oscillator_with(2.0, 0.01), oscillator_with(3.0, 0.01)};
+  damper.hypotheses[0].probability = 0.7;
+  damper.hypotheses[1].probability = 0.3;
+  const auto drop = predicted(damper);
+  EXPECT_NEAR(drop.bands[kPeakStroke].value, peak_stroke(2.0), 1e-7);
+  EXPECT_NEAR(drop.bands[kPeakStroke].lower, peak_stroke(3.0), 1e-3);
+  EXPECT_NEAR(drop.bands[kPeakStroke].upper, peak_stroke(2.0), 1e-3);
+  EXPECT_LT(drop.bands[kPeakStroke].linear_upper - drop.bands[kPeakStroke].linear_lower,
+            0.1 * (drop.bands[kPeakStroke].upper - drop.bands[kPeakStroke].lower));
+}
+
+TEST(DropMixture, HoldsAnEstimateAtItsBound) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {oscillator_with(2.0, 0.1)};
+  damper.hypotheses[0].model.effects[0].parameters["c"].lower = 2.0;
+  damper.hypotheses[0].numbers.push_back({1, "k", false});
+  damper.hypotheses[0].covariance = {0.01, 0.0, 0.0, 0.01};
+  const auto drop = predicted(damper);
+  EXPECT_GE(drop.bands[kPeakStroke].upper, peak_stroke(2.0));
+  EXPECT_LT(drop.bands[kPeakStroke].lower, peak_stroke(2.15));
+  EXPECT_GT(drop.bands[kPeakStroke].lower, peak_stroke(2.0 + 4.0 * 0.1));
+}
+
+TEST(DropMixture, LeavesTheInstrumentsOnTheShaker) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {oscillator_with(2.0, 0.1)};
+  const auto alone = predicted(damper);
+  auto& h = damper.hypotheses[0];
+  h.model.effects.insert(h.model.effects.begin(), effect("exciter_delay"));
+  h.model.effects.push_back(effect("sensor_gain"));
+  h.numbers = {{3, "G", false}, {1, "c", false}};
+  h.covariance = {1.0, 0.05, 0.05, 0.01};
+  const auto drop = predicted(damper);
+  for (std::size_t f = 0; f < kDropFigureCount; ++f) {
+    if (!std::isfinite(alone.bands[f].value)) continue;
+    EXPECT_DOUBLE_EQ(drop.bands[f].value, alone.bands[f].value);
+    EXPECT_DOUBLE_EQ(drop.bands[f].upper, alone.bands[f].upper);
+  }
+}
+
+IdentifiedDamper visited_ring() {
+  IdentifiedDamper damper;
+  damper.hypotheses = {oscillator_with(2.0, 0.001)};
+  for (int i = 0; i < 40; ++i)
+    damper.visited.push_back({0.02 * std::cos(0.157 * i), 0.2 * std::sin(0.157 * i), 0.0, 0.0});
+  damper.unnamed_probability = 1.0;
+  damper.unnamed_force = 0.01;
+  return damper;
+}
+
+double deviation(const ForceAlongPath& force, std::size_t at) {
+  double squares = 0.0;
+  for (const auto& mode : force.modes)
+    squares += mode[at] * mode[at];
+  return std::sqrt(squares);
+}
+
+TEST(UnnamedForce, WidensOutsideOfWhatWasVisited) {
+  const auto force =
+      unnamed_force_along(visited_ring(), {0.02, 0.02, 0.1, 0.0}, {0.0, 0.4, 0.4, 2.0}, 4, 1e-9);
+  EXPECT_LT(deviation(force, 0), 0.01);
+  EXPECT_GT(deviation(force, 1), 0.02);
+  EXPECT_GT(deviation(force, 2), deviation(force, 1));
+  EXPECT_GT(deviation(force, 3), 10.0 * deviation(force, 1));
+}
+
+TEST(UnnamedForce, FollowsWhatTheCampaignLeft) {
+  auto damper = visited_ring();
+  for (VisitedCell& cell : damper.visited) {
+    cell.force = 0.5;
+    cell.standard_error = 0.01;
+  }
+  const auto force = unnamed_force_along(damper, {0.02, 0.0}, {0.0, 0.2});
+  EXPECT_NEAR(force.mean[0], 0.5, 0.05);
+  EXPECT_NEAR(force.mean[1], 0.5, 0.05);
+}
+
+TEST(UnnamedForce, MakesTheBandWider) {
+  auto damper = visited_ring();
+  const auto wide = predicted(damper);
+  damper.unnamed_probability = 0.0;
+  const auto narrow = predicted(damper);
+  EXPECT_GT(wide.bands[kPeakStroke].upper - wide.bands[kPeakStroke].lower,
+            3.0 * (narrow.bands[kPeakStroke].upper - narrow.bands[kPeakStroke].lower));
+}
+
+TEST(VisitedRegion, IsTheHullOfItsCells) {
+  const VisitedRegion region(visited_ring().visited);
+  EXPECT_TRUE(region.holds(0.0, 0.0));
+  EXPECT_TRUE(region.holds(0.01, 0.1));
+  EXPECT_FALSE(region.holds(0.019, 0.19));
+  EXPECT_FALSE(region.holds(0.0, 0.3));
+  EXPECT_FALSE(VisitedRegion({}).holds(0.0, 0.0));
+}
+
+}  // namespace
+}  // namespace shaker::estimator
