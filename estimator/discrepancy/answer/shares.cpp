@@ -10,8 +10,11 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
-constexpr double kWorthNaming = 0.005;    // of probability
-constexpr double kUnknown = 0.02;         // that there is something unknown, before the data
+constexpr double kWorthNaming = 0.005;  // of probability
+constexpr double kUnknown = 0.02;       // that there is something unknown, before the data
+// That the unknown stands beside a named effect, over that the effect only imitates it. Dampers
+// that lack several things have the unknown beside the effects as a rule (docs/dirty_suite.md).
+constexpr double kUnknownBeside = 0.1;
 constexpr double kIndependent = 4.0;      // numbers in a run's model error: its parts hang together
 constexpr double kShareOfRecord = 0.125;  // of a record's
 
@@ -108,7 +111,7 @@ double own_part(const Hypothesis& h, const std::string& effect, const Naming& fo
   }
   const double left = std::min(1.0, selection.left_of(h, *without));
   const auto steps = static_cast<int>(h.effects.size() - without->effects.size());
-  return kUnknown / (kUnknown + chance_to_imitate(left, steps));
+  return kUnknownBeside / (kUnknownBeside + chance_to_imitate(left, steps));
 }
 
 // Of all names together: with something left, the share of the gap's square that is closed.

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/fit/corners.hpp"
+#include "estimator/discrepancy/fit/predicted_runs.hpp"
 #include "estimator/math/box_minimum.hpp"
 #include "estimator/math/dense.hpp"
 
@@ -33,16 +34,12 @@ struct Normal {
   VectorXd with_clock;             // its products with the influence of the time base
 };
 
-bool counts(const RunDatum& datum) {
-  return datum.role == Role::fit;
-}
-
 Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   const auto q = static_cast<Index>(fit.free.size());
   Normal n{MatrixXd::Zero(q, q), VectorXd::Zero(q), 0.0, {}, VectorXd::Zero(q)};
   double misfit = 0.0, size = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    if (!counts(data[r])) continue;
+    if (!is_fitted(data[r])) continue;
     const VectorXd e = whitened_residual(fit, data, r);
     n.jacobian.push_back(whitened_jacobian(fit, data, r, fit.free));
     const MatrixXd& j = n.jacobian.back();
@@ -69,7 +66,7 @@ VectorXd gradient_by(const Normal& before, const HarmonicFit& fit,
   double misfit = 0.0, size = 0.0;
   auto j = before.jacobian.begin();
   for (std::size_t r = 0; r < data.size(); ++r) {
-    if (!counts(data[r])) continue;
+    if (!is_fitted(data[r])) continue;
     const VectorXd e = whitened_residual(fit, data, r);
     gradient += (j++)->transpose() * e;
     if (data[r].clock.size() == 0) continue;
@@ -78,46 +75,6 @@ VectorXd gradient_by(const Normal& before, const HarmonicFit& fit,
     size += k.squaredNorm();
   }
   return gradient - before.with_clock * (misfit / (1.0 + size));
-}
-
-bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
-                 const std::vector<double>& theta, HowFar search) {
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (!counts(data[r])) continue;
-    if (!fit.predictions[r].at(theta, search)) return false;
-  }
-  return true;
-}
-
-constexpr double kFirstStride = 0.25, kLeastStride = 1.0 / 64;
-
-// Along the straight way between two sets of parameters, from the solution at the first of them.
-bool walk(Prediction& prediction, const std::vector<double>& from, const std::vector<double>& to) {
-  if (!prediction.at(from, HowFar::patient)) return false;
-  std::vector<double> theta = from;
-  double done = 0.0;
-  for (double stride = kFirstStride; done < 1.0 && stride >= kLeastStride;) {
-    const double next = std::min(1.0, done + stride);
-    for (std::size_t k = 0; k < theta.size(); ++k)
-      theta[k] = next < 1.0 ? from[k] + next * (to[k] - from[k]) : to[k];
-    const bool there = prediction.at(theta, HowFar::near);
-    if (there) done = next;
-    stride *= there ? 2.0 : 0.5;
-  }
-  return done >= 1.0;
-}
-
-// Runs that are held out know the solution where the fit began, which may be far from where it
-// ended.
-bool predict_held_out(HarmonicFit& fit, const std::vector<RunDatum>& data,
-                      const std::vector<double>& began, HowFar search) {
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (counts(data[r])) continue;
-    Prediction& prediction = fit.predictions[r];
-    if (prediction.at(fit.theta, HowFar::patient) || walk(prediction, began, fit.theta)) continue;
-    if (search != HowFar::from_rest || !prediction.at(fit.theta, search)) return false;
-  }
-  return true;
 }
 
 // Minimises the quadratic of (gram + lambda diag) step = gradient inside the box.
@@ -319,7 +276,7 @@ MatrixXd whitened_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& 
 double clock_error(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   double misfit = 0.0, size = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    if (!counts(data[r]) || data[r].clock.size() == 0) continue;
+    if (!is_fitted(data[r]) || data[r].clock.size() == 0) continue;
     const VectorXd k = whitened(data[r], data[r].clock);
     misfit += k.dot(whitened_residual(fit, data, r));
     size += k.squaredNorm();
@@ -352,10 +309,9 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
     if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);
     for (std::size_t before = 0; before < r; ++before)
       fit.predictions[r].share(fit.predictions[before]);
-    if (counts(data[r])) fit.observations += static_cast<int>(data[r].response.size());
+    if (is_fitted(data[r])) fit.observations += static_cast<int>(data[r].response.size());
   }
-  const std::vector<double> began = fit.theta;
-  if (!predict_all(fit, data, fit.theta, how_far(options))) {
+  if (!predict_all(fit, data, fit.theta, how_far(options)) && !admit(fit, data, how_far(options))) {
     fit.trouble = fmt::format(
         "{}: there is no {} at the start of the estimation; give starting values nearer to the "
         "damper's",
@@ -363,6 +319,7 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
     lose(fit);
     return fit;
   }
+  const std::vector<double> began = fit.theta;
   iterate(fit, data, options);
   if (!std::isfinite(fit.chi_squared)) {
     fit.trouble =

@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 constexpr std::size_t kArcs = 32, kFewestInArc = 24;
 constexpr int kMaxStepsPerSample = 8;  // of the integration between two samples
 constexpr int kPointsPerSample = 4;    // times as many points of the excitation as samples
-constexpr int kMostRounds = 8;         // of closing the arcs
+constexpr int kMostRounds = 30;        // of closing the arcs
 constexpr double kClosed = 1e-4;       // of a state's size: a linear correction does the rest
 constexpr double kFelt = 0.1;  // of all data's standard errors together: what steps may move
 constexpr double kUnstable = 2.6;

@@ -80,9 +80,9 @@ TEST(Shares, AskMoreOfASecondNameThanToBeTheBestOfManyPairs) {
 
 TEST(Shares, DoubtANameBesideAnUnknownAsOftenAsTheUnknownIsImitated) {
   // A quarter of the squared gap remains. An unknown effect alone is imitated so well in a
-  // quarter of all cases; the probability that both effects are present is 0.02.
+  // quarter of all cases; that it stands beside the named effect is 0.1 times as frequent.
   const Found quarter({leaving({"tyre"}, 2.5e5, -1e5)}, false, 0.0);
-  EXPECT_NEAR(quarter.probability_of("tyre"), 0.02 / 0.27, 1e-6);
+  EXPECT_NEAR(quarter.probability_of("tyre"), 0.1 / 0.35, 1e-6);
   // No effect imitates another to a millionth.
   const Found nearly({leaving({"tyre"}, 250.0, -120.0)}, false, 0.0);
   EXPECT_EQ(nearly.probability_of("tyre"), kMostUnexplained);
@@ -95,8 +95,8 @@ TEST(Shares, DoubtANameBesideAnUnknownAsOftenAsTheUnknownIsImitated) {
 TEST(Shares, DoubtTheFirstOfTwoThatCloseAGapTogether) {
   const Hypothesis one = leaving({"tyre"}, 3e5, -1.2e5);
   const Found both({one, leaving({"cavitation", "tyre"}, 3e4, -1.2e4)}, false, 0.0);
-  EXPECT_NEAR(both.probability_of("tyre"), 0.02 / (0.02 + 0.03 * (1.0 - std::log(0.03))), 1e-6);
-  EXPECT_NEAR(both.probability_of("cavitation"), 0.02 / (0.02 + 0.1), 1e-6);
+  EXPECT_NEAR(both.probability_of("tyre"), 0.1 / (0.1 + 0.03 * (1.0 - std::log(0.03))), 1e-6);
+  EXPECT_NEAR(both.probability_of("cavitation"), 0.1 / (0.1 + 0.1), 1e-6);
 }
 
 // By simulation: the remaining fractions are uniform on 0..1, one for each effect.

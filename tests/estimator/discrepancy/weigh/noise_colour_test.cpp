@@ -9,6 +9,7 @@
 
 #include "estimator/discrepancy/diagnose.hpp"
 #include "estimator/discrepancy/weigh/transient.hpp"
+#include "tests/estimator/discrepancy/free_decay.hpp"
 #include "tests/estimator/discrepancy/records.hpp"
 #include "tests/estimator/fixtures.hpp"
 #include "tests/sanitized.hpp"
@@ -148,6 +149,46 @@ TEST(NoiseColour, OfTheExcitationGoesThroughTheModel) {
   }
   const HarmonicFit again = fit_harmonics(oscillator(), data, fit.theta, &fit, {});
   EXPECT_GT(chance_along_motion(again, data, {}).value_or(0.0), 1e-3);
+}
+
+// Three free decays with friction from about this stroke, in coloured noise: the fit of the
+// oscillator without friction.
+Fit decays(double friction, double from, std::uint64_t seed) {
+  std::vector<Recording> records;
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    const auto force = [&](double u, double v) {
+      return 80.0 * u + 0.8 * v + friction * std::tanh(v / 5e-3);
+    };
+    const double start = from * (1.0 + 0.3 * static_cast<double>(i));
+    records.push_back(
+        coloured(testing::decay_of(force, {.start = start, .seed = seed + i}), seed + 100 + i));
+    records.back().name = "r" + std::to_string(i + 1);
+  }
+  auto runs = transient_runs(records, oscillator());
+  HarmonicFit fit = fit_transient(oscillator(), *runs, {});
+  return {std::move(*runs), std::move(fit)};
+}
+
+TEST(NoiseColour, IsStationaryAndSmall) {
+  int refused = 0;
+  for (std::uint64_t seed = 10; seed <= 60; seed += 10) {
+    const Fit of = decays(0.0, 0.03, seed);
+    ASSERT_TRUE(of.fit.trouble.empty()) << of.fit.trouble;
+    refused += may_be_noise(of.fit, of.runs.data, 0.01) ? 0 : 1;
+  }
+  EXPECT_LE(refused, 1);
+}
+
+// What a model without friction leaves ends with the motion, which noise does not.
+TEST(NoiseColour, DoesNotEndWithTheMotion) {
+  const Fit of = decays(0.03, 0.3, 10);
+  ASSERT_TRUE(of.fit.trouble.empty()) << of.fit.trouble;
+  for (std::size_t r = 0; r < of.runs.data.size(); ++r) {
+    const Eigen::VectorXd& seen = of.runs.data[r].response;
+    const Eigen::VectorXd left = seen - of.fit.predictions[r].value();
+    EXPECT_LT(left.norm(), 0.1 * seen.norm());
+  }
+  EXPECT_FALSE(may_be_noise(of.fit, of.runs.data, 0.01));
 }
 
 TEST(NoiseColour, RaisesNoAlarm) {

@@ -140,6 +140,39 @@ TEST(Transient, FitsAModelFarFromTheRecords) {
   }
 }
 
+// The gas column of the start values is shorter than the measured stroke: the model has no force
+// there.
+TEST(Transient, FitsDropsFromAGasColumnThatIsTooShort) {
+  auto model = estimator::testing::oleo();
+  const auto runs = transient_runs(drops({}, 11).runs, model);
+  ASSERT_TRUE(runs) << runs.error().what;
+  double deepest = 0.0;
+  for (const RunDatum& datum : runs->data)
+    deepest = std::max(deepest, datum.sampled->u.maxCoeff());
+  model.effects[1].parameters["theta3"].start = 1.1 / deepest;
+  const HarmonicFit fit = fit_transient(model, *runs, {});
+  ASSERT_TRUE(fit.trouble.empty()) << fit.trouble;
+  EXPECT_LT(fit.chi_squared, 1.5 * fit.observations);
+  EXPECT_NEAR(fit.theta[0], 16.6667, 0.02);
+  EXPECT_NEAR(fit.theta[2], 5.31496, 0.02);
+}
+
+// A damper that the model is far from: its response is closed by steps that each take only a part
+// of the rest.
+TEST(Transient, FitsDropsOfADamperWithStrongFriction) {
+  auto model = estimator::testing::oleo();
+  const auto runs = transient_runs(drops({{"coulomb_friction", 2.5}}, 11).runs, model);
+  ASSERT_TRUE(runs) << runs.error().what;
+  const HarmonicFit fit = fit_transient(model, *runs, {});
+  ASSERT_TRUE(fit.trouble.empty()) << fit.trouble;
+  for (std::size_t r = 0; r < runs->data.size(); ++r) {
+    const Eigen::VectorXd& seen = runs->data[r].response;
+    const Eigen::VectorXd left = seen - fit.predictions[r].value();
+    const auto moving = seen.size() - 1;  // without the mean
+    EXPECT_LT(left.tail(moving).norm(), 0.15 * seen.tail(moving).norm());
+  }
+}
+
 // A dynamometer that imposes a motion without a period: friction and viscous damping.
 Recording shaken(double friction, std::uint64_t seed) {
   std::mt19937_64 source(seed);

@@ -1,0 +1,87 @@
+"""A few campaigns of the dirty world, and the sums of the suite."""
+import json
+import os
+import pathlib
+import random
+import sys
+import tempfile
+import unittest
+
+BUILD = pathlib.Path(os.environ["SHAKER_BUILD"])
+sys.path.insert(0, str(pathlib.Path(os.environ["SHAKER_SOURCE"]) / "bench"))
+
+import dirty_suite  # noqa: E402
+
+
+def line(index: int, name: str, probability: float, seconds: float = 1.0) -> dict:
+    """Of a campaign that lacks coulomb_friction, with one name as the answer."""
+    return {"index": index, "seed": 1, "kind": dirty_suite.KINDS[index % 5], "holds": "effects", "changes": "zero",
+            "effects": ["coulomb_friction"], "unknown": "cogging", "largest": "coulomb_friction", "gap_alone": 3e-4,
+            "verdict": "unexplained", "names": [{"name": name, "probability": probability, "set": []}],
+            "after": 1e-4 * (index % 7), "expected_noise": 4e-4, "seconds": seconds}
+
+
+class Campaigns(unittest.TestCase):
+    """The answers of the real program."""
+
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            cls.lines = [dirty_suite.one(BUILD, pathlib.Path(folder), 1, index, False) for index in (10, 16, 20, 21)]
+
+    def test_what_is_hidden_most_is_named_first(self):
+        for x in self.lines:
+            self.assertTrue(dirty_suite.in_set(x), x)
+        self.assertGreaterEqual(sum(map(dirty_suite.first_right, self.lines)), 3, self.lines)
+
+    def test_nothing_is_called_adequate_and_no_wrong_name_is_sure(self):
+        for x in self.lines:
+            self.assertIn(x["verdict"], ("explained", "unexplained"), x)
+            self.assertFalse(dirty_suite.wrong_and_sure(x), x)
+
+
+class Sums(unittest.TestCase):
+    """The figures of given answers, counted by hand."""
+
+    def setUp(self):
+        draws = random.Random(3)
+        self.lines = [line(i, "coulomb_friction" if draws.random() < 0.7 else "end_stop", draws.random(), draws.random())
+                      for i in range(130)]
+
+    def test_the_figures_are_the_same_for_1_7_and_64_parts(self):
+        whole = dirty_suite.report(self.lines)
+        for parts in (1, 7, 64):
+            with tempfile.TemporaryDirectory() as folder:
+                files = []
+                for part in range(parts):
+                    files.append(f"{folder}/{part}.jsonl")
+                    pathlib.Path(files[-1]).write_text("".join(json.dumps(x) + "\n" for x in self.lines[part::parts]))
+                random.Random(parts).shuffle(files)
+                self.assertEqual(dirty_suite.report(dirty_suite.merged(files)), whole)
+
+    def test_a_part_that_is_missing_or_given_twice_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            part = pathlib.Path(folder) / "part.jsonl"
+            part.write_text("".join(json.dumps(x) + "\n" for x in self.lines[1::2]))
+            for files in ([part], [part, part]):
+                with self.assertRaisesRegex(SystemExit, "give every part once"):
+                    dirty_suite.merged(files)
+
+    def test_names_are_judged_by_what_is_hidden(self):
+        right, wrong = line(0, "coulomb_friction", 0.95), line(1, "end_stop", 0.95)
+        self.assertTrue(dirty_suite.first_right(right) and not dirty_suite.wrong_and_sure(right))
+        self.assertTrue(dirty_suite.wrong_and_sure(wrong) and not dirty_suite.in_set(wrong))
+        wrong["names"][0]["set"] = ["coulomb_friction"]
+        self.assertTrue(dirty_suite.in_set(wrong))
+
+    def test_probabilities_are_scored(self):
+        said = [(0.9, True), (0.9, True), (0.9, False), (0.2, False)]
+        self.assertAlmostEqual(dirty_suite.brier(said), (0.01 + 0.01 + 0.81 + 0.04) / 4)
+        self.assertAlmostEqual(dirty_suite.calibration_error(said), (3 * (0.9 - 2 / 3) + 0.2) / 4)
+
+    def test_the_gap_is_held_against_what_the_unknown_makes(self):
+        self.assertAlmostEqual(dirty_suite.expected_gap(line(0, "end_stop", 0.5)), 5e-4)
+
+
+if __name__ == "__main__":
+    unittest.main()
