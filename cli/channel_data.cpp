@@ -102,7 +102,8 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
   if (!table) return table.error();
   // A force is divided by the mass below.
   const ModelUnits units = {out.model.length_unit, 1.0};
-  if (auto good = to_model_units(*table, options.file().string(), units); !good) return good.error();
+  if (auto good = to_model_units(*table, options.file().string(), units); !good)
+    return good.error();
   // Times and excitation are read as for one channel; then all channels are treated alike.
   CsvTable first;
   first.columns["t"] = table->columns.at("t");

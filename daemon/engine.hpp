@@ -109,7 +109,7 @@ class Engine {
   void set_client_count(int clients);
   void publish(const protocol::Document& document);  // for a worker; in order with the engine's own
 
-  State state() const;  // any thread; no earlier than the last published document
+  State state() const;    // any thread; no earlier than the last published document
   double ramp_s() const;  // duration of the ramp
   protocol::StateDocument state_document() const;
 
