@@ -37,7 +37,13 @@ struct Place {
   }
 };
 
+std::size_t elements_of(const matvar_t& v) {
+  if (v.rank < 1 || v.dims == nullptr) return 0;
+  return std::accumulate(v.dims, v.dims + v.rank, std::size_t{1}, std::multiplies<>());
+}
+
 bool is_empty(const matvar_t& v) {
+  if (v.dims == nullptr) return true;
   for (int d = 0; d < v.rank; ++d)
     if (v.dims[d] == 0) return true;
   return v.rank < 1 || v.data == nullptr;
@@ -58,19 +64,21 @@ Result<Matrix> matrix_of(const matvar_t& v, const Place& place, const std::strin
   if (matrix.rows > kMaxCsvRows || matrix.columns > kMaxCsvRows / matrix.rows)
     return place.wrong(field, fmt::format("has more than {} numbers; cut it", kMaxCsvRows));
   const std::size_t count = matrix.rows * matrix.columns;
-  if (v.class_type == MAT_C_DOUBLE)
-    append<double>(v, count, matrix.values);
-  else if (v.class_type == MAT_C_SINGLE)
+  const bool single = v.class_type == MAT_C_SINGLE;
+  if (!single && v.class_type != MAT_C_DOUBLE)
+    return place.wrong(field, "holds no numbers of class double or single; convert it");
+  if (count * (single ? sizeof(float) : sizeof(double)) > v.nbytes)
+    return place.wrong(field, "is not complete");
+  if (single)
     append<float>(v, count, matrix.values);
   else
-    return place.wrong(field, "holds no numbers of class double or single; convert it");
+    append<double>(v, count, matrix.values);
   return matrix;
 }
 
 std::string text_of(const matvar_t* v) {
   if (v == nullptr || v->class_type != MAT_C_CHAR || is_empty(*v)) return "";
-  const std::size_t count =
-      std::accumulate(v->dims, v->dims + v->rank, std::size_t{1}, std::multiplies<>());
+  const std::size_t count = elements_of(*v);
   std::string text;
   const bool wide = v->data_type == MAT_T_UINT16 || v->data_type == MAT_T_UTF16;
   for (std::size_t i = 0; i < count && (i + 1) * (wide ? 2 : 1) <= v->nbytes; ++i) {
@@ -86,10 +94,20 @@ std::string text_of(const matvar_t* v) {
   return text;
 }
 
-// Whether `v` has the field of a run, and the lookup of its fields.
+// The lookup of the fields of an element. libmatio's own one fails on a damaged struct, whose
+// names or values are missing.
 Find fields_of(const matvar_t& v, std::size_t index) {
   return [&v, index](const std::string& name) -> const matvar_t* {
-    return Mat_VarGetStructFieldByName(const_cast<matvar_t*>(&v), name.c_str(), index);
+    const std::size_t count = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&v));
+    char* const* names = Mat_VarGetStructFieldnames(&v);
+    if (names == nullptr || v.data == nullptr) return nullptr;
+    const auto* const* fields = static_cast<const matvar_t* const*>(v.data);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t at = index * count + k;
+      if (names[k] != nullptr && name == names[k] && (at + 1) * sizeof(*fields) <= v.nbytes)
+        return fields[at];
+    }
+    return nullptr;
   };
 }
 
@@ -248,8 +266,8 @@ Result<ImportData> read_mat(const std::filesystem::path& file, const ByChannel& 
     names.push_back(name);
     if (v->class_type != MAT_C_STRUCT) continue;
     if (name == "campaign") take_facts(*v, data);
-    const std::size_t count =
-        std::accumulate(v->dims, v->dims + v->rank, std::size_t{1}, std::multiplies<>());
+    const std::size_t count = elements_of(*v);
+    if (count > kMaxCsvRows) continue;
     for (std::size_t i = 0; i < count; ++i) {
       auto done = add(fields_of(*v, i), count == 1 ? name : fmt::format("{}({})", name, i + 1));
       if (!done) return done.error();

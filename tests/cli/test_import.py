@@ -2,12 +2,14 @@
 import csv
 import json
 import math
+import random
 import struct
 import subprocess
 import unittest
 
 import h5py
 import numpy
+import scipy.io
 
 from support import EXAMPLES, MAKE_CAMPAIGN, Scratch, run
 
@@ -245,6 +247,25 @@ class Mat(Import):
             self.refused("damaged.mat: ", damaged)
             said = run("import", damaged, "--out", self.path / "refused").stderr
             self.assertEqual(said.count("\n"), 1, said)
+
+
+    def test_changed_bytes_of_a_struct_never_end_the_program(self):
+        few = {k: v if isinstance(v, str) else v[:60] for k, v in self.variables().items()}
+        scipy.io.savemat(self.path / "whole.mat", {"slow": few})
+        whole, chance = (self.path / "whole.mat").read_bytes(), random.Random(3)
+        self.assertEqual(run("import", self.path / "whole.mat", "--out", self.path / "whole").returncode, 0)
+        damaged = self.path / "damaged.mat"
+        for number in range(80):
+            data = bytearray(whole)
+            for _ in range(chance.choice((1, 2, 5, 20))):
+                at = chance.randrange(128, len(data) - 8)
+                if chance.random() < 0.3:
+                    del data[at:at + chance.randrange(1, 8)]
+                else:
+                    data[at] = chance.randrange(256)
+            damaged.write_bytes(data)
+            done = run("import", damaged, "--out", self.path / f"out{number}")
+            self.assertIn(done.returncode, (0, 2), done.stderr)
 
 
 class Uff(Import):
