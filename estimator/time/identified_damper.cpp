@@ -3,27 +3,22 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
+#include <set>
 #include <utility>
-
-#include <fmt/format.h>
-
-#include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-bool of_the_instruments(const std::string& effect) {
-  const Effect* known = find_effect(effect);
-  return known != nullptr && (known->group() != Group::damper || known->instrument() != nullptr);
-}
-
-const ParameterInfo* info_of(const std::string& effect, const std::string& symbol) {
-  const Effect* known = find_effect(effect);
-  if (known == nullptr) return nullptr;
-  const auto all = known->parameters();
-  const auto found = std::find_if(all.begin(), all.end(),
-                                  [&](const ParameterInfo& p) { return p.symbol == symbol; });
-  return found == all.end() ? nullptr : &*found;
+// The names of the effects of sensors and exciter in the model.
+std::set<std::string, std::less<>> instruments_of(const Model& model) {
+  std::set<std::string, std::less<>> names;
+  for (const Model::Term& term : model.instruments())
+    names.emplace(term.effect->name());
+  for (const Model::Term& term : model.terms()) {
+    if (term.effect->group() != Group::damper) names.emplace(term.effect->name());
+  }
+  return names;
 }
 
 // Fixes number k at `value`: the others follow, and their covariance is that given the value.
@@ -72,8 +67,13 @@ double value_of(const config::ModelSpec& spec, const ModelNumber& number) {
   if (number.constant) return line.constants.at(number.symbol);
   const auto given = line.parameters.find(number.symbol);
   if (given != line.parameters.end() && given->second.start) return *given->second.start;
-  const ParameterInfo* info = info_of(line.effect, number.symbol);
-  return info != nullptr ? info->start : 0.0;
+  const Model model(spec);
+  const auto places = numbers_of(spec, model);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (places[k].line == number.line && places[k].symbol == number.symbol)
+      return model.parameters()[k].start;
+  }
+  return 0.0;
 }
 
 void set_value(config::ModelSpec& spec, const ModelNumber& number, double value) {
@@ -112,16 +112,17 @@ std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesi
 
 DamperHypothesis without_instruments(const DamperHypothesis& hypothesis) {
   DamperHypothesis damper = hypothesis;
+  const auto instruments = instruments_of(Model(hypothesis.model));
   damper.model.effects.clear();
   std::vector<std::size_t> line_of(hypothesis.model.effects.size());
   std::vector<char> kept(line_of.size(), 0);
   for (std::size_t i = 0; i < line_of.size(); ++i) {
-    if (of_the_instruments(hypothesis.model.effects[i].effect)) continue;
+    if (instruments.contains(hypothesis.model.effects[i].effect)) continue;
     kept[i] = 1;
     line_of[i] = damper.model.effects.size();
     damper.model.effects.push_back(hypothesis.model.effects[i]);
   }
-  std::erase_if(damper.effects, of_the_instruments);
+  std::erase_if(damper.effects, [&](const std::string& e) { return instruments.contains(e); });
   std::vector<std::size_t> rows;
   damper.numbers.clear();
   for (std::size_t k = 0; k < hypothesis.numbers.size(); ++k) {
