@@ -88,24 +88,32 @@ std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesi
   constexpr double kNearBound = 2.5;  // standard errors
   const Model model(hypothesis.model);
   const auto places = numbers_of(hypothesis.model, model);
+  const auto parameter_of = [&](const ModelNumber& number) -> const ModelParameter* {
+    for (std::size_t k = 0; k < places.size() && !number.constant; ++k) {
+      if (places[k].line == number.line && places[k].symbol == number.symbol)
+        return &model.parameters()[k];
+    }
+    return nullptr;
+  };
   DamperHypothesis held = hypothesis;
   double log_weight = 0.0;
   for (std::size_t k = held.numbers.size(); k-- > 0;) {
-    const ModelNumber& number = held.numbers[k];
-    const auto at = std::find_if(places.begin(), places.end(), [&](const ModelNumber& p) {
-      return !number.constant && p.line == number.line && p.symbol == number.symbol;
-    });
+    const ModelParameter* p = parameter_of(held.numbers[k]);
     const double error = std::sqrt(held.covariance[k * held.numbers.size() + k]);
-    if (at == places.end() || !(error > 0.0)) continue;
-    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(at - places.begin())];
-    const double value = value_of(held.model, number);
-    const double bound = value - p.lower < p.upper - value ? p.lower : p.upper;
+    if (p == nullptr || !(error > 0.0)) continue;
+    const double value = value_of(held.model, held.numbers[k]);
+    const double bound = value - p->lower < p->upper - value ? p->lower : p->upper;
     const double away = std::fabs(value - bound) / error;
     if (!(away < kNearBound)) continue;
     log_weight -= 0.5 * away * away;
     condition_on(k, bound, held);
   }
   if (held.numbers.size() == hypothesis.numbers.size()) return std::nullopt;
+  for (const ModelNumber& number : held.numbers) {
+    const ModelParameter* p = parameter_of(number);
+    const double value = value_of(held.model, number);
+    if (p != nullptr && !(value >= p->lower && value <= p->upper)) return std::nullopt;
+  }
   held.probability = 0.5 * std::exp(log_weight) * hypothesis.probability;
   return held;
 }
