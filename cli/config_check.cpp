@@ -9,7 +9,9 @@
 #include <fmt/ranges.h>
 
 #include "cli/campaign_folder.hpp"
+#include "cli/campaign_summary.hpp"
 #include "cli/dbc_check.hpp"
+#include "cli/opened_campaign.hpp"
 #include "config/campaign.hpp"
 #include "config/json_tree.hpp"
 #include "config/rig.hpp"
@@ -315,10 +317,31 @@ void check_recorded(const fs::path& file, CheckReport& report) {
   }
 }
 
+void check_database(const fs::path& file, CheckReport& report) {
+  report.kind = "campaign database";
+  const auto summary = summarise(file, true);
+  if (!summary) return add_lines(report.errors, summary.error().what);
+  report.facts.push_back(
+      fmt::format("campaign {}: {} runs", summary->row.name, summary->runs.size()));
+  int accepted = 0;
+  for (const RunSummary& run : summary->runs) {
+    report.facts.push_back(fmt::format("  {}: {:g} Hz, {:g} m/s^2, {} accepted cycles",
+                                       run.row.name, run.row.frequency_hz, run.row.amplitude,
+                                       run.accepted));
+    accepted += static_cast<int>(run.accepted);
+  }
+  if (accepted == 0) report.warnings.push_back("it holds no accepted cycle");
+}
+
 }  // namespace
 
 CheckReport check_file(const fs::path& file, const fs::path& rig_file) {
+  if (place_of(file) == Place::folder) return check_file(file / "campaign.json", rig_file);
   CheckReport report;
+  if (place_of(file) == Place::database) {
+    check_database(file, report);
+    return report;
+  }
   const auto text = config::read_text(file);
   if (!text) return report.errors.push_back(text.error().what), report;
   if (file.extension() == ".dbc") {

@@ -3,27 +3,22 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
+#include <set>
 #include <utility>
-
-#include <fmt/format.h>
-
-#include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-bool of_the_instruments(const std::string& effect) {
-  const Effect* known = find_effect(effect);
-  return known != nullptr && (known->group() != Group::damper || known->instrument() != nullptr);
-}
-
-const ParameterInfo* info_of(const std::string& effect, const std::string& symbol) {
-  const Effect* known = find_effect(effect);
-  if (known == nullptr) return nullptr;
-  const auto all = known->parameters();
-  const auto found = std::find_if(all.begin(), all.end(),
-                                  [&](const ParameterInfo& p) { return p.symbol == symbol; });
-  return found == all.end() ? nullptr : &*found;
+// The names of the effects of sensors and exciter in the model.
+std::set<std::string, std::less<>> instruments_of(const Model& model) {
+  std::set<std::string, std::less<>> names;
+  for (const Model::Term& term : model.instruments())
+    names.emplace(term.effect->name());
+  for (const Model::Term& term : model.terms()) {
+    if (term.effect->group() != Group::damper) names.emplace(term.effect->name());
+  }
+  return names;
 }
 
 // Fixes number k at `value`: the others follow, and their covariance is that given the value.
@@ -72,8 +67,13 @@ double value_of(const config::ModelSpec& spec, const ModelNumber& number) {
   if (number.constant) return line.constants.at(number.symbol);
   const auto given = line.parameters.find(number.symbol);
   if (given != line.parameters.end() && given->second.start) return *given->second.start;
-  const ParameterInfo* info = info_of(line.effect, number.symbol);
-  return info != nullptr ? info->start : 0.0;
+  const Model model(spec);
+  const auto places = numbers_of(spec, model);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (places[k].line == number.line && places[k].symbol == number.symbol)
+      return model.parameters()[k].start;
+  }
+  return 0.0;
 }
 
 void set_value(config::ModelSpec& spec, const ModelNumber& number, double value) {
@@ -88,40 +88,49 @@ std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesi
   constexpr double kNearBound = 2.5;  // standard errors
   const Model model(hypothesis.model);
   const auto places = numbers_of(hypothesis.model, model);
+  const auto parameter_of = [&](const ModelNumber& number) -> const ModelParameter* {
+    for (std::size_t k = 0; k < places.size() && !number.constant; ++k) {
+      if (places[k].line == number.line && places[k].symbol == number.symbol)
+        return &model.parameters()[k];
+    }
+    return nullptr;
+  };
   DamperHypothesis held = hypothesis;
   double log_weight = 0.0;
   for (std::size_t k = held.numbers.size(); k-- > 0;) {
-    const ModelNumber& number = held.numbers[k];
-    const auto at = std::find_if(places.begin(), places.end(), [&](const ModelNumber& p) {
-      return !number.constant && p.line == number.line && p.symbol == number.symbol;
-    });
+    const ModelParameter* p = parameter_of(held.numbers[k]);
     const double error = std::sqrt(held.covariance[k * held.numbers.size() + k]);
-    if (at == places.end() || !(error > 0.0)) continue;
-    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(at - places.begin())];
-    const double value = value_of(held.model, number);
-    const double bound = value - p.lower < p.upper - value ? p.lower : p.upper;
+    if (p == nullptr || !(error > 0.0)) continue;
+    const double value = value_of(held.model, held.numbers[k]);
+    const double bound = value - p->lower < p->upper - value ? p->lower : p->upper;
     const double away = std::fabs(value - bound) / error;
     if (!(away < kNearBound)) continue;
     log_weight -= 0.5 * away * away;
     condition_on(k, bound, held);
   }
   if (held.numbers.size() == hypothesis.numbers.size()) return std::nullopt;
+  for (const ModelNumber& number : held.numbers) {
+    const ModelParameter* p = parameter_of(number);
+    const double value = value_of(held.model, number);
+    if (p != nullptr && !(value >= p->lower && value <= p->upper)) return std::nullopt;
+  }
   held.probability = 0.5 * std::exp(log_weight) * hypothesis.probability;
   return held;
 }
 
 DamperHypothesis without_instruments(const DamperHypothesis& hypothesis) {
   DamperHypothesis damper = hypothesis;
+  const auto instruments = instruments_of(Model(hypothesis.model));
   damper.model.effects.clear();
   std::vector<std::size_t> line_of(hypothesis.model.effects.size());
   std::vector<char> kept(line_of.size(), 0);
   for (std::size_t i = 0; i < line_of.size(); ++i) {
-    if (of_the_instruments(hypothesis.model.effects[i].effect)) continue;
+    if (instruments.contains(hypothesis.model.effects[i].effect)) continue;
     kept[i] = 1;
     line_of[i] = damper.model.effects.size();
     damper.model.effects.push_back(hypothesis.model.effects[i]);
   }
-  std::erase_if(damper.effects, of_the_instruments);
+  std::erase_if(damper.effects, [&](const std::string& e) { return instruments.contains(e); });
   std::vector<std::size_t> rows;
   damper.numbers.clear();
   for (std::size_t k = 0; k < hypothesis.numbers.size(); ++k) {

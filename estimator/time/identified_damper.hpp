@@ -62,7 +62,8 @@ DamperHypothesis without_instruments(const DamperHypothesis& hypothesis);
 
 // The hypothesis with the numbers that stand near a bound fixed there, and the others and their
 // covariance given that. Its probability is half of the whole where a number stands at its bound,
-// and less by the normal density farther away. Nothing where none is near.
+// and less by the normal density farther away. Nothing where none is near,
+// or where that takes another out of its bounds.
 std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesis);
 
 }  // namespace shaker::estimator
