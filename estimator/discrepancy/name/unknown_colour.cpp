@@ -48,7 +48,7 @@ std::optional<OfUnknownColour> without_force(const HarmonicFit& left,
                                              const std::vector<RunDatum>& data, ColourOf of,
                                              const std::vector<Candidate>& catalogue,
                                              const NamingOptions& options) {
-  if (!may_be_noise(left, fitted, options.false_alarm_rate)) return std::nullopt;
+  if (!may_be_noise(left, fitted)) return std::nullopt;
   OfUnknownColour out;
   out.data = with_spectrum_left(left, fitted, data, of);
   HarmonicFit again = fit_harmonics(left.spec, out.data, left.theta, &left, options.fit);

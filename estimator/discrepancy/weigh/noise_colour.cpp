@@ -5,12 +5,10 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include <fmt/format.h>
 
 #include "estimator/discrepancy/detect/scoring.hpp"
-#include "estimator/discrepancy/records/transient_cosines.hpp"
 #include "estimator/discrepancy/records/transient_run.hpp"
 #include "estimator/discrepancy/weigh/excitation_noise.hpp"
 #include "estimator/math/dense.hpp"
@@ -28,7 +26,6 @@ constexpr Index kNarrowest =
 constexpr double kSame = 1e-9;  // of a direction, that is left of it beside the others
 
 constexpr double kMostNoise = 0.1;  // of a response
-constexpr Index kWindows = 8;       // of a record
 
 // Over stroke and velocity within their ranges ({s}, {r}); {w} jumps where the motion turns round.
 constexpr const char* kShapes[] = {"1",
@@ -100,43 +97,15 @@ VectorXd band_powers(const VectorXd& left, VectorXd& count) {
   return power;
 }
 
-// How many independent cosines have the power of these, were they normal: three times the squared
-// sum of their squares over the sum of their fourth powers.
-double independent(const VectorXd& cosines) {
-  const Eigen::ArrayXd squares = cosines.array().square();
-  const double sum = squares.sum();
-  return sum > 0.0 ? 3.0 * sum * sum / squares.square().sum() : 0.0;
-}
-
-// Probability that stationary noise leaves powers so different in the slower and the faster half of
-// the record's windows.
-double chance_of_course(const VectorXd& left, const SampledRun& run) {
-  const VectorXd course = CosineTransform(run.samples()).synthesise(left);
-  const Index length = run.samples() / kWindows;
-  std::vector<std::pair<double, double>> windows;  // speed squared, what is left squared
-  for (Index k = 0; k < kWindows; ++k)
-    windows.emplace_back(run.v.segment(k * length, length).squaredNorm(),
-                         course.segment(k * length, length).squaredNorm());
-  std::sort(windows.begin(), windows.end());
-  double slow = 0.0, fast = 0.0;
-  for (Index k = 0; k < kWindows; ++k)
-    (2 * k < kWindows ? slow : fast) += windows[static_cast<std::size_t>(k)].second;
-  const double freedom = 0.5 * independent(left);
-  const double ratio = std::max(fast, slow) / std::max(std::min(fast, slow), 1e-300);
-  return 2.0 * fisher_f_above(ratio, freedom, freedom);
-}
-
 }  // namespace
 
-bool may_be_noise(const HarmonicFit& fit, const std::vector<RunDatum>& data, double rate) {
-  const double rate_of_run = rate / static_cast<double>(data.size());
+bool may_be_noise(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   for (std::size_t r = 0; r < data.size(); ++r) {
-    if (data[r].role != Role::fit || !data[r].sampled) continue;
+    if (data[r].role != Role::fit) continue;
     VectorXd left = data[r].response - fit.predictions[r].value();
     VectorXd seen = data[r].response;
     left[0] = seen[0] = 0.0;  // a zero is no course
     if (left.norm() > kMostNoise * seen.norm()) return false;
-    if (chance_of_course(left, *data[r].sampled) < rate_of_run) return false;
   }
   return true;
 }

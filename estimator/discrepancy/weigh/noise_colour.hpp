@@ -36,11 +36,8 @@ double spectrum_gain(const HarmonicFit& one, const HarmonicFit& other,
 std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                           const FitOptions& options);
 
-// Whether what `fit` leaves of its runs may be noise, as far as its size and its course say: noise is
-// stationary, and a small part of the response. False where a run leaves more than a tenth of its
-// response. False, too, where the powers that a run leaves in the half of its windows in which it
-// moves slowly and in the other half differ by more than those of stationary noise of the same
-// spectrum do (Fisher's F; of all runs together with probability `rate`).
-bool may_be_noise(const HarmonicFit& fit, const std::vector<RunDatum>& data, double rate);
+// Whether what `fit` leaves of its runs may be noise, as far as its size says. False where a run
+// leaves more than a tenth of its response, without the mean.
+bool may_be_noise(const HarmonicFit& fit, const std::vector<RunDatum>& data);
 
 }  // namespace shaker::estimator::discrepancy
