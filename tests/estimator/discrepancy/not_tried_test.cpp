@@ -80,7 +80,7 @@ TEST(NotTried, NamesWhatCouldNotBeComputed) {
   const Diagnosis d = of_decay(0.05, 1e3);
   expect_whole_catalogue(d);
   const auto found = std::find_if(d.not_tried.begin(), d.not_tried.end(), [](const NotTried& n) {
-    return n.name == "presliding_friction";
+    return n.name == "bouc_wen_hysteresis";
   });
   ASSERT_NE(found, d.not_tried.end());
   EXPECT_TRUE(found->failed);
