@@ -50,6 +50,24 @@ Result<RunData> run_of(const discrepancy::SteadyRun& steady, const std::string& 
   return run;
 }
 
+// Two cycles are too few to see whether they are steady. Where another program, or an export, has
+// put them on one grid of the period, they are taken as they are.
+bool is_on_one_grid(const discrepancy::Recording& recording) {
+  return recording.frequency_hz > 0.0 &&
+         points_of_equal_steps(recording.t, recording.frequency_hz) > 0;
+}
+
+Result<RunData> run_on_grid(const discrepancy::Recording& recording, const std::string& origin,
+                            bool harmonics) {
+  CsvTable table;
+  table.columns["t"] = recording.t;
+  table.columns[recording.excitation.empty() ? "y" : "displacement"] = recording.displacement;
+  if (!recording.excitation.empty()) table.columns["excitation"] = recording.excitation;
+  Dwell dwell = {recording.frequency_hz, std::nullopt, harmonics};
+  if (recording.amplitude > 0.0) dwell.amplitude = recording.amplitude;
+  return run_from_table(table, origin, dwell);
+}
+
 }  // namespace
 
 Result<std::vector<RunData>> runs_of_recordings(const discrepancy::Campaign& campaign,
@@ -69,6 +87,12 @@ Result<std::vector<RunData>> runs_of_recordings(const discrepancy::Campaign& cam
       continue;
     }
     auto steady = discrepancy::steady_cycles(recording);
+    if (!steady && is_on_one_grid(recording)) {
+      auto run = run_on_grid(recording, origin, harmonics);
+      if (!run) return run.error();
+      runs.push_back(std::move(*run));
+      continue;
+    }
     if (!steady)
       return Error{steady.error().kind, fmt::format("{}: {}", place, steady.error().what)};
     warnings.insert(warnings.end(), steady->warnings.begin(), steady->warnings.end());

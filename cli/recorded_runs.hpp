@@ -1,4 +1,5 @@
-// Runs of a campaign's folder for an estimate: recordings are cut into whole steady cycles.
+// Runs of a campaign's folder for an estimate: recordings are cut into whole steady cycles. Fewer
+// than three are taken as they are where their samples stand on one grid of the period.
 #pragma once
 
 #include <string>

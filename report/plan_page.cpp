@@ -41,7 +41,7 @@ std::vector<double> edges_of(std::vector<double> values, bool logarithmic) {
 
 std::vector<double> ascending(std::vector<double> values) {
   std::ranges::sort(values);
-  values.erase(std::ranges::unique(values).begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
 }
 

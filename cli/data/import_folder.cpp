@@ -27,10 +27,9 @@ Json campaign_json(const ImportData& data, const ImportWanted& wanted) {
   static constexpr std::pair<const char*, const char*> kUnits[] = {
       {"displacement", "m"}, {"excitation", "m/s^2"}, {"acceleration", "m/s^2"}, {"force", "N"}};
   Json units = {{"time", "s"}};
-  for (const auto& [channel, unit] : kUnits) {
-    if (std::ranges::any_of(data.runs,
-                            [&](const ImportRun& run) { return run.columns.contains(channel); }))
-      units[channel] = unit;
+  for (const auto& known : kUnits) {
+    const auto holds = [&](const ImportRun& run) { return run.columns.contains(known.first); };
+    if (std::ranges::any_of(data.runs, holds)) units[known.first] = known.second;
   }
   Json runs = Json::array();
   for (const ImportRun& run : data.runs) {

@@ -111,7 +111,9 @@ class AgainstARig(unittest.TestCase):
             by_name = {p["name"]: p for p in shakerd.estimate(self.file)["parameters"]}
             for parameter in shakerd.estimate(folder)["parameters"]:
                 wanted = by_name[parameter["name"]]
-                self.assertLess(abs(parameter["value"] - wanted["value"]), wanted["standard_error"], parameter)
+                # From the same cycles, but cut and weighted anew.
+                error = max(wanted["standard_error"], parameter["standard_error"])
+                self.assertLess(abs(parameter["value"] - wanted["value"]), 3 * error, parameter)
 
     def test_refusals_are_exceptions_with_the_daemons_sentence(self):
         with shakerd.connect(self.rig.socket) as client:
@@ -125,7 +127,7 @@ class AgainstARig(unittest.TestCase):
                 next(client.run(wrong))
             with self.assertRaisesRegex(ValueError, "at most 65536"):
                 client.ask("campaign.start", {"campaign": {"name": "x" * 70000}})
-        with self.assertRaisesRegex(shakerd.ToolFailed, "there is no such file"):
+        with self.assertRaisesRegex(shakerd.ToolFailed, "there is no such campaign"):
             shakerd.estimate("/nowhere.db")
 
 
