@@ -50,15 +50,9 @@ Result<RunData> run_of(const discrepancy::SteadyRun& steady, const std::string& 
   return run;
 }
 
-// Two cycles are too few to see whether they are steady. Where another program, or an export, has
-// put them on one grid of the period, they are taken as they are.
-bool is_on_one_grid(const discrepancy::Recording& recording) {
-  return recording.frequency_hz > 0.0 &&
-         points_of_equal_steps(recording.t, recording.frequency_hz) > 0;
-}
-
-Result<RunData> run_on_grid(const discrepancy::Recording& recording, const std::string& origin,
-                            bool harmonics) {
+// All samples, where no cycles are found steady: too few, or put together by another program.
+Result<RunData> run_of_all_samples(const discrepancy::Recording& recording,
+                                   const std::string& origin, bool harmonics) {
   CsvTable table;
   table.columns["t"] = recording.t;
   table.columns[recording.excitation.empty() ? "y" : "displacement"] = recording.displacement;
@@ -87,14 +81,14 @@ Result<std::vector<RunData>> runs_of_recordings(const discrepancy::Campaign& cam
       continue;
     }
     auto steady = discrepancy::steady_cycles(recording);
-    if (!steady && is_on_one_grid(recording)) {
-      auto run = run_on_grid(recording, origin, harmonics);
-      if (!run) return run.error();
+    if (!steady) {
+      auto run = run_of_all_samples(recording, origin, harmonics);
+      if (!run)
+        return Error{steady.error().kind, fmt::format("{}: {}", place, steady.error().what)};
+      warnings.push_back(steady.error().what + "; all its samples are taken as they are");
       runs.push_back(std::move(*run));
       continue;
     }
-    if (!steady)
-      return Error{steady.error().kind, fmt::format("{}: {}", place, steady.error().what)};
     warnings.insert(warnings.end(), steady->warnings.begin(), steady->warnings.end());
     auto run = run_of(*steady, origin, harmonics);
     if (!run) return run.error();

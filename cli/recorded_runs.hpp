@@ -1,5 +1,5 @@
-// Runs of a campaign's folder for an estimate: recordings are cut into whole steady cycles. Fewer
-// than three are taken as they are where their samples stand on one grid of the period.
+// Runs of a campaign's folder for an estimate: recordings are cut into whole steady cycles.
+// Where none are found, all samples are taken as they are, with a warning.
 #pragma once
 
 #include <string>
