@@ -186,7 +186,7 @@ function(shaker_test name)
   target_compile_definitions(test_${name} PRIVATE
     SHAKER_SOURCE_DIR="${CMAKE_SOURCE_DIR}" SHAKER_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data")
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT 300 LABELS ${room})
+                       PROPERTIES TIMEOUT 600 LABELS ${room})
 endfunction()
 
 # shaker_script_test(NAME COMMAND word... [NEEDS targets...] [TIMEOUT s] [LABELS more...]
