@@ -5,7 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "cli/repetition.hpp"
 #include "cli/run_data.hpp"
+#include "cli/run_over_periods.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/cycles/steady_cycles.hpp"
 
@@ -50,7 +52,8 @@ Result<RunData> run_of(const discrepancy::SteadyRun& steady, const std::string& 
   return run;
 }
 
-// All samples, where no cycles are found steady: too few, or put together by another program.
+// All samples, where no cycles are found steady: too few, or put together by another program. An
+// Error where they do not repeat.
 Result<RunData> run_of_all_samples(const discrepancy::Recording& recording,
                                    const std::string& origin, bool harmonics) {
   CsvTable table;
@@ -59,7 +62,11 @@ Result<RunData> run_of_all_samples(const discrepancy::Recording& recording,
   if (!recording.excitation.empty()) table.columns["excitation"] = recording.excitation;
   Dwell dwell = {recording.frequency_hz, std::nullopt, harmonics};
   if (recording.amplitude > 0.0) dwell.amplitude = recording.amplitude;
-  return run_from_table(table, origin, dwell);
+  auto run = run_from_table(table, origin, dwell);
+  if (!run) return run;
+  auto doubt = doubt_of_repetition(cycles_of(table, dwell.frequency_hz), origin);
+  if (doubt.spoils) return Error{ErrorKind::invalid, std::move(doubt.sentence)};
+  return run;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Runs of a campaign's folder for an estimate: recordings are cut into whole steady cycles.
-// Where none are found, all samples are taken as they are, with a warning.
+// Where none are found, all samples are taken as they are, with a warning, if they repeat.
 #pragma once
 
 #include <string>
