@@ -297,9 +297,7 @@ Result<void> Engine::Impl::cause_persists() const {
 
 // Only an exciter that reports standstill may be told to clear its fault.
 bool Engine::Impl::may_clear() const {
-  const auto* modbus = std::get_if<config::ModbusExciter>(&rig.exciter.device);
-  return modbus && modbus->registers.contains("fault_reset") && status &&
-         since(status->t) <= kExciterSilenceS && !exciter_error && !status->running &&
+  return status && since(status->t) <= kExciterSilenceS && !exciter_error && !status->running &&
          status->fault != 0;
 }
 
@@ -331,6 +329,7 @@ Result<void> Engine::acknowledge(const std::string& who) {
     return Error{ErrorKind::refused,
                  fmt::format("there is no fault to acknowledge; the rig is in {}", name(e.state))};
   }
+  if (e.clearing) return {};
   if (e.may_clear()) {
     e.clearing = Impl::Clearing{who, e.clock.now()};
     e.exciter.clear_fault();

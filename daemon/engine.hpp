@@ -37,7 +37,7 @@ class ExciterCommands {
   virtual void set(const drivers::Setpoint& setpoint) = 0;
   virtual void stop() = 0;                   // immediate, without a ramp; overtakes queued orders
   virtual void keep_alive(bool wanted) = 0;  // whether the heartbeat is sent
-  virtual void clear_fault() = 0;            // the device's own fault, if it can be cleared
+  virtual void clear_fault() = 0;            // the device's own fault, as far as it can be cleared
 };
 
 // Orders to the estimator's thread. Each call returns at once. The answer arrives through

@@ -185,9 +185,10 @@ void Engine::Impl::moves_unasked(const std::string& why, bool sure) {
     return;
   }
   awaits_rest = true;
-  if (again || state == State::fault) return say_may_move(why);
+  const bool in_fault = state == State::fault;
   const std::string what = why + "; it was told to stop";
-  trip(what);
+  if (sure && !in_fault) trip(what);
+  if (again || in_fault) return say_may_move(why);
   alarm("error", "table_moves", what, config::Action::stop);
 }
 

@@ -23,9 +23,7 @@ class InlineExciter final : public ExciterCommands {
 
   void set(const drivers::Setpoint& setpoint) override { keep(exciter_.write(setpoint)); }
   void stop() override { keep(exciter_.stop()); }
-  void clear_fault() override {
-    if (const auto cleared = exciter_.clear_fault(); !cleared) errors_.push_back(cleared.error());
-  }
+  void clear_fault() override { keep(exciter_.clear_fault()); }
   void keep_alive(bool wanted) override {
     alive_ = wanted;
     next_beat_ = clock_.now();

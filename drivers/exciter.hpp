@@ -45,9 +45,9 @@ class Exciter {
   // values.
   virtual Result<void> write(const Setpoint& setpoint) = 0;
   virtual Result<ExciterStatus> read() = 0;
-  // Clears the device's latched fault; returns false if it has no order for this. Moves
-  // nothing.
-  virtual Result<bool> clear_fault() { return false; }
+  // Clears the device's latched fault, as far as it can: stop() disables, which ends a trip of many
+  // a dead-man; a device that has an order for it gets that too. Moves nothing.
+  virtual Result<void> clear_fault() { return stop(); }
   // Sends one heartbeat to the device's dead-man. Called every heartbeat_period_s during
   // motion.
   virtual Result<void> heartbeat() = 0;

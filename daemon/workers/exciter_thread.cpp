@@ -152,7 +152,7 @@ void ExciterThread::obey() {
   if (pending_.stop) return poll_when_due();
   if (barred_) pending_.setpoint.reset();
   if (std::exchange(pending_.clear_fault, false)) {
-    if (const auto cleared = exciter_->clear_fault(); !cleared && !good(cleared.error())) return;
+    if (!good(exciter_->clear_fault())) return;
     next_poll_ = clock_.now();
   }
   if (const auto setpoint = std::exchange(pending_.setpoint, std::nullopt)) {

@@ -67,7 +67,7 @@ class ModbusExciter final : public Exciter {
   Result<void> connect() override { return connection_->connect(); }
   Result<void> write(const Setpoint& setpoint) override;
   Result<ExciterStatus> read() override;
-  Result<bool> clear_fault() override;
+  Result<void> clear_fault() override;
   Result<void> heartbeat() override;
   Result<void> stop() override;
 
@@ -220,16 +220,17 @@ Result<ExciterStatus> ModbusExciter::read() {
 
 // Most controllers react to the rising edge, so 0 is written before 1; some clear the register
 // themselves.
-Result<bool> ModbusExciter::clear_fault() {
+Result<void> ModbusExciter::clear_fault() {
+  const Result<void> stopped = stop();
   const auto found = config_.registers.find("fault_reset");
-  if (found == config_.registers.end()) return false;
+  if (!stopped || found == config_.registers.end()) return stopped;
   for (const double value : {0.0, 1.0}) {
     const Result<Words> words = encode(found->second, value);
     if (!words) return words.error();
     const auto sent = connection_->write(found->second.address, words->span());
     if (!sent) return sent.error();
   }
-  return true;
+  return {};
 }
 
 // Counts 1..32767, which every register type can hold; never 0, which a device may take for "no

@@ -105,6 +105,22 @@ TEST(EngineDistrust, SeesWithinHalfASecondThatTheTableMovesInIdle) {
   EXPECT_EQ(errors(bench), 1);
 }
 
+// The fault is acknowledged before any sensor could show rest, and then another node moves the table.
+TEST(EngineDistrust, SeesThatTheTableMovesInIdleAlsoWhereRestWasNotYetSeen) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  ASSERT_TRUE(bench.engine.emergency_stop("anna").ok());
+  bench.run(0.1);
+  ASSERT_TRUE(bench.engine.acknowledge("anna").ok());
+  ASSERT_EQ(bench.engine.state(), State::idle);
+  bench.exciter.claims_rest = true;
+  bench.exciter.set({3.0, 1.0, true, 0.0});
+  bench.run(0.8);
+  EXPECT_EQ(bench.engine.state(), State::fault);
+  EXPECT_EQ(bench.exciter.amplitude(), 0.0);
+  EXPECT_EQ(bench.outlet.alarms("stop_not_obeyed"), 1);
+}
+
 TEST(EngineDistrust, SaysThatAStopWasRefusedUntilSomebodySeesRest) {
   auto rig = bench_rig();
   EngineBench bench(rig);

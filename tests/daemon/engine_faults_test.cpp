@@ -102,29 +102,8 @@ TEST(EngineFaults, WhatAnExciterReportedBeforeItsLinkWentIsNotHeldAgainstIt) {
   EXPECT_THAT(why, ::testing::Not(HasSubstr("reports motion")));
 }
 
-TEST(EngineFaults, ATripIsAFaultThatLastsUntilTheExciterIsCleared) {
-  EngineBench bench;
-  ASSERT_TRUE(bench.measuring());
-  bench.exciter.fault = 3;
-  ASSERT_TRUE(bench.run_until(State::fault, 0.2));
-  EXPECT_EQ(bench.outlet.alarms("exciter_trip"), 1);
-  bench.run(0.2);
-  EXPECT_THAT(bench.engine.acknowledge("anna").error().what, HasSubstr("reports fault 3"));
-  bench.exciter.fault = 0;
-  bench.run(0.2);
-  EXPECT_TRUE(bench.engine.acknowledge("anna").ok());
-}
-
-config::RigConfig rig_with_a_fault_reset() {
-  auto rig = bench_rig();
-  config::ModbusExciter modbus;
-  modbus.registers["fault_reset"] = {};
-  rig.exciter.device = modbus;
-  return rig;
-}
-
 TEST(EngineFaults, AnAcknowledgementClearsTheExcitersFaultWhereItCan) {
-  EngineBench bench(rig_with_a_fault_reset());
+  EngineBench bench;
   ASSERT_TRUE(bench.measuring());
   bench.exciter.fault = 2;
   ASSERT_TRUE(bench.run_until(State::fault, 0.2));
@@ -136,17 +115,25 @@ TEST(EngineFaults, AnAcknowledgementClearsTheExcitersFaultWhereItCan) {
   EXPECT_THAT(bench.engine.state_document().reason, HasSubstr("acknowledged by anna"));
 }
 
-TEST(EngineFaults, AFaultThatTheExciterKeepsStaysAFault) {
-  EngineBench bench(rig_with_a_fault_reset());
+TEST(EngineFaults, AFaultThatTheExciterKeepsStaysAFaultUntilItIsClearedThere) {
+  EngineBench bench;
   ASSERT_TRUE(bench.measuring());
   bench.exciter.fault = 2;
   bench.exciter.clearable = false;
   ASSERT_TRUE(bench.run_until(State::fault, 0.2));
+  EXPECT_EQ(bench.outlet.alarms("exciter_trip"), 1);
   bench.run(0.2);
-  ASSERT_TRUE(bench.engine.acknowledge("anna").ok());
-  bench.run(3.0);
+  // An impatient client does not put the end of the attempt off.
+  for (int i = 0; i < 30; ++i) {
+    const auto told = bench.engine.acknowledge("anna");
+    ASSERT_TRUE(told.ok()) << i << ": " << told.error().what;
+    bench.run(0.1);
+  }
   EXPECT_EQ(bench.engine.state(), State::fault);
+  EXPECT_EQ(bench.exciter.clears, 2);
   EXPECT_EQ(bench.outlet.alarms("fault_stays"), 1);
+  bench.exciter.fault = 0;
+  EXPECT_TRUE(bench.run_until(State::idle, 0.5)) << "as the last acknowledgement asks";
 }
 
 TEST(EngineFaults, AnExciterThatIsNotReadyOrStopsByItselfEndsTheRun) {

@@ -104,13 +104,13 @@ TEST(ModbusAgainstTheVirtualRig, ClearsATripOnlyWhereTheMapHasAnOrderForIt) {
   ASSERT_TRUE(without) << without.error().what;
   ASSERT_TRUE((*without)->connect());
   EXPECT_EQ((*without)->read()->fault, 2u);
-  EXPECT_FALSE(*(*without)->clear_fault());
+  EXPECT_TRUE((*without)->clear_fault());
   EXPECT_EQ((*without)->read()->fault, 2u);
   config.registers["fault_reset"] = spec(RegisterTable::holding, 10, RegisterType::u16);
   auto with = make_exciter(config, clock);
   ASSERT_TRUE(with) << with.error().what;
   ASSERT_TRUE((*with)->connect());
-  EXPECT_TRUE(*(*with)->clear_fault());
+  EXPECT_TRUE((*with)->clear_fault());
   EXPECT_EQ((*with)->read()->fault, 0u);
 }
 
