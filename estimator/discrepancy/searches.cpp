@@ -9,6 +9,7 @@
 #include "estimator/discrepancy/name/model_error.hpp"
 #include "estimator/discrepancy/name/unknown_colour.hpp"
 #include "estimator/discrepancy/name/weighed_again.hpp"
+#include "estimator/discrepancy/weigh/run_constants.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -24,6 +25,31 @@ Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>
       "what is left is more than the noise above the response, but follows neither stroke nor "
       "velocity nor any effect of the catalogue: it is taken for noise of low frequency; two "
       "records of one excitation would show whether it is");
+  return said;
+}
+
+// Where nothing explains the data, the runs may differ in their zero, preload or gas pressure.
+// Nothing where more than that is missing.
+std::optional<Diagnosis> said_of_run_constants(const Naming& searched,
+                                               const std::vector<RunDatum>& data,
+                                               const std::vector<SteadyRun>& runs,
+                                               const std::vector<Candidate>& catalogue,
+                                               const NamingOptions& options) {
+  if (searched.adequate || searched.explained) return std::nullopt;
+  const HarmonicFit& base = *searched.base.fit;
+  const auto with =
+      with_run_constants(base, searched.base.data ? *searched.base.data : data, data, options.fit);
+  if (!with) return std::nullopt;
+  HarmonicFit again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
+  if (!again.trouble.empty()) return std::nullopt;
+  const Naming found = judge(std::move(again), with->data, catalogue, options);
+  if (!found.adequate) return std::nullopt;
+  Diagnosis said = assemble(found, with->data, runs, catalogue, with->data);
+  const std::string force_unit = base.spec.length_unit + "/s^2";
+  said.warnings.push_back(with->constants.sentence(
+      data.front().kind == Kind::imposed_motion || data.front().by_force ? force_unit
+                                                                         : base.spec.length_unit,
+      force_unit));
   return said;
 }
 
@@ -65,6 +91,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (const auto coloured =
           explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
     return said_of_colour(*coloured, runs, catalogue);
+  if (auto said = said_of_run_constants(first, data, runs, catalogue, naming)) return *said;
   const auto& effort = data.front().effort;
   const auto late = [&](double leave) {
     return effort && effort->leaves_less_than(leave + kEnough);
