@@ -22,6 +22,10 @@ struct RunConstants {
   double gas_pressure = 0.0, damping = 0.0;  // relative
   // Log of the likelihood with them over that without, at the fit.
   double gain = 0.0;
+  int count() const {  // those that differ
+    return static_cast<int>(zero > 0.0) + static_cast<int>(force > 0.0) +
+           static_cast<int>(gas_pressure > 0.0) + static_cast<int>(damping > 0.0);
+  }
   // For the operator: which differ, and by how much.
   std::string sentence(const std::string& response_unit, const std::string& force_unit) const;
 };
