@@ -8,6 +8,7 @@
 
 #include "estimator/discrepancy/answer/estimates.hpp"
 #include "estimator/discrepancy/answer/read_effects.hpp"
+#include "estimator/discrepancy/answer/shares.hpp"
 #include "estimator/discrepancy/answer/stated.hpp"
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
@@ -175,6 +176,12 @@ void tell_not_tried(const std::vector<NotTried>& not_tried, Diagnosis& said) {
   }
 }
 
+// What is sure comes first: a drift is read from the records.
+void put_sure_first(Diagnosis& said) {
+  std::stable_partition(said.effects.begin(), said.effects.end(),
+                        [](const NamedEffect& e) { return e.probability > kMostUnexplained; });
+}
+
 // Whether what was said after a new beginning is to stand: it explains more, or leaves less.
 bool says_more(const Diagnosis& anew, const Diagnosis& first) {
   const auto explains = [](const Diagnosis& d) { return d.verdict != Verdict::unexplained; };
@@ -250,6 +257,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
         "the search stopped at its limit of work, though more could be tried: shakerctl diagnose "
         "--thorough goes on");
   name_read_effects(*looked, weighed.coarseness, said);
+  put_sure_first(said);
   tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
   return said;
@@ -305,6 +313,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
         "the channels acceleration and force are not used: they are for runs with a period");
   if (runs->data.size() == 1)
     said.warnings.push_back("there is one run only, and nothing can be held out");
+  put_sure_first(said);
   tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
   return said;

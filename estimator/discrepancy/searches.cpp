@@ -6,9 +6,11 @@
 
 #include "estimator/discrepancy/answer/assemble.hpp"
 #include "estimator/discrepancy/answer/shares.hpp"
+#include "estimator/discrepancy/name/evidence.hpp"
 #include "estimator/discrepancy/name/model_error.hpp"
 #include "estimator/discrepancy/name/unknown_colour.hpp"
 #include "estimator/discrepancy/name/weighed_again.hpp"
+#include "estimator/discrepancy/weigh/run_constants.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -24,6 +26,46 @@ Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>
       "what is left is more than the noise above the response, but follows neither stroke nor "
       "velocity nor any effect of the catalogue: it is taken for noise of low frequency; two "
       "records of one excitation would show whether it is");
+  return said;
+}
+
+// Comparable with that of a hypothesis: each size is a number that was fitted.
+double evidence_of(const HarmonicFit& fit, const WithRunConstants& with,
+                   const std::vector<RunDatum>& data) {
+  double evidence = log_evidence(fit, with.data, with.constants.count());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role == Role::fit) evidence -= log_scale(with.data[r]) - log_scale(data[r]);
+  }
+  return evidence;
+}
+
+// The runs may differ in their zero, preload, gas pressure or damping. Nothing where more than that
+// is missing, or where an effect explains the data better.
+std::optional<Diagnosis> said_of_run_constants(const Naming& searched,
+                                               const std::vector<RunDatum>& data,
+                                               const std::vector<SteadyRun>& runs,
+                                               const std::vector<Candidate>& catalogue,
+                                               const NamingOptions& options) {
+  if (searched.adequate) return std::nullopt;
+  const HarmonicFit& base = *searched.base.fit;
+  auto with =
+      with_run_constants(base, searched.base.data ? *searched.base.data : data, data, options.fit);
+  if (!with) return std::nullopt;
+  for (RunDatum& datum : with->data)
+    datum.effort.reset();  // one fit and one look at the catalogue: the searches keep theirs
+  HarmonicFit again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
+  if (!again.trouble.empty()) return std::nullopt;
+  const Naming found = judge(std::move(again), with->data, catalogue, options);
+  if (!found.adequate) return std::nullopt;
+  if (searched.explained &&
+      searched.hypotheses[searched.best].log_evidence >= evidence_of(*found.base.fit, *with, data))
+    return std::nullopt;
+  Diagnosis said = assemble(found, with->data, runs, catalogue, with->data);
+  const std::string force_unit = base.spec.length_unit + "/s^2";
+  said.warnings.push_back(with->constants.sentence(
+      data.front().kind == Kind::imposed_motion || data.front().by_force ? force_unit
+                                                                         : base.spec.length_unit,
+      force_unit));
   return said;
 }
 
@@ -65,6 +107,9 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (const auto coloured =
           explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
     return said_of_colour(*coloured, runs, catalogue);
+  if (first.explained) {
+    if (auto said = said_of_run_constants(first, data, runs, catalogue, naming)) return *said;
+  }
   const auto& effort = data.front().effort;
   const auto late = [&](double leave) {
     return effort && effort->leaves_less_than(leave + kEnough);
@@ -85,6 +130,9 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
     return assemble(again.found, again.data, runs, catalogue, again.data);
   };
   if (const auto again = by_own_errors(guide_of(first), kLeftByOwn)) return said_of_own(*again);
+  if (!first.explained) {
+    if (auto said = said_of_run_constants(first, data, runs, catalogue, naming)) return *said;
+  }
   const auto softened = with_model_error(first, data);
   if (softened && late(kLeftByGap)) {
     first.cut_short = true;

@@ -3,6 +3,9 @@ import json
 import os
 import pathlib
 import random
+import re
+import statistics
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -38,6 +41,32 @@ class Campaigns(unittest.TestCase):
         for x in self.lines:
             self.assertIn(x["verdict"], ("explained", "unexplained"), x)
             self.assertFalse(dirty_suite.wrong_and_sure(x), x)
+
+
+class RunsThatDiffer(unittest.TestCase):
+    """Nothing is missing, but each run has another zero or another gas temperature."""
+
+    def answer(self, seed: int, index: int) -> tuple[dict, dict]:
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            subprocess.run([BUILD / "tests/dirty/dirty_campaigns", folder, str(seed), str(index)], check=True)
+            campaign = folder / f"{index:06}"
+            said = subprocess.run([BUILD / "bin/shakerctl", "diagnose", campaign, "--model", campaign / "model.json",
+                                   "--json"], check=True, capture_output=True, text=True).stdout
+            return json.loads(said), json.loads((folder / f"{index:06}.truth.json").read_text())
+
+    def test_raises_no_alarm_and_is_told_by_how_much(self):
+        for seed, index, differs, pattern in ((5, 0, "zero", r"the zero, by ([\d.e-]+) m"),
+                                              (6, 50, "temperature", r"the gas pressure, by ([\d.e-]+) %"),
+                                              (6, 51, "temperature", r"the gas pressure, by ([\d.e-]+) %")):
+            answer, truth = self.answer(seed, index)
+            self.assertEqual((truth["holds"], truth["changes"]), ("nothing", differs))
+            self.assertEqual(answer["verdict"], "adequate", answer["warnings"])
+            told = re.search(pattern, " ".join(answer["warnings"]))
+            self.assertTrue(told, answer["warnings"])
+            true = statistics.pstdev(run[differs] for run in truth["runs"])
+            size = float(told[1]) * (0.01 if differs == "temperature" else 1.0)
+            self.assertTrue(true / 2.5 < size < 2.5 * true, (true, size))
 
 
 class Sums(unittest.TestCase):

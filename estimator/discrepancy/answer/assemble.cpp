@@ -175,22 +175,22 @@ class Assembler {
         named.held_out_gain = 1.0 - *said_.gap.held_out_after / *said_.gap.held_out_before;
       said_.effects.push_back(std::move(named));
     }
-    if (found_.explained) {
-      std::stable_sort(
-          said_.effects.begin(), said_.effects.end(),
-          [](const NamedEffect& a, const NamedEffect& b) { return a.probability > b.probability; });
-      return;
-    }
-    // In the order in which they close the gap.
+    // In the order in which they close the gap, then by what each closes alone.
     const auto& way = selection_.path();
     const auto rank = [&](const NamedEffect& e) {
       return std::find_if(way.begin(), way.end(), [&](const Hypothesis* h) {
         return std::find(h->effects.begin(), h->effects.end(), e.name) != h->effects.end();
       });
     };
+    const auto alone = [&](const NamedEffect& e) {
+      const auto& all = said_.ranking;
+      const auto found = std::find_if(all.begin(), all.end(),
+                                      [&](const Ranked& ranked) { return ranked.name == e.name; });
+      return found == all.end() ? 0.0 : found->gain_refitted.value_or(found->gain);
+    };
     std::stable_sort(said_.effects.begin(), said_.effects.end(), [&](const auto& a, const auto& b) {
       if (rank(a) != rank(b)) return rank(a) < rank(b);
-      return a.probability > b.probability;
+      return alone(a) > alone(b);
     });
   }
 
