@@ -59,9 +59,13 @@ struct DropOptions {
   std::filesystem::path diagnosis;               // folder of a diagnosis that is there already
   std::filesystem::path campaign;                // from which the model is identified as it is
   std::filesystem::path model, estimate;         // otherwise these
-  double sink_speed = 0.0;
-  double lift = 0.0;
-  std::optional<double> mass;
+  std::optional<double> sink_speed, lift;
+  std::optional<double> mass, shaker_mass;  // kg: above the damper in the drop, and on the shaker
+  std::string rule, condition, weight, wing_loading;  // a rule's, the last two with their units
+  std::optional<double> tyre_stiffness, tyre_damping, unsprung_mass;  // N/m, N s/m, kg
+  std::vector<std::string> limits;                                    // FIGURE=VALUE with its unit
+  std::optional<double> piston_area;                                  // m^2
+  std::filesystem::path measured;  // CSV of a measured drop; may be empty
   double duration = 1.5;
   int samples = 400;
   std::optional<double> identified_speed, identified_stroke;

@@ -39,6 +39,20 @@ double eventful_time(const estimator::DropHistory& history) {
   return std::min(history.t.back(), kMargin * (i > 0 ? history.t[i - 1] : history.t.back()));
 }
 
+estimator::HistoryBand linear_band(const estimator::DropHistory& h) {
+  constexpr double kQuantile = 1.96;
+  estimator::HistoryBand band;
+  if (h.load_error.empty()) return band;
+  band.t = h.t;
+  for (std::size_t i = 0; i < h.t.size(); ++i) {
+    band.stroke_lower.push_back(h.stroke[i] - kQuantile * h.stroke_error[i]);
+    band.stroke_upper.push_back(h.stroke[i] + kQuantile * h.stroke_error[i]);
+    band.load_lower.push_back(h.load[i] - kQuantile * h.load_error[i]);
+    band.load_upper.push_back(h.load[i] + kQuantile * h.load_error[i]);
+  }
+  return band;
+}
+
 std::string drop_picture(const estimator::DropRun& run, const estimator::DropHistory* truth,
                          const DropPictureOptions& options) {
   const auto& h = run.history;
@@ -54,13 +68,11 @@ std::string drop_picture(const estimator::DropRun& run, const estimator::DropHis
   plot.y.label =
       options.mass ? "load, N" : fmt::format("load per mass, {}/s^2", options.length_unit);
   const std::vector<double> t = scaled(h.t, 1.0, count);
-  if (!h.load_error.empty()) {
-    report::Band band{"95 %", t, {}, {}, report::Ink::first};
-    for (std::size_t i = 0; i < count; ++i) {
-      band.lower.push_back(mass * (h.load[i] - 1.96 * h.load_error[i]));
-      band.upper.push_back(mass * (h.load[i] + 1.96 * h.load_error[i]));
-    }
-    plot.bands.push_back(std::move(band));
+  if (options.band != nullptr && !options.band->t.empty()) {
+    const auto& own = *options.band;
+    const std::size_t size = count_until(own.t, end);
+    plot.bands.push_back({"95 %", scaled(own.t, 1.0, size), scaled(own.load_lower, mass, size),
+                          scaled(own.load_upper, mass, size), report::Ink::first});
   }
   plot.curves.push_back(
       {"predicted", t, scaled(h.load, mass, count), report::Ink::first, report::Stroke::line});
@@ -68,6 +80,12 @@ std::string drop_picture(const estimator::DropRun& run, const estimator::DropHis
     const std::size_t size = count_until(truth->t, end);
     plot.curves.push_back({"truth", scaled(truth->t, 1.0, size), scaled(truth->load, mass, size),
                            report::Ink::second, report::Stroke::dashed});
+  }
+  if (options.measured != nullptr && !options.measured->load.empty()) {
+    const std::size_t size = count_until(options.measured->t, end);
+    plot.curves.push_back({"measured", scaled(options.measured->t, 1.0, size),
+                           scaled(options.measured->load, mass, size), report::Ink::third,
+                           report::Stroke::points});
   }
   plot.marks.push_back({"peak stroke", run.figures[1], true});
   return report::svg_file(report::to_svg(plot));

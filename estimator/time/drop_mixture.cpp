@@ -23,10 +23,6 @@ struct Component {
   DropSurrogate drop;
 };
 
-struct WeightedValue {
-  double value = 0.0, weight = 0.0;
-};
-
 // The smallest value below which `probability` of the weight lies, interpolated.
 double weighted_quantile(const std::vector<WeightedValue>& sorted, double probability) {
   double all = 0.0;
@@ -192,6 +188,7 @@ class Mixer {
     }
     histories.into(tail, out.history.t, out.history.stroke_lower, out.history.stroke_upper,
                    out.history.load_lower, out.history.load_upper);
+    out.drawn = std::move(found);
   }
 
   const IdentifiedDamper& damper_;
@@ -203,6 +200,15 @@ class Mixer {
 };
 
 }  // namespace
+
+double DropMixture::probability_within(std::size_t figure, double limit) const {
+  double all = 0.0, within = 0.0;
+  for (const WeightedValue& one : drawn.at(figure)) {
+    all += one.weight;
+    if (one.value <= limit) within += one.weight;
+  }
+  return (1.0 - bottoming_probability) * within / all;
+}
 
 Result<DropMixture> predict_drop(const IdentifiedDamper& damper, const DropConditions& conditions,
                                  const MixtureOptions& options) {

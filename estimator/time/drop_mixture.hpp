@@ -37,6 +37,11 @@ struct HistoryBand {
   std::vector<double> t, stroke_lower, stroke_upper, load_lower, load_upper;
 };
 
+// A value that a figure takes, and its share of all draws.
+struct WeightedValue {
+  double value = 0.0, weight = 0.0;
+};
+
 struct DropMixture {
   DropRun run;                     // of the first hypothesis
   std::vector<MixtureBand> bands;  // one for each of kDropFigures
@@ -45,7 +50,12 @@ struct DropMixture {
   // the campaign visited.
   double extrapolated_energy_share = 1.0;
   double bottoming_probability = 0.0;  // that a draw gives no drop: the stroke ends before it turns
+  std::vector<std::vector<WeightedValue>> drawn;  // of each of kDropFigures, sorted
   std::vector<std::string> warnings;
+
+  // The probability that a figure is at most `limit`. Draws without a drop are beyond every limit.
+  // NaN for a figure that this gear does not have.
+  double probability_within(std::size_t figure, double limit) const;
 };
 
 // An Error if the drop of the first hypothesis fails. Blocks for some tenths of a second. Throws
