@@ -29,6 +29,8 @@ struct Options {
   CampaignsOptions campaigns;
   ShowOptions show;
   CheckOptions check;
+  VerifyOptions verify;
+  ReportOptions report;
   std::function<int()> action;
 };
 

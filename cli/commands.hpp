@@ -132,6 +132,17 @@ struct CampaignsOptions {
 struct ShowOptions {
   std::filesystem::path file;
 };
+struct VerifyOptions {
+  std::filesystem::path campaign;
+  bool seal = false;   // make one if everything fits
+  std::string sha256;  // of the database, as a report says; may be empty
+};
+struct ReportOptions {
+  DropOptions drop;           // campaigns, diagnosis, model and what falls; no drop without a speed
+  std::filesystem::path out;  // the page (.html) or document (.pdf)
+  std::string specimen, serial, operator_name;
+  bool force = false;  // replace a file that is there
+};
 struct CheckOptions {
   std::filesystem::path file;
   std::filesystem::path rig;  // its limits are checked against a campaign; may be empty
@@ -160,6 +171,8 @@ int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& optio
 int campaigns(const Common& common, const CampaignsOptions& options);
 int show(const Common& common, const ShowOptions& options);
 int check(const Common& common, const CheckOptions& options);
+int verify(const Common& common, const VerifyOptions& options);
+int report_campaign(const Common& common, const ReportOptions& options);
 
 // Reports an error: `sentence` to stderr and, with `json`, as an object to stdout. Returns
 // `code`.

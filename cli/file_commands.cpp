@@ -305,6 +305,24 @@ void add_campaigns(CLI::App& app, Options& o) {
   checking->add_option("--rig", o.check.rig, "Rig file whose limits a campaign is held against");
 }
 
+void add_verify(CLI::App& app, Options& o) {
+  auto* verifying = add(app, o, "verify", "Is a campaign as it was recorded, to the last byte?",
+                        [&o] { return verify(o.common, o.verify); });
+  verifying->add_option("campaign", o.verify.campaign, "FILE.db, or a folder with campaign.json")
+      ->required();
+  auto* seal = verifying->add_flag("--seal", o.verify.seal,
+                                   "If everything fits, write the SHA-256 of every file beside it");
+  verifying->add_option("--sha256", o.verify.sha256, "That the database has, as a report says")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            const bool good = text.size() == 64 &&
+                              text.find_first_not_of("0123456789abcdef") == std::string::npos;
+            return good ? std::string() : std::string("is not 64 hexadecimal digits");
+          },
+          "HEX"))
+      ->excludes(seal);
+}
+
 void add_worth(CLI::App& app, Options& o) {
   auto* planning = add(app, o, "plan", "Which runs will determine the parameters best",
                        [&o] { return plan(o.common, o.plan); });
@@ -368,6 +386,7 @@ void add_file_commands(CLI::App& app, Options& o) {
   add_export(app, o);
   add_import(app, o);
   add_campaigns(app, o);
+  add_verify(app, o);
   add_worth(app, o);
 }
 
