@@ -50,5 +50,6 @@ inline void add_socket(CLI::App* command, Options& o) {
 }
 
 void add_file_commands(CLI::App& app, Options& o);
+void add_drop_commands(CLI::App& app, Options& o);
 
 }  // namespace shaker::cli

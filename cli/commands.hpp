@@ -69,7 +69,7 @@ struct DropOptions {
   double duration = 1.5;
   int samples = 400;
   std::optional<double> identified_speed, identified_stroke;
-  std::filesystem::path truth, svg;  // may be empty
+  std::filesystem::path truth, svg, page;  // may be empty
 };
 struct ResponseOptions {
   std::filesystem::path model, svg;           // svg: empty, no picture
@@ -140,7 +140,7 @@ struct VerifyOptions {
 struct ReportOptions {
   DropOptions drop;           // campaigns, diagnosis, model and what falls; no drop without a speed
   std::filesystem::path out;  // the page (.html) or document (.pdf)
-  std::string specimen, serial, operator_name;
+  std::string specimen, serial, rig, operator_name;
   bool force = false;  // replace a file that is there
 };
 struct CheckOptions {

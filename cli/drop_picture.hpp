@@ -28,4 +28,16 @@ estimator::HistoryBand linear_band(const estimator::DropHistory& history);
 std::string drop_picture(const estimator::DropRun& run, const estimator::DropHistory* truth,
                          const DropPictureOptions& options);
 
+// A drop as the pictures of a page show it.
+struct DropScene {
+  const estimator::DropRun* run = nullptr;
+  const estimator::DropShares* shares = nullptr;
+  const std::vector<estimator::VisitedCell>* visited = nullptr;
+  DropPictureOptions options;
+};
+
+// Load over time and over stroke, stroke over time, velocity over stroke with what the campaign
+// visited, and what each effect carries, one after the other, for a page. Pure.
+std::string drop_pictures(const DropScene& scene);
+
 }  // namespace shaker::cli

@@ -23,75 +23,6 @@ void add_bias(CLI::App* command, std::string& rule) {
       ->capture_default_str();
 }
 
-void add_drop_conditions(CLI::App* command, DropOptions& o) {
-  const auto positive = CLI::PositiveNumber;
-  command->add_option("--sink-speed", o.sink_speed, "At touch-down, m/s");
-  command->add_option("--lift", o.lift,
-                      "Of the wing, share of the weight, 0 to 1 (default: 0; by a rule, the most "
-                      "that it allows)");
-  command->add_option("--mass", o.mass, "Above the damper, kg: loads in N, energy in J")
-      ->check(positive);
-  command
-      ->add_option("--shaker-mass", o.shaker_mass,
-                   "That the damper carried on the shaker, kg (default: the same)")
-      ->check(positive);
-  command->add_option("--tyre-stiffness", o.tyre_stiffness, "Of a tyre below the damper, N/m")
-      ->check(positive);
-  command->add_option("--tyre-damping", o.tyre_damping, "N s/m (default: 0)")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--unsprung-mass", o.unsprung_mass, "On the tyre, kg")->check(positive);
-  auto* rule = command
-                   ->add_option("--rule", o.rule,
-                                "Conditions by 14 CFR 25.723, 23.725, 27.725 or 29.725: with "
-                                "--weight and --shaker-mass")
-                   ->check(CLI::IsMember({"25.723", "23.725", "27.725", "29.725"}));
-  command->add_option("--condition", o.condition, "design, take-off or reserve (default: design)")
-      ->check(CLI::IsMember({"design", "take-off", "reserve"}))
-      ->needs(rule);
-  command->add_option("--weight", o.weight, "Static, on this gear, with its unit: 12kN, 2700lbf");
-  command->add_option("--wing-loading", o.wing_loading, "With its unit, for 23.725: 18lbf/ft^2");
-  command->add_option("--limit", o.limits,
-                      "FIGURE=VALUE with its unit, as peak_load=120kN, peak_stroke=350mm or "
-                      "load_factor=2.5: with which probability is it met?");
-  command->add_option("--piston-area", o.piston_area, "m^2: the pressure of the gas is said, too")
-      ->check(positive);
-  command->add_option(
-      "--measured", o.measured,
-      "CSV of a measured drop: t from touch-down, and stroke, load or acceleration");
-}
-
-void add_drop(CLI::App& app, Options& o) {
-  auto* dropping = add(app, o, "drop", "Predict a drop test from an identified model",
-                       [&o] { return drop(o.common, o.drop); });
-  auto* campaigns =
-      dropping->add_option("campaigns", o.drop.campaigns,
-                           "Campaigns of one damper: folders with campaign.json, or FILE.db");
-  dropping
-      ->add_option("--diagnosis", o.drop.diagnosis,
-                   "Folder that `diagnose --out` wrote (default: diagnose now)")
-      ->type_name(kFolderType);
-  auto* campaign = dropping
-                       ->add_option("--campaign", o.drop.campaign,
-                                    "Identify from it as its model is, without a diagnosis")
-                       ->excludes(campaigns);
-  dropping->add_option("--model", o.drop.model, "Model file (default: the campaign's own)");
-  dropping->add_option("--estimate", o.drop.estimate, "What `estimate --json` printed")
-      ->excludes(campaign);
-  dropping->add_option("--duration", o.drop.duration, "s")->capture_default_str();
-  dropping->add_option("--samples", o.drop.samples, "Of the sampled band")->capture_default_str();
-  dropping->add_option("--identified-speed", o.drop.identified_speed,
-                       "Largest speed at which the model was identified, m/s");
-  dropping->add_option("--identified-stroke", o.drop.identified_stroke,
-                       "Largest stroke at which the model was identified, m");
-  dropping->add_option("--truth", o.drop.truth, "Model file whose starts are the truth: compare");
-  dropping->add_option("--svg", o.drop.svg, "Draw the load into this file");
-  add_drop_conditions(dropping, o.drop);
-  dropping->footer(
-      "With CAMPAIGN or --diagnosis the band holds every hypothesis that the campaign does not\n"
-      "exclude, and an unnamed force. With --campaign, or --model and --estimate, it is that of\n"
-      "the parameters, and knows no effect that the model lacks.");
-}
-
 void add_response(CLI::App& app, Options& o) {
   auto* responding = add(app, o, "response", "Response curve of a model, through folds",
                          [&o] { return response(o.common, o.response); });
@@ -382,7 +313,7 @@ void add_file_commands(CLI::App& app, Options& o) {
   add_response(app, o);
   add_reproduce(app, o);
   add_diagnose(app, o);
-  add_drop(app, o);
+  add_drop_commands(app, o);
   add_export(app, o);
   add_import(app, o);
   add_campaigns(app, o);

@@ -6,6 +6,8 @@
 #include <map>
 #include <memory>
 #include <openssl/evp.h>
+#include <optional>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <system_error>
@@ -35,10 +37,8 @@ std::vector<fs::path> files_of(const fs::path& campaign) {
   return files;
 }
 
-}  // namespace
-
-Result<std::string> sha256_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
+// Nothing where the stream fails.
+std::optional<std::string> sha256(std::istream& in) {
   const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
                                                                         &EVP_MD_CTX_free);
   std::array<char, 1 << 16> block{};
@@ -51,11 +51,38 @@ Result<std::string> sha256_of(const fs::path& file) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned size = 0;
   if (!good || in.bad() || EVP_DigestFinal_ex(context.get(), digest.data(), &size) != 1)
-    return Error{ErrorKind::io, fmt::format("{}: cannot be read", file.string())};
+    return std::nullopt;
   std::string hash;
   for (unsigned i = 0; i < size; ++i)
     hash += fmt::format("{:02x}", digest[i]);
   return hash;
+}
+
+Result<std::string> seal_text(const fs::path& campaign) {
+  const auto hashes = hashes_of(campaign);
+  if (!hashes) return hashes.error();
+  std::string text;
+  for (const SealedFile& file : *hashes)
+    text += file.hash + "  " + file.name + "\n";
+  return text;
+}
+
+}  // namespace
+
+Result<std::string> sha256_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  auto hash = sha256(in);
+  if (!hash) return Error{ErrorKind::io, fmt::format("{}: cannot be read", file.string())};
+  return *hash;
+}
+
+Result<std::string> fingerprint_of(const fs::path& campaign) {
+  std::error_code none;
+  if (!fs::is_directory(campaign, none)) return sha256_of(campaign);
+  const auto text = seal_text(campaign);
+  if (!text) return text.error();
+  std::istringstream in(*text);
+  return *sha256(in);
 }
 
 fs::path seal_of(const fs::path& campaign) {
@@ -76,8 +103,8 @@ Result<std::vector<SealedFile>> hashes_of(const fs::path& campaign) {
 }
 
 Result<void> write_seal(const fs::path& campaign) {
-  const auto hashes = hashes_of(campaign);
-  if (!hashes) return hashes.error();
+  const auto text = seal_text(campaign);
+  if (!text) return text.error();
   const fs::path seal = seal_of(campaign);
   std::error_code none;
   if (fs::exists(seal, none)) {
@@ -89,8 +116,7 @@ Result<void> write_seal(const fs::path& campaign) {
                              seal.string())};
   }
   std::ofstream out(seal, std::ios::binary);
-  for (const SealedFile& file : *hashes)
-    out << file.hash << "  " << file.name << '\n';
+  out << *text;
   if (out.flush()) return {};
   return Error{ErrorKind::io,
                fmt::format("{}: cannot be written; check the folder's permissions", seal.string())};

@@ -24,6 +24,9 @@ std::filesystem::path seal_of(const std::filesystem::path& campaign);
 // The hashes of all files of a campaign, sorted by name, without the seal.
 Result<std::vector<SealedFile>> hashes_of(const std::filesystem::path& campaign);
 
+// One hash for a campaign: that of its database, or that of the seal of its folder.
+Result<std::string> fingerprint_of(const std::filesystem::path& campaign);
+
 // Writes the seal. An Error if there is one already that says otherwise: it is not replaced.
 Result<void> write_seal(const std::filesystem::path& campaign);
 

@@ -173,6 +173,9 @@ Result<std::optional<estimator::DropRun>> true_run(const DropOptions& options,
 }
 
 int predict_undiagnosed(const Common& common, const DropOptions& options) {
+  if (!options.page.empty())
+    return fail(common, kBadInput,
+                "--page needs a CAMPAIGN or a --diagnosis; --svg draws this one");
   auto known = drop_knowledge(options);
   if (!known) return fail(common, kBadInput, known.error().what);
   DropOutput output;

@@ -1,12 +1,16 @@
 // Predicts a drop from a campaign and its diagnosis: the honest band.
 #include <cmath>
+#include <fstream>
+#include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "cli/campaign_title.hpp"
 #include "cli/commands.hpp"
 #include "cli/diagnosed_drop.hpp"
+#include "cli/dossier.hpp"
 #include "cli/drop_figures.hpp"
 #include "report/text_table.hpp"
 
@@ -107,6 +111,14 @@ OrderedJson to_json(const DiagnosedDrop& p) {
   return out;
 }
 
+Result<void> write_drop_page(const DropOptions& options, const DiagnosedDrop& drop) {
+  if (options.page.empty()) return {};
+  std::ofstream out(options.page);
+  out << drop_page(drop, campaign_title(options.campaigns, std::nullopt, "predicted"));
+  if (out.flush()) return {};
+  return Error{ErrorKind::io, fmt::format("{}: cannot be written", options.page.string())};
+}
+
 }  // namespace
 
 int drop_diagnosed(const Common& common, const DropOptions& options) {
@@ -123,6 +135,8 @@ int drop_diagnosed(const Common& common, const DropOptions& options) {
                                         prediction->drop.history, nullptr, prediction->length);
         !drawn)
       return fail(common, kBadInput, drawn.error().what);
+    if (auto written = write_drop_page(options, *prediction); !written)
+      return fail(common, kBadInput, written.error().what);
     if (common.json)
       fmt::print("{}\n",
                  to_json(*prediction).dump(-1, ' ', false, OrderedJson::error_handler_t::replace));

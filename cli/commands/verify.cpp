@@ -43,7 +43,7 @@ void verify_folder(const std::filesystem::path& folder, Verdict& verdict) {
 Result<void> verify_bytes(const VerifyOptions& options, Verdict& verdict) {
   std::error_code none;
   if (!options.sha256.empty()) {
-    const auto hash = sha256_of(options.campaign);
+    const auto hash = fingerprint_of(options.campaign);
     if (!hash) return hash.error();
     verdict.sealed = true;
     if (*hash != options.sha256)
@@ -96,8 +96,6 @@ int verify(const Common& common, const VerifyOptions& options) {
   if (auto good = expect_campaign(options.campaign); !good)
     return fail(common, kBadInput, good.error().what);
   const bool folder = place_of(options.campaign) == Place::folder;
-  if (folder && !options.sha256.empty())
-    return fail(common, kBadInput, "--sha256 is of one database; a folder has a seal");
   Verdict verdict;
   if (folder) {
     verify_folder(options.campaign, verdict);
