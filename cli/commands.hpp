@@ -87,6 +87,10 @@ struct PlanCommand {
   double noise = 0.0;  // 0: that of the rig, otherwise that of a good transducer
   int points = 64, cycles = 20, runs = 3;
   unsigned threads = 0;
+  std::string aim = "all";           // or "drop", or the name of a free parameter
+  std::optional<double> sink_speed;  // of that drop
+  double lift = 0.0;
+  double minutes = 0.0;         // rig time of a set; 0: `cycles` in each run
   std::filesystem::path draw;   // HTML file; empty: none
   std::filesystem::path write;  // campaign file of the best set; empty: none
 };

@@ -273,6 +273,18 @@ void add_worth(CLI::App& app, Options& o) {
   planning->add_option("--cycles", o.plan.cycles, "Periods in a run")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
+  planning
+      ->add_option("--for", o.plan.aim,
+                   "all (the volume), drop (its peak load), or the name of a parameter")
+      ->capture_default_str();
+  planning->add_option("--sink-speed", o.plan.sink_speed, "Of the drop, m/s")
+      ->check(CLI::PositiveNumber);
+  planning->add_option("--lift", o.plan.lift, "Of the drop, share of the weight")
+      ->check(CLI::Range(0.0, 1.0));
+  planning
+      ->add_option("--minutes", o.plan.minutes,
+                   "Rig time of every set, settling included, in place of --cycles")
+      ->check(CLI::PositiveNumber);
   planning->add_option("--threads", o.plan.threads, "0: all")->check(CLI::Range(0U, 256U));
   planning->add_option("--draw", o.plan.draw, "Write a page (HTML) with pictures there");
   planning->add_option("--write", o.plan.write,

@@ -29,6 +29,19 @@ def true_motion(speed, t):
     return stroke, DAMPING * rate + STIFFNESS * stroke
 
 
+def stiffer_response(frequency):
+    """The stroke of an oscillator with a fifth more stiffness, at an excitation of 2 cos, with noise."""
+    omega = 2 * math.pi * frequency
+    size = 2.0 / (1.2 * STIFFNESS - omega ** 2 + 1j * omega * DAMPING)
+    lines = ["t,excitation,displacement"]
+    for i in range(1500):
+        t = i / (100 * frequency)
+        turned = complex(math.cos(omega * t), math.sin(omega * t))
+        lines.append(f"{t:.9f},{2.0 * turned.real:.9f},"
+                     f"{(size * turned).real + 1e-5 * math.sin(12345.678 * i * i):.9f}")
+    return "\n".join(lines) + "\n"
+
+
 class Drop(Scratch):
     def setUp(self):
         super().setUp()
@@ -162,6 +175,23 @@ class Drop(Scratch):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual([round(limit["probability"], 3) for limit in json.loads(result.stdout)["limits"]],
                          [1.0, 0.0])
+
+    def test_campaigns_of_two_dampers_are_told(self):
+        other = self.path / "other"
+        shutil.copytree(self.campaign, other)
+        for i, frequency in enumerate((0.8, 1.3, 2.1), 1):
+            (other / f"r{i}.csv").write_text(stiffer_response(frequency))
+        result = self.call("estimate", self.campaign, other, "--model", self.model, "--json")
+        warnings = json.loads(result.stdout)["warnings"]
+        said = [w for w in warnings if "do not agree" in w]
+        self.assertEqual(len(said), 1, warnings)
+        self.assertIn("two dampers", said[0])
+        self.assertRegex(said[0], r": k is (99.9|100).* by one and (119.9|120).* by the other")
+        self.assertEqual(result.returncode, 6, result.stderr)
+        shutil.rmtree(other)
+        shutil.copytree(self.campaign, other)
+        result = self.call("estimate", self.campaign, other, "--model", self.model, "--json")
+        self.assertNotIn("do not agree", result.stdout)
 
     def test_what_is_no_campaign_or_no_diagnosis_is_told(self):
         empty = self.path / "empty"
