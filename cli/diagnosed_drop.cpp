@@ -64,7 +64,10 @@ Result<DiagnosedDrop> predict_diagnosed(const DropOptions& options,
   out.output.sections.setup = std::move(*setup);
   out.length = damper.hypotheses.front().model.length_unit;
   out.damper = out.output.sections.setup.falling(damper);
-  auto drop = estimator::predict_drop(out.damper, out.output.sections.setup.conditions);
+  estimator::MixtureOptions how;
+  how.priors = {options.discharge_spread, options.index_spread};
+  out.priors = how.priors;
+  auto drop = estimator::predict_drop(out.damper, out.output.sections.setup.conditions, how);
   if (!drop) return Error{ErrorKind::not_converged, drop.error().what};
   out.drop = std::move(*drop);
   out.output.sections.banded = true;

@@ -17,7 +17,8 @@ struct DiagnosedDrop {
   estimator::IdentifiedDamper damper;  // as it falls
   estimator::DropMixture drop;
   DropOutput output;
-  std::string length;  // the model's unit
+  estimator::ExtrapolationPriors priors;  // that are in the band
+  std::string length;                     // the model's unit
 
   PredictedDrop predicted() const;
 };

@@ -81,7 +81,7 @@ std::string estimate_sentence(const Diagnosis& d) {
 }
 
 PageValues figures_table(const DiagnosedDrop& drop) {
-  const ComparisonWords& words = drop.output.words;
+  const ComparisonWords& words = drop.output.sections.words;
   std::vector<std::vector<std::string>> rows = {
       {"figure", "value", "95 %", "95 % (parameters alone)", "unit"}};
   for (std::size_t f = 0; f < estimator::kDropFigureCount; ++f) {
@@ -111,9 +111,9 @@ PageValues hypotheses_table(const DiagnosedDrop& drop) {
 std::string figure_words_of(const DiagnosedDrop& drop, const char* name) {
   const std::size_t f = figure_called(name);
   const auto& b = drop.drop.bands[f];
-  const double k = drop.output.words.scale[f];
+  const double k = drop.output.sections.words.scale[f];
   const std::string range = interval_words(k * b.lower, k * b.upper);
-  const std::string unit = drop.output.words.unit[f];
+  const std::string unit = drop.output.sections.words.unit[f];
   if (range == "-") return fmt::format("{:.6g} {}", k * b.value, unit);
   return fmt::format("{} {} (95 %: {})",
                      report::rounded_to(k * b.value, 0.25 * k * (b.upper - b.lower)), unit, range);
@@ -121,10 +121,11 @@ std::string figure_words_of(const DiagnosedDrop& drop, const char* name) {
 
 std::string drop_sentence(const DiagnosedDrop& drop) {
   const DropSetup& setup = drop.output.sections.setup;
-  return fmt::format(
-      "At touch-down with {:.4g} {}/s: {} {}, {} {}.", setup.conditions.sink_speed, drop.length,
-      drop.output.words.label[figure_called("peak_load")], figure_words_of(drop, "peak_load"),
-      drop.output.words.label[figure_called("peak_stroke")], figure_words_of(drop, "peak_stroke"));
+  return fmt::format("At touch-down with {:.4g} {}/s: {} {}, {} {}.", setup.conditions.sink_speed,
+                     drop.length, drop.output.sections.words.label[figure_called("peak_load")],
+                     figure_words_of(drop, "peak_load"),
+                     drop.output.sections.words.label[figure_called("peak_stroke")],
+                     figure_words_of(drop, "peak_stroke"));
 }
 
 double fastest_visited(const estimator::IdentifiedDamper& damper) {
@@ -132,6 +133,18 @@ double fastest_visited(const estimator::IdentifiedDamper& damper) {
   for (const auto& cell : damper.visited)
     fastest = std::max(fastest, std::fabs(cell.velocity));
   return fastest;
+}
+
+std::string prior_words(const DiagnosedDrop& drop) {
+  const auto& priors = drop.priors;
+  if (!priors.any())
+    return "No prior widens the band beyond the tested velocities: the discharge coefficient and "
+           "the "
+           "polytropic index are taken to stay (--cd-spread, --index-spread).";
+  return fmt::format(
+      "Priors that widen the band: {:g} of C_d for each decade of the Reynolds number beyond the "
+      "tested velocities, {:g} of the polytropic index; both are standard deviations.",
+      priors.discharge_spread, priors.index_spread);
 }
 
 std::vector<std::string> validity(const Dossier& dossier) {
@@ -156,6 +169,7 @@ std::vector<std::string> validity(const Dossier& dossier) {
       "taken to go on as it was.",
       100.0 * drop.drop.extrapolated_energy_share, fastest_visited(drop.damper), drop.length,
       drop.drop.run.fastest, drop.length));
+  said.push_back(prior_words(drop));
   said.push_back(drop.output.sections.setup.tyre
                      ? "The tyre is a linear spring and damper with the numbers that were given."
                      : "Unless the model has a tyre there is none: the load is that of the strut.");
@@ -206,6 +220,13 @@ std::string drop_words(const DropOptions& o) {
   number("--piston-area", o.piston_area);
   for (const std::string& limit : o.limits)
     text("--limit", limit);
+  if (o.discharge_spread > 0.0) number("--cd-spread", o.discharge_spread);
+  if (o.index_spread > 0.0) number("--index-spread", o.index_spread);
+  for (const auto& [option, ends] : {std::pair{"--charge", &o.charge}, std::pair{"--oil", &o.oil},
+                                     std::pair{"--temperature", &o.temperature}}) {
+    if (ends->size() == 2) words += fmt::format(" {} {},{}", option, (*ends)[0], (*ends)[1]);
+  }
+  number("--tested-temperature", o.tested_temperature);
   text("--measured", o.measured.string());
   if (o.duration != DropOptions().duration) words += fmt::format(" --duration {}", o.duration);
   return words;
@@ -238,8 +259,9 @@ PageValues drop_values(const DiagnosedDrop& drop) {
                        {"drop_sections", std::move(sections)},
                        {"drop_hypotheses", hypotheses_table(drop)}};
   if (drop.output.comparison) {
-    PageValues measured = table_of(comparison_rows(*drop.output.comparison, drop.output.words),
-                                   {false, true, true, true, true, false});
+    PageValues measured =
+        table_of(comparison_rows(*drop.output.comparison, drop.output.sections.words),
+                 {false, true, true, true, true, false});
     measured["band_sentences"] = band_sentences(*drop.output.comparison);
     values["drop_measured"] = std::move(measured);
   }

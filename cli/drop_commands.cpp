@@ -37,6 +37,24 @@ void add_drop_conditions(CLI::App* command, DropOptions& o) {
                       "load_factor=2.5: with which probability is it met?");
   command->add_option("--piston-area", o.piston_area, "m^2: the pressure of the gas is said, too")
       ->check(positive);
+  command
+      ->add_option(
+          "--cd-spread", o.discharge_spread,
+          "Prior of C_d beyond the tested velocities: relative standard deviation for each "
+          "decade of the Reynolds number (default: none)")
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option("--index-spread", o.index_spread,
+                   "Prior of the polytropic index in a drop: standard deviation (default: none)")
+      ->check(CLI::Range(0.0, 1.0));
+  const auto range = [&](const char* name, std::vector<double>& ends, const char* help) {
+    command->add_option(name, ends, help)->delimiter(',')->expected(2);
+  };
+  range("--charge", o.charge, "FROM,TO: servicing range of the charge, over that of the campaign");
+  range("--oil", o.oil, "FROM,TO: oil added, over the gas volume of the extended strut");
+  range("--temperature", o.temperature, "FROM,TO in degC, of gas and oil");
+  command->add_option("--tested-temperature", o.tested_temperature,
+                      "Of the damper in the campaign, degC (default: 20)");
   command->add_option(
       "--measured", o.measured,
       "CSV of a measured drop: t from touch-down, and stroke, load or acceleration");

@@ -21,11 +21,39 @@ ComparisonWords figure_words(const std::string& length, const std::optional<doub
   return words;
 }
 
+namespace {
+
+estimator::ServicingRange servicing_range(const std::vector<double>& ends, double otherwise,
+                                          double offset = 0.0) {
+  if (ends.size() != 2) return {otherwise, otherwise};
+  return {ends[0] - offset, ends[1] - offset};
+}
+
+Result<void> find_envelope(const DropOptions& options, const config::ModelSpec& model,
+                           DropSections& s) {
+  constexpr double kIcePoint = 273.15;
+  if (options.charge.empty() && options.oil.empty() && options.temperature.empty()) return {};
+  s.tested_temperature = options.tested_temperature.value_or(s.tested_temperature);
+  estimator::ServicingRanges ranges;
+  ranges.charge = servicing_range(options.charge, 1.0);
+  ranges.oil = servicing_range(options.oil, 0.0);
+  ranges.temperature = servicing_range(options.temperature, 0.0, s.tested_temperature);
+  ranges.tested_temperature = s.tested_temperature + kIcePoint;
+  auto envelope = estimator::servicing_envelope(
+      model, s.setup.conditions, ranges,
+      {figure_called("peak_load"), figure_called("peak_stroke"), figure_called("efficiency")});
+  if (!envelope) return envelope.error();
+  s.envelope = std::move(*envelope);
+  return {};
+}
+
+}  // namespace
+
 Result<void> complete(const DropOptions& options, const config::ModelSpec& model,
                       const PredictedDrop& predicted, const ProbabilityWithin& probability,
                       DropOutput& out) {
   DropSections& s = out.sections;
-  out.words = figure_words(model.length_unit, s.setup.mass);
+  s.words = figure_words(model.length_unit, s.setup.mass);
   const estimator::DropTest test(model, s.setup.conditions);
   auto shares = test.shares(test.model().start());
   if (!shares) return shares.error();
@@ -49,6 +77,7 @@ Result<void> complete(const DropOptions& options, const config::ModelSpec& model
                    "--piston-area: a pressure needs --mass, the mass above the damper, in kg"};
     s.gas_pressure = gas_pressure(s.shares, *s.setup.mass, *options.piston_area);
   }
+  if (auto done = find_envelope(options, model, s); !done) return done;
   if (options.measured.empty()) return {};
   auto measured =
       read_measured_drop(options.measured, model.length_unit, s.setup.mass.value_or(0.0));
@@ -69,7 +98,7 @@ ExitCode drop_exit_code(const Error& error) {
 std::string drop_output_text(const DropOutput& output) {
   std::string text = "\n" + drop_sections_text(output.sections);
   if (!output.comparison) return text;
-  const auto rows = comparison_rows(*output.comparison, output.words);
+  const auto rows = comparison_rows(*output.comparison, output.sections.words);
   text += report::text_table(rows, {false, true, true, true, true, false});
   for (const std::string& sentence : band_sentences(*output.comparison))
     text += sentence + "\n";
@@ -78,7 +107,8 @@ std::string drop_output_text(const DropOutput& output) {
 
 void add_drop_output(const DropOutput& output, nlohmann::ordered_json& json) {
   add_drop_sections(output.sections, json);
-  if (output.comparison) json["measured"] = comparison_json(*output.comparison, output.words);
+  if (output.comparison)
+    json["measured"] = comparison_json(*output.comparison, output.sections.words);
 }
 
 Result<void> write_drop_picture(const DropOptions& options, const DropOutput& output,

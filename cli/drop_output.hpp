@@ -20,7 +20,6 @@ ComparisonWords figure_words(const std::string& length, const std::optional<doub
 // Everything of a prediction but its own table.
 struct DropOutput {
   DropSections sections;  // with the conditions, which are set before `complete`
-  ComparisonWords words;
   std::optional<MeasuredDrop> measured;
   std::optional<MeasuredComparison> comparison;
 };

@@ -14,22 +14,6 @@ using OrderedJson = nlohmann::ordered_json;
 
 constexpr double kInchOfRules = 0.0254;
 
-struct Family {
-  std::string_view name;
-  std::vector<std::string_view> effects;
-};
-const std::vector<Family>& families() {
-  static const std::vector<Family> all = {
-      {"gas", {"gas_spring", "real_gas", "gas_heat_transfer", "dissolved_gas", "second_chamber"}},
-      {"orifice",
-       {"orifice_damping", "laminar_orifice", "metering_pin", "rebound_damping", "relief_valve",
-        "cavitation"}},
-      {"friction",
-       {"coulomb_friction", "pressure_friction", "stribeck_friction", "presliding_friction",
-        "bouc_wen_hysteresis"}}};
-  return all;
-}
-
 std::string percents(double share) {
   return fmt::format("{:.2f} %", 100.0 * share);
 }
@@ -74,9 +58,10 @@ DropSection limits_section(const DropSections& s) {
 DropSection shares_section(const DropSections& s) {
   DropSection section = {"What carries the load", {}};
   for (const estimator::EffectShare& share : s.shares.effects)
-    section.rows.emplace_back(fmt::format("{} ({})", share.effect, effect_family(share.effect)),
-                              fmt::format("{} of the peak load, {} of the energy",
-                                          percents(share.of_peak_load), percents(share.of_energy)));
+    section.rows.emplace_back(
+        fmt::format("{} ({})", share.effect, estimator::effect_family(share.effect)),
+        fmt::format("{} of the peak load, {} of the energy", percents(share.of_peak_load),
+                    percents(share.of_energy)));
   section.rows.emplace_back("balance of energy",
                             fmt::format("closed to {:.1e}", s.shares.energy_residual));
   if (s.gas_pressure)
@@ -85,12 +70,65 @@ DropSection shares_section(const DropSections& s) {
   return section;
 }
 
+std::string state_words(const estimator::ServicingState& state, double tested) {
+  return fmt::format("charge {:.3g}, oil {:+.3g}, {:.3g} degC", state.charge, state.oil,
+                     tested + state.temperature);
+}
+
+DropSection envelope_section(const DropSections& s) {
+  DropSection section = {"Servicing envelope, at the estimates", {}};
+  for (const estimator::EnvelopeFigure& f : s.envelope->figures) {
+    const double k = s.words.scale[f.figure];
+    const std::string& unit = s.words.unit[f.figure];
+    const std::string& label = s.words.label[f.figure];
+    section.rows.emplace_back(label + ", least",
+                              fmt::format("{:.5g} {} at {}", k * f.least, unit,
+                                          state_words(f.least_at, s.tested_temperature)));
+    section.rows.emplace_back(label + ", greatest",
+                              fmt::format("{:.5g} {} at {}", k * f.greatest, unit,
+                                          state_words(f.greatest_at, s.tested_temperature)));
+    section.rows.emplace_back(label + ", 5, 50 and 95 %",
+                              fmt::format("{:.5g}, {:.5g} and {:.5g} {}", k * f.quantiles[0],
+                                          k * f.quantiles[1], k * f.quantiles[2], unit));
+  }
+  if (s.envelope->without > 0)
+    section.rows.emplace_back(
+        "no drop", fmt::format("in {} of {} states, first at {}: the stroke ends before it turns",
+                               s.envelope->without, s.envelope->drops,
+                               state_words(s.envelope->without_at, s.tested_temperature)));
+  return section;
+}
+
+OrderedJson envelope_json(const DropSections& s) {
+  const auto state = [&](const estimator::ServicingState& at) {
+    return OrderedJson{{"charge", at.charge},
+                       {"oil", at.oil},
+                       {"temperature_degC", s.tested_temperature + at.temperature}};
+  };
+  OrderedJson figures = OrderedJson::array();
+  for (const estimator::EnvelopeFigure& f : s.envelope->figures) {
+    const double k = s.words.scale[f.figure];
+    figures.push_back(
+        {{"name", estimator::kDropFigures[f.figure].name},
+         {"unit", s.words.unit[f.figure]},
+         {"least", k * f.least},
+         {"least_at", state(f.least_at)},
+         {"greatest", k * f.greatest},
+         {"greatest_at", state(f.greatest_at)},
+         {"quantiles_5_50_95", {k * f.quantiles[0], k * f.quantiles[1], k * f.quantiles[2]}}});
+  }
+  return {{"figures", std::move(figures)},
+          {"drops", s.envelope->drops},
+          {"without_drop", s.envelope->without}};
+}
+
 }  // namespace
 
 std::optional<double> gas_pressure(const estimator::DropShares& shares, double mass, double area) {
   std::vector<double> force;
   for (const estimator::EffectShare& share : shares.effects) {
-    if (effect_family(share.effect) != "gas" || share.effect == "second_chamber") continue;
+    if (estimator::effect_family(share.effect) != "gas" || share.effect == "second_chamber")
+      continue;
     force.resize(share.load.size(), 0.0);
     for (std::size_t i = 0; i < force.size(); ++i)
       force[i] += share.load[i];
@@ -99,19 +137,12 @@ std::optional<double> gas_pressure(const estimator::DropShares& shares, double m
   return *std::max_element(force.begin(), force.end()) * mass / area;
 }
 
-std::string effect_family(const std::string& effect) {
-  for (const Family& family : families()) {
-    if (std::find(family.effects.begin(), family.effects.end(), effect) != family.effects.end())
-      return std::string(family.name);
-  }
-  return "other";
-}
-
 std::vector<DropSection> drop_sections(const DropSections& s) {
   std::vector<DropSection> sections;
   if (s.setup.rule) sections.push_back(rule_section(s));
   if (!s.setup.limits.empty()) sections.push_back(limits_section(s));
   if (!s.shares.effects.empty()) sections.push_back(shares_section(s));
+  if (s.envelope) sections.push_back(envelope_section(s));
   return sections;
 }
 
@@ -157,12 +188,13 @@ void add_drop_sections(const DropSections& s, OrderedJson& out) {
   OrderedJson shares = OrderedJson::array();
   for (const estimator::EffectShare& share : s.shares.effects)
     shares.push_back({{"effect", share.effect},
-                      {"family", effect_family(share.effect)},
+                      {"family", std::string(estimator::effect_family(share.effect))},
                       {"of_peak_load", share.of_peak_load},
                       {"of_energy", share.of_energy}});
   out["shares"] = std::move(shares);
   out["energy_residual"] = s.shares.energy_residual;
   if (s.gas_pressure) out["gas_pressure_Pa"] = *s.gas_pressure;
+  if (s.envelope) out["servicing"] = envelope_json(s);
   if (s.setup.mass) out["mass_kg"] = *s.setup.mass;
 }
 

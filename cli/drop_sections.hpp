@@ -11,7 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/drop_setup.hpp"
+#include "cli/measured_drop.hpp"
 #include "estimator/time/drop.hpp"
+#include "estimator/time/servicing.hpp"
 
 namespace shaker::cli {
 
@@ -23,14 +25,14 @@ struct DropSections {
   std::vector<double> met;             // of each limit, the probability that it is met
   bool banded = false;                 // false: `met` is 1 or 0, of the values alone
   std::optional<double> gas_pressure;  // Pa, the largest
+  std::optional<estimator::ServicingEnvelope> envelope;
+  double tested_temperature = 20.0;  // degC
+  ComparisonWords words;
 };
 
 // The largest pressure of the gas, from the forces of its effects: `mass` above the damper, kg, and
 // `area` of the piston, m^2. Nothing for a model without gas.
 std::optional<double> gas_pressure(const estimator::DropShares& shares, double mass, double area);
-
-// "gas", "orifice", "friction", or "other".
-std::string effect_family(const std::string& effect);
 
 // Each section as a heading and its rows, a label and a text. For the terminal and for a page.
 using SectionRows = std::vector<std::pair<std::string, std::string>>;

@@ -254,7 +254,7 @@ void add_verify(CLI::App& app, Options& o) {
       ->excludes(seal);
 }
 
-void add_worth(CLI::App& app, Options& o) {
+void add_plan(CLI::App& app, Options& o) {
   auto* planning = add(app, o, "plan", "Which runs will determine the parameters best",
                        [&o] { return plan(o.common, o.plan); });
   planning->add_option("model", o.plan.model, "Model file; its starts are where it is looked at")
@@ -289,6 +289,9 @@ void add_worth(CLI::App& app, Options& o) {
   planning->add_option("--draw", o.plan.draw, "Write a page (HTML) with pictures there");
   planning->add_option("--write", o.plan.write,
                        "Write the best set as a campaign file there, for `shakerctl run`");
+}
+
+void add_monte_carlo(CLI::App& app, Options& o) {
   auto* repeating =
       add(app, o, "monte-carlo", "Estimate made-up campaigns many times: bias, scatter, coverage",
           [&o] { return monte_carlo(o.common, o.monte_carlo); });
@@ -330,7 +333,8 @@ void add_file_commands(CLI::App& app, Options& o) {
   add_import(app, o);
   add_campaigns(app, o);
   add_verify(app, o);
-  add_worth(app, o);
+  add_plan(app, o);
+  add_monte_carlo(app, o);
 }
 
 }  // namespace shaker::cli

@@ -176,6 +176,9 @@ int predict_undiagnosed(const Common& common, const DropOptions& options) {
   if (!options.page.empty())
     return fail(common, kBadInput,
                 "--page needs a CAMPAIGN or a --diagnosis; --svg draws this one");
+  if (options.discharge_spread > 0.0 || options.index_spread > 0.0)
+    return fail(common, kBadInput,
+                "--cd-spread and --index-spread widen the band of a CAMPAIGN or a --diagnosis");
   auto known = drop_knowledge(options);
   if (!known) return fail(common, kBadInput, known.error().what);
   DropOutput output;
@@ -211,7 +214,7 @@ int predict_undiagnosed(const Common& common, const DropOptions& options) {
   Sheet sheet;
   sheet.drop = &*prediction;
   sheet.truth = *truth ? &(*truth)->figures : nullptr;
-  sheet.words = &output.words;
+  sheet.words = &output.sections.words;
   sheet.band = output.sections.banded;
   if (common.json) {
     auto json = to_json(sheet, output.sections.setup.conditions, falling.model.name, warnings);

@@ -39,14 +39,14 @@ void print(const DiagnosedDrop& p) {
   for (std::size_t f = 0; f < kDropFigureCount; ++f) {
     if (!is_asked(p, f)) continue;
     const MixtureBand& b = p.drop.bands[f];
-    const double k = p.output.words.scale[f];
-    std::vector<std::string> row = {p.output.words.label[f]};
+    const double k = p.output.sections.words.scale[f];
+    std::vector<std::string> row = {p.output.sections.words.label[f]};
     if (std::isfinite(b.value))
       row.insert(row.end(), {fmt::format("{:.6g}", k * b.value), ends_of(k * b.lower, k * b.upper),
                              ends_of(k * b.linear_lower, k * b.linear_upper)});
     else
       row.insert(row.end(), {"-", "-", "-"});
-    row.push_back(p.output.words.unit[f]);
+    row.push_back(p.output.sections.words.unit[f]);
     rows.push_back(std::move(row));
   }
   fmt::print("{}", report::text_table(rows, std::vector<bool>(rows[0].size(), false)));
@@ -68,8 +68,8 @@ OrderedJson figures_json(const DiagnosedDrop& p) {
   for (std::size_t f = 0; f < kDropFigureCount; ++f) {
     if (!is_asked(p, f)) continue;
     const MixtureBand& b = p.drop.bands[f];
-    const double k = p.output.words.scale[f];
-    OrderedJson entry = {{"name", kDropFigures[f].name}, {"unit", p.output.words.unit[f]}};
+    const double k = p.output.sections.words.scale[f];
+    OrderedJson entry = {{"name", kDropFigures[f].name}, {"unit", p.output.sections.words.unit[f]}};
     if (std::isfinite(b.value)) {
       entry["value"] = k * b.value;
       entry["interval"] = {k * b.lower, k * b.upper};
@@ -98,6 +98,9 @@ OrderedJson to_json(const DiagnosedDrop& p) {
       {"bottoming_probability", p.drop.bottoming_probability},
       {"hypotheses", std::move(hypotheses)},
       {"unnamed_probability", p.damper.unnamed_probability},
+      {"priors",
+       {{"cd_spread_per_decade", p.priors.discharge_spread},
+        {"index_spread", p.priors.index_spread}}},
       {"warnings", p.drop.warnings},
       {"history",
        {{"t", h.t}, {"stroke", h.stroke}, {"speed", h.speed}, {"load_per_mass", h.load}}},

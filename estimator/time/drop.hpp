@@ -15,6 +15,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.hpp"
@@ -73,6 +74,9 @@ struct DropRun {
   std::vector<double> stroke_derivatives, load_derivatives;  // times x parameters, or empty
   double fastest = 0.0;                                      // largest |speed| of the stroke
 };
+
+// "gas", "orifice", "friction", or "other".
+std::string_view effect_family(std::string_view effect);
 
 // What an effect of the model takes part in: its own force along the drop, per mass.
 struct EffectShare {

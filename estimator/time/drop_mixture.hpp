@@ -14,6 +14,7 @@
 
 #include "base/result.hpp"
 #include "estimator/time/drop.hpp"
+#include "estimator/time/drop_priors.hpp"
 #include "estimator/time/identified_damper.hpp"
 
 namespace shaker::estimator {
@@ -23,6 +24,7 @@ struct MixtureOptions {
   int exact_draws = 100;  // of a hypothesis whose figures are not quadratic
   unsigned long seed = 1;
   double confidence = 0.95;
+  ExtrapolationPriors priors;  // none: the laws go on beyond the tested velocities
 };
 
 struct MixtureBand {

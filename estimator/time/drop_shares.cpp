@@ -65,7 +65,31 @@ bool sees_stroke(const config::EffectSpec& line, int observed) {
   return line.sees.empty() || (at < line.sees.size() && line.sees[at] != 0.0);
 }
 
+struct Family {
+  std::string_view name;
+  std::vector<std::string_view> effects;
+};
+const std::vector<Family>& families() {
+  static const std::vector<Family> all = {
+      {"gas", {"gas_spring", "real_gas", "gas_heat_transfer", "dissolved_gas", "second_chamber"}},
+      {"orifice",
+       {"orifice_damping", "laminar_orifice", "metering_pin", "rebound_damping", "relief_valve",
+        "cavitation"}},
+      {"friction",
+       {"coulomb_friction", "pressure_friction", "stribeck_friction", "presliding_friction",
+        "bouc_wen_hysteresis"}}};
+  return all;
+}
+
 }  // namespace
+
+std::string_view effect_family(std::string_view effect) {
+  for (const Family& family : families()) {
+    if (std::find(family.effects.begin(), family.effects.end(), effect) != family.effects.end())
+      return family.name;
+  }
+  return "other";
+}
 
 double DropTest::energy_in(const DropHistory& h, std::size_t end) const {
   const double speed = conditions_.sink_speed;

@@ -97,6 +97,10 @@ class Rules(Scratch):
         self.assertIn("how does it fall?", self.refused())
         self.assertIn("--shaker-mass is needed", self.refused("--rule", "29.725", "--weight", "4kN"))
         self.assertIn("--weight", self.refused("--rule", "29.725", "--shaker-mass", "400"))
+        self.assertIn("the range of the charge",
+                      self.refused("--sink-speed", "2", "--charge", "1.1,0.9"))
+        self.assertIn("widen the band of a CAMPAIGN",
+                      self.refused("--sink-speed", "2", "--cd-spread", "0.02"))
         self.assertIn("--unsprung-mass",
                       self.refused("--sink-speed", "2", "--tyre-stiffness", "3e5", "--mass", "400"))
 
@@ -121,6 +125,15 @@ class Rules(Scratch):
         deepest = figures["peak_stroke"]["value"]
         self.assertAlmostEqual(said["gas_pressure_Pa"] / (400 * 1.5 / 0.004 * (1 - 5 * deepest) ** -1.1),
                                1.0, delta=1e-5)
+        # Charge and oil: less gas, more stroke; the figures of the least and the greatest are drops too.
+        served = json.loads(self.drop("--sink-speed", "3", "--mass", "400", "--charge", "0.9,1.1", "--oil=-0.1,0.1",
+                                      "--json").stdout)["servicing"]
+        envelope = {f["name"]: f for f in served["figures"]}
+        self.assertEqual(served["drops"], 9 + 128)
+        self.assertAlmostEqual(envelope["peak_load"]["greatest"], 400 * (144 + 1.1 * 1.5), delta=1e-6)
+        self.assertLess(envelope["peak_stroke"]["least"], deepest)
+        self.assertGreater(envelope["peak_stroke"]["greatest"], deepest)
+        self.assertEqual(envelope["peak_stroke"]["greatest_at"]["charge"], 0.9)
         # A half of the mass falls on the same damper: the same loads in N at touch-down.
         half = json.loads(self.drop("--sink-speed", "3", "--mass", "200", "--shaker-mass", "400",
                                     "--json").stdout)
