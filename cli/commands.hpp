@@ -140,7 +140,7 @@ struct ShowOptions {
   std::filesystem::path file;
 };
 struct VerifyOptions {
-  std::filesystem::path campaign;
+  std::vector<std::filesystem::path> campaigns;
   bool seal = false;   // make one if everything fits
   std::string sha256;  // of the database, as a report says; may be empty
 };

@@ -299,14 +299,13 @@ std::string dossier_page(const Dossier& dossier) {
 std::vector<std::string> dossier_commands(const ReportOptions& options) {
   const DropOptions& drop = options.drop;
   std::vector<std::string> commands;
-  for (const auto& place : drop.campaigns)
-    commands.push_back("shakerctl verify " + quoted(place.string()));
-  const std::string places = places_of(drop), falls = drop_words(drop);
-  commands.push_back("shakerctl estimate" + places);
-  commands.push_back("shakerctl diagnose" + places + " --out diagnosis");
   std::string campaigns;
   for (const auto& place : drop.campaigns)
     campaigns += " " + quoted(place.string());
+  commands.push_back("shakerctl verify" + campaigns);
+  const std::string places = places_of(drop), falls = drop_words(drop);
+  commands.push_back("shakerctl estimate" + places);
+  commands.push_back("shakerctl diagnose" + places + " --out diagnosis");
   if (!falls.empty())
     commands.push_back("shakerctl drop" + campaigns + " --diagnosis diagnosis" + falls);
   std::string own = "shakerctl report" + places + falls + " --out " + quoted(options.out.string());

@@ -239,11 +239,11 @@ void add_campaigns(CLI::App& app, Options& o) {
 void add_verify(CLI::App& app, Options& o) {
   auto* verifying = add(app, o, "verify", "Is a campaign as it was recorded, to the last byte?",
                         [&o] { return verify(o.common, o.verify); });
-  verifying->add_option("campaign", o.verify.campaign, "FILE.db, or a folder with campaign.json")
+  verifying->add_option("campaigns", o.verify.campaigns, "FILE.db, or folders with campaign.json")
       ->required();
   auto* seal = verifying->add_flag("--seal", o.verify.seal,
                                    "If everything fits, write the SHA-256 of every file beside it");
-  verifying->add_option("--sha256", o.verify.sha256, "That the database has, as a report says")
+  verifying->add_option("--sha256", o.verify.sha256, "That the only campaign has, as a report says")
       ->check(CLI::Validator(
           [](std::string& text) {
             const bool good = text.size() == 64 &&

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -26,18 +27,22 @@ std::optional<AloneFit> fitted_alone(const InputOptions& options,
   alone.files = {place};
   auto input = read_estimation_input(alone);
   if (!input || input->spoiled) return std::nullopt;
-  const estimator::Model model(input->model);
-  estimator::Estimator estimator(model, std::move(input->runs));
-  const estimator::Fit& fit = estimator.fit(model.start());
-  if (fit.status != estimator::FitStatus::converged) return std::nullopt;
-  AloneFit found = {place, {}, {}, {}};
-  for (std::size_t k = 0; k < fit.theta.size(); ++k) {
-    if (model.parameters()[k].fixed || !(fit.standard_error[k] > 0.0)) continue;
-    found.names.push_back(model.parameters()[k].name);
-    found.theta.push_back(fit.theta[k]);
-    found.error.push_back(fit.standard_error[k]);
+  try {
+    const estimator::Model model(input->model);
+    estimator::Estimator estimator(model, std::move(input->runs));
+    const estimator::Fit& fit = estimator.fit(model.start());
+    if (fit.status != estimator::FitStatus::converged) return std::nullopt;
+    AloneFit found = {place, {}, {}, {}};
+    for (std::size_t k = 0; k < fit.theta.size(); ++k) {
+      if (model.parameters()[k].fixed || !(fit.standard_error[k] > 0.0)) continue;
+      found.names.push_back(model.parameters()[k].name);
+      found.theta.push_back(fit.theta[k]);
+      found.error.push_back(fit.standard_error[k]);
+    }
+    return found;
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;  // the estimate of all says what is wrong with the model
   }
-  return found;
 }
 
 }  // namespace
@@ -67,6 +72,14 @@ std::optional<std::string> disagreement(const InputOptions& options) {
         report::with_error(other->theta[worst], other->error[worst]));
   }
   return std::nullopt;
+}
+
+std::optional<std::string> disagreement(const std::vector<std::filesystem::path>& campaigns,
+                                        const std::filesystem::path& model) {
+  InputOptions options;
+  options.files = campaigns;
+  options.model = model;
+  return disagreement(options);
 }
 
 }  // namespace shaker::cli

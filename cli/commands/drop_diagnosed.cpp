@@ -12,6 +12,7 @@
 #include "cli/diagnosed_drop.hpp"
 #include "cli/dossier.hpp"
 #include "cli/drop_figures.hpp"
+#include "cli/same_damper.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::cli {
@@ -131,9 +132,11 @@ int drop_diagnosed(const Common& common, const DropOptions& options) {
                   "a diagnosis has its own estimates; leave --estimate or the campaign out");
     const auto damper = damper_for(options);
     if (!damper) return fail(common, drop_exit_code(damper.error()), damper.error().what);
-    const auto prediction = predict_diagnosed(options, *damper);
+    auto prediction = predict_diagnosed(options, *damper);
     if (!prediction)
       return fail(common, drop_exit_code(prediction.error()), prediction.error().what);
+    if (auto apart = disagreement(options.campaigns, options.model); apart)
+      prediction->drop.warnings.push_back(std::move(*apart));
     if (auto drawn = write_drop_picture(options, prediction->output, prediction->drop.run,
                                         prediction->drop.history, nullptr, prediction->length);
         !drawn)

@@ -12,6 +12,7 @@
 #include "cli/commands.hpp"
 #include "cli/dossier.hpp"
 #include "cli/print_page.hpp"
+#include "cli/same_damper.hpp"
 #include "estimator/discrepancy/diagnose.hpp"
 #include "report/diagnosis_page.hpp"
 
@@ -73,8 +74,10 @@ int write_dossier(const Common& common, const ReportOptions& options) {
   if (auto good = expect_new_file(options); !good)
     return fail(common, kBadInput, good.error().what);
   keep_freed_memory();
-  const auto opened = open_campaigns(options.drop.campaigns, options.drop.model);
+  auto opened = open_campaigns(options.drop.campaigns, options.drop.model);
   if (!opened) return fail(common, kBadInput, opened.error().what);
+  if (auto apart = disagreement(options.drop.campaigns, options.drop.model))
+    opened->campaign.warnings.push_back(std::move(*apart));
   const auto found = diagnosed(*opened);
   if (!found)
     return fail(common, found.error().kind == ErrorKind::invalid ? kBadInput : kNotUsable,

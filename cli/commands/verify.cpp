@@ -1,4 +1,5 @@
 // verify: is a campaign as it was recorded? Its own checksums, and the seal over every byte.
+#include <algorithm>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -14,12 +15,14 @@
 namespace shaker::cli {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct Verdict {
   std::vector<std::string> facts, troubles;
   bool sealed = false, running = false;
 };
 
-Result<void> verify_database(const std::filesystem::path& file, Verdict& verdict) {
+Result<void> verify_database(const fs::path& file, Verdict& verdict) {
   const auto found = record::verify_campaign(file);
   if (!found) return found.error();
   verdict.running = found->running;
@@ -33,26 +36,27 @@ Result<void> verify_database(const std::filesystem::path& file, Verdict& verdict
   return {};
 }
 
-void verify_folder(const std::filesystem::path& folder, Verdict& verdict) {
+void verify_folder(const fs::path& folder, Verdict& verdict) {
   const auto report = check_file(folder, {});
   verdict.facts = report.facts;
   verdict.troubles = report.errors;
 }
 
 // Compares with the seal, or with the hash of a report.
-Result<void> verify_bytes(const VerifyOptions& options, Verdict& verdict) {
+Result<void> verify_bytes(const fs::path& campaign, const VerifyOptions& options,
+                          Verdict& verdict) {
   std::error_code none;
   if (!options.sha256.empty()) {
-    const auto hash = fingerprint_of(options.campaign);
+    const auto hash = fingerprint_of(campaign);
     if (!hash) return hash.error();
     verdict.sealed = true;
     if (*hash != options.sha256)
       verdict.troubles.push_back(fmt::format("its SHA-256 is {}, not {}", *hash, options.sha256));
     return {};
   }
-  verdict.sealed = std::filesystem::exists(seal_of(options.campaign), none);
+  verdict.sealed = fs::exists(seal_of(campaign), none);
   if (!verdict.sealed) return {};
-  const auto broken = broken_seal(options.campaign);
+  const auto broken = broken_seal(campaign);
   if (!broken) return broken.error();
   verdict.troubles.insert(verdict.troubles.end(), broken->begin(), broken->end());
   return {};
@@ -66,10 +70,10 @@ std::string legible(std::string text) {
   return text;
 }
 
-int print_verdict(const Common& common, const VerifyOptions& options, const Verdict& verdict) {
+int print_verdict(const Common& common, const fs::path& campaign, const Verdict& verdict) {
   const bool sound = verdict.troubles.empty();
   if (common.json) {
-    const nlohmann::ordered_json body = {{"campaign", options.campaign.string()},
+    const nlohmann::ordered_json body = {{"campaign", campaign.string()},
                                          {"sound", sound},
                                          {"sealed", verdict.sealed},
                                          {"facts", verdict.facts},
@@ -81,7 +85,7 @@ int print_verdict(const Common& common, const VerifyOptions& options, const Verd
     fmt::print("{}\n", fact);
   std::fflush(stdout);
   for (const std::string& trouble : verdict.troubles)
-    fmt::print(stderr, "shakerctl: {}: {}\n", options.campaign.string(), legible(trouble));
+    fmt::print(stderr, "shakerctl: {}: {}\n", campaign.string(), legible(trouble));
   if (!sound) return kNegative;
   fmt::print("{}\n", verdict.sealed
                          ? "sound: every byte is as it was sealed"
@@ -90,30 +94,41 @@ int print_verdict(const Common& common, const VerifyOptions& options, const Verd
   return kOk;
 }
 
-}  // namespace
-
-int verify(const Common& common, const VerifyOptions& options) {
-  if (auto good = expect_campaign(options.campaign); !good)
+int verify_one(const Common& common, const fs::path& campaign, const VerifyOptions& options) {
+  if (auto good = expect_campaign(campaign); !good)
     return fail(common, kBadInput, good.error().what);
-  const bool folder = place_of(options.campaign) == Place::folder;
+  const bool folder = place_of(campaign) == Place::folder;
   Verdict verdict;
   if (folder) {
-    verify_folder(options.campaign, verdict);
-  } else if (auto done = verify_database(options.campaign, verdict); !done) {
+    verify_folder(campaign, verdict);
+  } else if (auto done = verify_database(campaign, verdict); !done) {
     verdict.troubles.push_back(done.error().what);
   }
   if (options.seal && verdict.running)
     return fail(common, kBadInput,
                 fmt::format("{}: has no end yet, so it is not sealed; wait for the campaign, or "
                             "start the daemon, which recovers it",
-                            options.campaign.string()));
+                            campaign.string()));
   if (options.seal && verdict.troubles.empty()) {
-    if (auto sealed = write_seal(options.campaign); !sealed)
+    if (auto sealed = write_seal(campaign); !sealed)
       return fail(common, kBadInput, sealed.error().what);
   }
-  if (auto done = verify_bytes(options, verdict); !done)
+  if (auto done = verify_bytes(campaign, options, verdict); !done)
     return fail(common, kBadInput, done.error().what);
-  return print_verdict(common, options, verdict);
+  return print_verdict(common, campaign, verdict);
+}
+
+}  // namespace
+
+int verify(const Common& common, const VerifyOptions& options) {
+  if (!options.sha256.empty() && options.campaigns.size() != 1)
+    return fail(common, kBadInput, "--sha256 is of one campaign; verify it alone");
+  int worst = kOk;
+  for (const fs::path& campaign : options.campaigns) {
+    if (options.campaigns.size() > 1 && !common.json) fmt::print("{}:\n", campaign.string());
+    worst = std::max(worst, verify_one(common, campaign, options));
+  }
+  return worst;
 }
 
 }  // namespace shaker::cli

@@ -11,6 +11,7 @@ import unittest
 
 from support import Scratch, SHAKERCTL, run
 from test_diagnose import MODEL, response
+from test_drop import stiffer_response
 
 
 class Report(Scratch):
@@ -78,6 +79,14 @@ class Report(Scratch):
         self.page.unlink()
         self.assertEqual(self.call(*own[1:]).returncode, 0)
         self.assertTrue(self.page.exists())
+
+    def test_two_dampers_are_told_on_the_page(self):
+        other = self.path / "other"
+        shutil.copytree(self.campaign, other)
+        for i, frequency in enumerate((0.8, 1.3, 2.1), 1):
+            (other / f"r{i}.csv").write_text(stiffer_response(frequency))
+        self.report("other", "--out", self.page)
+        self.assertIn("They are of two dampers", self.words_of(self.page))
 
     def test_without_a_drop_it_has_none_and_a_drop_that_does_not_turn_is_said(self):
         self.report("--out", self.page)

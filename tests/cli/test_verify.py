@@ -79,6 +79,14 @@ class Verify(Scratch):
         (copy / "r1.csv").unlink()
         self.assertIn("r1.csv is missing", self.verified(copy, code=1).stderr)
 
+    def test_several_are_verified_one_after_the_other(self):
+        other = self.path / "other.db"
+        other.write_bytes(self.file.read_bytes().replace(b"2026-03-01T12:00:00", b"2026-03-01T11:00:00"))
+        both = self.verified(self.file, other, code=1)
+        self.assertIn("sound", both.stdout)
+        self.assertIn("other.db: 1 row does not match its checksum", both.stderr)
+        self.assertIn("of one campaign", self.verified(self.file, other, "--sha256", 64 * "0", code=2).stderr)
+
     def test_what_is_no_campaign_is_told(self):
         (self.path / "empty").mkdir()
         self.assertIn("is a folder without", self.verified(self.path / "empty", code=2).stderr)
