@@ -141,7 +141,9 @@ function(shaker_library name)
   add_library(shaker_${name} STATIC ${arg_SOURCES})
   shaker_batches(shaker_${name} ${arg_SOURCES})
   target_include_directories(shaker_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
+                                                   $<INSTALL_INTERFACE:include>
                                                    $<INSTALL_INTERFACE:include/shaker>)
+  target_compile_features(shaker_${name} INTERFACE cxx_std_20)
   target_link_libraries(shaker_${name} PUBLIC ${arg_DEPENDS})
   if(arg_LOOPS)
     add_library(shaker_${name}_loops OBJECT ${arg_LOOPS})

@@ -21,18 +21,39 @@ foreach(room IN ITEMS config protocol)
   install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema)
 endforeach()
 
-# The estimator stands alone: find_package(ShakerEstimator), tests/install/consumer shows how. For who
-# builds with it, so not in the rig PC's package.
-install(TARGETS shaker_base shaker_config shaker_estimator shaker_analysis EXPORT ShakerEstimator
-        ARCHIVE COMPONENT development)
+# The library for other programs, which examples/ use: find_package(Shaker COMPONENTS estimator
+# diagnosis), or pkg-config. It is not in the rig PC's package.
+set(shaker_installed base config estimator analysis time_steps discrepancy_campaign discrepancy)
+foreach(room IN LISTS shaker_installed)
+  set_target_properties(shaker_${room} PROPERTIES EXPORT_NAME ${room})
+  install(TARGETS shaker_${room} EXPORT Shaker ARCHIVE COMPONENT development)
+endforeach()
+set_target_properties(shaker_discrepancy PROPERTIES EXPORT_NAME diagnosis)
 foreach(room IN ITEMS base config protocol estimator)
   install(DIRECTORY ${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/shaker COMPONENT development
           FILES_MATCHING PATTERN "*.hpp" PATTERN examples EXCLUDE PATTERN schema EXCLUDE)
 endforeach()
-install(EXPORT ShakerEstimator NAMESPACE Shaker:: FILE ShakerEstimatorTargets.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ShakerEstimator COMPONENT development)
-install(FILES cmake/ShakerEstimatorConfig.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ShakerEstimator COMPONENT development)
+include(CMakePackageConfigHelpers)
+set(shaker_package ${CMAKE_INSTALL_LIBDIR}/cmake/Shaker)
+install(EXPORT Shaker NAMESPACE Shaker:: FILE ShakerTargets.cmake DESTINATION ${shaker_package}
+        COMPONENT development)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/ShakerConfigVersion.cmake
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES cmake/ShakerConfig.cmake ${CMAKE_BINARY_DIR}/ShakerConfigVersion.cmake
+        DESTINATION ${shaker_package} COMPONENT development)
+# shaker_pkg_config(NAME DESCRIPTION LIBRARIES...)
+function(shaker_pkg_config name description)
+  list(TRANSFORM ARGN PREPEND -lshaker_ OUTPUT_VARIABLE libraries)
+  list(JOIN libraries " " libraries)
+  file(RELATIVE_PATH up /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+  configure_file(cmake/shaker.pc.in ${name}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc COMPONENT development
+          DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endfunction()
+shaker_pkg_config(shaker-estimator "Parameters of a damper from its periodic response"
+                  analysis estimator config base)
+shaker_pkg_config(shaker-diagnosis "Names the effect that a damper's model lacks"
+                  discrepancy discrepancy_campaign time_steps analysis estimator config base)
 
 install(DIRECTORY python/shakerd DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN py.typed)

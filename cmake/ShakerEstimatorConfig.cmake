@@ -1,6 +1,0 @@
-include(CMakeFindDependencyMacro)
-find_dependency(Threads)
-find_dependency(fmt)
-find_dependency(Eigen3)
-find_dependency(nlohmann_json)
-include(${CMAKE_CURRENT_LIST_DIR}/ShakerEstimatorTargets.cmake)

@@ -1,0 +1,30 @@
+#!/bin/bash
+# Usage: library_stands_alone.sh STAGE: the examples, which have only the installed library, build and find what
+# they look for, with CMake's package and with pkg-config.
+set -euo pipefail
+stage=$(realpath "$1")
+examples=$(realpath "$(dirname "$0")/../../examples")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cmake -S "$examples" -B "$work" -G Ninja -DCMAKE_PREFIX_PATH="$stage/usr"
+ninja -C "$work"
+
+# expect PATTERN PROGRAM: it prints a line that matches.
+expect() {
+  "$work/$2" >"$work/said"
+  cat "$work/said"
+  grep -Eq "$1" "$work/said" || { echo "$2 does not print: $1" && exit 1; }
+}
+expect '^k = 400\.0000 .*1/s\^2' estimate
+expect '^c = 4\.0000 ' estimate
+expect '^k = (300\.0|299\.9)' new_effect
+expect '^length = 0\.1000 ' new_effect
+expect '^cycle 20:  k = (400\.[0-2]|399\.[89])' online
+expect '^explained' diagnose
+expect '^cubic_stiffness, probability (0\.9|1\.0)' diagnose
+
+packages=$(dirname "$(find "$stage/usr" -name shaker-estimator.pc)")
+# shellcheck disable=SC2046  # one word for each flag
+c++ "$examples/estimate.cpp" -o "$work/by_pkg_config" \
+  $(PKG_CONFIG_PATH=$packages pkg-config --cflags --libs shaker-estimator)
+expect '^k = 400\.0000' by_pkg_config
