@@ -80,11 +80,21 @@ class Report(Scratch):
         self.assertEqual(self.call(*own[1:]).returncode, 0)
         self.assertTrue(self.page.exists())
 
-    def test_two_dampers_are_told_on_the_page(self):
+    def stiffer(self, frequencies):
         other = self.path / "other"
-        shutil.copytree(self.campaign, other)
-        for i, frequency in enumerate((0.8, 1.3, 2.1), 1):
+        other.mkdir(exist_ok=True)
+        runs = []
+        for i, frequency in enumerate(frequencies, 1):
             (other / f"r{i}.csv").write_text(stiffer_response(frequency))
+            runs.append({"name": f"r{i}", "frequency_hz": frequency, "amplitude": 2.0})
+        (other / "campaign.json").write_text(json.dumps({"format": "shaker-campaign/1", "runs": runs}))
+
+    def test_two_dampers_are_told(self):
+        self.stiffer((0.8, 1.3, 2.1))
+        self.assertIn("contradict each other", self.report("other", "--out", self.page, code=2).stderr)
+        self.assertFalse(self.page.exists())
+        # Driven otherwise, no two runs contradict each other: the parameters do.
+        self.stiffer((0.9, 1.5, 2.4))
         self.report("other", "--out", self.page)
         self.assertIn("They are of two dampers", self.words_of(self.page))
 
