@@ -142,6 +142,22 @@ report::Plot stroke_over_time(const DropScene& scene) {
   return plot;
 }
 
+// The band at the time of a stroke, as long as the stroke grows.
+report::Band band_over_stroke(const estimator::DropRun& run, const std::vector<double>& t,
+                              const std::vector<double>& lower, const std::vector<double>& upper,
+                              double factor) {
+  report::Band band{"95 %, until the stroke turns", {}, {}, {}, report::Ink::first};
+  const auto& h = run.history;
+  for (std::size_t i = 0; i < t.size() && t[i] <= run.figures[1]; ++i) {
+    const double stroke = read_at(h.t, h.stroke, t[i]);
+    if (!band.x.empty() && stroke <= band.x.back()) continue;
+    band.x.push_back(stroke);
+    band.lower.push_back(factor * lower[i]);
+    band.upper.push_back(factor * upper[i]);
+  }
+  return band;
+}
+
 report::Plot load_over_stroke(const DropScene& scene) {
   const auto& h = scene.run->history;
   const auto& options = scene.options;
@@ -151,19 +167,9 @@ report::Plot load_over_stroke(const DropScene& scene) {
   plot.title = "Load over stroke";
   plot.x.label = "stroke, " + options.length_unit;
   plot.y.label = load_label(options);
-  // The band at the time of a stroke, as long as the stroke grows.
-  if (options.band != nullptr && !options.band->t.empty()) {
-    report::Band band{"95 %, until the stroke turns", {}, {}, {}, report::Ink::first};
-    const auto& own = *options.band;
-    for (std::size_t i = 0; i < own.t.size() && own.t[i] <= scene.run->figures[1]; ++i) {
-      const double stroke = read_at(h.t, h.stroke, own.t[i]);
-      if (!band.x.empty() && stroke <= band.x.back()) continue;
-      band.x.push_back(stroke);
-      band.lower.push_back(mass * own.load_lower[i]);
-      band.upper.push_back(mass * own.load_upper[i]);
-    }
-    plot.bands.push_back(std::move(band));
-  }
+  if (options.band != nullptr && !options.band->load_lower.empty())
+    plot.bands.push_back(band_over_stroke(*scene.run, options.band->t, options.band->load_lower,
+                                          options.band->load_upper, mass));
   plot.curves.push_back({"predicted", scaled(h.stroke, 1.0, count), scaled(h.load, mass, count),
                          report::Ink::first, report::Stroke::line});
   if (options.measured != nullptr && !options.measured->stroke.empty() &&
@@ -183,6 +189,10 @@ report::Plot velocity_over_stroke(const DropScene& scene) {
   plot.title = "Velocity over stroke: what the campaign visited, and the drop";
   plot.x.label = "stroke, " + scene.options.length_unit;
   plot.y.label = "velocity, " + scene.options.length_unit + "/s";
+  const auto* own = scene.options.band;
+  if (own != nullptr && !own->speed_lower.empty())
+    plot.bands.push_back(
+        band_over_stroke(*scene.run, own->t, own->speed_lower, own->speed_upper, 1.0));
   report::Curve cells{"visited", {}, {}, report::Ink::quiet, report::Stroke::points};
   for (const estimator::VisitedCell& cell : *scene.visited) {
     cells.x.push_back(cell.stroke);

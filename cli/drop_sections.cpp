@@ -79,16 +79,16 @@ DropSection envelope_section(const DropSections& s) {
   DropSection section = {"Servicing envelope, at the estimates", {}};
   for (const estimator::EnvelopeFigure& f : s.envelope->figures) {
     const double k = s.words.scale[f.figure];
-    const std::string& unit = s.words.unit[f.figure];
+    const std::string unit = s.words.unit[f.figure] == "-" ? "" : " " + s.words.unit[f.figure];
     const std::string& label = s.words.label[f.figure];
     section.rows.emplace_back(label + ", least",
-                              fmt::format("{:.5g} {} at {}", k * f.least, unit,
+                              fmt::format("{:.5g}{} at {}", k * f.least, unit,
                                           state_words(f.least_at, s.tested_temperature)));
     section.rows.emplace_back(label + ", greatest",
-                              fmt::format("{:.5g} {} at {}", k * f.greatest, unit,
+                              fmt::format("{:.5g}{} at {}", k * f.greatest, unit,
                                           state_words(f.greatest_at, s.tested_temperature)));
     section.rows.emplace_back(label + ", 5, 50 and 95 %",
-                              fmt::format("{:.5g}, {:.5g} and {:.5g} {}", k * f.quantiles[0],
+                              fmt::format("{:.5g}, {:.5g} and {:.5g}{}", k * f.quantiles[0],
                                           k * f.quantiles[1], k * f.quantiles[2], unit));
   }
   if (s.envelope->without > 0)

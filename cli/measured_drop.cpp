@@ -17,6 +17,7 @@ namespace {
 using OrderedJson = nlohmann::ordered_json;
 
 constexpr double kQuantileOf95 = 1.959964;
+constexpr double kNotComparable = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kFewestDropSamples = 10;
 
 Error measured_refused(const std::filesystem::path& file, const std::string& why) {
@@ -129,8 +130,9 @@ class Comparer {
     const auto& predicted = p_.figures[figure];
     const double error = 0.5 * (predicted.upper - predicted.lower) / kQuantileOf95;
     const double off = predicted.value - measured;
-    out_.figures.push_back({figure, measured, predicted.value, 100.0 * off / measured,
-                            error > 0.0 ? off / error : std::numeric_limits<double>::quiet_NaN()});
+    out_.figures.push_back({figure, measured, predicted.value,
+                            measured != 0.0 ? 100.0 * off / measured : kNotComparable,
+                            error > 0.0 ? off / error : kNotComparable});
   }
 
   // `carried`: what a load holds more than an acceleration does.
@@ -201,7 +203,8 @@ std::vector<std::vector<std::string>> comparison_rows(const MeasuredComparison& 
     const double k = words.scale[one.figure];
     rows.push_back(
         {words.label[one.figure], fmt::format("{:.6g}", k * one.measured),
-         fmt::format("{:.6g}", k * one.predicted), fmt::format("{:+.2f} %", one.percent),
+         fmt::format("{:.6g}", k * one.predicted),
+         std::isfinite(one.percent) ? fmt::format("{:+.2f} %", one.percent) : "-",
          std::isfinite(one.standard_errors) ? fmt::format("{:+.2f}", one.standard_errors) : "-",
          words.unit[one.figure]});
   }
@@ -225,8 +228,8 @@ OrderedJson comparison_json(const MeasuredComparison& comparison, const Comparis
     OrderedJson entry = {{"name", estimator::kDropFigures[one.figure].name},
                          {"unit", words.unit[one.figure]},
                          {"measured", k * one.measured},
-                         {"predicted", k * one.predicted},
-                         {"error_percent", one.percent}};
+                         {"predicted", k * one.predicted}};
+    if (std::isfinite(one.percent)) entry["error_percent"] = one.percent;
     if (std::isfinite(one.standard_errors)) entry["standard_errors"] = one.standard_errors;
     figures.push_back(std::move(entry));
   }

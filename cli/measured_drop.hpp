@@ -41,7 +41,7 @@ struct PredictedDrop {
 struct ComparedFigure {
   std::size_t figure = 0;  // of kDropFigures
   double measured = 0.0, predicted = 0.0;
-  double percent = 0.0;          // predicted over measured, less 1
+  double percent = 0.0;          // predicted over measured, less 1; NaN where 0 was measured
   double standard_errors = 0.0;  // predicted less measured; NaN without a band
 };
 struct MeasuredComparison {

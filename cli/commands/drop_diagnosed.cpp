@@ -109,6 +109,8 @@ OrderedJson to_json(const DiagnosedDrop& p) {
        {{"t", band.t},
         {"stroke_lower", band.stroke_lower},
         {"stroke_upper", band.stroke_upper},
+        {"speed_lower", band.speed_lower},
+        {"speed_upper", band.speed_upper},
         {"load_per_mass_lower", band.load_lower},
         {"load_per_mass_upper", band.load_upper}}}};
   add_drop_output(p.output, out);

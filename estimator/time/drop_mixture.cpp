@@ -206,8 +206,11 @@ class Mixer {
       band.upper = found[f].empty() ? band.value : weighted_quantile(found[f], 1.0 - tail);
       out.bands.push_back(band);
     }
-    histories.into(tail, out.history.t, out.history.stroke_lower, out.history.stroke_upper,
-                   out.history.load_lower, out.history.load_upper);
+    HistoryBand& band = out.history;
+    band.t = histories.t;
+    histories.ends(histories.stroke, tail, band.stroke_lower, band.stroke_upper);
+    histories.ends(histories.speed, tail, band.speed_lower, band.speed_upper);
+    histories.ends(histories.load, tail, band.load_lower, band.load_upper);
     out.drawn = std::move(found);
   }
 

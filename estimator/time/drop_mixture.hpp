@@ -36,7 +36,8 @@ struct MixtureBand {
 
 // Bands of the curves at some times of the history.
 struct HistoryBand {
-  std::vector<double> t, stroke_lower, stroke_upper, load_lower, load_upper;
+  std::vector<double> t, stroke_lower, stroke_upper, speed_lower, speed_upper;
+  std::vector<double> load_lower, load_upper;
 };
 
 // A value that a figure takes, and its share of all draws.
