@@ -11,6 +11,7 @@
 #include "estimator/time/drop.hpp"
 #include "estimator/time/drop_mixture.hpp"
 #include "estimator/time/drop_rule.hpp"
+#include "estimator/time/excitation.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -77,6 +78,26 @@ TEST(FallingDamper, StandsOnATyreThatIsGivenInNewton) {
   EXPECT_GT(figure_of(*run, "travel"), figure_of(*run, "peak_stroke"));
   EXPECT_THROW(on_tyre(oleo_on_tyre(0.1), {1e5, 0.0, 40.0}, sprung), std::invalid_argument);
   EXPECT_THROW(on_tyre(spec, {0.0, 0.0, 40.0}, sprung), std::invalid_argument);
+}
+
+TEST(FallingDamper, PushesTheUnsprungMassTheOtherWay) {
+  // A constant force of the damper, as a push and as a line of the model.
+  const std::vector<double> theta = {16.0, 1.5, 5.3, 1.1, 2000.0, 6.0};
+  const DropConditions conditions{3.0, 0.0, 1.5, -1};
+  const auto pushed =
+      DropTest(oleo_on_tyre(0.1), conditions).run(theta, false, Excitation::constant(2.0));
+  auto spec = oleo_on_tyre(0.1);
+  auto line = effect("gravity");
+  line.constants["g"] = 2.0;
+  line.sees = {1.0, 0.0};
+  line.acts = {1.0, -1.0};
+  spec.effects.push_back(line);
+  const auto written = DropTest(spec, conditions).run(theta, false);
+  ASSERT_TRUE(pushed.ok() && written.ok());
+  for (const char* name : {"peak_stroke", "travel", "tyre_deflection"})
+    EXPECT_NEAR(figure_of(*pushed, name) / figure_of(*written, name), 1.0, 1e-7) << name;
+  EXPECT_GT(figure_of(*pushed, "peak_stroke"),
+            1.001 * figure_of(dropped(oleo_on_tyre(0.1), theta, 3.0), "peak_stroke"));
 }
 
 TEST(FallingDamper, HasNoTyreFiguresWithoutATyre) {
