@@ -51,6 +51,8 @@ constexpr std::array kUnits = {
     Unit{"bar", pressure, 1e5},
     Unit{"atm", pressure, 101325.0},
     Unit{"psi", pressure, kPoundForce / (kInch * kInch)},
+    Unit{"lbf/ft^2", pressure, kPoundForce / (kFoot * kFoot)},
+    Unit{"kgf/m^2", pressure, kGravity},
     Unit{"K", temperature, 1.0},
     Unit{"degC", temperature, 1.0, kIcePoint},
     Unit{"degF", temperature, kFahrenheit, kIcePoint - 32.0 * kFahrenheit},
@@ -67,7 +69,7 @@ constexpr std::array kUnits = {
     Unit{"rad/s", frequency, 0.5 * std::numbers::inv_pi},
 };
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kSpellings = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kSpellings = {{
     {"m/s2", "m/s^2"},
     {"m/s²", "m/s^2"},
     {"m/s/s", "m/s^2"},
@@ -80,6 +82,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kSpellin
     {"°", "deg"},
     {"µs", "us"},
     {"1/min", "rpm"},
+    {"lb/ft^2", "lbf/ft^2"},
+    {"psf", "lbf/ft^2"},
 }};
 
 }  // namespace

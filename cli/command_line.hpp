@@ -29,6 +29,8 @@ struct Options {
   CampaignsOptions campaigns;
   ShowOptions show;
   CheckOptions check;
+  VerifyOptions verify;
+  ReportOptions report;
   std::function<int()> action;
 };
 
@@ -48,5 +50,6 @@ inline void add_socket(CLI::App* command, Options& o) {
 }
 
 void add_file_commands(CLI::App& app, Options& o);
+void add_drop_commands(CLI::App& app, Options& o);
 
 }  // namespace shaker::cli

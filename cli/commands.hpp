@@ -59,13 +59,20 @@ struct DropOptions {
   std::filesystem::path diagnosis;               // folder of a diagnosis that is there already
   std::filesystem::path campaign;                // from which the model is identified as it is
   std::filesystem::path model, estimate;         // otherwise these
-  double sink_speed = 0.0;
-  double lift = 0.0;
-  std::optional<double> mass;
+  std::optional<double> sink_speed, lift;
+  std::optional<double> mass, shaker_mass;  // kg: above the damper in the drop, and on the shaker
+  std::string rule, condition, weight, wing_loading;  // a rule's, the last two with their units
+  std::optional<double> tyre_stiffness, tyre_damping, unsprung_mass;  // N/m, N s/m, kg
+  std::vector<std::string> limits;                                    // FIGURE=VALUE with its unit
+  std::optional<double> piston_area;                                  // m^2
+  std::filesystem::path measured;                     // CSV of a measured drop; may be empty
+  double discharge_spread = 0.0, index_spread = 0.0;  // priors beyond the tested velocities
+  std::vector<double> charge, oil, temperature;  // ranges of the servicing: from and to, or empty
+  std::optional<double> tested_temperature;      // degC
   double duration = 1.5;
   int samples = 400;
   std::optional<double> identified_speed, identified_stroke;
-  std::filesystem::path truth, svg;  // may be empty
+  std::filesystem::path truth, svg, page;  // may be empty
 };
 struct ResponseOptions {
   std::filesystem::path model, svg;           // svg: empty, no picture
@@ -83,6 +90,10 @@ struct PlanCommand {
   double noise = 0.0;  // 0: that of the rig, otherwise that of a good transducer
   int points = 64, cycles = 20, runs = 3;
   unsigned threads = 0;
+  std::string aim = "all";           // or "drop", or the name of a free parameter
+  std::optional<double> sink_speed;  // of that drop
+  double lift = 0.0;
+  double minutes = 0.0;         // rig time of a set; 0: `cycles` in each run
   std::filesystem::path draw;   // HTML file; empty: none
   std::filesystem::path write;  // campaign file of the best set; empty: none
 };
@@ -128,6 +139,17 @@ struct CampaignsOptions {
 struct ShowOptions {
   std::filesystem::path file;
 };
+struct VerifyOptions {
+  std::vector<std::filesystem::path> campaigns;
+  bool seal = false;   // make one if everything fits
+  std::string sha256;  // of the database, as a report says; may be empty
+};
+struct ReportOptions {
+  DropOptions drop;           // campaigns, diagnosis, model and what falls; no drop without a speed
+  std::filesystem::path out;  // the page (.html) or document (.pdf)
+  std::string specimen, serial, rig, operator_name;
+  bool force = false;  // replace a file that is there
+};
 struct CheckOptions {
   std::filesystem::path file;
   std::filesystem::path rig;  // its limits are checked against a campaign; may be empty
@@ -156,6 +178,8 @@ int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& optio
 int campaigns(const Common& common, const CampaignsOptions& options);
 int show(const Common& common, const ShowOptions& options);
 int check(const Common& common, const CheckOptions& options);
+int verify(const Common& common, const VerifyOptions& options);
+int report_campaign(const Common& common, const ReportOptions& options);
 
 // Reports an error: `sentence` to stderr and, with `json`, as an object to stdout. Returns
 // `code`.

@@ -335,8 +335,9 @@ void check_database(const fs::path& file, CheckReport& report) {
 
 }  // namespace
 
-CheckReport check_file(const fs::path& file, const fs::path& rig_file) {
-  if (place_of(file) == Place::folder) return check_file(file / "campaign.json", rig_file);
+CheckReport check_file(const fs::path& path, const fs::path& rig_file) {
+  const bool folder = place_of(path) == Place::folder;
+  const fs::path file = folder ? path / "campaign.json" : path;
   CheckReport report;
   if (place_of(file) == Place::database) {
     check_database(file, report);
@@ -352,7 +353,8 @@ CheckReport check_file(const fs::path& file, const fs::path& rig_file) {
   const auto root = config::parse_json(*text, file.string());
   if (!root) return report.errors.push_back(root.error().what), report;
   report.kind = kind_of(*root);
-  if (report.kind == "campaign" && recorded(*root)) {
+  const bool holds_runs = recorded(*root) || (folder && root->find("model") == nullptr);
+  if (report.kind == "campaign" && holds_runs) {
     check_recorded(file, report);
   } else if (report.kind == "campaign") {
     check_campaign(file, *root, rig_file, report);

@@ -25,4 +25,15 @@ std::string figure_label(std::size_t figure, bool newton) {
   return label;
 }
 
+std::size_t figure_called(std::string_view name) {
+  std::size_t figure = 0;
+  while (figure < estimator::kDropFigureCount && name != estimator::kDropFigures[figure].name)
+    ++figure;
+  return figure;
+}
+
+bool is_gear_figure(std::size_t figure) {
+  return figure > figure_called("travel");
+}
+
 }  // namespace shaker::cli

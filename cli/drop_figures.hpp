@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace shaker::cli {
 
@@ -10,5 +11,11 @@ namespace shaker::cli {
 // mass is known, so that loads are in N and energies in J; else both are per mass.
 std::string figure_unit(std::size_t figure, const std::string& length, bool newton);
 std::string figure_label(std::size_t figure, bool newton);
+
+// The index of the figure with that name; kDropFigureCount if there is none.
+std::size_t figure_called(std::string_view name);
+
+// Whether a figure belongs to a gear with a tyre. Where it has no value, nobody asks for it.
+bool is_gear_figure(std::size_t figure);
 
 }  // namespace shaker::cli

@@ -23,41 +23,6 @@ void add_bias(CLI::App* command, std::string& rule) {
       ->capture_default_str();
 }
 
-void add_drop(CLI::App& app, Options& o) {
-  auto* dropping = add(app, o, "drop", "Predict a drop test from an identified model",
-                       [&o] { return drop(o.common, o.drop); });
-  auto* campaigns =
-      dropping->add_option("campaigns", o.drop.campaigns,
-                           "Campaigns of one damper: folders with campaign.json, or FILE.db");
-  dropping
-      ->add_option("--diagnosis", o.drop.diagnosis,
-                   "Folder that `diagnose --out` wrote (default: diagnose now)")
-      ->type_name(kFolderType);
-  dropping->add_option("--sink-speed", o.drop.sink_speed, "At touch-down, m/s")->required();
-  auto* campaign = dropping
-                       ->add_option("--campaign", o.drop.campaign,
-                                    "Identify from it as its model is, without a diagnosis")
-                       ->excludes(campaigns);
-  dropping->add_option("--model", o.drop.model, "Model file (default: the campaign's own)");
-  dropping->add_option("--estimate", o.drop.estimate, "What `estimate --json` printed")
-      ->excludes(campaign);
-  dropping->add_option("--lift", o.drop.lift, "Of the wing, share of the weight, 0 to 1");
-  dropping->add_option("--mass", o.drop.mass, "Falling mass in kg: loads in N, energy in J")
-      ->check(CLI::PositiveNumber);
-  dropping->add_option("--duration", o.drop.duration, "s")->capture_default_str();
-  dropping->add_option("--samples", o.drop.samples, "Of the sampled band")->capture_default_str();
-  dropping->add_option("--identified-speed", o.drop.identified_speed,
-                       "Largest speed at which the model was identified, m/s");
-  dropping->add_option("--identified-stroke", o.drop.identified_stroke,
-                       "Largest stroke at which the model was identified, m");
-  dropping->add_option("--truth", o.drop.truth, "Model file whose starts are the truth: compare");
-  dropping->add_option("--svg", o.drop.svg, "Draw the load into this file");
-  dropping->footer(
-      "With CAMPAIGN or --diagnosis the band holds every hypothesis that the campaign does not\n"
-      "exclude, and an unnamed force. With --campaign, or --model and --estimate, it is that of\n"
-      "the parameters, and knows no effect that the model lacks.");
-}
-
 void add_response(CLI::App& app, Options& o) {
   auto* responding = add(app, o, "response", "Response curve of a model, through folds",
                          [&o] { return response(o.common, o.response); });
@@ -271,7 +236,25 @@ void add_campaigns(CLI::App& app, Options& o) {
   checking->add_option("--rig", o.check.rig, "Rig file whose limits a campaign is held against");
 }
 
-void add_worth(CLI::App& app, Options& o) {
+void add_verify(CLI::App& app, Options& o) {
+  auto* verifying = add(app, o, "verify", "Is a campaign as it was recorded, to the last byte?",
+                        [&o] { return verify(o.common, o.verify); });
+  verifying->add_option("campaigns", o.verify.campaigns, "FILE.db, or folders with campaign.json")
+      ->required();
+  auto* seal = verifying->add_flag("--seal", o.verify.seal,
+                                   "If everything fits, write the SHA-256 of every file beside it");
+  verifying->add_option("--sha256", o.verify.sha256, "That the only campaign has, as a report says")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            const bool good = text.size() == 64 &&
+                              text.find_first_not_of("0123456789abcdef") == std::string::npos;
+            return good ? std::string() : std::string("is not 64 hexadecimal digits");
+          },
+          "HEX"))
+      ->excludes(seal);
+}
+
+void add_plan(CLI::App& app, Options& o) {
   auto* planning = add(app, o, "plan", "Which runs will determine the parameters best",
                        [&o] { return plan(o.common, o.plan); });
   planning->add_option("model", o.plan.model, "Model file; its starts are where it is looked at")
@@ -290,10 +273,25 @@ void add_worth(CLI::App& app, Options& o) {
   planning->add_option("--cycles", o.plan.cycles, "Periods in a run")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
+  planning
+      ->add_option("--for", o.plan.aim,
+                   "all (the volume), drop (its peak load), or the name of a parameter")
+      ->capture_default_str();
+  planning->add_option("--sink-speed", o.plan.sink_speed, "Of the drop, m/s")
+      ->check(CLI::PositiveNumber);
+  planning->add_option("--lift", o.plan.lift, "Of the drop, share of the weight")
+      ->check(CLI::Range(0.0, 1.0));
+  planning
+      ->add_option("--minutes", o.plan.minutes,
+                   "Rig time of every set, settling included, in place of --cycles")
+      ->check(CLI::PositiveNumber);
   planning->add_option("--threads", o.plan.threads, "0: all")->check(CLI::Range(0U, 256U));
   planning->add_option("--draw", o.plan.draw, "Write a page (HTML) with pictures there");
   planning->add_option("--write", o.plan.write,
                        "Write the best set as a campaign file there, for `shakerctl run`");
+}
+
+void add_monte_carlo(CLI::App& app, Options& o) {
   auto* repeating =
       add(app, o, "monte-carlo", "Estimate made-up campaigns many times: bias, scatter, coverage",
           [&o] { return monte_carlo(o.common, o.monte_carlo); });
@@ -330,11 +328,13 @@ void add_file_commands(CLI::App& app, Options& o) {
   add_response(app, o);
   add_reproduce(app, o);
   add_diagnose(app, o);
-  add_drop(app, o);
+  add_drop_commands(app, o);
   add_export(app, o);
   add_import(app, o);
   add_campaigns(app, o);
-  add_worth(app, o);
+  add_verify(app, o);
+  add_plan(app, o);
+  add_monte_carlo(app, o);
 }
 
 }  // namespace shaker::cli

@@ -16,11 +16,15 @@ Error not_written(const std::filesystem::path& file, const std::string& why) {
   return {ErrorKind::invalid, fmt::format("{}: {}", file.string(), why)};
 }
 
-// The sets are in the order of their sizes, the best of each size first.
+// The sets are in the order of their sizes, the best of each size first. With an aim, the best of all
+// sizes.
 const estimator::PlanSet* best_of_largest(const estimator::Plan& plan) {
   const estimator::PlanSet* best = nullptr;
   for (const estimator::PlanSet& set : plan.sets) {
-    if (set.determined && (best == nullptr || set.runs.size() > best->runs.size())) best = &set;
+    const bool better =
+        best == nullptr || (set.aim_error > 0.0 ? set.aim_error < best->aim_error
+                                                : set.runs.size() > best->runs.size());
+    if (set.determined && better) best = &set;
   }
   return best;
 }
@@ -49,11 +53,11 @@ Result<void> write_planned_campaign(const std::filesystem::path& file,
   std::ranges::replace(campaign.name, '/', '_');
   campaign.model = model;
   campaign.points_per_cycle = options.points;
-  for (const std::size_t r : set->runs) {
-    const estimator::PlanCandidate& candidate = plan.candidates[r];
+  for (std::size_t i = 0; i < set->runs.size(); ++i) {
+    const estimator::PlanCandidate& candidate = plan.candidates[set->runs[i]];
     campaign.runs.push_back({fmt::format("r{:02}", campaign.runs.size() + 1),
                              candidate.frequency_hz, to_si->scale * candidate.amplitude,
-                             options.cycles});
+                             std::max(1, static_cast<int>(set->cycles[i]))});
   }
   OutFile out(file);
   out.write("{}", config::to_json_text(campaign));

@@ -239,7 +239,7 @@ std::string diagnosis_sentence(const Diagnosis& d) {
       names_of(d), after, before);
 }
 
-std::string diagnosis_page(const Diagnosis& d, const TitleBlock& title) {
+PageValues diagnosis_values(const Diagnosis& d) {
   PageValues effects = PageValues::array();
   for (const NamedEffect& effect : d.effects)
     effects.push_back(effect_values(effect, shown_amplitude(d)));
@@ -256,11 +256,15 @@ std::string diagnosis_page(const Diagnosis& d, const TitleBlock& title) {
   if (d.verdict != Verdict::adequate) values["missing_force"] = force_values(d);
   if (!d.ranking.empty()) values["ranking"] = ranking_table(d);
   if (!d.not_tried.empty()) values["not_tried"] = not_tried_table(d);
+  return values;
+}
+
+std::string diagnosis_page(const Diagnosis& d, const TitleBlock& title) {
   TitleBlock block = {{"model", d.model}};
   block.insert(block.end(), title.begin(), title.end());
   return render_page(fmt::format("{}: {}", d.campaign, name(d.verdict)),
                      d.campaign.empty() ? "Diagnosis of a campaign" : d.campaign, block,
-                     "diagnosis", values);
+                     "diagnosis", diagnosis_values(d));
 }
 
 }  // namespace shaker::report

@@ -10,8 +10,8 @@
 #include <fmt/ranges.h>
 
 #include "base/heap.hpp"
+#include "cli/campaign_title.hpp"
 #include "cli/commands.hpp"
-#include "cli/diagnosis_title.hpp"
 #include "cli/opened_campaign.hpp"
 #include "cli/terminal.hpp"
 #include "report/diagnosis_document.hpp"
@@ -72,8 +72,9 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   fmt::print("{}",
              common.json ? report::diagnosis_json(*found) + "\n" : report::diagnosis_table(*found));
   if (options.out.empty()) return kOk;
-  const auto written = report::write_diagnosis(options.out, *found,
-                                               title_of(options.campaigns.front(), opened->row));
+  const auto written = report::write_diagnosis(
+      options.out, *found,
+      campaign_title(options.campaigns, opened->row, "diagnosed", {{}, {}, {}, {}, options.model}));
   // The result has been printed; as JSON it must stay the only document on stdout.
   return written ? kOk : fail({}, kBadInput, written.error().what);
 }

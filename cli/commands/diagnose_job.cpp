@@ -17,8 +17,8 @@
 
 #include "base/heap.hpp"
 #include "base/sanitizer.hpp"
+#include "cli/campaign_title.hpp"
 #include "cli/commands.hpp"
-#include "cli/diagnosis_title.hpp"
 #include "config/campaign.hpp"
 #include "estimator/discrepancy/diagnose.hpp"
 #include "record/accepted_cycles.hpp"
@@ -104,7 +104,7 @@ Result<Diagnosis> find(const Json& job, std::string& name, report::TitleBlock& t
   const auto row = reader->campaign();
   if (!row) return row.error();
   name = row->name;
-  title = title_of(database, *row);
+  title = campaign_title({database}, *row, "diagnosed");
   const auto model = model_of(job, *row, database.filename().string());
   if (!model) return model.error();
   const auto campaign = campaign_of(*reader, *row);

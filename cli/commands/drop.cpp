@@ -3,23 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/documents_in.hpp"
 #include "cli/drop_figures.hpp"
+#include "cli/drop_knowledge.hpp"
+#include "cli/drop_output.hpp"
 #include "cli/drop_picture.hpp"
-#include "cli/estimation_input.hpp"
-#include "cli/opened_campaign.hpp"
 #include "config/model.hpp"
-#include "estimator/estimation.hpp"
-#include "estimator/worth/second_order.hpp"
-#include "report/estimate_document.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::cli {
@@ -31,149 +25,7 @@ using estimator::DropPrediction;
 using estimator::kDropFigureCount;
 using estimator::kDropFigures;
 
-// The knowledge of the damper: its parameters, their uncertainty, and the range of the data.
-struct Identified {
-  config::ModelSpec spec;
-  protocol::EstimateDocument estimate;  // empty parameters: the model's start values
-  std::optional<double> fastest, deepest;
-};
-
-Result<protocol::EstimateDocument> read_estimate(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) return Error{ErrorKind::io, fmt::format("{}: cannot be read", file.string())};
-  const auto json = nlohmann::json::parse(in, nullptr, false);
-  if (!json.is_object() || !json.contains("parameters"))
-    return Error{ErrorKind::invalid,
-                 fmt::format("{}: is no estimate; give what `shakerctl estimate --json` prints",
-                             file.string())};
-  auto estimate = estimate_from(json);
-  estimate.covariance_order.clear();
-  estimate.covariance.clear();
-  for (const auto& name : json.value("covariance_order", nlohmann::json::array()))
-    estimate.covariance_order.push_back(name.is_string() ? name.get<std::string>() : "");
-  for (const auto& row : json.value("covariance", nlohmann::json::array())) {
-    for (const auto& number : row)
-      estimate.covariance.push_back(number.is_number() ? number.get<double>()
-                                                       : std::numeric_limits<double>::quiet_NaN());
-  }
-  return estimate;
-}
-
-// Finds the largest stroke and speed in the fitted runs.
-void find_range(const estimator::Model& model, const estimator::Estimator& fitted,
-                Identified& out) {
-  double fastest = 0.0, deepest = -std::numeric_limits<double>::infinity();
-  for (const auto& system : fitted.solutions()) {
-    const int n = system.points(), c = model.observed();
-    for (int i = 0; i < n; ++i) {
-      const double next = system.value((i + 1) % n, c), last = system.value((i + n - 1) % n, c);
-      fastest = std::max(fastest, std::fabs(next - last) * 0.5 * n * system.frequency());
-      deepest = std::max(deepest, system.value(i, c));
-    }
-  }
-  out.fastest = fastest;
-  out.deepest = deepest;
-}
-
-Result<Identified> from_campaign(const DropOptions& options) {
-  InputOptions reading;
-  reading.files = {options.campaign};
-  reading.model = options.model;
-  if (auto good = expect_campaign(options.campaign); !good) return good.error();
-  auto data = read_estimation_input(reading);
-  if (!data) return data.error();
-  Identified out;
-  out.spec = std::move(data->model);
-  const estimator::Model model(out.spec);
-  estimator::Estimator fitted(model, std::move(data->runs));
-  const auto& fit = fitted.fit(model.start());
-  if (fit.status == estimator::FitStatus::no_solution)
-    return Error{ErrorKind::not_converged, fit.trouble};
-  find_range(model, fitted, out);
-  out.estimate = report::to_document(estimator::published(fitted, model));
-  return out;
-}
-
-Result<Identified> identified(const DropOptions& options) {
-  if (!options.campaign.empty()) return from_campaign(options);
-  if (options.model.empty())
-    return Error{
-        ErrorKind::invalid,
-        "what falls? give a CAMPAIGN (with --diagnosis FOLDER where there is one), or --model "
-        "MODEL.json with or without --estimate ESTIMATE.json"};
-  auto spec = config::load_model(options.model);
-  if (!spec) return spec.error();
-  Identified out;
-  out.spec = std::move(*spec);
-  if (!options.estimate.empty()) {
-    auto estimate = read_estimate(options.estimate);
-    if (!estimate) return estimate.error();
-    out.estimate = std::move(*estimate);
-  }
-  out.fastest = options.identified_speed;
-  out.deepest = options.identified_stroke;
-  return out;
-}
-
-// Parameters and covariance in the model's order. Names that the model does not have (initial
-// states of a transient estimate) are left out.
-std::vector<double> parameters_of(const Identified& known, const estimator::Model& model,
-                                  estimator::DropUncertainty& uncertainty,
-                                  std::vector<std::string>& warnings) {
-  auto theta = model.start();
-  const auto& estimate = known.estimate;
-  if (estimate.parameters.empty()) {
-    warnings.push_back(
-        "no estimate was given: these are the model file's start values, and there is no band");
-    return theta;
-  }
-  const auto index_of = [&](const std::string& name) {
-    for (std::size_t k = 0; k < theta.size(); ++k) {
-      if (model.parameters()[k].name == name) return static_cast<int>(k);
-    }
-    return -1;
-  };
-  std::vector<char> met(theta.size(), 0);
-  for (const auto& entry : estimate.parameters) {
-    const int at = index_of(entry.name);
-    if (at < 0) continue;
-    theta[static_cast<std::size_t>(at)] = entry.value;
-    met[static_cast<std::size_t>(at)] = 1;
-  }
-  for (std::size_t k = 0; k < theta.size(); ++k) {
-    if (!met[k])
-      throw std::invalid_argument(
-          fmt::format("the estimate has no parameter {}; is it one of model '{}'?",
-                      model.parameters()[k].name, model.name()));
-  }
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < estimate.covariance_order.size(); ++i) {
-    const int at = index_of(estimate.covariance_order[i]);
-    if (at < 0) continue;
-    rows.push_back(i);
-    uncertainty.parameters.push_back(at);
-  }
-  const std::size_t size = estimate.covariance_order.size();
-  bool finite =
-      !rows.empty() && estimate.covariance.size() == size * size && estimate.degrees_of_freedom > 0;
-  for (const std::size_t i : rows) {
-    for (const std::size_t k : rows) {
-      if (!finite) break;
-      uncertainty.covariance.push_back(estimate.covariance[i * size + k]);
-      finite = std::isfinite(uncertainty.covariance.back());
-    }
-  }
-  if (!finite) {
-    uncertainty.covariance.clear();
-    warnings.push_back(
-        "the estimate has no covariance (parameters that its data do not determine): no band");
-  }
-  uncertainty.degrees_of_freedom = static_cast<double>(estimate.degrees_of_freedom);
-  if (!estimate.usable) warnings.push_back("the estimate says of itself that it is not usable");
-  return theta;
-}
-
-void warn_of_extrapolation(const Identified& known, const DropPrediction& drop,
+void warn_of_extrapolation(const DropKnowledge& known, const DropPrediction& drop,
                            const std::string& unit, std::vector<std::string>& warnings) {
   if (!known.fastest || !known.deepest) {
     warnings.push_back(
@@ -197,13 +49,13 @@ void warn_of_extrapolation(const Identified& known, const DropPrediction& drop,
 struct Sheet {
   const DropPrediction* drop = nullptr;
   const std::vector<double>* truth = nullptr;
-  std::string length;
-  std::optional<double> mass;
+  const ComparisonWords* words = nullptr;
   bool band = false;
-  double scale(std::size_t f) const {
-    return unit(f) == "N" || unit(f) == "J" ? mass.value_or(1.0) : 1.0;
+  double scale(std::size_t f) const { return words->scale[f]; }
+  // A gear without a tyre has no such figures.
+  bool asked(std::size_t f) const {
+    return !is_gear_figure(f) || std::isfinite(drop->bands[f].value);
   }
-  std::string unit(std::size_t f) const { return figure_unit(f, length, mass.has_value()); }
 };
 
 std::string interval(double lower, double upper, double error) {
@@ -211,14 +63,15 @@ std::string interval(double lower, double upper, double error) {
                      report::rounded_to(upper, error));
 }
 
-void print(const Sheet& sheet, const std::vector<std::string>& warnings) {
+void print(const Sheet& sheet) {
   std::vector<std::vector<std::string>> rows = {
       {"figure", "value", "95 % (linearised)", "95 % (sampled)", "unit"}};
   if (sheet.truth != nullptr) rows[0].insert(rows[0].begin() + 4, {"truth", "off"});
   for (std::size_t f = 0; f < kDropFigureCount; ++f) {
+    if (!sheet.asked(f)) continue;
     const DropBand& b = sheet.drop->bands[f];
     const double k = sheet.scale(f), error = k * b.error;
-    std::vector<std::string> row = {figure_label(f, sheet.mass.has_value())};
+    std::vector<std::string> row = {sheet.words->label[f]};
     if (!std::isfinite(b.value)) {
       row.insert(row.end(), {"-", "-", "-"});
     } else if (sheet.band && error > 0.0) {
@@ -233,21 +86,20 @@ void print(const Sheet& sheet, const std::vector<std::string>& warnings) {
       row.push_back(fmt::format("{:.6g}", k * truth));
       row.push_back(fmt::format("{:+.2f} %", 100.0 * (b.value / truth - 1.0)));
     }
-    row.push_back(sheet.unit(f));
+    row.push_back(sheet.words->unit[f]);
     rows.push_back(std::move(row));
   }
   fmt::print("{}", report::text_table(rows, std::vector<bool>(rows[0].size(), false)));
-  for (const std::string& warning : warnings)
-    fmt::print("! {}\n", warning);
 }
 
-OrderedJson to_json(const Sheet& sheet, const DropOptions& options, const std::string& model,
-                    const std::vector<std::string>& warnings) {
+OrderedJson to_json(const Sheet& sheet, const estimator::DropConditions& conditions,
+                    const std::string& model, const std::vector<std::string>& warnings) {
   OrderedJson figures = OrderedJson::array();
   for (std::size_t f = 0; f < kDropFigureCount; ++f) {
+    if (!sheet.asked(f)) continue;
     const DropBand& b = sheet.drop->bands[f];
     const double k = sheet.scale(f);
-    OrderedJson entry = {{"name", kDropFigures[f].name}, {"unit", sheet.unit(f)}};
+    OrderedJson entry = {{"name", kDropFigures[f].name}, {"unit", sheet.words->unit[f]}};
     if (std::isfinite(b.value)) {
       entry["value"] = k * b.value;
       if (sheet.band) {
@@ -267,15 +119,114 @@ OrderedJson to_json(const Sheet& sheet, const DropOptions& options, const std::s
     history["load_standard_error"] = h.load_error;
   }
   OrderedJson out = {{"model", model},
-                     {"sink_speed", options.sink_speed},
-                     {"lift", options.lift},
+                     {"sink_speed", conditions.sink_speed},
+                     {"lift", conditions.lift},
                      {"figures", std::move(figures)},
                      {"samples", sheet.drop->samples},
                      {"samples_lost", sheet.drop->lost},
                      {"warnings", warnings},
                      {"history", std::move(history)}};
-  if (options.mass) out["mass_kg"] = *options.mass;
   return out;
+}
+
+// The covariance of a hypothesis in the order of the model's parameters.
+estimator::DropUncertainty uncertainty_of(const estimator::DamperHypothesis& h,
+                                          const estimator::Model& model, int samples) {
+  estimator::DropUncertainty uncertainty;
+  uncertainty.samples = samples;
+  uncertainty.covariance = h.covariance;
+  uncertainty.degrees_of_freedom = h.degrees_of_freedom;
+  const auto places = estimator::numbers_of(h.model, model);
+  for (const estimator::ModelNumber& number : h.numbers) {
+    const auto at = std::find_if(places.begin(), places.end(), [&](const auto& place) {
+      return place.line == number.line && place.symbol == number.symbol;
+    });
+    uncertainty.parameters.push_back(static_cast<int>(at - places.begin()));
+  }
+  return uncertainty;
+}
+
+PredictedDrop as_predicted(const DropPrediction& prediction) {
+  PredictedDrop predicted;
+  predicted.history = &prediction.run.history;
+  predicted.band = linear_band(prediction.run.history);
+  for (const DropBand& band : prediction.bands)
+    predicted.figures.push_back({band.value, band.sampled_lower, band.sampled_upper});
+  return predicted;
+}
+
+double share_within(const DropPrediction& prediction, std::size_t figure, double limit) {
+  const auto& drawn = prediction.drawn.at(figure);
+  const auto within = std::upper_bound(drawn.begin(), drawn.end(), limit) - drawn.begin();
+  return static_cast<double>(within) / (prediction.samples + prediction.lost);
+}
+
+Result<std::optional<estimator::DropRun>> true_run(const DropOptions& options,
+                                                   const DropSetup& setup) {
+  if (options.truth.empty()) return std::optional<estimator::DropRun>();
+  auto spec = config::load_model(options.truth);
+  if (!spec) return spec.error();
+  const estimator::DropTest test(setup.falling(*spec), setup.conditions);
+  auto run = test.run(test.model().start(), false);
+  if (!run) return Error{ErrorKind::invalid, run.error().what};
+  return std::optional(std::move(*run));
+}
+
+int predict_undiagnosed(const Common& common, const DropOptions& options) {
+  if (!options.page.empty())
+    return fail(common, kBadInput,
+                "--page needs a CAMPAIGN or a --diagnosis; --svg draws this one");
+  if (options.discharge_spread > 0.0 || options.index_spread > 0.0)
+    return fail(common, kBadInput,
+                "--cd-spread and --index-spread widen the band of a CAMPAIGN or a --diagnosis");
+  auto known = drop_knowledge(options);
+  if (!known) return fail(common, kBadInput, known.error().what);
+  DropOutput output;
+  auto setup = set_up_drop(options, known->hypothesis.model);
+  if (!setup) return fail(common, drop_exit_code(setup.error()), setup.error().what);
+  output.sections.setup = std::move(*setup);
+  const auto falling = output.sections.setup.falling(known->hypothesis);
+  const estimator::DropTest test(falling.model, output.sections.setup.conditions);
+  const auto uncertainty = uncertainty_of(falling, test.model(), options.samples);
+  const auto prediction = estimator::predict_drop(test, test.model().start(), uncertainty);
+  if (!prediction) return fail(common, kNotUsable, prediction.error().what);
+  auto& warnings = known->warnings;
+  warn_of_extrapolation(*known, *prediction, falling.model.length_unit, warnings);
+  if (prediction->lost > 0)
+    warnings.push_back(fmt::format(
+        "{} of {} drawn parameter sets give no drop (outside their bounds, or through the gas "
+        "spring's wall); the sampled band is of the rest",
+        prediction->lost, prediction->lost + prediction->samples));
+  const auto truth = true_run(options, output.sections.setup);
+  if (!truth) return fail(common, kBadInput, truth.error().what);
+  const PredictedDrop predicted = as_predicted(*prediction);
+  output.sections.banded = !uncertainty.covariance.empty();
+  const auto within = [&](std::size_t f, double limit) {
+    return share_within(*prediction, f, limit);
+  };
+  if (auto done = complete(options, falling.model, predicted, within, output); !done)
+    return fail(common, drop_exit_code(done.error()), done.error().what);
+  const auto* true_history = *truth ? &(*truth)->history : nullptr;
+  if (auto drawn = write_drop_picture(options, output, prediction->run, predicted.band,
+                                      true_history, falling.model.length_unit);
+      !drawn)
+    return fail(common, kBadInput, drawn.error().what);
+  Sheet sheet;
+  sheet.drop = &*prediction;
+  sheet.truth = *truth ? &(*truth)->figures : nullptr;
+  sheet.words = &output.sections.words;
+  sheet.band = output.sections.banded;
+  if (common.json) {
+    auto json = to_json(sheet, output.sections.setup.conditions, falling.model.name, warnings);
+    add_drop_output(output, json);
+    fmt::print("{}\n", json.dump());
+    return kOk;
+  }
+  print(sheet);
+  fmt::print("{}", drop_output_text(output));
+  for (const std::string& warning : warnings)
+    fmt::print("! {}\n", warning);
+  return kOk;
 }
 
 }  // namespace
@@ -284,55 +235,7 @@ int drop(const Common& common, const DropOptions& options) {
   if (!options.campaigns.empty() || !options.diagnosis.empty())
     return drop_diagnosed(common, options);
   try {
-    auto known = identified(options);
-    if (!known) return fail(common, kBadInput, known.error().what);
-    if (options.mass && known->spec.length_unit != "m")
-      return fail(common, kBadInput,
-                  fmt::format("--mass is in kg, but the model counts in {}; leave it out",
-                              known->spec.length_unit));
-    const estimator::DropConditions conditions{options.sink_speed, options.lift, options.duration,
-                                               -1};
-    const estimator::DropTest test(known->spec, conditions);
-    std::vector<std::string> warnings;
-    estimator::DropUncertainty uncertainty;
-    uncertainty.samples = options.samples;
-    const auto theta = parameters_of(*known, test.model(), uncertainty, warnings);
-    const auto prediction = estimator::predict_drop(test, theta, uncertainty);
-    if (!prediction) return fail(common, kNotUsable, prediction.error().what);
-    warn_of_extrapolation(*known, *prediction, known->spec.length_unit, warnings);
-    if (prediction->lost > 0)
-      warnings.push_back(fmt::format(
-          "{} of {} drawn parameter sets give no drop (outside their bounds, or through the gas "
-          "spring's wall); the sampled band is of the rest",
-          prediction->lost, prediction->lost + prediction->samples));
-    std::optional<estimator::DropRun> truth;
-    if (!options.truth.empty()) {
-      auto spec = config::load_model(options.truth);
-      if (!spec) return fail(common, kBadInput, spec.error().what);
-      const estimator::DropTest true_test(*spec, conditions);
-      auto run = true_test.run(true_test.model().start(), false);
-      if (!run) return fail(common, kBadInput, run.error().what);
-      truth = std::move(*run);
-    }
-    Sheet sheet;
-    sheet.drop = &*prediction;
-    sheet.truth = truth ? &truth->figures : nullptr;
-    sheet.length = known->spec.length_unit;
-    sheet.mass = options.mass;
-    sheet.band = !uncertainty.covariance.empty();
-    if (!options.svg.empty()) {
-      std::ofstream out(options.svg);
-      out << drop_picture(sheet.drop->run, truth ? &truth->history : nullptr,
-                          {options.sink_speed, options.mass, sheet.length});
-      if (!out.flush())
-        return fail(common, kBadInput, fmt::format("{}: cannot be written", options.svg.string()));
-    }
-    if (common.json) {
-      fmt::print("{}\n", to_json(sheet, options, known->spec.name, warnings).dump());
-    } else {
-      print(sheet, warnings);
-    }
-    return kOk;
+    return predict_undiagnosed(common, options);
   } catch (const std::invalid_argument& error) {
     return fail(common, kBadInput, error.what());
   }

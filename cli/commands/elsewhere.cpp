@@ -25,6 +25,9 @@ int import_campaign(const Common& common, const ImportOptions&) {
 int drop(const Common& common, const DropOptions&) {
   return hand_over(common, "shakerctl-analysis");
 }
+int report_campaign(const Common& common, const ReportOptions&) {
+  return hand_over(common, "shakerctl-analysis");
+}
 int response(const Common& common, const ResponseOptions&) {
   return hand_over(common, "shakerctl-analysis");
 }

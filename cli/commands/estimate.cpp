@@ -11,6 +11,7 @@
 #include "cli/periods_of_runs.hpp"
 #include "cli/posterior_text.hpp"
 #include "cli/refined_fit.hpp"
+#include "cli/same_damper.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/optimise/periodic_problem.hpp"
@@ -321,6 +322,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
   reading.harmonics = options.objective == "harmonics";
   auto input = read_estimation_input(reading);
   if (!input) return fail(common, kBadInput, input.error().what);
+  if (auto apart = disagreement(reading)) input->warnings.insert(input->warnings.begin(), *apart);
   const auto how = apply_objective(options, *input);
   if (!how) return fail(common, kBadInput, how.error().what);
   try {

@@ -14,6 +14,7 @@
 #include "cli/planned_campaign.hpp"
 #include "config/model.hpp"
 #include "config/rig.hpp"
+#include "estimator/time/drop.hpp"
 #include "report/plan_page.hpp"
 #include "report/text_table.hpp"
 
@@ -24,6 +25,7 @@ using OrderedJson = nlohmann::ordered_json;
 namespace est = shaker::estimator;
 
 constexpr double kDefaultNoise = 2e-5;  // m; of a good stroke transducer
+constexpr double kHalfOf95 = 1.96;
 constexpr int kDefaultFrequencies = 12, kDefaultAmplitudes = 6;
 
 void spread_setpoints(const config::Limits& limits, est::PlanOptions& options) {
@@ -89,9 +91,12 @@ void print(const est::Model& model, const est::PlanOptions& options, const est::
     possible += c.refused.empty();
   fmt::print(
       "{} of {} runs are possible. Intervals: half of 95 %, with noise of {:g} {}, {} points a "
-      "period, {} cycles a run.\n\n",
+      "period, {}.\n\n",
       possible, plan.candidates.size(), options.noise, model.length_unit(), options.points,
-      options.cycles);
+      options.minutes > 0.0
+          ? fmt::format("{:g} minutes of rig time a set, of which each run settles {:g} cycles",
+                        options.minutes, options.settle_cycles)
+          : fmt::format("{} cycles a run", options.cycles));
   std::vector<std::vector<std::string>> rows = {{"runs", "spread", "measuring"}};
   for (const int k : plan.free)
     rows[0].push_back(model.parameters()[static_cast<std::size_t>(k)].name);
@@ -122,6 +127,94 @@ void print(const est::Model& model, const est::PlanOptions& options, const est::
   }
 }
 
+// What a plan aims at: its name, its value at the starts, and its derivatives; no derivatives: the
+// volume of all parameters.
+struct PlanAim {
+  std::string label, unit;
+  double value = 0.0;
+  std::vector<double> derivatives;
+};
+
+// The peak load's derivatives are those of the load at its time, since it is largest there.
+Result<PlanAim> aim_at_drop(const PlanCommand& command, const config::ModelSpec& spec) {
+  if (!command.sink_speed)
+    return Error{ErrorKind::invalid, "--for drop needs --sink-speed, in m/s"};
+  estimator::DropConditions conditions;
+  conditions.sink_speed = *command.sink_speed;
+  conditions.lift = command.lift;
+  const est::DropTest test(spec, conditions);
+  const auto run = test.run(test.model().start(), true);
+  if (!run) return run.error();
+  const auto& load = run->history.load;
+  const auto peak =
+      static_cast<std::size_t>(std::max_element(load.begin(), load.end()) - load.begin());
+  const auto p = static_cast<std::size_t>(test.model().parameter_count());
+  PlanAim aim = {fmt::format("peak load at {:g} {}/s", *command.sink_speed, spec.length_unit),
+                 spec.length_unit + "/s^2",
+                 load[peak],
+                 {}};
+  for (std::size_t k = 0; k < p; ++k)
+    aim.derivatives.push_back(run->load_derivatives[peak * p + k]);
+  return aim;
+}
+
+Result<PlanAim> aim_of(const PlanCommand& command, const config::ModelSpec& spec,
+                       const est::Model& model) {
+  if (command.aim == "drop") return aim_at_drop(command, spec);
+  if (command.sink_speed) return Error{ErrorKind::invalid, "--sink-speed belongs to --for drop"};
+  PlanAim aim;
+  if (command.aim == "all") return aim;
+  std::string names;
+  for (const auto& p : model.parameters()) {
+    aim.derivatives.push_back(p.name == command.aim ? 1.0 : 0.0);
+    if (p.fixed) continue;
+    if (p.name == command.aim) {
+      aim.label = p.name;
+      aim.unit = p.unit;
+      aim.value = p.start;
+    }
+    names += (names.empty() ? "" : ", ") + p.name;
+  }
+  if (!aim.label.empty()) return aim;
+  return Error{ErrorKind::invalid, fmt::format("--for {}: there is no such free parameter; say "
+                                               "all, drop, or one of {}",
+                                               command.aim, names)};
+}
+
+// Half of the 95 % interval in per cent.
+std::string aim_percent(const PlanAim& aim, const est::PlanSet& set) {
+  return report::percent(100.0 * kHalfOf95 * set.aim_error /
+                         (aim.value != 0.0 ? std::fabs(aim.value) : 1.0));
+}
+
+void print_aim(const est::Plan& plan, const PlanAim& aim) {
+  if (aim.derivatives.empty()) return;
+  std::vector<std::vector<std::string>> rows = {{"runs", "half of 95 % of " + aim.label}};
+  for (const est::PlanSet& set : plan.sets)
+    rows.push_back({report::names_of(plan, set), aim_percent(aim, set)});
+  for (const est::PlanSet& set : plan.by_volume)
+    rows.push_back({"best for the volume: " + report::names_of(plan, set), aim_percent(aim, set)});
+  fmt::print("{}\n", report::text_table(rows, {false, true}));
+}
+
+void add_aim(const est::Plan& plan, const PlanAim& aim, OrderedJson& json) {
+  if (aim.derivatives.empty()) return;
+  const auto entries = [&](const std::vector<est::PlanSet>& sets) {
+    OrderedJson out = OrderedJson::array();
+    for (const est::PlanSet& set : sets)
+      out.push_back({{"runs", report::names_of(plan, set)},
+                     {"cycles", set.cycles},
+                     {"determined", set.determined},
+                     {"standard_error", set.aim_error}});
+    return out;
+  };
+  json["aim"] = {{"label", aim.label},
+                 {"unit", aim.unit},
+                 {"value", aim.value},
+                 {"sets", entries(plan.sets)},
+                 {"by_volume", entries(plan.by_volume)}};
+}
+
 // `rig_name`: receives the name of the rig, if there is one.
 Result<est::PlanOptions> options_of(const PlanCommand& command, std::string& rig_name) {
   est::PlanOptions options;
@@ -131,6 +224,7 @@ Result<est::PlanOptions> options_of(const PlanCommand& command, std::string& rig
   options.cycles = command.cycles;
   options.most_runs = command.runs;
   options.threads = command.threads;
+  options.minutes = command.minutes;
   options.noise = command.noise;
   if (command.rig.empty()) {
     if (options.frequencies_hz.empty() || options.amplitudes.empty())
@@ -167,10 +261,15 @@ int plan(const Common& common, const PlanCommand& command) {
                             command.model.string(), spec->length_unit));
   }
   std::string rig_name;
-  const auto options = options_of(command, rig_name);
+  auto options = options_of(command, rig_name);
   if (!options) return fail(common, kBadInput, options.error().what);
   try {
     const est::Model model(*spec);
+    const auto aim = aim_of(command, *spec, model);
+    if (!aim)
+      return fail(common, aim.error().kind == ErrorKind::not_converged ? kNotUsable : kBadInput,
+                  aim.error().what);
+    options->aim = aim->derivatives;
     const auto made = est::make_plan(model, *options);
     if (!made) return fail(common, kBadInput, made.error().what);
     if (!command.draw.empty()) {
@@ -181,10 +280,14 @@ int plan(const Common& common, const PlanCommand& command) {
         return fail(common, kBadInput,
                     fmt::format("{} could not be written", command.draw.string()));
     }
-    if (common.json)
-      fmt::print("{}\n", to_json(model, *options, *made).dump());
-    else
+    if (common.json) {
+      auto json = to_json(model, *options, *made);
+      add_aim(*made, *aim, json);
+      fmt::print("{}\n", json.dump());
+    } else {
       print(model, *options, *made);
+      print_aim(*made, *aim);
+    }
     if (!command.write.empty()) {
       const auto written = write_planned_campaign(command.write, *spec, *made, *options);
       if (!written) return fail(common, kBadInput, written.error().what);

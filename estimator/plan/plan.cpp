@@ -26,17 +26,26 @@ constexpr double kWeakPrior = 1e-6;
 // eigenvalue is rounding.
 constexpr double kLost = 1e-12;
 constexpr int kGreedyStarts = 6;
+// A plan with an aim weighs the logarithm of the volume by this, so that the set leaves no other
+// parameter open.
+constexpr double kShareOfVolume = 0.05;
 
 std::vector<double> point_of(const Model& model, const PlanOptions& options) {
   return options.theta.empty() ? model.start() : options.theta;
 }
 
-std::string refusal_of_setpoint(const PlanLimits& l, double frequency, double amplitude) {
+std::string refusal_of_setpoint(const PlanOptions& options, double frequency, double amplitude) {
+  const PlanLimits& l = options.limits;
   if ((l.frequency_min_hz > 0.0 && frequency < l.frequency_min_hz) ||
       (l.frequency_max_hz > 0.0 && frequency > l.frequency_max_hz))
     return fmt::format("the rig allows {:g} to {:g} Hz", l.frequency_min_hz, l.frequency_max_hz);
   if (l.excitation_max > 0.0 && amplitude > l.excitation_max)
     return fmt::format("the rig allows an excitation of {:g}", l.excitation_max);
+  // A set of most_runs runs must leave each of them a cycle.
+  if (options.minutes > 0.0 &&
+      60.0 * options.minutes / options.most_runs * frequency < options.settle_cycles + 1.0)
+    return fmt::format("{:g} min do not suffice to settle and measure in each of {} runs",
+                       options.minutes, options.most_runs);
   return {};
 }
 
@@ -55,7 +64,7 @@ std::string refusal_of_motion(const PlanLimits& l, const PlanCandidate& c) {
 
 void examine(const Model& model, const PlanOptions& options, const std::vector<double>& theta,
              const std::vector<int>& free, PlanCandidate& c) {
-  c.refused = refusal_of_setpoint(options.limits, c.frequency_hz, c.amplitude);
+  c.refused = refusal_of_setpoint(options, c.frequency_hz, c.amplitude);
   if (!c.refused.empty()) return;
   const int every = (kGrid + options.points - 1) / options.points;
   PeriodicSystem system(model, {Scheme::order6, every * options.points, true});
@@ -87,19 +96,29 @@ void examine(const Model& model, const PlanOptions& options, const std::vector<d
   }
 }
 
+// The cycles that a run of a set of `runs` runs measures.
+double cycles_of(const PlanOptions& options, double frequency_hz, std::size_t runs) {
+  if (!(options.minutes > 0.0)) return options.cycles;
+  const double seconds = 60.0 * options.minutes / static_cast<double>(runs);
+  return std::max(0.0, seconds * frequency_hz - options.settle_cycles);
+}
+
 // Evaluates sets by their information in relative parameters, including the model's priors.
 class Judge {
  public:
-  Judge(const Model& model, const std::vector<PlanCandidate>& candidates,
-        const std::vector<int>& free, const std::vector<double>& theta)
-      : candidates_(candidates), q_(static_cast<Eigen::Index>(free.size())) {
+  Judge(const Model& model, const PlanOptions& options,
+        const std::vector<PlanCandidate>& candidates, const std::vector<int>& free,
+        const std::vector<double>& theta)
+      : options_(options), candidates_(candidates), q_(static_cast<Eigen::Index>(free.size())) {
     scale_.resize(q_);
+    aim_ = Eigen::VectorXd::Zero(q_);
     prior_ = Eigen::MatrixXd::Zero(q_, q_);
     for (Eigen::Index k = 0; k < q_; ++k) {
       const auto at = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
       scale_[k] = size_of(theta[at]);
       const auto& sigma = model.parameters()[at].prior_standard_deviation;
       if (sigma) prior_(k, k) = scale_[k] * scale_[k] / (*sigma * *sigma);
+      if (!options.aim.empty()) aim_[k] = options.aim[at] * scale_[k];
     }
   }
 
@@ -107,7 +126,9 @@ class Judge {
     Eigen::MatrixXd sum = prior_;
     for (const std::size_t r : runs) {
       const Eigen::Map<const Eigen::MatrixXd> own(candidates_[r].information.data(), q_, q_);
-      sum += scale_.asDiagonal() * own * scale_.asDiagonal();
+      const double share =
+          cycles_of(options_, candidates_[r].frequency_hz, runs.size()) / options_.cycles;
+      sum += share * (scale_.asDiagonal() * own * scale_.asDiagonal());
     }
     return sum;
   }
@@ -126,15 +147,26 @@ class Judge {
     return Cholesky(with_weak_prior(runs)).solve(unit)[k];
   }
 
+  // The standard error of what is aimed at.
+  double aim_error(const std::vector<std::size_t>& runs) const {
+    return std::sqrt(std::max(0.0, aim_.dot(Cholesky(with_weak_prior(runs)).solve(aim_))));
+  }
+  bool aims() const { return !options_.aim.empty(); }
+  double criterion(const std::vector<std::size_t>& runs) const {
+    const double volume = d_criterion(runs);
+    return aims() ? std::log(aim_error(runs)) + kShareOfVolume * volume : volume;
+  }
+
   const Eigen::VectorXd& scale() const { return scale_; }
 
  private:
   Eigen::MatrixXd with_weak_prior(const std::vector<std::size_t>& runs) const {
     return information(runs) + kWeakPrior * Eigen::MatrixXd::Identity(q_, q_);
   }
+  const PlanOptions& options_;
   const std::vector<PlanCandidate>& candidates_;
   Eigen::Index q_;
-  Eigen::VectorXd scale_;
+  Eigen::VectorXd scale_, aim_;
   Eigen::MatrixXd prior_;
 };
 
@@ -231,6 +263,11 @@ Result<void> check(const Model& model, const PlanOptions& o, const std::vector<i
     return bad(fmt::format("the noise is {}; it must be above 0", o.noise));
   if (o.points < 8 || o.cycles < 1 || o.most_runs < 1)
     return bad("there must be at least 8 points a period, 1 cycle and 1 run");
+  if (!o.aim.empty() && static_cast<int>(o.aim.size()) != model.parameter_count())
+    return bad(fmt::format("{} derivatives for a model of {} parameters", o.aim.size(),
+                           model.parameter_count()));
+  if (!(o.minutes >= 0.0) || !std::isfinite(o.minutes) || !(o.settle_cycles >= 0.0))
+    return bad("the rig time and the cycles to settle must not be below 0");
   if (!o.theta.empty() && static_cast<int>(o.theta.size()) != model.parameter_count())
     return bad(
         fmt::format("{} parameters for a model of {}", o.theta.size(), model.parameter_count()));
@@ -254,13 +291,17 @@ Error no_candidate(const Plan& plan) {
 PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
               std::vector<std::size_t> runs) {
   const std::vector<double> theta = point_of(model, options);
-  const Judge judge(model, plan.candidates, plan.free, theta);
+  const Judge judge(model, options, plan.candidates, plan.free, theta);
   const auto q = static_cast<Eigen::Index>(plan.free.size());
   PlanSet set;
   std::sort(runs.begin(), runs.end());
   set.runs = std::move(runs);
-  for (const std::size_t r : set.runs)
-    set.seconds += options.cycles / plan.candidates[r].frequency_hz;
+  for (const std::size_t r : set.runs) {
+    const double frequency = plan.candidates[r].frequency_hz;
+    set.cycles.push_back(cycles_of(options, frequency, set.runs.size()));
+    set.seconds += set.cycles.back() / frequency;
+  }
+  if (judge.aims()) set.aim_error = judge.aim_error(set.runs);
   set.spread = std::exp(judge.d_criterion(set.runs));
   const Eigen::MatrixXd m = judge.information(set.runs);
   const Eigen::VectorXd root = m.diagonal().cwiseMax(1e-300).cwiseSqrt();
@@ -325,11 +366,18 @@ Result<Plan> make_plan(const Model& model, const PlanOptions& options) {
     if (plan.candidates[i].refused.empty()) possible.push_back(i);
   }
   if (possible.empty()) return no_candidate(plan);
-  const Judge criteria(model, plan.candidates, plan.free, theta);
+  const Judge criteria(model, options, plan.candidates, plan.free, theta);
   for (int size = 1; size <= options.most_runs; ++size) {
-    const auto d = [&](const std::vector<std::size_t>& runs) { return criteria.d_criterion(runs); };
-    for (auto& runs : best_sets(size, options.keep, possible, d))
+    const auto best = [&](const std::vector<std::size_t>& runs) {
+      return criteria.criterion(runs);
+    };
+    for (auto& runs : best_sets(size, options.keep, possible, best))
       plan.sets.push_back(judge(model, options, plan, std::move(runs)));
+  }
+  if (criteria.aims()) {
+    const auto d = [&](const std::vector<std::size_t>& runs) { return criteria.d_criterion(runs); };
+    auto runs = best_sets(options.most_runs, 1, possible, d).front();
+    plan.by_volume.push_back(judge(model, options, plan, std::move(runs)));
   }
   for (std::size_t k = 0; k < plan.free.size(); ++k) {
     const auto sharp = [&](const std::vector<std::size_t>& runs) {

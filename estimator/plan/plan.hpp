@@ -6,6 +6,11 @@
 // confidence region) and by the standard error of each single parameter. A greedy search finds
 // them, and an exchange of single runs improves them until no exchange helps. The plan
 // predicts, for example, that the runs of figure 13 of the paper cannot determine the spring.
+//
+// Instead of the volume, a plan may aim at one quantity of the parameters (the peak load of a drop,
+// a parameter): sets are then ranked by its standard error (C-criterion), linearised, and by a
+// twentieth of the volume, so that no other parameter stays open. With a given
+// rig time the runs of a set share it, and each gives up `settle_cycles` of its own.
 #pragma once
 
 #include <string>
@@ -33,6 +38,9 @@ struct PlanOptions {
   int most_runs = 3;          // in the largest set
   int keep = 5;               // number of sets of each size
   unsigned threads = 0;       // 0: one for each core
+  std::vector<double> aim;    // derivatives of one quantity over all parameters; empty: the volume
+  double minutes = 0.0;       // rig time of every set, in place of `cycles`; 0: `cycles` each
+  double settle_cycles = 10;  // that the rig takes before it measures, with `minutes`
 };
 
 struct PlanCandidate {
@@ -50,14 +58,17 @@ struct PlanSet {
   double spread = 0.0;
   std::vector<double> error;          // standard errors of the free parameters; NaN if undetermined
   double seconds = 0.0;               // measuring time, without settling
+  std::vector<double> cycles;         // of each run
+  double aim_error = 0.0;             // standard error of the aim; 0 without one
   std::vector<std::string> warnings;  // names the combinations that the set does not determine
 };
 
 struct Plan {
   std::vector<PlanCandidate> candidates;
-  std::vector<PlanSet> sets;      // by size, then best first
-  std::vector<PlanSet> sharpest;  // for each free parameter, its best set of most_runs runs
-  std::vector<int> free;          // the model's free parameters, in the order of `error`
+  std::vector<PlanSet> sets;       // by size, then best first
+  std::vector<PlanSet> sharpest;   // for each free parameter, its best set of most_runs runs
+  std::vector<int> free;           // the model's free parameters, in the order of `error`
+  std::vector<PlanSet> by_volume;  // with an aim: the best set of most_runs runs by the volume
 };
 
 // Makes a plan. It blocks until all candidates are examined on `threads` threads. Returns an

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.hpp"
@@ -50,11 +51,20 @@ inline constexpr DropFigure kDropFigures[] = {
     {"energy_dissipated", "of it, not returned in rebound", 2, -2},
     {"efficiency", "efficiency of the stroke", 0, 0},
     {"time_of_peak_load", "time of peak load", 0, 1},
+    // The descent of the mass is the stroke plus the deflection of a tyre. Without a tyre the three
+    // others have no value.
+    {"travel", "descent of the mass", 1, 0},
+    {"tyre_deflection", "deflection of the tyre", 1, 0},
+    {"peak_ground_load", "peak load on the ground per mass", 1, -2},
+    {"gear_efficiency", "efficiency of strut and tyre", 0, 0},
 };
 inline constexpr std::size_t kDropFigureCount = std::size(kDropFigures);
 
 struct DropHistory {
-  std::vector<double> t, stroke, speed, load;    // load per mass
+  std::vector<double> t, stroke, speed, load;  // load per mass
+  // The descent of the mass, its rate, and the load on the ground per mass; empty unless the model
+  // has two coordinates, the stroke and the deflection of a tyre below it.
+  std::vector<double> travel, travel_speed, ground_load;
   std::vector<double> stroke_error, load_error;  // standard errors by the delta method, or empty
 };
 
@@ -63,6 +73,25 @@ struct DropRun {
   DropHistory history;
   std::vector<double> stroke_derivatives, load_derivatives;  // times x parameters, or empty
   double fastest = 0.0;                                      // largest |speed| of the stroke
+};
+
+// "gas", "orifice", "friction", or "other".
+std::string_view effect_family(std::string_view effect);
+
+// What an effect of the model takes part in: its own force along the drop, per mass.
+struct EffectShare {
+  std::string effect;
+  std::vector<double> load;   // at the times of the history
+  double of_peak_load = 0.0;  // of the load where that is largest
+  double of_energy = 0.0;     // of the energy that the strut absorbs up to the deepest stroke
+};
+
+// The forces of the effects, each computed by itself, and the balance of energy that they give.
+struct DropShares {
+  std::vector<EffectShare> effects;
+  // What came in (kinetic energy, and the work of weight without lift) less what the effects and a
+  // tyre took and what is still moving at the deepest stroke, over what came in.
+  double energy_residual = 0.0;
 };
 
 class DropTest {
@@ -78,15 +107,28 @@ class DropTest {
   Result<DropRun> run(const std::vector<double>& theta, bool derivatives,
                       const Excitation& push = {}) const;
 
+  // Integrates the drop once more and evaluates the effects along it, one after the other. The
+  // Error is that of run().
+  Result<DropShares> shares(const std::vector<double>& theta) const;
+
  private:
+  struct Motion {
+    std::vector<double> states, sensitivities;  // row by row, at the times of the history
+  };
+  Result<Motion> integrate(DropRun& run, const std::vector<double>& theta, bool derivatives,
+                           const Excitation& push) const;
+  bool has_tyre() const;  // two coordinates: the stroke, and the deflection of a tyre below it
+  double energy_in(const DropHistory& history, std::size_t end) const;
   void loads(DropRun& run, const std::vector<double>& theta, const std::vector<double>& states,
              const std::vector<double>& sensitivities, const Excitation& push) const;
   Result<void> read_off(DropRun& run) const;
 
+  config::ModelSpec spec_;
   Model model_;
   DropConditions conditions_;
   double weight_ = 0.0, lift_ = 0.0;  // in the first equation, per reference mass
-  std::vector<double> mass_;          // its row
+  double unsprung_weight_ = 0.0;      // in the second, if there is one
+  std::vector<double> mass_;          // the first row
   StateEquations equations_;
 };
 
@@ -98,9 +140,10 @@ struct DropBand {
 
 struct DropPrediction {
   DropRun run;
-  std::vector<DropBand> bands;  // one for each of kDropFigures
-  int samples = 0;              // draws with a drop
-  int lost = 0;                 // draws outside the bounds, or without a drop
+  std::vector<DropBand> bands;             // one for each of kDropFigures
+  int samples = 0;                         // draws with a drop
+  int lost = 0;                            // draws outside the bounds, or without a drop
+  std::vector<std::vector<double>> drawn;  // of each of kDropFigures, sorted; empty without a band
 };
 
 struct DropUncertainty {

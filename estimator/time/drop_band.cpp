@@ -110,6 +110,7 @@ void sample(const DropTest& test, const std::vector<double>& theta,
     out.bands[f].sampled_lower = quantile_of(found[f], tail);
     out.bands[f].sampled_upper = quantile_of(found[f], 1.0 - tail);
   }
+  out.drawn = std::move(found);
 }
 
 }  // namespace

@@ -23,10 +23,6 @@ struct Component {
   DropSurrogate drop;
 };
 
-struct WeightedValue {
-  double value = 0.0, weight = 0.0;
-};
-
 // The smallest value below which `probability` of the weight lies, interpolated.
 double weighted_quantile(const std::vector<WeightedValue>& sorted, double probability) {
   double all = 0.0;
@@ -79,7 +75,7 @@ class Mixer {
   Result<void> gather() {
     for (std::size_t h = 0; h < damper_.hypotheses.size(); ++h) {
       const DamperHypothesis one = without_instruments(damper_.hypotheses[h]);
-      auto drop = DropSurrogate::make(one, conditions_);
+      auto drop = with_priors(one);
       const bool first = components_.empty();
       if (!drop && h + 1 == damper_.hypotheses.size() && first) return drop.error();
       if (!drop) {
@@ -96,6 +92,24 @@ class Mixer {
                          Component{weight, std::move(*drop)});
     }
     return {};
+  }
+
+  double tested_speed() const {
+    double fastest = 0.0;
+    for (const VisitedCell& cell : damper_.visited)
+      fastest = std::max(fastest, std::fabs(cell.velocity));
+    return fastest;
+  }
+
+  // The drop of a hypothesis, with the priors as independent forces beside its parameters.
+  Result<DropSurrogate> with_priors(const DamperHypothesis& one) {
+    auto drop = DropSurrogate::make(one, conditions_);
+    if (!drop || !options_.priors.any()) return drop;
+    std::vector<double> stroke, speed, t;
+    drop->path(t, stroke, speed);
+    const ForceAlongPath force = prior_forces(one, conditions_, options_.priors, tested_speed(), t);
+    if (force.modes.empty()) return drop;
+    return DropSurrogate::make(one, conditions_, &force, &t);
   }
 
   static std::string name_of(const DamperHypothesis& one) {
@@ -129,7 +143,7 @@ class Mixer {
   double add_held(const DamperHypothesis& one, double weight) {
     const auto held = held_at_bounds(one);
     if (!held) return 0.0;
-    auto drop = DropSurrogate::make(*held, conditions_);
+    auto drop = with_priors(*held);
     if (!drop) return 0.0;
     components_.push_back({weight * held->probability / one.probability, std::move(*drop)});
     return components_.back().weight;
@@ -139,13 +153,15 @@ class Mixer {
   void add_unnamed(const DropSurrogate& drop, const DamperHypothesis& one) {
     std::vector<double> stroke, speed, t;
     drop.path(t, stroke, speed);
-    const ForceAlongPath force = unnamed_force_along(damper_, stroke, speed);
+    ForceAlongPath force = unnamed_force_along(damper_, stroke, speed);
     if (force.modes.empty()) {
       warnings_.push_back(
           "it is not known which strokes and velocities the campaign visited, so the band holds no "
           "unnamed force");
       return;
     }
+    for (auto& mode : prior_forces(one, conditions_, options_.priors, tested_speed(), t).modes)
+      force.modes.push_back(std::move(mode));
     auto with = DropSurrogate::make(one, conditions_, &force, &t);
     if (with)
       components_.push_back({one.probability * damper_.unnamed_probability, std::move(*with)});
@@ -190,8 +206,12 @@ class Mixer {
       band.upper = found[f].empty() ? band.value : weighted_quantile(found[f], 1.0 - tail);
       out.bands.push_back(band);
     }
-    histories.into(tail, out.history.t, out.history.stroke_lower, out.history.stroke_upper,
-                   out.history.load_lower, out.history.load_upper);
+    HistoryBand& band = out.history;
+    band.t = histories.t;
+    histories.ends(histories.stroke, tail, band.stroke_lower, band.stroke_upper);
+    histories.ends(histories.speed, tail, band.speed_lower, band.speed_upper);
+    histories.ends(histories.load, tail, band.load_lower, band.load_upper);
+    out.drawn = std::move(found);
   }
 
   const IdentifiedDamper& damper_;
@@ -203,6 +223,15 @@ class Mixer {
 };
 
 }  // namespace
+
+double DropMixture::probability_within(std::size_t figure, double limit) const {
+  double all = 0.0, within = 0.0;
+  for (const WeightedValue& one : drawn.at(figure)) {
+    all += one.weight;
+    if (one.value <= limit) within += one.weight;
+  }
+  return (1.0 - bottoming_probability) * within / all;
+}
 
 Result<DropMixture> predict_drop(const IdentifiedDamper& damper, const DropConditions& conditions,
                                  const MixtureOptions& options) {

@@ -14,6 +14,7 @@
 
 #include "base/result.hpp"
 #include "estimator/time/drop.hpp"
+#include "estimator/time/drop_priors.hpp"
 #include "estimator/time/identified_damper.hpp"
 
 namespace shaker::estimator {
@@ -23,6 +24,7 @@ struct MixtureOptions {
   int exact_draws = 100;  // of a hypothesis whose figures are not quadratic
   unsigned long seed = 1;
   double confidence = 0.95;
+  ExtrapolationPriors priors;  // none: the laws go on beyond the tested velocities
 };
 
 struct MixtureBand {
@@ -34,7 +36,13 @@ struct MixtureBand {
 
 // Bands of the curves at some times of the history.
 struct HistoryBand {
-  std::vector<double> t, stroke_lower, stroke_upper, load_lower, load_upper;
+  std::vector<double> t, stroke_lower, stroke_upper, speed_lower, speed_upper;
+  std::vector<double> load_lower, load_upper;
+};
+
+// A value that a figure takes, and its share of all draws.
+struct WeightedValue {
+  double value = 0.0, weight = 0.0;
 };
 
 struct DropMixture {
@@ -45,7 +53,12 @@ struct DropMixture {
   // the campaign visited.
   double extrapolated_energy_share = 1.0;
   double bottoming_probability = 0.0;  // that a draw gives no drop: the stroke ends before it turns
+  std::vector<std::vector<WeightedValue>> drawn;  // of each of kDropFigures, sorted
   std::vector<std::string> warnings;
+
+  // The probability that a figure is at most `limit`. Draws without a drop are beyond every limit.
+  // NaN for a figure that this gear does not have.
+  double probability_within(std::size_t figure, double limit) const;
 };
 
 // An Error if the drop of the first hypothesis fails. Blocks for some tenths of a second. Throws

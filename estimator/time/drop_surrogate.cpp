@@ -80,20 +80,15 @@ std::vector<std::vector<double>> axes_of(const DamperHypothesis& damper,
 
 }  // namespace
 
-void HistoryDraws::into(double tail, std::vector<double>& times, std::vector<double>& stroke_lower,
-                        std::vector<double>& stroke_upper, std::vector<double>& load_lower,
-                        std::vector<double>& load_upper) const {
-  times = t;
-  const auto ends = [&](const std::vector<double>& values, std::vector<double>& lower,
-                        std::vector<double>& upper) {
+void HistoryDraws::ends(const std::vector<std::vector<double>>& curve, double tail,
+                        std::vector<double>& lower, std::vector<double>& upper) const {
+  const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
+  for (const std::vector<double>& values : curve) {
     std::vector<std::size_t> order(values.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
-    double all = 0.0, below = 0.0;
-    for (const double w : weight)
-      all += w;
-    double low = values[order.front()], high = values[order.back()];
+    double below = 0.0, low = values[order.front()], high = low;
     for (const std::size_t i : order) {
       if (below <= tail * all) low = values[i];
       if (below <= (1.0 - tail) * all) high = values[i];
@@ -101,10 +96,6 @@ void HistoryDraws::into(double tail, std::vector<double>& times, std::vector<dou
     }
     lower.push_back(low);
     upper.push_back(high);
-  };
-  for (std::size_t i = 0; i < t.size(); ++i) {
-    ends(stroke[i], stroke_lower, stroke_upper);
-    ends(load[i], load_lower, load_upper);
   }
 }
 
@@ -235,6 +226,8 @@ void DropSurrogate::fit_axis(Axis& own, double first, const DropRun& one, double
     double slope = 0.0;
     both(center_.history.stroke[i], one.history.stroke[i], other.history.stroke[i], slope, unused);
     own.stroke.push_back(slope);
+    both(center_.history.speed[i], one.history.speed[i], other.history.speed[i], slope, unused);
+    own.speed.push_back(slope);
     both(center_.history.load[i], one.history.load[i], other.history.load[i], slope, unused);
     own.load.push_back(slope);
   }
@@ -362,8 +355,8 @@ void DropSurrogate::draw_history(double weight, std::mt19937_64& random, History
   if (into.t.empty()) {
     for (std::size_t i = 0; i < h.t.size(); i += kHistoryEvery)
       into.t.push_back(h.t[i]);
-    into.stroke.resize(into.t.size());
-    into.load.resize(into.t.size());
+    for (auto* curve : {&into.stroke, &into.speed, &into.load})
+      curve->resize(into.t.size());
   }
   const auto at = [&](const std::vector<double>& values, double place) {
     const double inside = std::min(place, static_cast<double>(values.size() - 1));
@@ -380,13 +373,15 @@ void DropSurrogate::draw_history(double weight, std::mt19937_64& random, History
     const auto z = admissible_variates(random);
     for (std::size_t i = 0; i < into.t.size(); ++i) {
       const double place = place_of(into.t[i]);
-      double stroke = at(h.stroke, place), load = at(h.load, place);
-      for (std::size_t a = 0; a < axes_.size(); ++a) {
-        stroke += z[a] * at(axes_[a].stroke, place / kHistoryEvery);
-        load += z[a] * at(axes_[a].load, place / kHistoryEvery);
-      }
-      into.stroke[i].push_back(stroke);
-      into.load[i].push_back(load);
+      const auto drawn = [&](const std::vector<double>& center, const auto slopes) {
+        double value = at(center, place);
+        for (std::size_t a = 0; a < axes_.size(); ++a)
+          value += z[a] * at(axes_[a].*slopes, place / kHistoryEvery);
+        return value;
+      };
+      into.stroke[i].push_back(drawn(h.stroke, &Axis::stroke));
+      into.speed[i].push_back(drawn(h.speed, &Axis::speed));
+      into.load[i].push_back(drawn(h.load, &Axis::load));
     }
     into.weight.push_back(weight / kHistoryDraws);
   }

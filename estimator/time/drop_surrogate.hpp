@@ -21,12 +21,11 @@ struct DrawnFigures {
 // Draws of the curves at some times, weighted.
 struct HistoryDraws {
   std::vector<double> t;
-  std::vector<std::vector<double>> stroke, load;  // a list of draws for each time
-  std::vector<double> weight;                     // of each draw
-  // Sorts them into the quantiles `tail` and 1 - tail at each time.
-  void into(double tail, std::vector<double>& times, std::vector<double>& stroke_lower,
-            std::vector<double>& stroke_upper, std::vector<double>& load_lower,
-            std::vector<double>& load_upper) const;
+  std::vector<std::vector<double>> stroke, speed, load;  // a list of draws for each time
+  std::vector<double> weight;                            // of each draw
+  // Adds the quantiles `tail` and 1 - tail of a curve at each time.
+  void ends(const std::vector<std::vector<double>>& curve, double tail, std::vector<double>& lower,
+            std::vector<double>& upper) const;
 };
 
 class DropSurrogate {
@@ -56,10 +55,10 @@ class DropSurrogate {
   struct Axis {
     std::vector<double> numbers;  // of the covariance, per unit variate; empty: a mode of the force
     std::size_t mode = 0;
-    std::vector<double> slope, bend;   // of the figures
-    std::vector<double> stroke, load;  // slopes of the curves at the thinned times
-    double reach = 0.0;                // variates to which it was followed
-    bool one_sided = false;            // no drop is beyond the estimate on one side
+    std::vector<double> slope, bend;          // of the figures
+    std::vector<double> stroke, speed, load;  // slopes of the curves at the thinned times
+    double reach = 0.0;                       // variates to which it was followed
+    bool one_sided = false;                   // no drop is beyond the estimate on one side
   };
 
   Result<DropRun> run_at(const std::vector<double>& variates) const;

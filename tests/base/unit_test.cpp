@@ -18,7 +18,8 @@ TEST(Unit, HasTheSizeThatIsPrinted) {
   for (const Printed& p :
        {Printed{"in", 1, 2.54e-2, 0}, Printed{"ft", 1, 3.048e-1, 0}, Printed{"g", 1, 9.80665, 0},
         Printed{"lbf", 1, 4.448222, 1e-6}, Printed{"psi", 1, 6.894757e3, 1e-3},
-        Printed{"kgf", 1, 9.80665, 0}, Printed{"atm", 1, 1.01325e5, 0}, Printed{"bar", 1, 1e5, 0},
+        Printed{"lbf/ft^2", 1, 4.788026e1, 1e-5}, Printed{"kgf", 1, 9.80665, 0},
+        Printed{"atm", 1, 1.01325e5, 0}, Printed{"bar", 1, 1e5, 0},
         Printed{"deg", 1, 1.745329e-2, 1e-8}, Printed{"rpm", 60, 1.0, 0},
         Printed{"rad/s", 6.283185307, 1.0, 1e-9}, Printed{"km/h", 3.6, 1.0, 0},
         Printed{"degC", 20, 293.15, 0}, Printed{"degF", 68, 293.15, 0},

@@ -20,6 +20,28 @@ def true_drop(speed):
     return speed / natural * math.exp(-decay * time), time
 
 
+def true_motion(speed, t):
+    """Stroke and load per mass of the same drop at time t."""
+    decay = DAMPING / 2
+    damped = math.sqrt(STIFFNESS - decay ** 2)
+    stroke = speed / damped * math.exp(-decay * t) * math.sin(damped * t)
+    rate = speed * math.exp(-decay * t) * math.cos(damped * t) - decay * stroke
+    return stroke, DAMPING * rate + STIFFNESS * stroke
+
+
+def stiffer_response(frequency):
+    """The stroke of an oscillator with a fifth more stiffness, at an excitation of 2 cos, with noise."""
+    omega = 2 * math.pi * frequency
+    size = 2.0 / (1.2 * STIFFNESS - omega ** 2 + 1j * omega * DAMPING)
+    lines = ["t,excitation,displacement"]
+    for i in range(1500):
+        t = i / (100 * frequency)
+        turned = complex(math.cos(omega * t), math.sin(omega * t))
+        lines.append(f"{t:.9f},{2.0 * turned.real:.9f},"
+                     f"{(size * turned).real + 1e-5 * math.sin(12345.678 * i * i):.9f}")
+    return "\n".join(lines) + "\n"
+
+
 class Drop(Scratch):
     def setUp(self):
         super().setUp()
@@ -94,6 +116,82 @@ class Drop(Scratch):
             self.assertAlmostEqual(values["c"], DAMPING, delta=1e-3)
             self.assertAlmostEqual(values["k"], STIFFNESS, delta=1e-2)
             self.assertEqual(estimate["runs_used"], 3 * len(places))
+
+    def measured(self, header, row):
+        lines = [",".join(map(repr, row(0.002 * i, *true_motion(2.0, 0.002 * i)))) for i in range(300)]
+        return self.write("measured.csv", "\n".join([header, *lines]) + "\n")
+
+    def compared(self, file, *words):
+        result = self.call("drop", self.campaign, "--diagnosis", self.out, "--sink-speed", "2",
+                           "--measured", file, "--json", *words)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        measured = json.loads(result.stdout)["measured"]
+        return {figure["name"]: figure for figure in measured["figures"]}, measured["in_band"]
+
+    def test_a_measured_drop_is_laid_beside_the_prediction(self):
+        self.out = self.diagnosed()
+        # In mm and kN of 500 kg; a record of which nothing is wrong.
+        mass = ("--mass", 500)
+        true = self.measured("t [ms],stroke [mm],load [kN]", lambda t, s, f: (1e3 * t, 1e3 * s, 0.5 * f))
+        figures, in_band = self.compared(true, *mass)
+        self.assertEqual(set(figures), {"peak_stroke", "time_of_peak_stroke", "peak_load",
+                                        "time_of_peak_load", "energy_absorbed"})
+        for name, figure in figures.items():
+            self.assertLess(abs(figure["error_percent"]), 0.5, name)
+        self.assertAlmostEqual(figures["peak_stroke"]["measured"], true_drop(2.0)[0], delta=1e-6)
+        self.assertAlmostEqual(figures["energy_absorbed"]["measured"], 0.5 * 500 * 4, delta=1.0)
+        self.assertEqual(figures["energy_absorbed"]["unit"], "J")
+        # A load that reads 3 % too much: the prediction is 3 % low, and the points leave the band.
+        high = self.measured("t,stroke,load [N]", lambda t, s, f: (t, s, 1.03 * 500 * f))
+        figures, _ = self.compared(high, *mass)
+        self.assertAlmostEqual(figures["peak_load"]["error_percent"], 100 * (1 / 1.03 - 1), delta=0.05)
+        self.assertLess(figures["peak_load"]["standard_errors"], -10)
+        # An accelerometer on the mass: the model has no weight, so it reads the load.
+        moved = self.measured("t,acceleration [g]", lambda t, s, f: (t, f / 9.80665))
+        figures, _ = self.compared(moved)
+        self.assertAlmostEqual(figures["peak_deceleration"]["error_percent"], 0.0, delta=0.05)
+        # Everything is far from the truth: no point lies in the band but those that are 0.
+        wrong = self.measured("t,stroke", lambda t, s, f: (t, 2.0 * s))
+        _, in_band = self.compared(wrong)
+        self.assertEqual(in_band["stroke"]["points"], 300)
+        self.assertLess(in_band["stroke"]["inside"], 20)
+
+    def test_a_measured_drop_that_is_wrong_is_told(self):
+        drop = ("drop", self.campaign, "--diagnosis", self.diagnosed(), "--sink-speed", "2", "--measured")
+        kilo = self.measured("t,load [kN]", lambda t, s, f: (t, f))
+        self.assertIn("--mass", self.refused(*drop, kilo))
+        self.assertIn("state its unit", self.refused(*drop, self.measured("t,load", lambda t, s, f: (t, f))))
+        growing = self.measured("t,stroke", lambda t, s, f: (t, t))
+        self.assertIn("does not turn", self.refused(*drop, growing))
+        back = self.measured("t,stroke", lambda t, s, f: (-t, s))
+        self.assertIn("line 3: t does not grow", self.refused(*drop, back))
+        self.assertIn("stroke", self.refused(*drop, self.measured("t,other", lambda t, s, f: (t, s))))
+
+    def test_a_limit_is_met_with_a_probability(self):
+        out = self.diagnosed()
+        peak = true_drop(2.0)[0]
+        result = self.call("drop", self.campaign, "--diagnosis", out, "--sink-speed", "2", "--json",
+                           "--limit", f"peak_stroke={1.01 * peak}m", "--limit", f"peak_stroke={990 * peak}mm")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual([round(limit["probability"], 3) for limit in json.loads(result.stdout)["limits"]],
+                         [1.0, 0.0])
+
+    def test_campaigns_of_two_dampers_are_told(self):
+        other = self.path / "other"
+        shutil.copytree(self.campaign, other)
+        for i, frequency in enumerate((0.8, 1.3, 2.1), 1):
+            (other / f"r{i}.csv").write_text(stiffer_response(frequency))
+        result = self.call("estimate", self.campaign, other, "--model", self.model, "--json")
+        warnings = json.loads(result.stdout)["warnings"]
+        said = [w for w in warnings if "do not agree" in w]
+        self.assertEqual(len(said), 1, warnings)
+        self.assertIn("two dampers", said[0])
+        self.assertRegex(said[0], r": k is (99.9|100).* by one and (119.9|120).* by the other")
+        self.assertEqual(result.returncode, 6, result.stderr)
+        shutil.rmtree(other)
+        shutil.copytree(self.campaign, other)
+        result = self.call("estimate", self.campaign, other, "--model", self.model, "--json")
+        self.assertNotIn("do not agree", result.stdout)
 
     def test_what_is_no_campaign_or_no_diagnosis_is_told(self):
         empty = self.path / "empty"

@@ -88,6 +88,16 @@ class Report(unittest.TestCase):
                         "--draw", plan], check=True, capture_output=True, timeout=60)
         self.assertIn("The best sets of runs", self.assert_is_drawn(plan.read_text(), 2))
 
+    def test_every_picture_of_a_dossier_is_drawn(self):
+        dossier = self.folder / "dossier.html"
+        subprocess.run([SHAKERCTL, "report", self.folder / "campaign", "--model",
+                        SOURCE / "config/examples/model-oleo.json", "--sink-speed", "3", "--mass", "400",
+                        "--limit", "peak_load=60kN", "--piston-area", "0.004", "--out", dossier],
+                       check=True, capture_output=True, timeout=60)
+        words = self.assert_is_drawn(dossier.read_text(), 13)
+        self.assertIn("What this page does not say", words)
+        self.assertIn("peak_load=60kN", words)
+
     def test_it_prints(self):
         paper = self.folder / "report.pdf"
         printed = self.browse(f"--print-to-pdf={paper}", page=self.folder / "out" / "report.html")

@@ -50,6 +50,32 @@ TEST(DropMixture, OfOneHypothesisIsTheImageOfItsParameter) {
   EXPECT_NEAR(drop.bands[kPeakStroke].linear_lower, peak_stroke(2.0 + 1.96 * 0.1), 1e-4);
 }
 
+TEST(DropMixture, HasABandForEveryCurve) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {oscillator_with(2.0, 0.05)};
+  const auto drop = predicted(damper);
+  const auto& band = drop.history;
+  const auto& h = drop.run.history;
+  ASSERT_GT(band.t.size(), 50u);
+  for (std::size_t i = 1; i < band.t.size(); ++i) {
+    // Student's t of ten degrees of freedom, at 97.5 %, by the closed form's derivative over c.
+    const auto motion = [&](double c, bool speed) {
+      const double decay = 0.5 * c, damped = std::sqrt(100.0 - decay * decay);
+      const double wave = std::sin(damped * band.t[i]) / damped;
+      const double fall = std::exp(-decay * band.t[i]);
+      return speed ? fall * (std::cos(damped * band.t[i]) - decay * wave) : fall * wave;
+    };
+    for (const bool speed : {false, true}) {
+      const double slope = (motion(2.01, speed) - motion(1.99, speed)) / 0.02;
+      const double half = 2.228 * 0.05 * std::fabs(slope);
+      const double width = speed ? band.speed_upper[i] - band.speed_lower[i]
+                                 : band.stroke_upper[i] - band.stroke_lower[i];
+      EXPECT_NEAR(0.5 * width, half, 0.35 * half + 1e-6) << band.t[i];
+    }
+  }
+  EXPECT_NEAR(0.5 * (band.speed_lower[0] + band.speed_upper[0]), h.speed[0], 1e-9);
+}
+
 TEST(DropMixture, HoldsEveryHypothesis) {
   IdentifiedDamper damper;
   damper.hypotheses = {oscillator_with(2.0, 0.01), oscillator_with(3.0, 0.01)};

@@ -1,0 +1,37 @@
+// The drop of a damper that was diagnosed: from a campaign or the folder of a diagnosis to the
+// prediction with its honest band.
+#pragma once
+
+#include <string>
+
+#include "base/result.hpp"
+#include "cli/commands.hpp"
+#include "cli/drop_output.hpp"
+#include "estimator/discrepancy/diagnosis.hpp"
+#include "estimator/time/drop_mixture.hpp"
+#include "estimator/time/identified_damper.hpp"
+
+namespace shaker::cli {
+
+struct DiagnosedDrop {
+  estimator::IdentifiedDamper damper;  // as it falls
+  estimator::DropMixture drop;
+  DropOutput output;
+  estimator::ExtrapolationPriors priors;  // that are in the band
+  std::string length;                     // the model's unit
+
+  PredictedDrop predicted() const;
+};
+
+// The damper of options.diagnosis, or that of a diagnosis that is made now.
+Result<estimator::IdentifiedDamper> damper_for(const DropOptions& options);
+
+// `damper`: as it was on the shaker. An Error names the option and the remedy, or is that of a drop.
+// Throws std::invalid_argument as DropTest does.
+Result<DiagnosedDrop> predict_diagnosed(const DropOptions& options,
+                                        const estimator::IdentifiedDamper& damper);
+
+// "nothing is missing", or the effects that the hypothesis adds.
+std::string name_of(const estimator::DamperHypothesis& hypothesis);
+
+}  // namespace shaker::cli

@@ -1,0 +1,130 @@
+#include "cli/drop_output.hpp"
+
+#include <cmath>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "cli/drop_figures.hpp"
+#include "cli/drop_picture.hpp"
+#include "report/text_table.hpp"
+
+namespace shaker::cli {
+
+ComparisonWords figure_words(const std::string& length, const std::optional<double>& mass) {
+  ComparisonWords words;
+  for (std::size_t f = 0; f < estimator::kDropFigureCount; ++f) {
+    words.label.push_back(figure_label(f, mass.has_value()));
+    words.unit.push_back(figure_unit(f, length, mass.has_value()));
+    words.scale.push_back(words.unit[f] == "N" || words.unit[f] == "J" ? mass.value_or(1.0) : 1.0);
+  }
+  return words;
+}
+
+namespace {
+
+estimator::ServicingRange servicing_range(const std::vector<double>& ends, double otherwise,
+                                          double offset = 0.0) {
+  if (ends.size() != 2) return {otherwise, otherwise};
+  return {ends[0] - offset, ends[1] - offset};
+}
+
+Result<void> find_envelope(const DropOptions& options, const config::ModelSpec& model,
+                           DropSections& s) {
+  constexpr double kIcePoint = 273.15;
+  if (options.charge.empty() && options.oil.empty() && options.temperature.empty()) return {};
+  s.tested_temperature = options.tested_temperature.value_or(s.tested_temperature);
+  estimator::ServicingRanges ranges;
+  ranges.charge = servicing_range(options.charge, 1.0);
+  ranges.oil = servicing_range(options.oil, 0.0);
+  ranges.temperature = servicing_range(options.temperature, 0.0, s.tested_temperature);
+  ranges.tested_temperature = s.tested_temperature + kIcePoint;
+  auto envelope = estimator::servicing_envelope(
+      model, s.setup.conditions, ranges,
+      {figure_called("peak_load"), figure_called("peak_stroke"), figure_called("efficiency")});
+  if (!envelope) return envelope.error();
+  s.envelope = std::move(*envelope);
+  return {};
+}
+
+}  // namespace
+
+Result<void> complete(const DropOptions& options, const config::ModelSpec& model,
+                      const PredictedDrop& predicted, const ProbabilityWithin& probability,
+                      DropOutput& out) {
+  DropSections& s = out.sections;
+  s.words = figure_words(model.length_unit, s.setup.mass);
+  const estimator::DropTest test(model, s.setup.conditions);
+  auto shares = test.shares(test.model().start());
+  if (!shares) return shares.error();
+  s.shares = std::move(*shares);
+  const auto& deceleration = predicted.figures[figure_called("peak_deceleration")];
+  s.deceleration = deceleration.value;
+  s.deceleration_lower = deceleration.lower;
+  s.deceleration_upper = deceleration.upper;
+  s.met.clear();
+  for (const DropLimit& limit : s.setup.limits) {
+    if (is_gear_figure(limit.figure) && !std::isfinite(predicted.figures[limit.figure].value))
+      return Error{ErrorKind::invalid, fmt::format("--limit {}: this gear has no tyre; give one "
+                                                   "with --tyre-stiffness",
+                                                   limit.name)};
+    s.met.push_back(s.banded ? probability(limit.figure, limit.value)
+                             : (predicted.figures[limit.figure].value <= limit.value ? 1.0 : 0.0));
+  }
+  if (options.piston_area) {
+    if (!s.setup.mass)
+      return Error{ErrorKind::invalid,
+                   "--piston-area: a pressure needs --mass, the mass above the damper, in kg"};
+    s.gas_pressure = gas_pressure(s.shares, *s.setup.mass, *options.piston_area);
+  }
+  if (auto done = find_envelope(options, model, s); !done) return done;
+  if (options.measured.empty()) return {};
+  auto measured =
+      read_measured_drop(options.measured, model.length_unit, s.setup.mass.value_or(0.0));
+  if (!measured) return measured.error();
+  out.measured = std::move(*measured);
+  auto compared = compare_drop(*out.measured, predicted);
+  if (!compared)
+    return Error{compared.error().kind,
+                 fmt::format("{}: {}", options.measured.string(), compared.error().what)};
+  out.comparison = std::move(*compared);
+  return {};
+}
+
+ExitCode drop_exit_code(const Error& error) {
+  return error.kind == ErrorKind::not_converged ? kNotUsable : kBadInput;
+}
+
+std::string drop_output_text(const DropOutput& output) {
+  std::string text = "\n" + drop_sections_text(output.sections);
+  if (!output.comparison) return text;
+  const auto rows = comparison_rows(*output.comparison, output.sections.words);
+  text += report::text_table(rows, {false, true, true, true, true, false});
+  for (const std::string& sentence : band_sentences(*output.comparison))
+    text += sentence + "\n";
+  return text + "\n";
+}
+
+void add_drop_output(const DropOutput& output, nlohmann::ordered_json& json) {
+  add_drop_sections(output.sections, json);
+  if (output.comparison)
+    json["measured"] = comparison_json(*output.comparison, output.sections.words);
+}
+
+Result<void> write_drop_picture(const DropOptions& options, const DropOutput& output,
+                                const estimator::DropRun& run, const estimator::HistoryBand& band,
+                                const estimator::DropHistory* truth, const std::string& length) {
+  if (options.svg.empty()) return {};
+  DropPictureOptions how;
+  how.sink_speed = output.sections.setup.conditions.sink_speed;
+  how.mass = output.sections.setup.mass;
+  how.length_unit = length;
+  how.band = &band;
+  how.measured = output.measured ? &*output.measured : nullptr;
+  std::ofstream out(options.svg);
+  out << drop_picture(run, truth, how);
+  if (out.flush()) return {};
+  return Error{ErrorKind::io, fmt::format("{}: cannot be written", options.svg.string())};
+}
+
+}  // namespace shaker::cli

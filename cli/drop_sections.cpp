@@ -1,0 +1,201 @@
+#include "cli/drop_sections.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "report/text_table.hpp"
+
+namespace shaker::cli {
+namespace {
+
+using OrderedJson = nlohmann::ordered_json;
+
+constexpr double kInchOfRules = 0.0254;
+
+std::string percents(double share) {
+  return fmt::format("{:.2f} %", 100.0 * share);
+}
+
+DropSection rule_section(const DropSections& s) {
+  const estimator::RuleDrop& rule = *s.setup.rule;
+  DropSection section = {fmt::format("Conditions by {}, {}", rule.rule, rule.condition), {}};
+  const auto add = [&](const char* label, std::string text) {
+    section.rows.emplace_back(label, std::move(text));
+  };
+  add("sink speed", fmt::format("{:.6g} m/s", rule.sink_speed));
+  add("height of a free drop",
+      fmt::format("{:.6g} m ({:.4g} in)", rule.height, rule.height / kInchOfRules));
+  add("weight on the gear", fmt::format("{:.6g} N", rule.weight));
+  add(rule.free_drop ? "lift, in the effective weight" : "lift, as a force",
+      fmt::format("{:.4g} of the weight", rule.lift));
+  if (rule.free_drop) add("effective weight W_e", fmt::format("{:.6g} N", rule.effective_weight));
+  add("descent of the mass d", fmt::format("{:.6g} m", rule.descent));
+  const double n = rule.load_factor(s.deceleration);
+  std::string factor = fmt::format("{:.5g}", n);
+  if (s.banded) {
+    const double low = rule.load_factor(s.deceleration_lower),
+                 high = rule.load_factor(s.deceleration_upper);
+    factor += fmt::format(" (95 %: {} to {})", report::rounded_to(low, 0.25 * (high - low)),
+                          report::rounded_to(high, 0.25 * (high - low)));
+  }
+  add("load factor n", std::move(factor));
+  return section;
+}
+
+DropSection limits_section(const DropSections& s) {
+  DropSection section = {"Limits", {}};
+  for (std::size_t i = 0; i < s.setup.limits.size(); ++i)
+    section.rows.emplace_back(s.setup.limits[i].text,
+                              s.banded
+                                  ? fmt::format("met with probability {:.4f}", s.met[i])
+                                  : std::string(s.met[i] > 0.5 ? "met by the values alone"
+                                                               : "exceeded by the values alone"));
+  return section;
+}
+
+DropSection shares_section(const DropSections& s) {
+  DropSection section = {"What carries the load", {}};
+  for (const estimator::EffectShare& share : s.shares.effects)
+    section.rows.emplace_back(
+        fmt::format("{} ({})", share.effect, estimator::effect_family(share.effect)),
+        fmt::format("{} of the peak load, {} of the energy", percents(share.of_peak_load),
+                    percents(share.of_energy)));
+  section.rows.emplace_back("balance of energy",
+                            fmt::format("closed to {:.1e}", s.shares.energy_residual));
+  if (s.gas_pressure)
+    section.rows.emplace_back("largest gas pressure",
+                              fmt::format("{:.5g} bar", *s.gas_pressure * 1e-5));
+  return section;
+}
+
+std::string state_words(const estimator::ServicingState& state, double tested) {
+  return fmt::format("charge {:.3g}, oil {:+.3g}, {:.3g} degC", state.charge, state.oil,
+                     tested + state.temperature);
+}
+
+DropSection envelope_section(const DropSections& s) {
+  DropSection section = {"Servicing envelope, at the estimates", {}};
+  for (const estimator::EnvelopeFigure& f : s.envelope->figures) {
+    const double k = s.words.scale[f.figure];
+    const std::string unit = s.words.unit[f.figure] == "-" ? "" : " " + s.words.unit[f.figure];
+    const std::string& label = s.words.label[f.figure];
+    section.rows.emplace_back(label + ", least",
+                              fmt::format("{:.5g}{} at {}", k * f.least, unit,
+                                          state_words(f.least_at, s.tested_temperature)));
+    section.rows.emplace_back(label + ", greatest",
+                              fmt::format("{:.5g}{} at {}", k * f.greatest, unit,
+                                          state_words(f.greatest_at, s.tested_temperature)));
+    section.rows.emplace_back(label + ", 5, 50 and 95 %",
+                              fmt::format("{:.5g}, {:.5g} and {:.5g}{}", k * f.quantiles[0],
+                                          k * f.quantiles[1], k * f.quantiles[2], unit));
+  }
+  if (s.envelope->without > 0)
+    section.rows.emplace_back(
+        "no drop", fmt::format("in {} of {} states, first at {}: the stroke ends before it turns",
+                               s.envelope->without, s.envelope->drops,
+                               state_words(s.envelope->without_at, s.tested_temperature)));
+  return section;
+}
+
+OrderedJson envelope_json(const DropSections& s) {
+  const auto state = [&](const estimator::ServicingState& at) {
+    return OrderedJson{{"charge", at.charge},
+                       {"oil", at.oil},
+                       {"temperature_degC", s.tested_temperature + at.temperature}};
+  };
+  OrderedJson figures = OrderedJson::array();
+  for (const estimator::EnvelopeFigure& f : s.envelope->figures) {
+    const double k = s.words.scale[f.figure];
+    figures.push_back(
+        {{"name", estimator::kDropFigures[f.figure].name},
+         {"unit", s.words.unit[f.figure]},
+         {"least", k * f.least},
+         {"least_at", state(f.least_at)},
+         {"greatest", k * f.greatest},
+         {"greatest_at", state(f.greatest_at)},
+         {"quantiles_5_50_95", {k * f.quantiles[0], k * f.quantiles[1], k * f.quantiles[2]}}});
+  }
+  return {{"figures", std::move(figures)},
+          {"drops", s.envelope->drops},
+          {"without_drop", s.envelope->without}};
+}
+
+}  // namespace
+
+std::optional<double> gas_pressure(const estimator::DropShares& shares, double mass, double area) {
+  std::vector<double> force;
+  for (const estimator::EffectShare& share : shares.effects) {
+    if (estimator::effect_family(share.effect) != "gas" || share.effect == "second_chamber")
+      continue;
+    force.resize(share.load.size(), 0.0);
+    for (std::size_t i = 0; i < force.size(); ++i)
+      force[i] += share.load[i];
+  }
+  if (force.empty()) return std::nullopt;
+  return *std::max_element(force.begin(), force.end()) * mass / area;
+}
+
+std::vector<DropSection> drop_sections(const DropSections& s) {
+  std::vector<DropSection> sections;
+  if (s.setup.rule) sections.push_back(rule_section(s));
+  if (!s.setup.limits.empty()) sections.push_back(limits_section(s));
+  if (!s.shares.effects.empty()) sections.push_back(shares_section(s));
+  if (s.envelope) sections.push_back(envelope_section(s));
+  return sections;
+}
+
+std::string drop_sections_text(const DropSections& sections) {
+  std::string text;
+  for (const DropSection& section : drop_sections(sections)) {
+    std::vector<std::vector<std::string>> rows = {{section.heading, ""}};
+    for (const auto& [label, said] : section.rows)
+      rows.push_back({label, said});
+    text += report::text_table(rows, {false, false}) + "\n";
+  }
+  return text;
+}
+
+void add_drop_sections(const DropSections& s, OrderedJson& out) {
+  if (s.setup.rule) {
+    const estimator::RuleDrop& rule = *s.setup.rule;
+    OrderedJson factor = {{"value", rule.load_factor(s.deceleration)}};
+    if (s.banded)
+      factor["interval"] = {rule.load_factor(s.deceleration_lower),
+                            rule.load_factor(s.deceleration_upper)};
+    out["rule"] = {{"rule", rule.rule},
+                   {"condition", rule.condition},
+                   {"height_m", rule.height},
+                   {"sink_speed", rule.sink_speed},
+                   {"weight_N", rule.weight},
+                   {"lift", rule.lift},
+                   {"effective_weight_N", rule.effective_weight},
+                   {"descent_m", rule.descent},
+                   {"load_factor", std::move(factor)},
+                   {"drops", rule.drops}};
+  }
+  OrderedJson limits = OrderedJson::array();
+  for (std::size_t i = 0; i < s.setup.limits.size(); ++i) {
+    OrderedJson limit = {{"name", s.setup.limits[i].name}, {"limit", s.setup.limits[i].text}};
+    if (s.banded)
+      limit["probability"] = s.met[i];
+    else
+      limit["met"] = s.met[i] > 0.5;
+    limits.push_back(std::move(limit));
+  }
+  if (!limits.empty()) out["limits"] = std::move(limits);
+  OrderedJson shares = OrderedJson::array();
+  for (const estimator::EffectShare& share : s.shares.effects)
+    shares.push_back({{"effect", share.effect},
+                      {"family", std::string(estimator::effect_family(share.effect))},
+                      {"of_peak_load", share.of_peak_load},
+                      {"of_energy", share.of_energy}});
+  out["shares"] = std::move(shares);
+  out["energy_residual"] = s.shares.energy_residual;
+  if (s.gas_pressure) out["gas_pressure_Pa"] = *s.gas_pressure;
+  if (s.envelope) out["servicing"] = envelope_json(s);
+  if (s.setup.mass) out["mass_kg"] = *s.setup.mass;
+}
+
+}  // namespace shaker::cli

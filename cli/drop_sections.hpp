@@ -1,0 +1,48 @@
+// What `drop` says besides the figures and their bands: the conditions by rule, the limits, the shares
+// of the effects, the balance of energy, and the gas pressure. As text and as JSON.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/drop_setup.hpp"
+#include "cli/measured_drop.hpp"
+#include "estimator/time/drop.hpp"
+#include "estimator/time/servicing.hpp"
+
+namespace shaker::cli {
+
+struct DropSections {
+  DropSetup setup;
+  estimator::DropShares shares;
+  // Value of the deceleration and its 95 % interval, model's units; no interval: both ends equal.
+  double deceleration = 0.0, deceleration_lower = 0.0, deceleration_upper = 0.0;
+  std::vector<double> met;             // of each limit, the probability that it is met
+  bool banded = false;                 // false: `met` is 1 or 0, of the values alone
+  std::optional<double> gas_pressure;  // Pa, the largest
+  std::optional<estimator::ServicingEnvelope> envelope;
+  double tested_temperature = 20.0;  // degC
+  ComparisonWords words;
+};
+
+// The largest pressure of the gas, from the forces of its effects: `mass` above the damper, kg, and
+// `area` of the piston, m^2. Nothing for a model without gas.
+std::optional<double> gas_pressure(const estimator::DropShares& shares, double mass, double area);
+
+// Each section as a heading and its rows, a label and a text. For the terminal and for a page.
+using SectionRows = std::vector<std::pair<std::string, std::string>>;
+struct DropSection {
+  std::string heading;
+  SectionRows rows;
+};
+std::vector<DropSection> drop_sections(const DropSections& sections);
+
+std::string drop_sections_text(const DropSections& sections);
+void add_drop_sections(const DropSections& sections, nlohmann::ordered_json& out);
+
+}  // namespace shaker::cli

@@ -1,0 +1,70 @@
+// Reads the figures of a drop from its curves.
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "estimator/time/drop.hpp"
+#include "estimator/time/drop_curves.hpp"
+
+namespace shaker::estimator {
+namespace {
+
+constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
+
+// The figures of a gear with a tyre, in the order of kDropFigures; without one, the descent is the
+// stroke.
+std::vector<double> gear_figures(const DropHistory& h, double stroke) {
+  if (h.travel.empty()) return {stroke, kNoFigure, kNoFigure, kNoFigure};
+  const CurvePlace lowest = deepest_turn(h.t, h.travel, h.travel_speed);
+  if (lowest.before >= h.t.size()) return {kNoFigure, kNoFigure, kNoFigure, kNoFigure};
+  const double travel = value_at(h.t, h.travel, h.travel_speed, lowest);
+  std::vector<double> tyre, tyre_speed;
+  for (std::size_t i = 0; i < h.t.size(); ++i) {
+    tyre.push_back(h.travel[i] - h.stroke[i]);
+    tyre_speed.push_back(h.travel_speed[i] - h.speed[i]);
+  }
+  const double ground = top_of(h.t, h.ground_load).value;
+  const std::size_t end = lowest.before + 1;
+  const double absorbed = work_between(h.t, h.load, h.speed, 0, end) +
+                          work_between(h.t, h.ground_load, tyre_speed, 0, end);
+  return {travel, top_of(h.t, tyre).value, ground, absorbed / (ground * travel)};
+}
+
+}  // namespace
+
+// Reversals of the stroke are interpolated between the times of the history.
+Result<void> DropTest::read_off(DropRun& run) const {
+  const DropHistory& h = run.history;
+  const std::size_t n = h.t.size();
+  const CurvePlace peak = deepest_turn(h.t, h.stroke, h.speed);
+  if (peak.before == n)
+    return Error{ErrorKind::not_converged,
+                 fmt::format("the stroke is still growing after {} s; give a longer duration",
+                             conditions_.duration)};
+  const CurvePlace rebound = turn_after(h.speed, peak.before + 1, -1.0);
+  const bool rebounds = rebound.before < n;
+  const std::size_t last = rebounds ? rebound.before + 1 : n - 1;
+  const CurveTop blow = top_of(h.t, h.load);
+  const double stroke = value_at(h.t, h.stroke, h.speed, peak);
+  const double absorbed = work_between(h.t, h.load, h.speed, 0, peak.before + 1);
+  const double returned = -work_between(h.t, h.load, h.speed, peak.before + 1, last);
+  const auto out_begin = h.speed.begin() + static_cast<std::ptrdiff_t>(peak.before) + 1;
+  const auto out_end = h.speed.begin() + static_cast<std::ptrdiff_t>(last) + 1;
+  run.figures = {stroke,
+                 peak.time(h.t),
+                 blow.value - (weight_ - lift_),
+                 blow.value,
+                 peak.of(h.load),
+                 rebounds ? value_at(h.t, h.stroke, h.speed, rebound) : kNoFigure,
+                 -*std::min_element(out_begin, out_end),
+                 absorbed,
+                 absorbed - returned,
+                 absorbed / (blow.value * stroke),
+                 blow.time};
+  for (const double figure : gear_figures(h, stroke))
+    run.figures.push_back(figure);
+  return {};
+}
+
+}  // namespace shaker::estimator

@@ -1,0 +1,59 @@
+// The servicing envelope: a drop over ranges of charge, oil level and temperature, at the estimates.
+//
+//   charge       the gas pressure at the extended strut over that of the campaign: theta2
+//   oil          oil that was added, over the gas volume of the extended strut: theta3 / (1 - oil)
+//   temperature  of gas and oil over that of the campaign, K: theta2 in proportion to the absolute
+//                temperature, the density of the oil and with it the forces of turbulent orifices by
+//                -0.0007 a kelvin
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "estimator/time/drop.hpp"
+
+namespace shaker::estimator {
+
+struct ServicingRange {
+  double low = 0.0, high = 0.0;  // equal: as in the campaign
+};
+struct ServicingRanges {
+  ServicingRange charge{1.0, 1.0};
+  ServicingRange oil{0.0, 0.0};
+  ServicingRange temperature{0.0, 0.0};
+  double tested_temperature = 293.15;  // K
+  bool any() const {
+    return charge.low != charge.high || oil.low != oil.high || temperature.low != temperature.high;
+  }
+};
+
+struct ServicingState {
+  double charge = 1.0, oil = 0.0, temperature = 0.0;
+};
+
+// The model in that state. Throws std::invalid_argument for a model without a gas spring.
+config::ModelSpec in_state(config::ModelSpec spec, const ServicingState& state, double tested);
+
+struct EnvelopeFigure {
+  std::size_t figure = 0;              // of kDropFigures
+  double least = 0.0, greatest = 0.0;  // over all states that were tried
+  ServicingState least_at, greatest_at;
+  std::array<double, 3> quantiles{};  // 5, 50 and 95 % where all states are equally likely
+};
+struct ServicingEnvelope {
+  std::vector<EnvelopeFigure> figures;
+  int drops = 0;
+  int without = 0;  // states that give no drop: the stroke ends before it turns
+  ServicingState without_at;
+};
+
+// Three states along each range in every combination, and 128 spread evenly over the ranges. An
+// Error for ranges out of order or beyond sense, or where no state gives a drop.
+Result<ServicingEnvelope> servicing_envelope(const config::ModelSpec& spec,
+                                             const DropConditions& conditions,
+                                             const ServicingRanges& ranges,
+                                             const std::vector<std::size_t>& figures);
+
+}  // namespace shaker::estimator
