@@ -128,6 +128,10 @@ struct CampaignsOptions {
 struct ShowOptions {
   std::filesystem::path file;
 };
+struct NoteOptions {
+  std::filesystem::path file;
+  std::string text;
+};
 struct CheckOptions {
   std::filesystem::path file;
   std::filesystem::path rig;  // its limits are checked against a campaign; may be empty
@@ -155,6 +159,7 @@ int diagnose_job();  // started by the daemon: see daemon/workers/diagnosis_chil
 int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& options);
 int campaigns(const Common& common, const CampaignsOptions& options);
 int show(const Common& common, const ShowOptions& options);
+int note(const Common& common, const NoteOptions& options);
 int check(const Common& common, const CheckOptions& options);
 
 // Reports an error: `sentence` to stderr and, with `json`, as an object to stdout. Returns

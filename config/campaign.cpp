@@ -108,6 +108,9 @@ Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& 
   reader.optional("forgetting", campaign.forgetting, at_least(0.5).at_most(1));
   read_change_detection(reader, findings, campaign.change_detection);
   reader.optional("reference_mass", campaign.reference_mass, above(0).at_most(1e6));
+  if (const Node* node = reader.member("specimen", false))
+    read_specimen(*node, "/specimen", findings, campaign.specimen);
+  reader.optional("resumes", campaign.resumes);
   reader.finish();
   if (!findings.empty()) return findings.error();
   return campaign;
@@ -145,6 +148,9 @@ std::string to_json_text(const CampaignSpec& campaign) {
                {"ramp_s", campaign.ramp_s},
                {"forgetting", campaign.forgetting}};
   if (campaign.reference_mass > 0.0) root["reference_mass"] = campaign.reference_mass;
+  for (const auto& [key, text] : entries(campaign.specimen))
+    root["specimen"][key] = text;
+  if (!campaign.resumes.empty()) root["resumes"] = campaign.resumes;
   if (const auto& change = campaign.change_detection) {
     if (change->false_alarms_per_hour > 0.0)
       root["change_detection"] = {{"false_alarms_per_hour", change->false_alarms_per_hour}};

@@ -8,6 +8,7 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
+#include "config/origin.hpp"
 
 namespace shaker::config {
 
@@ -38,6 +39,8 @@ struct CampaignSpec {
   double reference_mass =
       0.0;  // mass on a load cell, kg; 0: not given, the load cell is recorded only
   std::string origin;
+  Specimen specimen;
+  std::string resumes;  // name of the database whose missing runs these are; empty: none
 
   // False alarms per cycle for the test: the smallest value over all runs; 0 without a test.
   double false_alarms_per_cycle() const;

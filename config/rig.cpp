@@ -271,6 +271,7 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   const auto root = parse_json(text, origin);
   if (!root) return root.error();
   RigConfig rig;
+  rig.text = text;
   rig.exciter.device = SimulatedExciter{};
   Findings findings(origin);
   ObjectReader reader(*root, "", findings);
@@ -292,6 +293,8 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   if (const Node* node = reader.member("limits", false)) {
     read_limits(*node, "/limits", findings, rig.limits);
   }
+  if (const Node* node = reader.member("calibration", false))
+    read_calibrations(*node, "/calibration", findings, rig.auxiliary, rig.calibration);
   reader.optional("unprotected", rig.unprotected);
   reader.optional("client_lease_s", rig.client_lease_s, at_least(0.1).at_most(60));
   reader.finish();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "config/origin.hpp"
 #include "protocol/channel.hpp"
 #include "protocol/modbus/register.hpp"
 
@@ -174,6 +175,8 @@ struct RigConfig {
   bool unprotected = false;
   double client_lease_s = 2.0;
   std::filesystem::path directory;  // of the rig file: start of its relative paths
+  Calibrations calibration;         // of the sensors, as far as the file states it
+  std::string text;                 // of the file
 };
 
 // The channels that a sensor gives. For a recorded campaign its actual channels are unknown

@@ -50,7 +50,8 @@ void Engine::Impl::tick_check() {
                   .excitation = monitor(Channel::excitation),
                   .status = std::nullopt,
                   .sensor_trouble = sensor_health.trouble,
-                  .exciter_trouble = exciter_error ? exciter_error->what : std::string()};
+                  .exciter_trouble = exciter_error ? exciter_error->what : std::string(),
+                  .today = format_utc(clock.utc()).substr(0, 10)};
   if (status && status->t >= entered && !exciter_error) facts.status = status;
   const auto findings = check_at_rest(rig, *campaign, facts);
   const auto fatal = std::ranges::find_if(findings, [](const Finding& f) { return f.fatal; });

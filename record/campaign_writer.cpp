@@ -68,7 +68,7 @@ struct CampaignWriter::Impl {
   int pending_run = -1;
   std::string blob;
 
-  void lay_out(const CampaignRow& campaign) {
+  void lay_out(const CampaignRow& campaign, std::span<const Fact> facts) {
     add_row_sum(database);
     database.exec("PRAGMA journal_mode=WAL");
     database.exec("PRAGMA synchronous=FULL");
@@ -79,6 +79,7 @@ struct CampaignWriter::Impl {
     database.exec(fmt::format("PRAGMA application_id={}", kApplicationId));
     database.exec(fmt::format("PRAGMA user_version={}", kSchemaVersion));
     database.exec(kSchema);
+    database.exec(kFactTable);
     SQLite::Statement row(
         database,
         "INSERT INTO campaign(id, name, started_utc, rig, spec_json, model_json, crc) "
@@ -98,6 +99,8 @@ struct CampaignWriter::Impl {
       channel.bind(3, label.unit);
       channel.exec();
     }
+    for (const Fact& fact : facts)
+      insert_fact(database, fact, campaign.started_utc);
     database.exec("COMMIT");
     insert_run.emplace(database,
                        "INSERT INTO run VALUES(?1, ?2, ?3, ?4, ?5, row_sum(?1, ?2, ?3, ?4, ?5))");
@@ -147,12 +150,13 @@ CampaignWriter& CampaignWriter::operator=(CampaignWriter&&) noexcept = default;
 CampaignWriter::~CampaignWriter() = default;
 
 Result<CampaignWriter> CampaignWriter::create(const std::filesystem::path& directory,
-                                              const CampaignRow& campaign) {
+                                              const CampaignRow& campaign,
+                                              std::span<const Fact> facts) {
   const auto file = create_file(directory, campaign);
   if (!file) return file.error();
   try {
     auto impl = std::make_unique<Impl>(*file);
-    impl->lay_out(campaign);
+    impl->lay_out(campaign, facts);
     return CampaignWriter(std::move(impl));
   } catch (const SQLite::Exception& trouble) {
     std::error_code ignored;
@@ -225,6 +229,13 @@ Result<void> CampaignWriter::add_document(std::uint64_t seq, const std::string& 
     row.bind(1, static_cast<std::int64_t>(seq));
     row.bindNoCopy(2, line);
     row.exec();
+  });
+}
+
+Result<void> CampaignWriter::add_fact(const Fact& fact, const std::string& utc) {
+  return impl_->guarded([&] {
+    impl_->begin();
+    insert_fact(impl_->database, fact, utc);
   });
 }
 

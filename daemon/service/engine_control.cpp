@@ -65,7 +65,7 @@ Result<void> EngineControl::prove_deadman(const std::string& who, double frequen
 Result<void> EngineControl::begin(std::shared_ptr<const config::CampaignSpec> wanted, Begin how) {
   const auto admitted = rig_.ask([wanted](Engine& engine) { return engine.admit(*wanted); });
   if (!admitted) return admitted;
-  if (auto made = recorder_.prepare(*wanted); !made) return made;
+  if (auto made = recorder_.prepare(*wanted, starter_); !made) return made;
   const auto begun = rig_.ask([wanted, how](Engine& engine) { return (engine.*how)(*wanted); });
   if (!begun) recorder_.discard();
   return begun;

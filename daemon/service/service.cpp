@@ -25,6 +25,7 @@
 #include "daemon/service/deadman_file.hpp"
 #include "daemon/service/engine_control.hpp"
 #include "daemon/service/logging.hpp"
+#include "daemon/service/provenance.hpp"
 #include "daemon/service/recovery_report.hpp"
 #include "daemon/service/rig_thread.hpp"
 #include "daemon/service/supervision.hpp"
@@ -117,6 +118,7 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
           {.directory = options.data,
            .rig = rig.name,
            .auxiliary = rig.auxiliary,
+           .facts = facts_of_rig(rig, options.rig),
            .stall = from_seconds(rig.limits.recorder_stall_s) / 2},
           clock, [this] { lines_wait.wake(); },
           [this](protocol::HealthDocument& health) { complete(health); }),

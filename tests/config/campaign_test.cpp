@@ -38,6 +38,7 @@ TEST(Campaign, SurvivesBeingWrittenAndReadAgain) {
   const auto campaign = parse_campaign(
       R"({"name": "c", "model": {"name": "m", "effects": [{"effect": "gravity"}]},
           "runs": [{"name": "x", "frequency_hz": 2.25, "amplitude": 3, "cycles": 7}],
+          "specimen": {"serial": "N-042", "charge": "18 bar"}, "resumes": "c_1.db",
           "reference_mass": 512.5, "points_per_cycle": 32, "settle_cycles_max": 9, "settle_tolerance": 2.5, "ramp_s": 1.5})",
       "c.json", ".");
   ASSERT_TRUE(campaign) << campaign.error().what;
@@ -51,6 +52,9 @@ TEST(Campaign, SurvivesBeingWrittenAndReadAgain) {
   EXPECT_EQ(again->runs.at(0).cycles, 7);
   EXPECT_EQ(again->points_per_cycle, 32);
   EXPECT_EQ(again->reference_mass, 512.5);
+  EXPECT_EQ(again->resumes, "c_1.db");
+  EXPECT_EQ(entries(again->specimen), entries(campaign->specimen));
+  EXPECT_EQ(entries(again->specimen).size(), 2u);
   EXPECT_EQ(reference_mass(to_json_text(*campaign)), 512.5);
   EXPECT_EQ(again->settle_cycles_max, 9);
   EXPECT_EQ(again->settle_tolerance, 2.5);
