@@ -24,8 +24,10 @@ struct WatchOptions {
   double seconds = 0.0;  // 0: until Ctrl-C
 };
 struct RunOptions {
-  std::filesystem::path campaign;
-  bool quiet = false;  // no bar, and no line for a cycle or an estimate
+  std::filesystem::path campaign;             // empty with `resume`
+  std::vector<std::filesystem::path> resume;  // databases whose missing runs are measured
+  std::vector<std::string> specimen;          // KEY=TEXT, in place of those of the file
+  bool quiet = false;                         // no bar, and no line for a cycle or an estimate
 };
 struct ProveOptions {
   double frequency_hz = 0.0, amplitude = 0.0;  // Hz, m/s^2

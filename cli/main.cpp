@@ -42,7 +42,14 @@ void add_online(CLI::App& app, Options& o) {
   auto* running = add(app, o, "run", "Run a campaign and stay until the rig is at rest",
                       [&o] { return run(o.common, o.run); });
   add_socket(running, o);
-  running->add_option("campaign", o.run.campaign, "Campaign file")->required();
+  auto* campaign = running->add_option("campaign", o.run.campaign, "Campaign file");
+  running
+      ->add_option("--resume", o.run.resume,
+                   "Measure the runs that these databases of a campaign lack, into a new one")
+      ->excludes(campaign);
+  running->add_option("--specimen", o.run.specimen,
+                      "KEY=TEXT, kept with the measurement: name, serial, charge, oil, "
+                      "temperature, notes");
   running->add_flag("--quiet", o.run.quiet, "No bar, and no line for a cycle or an estimate");
   running->footer(
       "Takes control, starts, and keeps the lease: when this program ends or hangs, the\n"

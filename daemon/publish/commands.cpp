@@ -193,14 +193,14 @@ Answer Commands::start(const Json& params, const Peer& peer) {
         "\"params\" is {\"campaign\": {...}} or {\"file\": \"/path/of/campaign.json\"}.");
   }
   if (params.contains("campaign") && params["campaign"].is_object()) {
-    return done(rig_.start(peer.who, params["campaign"].dump(), "campaign.start", "/"));
+    return started(rig_.start(peer.who, params["campaign"].dump(), "campaign.start", "/"));
   }
   if (params.contains("file") && params["file"].is_string()) {
     if (const auto may = rig_.may_start(); !may) return done(may);
     const std::filesystem::path file = params["file"].get<std::string>();
     const auto text = read_campaign_file(file);
     if (!text) return done(text.error());
-    return done(rig_.start(peer.who, *text, file.string(), file.parent_path().string()));
+    return started(rig_.start(peer.who, *text, file.string(), file.parent_path().string()));
   }
   return bad_params("\"campaign\" is a campaign as an object, \"file\" the path of one.");
 }
@@ -236,6 +236,12 @@ Answer Commands::diagnose(const Json& params) {
 Answer Commands::done(const Result<void>& outcome) const {
   if (!outcome) return RpcError{code_of(outcome.error().kind), outcome.error().what, nullptr};
   return Json{{"state", rig_.state().state}};
+}
+
+Answer Commands::started(const Result<void>& outcome) const {
+  Answer answer = done(outcome);
+  if (auto* result = std::get_if<Json>(&answer)) (*result)["database"] = rig_.database();
+  return answer;
 }
 
 }  // namespace shaker::daemon

@@ -37,6 +37,8 @@ class RigControl {
   // messages.
   virtual Result<void> start(const std::string& who, const std::string& text,
                              const std::string& origin, const std::string& directory) = 0;
+  // Path of the database of the campaign that was started last; empty before the first.
+  virtual std::string database() const = 0;
   // Begins the proof of the exciter's dead-man: motion at `amplitude` (m/s^2), then no
   // heartbeat.
   virtual Result<void> prove_deadman(const std::string& who, double frequency_hz,
@@ -70,6 +72,7 @@ class Commands final : public RequestHandler {
   Answer prove_deadman(const nlohmann::json& params, const Peer& peer);
   Answer diagnose(const nlohmann::json& params);
   Answer done(const Result<void>& outcome) const;
+  Answer started(const Result<void>& outcome) const;
 
   RigControl& rig_;
   Clock& clock_;

@@ -52,6 +52,7 @@ Result<record::CampaignWriter> Recorder::create(const config::CampaignSpec& camp
 Result<void> Recorder::prepare(const config::CampaignSpec& campaign, const std::string& who) {
   auto writer = create(campaign, who);
   if (!writer) return writer.error();
+  prepared_file_ = writer->file();
   const std::lock_guard lock(mutex_);
   prepared_ = std::move(*writer);
   return {};

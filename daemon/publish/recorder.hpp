@@ -59,6 +59,8 @@ class Recorder final : public Outlet {
   // engine's, which must not wait for the disk. Without it record_campaign creates the file
   // itself. `who` starts it.
   Result<void> prepare(const config::CampaignSpec& campaign, const std::string& who = {});
+  // The file that was prepared last; empty before the first. On the thread of `prepare`.
+  const std::filesystem::path& prepared_file() const { return prepared_file_; }
   void discard();  // removes a prepared file that was not used
 
   // --- Outlet, on the engine's thread
@@ -123,6 +125,8 @@ class Recorder final : public Outlet {
   Clock& clock_;
   Wake wake_;
   Complete complete_;
+
+  std::filesystem::path prepared_file_;  // the thread of `prepare`
 
   // the engine's thread
   bool open_ = false;

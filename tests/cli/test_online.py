@@ -326,6 +326,23 @@ class Run(Online):
         self.assertEqual(result.returncode, 1)
         self.assertIn("the campaign did not succeed: at rest", result.stderr)
 
+    def test_a_campaign_that_ends_early_says_how_to_measure_the_rest(self):
+        def begin(daemon):
+            return {**play(last="abort")(daemon), "database": "/data/demo_1.db"}
+        _, result = self.run_campaign(campaign_start=begin)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("at rest; measure the rest with `shakerctl run --resume /data/demo_1.db`", result.stderr)
+
+    def test_a_campaign_file_or_databases_are_needed_and_not_both(self):
+        self.assertIn("give a campaign file, or --resume FILE.db", self.shakerctl("run").stderr)
+        both = self.shakerctl("run", CAMPAIGN, "--resume", "x.db")
+        self.assertEqual(both.returncode, 2)
+        for bad, why in (("serial", "give KEY=TEXT"), ("charge=18", "no number with a unit"),
+                         ("seriel=7", 'did you mean "serial"?')):
+            result = self.shakerctl("run", CAMPAIGN, "--specimen", bad)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(why, result.stderr)
+
     def test_a_fault_is_1(self):
         _, result = self.run_campaign(campaign_start=play(end_state="FAULT"))
         self.assertEqual(result.returncode, 1)

@@ -41,7 +41,9 @@ TEST_F(CommandsTest, StartNeedsTheLease) {
   EXPECT_THAT(rig.asked, IsEmpty());
   ASSERT_TRUE(good(ask(anna, "control.acquire")));
   EXPECT_TRUE(rig.controlled);
-  EXPECT_TRUE(good(ask(anna, "campaign.start", params)));
+  const Answer started = ask(anna, "campaign.start", params);
+  ASSERT_TRUE(good(started));
+  EXPECT_EQ(std::get<json>(started)["database"], "/data/c.db");
   EXPECT_THAT(rig.asked, ElementsAre(R"(start {"name":"c"} from campaign.start in /)"));
   EXPECT_EQ(refused(ask(otto, "campaign.start", params)).code, RpcCode::not_in_control);
   clock.advance(1s);

@@ -1,0 +1,87 @@
+"""An operator's day: what was measured and how, what a crash left out, a pause, alarms."""
+import contextlib
+import hashlib
+import json
+import os
+import sqlite3
+import subprocess
+import unittest
+
+from daemon import CAMPAIGN, Client, Daemon
+
+SHAKERCTL = os.environ["SHAKERCTL"]
+
+
+def campaign(**more):
+    return {**json.loads(json.dumps(CAMPAIGN)), **more}
+
+
+class Day(unittest.TestCase):
+    def setUp(self):
+        self.daemon = Daemon().start()
+        self.addCleanup(self.daemon.end)
+
+    def online(self, *words):
+        return subprocess.run([SHAKERCTL, *map(str, words), "--socket", str(self.daemon.socket)],
+                              capture_output=True, text=True, timeout=200)
+
+    def offline(self, *words):
+        return subprocess.run([SHAKERCTL, *map(str, words)], capture_output=True, text=True, timeout=200)
+
+    def client(self):
+        client = Client(self.daemon.socket)
+        self.addCleanup(client.close)
+        return client
+
+    def file_of(self, spec):
+        path = self.daemon.directory / "campaign.json"
+        path.write_text(json.dumps(spec))
+        return path
+
+    def facts_in(self, file):
+        shown = self.offline("show", file, "--json")
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        return {(fact["of"], fact["what"]): fact for fact in json.loads(shown.stdout)["facts"]}
+
+    def test_a_database_says_where_its_numbers_come_from(self):
+        spec = campaign(specimen={"serial": "N-042", "charge": "18 bar"})
+        spec["runs"] = spec["runs"][:1]
+        result = self.online("run", self.file_of(spec), "--specimen", "oil=MIL-PRF-5606", "--quiet")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        [file] = self.daemon.databases()
+        facts = self.facts_in(file)
+        rig = facts["rig file", str(self.daemon.rig_file)]
+        self.assertEqual(rig["value"], self.daemon.rig_file.read_text())
+        self.assertEqual(rig["sha256"], hashlib.sha256(self.daemon.rig_file.read_bytes()).hexdigest())
+        self.assertEqual(facts["specimen", "serial"]["value"], "N-042")
+        self.assertEqual(facts["specimen", "oil"]["value"], "MIL-PRF-5606")
+        self.assertIn("(pid ", facts["person", "started by"]["value"])
+        self.assertEqual(facts["person", "ended because"]["value"], 'campaign "two short runs" is complete')
+        self.assertTrue(facts["program", "shakerd"]["value"])
+        self.assertEqual(facts["host", "name"]["value"], os.uname().nodename)
+        self.assertEqual(json.loads(facts["limits", "in force"]["value"])["stroke_max_m"], 0.185)
+        self.assertEqual(self.offline("note", file, "the first of today").returncode, 0)
+        self.assertIn(": the first of today", self.offline("show", file).stdout)
+
+    def test_what_a_crash_left_out_is_measured_into_a_second_file(self):
+        operator = self.client()
+        operator.start(campaign())
+        operator.until(lambda line: line.get("type") == "run_start" and line["run"] == "fast", 60)
+        self.daemon.kill()
+        self.daemon.start()
+        after = self.client()
+        found = after.until(lambda line: line.get("code") == "campaign_interrupted", 10)
+        [first] = self.daemon.databases()
+        self.assertIn(f"shakerctl run --resume {first}", found["text"])
+        result = self.online("run", "--resume", first)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("run 1 of 1, fast: 3 Hz", result.stdout)
+        [second] = set(self.daemon.databases()) - {first}
+        self.assertIn(f"`shakerctl estimate {first} {second}`", result.stdout)
+        self.assertEqual(self.facts_in(second)["campaign", "resumes"]["value"], first.name)
+        estimate = self.offline("estimate", first, second, "--json")
+        self.assertEqual(estimate.returncode, 0, estimate.stderr)
+        self.assertEqual(json.loads(estimate.stdout)["runs_used"], 2)
+        nothing = self.online("run", "--resume", first, second)
+        self.assertEqual(nothing.returncode, 0, nothing.stderr)
+        self.assertIn("Nothing is missing", nothing.stdout)
