@@ -143,7 +143,8 @@ int status(const Common& common);
 int watch(const Common& common, const WatchOptions& options);
 int run(const Common& common, const RunOptions& options);
 int prove_deadman(const Common& common, const ProveOptions& options);
-int order(const Common& common, const std::string& method);  // method: "stop", "estop" or "ack"
+int order(const Common& common, const std::string& method);  // "stop", "estop", "ack" or "pause"
+int resume(const Common& common);
 int estimate(const Common& common, const EstimateOptions& options);
 int estimate_channels(const Common& common, const EstimateOptions& options);
 int estimate_transient(const Common& common, const EstimateOptions& options);

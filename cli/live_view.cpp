@@ -83,7 +83,7 @@ void LiveView::add_event(const Json& document) {
 void LiveView::take_state(const Json& document) {
   const Json* before = last("state");
   const std::string now = text_of(document, "state"), was = before ? text_of(*before, "state") : "";
-  const bool begins = now == "CHECK" && was != "CHECK";
+  const bool begins = now == "CHECK" && was != "CHECK" && was != "PAUSE";
   if (begins || (was == "FAULT" && now == "IDLE")) alarms_.clear();
   if (!begins) return;
   for (const char* type : {"estimate", "cycle", "run_start"})

@@ -31,7 +31,7 @@ void Engine::Impl::take(std::span<const drivers::Sample> samples) {
     if (collecting) assembler.push(sample.channel, sample.t, sample.value);
   }
   watch_levels();
-  if (recording) keep(outlet.record_samples(samples));
+  if (recording && state != State::pause) keep(outlet.record_samples(samples));
   watch_outlet();
   collect();
   watch_outlet();

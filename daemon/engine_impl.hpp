@@ -3,6 +3,7 @@
 //   engine.cpp            the public interface
 //   engine_states.cpp     transitions, faults, the end of runs and campaigns
 //   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: orders to the exciter
+//   engine_pause.cpp      a pause and its end
 //   engine_deadman.cpp    the proof of the exciter's dead-man
 //   engine_watch.cpp      supervision in every state
 //   engine_cycles.cpp     samples, cycles, the gate, estimates
@@ -53,8 +54,8 @@ inline constexpr int kCreepCycles = 16;
 inline constexpr int kRestlessCycles = 3;  // cycles lost in a row before MEASURE returns to SETTLE
 
 enum class RampStep { lower, gentle, prove, rise };
-// What follows RAMP_DOWN: IDLE, or a latched FAULT.
-enum class After { idle, fault };
+// What follows RAMP_DOWN: IDLE, a latched FAULT, or PAUSE.
+enum class After { idle, fault, pause };
 enum class Motion { unknown, rests, moves };
 
 struct RunEnd {
@@ -99,8 +100,13 @@ struct Engine::Impl {
   Result<void> begin_run(std::size_t index);
   bool keep(const Result<void>& recorded);
   void watch_outlet();
-  void leave_check(const std::string& outcome, const std::string& why);
+  void end_at_rest(const std::string& outcome, const std::string& why);
   void act(Detector detector);
+
+  // --- engine_pause.cpp
+  bool pausing() const;  // ramps to rest, for a pause
+  void end_instead_of_pausing(const std::string& outcome, const std::string& why, After then);
+  void resume(const std::string& why);
 
   // --- engine_deadman.cpp
   bool moves_nothing() const;
@@ -134,6 +140,7 @@ struct Engine::Impl {
   // --- engine_motion.cpp
   void command(double frequency_hz, double amplitude);
   void halt();
+  void begin_check(const std::string& why);
   void tick_check();
   void wait_for_rest();
   void tick_ramp();
@@ -182,6 +189,10 @@ struct Engine::Impl {
   const config::RunSpec& run() const { return campaign->runs[run_index]; }
   double since(Nanoseconds t) const { return seconds(clock.now() - t); }
   bool moving() const { return row(state).keeps_alive; }
+  // Nothing is commanded, and watch_rest supervises the table.
+  bool resting() const {
+    return state == State::idle || state == State::fault || state == State::pause;
+  }
   bool cutting() const { return state == State::settle || state == State::measure; }
   ChannelMonitor& monitor(protocol::Channel c) { return monitors[static_cast<std::size_t>(c)]; }
   const ChannelMonitor& monitor(protocol::Channel c) const {

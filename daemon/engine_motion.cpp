@@ -42,6 +42,19 @@ void Engine::Impl::halt() {
 
 // --- CHECK
 
+// The signs and the response are proved again at the gentle level.
+void Engine::Impl::begin_check(const std::string& why) {
+  proved = proves_deadman;  // its own level is gentle
+  polarity_known = false;
+  wrong_polarity = 0;
+  detectors.reset();
+  was_tripped = {};
+  rest_began = clock.now();
+  for (ChannelMonitor& m : monitors)
+    m.begin_rest();
+  enter(State::check, why);
+}
+
 void Engine::Impl::tick_check() {
   if (proving) return tick_proof();
   if (since(entered) < kCheckS || since(rest_began) < kCheckS) return;
@@ -61,7 +74,7 @@ void Engine::Impl::tick_check() {
     const std::string why = fmt::format("self check: {}", fatal->text);
     for (const auto& f : findings)
       alarm(f.fatal ? "error" : "warning", f.code, f.text);
-    return leave_check("fail", why);
+    return end_at_rest("fail", why);
   }
   if (wants_deadman_proof() && !proves_deadman) return begin_proof_at_rest();
   for (const auto& f : findings)
@@ -208,7 +221,10 @@ void Engine::Impl::tick_ramp_down() {
     halt();
     finish_ended_run();
     const std::string why = reason;
-    enter(after_ramp_down == After::fault ? State::fault : State::idle, why);
+    enter(after_ramp_down == After::fault   ? State::fault
+          : after_ramp_down == After::pause ? State::pause
+                                            : State::idle,
+          why);
     finish_ended_run();
     return;
   }

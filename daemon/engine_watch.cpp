@@ -33,14 +33,14 @@ constexpr double kAgainS = 5.0, kAgainMostS = 60.0;  // between two warnings of 
 // --- levels and ages
 
 void Engine::Impl::watch_levels() {
-  if (state == State::idle || state == State::fault) return;  // watch_rest supervises these states
+  if (resting()) return;
   for (const auto& r : detector_table()) {
     const auto i = static_cast<std::size_t>(r.detector);
     const bool tripped = detectors.level(r.detector).tripped;
     const bool rose = tripped && !was_tripped[i];
     was_tripped[i] = tripped;
     if (rose) act(r.detector);
-    if (state == State::idle || state == State::fault) return;
+    if (resting()) return;
   }
 }
 

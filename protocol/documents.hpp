@@ -22,7 +22,7 @@ struct VersionDocument {
   std::string rig;
 };
 
-// state: "IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "FAULT".
+// state: "IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "FAULT", "PAUSE".
 struct StateDocument {
   std::string state;
   std::string reason;  // reason for the transition, a sentence

@@ -52,6 +52,7 @@ class Campaign {
   Result<void> follow();
   Result<void> keep_lease();
   Result<void> heed_interrupts();
+  Result<void> heed_keys();
   void take(const std::string& line);
   void show(const Json& document);
   void draw_bar();
@@ -65,9 +66,11 @@ class Campaign {
   CampaignProgress progress_;
   bool bar_wanted_, steps_wanted_, bar_drawn_ = false, lease_lost_ = false;
   int interrupts_heeded_ = 0;
+  std::int64_t keyed_ = -1;  // the request of the last key
   std::string state_told_, database_;
   double lease_s_ = 2.0, renewed_ = 0.0, drawn_ = -1.0;
   Clock::time_point start_ = Clock::now();
+  Keys keys_{stdout_is_terminal()};
 };
 
 std::optional<int> Campaign::begin(const char* method, const Json& params) {
@@ -107,12 +110,22 @@ Result<void> Campaign::heed_interrupts() {
   return sent ? Result<void>() : sent.error();
 }
 
+// p pauses, r resumes. A refusal is printed by take().
+Result<void> Campaign::heed_keys() {
+  const char key = keys_.pressed();
+  if (key != 'p' && key != 'r') return {};
+  const auto sent = client_.send(key == 'p' ? "pause" : "resume");
+  if (!sent) return sent.error();
+  keyed_ = *sent;
+  return {};
+}
+
 void Campaign::take(const std::string& line) {
   const Json document = Json::parse(line, nullptr, false);
   Answer answer;
   if (StreamClient::is_answer(document, answer)) {
     if (!answer.refused || lease_lost_) return;
-    lease_lost_ = true;
+    lease_lost_ = answer.id != keyed_;
     clear_bar();
     fmt::print(stderr, "shakerctl: {}\n", printable(answer.message));
     return;
@@ -167,7 +180,12 @@ Result<void> Campaign::follow() {
   double over_since = -1.0;
   for (;;) {
     if (auto heeded = heed_interrupts(); !heeded) return heeded;
+    if (auto heeded = heed_keys(); !heeded) return heeded;
     if (auto kept = keep_lease(); !kept) return kept;
+    if (lease_lost_ && progress_.state() == "PAUSE") {
+      return Error{ErrorKind::refused,
+                   "control was lost, and the campaign is paused; `shakerctl resume` goes on"};
+    }
     if (progress_.over()) {
       if (over_since < 0.0) over_since = now();
       if (progress_.estimate_is_in() || now() - over_since > kLastEstimateS) return {};

@@ -97,6 +97,9 @@ Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
        [](Commands& c, const Json& params, const Peer& p) { return c.prove_deadman(params, p); }},
       {"stop", true,
        [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.stop(p.who)); }},
+      {"pause", true,
+       [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.pause(p.who)); }},
+      {"resume", true, [](Commands& c, const Json&, const Peer& p) { return c.resume(p); }},
       {"estop", true,
        [](Commands& c, const Json&, const Peer& p) {
          return c.done(c.rig_.emergency_stop(p.who));
@@ -203,6 +206,15 @@ Answer Commands::start(const Json& params, const Peer& peer) {
     return started(rig_.start(peer.who, *text, file.string(), file.parent_path().string()));
   }
   return bad_params("\"campaign\" is a campaign as an object, \"file\" the path of one.");
+}
+
+Answer Commands::resume(const Peer& peer) {
+  if (!lease_.held_by(peer.client)) {
+    return RpcError{RpcCode::not_in_control,
+                    "Motion needs control: ask for control.acquire first, and renew the lease.",
+                    nullptr};
+  }
+  return done(rig_.resume(peer.who));
 }
 
 Answer Commands::prove_deadman(const Json& params, const Peer& peer) {

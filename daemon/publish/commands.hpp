@@ -44,6 +44,8 @@ class RigControl {
   virtual Result<void> prove_deadman(const std::string& who, double frequency_hz,
                                      double amplitude) = 0;
   virtual Result<void> stop(const std::string& who) = 0;
+  virtual Result<void> pause(const std::string& who) = 0;
+  virtual Result<void> resume(const std::string& who) = 0;
   virtual Result<void> emergency_stop(const std::string& who) = 0;
   virtual Result<void> acknowledge(const std::string& who) = 0;
   virtual void lease_lost() = 0;
@@ -69,6 +71,7 @@ class Commands final : public RequestHandler {
   Answer renew(const Peer& peer);
   Answer start(const nlohmann::json& params, const Peer& peer);
   Answer status(const Peer& peer) const;
+  Answer resume(const Peer& peer);
   Answer prove_deadman(const nlohmann::json& params, const Peer& peer);
   Answer diagnose(const nlohmann::json& params);
   Answer done(const Result<void>& outcome) const;

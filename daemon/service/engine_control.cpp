@@ -75,6 +75,15 @@ Result<void> EngineControl::stop(const std::string& who) {
   return rig_.ask([who](Engine& engine) { return engine.stop(who); }, true);
 }
 
+// A late pause does no harm; a late resumption is dropped.
+Result<void> EngineControl::pause(const std::string& who) {
+  return rig_.ask([who](Engine& engine) { return engine.pause(who); }, true);
+}
+
+Result<void> EngineControl::resume(const std::string& who) {
+  return rig_.ask([who](Engine& engine) { return engine.resume(who); });
+}
+
 // Stops the exciter first, so that a stuck engine does not keep the table moving.
 Result<void> EngineControl::emergency_stop(const std::string& who) {
   exciter_.emergency_stop();

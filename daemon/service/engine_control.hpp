@@ -33,6 +33,8 @@ class EngineControl final : public RigControl {
   Result<void> prove_deadman(const std::string& who, double frequency_hz,
                              double amplitude) override;
   Result<void> stop(const std::string& who) override;
+  Result<void> pause(const std::string& who) override;
+  Result<void> resume(const std::string& who) override;
   Result<void> emergency_stop(const std::string& who) override;
   Result<void> acknowledge(const std::string& who) override;
   void lease_lost() override;

@@ -3,6 +3,7 @@ ends. What the real daemon does is in tests/system."""
 import json
 import os
 import pathlib
+import pty
 import signal
 import socket
 import subprocess
@@ -176,7 +177,7 @@ class Orders(Online):
         self.assertEqual(json.loads(result.stdout)["state"]["state"], "FAULT")
 
     def test_orders_are_sent_and_refusals_are_4(self):
-        for method in ("stop", "estop", "ack"):
+        for method in ("stop", "pause", "estop", "ack"):
             with self.subTest(method=method):
                 daemon = self.serve(answers={method: lambda _: {"state": "RAMP_DOWN"}})
                 result = self.shakerctl(method)
@@ -396,6 +397,73 @@ class Run(Online):
         self.assertEqual(program.returncode, 1)
         self.assertIn("the rig ramps down", stderr)
         self.assertIn("stopped by its operator", stderr)
+
+    def resume(self, **answers):
+        daemon = self.serve([VERSION, state("PAUSE")], {"control.acquire": lambda _: {"lease_s": 0.2}, **answers})
+        return daemon, self.shakerctl("resume")
+
+    def test_resume_takes_control_and_stays_until_the_rig_is_at_rest(self):
+        def go_on(status):
+            def answer(daemon):
+                daemon.say(state("CHECK", reason="resumed by otto"))
+
+                def end():
+                    daemon.say(state("MEASURE"), {"type": "run_stop", "run": "fast", "status": status, "reason": "",
+                                                  "cycles_accepted": 1, "cycles_rejected": 0},
+                               state("RAMP_DOWN"), state("IDLE", reason="at rest"))
+                threading.Timer(0.5, end).start()
+                return {"state": "CHECK"}
+            return answer
+        daemon, result = self.resume(resume=go_on("success"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("state CHECK: resumed by otto\n", result.stdout)
+        methods = [each["method"] for each in daemon.requests]
+        self.assertEqual(methods[:2], ["control.acquire", "resume"])
+        self.assertIn("lease.renew", methods)
+        daemon.close()
+        self.socket.unlink()
+        _, result = self.resume(resume=go_on("fail"))
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("the campaign did not succeed: at rest", result.stderr)
+
+    def test_resume_that_is_refused_is_4(self):
+        _, result = self.resume(resume=refuse("the rig is in IDLE; nothing is paused"))
+        self.assertEqual(result.returncode, 4)
+        self.assertIn("nothing is paused", result.stderr)
+
+    def test_keys_pause_and_resume_a_run(self):
+        asked = {"pause": threading.Event(), "resume": threading.Event()}
+
+        def begin(daemon):
+            daemon.say(state("CHECK"), state("MEASURE"))
+            return {"state": "CHECK"}
+
+        def heed(method):
+            def answer(daemon):
+                asked[method].set()
+                if method == "resume":
+                    raise Refusal("the rig is in MEASURE; nothing is paused")
+                return {"state": "RAMP_DOWN"}
+            return answer
+        self.serve(answers={"control.acquire": lambda _: {"lease_s": 2}, "campaign.start": begin,
+                            "pause": heed("pause"), "resume": heed("resume"), "stop": hang_up})
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.execv(SHAKERCTL, [SHAKERCTL, "run", str(CAMPAIGN), "--socket", str(self.socket)])
+        os.write(terminal, b"p")
+        self.assertTrue(asked["pause"].wait(30))
+        os.write(terminal, b"xr")
+        self.assertTrue(asked["resume"].wait(30))
+        os.kill(pid, signal.SIGINT)
+        screen = b""
+        try:
+            while chunk := os.read(terminal, 65536):
+                screen += chunk
+        except OSError:  # the terminal's other end is closed
+            pass
+        os.close(terminal)
+        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), 3)
+        self.assertIn("nothing is paused", screen.decode())
 
     def test_a_bad_campaign_never_reaches_the_daemon(self):
         daemon = self.serve()

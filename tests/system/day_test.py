@@ -1,9 +1,7 @@
 """An operator's day: what was measured and how, what a crash left out, a pause, alarms."""
-import contextlib
 import hashlib
 import json
 import os
-import sqlite3
 import subprocess
 import unittest
 
@@ -85,3 +83,25 @@ class Day(unittest.TestCase):
         nothing = self.online("run", "--resume", first, second)
         self.assertEqual(nothing.returncode, 0, nothing.stderr)
         self.assertIn("Nothing is missing", nothing.stdout)
+
+    def test_a_pause_outlives_its_client_and_moves_nothing(self):
+        operator = self.client()
+        operator.start(campaign())
+        operator.until_state("MEASURE", timeout=60)
+        paused = self.online("pause")
+        self.assertEqual(paused.returncode, 0, paused.stderr)
+        operator.until_state("PAUSE")
+        refused = self.online("resume")
+        self.assertEqual(refused.returncode, 4)
+        self.assertIn("has been in control", refused.stderr)
+        operator.close()
+        onlooker = self.client()
+        onlooker.until(lambda line: line.get("code") == "lease_lost", 10)
+        mark = len(onlooker.lines)
+        onlooker.until(lambda line: len(onlooker.of_type("health")) >= 5, 20)
+        moved = [line for line in onlooker.lines[mark:] if line.get("type") == "state" and line["state"] != "PAUSE"]
+        self.assertEqual(moved, [])
+        result = self.online("resume")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("run fast: success", result.stdout)
+        self.assertEqual(self.daemon.campaign_status(), "success")

@@ -90,6 +90,19 @@ TEST_F(CommandsTest, StoppingIsAnyones) {
               ElementsAre("stop by otto (pid 2)", "estop by otto (pid 2)", "ack by otto (pid 2)"));
 }
 
+TEST_F(CommandsTest, PausingIsAnyonesAndResumingNeedsTheLease) {
+  EXPECT_TRUE(good(ask(otto, "pause")));
+  EXPECT_EQ(refused(ask(otto, "resume")).code, RpcCode::not_in_control);
+  ASSERT_TRUE(good(ask(anna, "control.acquire")));
+  EXPECT_EQ(refused(ask(otto, "resume")).code, RpcCode::not_in_control);
+  EXPECT_TRUE(good(ask(anna, "resume")));
+  clock.advance(3s);
+  commands.tick();
+  EXPECT_EQ(refused(ask(anna, "resume")).code, RpcCode::not_in_control) << "the lease ran out";
+  EXPECT_THAT(rig.asked,
+              ElementsAre("pause by otto (pid 2)", "resume by anna (pid 1)", "lease lost"));
+}
+
 TEST_F(CommandsTest, AnyRequestOfTheHolderRenewsTheLease) {
   ASSERT_TRUE(good(ask(anna, "control.acquire")));
   for (int i = 0; i < 5; ++i) {
