@@ -64,6 +64,7 @@ void read_limits(const Node& node, const std::string& pointer, Findings& finding
   read_action(reader, "response_change_action", limits.response_change_action);
   reader.optional("under_peak_fraction", limits.under_peak_fraction, at_least(0).at_most(1));
   read_action(reader, "under_peak_action", limits.under_peak_action);
+  reader.optional("trim_max_fraction", limits.trim_max_fraction, at_least(0).at_most(0.5));
   reader.optional("engine_stall_s", limits.engine_stall_s, at_least(0.05).at_most(2));
   reader.optional("acquisition_stall_s", limits.acquisition_stall_s, at_least(0.1).at_most(5));
   reader.optional("recorder_stall_s", limits.recorder_stall_s, at_least(0.5).at_most(10));

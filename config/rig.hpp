@@ -143,6 +143,8 @@ struct Limits {
   Action response_change_action = Action::ramp_down;
   double under_peak_fraction = 0.0;  // 0: off
   Action under_peak_action = Action::indicate;
+  // Largest correction of the ordered amplitude, so that the table does what is asked for; 0: off.
+  double trim_max_fraction = 0.25;
   // Longest time for which the threads that supervise the table may stand still, s; after it
   // the exciter is stopped at once.
   double engine_stall_s = 0.2, acquisition_stall_s = 0.5, recorder_stall_s = 2.0;

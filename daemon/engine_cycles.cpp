@@ -89,6 +89,9 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
     gate.begin_anew();
     return reject(cycle, verdict, "held: " + held_by);
   }
+  if (cycle.whole && !spiked) {
+    if (const std::string off = trim(cycle); !off.empty()) return reject(cycle, verdict, off);
+  }
   if (!cycle.whole || spiked || !(verdict.steady || damper_changes(verdict)))
     return reject(cycle, verdict, verdict.why);
   if (!right_polarity(cycle, verdict)) return reject(cycle, verdict, reason);

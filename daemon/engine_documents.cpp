@@ -95,7 +95,9 @@ void Engine::Impl::publish_cycle(const AssembledCycle& cycle, bool accepted, con
                                   .gaps = cycle.gaps,
                                   .samples = cycle.samples,
                                   .jitter_fraction = cycle.jitter_fraction,
-                                  .subharmonic = verdict.subharmonic});
+                                  .subharmonic = verdict.subharmonic,
+                                  .ordered = order_of_cycle,
+                                  .corrected_to = corrected_to});
 }
 
 protocol::ChannelHealth Engine::Impl::channel_health(Channel channel) {
@@ -189,7 +191,7 @@ protocol::StateDocument Engine::Impl::state_document() const {
   document.run_index = static_cast<int>(run_index);
   document.run_count = static_cast<int>(campaign->runs.size());
   document.frequency_hz = setpoint.frequency_hz;
-  document.amplitude = setpoint.amplitude;
+  document.amplitude = asked;
   double planned = 0.0;
   for (const auto& r : campaign->runs)
     planned += planned_s(r);

@@ -4,6 +4,7 @@
 //   engine_states.cpp     transitions, faults, the end of runs and campaigns
 //   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: orders to the exciter
 //   engine_pause.cpp      a pause and its end
+//   engine_trim.cpp       the correction of the ordered amplitude
 //   engine_deadman.cpp    the proof of the exciter's dead-man
 //   engine_watch.cpp      supervision in every state
 //   engine_cycles.cpp     samples, cycles, the gate, estimates
@@ -107,6 +108,17 @@ struct Engine::Impl {
   bool pausing() const;  // ramps to rest, for a pause
   void end_instead_of_pausing(const std::string& outcome, const std::string& why, After then);
   void resume(const std::string& why);
+
+  // --- engine_trim.cpp
+  bool trims() const;
+  double trimmed(double amplitude) const;  // the order for an amplitude that is asked for
+  double order_on_the_way() const;
+  void reset_trim();
+  bool correct_for(double measured);
+  void say_trimmed(double measured);
+  void trim_before_rise(const AssembledCycle& cycle);
+  std::string trim(const AssembledCycle& cycle);
+  void order_correction(double measured, bool far);
 
   // --- engine_deadman.cpp
   bool moves_nothing() const;
@@ -229,9 +241,16 @@ struct Engine::Impl {
 
   // motion
   drivers::Setpoint setpoint;  // last order
-  double ramp_from = 0.0;      // amplitude before this order
+  double asked = 0.0;          // its amplitude before the correction by trim_part
+  double ramp_from = 0.0;      // what was asked for before it
   Nanoseconds ordered{};       // time of this order
   Nanoseconds enabled{};       // time of the enabling
+  double trim_part = 1.0;      // ordered over asked, at this frequency
+  Nanoseconds trim_ordered{};  // time of the last correction
+  double trim_from = 0.0;      // the order before it
+  bool trim_limited = false;   // the bounds keep the table from what is asked for
+  bool table_is_off = false;   // a correction of more than the tolerance was needed
+  std::optional<double> order_of_cycle, corrected_to;  // for the document of a cycle
   RampStep step = RampStep::gentle;
   bool proved = false;  // signs and response were checked in this campaign
   bool polarity_known = false;

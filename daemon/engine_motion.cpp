@@ -21,9 +21,10 @@ void Engine::Impl::command(double frequency_hz, double amplitude) {
         fmt::format("internal error: a setpoint of {:g} m/s^2 in {}", amplitude, name(state)));
   }
   if (!setpoint.enable) enabled = clock.now();
-  ramp_from = setpoint.amplitude;
+  ramp_from = asked;
+  asked = std::min(amplitude, rig.limits.excitation_max_m_s2);
   setpoint = {.frequency_hz = frequency_hz,
-              .amplitude = std::min(amplitude, rig.limits.excitation_max_m_s2),
+              .amplitude = trimmed(asked),
               .enable = true,
               .ramp_s = ramp_s()};
   ordered = clock.now();
@@ -37,6 +38,7 @@ void Engine::Impl::halt() {
   exciter.keep_alive(false);
   awaits_rest = awaits_rest || setpoint.enable;
   setpoint = {};
+  asked = 0.0;
   stop_ordered = clock.now();
 }
 
@@ -47,6 +49,8 @@ void Engine::Impl::begin_check(const std::string& why) {
   proved = proves_deadman;  // its own level is gentle
   polarity_known = false;
   wrong_polarity = 0;
+  table_is_off = false;
+  reset_trim();
   detectors.reset();
   was_tripped = {};
   rest_began = clock.now();
@@ -116,16 +120,23 @@ void Engine::Impl::begin_ramp() {
   }
 }
 
+// Another frequency of a table that is off begins at the gentle level, too, which shows how it
+// answers there.
 void Engine::Impl::begin_gentle_or_rise() {
-  step = proved ? RampStep::rise : RampStep::gentle;
-  command(run().frequency_hz, proved ? run().amplitude : kGentlePart * run().amplitude);
+  const bool known = setpoint.enable && setpoint.frequency_hz == run().frequency_hz;
+  if (!known) reset_trim();
+  const bool rises = proved && (known || !table_is_off);
+  step = rises ? RampStep::rise : RampStep::gentle;
+  command(run().frequency_hz, rises ? run().amplitude : kGentlePart * run().amplitude);
 }
 
 bool Engine::Impl::arrived() const {
   const Nanoseconds end = ordered + from_seconds(setpoint.ramp_s);
   if (clock.now() < end || !status || status->t < end) return false;
   if (status->amplitude) {
-    const double near = kReachedPart * (run_open || campaign ? run().amplitude : 1.0);
+    double near = kReachedPart * (run_open || campaign ? run().amplitude : 1.0);
+    // A drive may report the motion of a table that is off and will be trimmed.
+    if (trims()) near = std::max(near, rig.limits.command_error_fraction * setpoint.amplitude);
     if (std::abs(*status->amplitude - setpoint.amplitude) > near) return false;
   }
   return setpoint.amplitude == 0.0 || status->running;
@@ -182,7 +193,9 @@ void Engine::Impl::prove_cycle(const AssembledCycle& cycle) {
   last_why = cycle.why;
   if (!cycle.whole || ++gentle_cycles < kGentleCycles) return;
   const auto finding = check_in_motion(&cycle, setpoint.amplitude, excitation_measured);
-  if (finding && finding->fatal && gentle_cycles < kGentleCyclesMax) return;
+  const bool fails = finding && finding->fatal;
+  if (fails && gentle_cycles < kGentleCyclesMax) return;
+  if (!fails) trim_before_rise(cycle);
   pass_proof(finding);
 }
 

@@ -121,6 +121,9 @@ Result<void> Engine::Impl::begin_run(std::size_t index) {
   restless = command_errors = under_peaks = 0;
   response.reset();
   largest_stroke = 0.0;
+  trim_limited = false;
+  order_of_cycle.reset();
+  corrected_to.reset();
   ending.reset();
   noise.restart(static_cast<std::size_t>(campaign->points_per_cycle));
   const auto recorded = outlet.record_run(static_cast<int>(index), run());

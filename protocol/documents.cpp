@@ -115,6 +115,7 @@ void fill(Filler& out, const CycleDocument& d) {
   out.number("stroke_min_m", d.stroke_min_m).number("stroke_max_m", d.stroke_max_m);
   out.number("change", d.change).put("gaps", d.gaps).put("samples", d.samples);
   out.number("jitter_fraction", d.jitter_fraction).put("subharmonic", d.subharmonic);
+  out.number("ordered", d.ordered).number("corrected_to", d.corrected_to);
 }
 
 void fill(Filler& out, const ParameterEntry& p) {

@@ -56,6 +56,9 @@ struct CycleDocument {
   std::int64_t samples = 0;
   double jitter_fraction = 0.0;    // in sample intervals
   std::optional<int> subharmonic;  // the response repeats after this number of periods
+  // With a trimmed amplitude, m/s^2: ordered from the exciter at the end of the cycle, and ordered
+  // from then on if the cycle led to a correction.
+  std::optional<double> ordered = {}, corrected_to = {};
 };
 
 struct ParameterEntry {

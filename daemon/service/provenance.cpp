@@ -55,6 +55,7 @@ std::string limits_text(const config::Limits& l) {
                        {"response_change_action", name(l.response_change_action)},
                        {"under_peak_fraction", l.under_peak_fraction},
                        {"under_peak_action", name(l.under_peak_action)},
+                       {"trim_max_fraction", l.trim_max_fraction},
                        {"engine_stall_s", l.engine_stall_s},
                        {"acquisition_stall_s", l.acquisition_stall_s},
                        {"recorder_stall_s", l.recorder_stall_s}};
