@@ -28,8 +28,8 @@ struct ChangeDetectionSpec {
 
 struct CampaignSpec {
   std::string name;
-  ModelSpec model;  // from "model": a path relative to the file, or inline
-  std::vector<RunSpec> runs;
+  ModelSpec model;                // from "model": a path relative to the file, or inline
+  std::vector<RunSpec> runs;      // a stepped sweep is a run for each of its steps
   int points_per_cycle = 64;      // equal steps of cyclic time in a resampled cycle
   int settle_cycles_max = 200;    // cycles before a run fails ("no steady state")
   double settle_tolerance = 3.0;  // allowed change between cycles, in units of the noise
