@@ -81,7 +81,9 @@ void add_online(CLI::App& app, Options& o) {
       "Where `shakerctl run` still has control, press r in its terminal (and p for a pause).");
   add_socket(
       add(app, o, "estop", "Zero at once, without a ramp; latches a fault", order_of("estop")), o);
-  add_socket(add(app, o, "ack", "Acknowledge a fault whose cause is gone", order_of("ack")), o);
+  add_socket(add(app, o, "ack", "Acknowledge the alarms, and a fault whose cause is gone",
+                 order_of("ack")),
+             o);
 }
 
 }  // namespace

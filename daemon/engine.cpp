@@ -232,6 +232,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   e.run_index = 0;
   e.run_done = false;
   e.outstanding = e.cycles_skipped = 0;
+  e.set_warnings_aside();
   e.begin_check(fmt::format("campaign \"{}\" was started", wanted.name));
   if (auto ok = e.begin_run(0); !ok) {
     e.end_at_rest("fail", ok.error().what);
@@ -301,6 +302,7 @@ void Engine::Impl::leave_fault(const std::string& who) {
   finish_ended_run();
   fault_detector.reset();
   enter(State::idle, fmt::format("acknowledged by {}", who));
+  acknowledge_alarms(who);
 }
 
 void Engine::Impl::tick_clearing() {
@@ -319,9 +321,14 @@ void Engine::Impl::tick_clearing() {
 
 Result<void> Engine::acknowledge(const std::string& who) {
   Impl& e = *impl_;
-  if (e.state != State::fault) {
+  if (e.state != State::fault && e.standing_errors + e.standing_warnings == 0) {
     return Error{ErrorKind::refused,
-                 fmt::format("there is no fault to acknowledge; the rig is in {}", name(e.state))};
+                 fmt::format("there is no fault to acknowledge, and no alarm; the rig is in {}",
+                             name(e.state))};
+  }
+  if (e.state != State::fault) {
+    e.acknowledge_alarms(who);
+    return {};
   }
   if (e.clearing) return {};
   if (e.may_clear()) {

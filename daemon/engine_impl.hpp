@@ -186,6 +186,8 @@ struct Engine::Impl {
   void alarm(const std::string& severity, const std::string& code, const std::string& text,
              std::optional<config::Action> action = std::nullopt);
   void raise(protocol::AlarmDocument document);
+  void acknowledge_alarms(const std::string& who);
+  void set_warnings_aside();
   void detector_alarm(Detector detector, config::Action action);
   void alarm_once(const std::string& code, const std::string& text);
   void publish_cycle(const AssembledCycle& cycle, bool accepted, const std::string& why,
@@ -299,6 +301,7 @@ struct Engine::Impl {
   Nanoseconds level_taken{}, may_move_said{};
   int may_move_told = 0;
   std::string episode;  // code of the first error of the current incident
+  int standing_errors = 0, standing_warnings = 0;  // alarms since the last acknowledgement
   double largest_stroke = 0.0;
 
   // cycles

@@ -15,11 +15,17 @@
 
 namespace shaker::protocol {
 
+// Limits of the rig, for views.
+struct LimitsEntry {
+  double stroke_min_m = 0.0, stroke_max_m = 0.0, stroke_rate_max_m_s = 0.0;
+  double excitation_max_m_s2 = 0.0;
+};
 struct VersionDocument {
   std::string program = "shakerd";
   std::string version;
   int protocol = 1;
   std::string rig;
+  std::optional<LimitsEntry> limits = {};
 };
 
 // state: "IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "FAULT", "PAUSE".
@@ -59,6 +65,7 @@ struct CycleDocument {
   // With a trimmed amplitude, m/s^2: ordered from the exciter at the end of the cycle, and ordered
   // from then on if the cycle led to a correction.
   std::optional<double> ordered = {}, corrected_to = {};
+  std::optional<double> stroke_rate_m_s = {};  // largest speed of the stroke; of whole cycles
 };
 
 struct ParameterEntry {

@@ -16,7 +16,7 @@ const char* done(const std::string& method) {
   if (method == "estop")
     return "Emergency stop: the exciter is ordered to zero; the fault is latched "
            "until `shakerctl ack`.";
-  return "The fault is acknowledged.";
+  return "Acknowledged.";
 }
 
 // Repeats the request for 5 s when the daemon has no free place, or when the connection is lost

@@ -234,7 +234,12 @@ Answer Commands::prove_deadman(const Json& params, const Peer& peer) {
 
 Answer Commands::status(const Peer& peer) const {
   Json state = Json::parse(protocol::to_json_text(rig_.state()));
-  return Json{{"state", std::move(state)}, {"in_control", lease_.held_by(peer.client)}};
+  Json answer = {{"state", std::move(state)}, {"in_control", lease_.held_by(peer.client)}};
+  if (lease_.holder()) {
+    answer["controller"] = holder_;
+    answer["controlled_for_s"] = seconds(clock_.now() - held_since_);
+  }
+  return answer;
 }
 
 Answer Commands::diagnose(const Json& params) {

@@ -170,6 +170,22 @@ class Orders(Online):
                       result.stdout)
         self.assertIn("16.667 ± 0.021", result.stdout)
 
+    def test_status_shows_alarms_and_who_is_in_control(self):
+        alarm = {"type": "alarm", "severity": "error", "code": "estop", "t_utc": "2026-03-01T12:34:56.000Z",
+                 "text": "the rig was stopped"}
+        answers = {"status": lambda _: {"state": state("IDLE"), "in_control": False,
+                                        "controller": "anna (pid 7)", "controlled_for_s": 65.0}}
+        daemon = self.serve([VERSION, IDLE, alarm], answers)
+        result = self.shakerctl("status")
+        self.assertIn("ALARM since 2026-03-01 12:34:56 UTC: the rig was stopped\n", result.stdout)
+        self.assertIn("control: anna (pid 7), for 1 min 05 s\n", result.stdout)
+        daemon.close()
+        self.socket.unlink()
+        self.serve([VERSION, IDLE, alarm], answers)
+        shown = json.loads(self.shakerctl("status", "--json").stdout)
+        self.assertEqual(shown["alarms"], [alarm])
+        self.assertEqual(shown["controller"], "anna (pid 7)")
+
     def test_status_in_fault_is_1(self):
         self.serve(answers={"status": lambda _: {"state": state("FAULT"), "in_control": False}})
         result = self.shakerctl("status", "--json")
@@ -204,8 +220,11 @@ class Orders(Online):
         self.assertIn("No place.", result.stderr)
 
     def test_a_stop_at_rest_says_that_nothing_was_moving(self):
-        self.serve(answers={"stop": lambda _: {"state": "IDLE"}})
-        self.assertEqual(self.shakerctl("stop").stdout, "Nothing was moving. State: IDLE.\n")
+        for name in ("IDLE", "FAULT"):
+            daemon = self.serve(answers={"stop": lambda _, name=name: {"state": name}})
+            self.assertEqual(self.shakerctl("stop").stdout, f"Nothing was moving. State: {name}.\n")
+            daemon.close()
+            self.socket.unlink()
 
     def test_a_daemon_that_goes_away_is_3(self):
         self.serve(answers={"stop": hang_up})
@@ -249,7 +268,7 @@ class Watch(Online):
         self.serve([VERSION, state("MEASURE", progress=0.5, eta_s=65), health, estimate()])
         screen = self.on_a_terminal(1)
         self.assertIn("\x1b[?1049h", screen)
-        self.assertRegex(screen, r"displacement +good +0\.125 +m +1000 +4")
+        self.assertRegex(screen, r"displacement +good +125 +mm +1000 +4")
         self.assertRegex(screen, r"gas_pressure +good +9\.8123e\+05 +Pa +100 +10")
         self.assertIn("[###############...............]  50 %   ETA 1 min 05 s", screen)
         self.assertIn("16.667 ± 0.021", screen[screen.rindex("\x1b[?1049l"):])

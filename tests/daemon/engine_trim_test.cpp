@@ -2,6 +2,7 @@
 // from the virtual rig, past the daemon.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -78,6 +79,7 @@ TEST(EngineTrim, IsWithinOnePercentAfterFiveCyclesOnATableThatIsWeakAndDrifts) {
   const auto result = table.run(campaign);
   ASSERT_EQ(result.final_state, State::idle);
   int accepted = 0;
+  double worst = 0.0;
   for (const auto& document : result.documents) {
     const auto* cycle = std::get_if<protocol::CycleDocument>(&document);
     if (cycle == nullptr) continue;
@@ -85,13 +87,15 @@ TEST(EngineTrim, IsWithinOnePercentAfterFiveCyclesOnATableThatIsWeakAndDrifts) {
     // No false settling: nothing is accepted at another amplitude.
     if (cycle->cycle >= 5 || cycle->accepted) {
       EXPECT_LE(std::abs(off), 0.01) << cycle->run << " " << cycle->cycle;
+      worst = std::max(worst, std::abs(off));
     }
     accepted += cycle->accepted ? 1 : 0;
   }
   EXPECT_EQ(accepted, 110);
-  // The table itself, with 3 % for the crest of a ramp and of the noise-free wave.
-  EXPECT_LE(table.largest_motion, 4.0 * 1.01);
+  EXPECT_LE(table.largest_motion, 4.0 * 1.01) << "of the table itself";
   EXPECT_LE(table.largest_order, 5.0);
+  std::printf("after 5 cycles %.2f %% off at most; the table moved with %.3f m/s^2 at most\n",
+              100.0 * worst, table.largest_motion);
 }
 
 TEST(EngineTrim, RecordsEveryCorrectionInTheCycles) {

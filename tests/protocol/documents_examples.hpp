@@ -40,7 +40,8 @@ inline std::vector<Document> plain_documents() {
   StateDocument state{
       "MEASURE", "The response is steady.", "first light", "r01", 0, 2, 2.5, 3.0, 0.25, 17.5, true};
   CycleDocument cycle{"first light", "r01", 7, false, "gap of 12 ms", 2.5001, 2.99, -0.01,
-                      0.12,          1.5,   1, 400,   0.02,           2,      3.4,  3.45};
+                      0.12,          1.5,   1, 400,   0.02,           2,      3.4,  3.45,
+                      0.25};
   HealthDocument health;
   health.state = "IDLE";
   health.channels = {{"displacement", "good", 0.001, 1000.0, 0.1},
@@ -49,7 +50,7 @@ inline std::vector<Document> plain_documents() {
   health.samples = 123456;
   health.clients = 2;
   return {
-      VersionDocument{"shakerd", "0.1.0", 1, "rig A"},
+      VersionDocument{"shakerd", "0.1.0", 1, "rig A", LimitsEntry{0.0, 0.3, 3.0, 15.0}},
       state,
       RunStartDocument{"first light", "r01", 0, 2, 2.5, 3.0, 20},
       cycle,

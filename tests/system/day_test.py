@@ -105,3 +105,17 @@ class Day(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("run fast: success", result.stdout)
         self.assertEqual(self.daemon.campaign_status(), "success")
+
+    def test_an_alarm_stays_on_every_view_until_it_is_acknowledged(self):
+        operator = self.client()
+        operator.start(campaign())
+        operator.until_state("RAMP", timeout=60)
+        self.assertEqual(self.online("estop").returncode, 0)
+        late = self.client()
+        alarm = late.until(lambda line: line.get("code") == "emergency_stop", 10)
+        self.assertEqual(alarm["severity"], "error")
+        self.assertRegex(self.online("status").stdout, r"ALARM since \d{4}-\d\d-\d\d [0-9:]+ UTC: emergency stop by ")
+        self.assertEqual(json.loads(self.online("status", "--json").stdout)["alarms"], [alarm])
+        late.until(lambda _: self.online("ack").returncode == 0, 20)
+        late.until(lambda line: line.get("code") == "acknowledged", 10)
+        self.assertEqual(json.loads(self.online("status", "--json").stdout)["alarms"], [])

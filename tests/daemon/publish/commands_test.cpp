@@ -131,6 +131,15 @@ TEST_F(CommandsTest, AHolderThatGoesOrReleasesLosesTheLeaseAtOnce) {
   EXPECT_EQ(refused(ask(otto, "control.release")).code, RpcCode::not_in_control);
 }
 
+TEST_F(CommandsTest, TheStatusSaysWhoIsInControlAndForHowLong) {
+  EXPECT_FALSE(std::get<json>(ask(otto, "status")).contains("controller"));
+  ASSERT_TRUE(good(ask(anna, "control.acquire")));
+  clock.advance(1s);
+  const json status = std::get<json>(ask(otto, "status"));
+  EXPECT_EQ(status["controller"], "anna (pid 1)");
+  EXPECT_EQ(status["controlled_for_s"], 1.0);
+}
+
 TEST_F(CommandsTest, AReadOnlyConnectionMayOnlyAsk) {
   EXPECT_TRUE(good(ask(tcp, "ping")));
   EXPECT_TRUE(good(ask(tcp, "status")));
