@@ -1,4 +1,6 @@
 // show: what one campaign database holds, with its alarms and its last estimate.
+#include <map>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -31,12 +33,21 @@ std::string in_short(const std::string& value) {
   return fmt::format("{} bytes", value.size());
 }
 
-// Campaign and model are facts too; they have columns of their own in the database.
+// Campaign and model are facts too: their texts have columns of their own in the database, and
+// their hashes are facts named "sha256". Older files have no such hash.
 std::vector<record::Fact> facts_of(const CampaignSummary& s) {
-  std::vector<record::Fact> facts = s.facts;
+  std::vector<record::Fact> facts;
+  std::map<std::string, std::string> hashes;
+  for (const record::Fact& fact : s.facts) {
+    if (fact.name == "sha256")
+      hashes[fact.kind] = fact.value;
+    else
+      facts.push_back(fact);
+  }
   for (const auto& [kind, text] :
        {std::pair{"campaign", &s.row.spec_json}, std::pair{"model", &s.row.model_json}})
-    facts.push_back({kind, "as run", *text, s.row.started_utc, record::sha256(*text)});
+    facts.push_back({kind, "as run", *text, s.row.started_utc,
+                     hashes.contains(kind) ? hashes[kind] : record::sha256(*text)});
   return facts;
 }
 

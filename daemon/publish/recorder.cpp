@@ -42,6 +42,8 @@ Result<record::CampaignWriter> Recorder::create(const config::CampaignSpec& camp
   row.model_json = config::to_json_text(campaign.model);
   row.spec_json = config::to_json_text(campaign);
   std::vector<record::Fact> facts = options_.facts;
+  facts.push_back({"campaign", "sha256", record::sha256(row.spec_json)});
+  facts.push_back({"model", "sha256", record::sha256(row.model_json)});
   if (!who.empty()) facts.push_back({"person", "started by", who});
   if (!campaign.resumes.empty()) facts.push_back({"campaign", "resumes", campaign.resumes});
   for (const auto& [name, value] : config::entries(campaign.specimen))

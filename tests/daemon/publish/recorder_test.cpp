@@ -138,9 +138,17 @@ TEST_F(RecorderTest, KeepsWhereTheNumbersComeFrom) {
   settle(recorder);
   const auto facts = CampaignReader::open(only_file())->facts();
   ASSERT_TRUE(facts) << facts.error().what;
+  const auto row = CampaignReader::open(only_file())->campaign();
   std::vector<std::string> found;
-  for (const record::Fact& fact : *facts)
-    found.push_back(fact.kind + " " + fact.name + ": " + fact.value);
+  for (const record::Fact& fact : *facts) {
+    if (fact.name == "sha256") {
+      EXPECT_EQ(fact.value,
+                record::sha256(fact.kind == "model" ? row->model_json : row->spec_json));
+    } else {
+      found.push_back(fact.kind + " " + fact.name + ": " + fact.value);
+    }
+  }
+  EXPECT_EQ(facts->size(), found.size() + 2) << "of campaign and model";
   EXPECT_THAT(found, ElementsAre("host name: pc", "person started by: anna (pid 7)",
                                  "campaign resumes: earlier.db", "specimen serial: N-042",
                                  "person ended because: stopped by otto (pid 8)"));
