@@ -19,7 +19,7 @@ namespace shaker::daemon {
 namespace {
 
 constexpr double kTrimTolerance = 0.01;  // of the amplitude that is asked for
-constexpr double kTrimDead = 5e-4;       // smaller deviations are not corrected
+constexpr double kTrimDead = 2e-3;       // smaller ones are left: an amplitude register has steps
 constexpr double kTrimSigmas = 5.0;      // and those that noise may explain
 
 }  // namespace

@@ -1,11 +1,13 @@
 """An operator's day: what was measured and how, what a crash left out, a pause, alarms."""
+import contextlib
 import hashlib
 import json
 import os
+import sqlite3
 import subprocess
 import unittest
 
-from daemon import CAMPAIGN, Client, Daemon
+from daemon import CAMPAIGN, Client, Daemon, RIG, TRUTH
 
 SHAKERCTL = os.environ["SHAKERCTL"]
 
@@ -14,9 +16,17 @@ def campaign(**more):
     return {**json.loads(json.dumps(CAMPAIGN)), **more}
 
 
+def rig_with_a_weak_table():
+    """It answers 15 % too weak, and 5 % less with each minute."""
+    rig = json.loads(json.dumps(RIG))
+    rig["sensors"][0]["parameters"] = {**TRUTH, "table_gain": 0.85, "table_drift": -0.05 / 60}
+    return rig
+
+
 class Day(unittest.TestCase):
     def setUp(self):
-        self.daemon = Daemon().start()
+        weak = self._testMethodName == "test_a_weak_table_does_what_was_asked"
+        self.daemon = Daemon(rig_with_a_weak_table() if weak else None).start()
         self.addCleanup(self.daemon.end)
 
     def online(self, *words):
@@ -59,6 +69,11 @@ class Day(unittest.TestCase):
         self.assertEqual(facts["host", "name"]["value"], os.uname().nodename)
         self.assertEqual(json.loads(facts["limits", "in force"]["value"])["stroke_max_m"], 0.185)
         self.assertEqual(self.offline("note", file, "the first of today").returncode, 0)
+        with contextlib.closing(sqlite3.connect(file)) as database, database:
+            database.execute("UPDATE campaign SET model_json = replace(model_json, '15.8', '15.9')")
+        changed = self.facts_in(file)
+        self.assertFalse(changed["model", "as run"]["hash_matches"])
+        self.assertTrue(changed["campaign", "as run"]["hash_matches"])
         self.assertIn(": the first of today", self.offline("show", file).stdout)
 
     def test_what_a_crash_left_out_is_measured_into_a_second_file(self):
@@ -119,3 +134,15 @@ class Day(unittest.TestCase):
         late.until(lambda _: self.online("ack").returncode == 0, 20)
         late.until(lambda line: line.get("code") == "acknowledged", 10)
         self.assertEqual(json.loads(self.online("status", "--json").stdout)["alarms"], [])
+
+    def test_a_weak_table_does_what_was_asked(self):
+        result = self.online("run", self.file_of(campaign()), "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        lines = [json.loads(line) for line in result.stdout.splitlines()]
+        cycles = [line for line in lines if line.get("type") == "cycle"]
+        for cycle in cycles:
+            if cycle["cycle"] >= 5 or cycle["accepted"]:
+                self.assertAlmostEqual(cycle["amplitude"], 3.0, delta=0.03, msg=cycle)
+        self.assertGreater(min(cycle["ordered"] for cycle in cycles if cycle["accepted"]), 3.4)
+        self.assertIn("amplitude_trimmed", {line.get("code") for line in lines})
+        self.assertEqual({line["amplitude"] for line in lines if line.get("state") == "MEASURE" and "run" in line}, {3.0})
