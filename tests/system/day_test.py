@@ -79,7 +79,7 @@ class Day(unittest.TestCase):
     def test_what_a_crash_left_out_is_measured_into_a_second_file(self):
         operator = self.client()
         operator.start(campaign())
-        operator.until(lambda line: line.get("type") == "run_start" and line["run"] == "fast", 60)
+        operator.until(lambda line: line.get("type") == "cycle" and line["run"] == "fast" and line["accepted"], 90)
         self.daemon.kill()
         self.daemon.start()
         after = self.client()
@@ -94,7 +94,10 @@ class Day(unittest.TestCase):
         self.assertEqual(self.facts_in(second)["campaign", "resumes"]["value"], first.name)
         estimate = self.offline("estimate", first, second, "--json")
         self.assertEqual(estimate.returncode, 0, estimate.stderr)
-        self.assertEqual(json.loads(estimate.stdout)["runs_used"], 2)
+        both = json.loads(estimate.stdout)
+        self.assertEqual(both["runs_used"], 3, "the cycles of the run that was cut short count, too")
+        for parameter in both["parameters"]:
+            self.assertAlmostEqual(parameter["value"] / TRUTH[parameter["name"]], 1.0, delta=0.02)
         nothing = self.online("run", "--resume", first, second)
         self.assertEqual(nothing.returncode, 0, nothing.stderr)
         self.assertIn("Nothing is missing", nothing.stdout)
