@@ -20,6 +20,7 @@
 namespace shaker::record {
 namespace {
 
+constexpr int kFoldWaitMs = 50;
 constexpr std::size_t kBlock = 4096;  // largest number of samples in a row of `sample`
 
 // 2026-03-01T12:00:00.123Z -> 20260301T120000Z
@@ -269,7 +270,9 @@ Result<void> CampaignWriter::finish(const std::string& status, const std::string
     impl_->database.exec("COMMIT");
     impl_->parts.clear();
     // Fold the log in, so that the campaign is one file. This fails while another process reads
-    // the file; the next opening does it then.
+    // the file; the next opening does it then. A long wait for that process would look like a disk
+    // that does not answer.
+    impl_->database.setBusyTimeout(kFoldWaitMs);
     impl_->database.tryExec("PRAGMA wal_checkpoint(TRUNCATE)");
     impl_->insert_run.reset();
     impl_->insert_samples.reset();
