@@ -151,6 +151,17 @@ class Check(Scratch):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.assertIn(f"a good {path.name.split('-')[0]} file", result.stdout)
 
+    def test_says_of_a_sensor_when_its_calibration_is_due(self):
+        rig = EXAMPLES / "rig-simulated.json"
+        good = run("check", rig)
+        self.assertIn("displacement sensor L-0815: calibrated 2026-01-12, due 2099-01-12, uncertainty 2e-05 m",
+                      good.stdout)
+        self.assertNotIn("overdue", good.stdout + good.stderr)
+        self.write("model-oleo.json", (EXAMPLES / "model-oleo.json").read_text())
+        late = run("check", self.write("rig.json", rig.read_text().replace("2099-01-12", "2026-01-13")))
+        self.assertEqual(late.returncode, 0, late.stderr)
+        self.assertIn("displacement sensor L-0815: calibration is overdue", late.stdout + late.stderr)
+
     def test_says_which_it_is_and_what_is_wrong(self):
         bad = self.write("bad.json", '{"runs": [{"frequency_hz": -2, "amplitude": 3}],\n"nmae": 1}')
         result = run("check", bad)
