@@ -185,6 +185,27 @@ class WithoutAClient(unittest.TestCase):
         finally:
             rig.end()
 
+    def test_a_caller_pauses_and_resumes(self):
+        rig = daemon.Daemon().start()
+        try:
+            states, ended = [], []
+            with shakerd.connect(rig.socket) as client:
+                for document in client.run(CAMPAIGN):
+                    if document["type"] == "run_stop":
+                        ended.append(document["status"])
+                    if document["type"] != "state" or document["state"] in states[-1:]:
+                        continue
+                    states.append(document["state"])
+                    if states.count("MEASURE") == 1 and states[-1] == "MEASURE":
+                        client.pause()
+                    if states[-1] == "PAUSE":
+                        client.resume()
+            self.assertEqual(states[:8], ["IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "PAUSE", "CHECK"])
+            self.assertEqual(states[-1], "IDLE")
+            self.assertEqual(ended, ["success", "success"])
+        finally:
+            rig.end()
+
     def until_idle(self, watcher):
         moved = False
         for document in watcher.documents(timeout=20):
