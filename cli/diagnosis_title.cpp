@@ -4,6 +4,25 @@
 #include "cli/utc_text.hpp"
 
 namespace shaker::cli {
+namespace {
+
+// Specimen and operator, as far as the database knows them.
+void add_facts(const std::filesystem::path& campaign, report::TitleBlock& title) {
+  const auto reader = record::CampaignReader::open(campaign);
+  const auto facts = reader ? reader->facts() : Result<std::vector<record::Fact>>(reader.error());
+  if (!facts) return;
+  std::string specimen, who;
+  for (const record::Fact& fact : *facts) {
+    if (fact.kind == "specimen")
+      specimen += (specimen.empty() ? "" : ", ") + fact.name + " " + fact.value;
+    if (fact.kind == "person" && fact.name == "started by") who = fact.value;
+  }
+  if (!specimen.empty()) title.emplace_back("specimen", specimen);
+  if (!who.empty()) title.emplace_back("operator", who);
+}
+
+}  // namespace
+
 report::TitleBlock title_of(const std::filesystem::path& campaign,
                             const std::optional<record::CampaignRow>& row) {
   std::error_code none;
@@ -11,6 +30,7 @@ report::TitleBlock title_of(const std::filesystem::path& campaign,
   report::TitleBlock title;
   if (row) {
     title.emplace_back("rig", row->rig);
+    add_facts(campaign, title);
     title.emplace_back("measured", row->finished_utc.empty()
                                        ? readable_utc(row->started_utc)
                                        : readable_utc(row->started_utc) + " to " +

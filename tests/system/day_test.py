@@ -69,6 +69,12 @@ class Day(unittest.TestCase):
         self.assertEqual(facts["host", "name"]["value"], os.uname().nodename)
         self.assertEqual(json.loads(facts["limits", "in force"]["value"])["stroke_max_m"], 0.185)
         self.assertEqual(self.offline("note", file, "the first of today").returncode, 0)
+        report = self.daemon.directory / "report"
+        diagnosed = self.offline("diagnose", file, "--out", report)
+        self.assertEqual(diagnosed.returncode, 0, diagnosed.stderr)
+        page = (report / "report.html").read_text()
+        self.assertIn("serial N-042, charge 18 bar", page)
+        self.assertIn(facts["person", "started by"]["value"], page)
         with contextlib.closing(sqlite3.connect(file)) as database, database:
             database.execute("UPDATE campaign SET model_json = replace(model_json, '15.8', '15.9')")
         changed = self.facts_in(file)
