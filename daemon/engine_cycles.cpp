@@ -58,6 +58,8 @@ void Engine::Impl::collect() {
 void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
   if (state == State::ramp && step == RampStep::prove) return prove_cycle(cycle);
   if (!cutting() || ending) return;
+  corrected_to.reset();
+  order_of_cycle = trims() ? std::optional(setpoint.amplitude) : std::nullopt;
   GateVerdict verdict;
   const bool spiked = cycle.whole && (cycle.stroke_max > rig.limits.stroke_max_m ||
                                       cycle.stroke_min < rig.limits.stroke_min_m);

@@ -74,10 +74,7 @@ void Engine::Impl::trim_before_rise(const AssembledCycle& cycle) {
 // Returns why the cycle cannot be accepted; empty if its amplitude is right, or as near to it as
 // the bounds allow.
 std::string Engine::Impl::trim(const AssembledCycle& cycle) {
-  corrected_to.reset();
-  order_of_cycle.reset();
   if (!trims()) return {};
-  order_of_cycle = setpoint.amplitude;
   const double measured = cycle.measured.amplitude;
   const double scatter = kTrimSigmas * cycle.measured.excitation_error / asked;
   const double off = std::abs(measured / asked - 1.0);

@@ -118,6 +118,26 @@ TEST(EngineTrim, RecordsEveryCorrectionInTheCycles) {
   EXPECT_GT(corrections, 10) << "the table drifts";
 }
 
+TEST(EngineTrim, RecordsACorrectionOnce) {
+  auto rig = bench_rig();
+  rig.limits.stale_s = 0.5;
+  EngineBench bench(rig);
+  ASSERT_TRUE(bench.measuring(bench_campaign(1, 1000)));
+  bench.exciter.moves_part = 0.99;
+  const auto cycles = [&] { return bench.outlet.all<protocol::CycleDocument>(); };
+  for (int i = 0; i < 1000 && !cycles().back().corrected_to; ++i)
+    bench.step();
+  ASSERT_TRUE(cycles().back().corrected_to.has_value());
+  bench.silent = true;  // the next cycle has a gap
+  bench.run(0.1);
+  bench.silent = false;
+  const auto before = cycles().size();
+  bench.run(0.6);
+  ASSERT_GT(cycles().size(), before);
+  EXPECT_EQ(cycles()[before].why.substr(0, 3), "gap");
+  EXPECT_FALSE(cycles()[before].corrected_to.has_value());
+}
+
 TEST(EngineTrim, NeverOrdersMoreThanTheLimitAndSaysThatItIsNotEnough) {
   WatchedTable table(0.85, 0.0);
   auto campaign = dwells();
