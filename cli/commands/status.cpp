@@ -41,7 +41,7 @@ void print(const Json& version, const Json& answer, const Json& state, const Jso
   }
   const auto frequency = number_of(state, "frequency_hz");
   const auto amplitude = number_of(state, "amplitude");
-  if (frequency && amplitude)
+  if (frequency && amplitude && *frequency > 0.0)
     fmt::print("setpoint {:.4g} Hz, {:.4g} m/s^2\n", *frequency, *amplitude);
   fmt::print("{}\n", control_line(answer));
   if (!estimate.is_null()) {
