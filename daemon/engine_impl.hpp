@@ -116,7 +116,9 @@ struct Engine::Impl {
   void reset_trim();
   bool correct_for(double measured);
   void say_trimmed(double measured);
-  void trim_before_rise(const AssembledCycle& cycle);
+  void note_deviation(const AssembledCycle& cycle);
+  double agreed_deviation() const;
+  void trim_before_rise();
   std::string trim(const AssembledCycle& cycle);
   void order_correction(double measured, bool far);
 
@@ -250,8 +252,11 @@ struct Engine::Impl {
   double trim_part = 1.0;      // ordered over asked, at this frequency
   Nanoseconds trim_ordered{};  // time of the last correction
   double trim_from = 0.0;      // the order before it
-  bool trim_limited = false;   // the bounds keep the table from what is asked for
-  bool table_is_off = false;   // a correction of more than the tolerance was needed
+  // Measured over asked, minus 1, of the last cycles that answer the present order.
+  std::array<double, 3> deviations{};
+  std::size_t deviations_seen = 0;
+  bool trim_limited = false;  // the bounds keep the table from what is asked for
+  bool table_is_off = false;  // a correction of more than the tolerance was needed
   std::optional<double> order_of_cycle, corrected_to;  // for the document of a cycle
   RampStep step = RampStep::gentle;
   bool proved = false;  // signs and response were checked in this campaign

@@ -163,6 +163,7 @@ void Engine::Impl::tick_ramp() {
       step = RampStep::prove;
       step_began = clock.now();
       gentle_cycles = 0;
+      deviations_seen = 0;
       restart_assembler();
       break;
     case RampStep::rise:
@@ -191,11 +192,13 @@ void Engine::Impl::tick_prove() {
 
 void Engine::Impl::prove_cycle(const AssembledCycle& cycle) {
   last_why = cycle.why;
-  if (!cycle.whole || ++gentle_cycles < kGentleCycles) return;
+  if (!cycle.whole) return;
+  note_deviation(cycle);
+  if (++gentle_cycles < kGentleCycles) return;
   const auto finding = check_in_motion(&cycle, setpoint.amplitude, excitation_measured);
   const bool fails = finding && finding->fatal;
   if (fails && gentle_cycles < kGentleCyclesMax) return;
-  if (!fails) trim_before_rise(cycle);
+  if (!fails) trim_before_rise();
   pass_proof(finding);
 }
 

@@ -122,6 +122,7 @@ Result<void> Engine::Impl::begin_run(std::size_t index) {
   response.reset();
   largest_stroke = 0.0;
   trim_limited = false;
+  deviations_seen = 0;
   ending.reset();
   noise.restart(static_cast<std::size_t>(campaign->points_per_cycle));
   const auto recorded = outlet.record_run(static_cast<int>(index), run());

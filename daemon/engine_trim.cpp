@@ -1,8 +1,9 @@
 // Trims the order to the exciter, so that the table's measured amplitude becomes the one that the
 // run asks for.
 //
-// Integral control: each cycle that lies whole behind the last order multiplies the order by asked
-// over measured. The correction is bounded by trim_max_fraction and excitation_max_m_s2, and goes
+// Integral control: once three cycles that lie whole behind the last order agree, the order is
+// multiplied by asked over measured, with the smallest of their deviations: late time stamps may
+// disturb a single cycle. The correction is bounded by trim_max_fraction and excitation_max_m_s2, and goes
 // along the exciter's own ramp. A cycle that is further off than kTrimTolerance is not accepted.
 // The detectors compare the table with what is asked for, not with the corrected order; a deviation
 // of more than command_error_fraction is theirs and is not corrected. Before the full level of a
@@ -42,6 +43,7 @@ double Engine::Impl::order_on_the_way() const {
 
 void Engine::Impl::reset_trim() {
   trim_part = 1.0;
+  deviations_seen = 0;
   trim_limited = false;
 }
 
@@ -61,12 +63,24 @@ void Engine::Impl::say_trimmed(double measured) {
                     measured, asked, trim_part));
 }
 
+void Engine::Impl::note_deviation(const AssembledCycle& cycle) {
+  deviations[deviations_seen++ % deviations.size()] = cycle.measured.amplitude / asked - 1.0;
+}
+
+// The smallest of the last deviations if they have one sign; 0 if they have not, or are too few.
+double Engine::Impl::agreed_deviation() const {
+  if (deviations_seen < deviations.size()) return 0.0;
+  const auto [low, high] = std::ranges::minmax(deviations);
+  return low > 0.0 ? low : std::min(high, 0.0);
+}
+
 // At the gentle level, before the rise.
-void Engine::Impl::trim_before_rise(const AssembledCycle& cycle) {
-  const double measured = cycle.measured.amplitude;
-  const double off = std::abs(measured / asked - 1.0);
+void Engine::Impl::trim_before_rise() {
+  const double deviation = agreed_deviation(), off = std::abs(deviation);
+  deviations_seen = 0;
   if (!trims() || off <= kTrimTolerance || off > rig.limits.command_error_fraction) return;
   table_is_off = true;
+  const double measured = asked * (1.0 + deviation);
   correct_for(measured);
   say_trimmed(measured);
 }
@@ -78,11 +92,20 @@ std::string Engine::Impl::trim(const AssembledCycle& cycle) {
   const double measured = cycle.measured.amplitude;
   const double scatter = kTrimSigmas * cycle.measured.excitation_error / asked;
   const double off = std::abs(measured / asked - 1.0);
-  if (off > rig.limits.command_error_fraction) return {};
+  if (off > rig.limits.command_error_fraction) {
+    deviations_seen = 0;
+    return {};
+  }
   const bool far = off > std::max(kTrimTolerance, scatter);
   const Nanoseconds last = std::max(ordered, trim_ordered);
   const bool answers_order = cycle.begin >= last + from_seconds(setpoint.ramp_s + kLagS);
-  if (answers_order && off > std::max(kTrimDead, scatter)) order_correction(measured, far);
+  if (answers_order) {
+    note_deviation(cycle);
+    const double agreed = agreed_deviation();
+    if (std::abs(agreed) > std::max(kTrimDead, scatter))
+      order_correction(asked * (1.0 + agreed),
+                       std::abs(agreed) > std::max(kTrimTolerance, scatter));
+  }
   if (!far || trim_limited) return {};
   return fmt::format("trimming: the table moves with {:.4g} m/s^2, asked for {:.4g}", measured,
                      asked);
@@ -105,6 +128,7 @@ void Engine::Impl::order_correction(double measured, bool far) {
   if (std::abs(amplitude - setpoint.amplitude) < kTrimDead * asked) return;
   if (far && reachable) say_trimmed(measured);
   if (far) gate.begin_anew();
+  deviations_seen = 0;
   trim_from = setpoint.amplitude;
   setpoint.amplitude = amplitude;
   corrected_to = amplitude;

@@ -138,6 +138,20 @@ TEST(EngineTrim, RecordsACorrectionOnce) {
   EXPECT_FALSE(cycles()[before].corrected_to.has_value());
 }
 
+// Late time stamps, or a shock, may disturb single cycles.
+TEST(EngineTrim, DoesNotFollowASingleCycle) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring(bench_campaign(1, 1000)));
+  const std::size_t before = bench.exciter.sets.size();
+  for (const double part : {1.05, 0.96, 1.08}) {
+    bench.excitation_gain = part;
+    bench.run(0.2);  // touches two cycles of 0.25 s at most
+    bench.excitation_gain = 1.0;
+    bench.run(3.0);
+  }
+  EXPECT_EQ(bench.exciter.sets.size(), before);
+}
+
 TEST(EngineTrim, NeverOrdersMoreThanTheLimitAndSaysThatItIsNotEnough) {
   WatchedTable table(0.85, 0.0);
   auto campaign = dwells();
