@@ -48,6 +48,9 @@ Result<CampaignSummary> summarise(const std::filesystem::path& database, bool wh
     if (auto counted = count_cycles(*reader, summary.runs.back()); !counted) return counted.error();
   }
   if (!whole) return summary;
+  auto facts = reader->facts();
+  if (!facts) return facts.error();
+  summary.facts = std::move(*facts);
   if (auto read = read_documents(*reader, summary); !read) return read.error();
   return summary;
 }

@@ -21,12 +21,13 @@ struct CampaignSummary {
   record::CampaignRow row;
   std::string model;  // its name
   std::vector<RunSummary> runs;
+  std::vector<record::Fact> facts;  // where its numbers come from
   // As they were published.
   std::vector<nlohmann::json> alarms;
   nlohmann::json estimate;  // the last one; null if there is none
 };
 
-// Reads campaign and runs; with `whole` also the cycles and the documents. An Error is the
+// Reads campaign and runs; with `whole` also cycles, facts and documents. An Error is the
 // reader's.
 Result<CampaignSummary> summarise(const std::filesystem::path& database, bool whole);
 

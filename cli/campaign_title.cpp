@@ -3,15 +3,39 @@
 #include "cli/file_seal.hpp"
 #include "cli/made_by.hpp"
 #include "cli/utc_text.hpp"
+#include "record/campaign_reader.hpp"
+#include "record/provenance.hpp"
 
 namespace shaker::cli {
+namespace {
+
+// Specimen and operator, as far as the database knows them and nobody has said otherwise.
+void add_facts(const std::filesystem::path& campaign, TitleWords& words) {
+  const auto reader = record::CampaignReader::open(campaign);
+  const auto facts = reader ? reader->facts() : Result<std::vector<record::Fact>>(reader.error());
+  if (!facts) return;
+  std::string specimen;
+  for (const record::Fact& fact : *facts) {
+    if (fact.kind == "specimen" && fact.name == "serial" && words.serial.empty())
+      words.serial = fact.value;
+    else if (fact.kind == "specimen")
+      specimen += (specimen.empty() ? "" : ", ") + fact.name + " " + fact.value;
+    if (fact.kind == "person" && fact.name == "started by" && words.operator_name.empty())
+      words.operator_name = fact.value;
+  }
+  if (words.specimen.empty()) words.specimen = specimen;
+}
+
+}  // namespace
 
 report::TitleBlock campaign_title(const std::vector<std::filesystem::path>& campaigns,
                                   const std::optional<record::CampaignRow>& row,
                                   const std::string& done, const TitleWords& words) {
-  report::TitleBlock title = {{"specimen", words.specimen}, {"serial number", words.serial}};
-  title.emplace_back("rig", words.rig.empty() && row ? row->rig : words.rig);
-  title.emplace_back("operator", words.operator_name);
+  TitleWords known = words;
+  if (row && !campaigns.empty()) add_facts(campaigns.front(), known);
+  report::TitleBlock title = {{"specimen", known.specimen}, {"serial number", known.serial}};
+  title.emplace_back("rig", known.rig.empty() && row ? row->rig : known.rig);
+  title.emplace_back("operator", known.operator_name);
   if (row) {
     title.emplace_back("measured", row->finished_utc.empty()
                                        ? readable_utc(row->started_utc)

@@ -28,6 +28,7 @@ struct Options {
   DiagnoseCommandOptions diagnose;
   CampaignsOptions campaigns;
   ShowOptions show;
+  NoteOptions note;
   CheckOptions check;
   VerifyOptions verify;
   ReportOptions report;

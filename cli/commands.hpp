@@ -24,8 +24,10 @@ struct WatchOptions {
   double seconds = 0.0;  // 0: until Ctrl-C
 };
 struct RunOptions {
-  std::filesystem::path campaign;
-  bool quiet = false;  // no bar, and no line for a cycle or an estimate
+  std::filesystem::path campaign;             // empty with `resume`
+  std::vector<std::filesystem::path> resume;  // databases whose missing runs are measured
+  std::vector<std::string> specimen;          // KEY=TEXT, in place of those of the file
+  bool quiet = false;                         // no bar, and no line for a cycle or an estimate
 };
 struct ProveOptions {
   double frequency_hz = 0.0, amplitude = 0.0;  // Hz, m/s^2
@@ -150,6 +152,10 @@ struct ReportOptions {
   std::string specimen, serial, rig, operator_name;
   bool force = false;  // replace a file that is there
 };
+struct NoteOptions {
+  std::filesystem::path file;
+  std::string text;
+};
 struct CheckOptions {
   std::filesystem::path file;
   std::filesystem::path rig;  // its limits are checked against a campaign; may be empty
@@ -159,7 +165,8 @@ int status(const Common& common);
 int watch(const Common& common, const WatchOptions& options);
 int run(const Common& common, const RunOptions& options);
 int prove_deadman(const Common& common, const ProveOptions& options);
-int order(const Common& common, const std::string& method);  // method: "stop", "estop" or "ack"
+int order(const Common& common, const std::string& method);  // "stop", "estop", "ack" or "pause"
+int resume(const Common& common);
 int estimate(const Common& common, const EstimateOptions& options);
 int estimate_channels(const Common& common, const EstimateOptions& options);
 int estimate_transient(const Common& common, const EstimateOptions& options);
@@ -177,6 +184,7 @@ int diagnose_job();  // started by the daemon: see daemon/workers/diagnosis_chil
 int diagnose_by_daemon(const Common& common, const DiagnoseCommandOptions& options);
 int campaigns(const Common& common, const CampaignsOptions& options);
 int show(const Common& common, const ShowOptions& options);
+int note(const Common& common, const NoteOptions& options);
 int check(const Common& common, const CheckOptions& options);
 int verify(const Common& common, const VerifyOptions& options);
 int report_campaign(const Common& common, const ReportOptions& options);

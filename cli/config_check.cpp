@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "base/clock.hpp"
 #include "cli/campaign_folder.hpp"
 #include "cli/campaign_summary.hpp"
 #include "cli/dbc_check.hpp"
@@ -97,10 +98,22 @@ class RigChecker {
          l.stroke_max_m, l.stroke_rate_max_m_s, l.excitation_max_m_s2, l.frequency_min_hz,
          l.frequency_max_hz);
     detectors();
+    calibrations();
     if (!rig_.model.empty()) default_model();
   }
 
  private:
+  void calibrations() {
+    const std::string today = format_utc(RealClock().utc()).substr(0, 10);
+    for (const auto& [channel, calibration] : rig_.calibration) {
+      const std::string sensor =
+          fmt::format("{} sensor {}", protocol::name(channel), calibration.serial);
+      fact("{}: calibrated {}, due {}, uncertainty {:g} {}", sensor, calibration.date,
+           calibration.due, calibration.uncertainty, calibration.unit);
+      if (today > calibration.due) report_.warnings.push_back(sensor + ": calibration is overdue");
+    }
+  }
+
   template <class... Args>
   void fact(fmt::format_string<Args...> format, Args&&... args) {
     report_.facts.push_back(fmt::format(format, std::forward<Args>(args)...));

@@ -227,9 +227,14 @@ void add_campaigns(CLI::App& app, Options& o) {
   listing->add_option("directory", o.campaigns.directory, "Of campaign databases")
       ->type_name(kFolderType)
       ->capture_default_str();
-  auto* showing = add(app, o, "show", "What a campaign database holds, and its last estimate",
-                      [&o] { return show(o.common, o.show); });
+  auto* showing =
+      add(app, o, "show", "What a campaign database holds, where it comes from, its last estimate",
+          [&o] { return show(o.common, o.show); });
   showing->add_option("file", o.show.file, "Campaign database")->required();
+  auto* noting = add(app, o, "note", "Add a note to a campaign database, with date and user",
+                     [&o] { return note(o.common, o.note); });
+  noting->add_option("file", o.note.file, "Campaign database")->required();
+  noting->add_option("text", o.note.text, "The note, in quotes")->required();
   auto* checking = add(app, o, "check", "Is a rig, model or campaign file good?",
                        [&o] { return check(o.common, o.check); });
   checking->add_option("file", o.check.file, "The file")->required();

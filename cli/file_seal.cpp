@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <fstream>
 #include <map>
 #include <memory>
-#include <openssl/evp.h>
 #include <optional>
 #include <sstream>
 
 #include <fmt/format.h>
+#include <nettle/sha2.h>
 #include <system_error>
 
 namespace shaker::cli {
@@ -39,22 +40,21 @@ std::vector<fs::path> files_of(const fs::path& campaign) {
 
 // Nothing where the stream fails.
 std::optional<std::string> sha256(std::istream& in) {
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
-                                                                        &EVP_MD_CTX_free);
+  sha256_ctx context;
+  ::sha256_init(&context);
   std::array<char, 1 << 16> block{};
-  bool good = in.good() && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1;
-  while (good && in) {
+  if (!in.good()) return std::nullopt;
+  while (in) {
     in.read(block.data(), block.size());
-    good =
-        EVP_DigestUpdate(context.get(), block.data(), static_cast<std::size_t>(in.gcount())) == 1;
+    ::sha256_update(&context, static_cast<std::size_t>(in.gcount()),
+                    reinterpret_cast<const std::uint8_t*>(block.data()));
   }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  if (!good || in.bad() || EVP_DigestFinal_ex(context.get(), digest.data(), &size) != 1)
-    return std::nullopt;
+  if (in.bad()) return std::nullopt;
+  std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest{};
+  ::sha256_digest(&context, digest.size(), digest.data());
   std::string hash;
-  for (unsigned i = 0; i < size; ++i)
-    hash += fmt::format("{:02x}", digest[i]);
+  for (const std::uint8_t byte : digest)
+    hash += fmt::format("{:02x}", byte);
   return hash;
 }
 

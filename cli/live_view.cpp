@@ -1,11 +1,15 @@
 #include "cli/live_view.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <sstream>
 
 #include <fmt/format.h>
 
 #include "cli/documents_in.hpp"
 #include "cli/terminal.hpp"
+#include "cli/utc_text.hpp"
 #include "report/estimate_table.hpp"
 #include "report/text_table.hpp"
 
@@ -35,10 +39,15 @@ void add_channels(std::vector<std::string>& lines, const Json& health) {
   for (const Json& channel : *channels) {
     if (!channel.is_object()) continue;
     const auto age = number_of(channel, "age_s");
+    // Lengths are in mm on the whole screen.
+    const bool length = text_of(channel, "unit") == "m";
+    const auto value = number_of(channel, "value");
     const std::string name = text_of(channel, "name");
     rows.push_back({printable(name.empty() ? text_of(channel, "channel") : name),
-                    printable(text_of(channel, "quality")), cell(channel, "value", "{:.5g}"),
-                    printable(text_of(channel, "unit")), cell(channel, "rate_hz", "{:.0f}"),
+                    printable(text_of(channel, "quality")),
+                    value ? fmt::format("{:.5g}", length ? 1e3 * *value : *value) : "-",
+                    length ? "mm" : printable(text_of(channel, "unit")),
+                    cell(channel, "rate_hz", "{:.0f}"),
                     age ? fmt::format("{:.0f}", 1e3 * *age) : "-"});
   }
   add_text(lines, report::text_table(rows, {false, false, true, false, true, true}));
@@ -54,6 +63,38 @@ bool at_rest(const std::string& state) {
   return state == "IDLE" || state == "FAULT";
 }
 
+// The part of lower .. upper that from .. to covers: "[...====....]".
+std::string range_bar(double from, double to, double lower, double upper) {
+  constexpr double kWidth = 20.0;
+  const auto place = [&](double value) {
+    return std::clamp((value - lower) / (upper - lower), 0.0, 1.0) * kWidth;
+  };
+  std::string bar(static_cast<std::size_t>(kWidth), '.');
+  const auto first = static_cast<std::size_t>(std::min(kWidth - 1.0, std::floor(place(from))));
+  const auto last = static_cast<std::size_t>(std::max(place(from) + 1.0, std::ceil(place(to))));
+  for (std::size_t i = first; i < std::min(last, bar.size()); ++i)
+    bar[i] = '=';
+  return "[" + bar + "]";
+}
+
+// The estimated parameter whose relative standard error is largest. Empty without one.
+std::string least_known(const protocol::EstimateDocument& estimate) {
+  const protocol::ParameterEntry* worst = nullptr;
+  const auto doubt = [](const protocol::ParameterEntry& p) {
+    const double part = std::abs(p.standard_error / p.value);
+    return p.determined && std::isfinite(part) ? part : std::numeric_limits<double>::infinity();
+  };
+  for (const protocol::ParameterEntry& p : estimate.parameters) {
+    if (!p.fixed && (worst == nullptr || doubt(p) > doubt(*worst))) worst = &p;
+  }
+  if (worst == nullptr) return {};
+  if (!worst->determined)
+    return fmt::format("known least: {} is not determined by these cycles", worst->name);
+  return fmt::format("known least: {} = {} {} ({:.2g} %)", worst->name,
+                     report::with_error(worst->value, worst->standard_error), worst->unit,
+                     100.0 * doubt(*worst));
+}
+
 }  // namespace
 
 const Json* LiveView::last(const char* type) const {
@@ -65,6 +106,7 @@ bool LiveView::take(const Json& document) {
   if (!document.is_object()) return false;
   lost_.clear();
   const std::string type = text_of(document, "type");
+  if (const std::string utc = text_of(document, "t_utc"); !utc.empty()) now_utc_ = utc;
   if (type == "state") take_state(document);
   if (type == "run_start") accepted_ = rejected_ = 0;
   if (type == "cycle") ++(flag_of(document, "accepted") ? accepted_ : rejected_);
@@ -72,7 +114,8 @@ bool LiveView::take(const Json& document) {
     add_event(document);
   }
   last_[type] = document;
-  return type == "alarm" && take_alarm(document);
+  if (type == "alarm" && text_of(document, "severity") == "info") add_event(document);
+  return alarms_.take(document);
 }
 
 void LiveView::add_event(const Json& document) {
@@ -83,50 +126,61 @@ void LiveView::add_event(const Json& document) {
 void LiveView::take_state(const Json& document) {
   const Json* before = last("state");
   const std::string now = text_of(document, "state"), was = before ? text_of(*before, "state") : "";
-  const bool begins = now == "CHECK" && was != "CHECK";
-  if (begins || (was == "FAULT" && now == "IDLE")) alarms_.clear();
+  const bool begins = now == "CHECK" && was != "CHECK" && was != "PAUSE";
   if (!begins) return;
   for (const char* type : {"estimate", "cycle", "run_start"})
     last_.erase(type);
   events_.clear();
 }
 
-bool LiveView::take_alarm(const Json& document) {
-  const std::string severity = text_of(document, "severity");
-  if (severity != "error" && severity != "warning") {
-    add_event(document);
-    return false;
+void LiveView::add_alarms(std::vector<Line>& out) const {
+  const auto standing = alarms_.by_severity();
+  for (std::size_t i = 0; i < std::min(standing.size(), kAlarms); ++i) {
+    const protocol::StandingAlarm& alarm = standing[i];
+    const bool today = alarm.since_utc.substr(0, 10) == now_utc_.substr(0, 10);
+    out.push_back(
+        {fmt::format("{} since {}{}: {}", alarm.error ? "ALARM" : "warning",
+                     today ? clock_of(alarm.since_utc) + " UTC" : readable_utc(alarm.since_utc),
+                     alarm.times > 1 ? fmt::format(", {} times", alarm.times) : "",
+                     printable(alarm.text)),
+         alarm.error ? Style::alarm : Style::warning});
   }
-  const std::string code = text_of(document, "code"), text = printable(text_of(document, "text"));
-  const bool error = severity == "error";
-  for (Alarm& known : alarms_) {
-    if (known.code != code || known.error != error) continue;
-    known.text = text;
-    ++known.times;
-    return error;
-  }
-  alarms_.push_back({clock_of(text_of(document, "t_utc")), code, text, error});
-  if (alarms_.size() > kAlarms) alarms_.pop_front();
-  return error;
+  if (standing.size() > kAlarms)
+    out.push_back({fmt::format("and {} more: `shakerctl status` shows them, `shakerctl ack` ends "
+                               "them",
+                               standing.size() - kAlarms),
+                   Style::warning});
 }
 
-void LiveView::add_alarms(std::vector<Line>& out) const {
-  for (const bool error : {true, false}) {
-    for (const Alarm& alarm : alarms_) {
-      if (alarm.error != error) continue;
-      out.push_back(
-          {fmt::format("{} since {} UTC{}: {}", error ? "ALARM" : "warning", alarm.since,
-                       alarm.times > 1 ? fmt::format(", {} times", alarm.times) : "", alarm.text),
-           error ? Style::alarm : Style::warning});
-    }
-  }
+// What the last cycle did within the limits of the rig, and what is left.
+void LiveView::add_limits(std::vector<Line>& out) const {
+  const Json *version = last("version"), *cycle = last("cycle");
+  if (version == nullptr || cycle == nullptr || !version->contains("limits")) return;
+  const Json& limits = (*version)["limits"];
+  const auto low = number_of(*cycle, "stroke_min_m"), high = number_of(*cycle, "stroke_max_m");
+  const auto lower = number_of(limits, "stroke_min_m"), upper = number_of(limits, "stroke_max_m");
+  if (low && high && lower && upper && *lower < *upper)
+    out.push_back(
+        {fmt::format("stroke {} {:.1f} to {:.1f} of {:g} to {:g} mm, {:.1f} mm left",
+                     range_bar(*low, *high, *lower, *upper), 1e3 * *low, 1e3 * *high, 1e3 * *lower,
+                     1e3 * *upper, 1e3 * std::min(*low - *lower, *upper - *high))});
+  const auto add = [&](const char* name, const char* value, const char* limit, const char* unit) {
+    const auto is = number_of(*cycle, value), most = number_of(limits, limit);
+    if (!is || !most || *most <= 0.0) return;
+    out.push_back({fmt::format("{:<6} {} {:.3g} of {:g} {}, {:.0f} % left", name,
+                               range_bar(0.0, *is, 0.0, *most), *is, *most, unit,
+                               100.0 * (1.0 - *is / *most))});
+  };
+  add("speed", "stroke_rate_m_s", "stroke_rate_max_m_s", "m/s");
+  add("table", "amplitude", "excitation_max_m_s2", "m/s^2");
 }
 
 // Setpoint and measured values, and the progress of the campaign. Nothing when the rig is at
 // rest.
 void LiveView::add_motion(std::vector<Line>& out, const Json& state) const {
   if (at_rest(text_of(state, "state"))) return;
-  if (const auto frequency = number_of(state, "frequency_hz")) {
+  const auto frequency = number_of(state, "frequency_hz");
+  if (frequency && *frequency > 0.0) {
     std::string line =
         fmt::format("setpoint {:.4g} Hz, {} m/s^2", *frequency, cell(state, "amplitude", "{:.4g}"));
     if (const Json* cycle = last("cycle"))
@@ -161,11 +215,17 @@ std::vector<LiveView::Line> LiveView::lines(int width, int height) const {
   add_alarms(out);
   if (state) add_motion(out, *state);
   const bool rests = state && at_rest(text_of(*state, "state"));
+  if (!rests) add_limits(out);
   if (const Json* cycle = last("cycle"); cycle && !rests) out.push_back({narrate(*cycle)});
+  const Json* estimate = last("estimate");
+  if (estimate) {
+    if (const std::string worst = least_known(estimate_from(*estimate)); !worst.empty())
+      out.push_back({worst});
+  }
   out.emplace_back();
   std::vector<std::string> texts;
   if (const Json* health = last("health")) add_channels(texts, *health);
-  if (const Json* estimate = last("estimate")) {
+  if (estimate) {
     add_text(texts, report::estimate_table(estimate_from(*estimate)));
     texts.emplace_back();
   }

@@ -1,9 +1,9 @@
 // The content of the screen of `watch` on a terminal: first the alarms, then the state and the
 // motion of the rig, the measurements and the estimate. Does no input or output.
 //
-// An alarm stays on the screen, with the time at which it came, until it is acknowledged (the
-// rig changes from FAULT to IDLE) or the next campaign begins. At most five alarms are kept. A
-// campaign that begins also clears the estimate, cycle and events of the last one.
+// An alarm stays on the screen, with the time since when it stands, until it is acknowledged; at
+// most five are shown. A campaign that begins clears the estimate, cycle and events of the last
+// one. On 24 lines the parameter that is known least stands above the estimate.
 #pragma once
 
 #include <deque>
@@ -12,6 +12,8 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
+
+#include "protocol/standing_alarms.hpp"
 
 namespace shaker::cli {
 
@@ -32,22 +34,18 @@ class LiveView {
   std::vector<Line> lines(int width, int height) const;
 
  private:
-  struct Alarm {
-    std::string since, code, text;
-    bool error = false;
-    int times = 1;
-  };
-  bool take_alarm(const nlohmann::json& document);
   void add_event(const nlohmann::json& document);
   void take_state(const nlohmann::json& document);
   void add_alarms(std::vector<Line>& out) const;
   void add_motion(std::vector<Line>& out, const nlohmann::json& state) const;
+  void add_limits(std::vector<Line>& out) const;
   const nlohmann::json* last(const char* type) const;
 
   std::map<std::string, nlohmann::json> last_;  // the last document of each type
   std::deque<std::string> events_;              // runs and diagnoses, newest last
-  std::deque<Alarm> alarms_;                    // newest last
-  long accepted_ = 0, rejected_ = 0;            // cycles of the current run
+  protocol::StandingAlarms alarms_;
+  std::string now_utc_;               // of the newest document
+  long accepted_ = 0, rejected_ = 0;  // cycles of the current run
   std::string lost_;
 };
 

@@ -42,11 +42,19 @@ void add_online(CLI::App& app, Options& o) {
   auto* running = add(app, o, "run", "Run a campaign and stay until the rig is at rest",
                       [&o] { return run(o.common, o.run); });
   add_socket(running, o);
-  running->add_option("campaign", o.run.campaign, "Campaign file")->required();
+  auto* campaign = running->add_option("campaign", o.run.campaign, "Campaign file");
+  running
+      ->add_option("--resume", o.run.resume,
+                   "Measure the runs that these databases of a campaign lack, into a new one")
+      ->excludes(campaign);
+  running->add_option("--specimen", o.run.specimen,
+                      "KEY=TEXT, kept with the measurement: name, serial, charge, oil, "
+                      "temperature, notes");
   running->add_flag("--quiet", o.run.quiet, "No bar, and no line for a cycle or an estimate");
   running->footer(
       "Takes control, starts, and keeps the lease: when this program ends or hangs, the\n"
-      "daemon ramps down. Ctrl-C stops and waits for the ramp; a second one leaves.");
+      "daemon ramps down. Ctrl-C stops and waits for the ramp; a second one leaves.\n"
+      "On a terminal, p pauses and r resumes.");
   auto* proving = add(app, o, "prove-deadman",
                       "Prove in motion that the exciter comes to rest without its heartbeat",
                       [&o] { return prove_deadman(o.common, o.prove); });
@@ -63,9 +71,19 @@ void add_online(CLI::App& app, Options& o) {
       "the\n"
       "rig file's deadman_max_s. The proof is kept with date and user until the rig file changes.");
   add_socket(add(app, o, "stop", "Ramp down; anyone may", order_of("stop")), o);
+  add_socket(add(app, o, "pause", "Ramp to rest and keep the campaign open; anyone may",
+                 order_of("pause")),
+             o);
+  auto* resuming = add(app, o, "resume", "Take control of a paused campaign and go on with it",
+                       [&o] { return resume(o.common); });
+  add_socket(resuming, o);
+  resuming->footer(
+      "Where `shakerctl run` still has control, press r in its terminal (and p for a pause).");
   add_socket(
       add(app, o, "estop", "Zero at once, without a ramp; latches a fault", order_of("estop")), o);
-  add_socket(add(app, o, "ack", "Acknowledge a fault whose cause is gone", order_of("ack")), o);
+  add_socket(add(app, o, "ack", "Acknowledge the alarms, and a fault whose cause is gone",
+                 order_of("ack")),
+             o);
 }
 
 }  // namespace

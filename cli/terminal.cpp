@@ -58,6 +58,34 @@ std::string progress_bar(double fraction, int width) {
                      std::floor(100.0 * share));
 }
 
+namespace {
+
+// A program in the background that reads or changes the terminal would be suspended.
+bool stdin_is_ours() {
+  return ::isatty(STDIN_FILENO) == 1 && ::tcgetpgrp(STDIN_FILENO) == ::getpgrp();
+}
+
+}  // namespace
+
+Keys::Keys(bool wanted) {
+  if (!wanted || !stdin_is_ours() || ::tcgetattr(STDIN_FILENO, &before_) != 0) return;
+  termios single = before_;
+  single.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+  single.c_cc[VMIN] = 0;
+  single.c_cc[VTIME] = 0;
+  on_ = ::tcsetattr(STDIN_FILENO, TCSANOW, &single) == 0;
+}
+
+Keys::~Keys() {
+  if (on_ && stdin_is_ours()) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+}
+
+char Keys::pressed() const {
+  char key = 0;
+  if (!on_ || !stdin_is_ours() || ::read(STDIN_FILENO, &key, 1) != 1) return 0;
+  return key;
+}
+
 void count_interrupts() {
   struct sigaction action {};
   action.sa_handler = on_interrupt;  // without SA_RESTART: poll returns with EINTR

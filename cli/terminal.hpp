@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <termios.h>
 
 namespace shaker::cli {
 
@@ -16,6 +17,21 @@ std::string fitted(const std::string& text, int width);
 
 // "[#########.......]  56 %"
 std::string progress_bar(double fraction, int width);
+
+// Reads single keys while it lives, without Enter, if standard input is a terminal and this program
+// is in its foreground; Ctrl-C still is a signal. The destructor restores the terminal.
+class Keys {
+ public:
+  explicit Keys(bool wanted);
+  ~Keys();
+  Keys(const Keys&) = delete;
+  Keys& operator=(const Keys&) = delete;
+  char pressed() const;  // 0: none. Never waits.
+
+ private:
+  termios before_{};
+  bool on_ = false;
+};
 
 // SIGINT (Ctrl-C) and SIGTERM are counted and do not end the program; they interrupt a wait
 // (EINTR). SIGPIPE ends the program, as is usual for a filter.

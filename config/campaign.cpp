@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/model_reader.hpp"
+#include "config/sweep.hpp"
 
 namespace shaker::config {
 namespace {
@@ -31,23 +32,50 @@ void read_model_member(ObjectReader& reader, Findings& findings, const std::stri
   }
 }
 
+constexpr std::size_t kRunsMax = 10000;
+
+// One run, or one for each step of a sweep.
+void add_dwells(ObjectReader& reader, const RunSpec& run, const std::vector<double>& frequencies,
+                const std::vector<double>& amplitudes, std::set<std::string>& names,
+                std::vector<RunSpec>& runs) {
+  const std::size_t steps = std::max(frequencies.size(), amplitudes.size());
+  for (std::size_t k = 0; k < steps && runs.size() <= kRunsMax; ++k) {
+    RunSpec dwell = run;
+    if (steps > 1) dwell.name = fmt::format("{}_{:02}", run.name, k + 1);
+    if (!frequencies.empty()) dwell.frequency_hz = frequencies[std::min(k, frequencies.size() - 1)];
+    if (!amplitudes.empty()) dwell.amplitude = amplitudes[std::min(k, amplitudes.size() - 1)];
+    if (!names.insert(dwell.name).second) {
+      reader.complain("name",
+                      fmt::format("\"{}\" is the name of two runs; give each its own", dwell.name));
+    }
+    runs.push_back(std::move(dwell));
+  }
+}
+
 void read_runs(ObjectReader& reader, Findings& findings, std::vector<RunSpec>& runs) {
   std::set<std::string> names;
+  std::size_t entry = 1;
   reader.array("runs", true, 1, [&](const Node& node, const std::string& pointer) {
     RunSpec run;
-    run.name = fmt::format("r{:02}", runs.size() + 1);
+    run.name = fmt::format("r{:02}", entry);
     ObjectReader inner(node, pointer, findings);
     if (inner.member("name", false)) inner.required("name", run.name);
-    inner.required("frequency_hz", run.frequency_hz, above(0).at_most(1000));
-    inner.required("amplitude", run.amplitude, above(0).at_most(1000));
+    const auto frequencies = read_steps(inner, "frequency_hz", above(0).at_most(1000), findings);
+    const auto amplitudes = read_steps(inner, "amplitude", above(0).at_most(1000), findings);
     inner.optional("cycles", run.cycles, at_least(1).at_most(100000));
     inner.finish();
-    if (!names.insert(run.name).second) {
-      inner.complain("name",
-                     fmt::format("\"{}\" is the name of two runs; give each its own", run.name));
+    ++entry;
+    if (frequencies.size() > 1 && amplitudes.size() > 1) {
+      inner.complain("amplitude",
+                     "is a sweep beside a sweep of \"frequency_hz\"; sweep one of the two");
+      return;
     }
-    runs.push_back(std::move(run));
+    add_dwells(inner, run, frequencies, amplitudes, names, runs);
   });
+  if (runs.size() > kRunsMax)
+    reader.complain("runs", fmt::format("are {} with the steps of their sweeps; at most {} are "
+                                        "allowed",
+                                        runs.size(), kRunsMax));
 }
 
 void read_change_detection(ObjectReader& reader, Findings& findings,
@@ -108,6 +136,9 @@ Result<CampaignSpec> parse_campaign(const std::string& text, const std::string& 
   reader.optional("forgetting", campaign.forgetting, at_least(0.5).at_most(1));
   read_change_detection(reader, findings, campaign.change_detection);
   reader.optional("reference_mass", campaign.reference_mass, above(0).at_most(1e6));
+  if (const Node* node = reader.member("specimen", false))
+    read_specimen(*node, "/specimen", findings, campaign.specimen);
+  reader.optional("resumes", campaign.resumes);
   reader.finish();
   if (!findings.empty()) return findings.error();
   return campaign;
@@ -145,6 +176,9 @@ std::string to_json_text(const CampaignSpec& campaign) {
                {"ramp_s", campaign.ramp_s},
                {"forgetting", campaign.forgetting}};
   if (campaign.reference_mass > 0.0) root["reference_mass"] = campaign.reference_mass;
+  for (const auto& [key, text] : entries(campaign.specimen))
+    root["specimen"][key] = text;
+  if (!campaign.resumes.empty()) root["resumes"] = campaign.resumes;
   if (const auto& change = campaign.change_detection) {
     if (change->false_alarms_per_hour > 0.0)
       root["change_detection"] = {{"false_alarms_per_hour", change->false_alarms_per_hour}};

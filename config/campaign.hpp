@@ -8,6 +8,7 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
+#include "config/origin.hpp"
 
 namespace shaker::config {
 
@@ -27,8 +28,8 @@ struct ChangeDetectionSpec {
 
 struct CampaignSpec {
   std::string name;
-  ModelSpec model;  // from "model": a path relative to the file, or inline
-  std::vector<RunSpec> runs;
+  ModelSpec model;                // from "model": a path relative to the file, or inline
+  std::vector<RunSpec> runs;      // a stepped sweep is a run for each of its steps
   int points_per_cycle = 64;      // equal steps of cyclic time in a resampled cycle
   int settle_cycles_max = 200;    // cycles before a run fails ("no steady state")
   double settle_tolerance = 3.0;  // allowed change between cycles, in units of the noise
@@ -38,6 +39,8 @@ struct CampaignSpec {
   double reference_mass =
       0.0;  // mass on a load cell, kg; 0: not given, the load cell is recorded only
   std::string origin;
+  Specimen specimen;
+  std::string resumes;  // name of the database whose missing runs these are; empty: none
 
   // False alarms per cycle for the test: the smallest value over all runs; 0 without a test.
   double false_alarms_per_cycle() const;

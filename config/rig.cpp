@@ -64,6 +64,7 @@ void read_limits(const Node& node, const std::string& pointer, Findings& finding
   read_action(reader, "response_change_action", limits.response_change_action);
   reader.optional("under_peak_fraction", limits.under_peak_fraction, at_least(0).at_most(1));
   read_action(reader, "under_peak_action", limits.under_peak_action);
+  reader.optional("trim_max_fraction", limits.trim_max_fraction, at_least(0).at_most(0.5));
   reader.optional("engine_stall_s", limits.engine_stall_s, at_least(0.05).at_most(2));
   reader.optional("acquisition_stall_s", limits.acquisition_stall_s, at_least(0.1).at_most(5));
   reader.optional("recorder_stall_s", limits.recorder_stall_s, at_least(0.5).at_most(10));
@@ -271,6 +272,7 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   const auto root = parse_json(text, origin);
   if (!root) return root.error();
   RigConfig rig;
+  rig.text = text;
   rig.exciter.device = SimulatedExciter{};
   Findings findings(origin);
   ObjectReader reader(*root, "", findings);
@@ -292,6 +294,8 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   if (const Node* node = reader.member("limits", false)) {
     read_limits(*node, "/limits", findings, rig.limits);
   }
+  if (const Node* node = reader.member("calibration", false))
+    read_calibrations(*node, "/calibration", findings, rig.auxiliary, rig.calibration);
   reader.optional("unprotected", rig.unprotected);
   reader.optional("client_lease_s", rig.client_lease_s, at_least(0.1).at_most(60));
   reader.finish();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "config/origin.hpp"
 #include "protocol/channel.hpp"
 #include "protocol/modbus/register.hpp"
 
@@ -142,6 +143,8 @@ struct Limits {
   Action response_change_action = Action::ramp_down;
   double under_peak_fraction = 0.0;  // 0: off
   Action under_peak_action = Action::indicate;
+  // Largest correction of the ordered amplitude, so that the table does what is asked for; 0: off.
+  double trim_max_fraction = 0.25;
   // Longest time for which the threads that supervise the table may stand still, s; after it
   // the exciter is stopped at once.
   double engine_stall_s = 0.2, acquisition_stall_s = 0.5, recorder_stall_s = 2.0;
@@ -174,6 +177,8 @@ struct RigConfig {
   bool unprotected = false;
   double client_lease_s = 2.0;
   std::filesystem::path directory;  // of the rig file: start of its relative paths
+  Calibrations calibration;         // of the sensors, as far as the file states it
+  std::string text;                 // of the file
 };
 
 // The channels that a sensor gives. For a recorded campaign its actual channels are unknown

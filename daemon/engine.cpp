@@ -102,6 +102,7 @@ void Engine::tick() {
       break;
     case State::idle:
     case State::fault:
+    case State::pause:
       e.finish_ended_run();
       e.watch_rest();
       e.tick_clearing();
@@ -164,8 +165,9 @@ Result<void> Engine::Impl::may_start() const {
                  fmt::format("the rig is in FAULT ({}); acknowledge it first", reason)};
   }
   if (state != State::idle || campaign) {
-    return Error{ErrorKind::refused,
-                 fmt::format("the rig is in {}; wait until it is IDLE, or stop it", name(state))};
+    return Error{ErrorKind::refused, fmt::format("the rig is in {}; {}, or stop it", name(state),
+                                                 state == State::pause ? "resume its campaign"
+                                                                       : "wait until it is IDLE")};
   }
   return {};
 }
@@ -229,18 +231,11 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   e.furthest = 0.0;
   e.run_index = 0;
   e.run_done = false;
-  e.proved = e.proves_deadman;  // its own level is gentle
-  e.polarity_known = false;
-  e.wrong_polarity = 0;
   e.outstanding = e.cycles_skipped = 0;
-  e.detectors.reset();
-  e.was_tripped = {};
-  e.rest_began = e.clock.now();
-  for (auto& m : e.monitors)
-    m.begin_rest();
-  e.enter(State::check, fmt::format("campaign \"{}\" was started", wanted.name));
+  e.set_warnings_aside();
+  e.begin_check(fmt::format("campaign \"{}\" was started", wanted.name));
   if (auto ok = e.begin_run(0); !ok) {
-    e.leave_check("fail", ok.error().what);
+    e.end_at_rest("fail", ok.error().what);
     return ok;
   }
   if (e.proves_deadman) return {};  // it measures no cycles
@@ -254,9 +249,9 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
 Result<void> Engine::stop(const std::string& who) {
   Impl& e = *impl_;
   const std::string why = fmt::format("stopped by {}", who);
-  if (e.state == State::check) {
-    e.leave_check("abort", why);
-  } else if (e.state != State::ramp_down && e.moving()) {
+  if (e.state == State::check || e.state == State::pause) {
+    e.end_at_rest("abort", why);
+  } else if (e.moving()) {
     e.ramp_down("abort", why, After::idle);
   }
   return {};  // nothing moves, or it already ramps down: a second stop is no error
@@ -307,6 +302,7 @@ void Engine::Impl::leave_fault(const std::string& who) {
   finish_ended_run();
   fault_detector.reset();
   enter(State::idle, fmt::format("acknowledged by {}", who));
+  acknowledge_alarms(who);
 }
 
 void Engine::Impl::tick_clearing() {
@@ -325,9 +321,14 @@ void Engine::Impl::tick_clearing() {
 
 Result<void> Engine::acknowledge(const std::string& who) {
   Impl& e = *impl_;
-  if (e.state != State::fault) {
+  if (e.state != State::fault && e.standing_errors + e.standing_warnings == 0) {
     return Error{ErrorKind::refused,
-                 fmt::format("there is no fault to acknowledge; the rig is in {}", name(e.state))};
+                 fmt::format("there is no fault to acknowledge, and no alarm; the rig is in {}",
+                             name(e.state))};
+  }
+  if (e.state != State::fault) {
+    e.acknowledge_alarms(who);
+    return {};
   }
   if (e.clearing) return {};
   if (e.may_clear()) {
@@ -344,10 +345,16 @@ void Engine::lease_lost() {
   Impl& e = *impl_;
   e.controlled = false;
   const std::string why = "the controlling client is gone (its lease ran out)";
-  if (e.state == State::idle || e.state == State::fault || e.state == State::ramp_down) return;
+  if (e.state == State::pause || e.pausing()) {
+    e.alarm("warning", "lease_lost",
+            why + "; the campaign stays paused until a client takes control and resumes it",
+            config::Action::none);
+    return;
+  }
+  if (e.resting() || e.state == State::ramp_down) return;
   e.alarm("warning", "lease_lost", why, config::Action::ramp_down);
   if (e.state == State::check) {
-    e.leave_check("abort", why);
+    e.end_at_rest("abort", why);
   } else {
     e.ramp_down("abort", why, After::idle);
   }

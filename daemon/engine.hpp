@@ -3,6 +3,7 @@
 //
 //   IDLE -> CHECK -> RAMP -> SETTLE -> MEASURE -> (next run: RAMP ...) -> RAMP_DOWN -> IDLE
 //   any of them -> RAMP_DOWN or FAULT; FAULT is latched until `acknowledge`.
+//   a pause: RAMP_DOWN -> PAUSE, and by `resume` -> CHECK
 //
 // All calls come from one thread. Time comes from the Clock only; samples and exciter status
 // arrive by calls; setpoints leave through `ExciterCommands`. Therefore the same engine runs a
@@ -27,7 +28,7 @@
 
 namespace shaker::daemon {
 
-enum class State { idle, check, ramp, settle, measure, ramp_down, fault };
+enum class State { idle, check, ramp, settle, measure, ramp_down, fault, pause };
 
 // Orders to the exciter's thread. Each call returns at once. The answers arrive through
 // Engine::on_exciter_status and on_exciter_error.
@@ -99,9 +100,13 @@ class Engine {
   };
   std::optional<DeadmanSeen> deadman_seen() const;
   void trust_deadman(const DeadmanSeen& seen);
-  Result<void> stop(const std::string& who);            // ramps down; any client may call it
+  Result<void> stop(const std::string& who);  // ramps down; any client may call it
+  // Ramps to rest and keeps the campaign open, in PAUSE; any client may call it. Only `resume`,
+  // with a client in control, leads back to motion. A client that is lost does not end a pause.
+  Result<void> pause(const std::string& who);
+  Result<void> resume(const std::string& who);
   Result<void> emergency_stop(const std::string& who);  // zero at once, FAULT; any client may
-  // Leaves FAULT if its cause is gone. If the exciter itself latches a fault that its register
+  // Ends the alarms, and leaves FAULT if its cause is gone. If the exciter itself latches a fault that its register
   // map can clear, the exciter is told to clear it, and FAULT is left once it has done so.
   Result<void> acknowledge(const std::string& who);
   void lease_lost();  // the controlling client is gone: ramps down

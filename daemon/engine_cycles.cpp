@@ -31,7 +31,7 @@ void Engine::Impl::take(std::span<const drivers::Sample> samples) {
     if (collecting) assembler.push(sample.channel, sample.t, sample.value);
   }
   watch_levels();
-  if (recording) keep(outlet.record_samples(samples));
+  if (recording && state != State::pause) keep(outlet.record_samples(samples));
   watch_outlet();
   collect();
   watch_outlet();
@@ -58,6 +58,8 @@ void Engine::Impl::collect() {
 void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
   if (state == State::ramp && step == RampStep::prove) return prove_cycle(cycle);
   if (!cutting() || ending) return;
+  corrected_to.reset();
+  order_of_cycle = trims() ? std::optional(setpoint.amplitude) : std::nullopt;
   GateVerdict verdict;
   const bool spiked = cycle.whole && (cycle.stroke_max > rig.limits.stroke_max_m ||
                                       cycle.stroke_min < rig.limits.stroke_min_m);
@@ -88,6 +90,9 @@ void Engine::Impl::on_cycle(const AssembledCycle& cycle) {
   if (!held_by.empty()) {
     gate.begin_anew();
     return reject(cycle, verdict, "held: " + held_by);
+  }
+  if (cycle.whole && !spiked) {
+    if (const std::string off = trim(cycle); !off.empty()) return reject(cycle, verdict, off);
   }
   if (!cycle.whole || spiked || !(verdict.steady || damper_changes(verdict)))
     return reject(cycle, verdict, verdict.why);

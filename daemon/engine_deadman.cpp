@@ -109,7 +109,7 @@ void Engine::Impl::fail_proof(const std::string& why) {
       in_motion ? "" : ", or prove it at a small amplitude with shakerctl prove-deadman");
   alarm("error", "deadman_unproven", text);
   if (in_motion) return trip(text);
-  leave_check("fail", text);
+  end_at_rest("fail", text);
 }
 
 }  // namespace shaker::daemon

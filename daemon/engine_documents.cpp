@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
 #include "daemon/engine_impl.hpp"
+#include "protocol/standing_alarms.hpp"
 
 namespace shaker::daemon {
 namespace {
@@ -22,13 +24,40 @@ std::string quality_name(const ChannelMonitor& monitor) {
   return "bad";
 }
 
+// Largest speed of the resampled stroke, m/s.
+std::optional<double> stroke_rate(const AssembledCycle& cycle) {
+  const auto& u = cycle.measured.displacement;
+  const std::size_t n = u.size();
+  if (!cycle.whole || n < 3) return std::nullopt;
+  double most = 0.0;
+  for (std::size_t i = 0; i < n; ++i)
+    most = std::max(most, std::abs(u[(i + 1) % n] - u[(i + n - 1) % n]));
+  return most / 2.0 * static_cast<double>(n) * cycle.measured.frequency_hz;
+}
+
 // Estimated cycles in SETTLE for the progress bar: the window of the gate and a little more.
 constexpr double kSettleGuess = 12.0;
 
 }  // namespace
 
 void Engine::Impl::publish(const protocol::Document& document) {
+  if (const auto* raised = std::get_if<protocol::AlarmDocument>(&document)) {
+    if (raised->severity == "error") ++standing_errors;
+    if (raised->severity == "warning") ++standing_warnings;
+  }
   keep(outlet.publish(document));
+}
+
+void Engine::Impl::acknowledge_alarms(const std::string& who) {
+  standing_errors = standing_warnings = 0;
+  alarm("info", std::string(protocol::kAcknowledged), fmt::format("acknowledged by {}", who));
+}
+
+// Who starts a campaign has seen the warnings; an error stays.
+void Engine::Impl::set_warnings_aside() {
+  if (std::exchange(standing_warnings, 0) == 0) return;
+  alarm("info", std::string(protocol::kWarningsSetAside),
+        "a campaign begins; the warnings before it are set aside");
 }
 
 void Engine::Impl::alarm(const std::string& severity, const std::string& code,
@@ -95,7 +124,10 @@ void Engine::Impl::publish_cycle(const AssembledCycle& cycle, bool accepted, con
                                   .gaps = cycle.gaps,
                                   .samples = cycle.samples,
                                   .jitter_fraction = cycle.jitter_fraction,
-                                  .subharmonic = verdict.subharmonic});
+                                  .subharmonic = verdict.subharmonic,
+                                  .ordered = order_of_cycle,
+                                  .corrected_to = corrected_to,
+                                  .stroke_rate_m_s = stroke_rate(cycle)});
 }
 
 protocol::ChannelHealth Engine::Impl::channel_health(Channel channel) {
@@ -189,7 +221,7 @@ protocol::StateDocument Engine::Impl::state_document() const {
   document.run_index = static_cast<int>(run_index);
   document.run_count = static_cast<int>(campaign->runs.size());
   document.frequency_hz = setpoint.frequency_hz;
-  document.amplitude = setpoint.amplitude;
+  document.amplitude = asked;
   double planned = 0.0;
   for (const auto& r : campaign->runs)
     planned += planned_s(r);

@@ -3,6 +3,8 @@
 //   engine.cpp            the public interface
 //   engine_states.cpp     transitions, faults, the end of runs and campaigns
 //   engine_motion.cpp     CHECK, RAMP and RAMP_DOWN: orders to the exciter
+//   engine_pause.cpp      a pause and its end
+//   engine_trim.cpp       the correction of the ordered amplitude
 //   engine_deadman.cpp    the proof of the exciter's dead-man
 //   engine_watch.cpp      supervision in every state
 //   engine_cycles.cpp     samples, cycles, the gate, estimates
@@ -53,8 +55,8 @@ inline constexpr int kCreepCycles = 16;
 inline constexpr int kRestlessCycles = 3;  // cycles lost in a row before MEASURE returns to SETTLE
 
 enum class RampStep { lower, gentle, prove, rise };
-// What follows RAMP_DOWN: IDLE, or a latched FAULT.
-enum class After { idle, fault };
+// What follows RAMP_DOWN: IDLE, a latched FAULT, or PAUSE.
+enum class After { idle, fault, pause };
 enum class Motion { unknown, rests, moves };
 
 struct RunEnd {
@@ -99,8 +101,26 @@ struct Engine::Impl {
   Result<void> begin_run(std::size_t index);
   bool keep(const Result<void>& recorded);
   void watch_outlet();
-  void leave_check(const std::string& outcome, const std::string& why);
+  void end_at_rest(const std::string& outcome, const std::string& why);
   void act(Detector detector);
+
+  // --- engine_pause.cpp
+  bool pausing() const;  // ramps to rest, for a pause
+  void end_instead_of_pausing(const std::string& outcome, const std::string& why, After then);
+  void resume(const std::string& why);
+
+  // --- engine_trim.cpp
+  bool trims() const;
+  double trimmed(double amplitude) const;  // the order for an amplitude that is asked for
+  double order_on_the_way() const;
+  void reset_trim();
+  bool correct_for(double measured);
+  void say_trimmed(double measured);
+  void note_deviation(const AssembledCycle& cycle);
+  double agreed_deviation() const;
+  void trim_before_rise();
+  std::string trim(const AssembledCycle& cycle);
+  void order_correction(double measured, bool far);
 
   // --- engine_deadman.cpp
   bool moves_nothing() const;
@@ -134,6 +154,7 @@ struct Engine::Impl {
   // --- engine_motion.cpp
   void command(double frequency_hz, double amplitude);
   void halt();
+  void begin_check(const std::string& why);
   void tick_check();
   void wait_for_rest();
   void tick_ramp();
@@ -167,6 +188,8 @@ struct Engine::Impl {
   void alarm(const std::string& severity, const std::string& code, const std::string& text,
              std::optional<config::Action> action = std::nullopt);
   void raise(protocol::AlarmDocument document);
+  void acknowledge_alarms(const std::string& who);
+  void set_warnings_aside();
   void detector_alarm(Detector detector, config::Action action);
   void alarm_once(const std::string& code, const std::string& text);
   void publish_cycle(const AssembledCycle& cycle, bool accepted, const std::string& why,
@@ -182,6 +205,10 @@ struct Engine::Impl {
   const config::RunSpec& run() const { return campaign->runs[run_index]; }
   double since(Nanoseconds t) const { return seconds(clock.now() - t); }
   bool moving() const { return row(state).keeps_alive; }
+  // Nothing is commanded, and watch_rest supervises the table.
+  bool resting() const {
+    return state == State::idle || state == State::fault || state == State::pause;
+  }
   bool cutting() const { return state == State::settle || state == State::measure; }
   ChannelMonitor& monitor(protocol::Channel c) { return monitors[static_cast<std::size_t>(c)]; }
   const ChannelMonitor& monitor(protocol::Channel c) const {
@@ -218,9 +245,19 @@ struct Engine::Impl {
 
   // motion
   drivers::Setpoint setpoint;  // last order
-  double ramp_from = 0.0;      // amplitude before this order
+  double asked = 0.0;          // its amplitude before the correction by trim_part
+  double ramp_from = 0.0;      // what was asked for before it
   Nanoseconds ordered{};       // time of this order
   Nanoseconds enabled{};       // time of the enabling
+  double trim_part = 1.0;      // ordered over asked, at this frequency
+  Nanoseconds trim_ordered{};  // time of the last correction
+  double trim_from = 0.0;      // the order before it
+  // Measured over asked, minus 1, of the last cycles that answer the present order.
+  std::array<double, 3> deviations{};
+  std::size_t deviations_seen = 0;
+  bool trim_limited = false;  // the bounds keep the table from what is asked for
+  bool table_is_off = false;  // a correction of more than the tolerance was needed
+  std::optional<double> order_of_cycle, corrected_to;  // for the document of a cycle
   RampStep step = RampStep::gentle;
   bool proved = false;  // signs and response were checked in this campaign
   bool polarity_known = false;
@@ -269,6 +306,7 @@ struct Engine::Impl {
   Nanoseconds level_taken{}, may_move_said{};
   int may_move_told = 0;
   std::string episode;  // code of the first error of the current incident
+  int standing_errors = 0, standing_warnings = 0;  // alarms since the last acknowledgement
   double largest_stroke = 0.0;
 
   // cycles

@@ -21,9 +21,10 @@ void Engine::Impl::command(double frequency_hz, double amplitude) {
         fmt::format("internal error: a setpoint of {:g} m/s^2 in {}", amplitude, name(state)));
   }
   if (!setpoint.enable) enabled = clock.now();
-  ramp_from = setpoint.amplitude;
+  ramp_from = asked;
+  asked = std::min(amplitude, rig.limits.excitation_max_m_s2);
   setpoint = {.frequency_hz = frequency_hz,
-              .amplitude = std::min(amplitude, rig.limits.excitation_max_m_s2),
+              .amplitude = trimmed(asked),
               .enable = true,
               .ramp_s = ramp_s()};
   ordered = clock.now();
@@ -37,10 +38,26 @@ void Engine::Impl::halt() {
   exciter.keep_alive(false);
   awaits_rest = awaits_rest || setpoint.enable;
   setpoint = {};
+  asked = 0.0;
   stop_ordered = clock.now();
 }
 
 // --- CHECK
+
+// The signs and the response are proved again at the gentle level.
+void Engine::Impl::begin_check(const std::string& why) {
+  proved = proves_deadman;  // its own level is gentle
+  polarity_known = false;
+  wrong_polarity = 0;
+  table_is_off = false;
+  reset_trim();
+  detectors.reset();
+  was_tripped = {};
+  rest_began = clock.now();
+  for (ChannelMonitor& m : monitors)
+    m.begin_rest();
+  enter(State::check, why);
+}
 
 void Engine::Impl::tick_check() {
   if (proving) return tick_proof();
@@ -50,7 +67,8 @@ void Engine::Impl::tick_check() {
                   .excitation = monitor(Channel::excitation),
                   .status = std::nullopt,
                   .sensor_trouble = sensor_health.trouble,
-                  .exciter_trouble = exciter_error ? exciter_error->what : std::string()};
+                  .exciter_trouble = exciter_error ? exciter_error->what : std::string(),
+                  .today = format_utc(clock.utc()).substr(0, 10)};
   if (status && status->t >= entered && !exciter_error) facts.status = status;
   const auto findings = check_at_rest(rig, *campaign, facts);
   const auto fatal = std::ranges::find_if(findings, [](const Finding& f) { return f.fatal; });
@@ -60,7 +78,7 @@ void Engine::Impl::tick_check() {
     const std::string why = fmt::format("self check: {}", fatal->text);
     for (const auto& f : findings)
       alarm(f.fatal ? "error" : "warning", f.code, f.text);
-    return leave_check("fail", why);
+    return end_at_rest("fail", why);
   }
   if (wants_deadman_proof() && !proves_deadman) return begin_proof_at_rest();
   for (const auto& f : findings)
@@ -102,16 +120,23 @@ void Engine::Impl::begin_ramp() {
   }
 }
 
+// Another frequency of a table that is off begins at the gentle level, too, which shows how it
+// answers there.
 void Engine::Impl::begin_gentle_or_rise() {
-  step = proved ? RampStep::rise : RampStep::gentle;
-  command(run().frequency_hz, proved ? run().amplitude : kGentlePart * run().amplitude);
+  const bool known = setpoint.enable && setpoint.frequency_hz == run().frequency_hz;
+  if (!known) reset_trim();
+  const bool rises = proved && (known || !table_is_off);
+  step = rises ? RampStep::rise : RampStep::gentle;
+  command(run().frequency_hz, rises ? run().amplitude : kGentlePart * run().amplitude);
 }
 
 bool Engine::Impl::arrived() const {
   const Nanoseconds end = ordered + from_seconds(setpoint.ramp_s);
   if (clock.now() < end || !status || status->t < end) return false;
   if (status->amplitude) {
-    const double near = kReachedPart * (run_open || campaign ? run().amplitude : 1.0);
+    double near = kReachedPart * (run_open || campaign ? run().amplitude : 1.0);
+    // A drive may report the motion of a table that is off and will be trimmed.
+    if (trims()) near = std::max(near, rig.limits.command_error_fraction * setpoint.amplitude);
     if (std::abs(*status->amplitude - setpoint.amplitude) > near) return false;
   }
   return setpoint.amplitude == 0.0 || status->running;
@@ -138,6 +163,7 @@ void Engine::Impl::tick_ramp() {
       step = RampStep::prove;
       step_began = clock.now();
       gentle_cycles = 0;
+      deviations_seen = 0;
       restart_assembler();
       break;
     case RampStep::rise:
@@ -166,9 +192,13 @@ void Engine::Impl::tick_prove() {
 
 void Engine::Impl::prove_cycle(const AssembledCycle& cycle) {
   last_why = cycle.why;
-  if (!cycle.whole || ++gentle_cycles < kGentleCycles) return;
+  if (!cycle.whole) return;
+  note_deviation(cycle);
+  if (++gentle_cycles < kGentleCycles) return;
   const auto finding = check_in_motion(&cycle, setpoint.amplitude, excitation_measured);
-  if (finding && finding->fatal && gentle_cycles < kGentleCyclesMax) return;
+  const bool fails = finding && finding->fatal;
+  if (fails && gentle_cycles < kGentleCyclesMax) return;
+  if (!fails) trim_before_rise();
   pass_proof(finding);
 }
 
@@ -207,7 +237,10 @@ void Engine::Impl::tick_ramp_down() {
     halt();
     finish_ended_run();
     const std::string why = reason;
-    enter(after_ramp_down == After::fault ? State::fault : State::idle, why);
+    enter(after_ramp_down == After::fault   ? State::fault
+          : after_ramp_down == After::pause ? State::pause
+                                            : State::idle,
+          why);
     finish_ended_run();
     return;
   }

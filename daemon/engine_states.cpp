@@ -36,6 +36,7 @@ void Engine::Impl::enter(State to, const std::string& why) {
 }
 
 void Engine::Impl::ramp_down(const std::string& outcome, const std::string& why, After then) {
+  if (pausing()) return end_instead_of_pausing(outcome, why, then);
   if (state == State::ramp_down) {
     if (then == After::fault) after_ramp_down = then;
     return;
@@ -120,6 +121,8 @@ Result<void> Engine::Impl::begin_run(std::size_t index) {
   restless = command_errors = under_peaks = 0;
   response.reset();
   largest_stroke = 0.0;
+  trim_limited = false;
+  deviations_seen = 0;
   ending.reset();
   noise.restart(static_cast<std::size_t>(campaign->points_per_cycle));
   const auto recorded = outlet.record_run(static_cast<int>(index), run());
@@ -148,18 +151,18 @@ void Engine::Impl::watch_outlet() {
   outlet_trouble_told = true;
   recording = false;
   const std::string why = fmt::format("nothing can be recorded: {}", outlet_trouble->what);
-  const bool in_motion = moving() && state != State::ramp_down;
+  const bool in_motion = moving() && (state != State::ramp_down || pausing());
   alarm("error", "recording_failed", why,
         in_motion ? config::Action::ramp_down : config::Action::indicate);
-  if (state == State::check) {
-    leave_check("fail", why);
+  if (state == State::check || state == State::pause) {
+    end_at_rest("fail", why);
   } else if (in_motion) {
     ramp_down("fail", why, After::idle);
   }
 }
 
 // Nothing has moved, so no fault is latched.
-void Engine::Impl::leave_check(const std::string& outcome, const std::string& why) {
+void Engine::Impl::end_at_rest(const std::string& outcome, const std::string& why) {
   if (std::exchange(proving, std::nullopt)) halt();
   end_run(outcome, why);
   finish_ended_run();
@@ -174,7 +177,7 @@ void Engine::Impl::act(Detector detector) {
   if (action == config::Action::indicate) return;
   const std::string why = detectors.text(detector);
   if (state == State::check) {
-    leave_check("fail", why);
+    end_at_rest("fail", why);
     return;
   }
   if (action == config::Action::stop) {
@@ -184,7 +187,7 @@ void Engine::Impl::act(Detector detector) {
     gate.begin_anew();
     if (held_by.empty()) held_since = clock.now();
     held_by = why;
-  } else if (state != State::ramp_down) {
+  } else if (state != State::ramp_down || pausing()) {
     // A ramp is not held half way, because nobody ordered that level.
     fault_detector = detector;
     ramp_down("fail", why, After::fault);

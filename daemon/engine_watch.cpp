@@ -33,14 +33,14 @@ constexpr double kAgainS = 5.0, kAgainMostS = 60.0;  // between two warnings of 
 // --- levels and ages
 
 void Engine::Impl::watch_levels() {
-  if (state == State::idle || state == State::fault) return;  // watch_rest supervises these states
+  if (resting()) return;
   for (const auto& r : detector_table()) {
     const auto i = static_cast<std::size_t>(r.detector);
     const bool tripped = detectors.level(r.detector).tripped;
     const bool rose = tripped && !was_tripped[i];
     was_tripped[i] = tripped;
     if (rose) act(r.detector);
-    if (state == State::idle || state == State::fault) return;
+    if (resting()) return;
   }
 }
 
@@ -224,11 +224,11 @@ void Engine::Impl::watch_period(Channel channel, Nanoseconds t, double value) {
 }
 
 // Excess amplitude is judged in every state; a deficit only in SETTLE and MEASURE, once the
-// ramp is over.
+// ramp is over. A trimmed order is judged by what is asked for.
 void Engine::Impl::judge_command(const PeriodFigures& period) {
   const Nanoseconds ramped = ordered + from_seconds(setpoint.ramp_s + kLagS);
   const bool reached = period.begin >= ramped;
-  const double most = reached ? setpoint.amplitude : std::max(ramp_from, setpoint.amplitude);
+  const double most = reached ? asked : std::max(ramp_from, asked);
   const double still = std::numbers::sqrt2 * table_noise;
   const double all = std::sqrt(std::max(0.0, period.all * period.all - still * still));
   const double floor = kFloorPart * run().amplitude + 5.0 * still / std::sqrt(period.samples);
@@ -239,7 +239,7 @@ void Engine::Impl::judge_command(const PeriodFigures& period) {
   command_errors = over || under ? command_errors + 1 : 0;
   detectors.report(Detector::command_error, {.tripped = command_errors >= kInARow,
                                              .value = over ? all : amplitude,
-                                             .limit = setpoint.amplitude,
+                                             .limit = asked,
                                              .channel = Channel::excitation});
   watch_levels();
 }
@@ -333,7 +333,7 @@ void Engine::Impl::compare_report() {
                                   kReportedFrequencyPart * setpoint.frequency_hz) {
     what =
         fmt::format("{:.4g} Hz, asked for {:.4g} Hz", *status->frequency_hz, setpoint.frequency_hz);
-  } else if (status->amplitude && std::abs(*status->amplitude - setpoint.amplitude) >
+  } else if (status->amplitude && std::abs(*status->amplitude - order_on_the_way()) >
                                       rig.limits.command_error_fraction * setpoint.amplitude) {
     what =
         fmt::format("{:.4g} m/s^2, asked for {:.4g} m/s^2", *status->amplitude, setpoint.amplitude);

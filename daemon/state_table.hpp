@@ -13,7 +13,7 @@
 
 namespace shaker::daemon {
 
-inline constexpr int kStateCount = 7;
+inline constexpr int kStateCount = 8;
 
 struct StateRow {
   State state;

@@ -90,6 +90,12 @@ class Filler {
 void fill(Filler& out, const VersionDocument& d) {
   out.name("program", d.program).name("version", d.version).put("protocol", d.protocol);
   out.name("rig", d.rig);
+  if (!d.limits) return;
+  OrderedJson& limits = out.object()["limits"];
+  limits["stroke_min_m"] = d.limits->stroke_min_m;
+  limits["stroke_max_m"] = d.limits->stroke_max_m;
+  limits["stroke_rate_max_m_s"] = d.limits->stroke_rate_max_m_s;
+  limits["excitation_max_m_s2"] = d.limits->excitation_max_m_s2;
 }
 
 void fill(Filler& out, const StateDocument& d) {
@@ -115,6 +121,8 @@ void fill(Filler& out, const CycleDocument& d) {
   out.number("stroke_min_m", d.stroke_min_m).number("stroke_max_m", d.stroke_max_m);
   out.number("change", d.change).put("gaps", d.gaps).put("samples", d.samples);
   out.number("jitter_fraction", d.jitter_fraction).put("subharmonic", d.subharmonic);
+  out.number("ordered", d.ordered).number("corrected_to", d.corrected_to);
+  out.number("stroke_rate_m_s", d.stroke_rate_m_s);
 }
 
 void fill(Filler& out, const ParameterEntry& p) {

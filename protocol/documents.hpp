@@ -15,14 +15,20 @@
 
 namespace shaker::protocol {
 
+// Limits of the rig, for views.
+struct LimitsEntry {
+  double stroke_min_m = 0.0, stroke_max_m = 0.0, stroke_rate_max_m_s = 0.0;
+  double excitation_max_m_s2 = 0.0;
+};
 struct VersionDocument {
   std::string program = "shakerd";
   std::string version;
   int protocol = 1;
   std::string rig;
+  std::optional<LimitsEntry> limits = {};
 };
 
-// state: "IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "FAULT".
+// state: "IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "FAULT", "PAUSE".
 struct StateDocument {
   std::string state;
   std::string reason;  // reason for the transition, a sentence
@@ -56,6 +62,10 @@ struct CycleDocument {
   std::int64_t samples = 0;
   double jitter_fraction = 0.0;    // in sample intervals
   std::optional<int> subharmonic;  // the response repeats after this number of periods
+  // With a trimmed amplitude, m/s^2: ordered from the exciter at the end of the cycle, and ordered
+  // from then on if the cycle led to a correction.
+  std::optional<double> ordered = {}, corrected_to = {};
+  std::optional<double> stroke_rate_m_s = {};  // largest speed of the stroke; of whole cycles
 };
 
 struct ParameterEntry {

@@ -2,8 +2,8 @@
 //
 // Tables: campaign (one row: name, started, model, spec as JSON), run, sample (blocks of raw
 // samples), channel (names of the auxiliary channels), cycle (resampled), document (every
-// published line). user_version is the schema version: 1 has no table of channels, 2 no
-// checksums of rows. The daemon writes; shakerctl and drivers/replay read. One thread per
+// published line), fact (where the numbers come from: provenance.hpp). user_version is the schema
+// version: 1 has no table of channels, 2 no checksums of rows, 3 no facts. The daemon writes; shakerctl and drivers/replay read. One thread per
 // object. Every call may wait for the disk.
 #pragma once
 
@@ -17,6 +17,7 @@
 #include "base/clock.hpp"
 #include "base/result.hpp"
 #include "protocol/channel.hpp"
+#include "record/provenance.hpp"
 
 namespace shaker::record {
 
@@ -52,7 +53,8 @@ class CampaignWriter {
   // Creates `directory`/NAME_UTC.db. An Error names the file and the remedy (full disk,
   // permissions).
   static Result<CampaignWriter> create(const std::filesystem::path& directory,
-                                       const CampaignRow& campaign);
+                                       const CampaignRow& campaign,
+                                       std::span<const Fact> facts = {});
   CampaignWriter(CampaignWriter&&) noexcept;
   CampaignWriter& operator=(CampaignWriter&&) noexcept;
   ~CampaignWriter();
@@ -63,6 +65,7 @@ class CampaignWriter {
   Result<void> add_samples(int run, std::span<const SampleRow> samples);
   Result<void> add_cycle(const CycleRow& cycle);
   Result<void> add_document(std::uint64_t seq, const std::string& line);
+  Result<void> add_fact(const Fact& fact, const std::string& utc);
   // When this returns, everything added before is on disk.
   Result<void> commit();
   // Returns an Error if the path of the file or of its log no longer names it (removed, moved,
@@ -92,6 +95,7 @@ class CampaignReader {
   // The samples of the last `span_s` seconds of a run, and up to a block more.
   Result<std::vector<SampleRow>> last_samples(int run, double span_s) const;
   Result<std::vector<std::string>> documents() const;
+  Result<std::vector<Fact>> facts() const;  // in the order of their writing
 
  private:
   struct Impl;

@@ -161,4 +161,18 @@ Result<std::vector<std::string>> CampaignReader::documents() const {
   });
 }
 
+Result<std::vector<Fact>> CampaignReader::facts() const {
+  using Rows = std::vector<Fact>;
+  return impl_->query<Rows>([&]() -> Result<Rows> {
+    Rows rows;
+    if (!impl_->database->tableExists("fact")) return rows;
+    SQLite::Statement row(*impl_->database,
+                          "SELECT kind, name, value, utc, sha256 FROM fact ORDER BY id");
+    const auto text = [&](int i) { return row.getColumn(i).getString(); };
+    while (row.executeStep())
+      rows.push_back({text(0), text(1), text(2), text(3), text(4)});
+    return rows;
+  });
+}
+
 }  // namespace shaker::record

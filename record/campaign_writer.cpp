@@ -20,6 +20,7 @@
 namespace shaker::record {
 namespace {
 
+constexpr int kFoldWaitMs = 50;
 constexpr std::size_t kBlock = 4096;  // largest number of samples in a row of `sample`
 
 // 2026-03-01T12:00:00.123Z -> 20260301T120000Z
@@ -68,7 +69,7 @@ struct CampaignWriter::Impl {
   int pending_run = -1;
   std::string blob;
 
-  void lay_out(const CampaignRow& campaign) {
+  void lay_out(const CampaignRow& campaign, std::span<const Fact> facts) {
     add_row_sum(database);
     database.exec("PRAGMA journal_mode=WAL");
     database.exec("PRAGMA synchronous=FULL");
@@ -79,6 +80,7 @@ struct CampaignWriter::Impl {
     database.exec(fmt::format("PRAGMA application_id={}", kApplicationId));
     database.exec(fmt::format("PRAGMA user_version={}", kSchemaVersion));
     database.exec(kSchema);
+    database.exec(kFactTable);
     SQLite::Statement row(
         database,
         "INSERT INTO campaign(id, name, started_utc, rig, spec_json, model_json, crc) "
@@ -98,6 +100,8 @@ struct CampaignWriter::Impl {
       channel.bind(3, label.unit);
       channel.exec();
     }
+    for (const Fact& fact : facts)
+      insert_fact(database, fact, campaign.started_utc);
     database.exec("COMMIT");
     insert_run.emplace(database,
                        "INSERT INTO run VALUES(?1, ?2, ?3, ?4, ?5, row_sum(?1, ?2, ?3, ?4, ?5))");
@@ -147,12 +151,13 @@ CampaignWriter& CampaignWriter::operator=(CampaignWriter&&) noexcept = default;
 CampaignWriter::~CampaignWriter() = default;
 
 Result<CampaignWriter> CampaignWriter::create(const std::filesystem::path& directory,
-                                              const CampaignRow& campaign) {
+                                              const CampaignRow& campaign,
+                                              std::span<const Fact> facts) {
   const auto file = create_file(directory, campaign);
   if (!file) return file.error();
   try {
     auto impl = std::make_unique<Impl>(*file);
-    impl->lay_out(campaign);
+    impl->lay_out(campaign, facts);
     return CampaignWriter(std::move(impl));
   } catch (const SQLite::Exception& trouble) {
     std::error_code ignored;
@@ -228,6 +233,13 @@ Result<void> CampaignWriter::add_document(std::uint64_t seq, const std::string& 
   });
 }
 
+Result<void> CampaignWriter::add_fact(const Fact& fact, const std::string& utc) {
+  return impl_->guarded([&] {
+    impl_->begin();
+    insert_fact(impl_->database, fact, utc);
+  });
+}
+
 Result<void> CampaignWriter::commit() {
   return impl_->guarded([&] {
     impl_->write_pending();
@@ -258,7 +270,9 @@ Result<void> CampaignWriter::finish(const std::string& status, const std::string
     impl_->database.exec("COMMIT");
     impl_->parts.clear();
     // Fold the log in, so that the campaign is one file. This fails while another process reads
-    // the file; the next opening does it then.
+    // the file; the next opening does it then. A long wait for that process would look like a disk
+    // that does not answer.
+    impl_->database.setBusyTimeout(kFoldWaitMs);
     impl_->database.tryExec("PRAGMA wal_checkpoint(TRUNCATE)");
     impl_->insert_run.reset();
     impl_->insert_samples.reset();

@@ -22,7 +22,8 @@ constexpr Summed kSummed[] = {
     {"channel", "id, name, unit"},
     {"cycle",
      "run, idx, accepted, frequency_hz, amplitude, displacement, excitation, excitation_error"},
-    {"document", "seq, line"}};
+    {"document", "seq, line"},
+    {"fact", "kind, name, value, utc, sha256"}};
 
 constexpr auto kCrcTable = [] {
   std::array<std::uint32_t, 256> table{};
@@ -88,15 +89,18 @@ void add_row_sum(SQLite::Database& database) {
 std::int64_t unsound_rows(SQLite::Database& database) {
   if (!has_sums(database)) return 0;
   std::int64_t count = 0;
-  for (const Summed& rows : kSummed)
+  for (const Summed& rows : kSummed) {
+    if (!database.tableExists(rows.table)) continue;  // `fact` came later than the sums
     count += database.execAndGet("SELECT count(*) " + unsound(rows)).getInt64();
+  }
   return count;
 }
 
 void drop_unsound_rows(SQLite::Database& database) {
   if (!has_sums(database)) return;
   for (const Summed& rows : kSummed) {
-    if (std::string_view(rows.table) != "campaign") database.exec("DELETE " + unsound(rows));
+    if (std::string_view(rows.table) == "campaign" || !database.tableExists(rows.table)) continue;
+    database.exec("DELETE " + unsound(rows));
   }
 }
 

@@ -36,6 +36,12 @@ const char* const kSchema = R"sql(
   CREATE TABLE document(seq INTEGER PRIMARY KEY, line TEXT NOT NULL, crc INTEGER) STRICT;
 )sql";
 
+const char* const kFactTable = R"sql(
+  CREATE TABLE IF NOT EXISTS fact(
+    id INTEGER PRIMARY KEY, kind TEXT NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL,
+    utc TEXT NOT NULL, sha256 TEXT NOT NULL, crc INTEGER) STRICT;
+)sql";
+
 Error describe(const SQLite::Exception& trouble, const std::filesystem::path& file) {
   const std::string name = file.string();
   switch (trouble.getErrorCode()) {

@@ -13,13 +13,19 @@
 
 #include "base/result.hpp"
 #include "record/campaign_database.hpp"
+#include "record/provenance.hpp"
 
 namespace shaker::record {
 
 inline constexpr int kApplicationId = 0x5348414b;  // "SHAK", in the file's header
-inline constexpr int kSchemaVersion = 3;
+inline constexpr int kSchemaVersion = 4;
 inline constexpr int kSummedVersion = 3;  // first version with checksums of rows
-extern const char* const kSchema;
+extern const char* const kSchema;         // without the table of facts
+extern const char* const kFactTable;      // no effect where it exists
+
+// Adds a row of `fact`, with the time `utc` where the fact has none. Needs row_sum (checksums.hpp).
+// Throws SQLite::Exception.
+void insert_fact(SQLite::Database& database, const Fact& fact, const std::string& utc);
 
 // Converts an exception of SQLite to an Error that names the file and the remedy.
 Error describe(const SQLite::Exception& trouble, const std::filesystem::path& file);

@@ -61,7 +61,9 @@ std::string interrupted_sentence(const Recovered& found, const LogReading& log, 
   return fmt::format("Campaign {} {}; {} holds {}{}{}{}", found.campaign,
                      finished ? "had ended" : "was interrupted", found.file.string(),
                      holdings(found), certainty(found, log), gaps(found),
-                     finished ? "" : " Start it again to measure the rest.");
+                     finished ? ""
+                              : fmt::format(" `shakerctl run --resume {}` measures the rest.",
+                                            found.file.string()));
 }
 
 std::string damage_sentence(const std::filesystem::path& file, const Recovered& found,

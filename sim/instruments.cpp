@@ -22,6 +22,8 @@ constexpr Parameter kParameters[] = {
      "by how much the recorded excitation's fundamental is late"},
     {"excitation_unrecorded", "1", 0.0, 0.0, 1.0,
      "1: the record of the excitation lacks the table's harmonics"},
+    {"table_gain", "1", 1.0, 0.1, 2.0, "motion of the table over what was ordered"},
+    {"table_drift", "1/s", 0.0, -0.01, 0.01, "growth of this gain per second since the start"},
     {"excitation_h2", "1", 0.0, -1.0, 1.0, "2nd harmonic of the table over its fundamental"},
     {"excitation_h3", "1", 0.0, -1.0, 1.0, "3rd harmonic"},
     {"excitation_h4", "1", 0.0, -1.0, 1.0, "4th harmonic"},

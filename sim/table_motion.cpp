@@ -6,10 +6,12 @@
 
 namespace shaker::sim {
 
-TableMotion::TableMotion(double rate, std::array<double, 4> harmonics)
+TableMotion::TableMotion(double rate, std::array<double, 4> harmonics, double gain, double drift)
     : rate_(rate),
       harmonics_(harmonics),
-      pure_(std::ranges::all_of(harmonics, [](double h) { return h == 0.0; })) {}
+      pure_(std::ranges::all_of(harmonics, [](double h) { return h == 0.0; })),
+      gain_(gain),
+      drift_(drift) {}
 
 void TableMotion::go_to(double t, double frequency_hz, double amplitude_now, double ramp) {
   const double a = amplitude(t);
@@ -43,7 +45,7 @@ double TableMotion::phase(double t) const {
 }
 
 double TableMotion::acceleration(double t) const {
-  const double a = amplitude(t);
+  const double a = moved(t);
   if (a == 0.0) return 0.0;
   const double angle = phase(t);
   double wave = std::cos(angle);
@@ -56,7 +58,7 @@ double TableMotion::acceleration(double t) const {
 }
 
 double TableMotion::fundamental(double t, double lag) const {
-  return amplitude(t) * std::cos(phase(t) - lag);
+  return moved(t) * std::cos(phase(t) - lag);
 }
 
 double TableMotion::velocity(double t) const {
@@ -68,7 +70,7 @@ double TableMotion::velocity(double t) const {
     const double k = static_cast<double>(i + 2);
     wave += harmonics_[i] * std::sin(k * angle) / k;
   }
-  return amplitude(t) / omega * wave;
+  return moved(t) / omega * wave;
 }
 
 double TableMotion::position(double t) const {
@@ -80,7 +82,7 @@ double TableMotion::position(double t) const {
     const double k = static_cast<double>(i + 2);
     wave += harmonics_[i] * std::cos(k * angle) / (k * k);
   }
-  return -amplitude(t) / (omega * omega) * wave;
+  return -moved(t) / (omega * omega) * wave;
 }
 
 }  // namespace shaker::sim

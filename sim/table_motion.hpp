@@ -15,7 +15,9 @@ class TableMotion {
  public:
   // harmonics: the 2nd to the 5th as fractions of the fundamental; each has its crest at the
   // fundamental's crest.
-  explicit TableMotion(double rate = 1.0, std::array<double, 4> harmonics = {});
+  // gain: of the motion over what amplitude() says, growing by `drift` of itself in each second.
+  explicit TableMotion(double rate = 1.0, std::array<double, 4> harmonics = {}, double gain = 1.0,
+                       double drift = 0.0);
 
   // Starts at time t a linear ramp from the present to the new frequency (Hz) and amplitude
   // (m/s^2), which takes `ramp` seconds of the rig's clock.
@@ -31,7 +33,8 @@ class TableMotion {
   double velocity(double t) const;
   double position(double t) const;
   double phase(double t) const;  // rad
-  // Frequency (Hz of the rig's clock) and amplitude (m/s^2) at time t, on the ramp.
+  // Frequency (Hz of the rig's clock) and amplitude (m/s^2) at time t, on the ramp, as the
+  // controller has them: without the gain.
   double frequency(double t) const;
   double amplitude(double t) const;
   double target_frequency() const { return f1_; }
@@ -39,10 +42,12 @@ class TableMotion {
 
  private:
   double elapsed(double t) const { return (t - t0_) * rate_; }
+  double moved(double t) const { return amplitude(t) * gain_ * (1.0 + drift_ * t); }
 
   double rate_;
   std::array<double, 4> harmonics_;
   bool pure_;
+  double gain_, drift_;
   double t0_ = 0.0, ramp_ = 0.0;
   double phase0_ = 0.0, f0_ = 0.0, f1_ = 0.0, a0_ = 0.0, a1_ = 0.0;
 };

@@ -55,7 +55,8 @@ Values take_instruments(std::map<std::string, double>& mixed) {
 TableMotion make_table(const RigOptions& options, const Values& values) {
   return TableMotion(1.0 + 1e-6 * options.clock_offset_ppm,
                      {values.at("excitation_h2"), values.at("excitation_h3"),
-                      values.at("excitation_h4"), values.at("excitation_h5")});
+                      values.at("excitation_h4"), values.at("excitation_h5")},
+                     values.at("table_gain"), values.at("table_drift"));
 }
 
 }  // namespace

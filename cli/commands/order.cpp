@@ -1,4 +1,4 @@
-// stop, estop, ack: sends one request and prints the answer.
+// stop, pause, estop, ack: sends one request and prints the answer.
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -12,10 +12,11 @@ namespace {
 
 const char* done(const std::string& method) {
   if (method == "stop") return "The rig ramps down.";
+  if (method == "pause") return "The rig ramps to rest; `shakerctl resume` goes on.";
   if (method == "estop")
     return "Emergency stop: the exciter is ordered to zero; the fault is latched "
            "until `shakerctl ack`.";
-  return "The fault is acknowledged.";
+  return "Acknowledged.";
 }
 
 // Repeats the request for 5 s when the daemon has no free place, or when the connection is lost
@@ -46,8 +47,8 @@ int order(const Common& common, const std::string& method) {
     fmt::print("{}\n", answer->result.dump());
   } else {
     const std::string state = answer->result.is_object() ? text_of(answer->result, "state") : "";
-    if (method == "stop" && state == "IDLE") {
-      fmt::print("Nothing was moving. State: IDLE.\n");
+    if (method == "stop" && (state == "IDLE" || state == "FAULT")) {
+      fmt::print("Nothing was moving. State: {}.\n", state);
       return kOk;
     }
     const bool still = method == "ack" && state == "FAULT";

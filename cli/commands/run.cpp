@@ -10,6 +10,7 @@
 
 #include "cli/campaign_progress.hpp"
 #include "cli/commands/daemon_error.hpp"
+#include "cli/missing_runs.hpp"
 #include "cli/terminal.hpp"
 #include "config/campaign.hpp"
 #include "estimator/model.hpp"
@@ -23,6 +24,14 @@ using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 constexpr double kLastEstimateS = 2.0;  // how long to wait at rest for the last estimate
 
+// " A.db B.db last", for a command line in a message.
+std::string all_files(const std::vector<std::filesystem::path>& files, const std::string& last) {
+  std::string text;
+  for (const auto& file : files)
+    text += " " + file.string();
+  return last.empty() ? text : text + " " + last;
+}
+
 class Campaign {
  public:
   // `quiet`: no bar, and no line for a cycle or an estimate.
@@ -34,18 +43,22 @@ class Campaign {
         steps_wanted_(!quiet && !stdout_is_terminal()) {}
 
   // `method` starts the motion. `estimates`: the campaign must end with a usable estimate.
-  int run(const char* method, const Json& params, bool estimates);
+  // `earlier`: databases of the same campaign.
+  int run(const char* method, const Json& params, bool estimates,
+          const std::vector<std::filesystem::path>& earlier = {});
 
  private:
   std::optional<int> begin(const char* method, const Json& params);
   Result<void> follow();
   Result<void> keep_lease();
   Result<void> heed_interrupts();
+  Result<void> heed_keys();
   void take(const std::string& line);
   void show(const Json& document);
   void draw_bar();
   void clear_bar();
-  int finish(bool estimates);
+  int finish(bool estimates, const std::vector<std::filesystem::path>& earlier);
+  std::string way_to_the_rest(const std::vector<std::filesystem::path>& earlier) const;
   double now() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
   const Common& common_;
@@ -53,9 +66,11 @@ class Campaign {
   CampaignProgress progress_;
   bool bar_wanted_, steps_wanted_, bar_drawn_ = false, lease_lost_ = false;
   int interrupts_heeded_ = 0;
-  std::string state_told_;
+  std::int64_t keyed_ = -1;  // the request of the last key
+  std::string state_told_, database_;
   double lease_s_ = 2.0, renewed_ = 0.0, drawn_ = -1.0;
   Clock::time_point start_ = Clock::now();
+  Keys keys_{stdout_is_terminal()};
 };
 
 std::optional<int> Campaign::begin(const char* method, const Json& params) {
@@ -74,6 +89,7 @@ std::optional<int> Campaign::begin(const char* method, const Json& params) {
   const auto started = client_.ask(method, params, [&](const std::string& line) { take(line); });
   if (!started) return unreachable(common_, started.error());
   if (started->refused) return refused(common_, *started);
+  database_ = printable(text_of(started->result, "database"));
   return std::nullopt;
 }
 
@@ -94,12 +110,22 @@ Result<void> Campaign::heed_interrupts() {
   return sent ? Result<void>() : sent.error();
 }
 
+// p pauses, r resumes. A refusal is printed by take().
+Result<void> Campaign::heed_keys() {
+  const char key = keys_.pressed();
+  if (key != 'p' && key != 'r') return {};
+  const auto sent = client_.send(key == 'p' ? "pause" : "resume");
+  if (!sent) return sent.error();
+  keyed_ = *sent;
+  return {};
+}
+
 void Campaign::take(const std::string& line) {
   const Json document = Json::parse(line, nullptr, false);
   Answer answer;
   if (StreamClient::is_answer(document, answer)) {
     if (!answer.refused || lease_lost_) return;
-    lease_lost_ = true;
+    lease_lost_ = answer.id != keyed_;
     clear_bar();
     fmt::print(stderr, "shakerctl: {}\n", printable(answer.message));
     return;
@@ -154,7 +180,12 @@ Result<void> Campaign::follow() {
   double over_since = -1.0;
   for (;;) {
     if (auto heeded = heed_interrupts(); !heeded) return heeded;
+    if (auto heeded = heed_keys(); !heeded) return heeded;
     if (auto kept = keep_lease(); !kept) return kept;
+    if (lease_lost_ && progress_.state() == "PAUSE") {
+      return Error{ErrorKind::refused,
+                   "control was lost, and the campaign is paused; `shakerctl resume` goes on"};
+    }
     if (progress_.over()) {
       if (over_since < 0.0) over_since = now();
       if (progress_.estimate_is_in() || now() - over_since > kLastEstimateS) return {};
@@ -167,16 +198,23 @@ Result<void> Campaign::follow() {
   }
 }
 
-int Campaign::finish(bool estimates) {
+std::string Campaign::way_to_the_rest(const std::vector<std::filesystem::path>& earlier) const {
+  if (database_.empty()) return "";
+  return fmt::format("; measure the rest with `shakerctl run --resume{}`",
+                     all_files(earlier, database_));
+}
+
+int Campaign::finish(bool estimates, const std::vector<std::filesystem::path>& earlier) {
   clear_bar();
   const Json& last = progress_.last_estimate();
   const auto estimate = last.is_null() ? protocol::EstimateDocument{} : estimate_from(last);
   if (!common_.json && !last.is_null()) fmt::print("\n{}", report::estimate_table(estimate));
   if (!progress_.success()) {
     return fail(common_, kNegative,
-                fmt::format("the campaign did not succeed: {}",
+                fmt::format("the campaign did not succeed: {}{}",
                             progress_.reason().empty() ? "the rig is in " + progress_.state()
-                                                       : printable(progress_.reason())));
+                                                       : printable(progress_.reason()),
+                            estimates ? way_to_the_rest(earlier) : ""));
   }
   if (!estimates) {
     if (!common_.json) fmt::print("{}.\n", printable(progress_.reason()));
@@ -185,11 +223,14 @@ int Campaign::finish(bool estimates) {
   if (last.is_null() || !estimate.usable) {
     return fail(common_, kNotUsable, "the campaign is measured, but its estimate is not usable");
   }
+  if (!common_.json && !earlier.empty())
+    fmt::print("All of it: `shakerctl estimate{}`.\n", all_files(earlier, database_));
   if (!common_.json) fmt::print("The campaign is done.\n");
   return kOk;
 }
 
-int Campaign::run(const char* method, const Json& params, bool estimates) {
+int Campaign::run(const char* method, const Json& params, bool estimates,
+                  const std::vector<std::filesystem::path>& earlier) {
   if (const auto trouble = begin(method, params)) return *trouble;
   const auto followed = follow();
   clear_bar();
@@ -197,18 +238,50 @@ int Campaign::run(const char* method, const Json& params, bool estimates) {
     if (interrupts_heeded_ >= 2) {
       return fail(common_, kNegative, "left before the rig was at rest; the daemon ramps it down");
     }
-    return fail(common_, kUnreachable, printable(followed.error().what));
+    return fail(common_, kUnreachable,
+                printable(followed.error().what) + (estimates ? way_to_the_rest(earlier) : ""));
   }
   // The end of this process closes the connection, so a lost release has no effect.
   if (const auto released = client_.send("control.release"); !released) clear_bar();
-  return finish(estimates);
+  return finish(estimates, earlier);
+}
+
+Result<config::CampaignSpec> wanted_campaign(const RunOptions& options) {
+  if (options.campaign.empty() == options.resume.empty())
+    return Error{ErrorKind::invalid, "give a campaign file, or --resume FILE.db"};
+  auto campaign = options.resume.empty() ? config::load_campaign(options.campaign)
+                                         : missing_runs(options.resume);
+  if (!campaign) return campaign;
+  for (const std::string& entry : options.specimen) {
+    const auto equals = entry.find('=');
+    if (equals == std::string::npos)
+      return Error{ErrorKind::invalid, fmt::format("--specimen {}: give KEY=TEXT", entry)};
+    if (auto set = config::set_entry(campaign->specimen, entry.substr(0, equals),
+                                     entry.substr(equals + 1));
+        !set)
+      return set.error();
+  }
+  return campaign;
+}
+
+int nothing_missing(const Common& common, const RunOptions& options) {
+  const std::string files = all_files(options.resume, "");
+  if (common.json)
+    fmt::print("{}\n", Json{{"missing_runs", 0}}.dump());
+  else
+    fmt::print(
+        "Nothing is missing: every run has its cycles. Estimate them with `shakerctl "
+        "estimate{}`.\n",
+        files);
+  return kOk;
 }
 
 }  // namespace
 
 int run(const Common& common, const RunOptions& options) {
-  const auto campaign = config::load_campaign(options.campaign);
+  auto campaign = wanted_campaign(options);
   if (!campaign) return fail(common, kBadInput, campaign.error().what);
+  if (campaign->runs.empty()) return nothing_missing(common, options);
   try {
     const estimator::Model model(campaign->model);
   } catch (const std::invalid_argument& error) {
@@ -219,7 +292,7 @@ int run(const Common& common, const RunOptions& options) {
   count_interrupts();
   const Json spec = Json::parse(config::to_json_text(*campaign));
   return Campaign(common, *client, *campaign, options.quiet)
-      .run("campaign.start", {{"campaign", spec}}, true);
+      .run("campaign.start", {{"campaign", spec}}, true, options.resume);
 }
 
 int prove_deadman(const Common& common, const ProveOptions& options) {

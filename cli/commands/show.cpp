@@ -1,4 +1,6 @@
 // show: what one campaign database holds, with its alarms and its last estimate.
+#include <map>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +9,7 @@
 #include "cli/commands.hpp"
 #include "cli/documents_in.hpp"
 #include "cli/utc_text.hpp"
+#include "record/provenance.hpp"
 #include "report/estimate_table.hpp"
 #include "report/text_table.hpp"
 
@@ -23,13 +26,69 @@ std::string runs_table(const std::vector<RunSummary>& runs) {
   return report::text_table(rows, {false, true, true, true, true, true});
 }
 
+// The value itself, or how long it is where it has several lines.
+std::string in_short(const std::string& value) {
+  constexpr std::size_t kLongest = 100;
+  if (value.size() <= kLongest && value.find('\n') == std::string::npos) return printable(value);
+  return fmt::format("{} bytes", value.size());
+}
+
+// Campaign and model are facts too: their texts have columns of their own in the database, and
+// their hashes are facts named "sha256". Older files have no such hash.
+std::vector<record::Fact> facts_of(const CampaignSummary& s) {
+  std::vector<record::Fact> facts;
+  std::map<std::string, std::string> hashes;
+  for (const record::Fact& fact : s.facts) {
+    if (fact.name == "sha256")
+      hashes[fact.kind] = fact.value;
+    else
+      facts.push_back(fact);
+  }
+  for (const auto& [kind, text] :
+       {std::pair{"campaign", &s.row.spec_json}, std::pair{"model", &s.row.model_json}})
+    facts.push_back({kind, "as run", *text, s.row.started_utc,
+                     hashes.contains(kind) ? hashes[kind] : record::sha256(*text)});
+  return facts;
+}
+
+std::string facts_table(const std::vector<record::Fact>& facts) {
+  std::vector<std::vector<std::string>> rows = {{"of", "what", "value", "sha256"}};
+  for (const record::Fact& fact : facts) {
+    if (fact.kind == "note") continue;
+    rows.push_back({printable(fact.kind), printable(fact.name), in_short(fact.value),
+                    record::holds(fact) ? fact.sha256.substr(0, 12) : "DOES NOT MATCH"});
+  }
+  return report::text_table(rows, {false, false, false, false});
+}
+
+void print_notes(const std::vector<record::Fact>& facts) {
+  for (const record::Fact& fact : facts) {
+    if (fact.kind != "note") continue;
+    fmt::print("note of {} by {}: {}{}\n", readable_utc(fact.utc), printable(fact.name),
+               printable(fact.value), record::holds(fact) ? "" : " (ITS HASH DOES NOT MATCH)");
+  }
+}
+
+nlohmann::ordered_json facts_json(const std::vector<record::Fact>& facts) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const record::Fact& fact : facts)
+    list.push_back({{"of", fact.kind},
+                    {"what", fact.name},
+                    {"value", fact.value},
+                    {"utc", fact.utc},
+                    {"sha256", fact.sha256},
+                    {"hash_matches", record::holds(fact)}});
+  return list;
+}
+
 void print_summary(const CampaignSummary& s) {
   fmt::print("campaign {} on rig {}, model {}\n", printable(s.row.name), printable(s.row.rig),
              printable(s.model));
   fmt::print("measured {}{}, {}\n\n", readable_utc(s.row.started_utc),
              s.row.finished_utc.empty() ? "" : " to " + readable_utc(s.row.finished_utc),
              printable(s.row.status));
-  fmt::print("{}", runs_table(s.runs));
+  fmt::print("{}\n{}", runs_table(s.runs), facts_table(facts_of(s)));
+  print_notes(s.facts);
   for (std::size_t i = 0; i < s.alarms.size(); ++i)
     fmt::print("{}{}  {}\n", i == 0 ? "\n" : "", readable_utc(text_of(s.alarms[i], "t_utc")),
                narrate(s.alarms[i]));
@@ -53,6 +112,7 @@ nlohmann::ordered_json summary_json(const CampaignSummary& s, const std::filesys
           {"finished_utc", s.row.finished_utc},
           {"status", s.row.status},
           {"runs", std::move(runs)},
+          {"facts", facts_json(facts_of(s))},
           {"alarms", s.alarms},
           {"estimate", s.estimate}};
 }

@@ -152,6 +152,7 @@ const AssembledCycle* CycleAssembler::poll() {
 void CycleAssembler::assemble(Nanoseconds begin_at, Nanoseconds end_at, const HarmonicFit& fit) {
   const double period = seconds(end_at - begin_at);
   cycle_.whole = false;
+  cycle_.begin = begin_at;
   cycle_.why.clear();
   cycle_.measured.frequency_hz = tracker_.frequency_hz();
   cycle_.measured.amplitude = options_.excitation_measured ? fit.amplitude() : 0.0;

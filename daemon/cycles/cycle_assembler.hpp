@@ -41,6 +41,7 @@ struct AssembledCycle {
   estimator::MeasuredCycle measured;  // the caller fills run and index
   bool whole = false;
   std::string why;            // the reason, if not whole
+  Nanoseconds begin{};        // of the period
   Nanoseconds last_sample{};  // time stamp of the newest sample used
   long samples = 0;           // of the displacement
   int gaps = 0;               // number of places with missing samples

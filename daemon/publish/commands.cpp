@@ -97,6 +97,9 @@ Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
        [](Commands& c, const Json& params, const Peer& p) { return c.prove_deadman(params, p); }},
       {"stop", true,
        [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.stop(p.who)); }},
+      {"pause", true,
+       [](Commands& c, const Json&, const Peer& p) { return c.done(c.rig_.pause(p.who)); }},
+      {"resume", true, [](Commands& c, const Json&, const Peer& p) { return c.resume(p); }},
       {"estop", true,
        [](Commands& c, const Json&, const Peer& p) {
          return c.done(c.rig_.emergency_stop(p.who));
@@ -193,16 +196,25 @@ Answer Commands::start(const Json& params, const Peer& peer) {
         "\"params\" is {\"campaign\": {...}} or {\"file\": \"/path/of/campaign.json\"}.");
   }
   if (params.contains("campaign") && params["campaign"].is_object()) {
-    return done(rig_.start(peer.who, params["campaign"].dump(), "campaign.start", "/"));
+    return started(rig_.start(peer.who, params["campaign"].dump(), "campaign.start", "/"));
   }
   if (params.contains("file") && params["file"].is_string()) {
     if (const auto may = rig_.may_start(); !may) return done(may);
     const std::filesystem::path file = params["file"].get<std::string>();
     const auto text = read_campaign_file(file);
     if (!text) return done(text.error());
-    return done(rig_.start(peer.who, *text, file.string(), file.parent_path().string()));
+    return started(rig_.start(peer.who, *text, file.string(), file.parent_path().string()));
   }
   return bad_params("\"campaign\" is a campaign as an object, \"file\" the path of one.");
+}
+
+Answer Commands::resume(const Peer& peer) {
+  if (!lease_.held_by(peer.client)) {
+    return RpcError{RpcCode::not_in_control,
+                    "Motion needs control: ask for control.acquire first, and renew the lease.",
+                    nullptr};
+  }
+  return done(rig_.resume(peer.who));
 }
 
 Answer Commands::prove_deadman(const Json& params, const Peer& peer) {
@@ -222,7 +234,12 @@ Answer Commands::prove_deadman(const Json& params, const Peer& peer) {
 
 Answer Commands::status(const Peer& peer) const {
   Json state = Json::parse(protocol::to_json_text(rig_.state()));
-  return Json{{"state", std::move(state)}, {"in_control", lease_.held_by(peer.client)}};
+  Json answer = {{"state", std::move(state)}, {"in_control", lease_.held_by(peer.client)}};
+  if (lease_.holder()) {
+    answer["controller"] = holder_;
+    answer["controlled_for_s"] = seconds(clock_.now() - held_since_);
+  }
+  return answer;
 }
 
 Answer Commands::diagnose(const Json& params) {
@@ -236,6 +253,12 @@ Answer Commands::diagnose(const Json& params) {
 Answer Commands::done(const Result<void>& outcome) const {
   if (!outcome) return RpcError{code_of(outcome.error().kind), outcome.error().what, nullptr};
   return Json{{"state", rig_.state().state}};
+}
+
+Answer Commands::started(const Result<void>& outcome) const {
+  Answer answer = done(outcome);
+  if (auto* result = std::get_if<Json>(&answer)) (*result)["database"] = rig_.database();
+  return answer;
 }
 
 }  // namespace shaker::daemon

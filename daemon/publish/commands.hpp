@@ -37,11 +37,15 @@ class RigControl {
   // messages.
   virtual Result<void> start(const std::string& who, const std::string& text,
                              const std::string& origin, const std::string& directory) = 0;
+  // Path of the database of the campaign that was started last; empty before the first.
+  virtual std::string database() const = 0;
   // Begins the proof of the exciter's dead-man: motion at `amplitude` (m/s^2), then no
   // heartbeat.
   virtual Result<void> prove_deadman(const std::string& who, double frequency_hz,
                                      double amplitude) = 0;
   virtual Result<void> stop(const std::string& who) = 0;
+  virtual Result<void> pause(const std::string& who) = 0;
+  virtual Result<void> resume(const std::string& who) = 0;
   virtual Result<void> emergency_stop(const std::string& who) = 0;
   virtual Result<void> acknowledge(const std::string& who) = 0;
   virtual void lease_lost() = 0;
@@ -67,9 +71,11 @@ class Commands final : public RequestHandler {
   Answer renew(const Peer& peer);
   Answer start(const nlohmann::json& params, const Peer& peer);
   Answer status(const Peer& peer) const;
+  Answer resume(const Peer& peer);
   Answer prove_deadman(const nlohmann::json& params, const Peer& peer);
   Answer diagnose(const nlohmann::json& params);
   Answer done(const Result<void>& outcome) const;
+  Answer started(const Result<void>& outcome) const;
 
   RigControl& rig_;
   Clock& clock_;

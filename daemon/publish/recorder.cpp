@@ -32,7 +32,8 @@ bool Recorder::must_be_kept(const protocol::Document& document) {
 
 // --- the engine's thread
 
-Result<record::CampaignWriter> Recorder::create(const config::CampaignSpec& campaign) const {
+Result<record::CampaignWriter> Recorder::create(const config::CampaignSpec& campaign,
+                                                const std::string& who) const {
   record::CampaignRow row;
   row.name = campaign.name;
   row.started_utc = format_utc(clock_.utc());
@@ -40,12 +41,20 @@ Result<record::CampaignWriter> Recorder::create(const config::CampaignSpec& camp
   row.auxiliary = options_.auxiliary;
   row.model_json = config::to_json_text(campaign.model);
   row.spec_json = config::to_json_text(campaign);
-  return record::CampaignWriter::create(options_.directory, row);
+  std::vector<record::Fact> facts = options_.facts;
+  facts.push_back({"campaign", "sha256", record::sha256(row.spec_json)});
+  facts.push_back({"model", "sha256", record::sha256(row.model_json)});
+  if (!who.empty()) facts.push_back({"person", "started by", who});
+  if (!campaign.resumes.empty()) facts.push_back({"campaign", "resumes", campaign.resumes});
+  for (const auto& [name, value] : config::entries(campaign.specimen))
+    facts.push_back({"specimen", name, value});
+  return record::CampaignWriter::create(options_.directory, row, facts);
 }
 
-Result<void> Recorder::prepare(const config::CampaignSpec& campaign) {
-  auto writer = create(campaign);
+Result<void> Recorder::prepare(const config::CampaignSpec& campaign, const std::string& who) {
+  auto writer = create(campaign, who);
   if (!writer) return writer.error();
+  prepared_file_ = writer->file();
   const std::lock_guard lock(mutex_);
   prepared_ = std::move(*writer);
   return {};
@@ -73,7 +82,7 @@ Result<void> Recorder::record_campaign(const config::CampaignSpec& campaign) {
     writer.swap(prepared_);
   }
   if (!writer) {
-    auto created = create(campaign);
+    auto created = create(campaign, {});
     if (!created) return created.error();
     writer = std::move(*created);
   }
@@ -134,7 +143,9 @@ void Recorder::close_campaign() {
   if (!open_) return;
   open_ = false;
   // Earlier calls have reported any failure already.
-  if (!hand_over(Finish{status_.empty() ? "abort" : status_, format_utc(clock_.utc())}, 0)) {
+  if (!hand_over(
+          Finish{status_.empty() ? "abort" : status_, format_utc(clock_.utc()), state_reason_},
+          0)) {
     spdlog::error("The campaign's database was closed early.");
   }
 }
@@ -147,6 +158,8 @@ Result<void> Recorder::publish(const protocol::Document& document) {
     const std::lock_guard lock(mutex_);
     health->disk_flush_max_s = seconds(std::exchange(flush_max_, Nanoseconds{}));
   }
+  if (const auto* state = std::get_if<protocol::StateDocument>(&document))
+    state_reason_ = state->reason;
   // The status of the campaign is that of its worst run.
   if (const auto* stop = std::get_if<protocol::RunStopDocument>(&document)) {
     if (status_.empty() || stop->status == "fail" || status_ == "success") status_ = stop->status;

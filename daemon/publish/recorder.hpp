@@ -38,6 +38,7 @@ struct RecorderOptions {
   std::filesystem::path directory;  // for the databases
   std::string rig;
   protocol::ChannelLabels auxiliary = {};      // of the rig file, stored in every campaign
+  std::vector<record::Fact> facts = {};        // of rig and programs, stored in every campaign
   std::size_t max_waiting = 64 * 1024 * 1024;  // bytes not yet on disk
   // Limit of one call to the disk. The service sets half of the time that withholds the
   // heartbeat.
@@ -56,8 +57,10 @@ class Recorder final : public Outlet {
 
   // Creates the campaign's file for the next record_campaign. Call it on any thread but the
   // engine's, which must not wait for the disk. Without it record_campaign creates the file
-  // itself.
-  Result<void> prepare(const config::CampaignSpec& campaign);
+  // itself. `who` starts it.
+  Result<void> prepare(const config::CampaignSpec& campaign, const std::string& who = {});
+  // The file that was prepared last; empty before the first. On the thread of `prepare`.
+  const std::filesystem::path& prepared_file() const { return prepared_file_; }
   void discard();  // removes a prepared file that was not used
 
   // --- Outlet, on the engine's thread
@@ -87,7 +90,7 @@ class Recorder final : public Outlet {
     std::vector<record::SampleRow> rows;
   };
   struct Finish {
-    std::string status, utc;
+    std::string status, utc, reason;
   };
   struct Waiting {
     protocol::Document document;
@@ -99,7 +102,8 @@ class Recorder final : public Outlet {
   static bool must_be_kept(std::string_view type);
   static bool must_be_kept(const protocol::Document& document);
 
-  Result<record::CampaignWriter> create(const config::CampaignSpec& campaign) const;
+  Result<record::CampaignWriter> create(const config::CampaignSpec& campaign,
+                                        const std::string& who) const;
   Result<void> hand_over(Item item, std::size_t bytes);
   void publish_past_the_disk(Waiting waiting);
   Waiting stamped(const protocol::Document& document) const;
@@ -122,10 +126,13 @@ class Recorder final : public Outlet {
   Wake wake_;
   Complete complete_;
 
+  std::filesystem::path prepared_file_;  // the thread of `prepare`
+
   // the engine's thread
   bool open_ = false;
   int run_ = -1;
   std::string status_;        // of the worst run so far; empty before the first one ends
+  std::string state_reason_;  // of the last state
   std::string logged_state_;  // the last state in the log
 
   // shared

@@ -86,6 +86,7 @@ void Recorder::apply(Item& item) {
     documents_.push_back(std::move(*waiting));
   } else if (auto* finish = std::get_if<Finish>(&item)) {
     commit();
+    if (writer_) keep(writer_->add_fact({"person", "ended because", finish->reason}, finish->utc));
     if (writer_) keep(writer_->finish(finish->status, finish->utc));
     writer_.reset();
     failed_ = false;

@@ -12,8 +12,6 @@
 namespace shaker::daemon {
 namespace {
 
-constexpr std::size_t kMaxKept = 16;
-
 Line as_line(std::string text) {
   text += '\n';
   return std::make_shared<const std::string>(std::move(text));
@@ -35,6 +33,12 @@ Line refusal(std::string why) {
 // True for commands. Queries do not protect their sender's place.
 bool commands(const protocol::RpcRequest& request) {
   return request.method != "ping" && request.method != "status";
+}
+
+// The estimate of the campaign before is not that of this one.
+bool begins_campaign(const std::string& run_start) {
+  const auto document = nlohmann::json::parse(run_start, nullptr, false);
+  return document.is_object() && document.value("run_index", nlohmann::json()) == 0;
 }
 
 EventSource add_io(sd_event* loop, int fd, std::uint32_t events, sd_event_io_handler_t callback,
@@ -180,13 +184,9 @@ void StreamServer::send_snapshot(Connection& connection) {
   connection.client.send(as_line(protocol::to_json_line(version_, envelope)), now);
   if (last_state_) connection.client.send(last_state_, now);
   if (last_estimate_) connection.client.send(last_estimate_, now);
-  for (const Line& line : kept_)
-    connection.client.send(line, now);
+  for (const protocol::StandingAlarm& alarm : alarms_.all())
+    connection.client.send(as_line(alarm.line), now);
   push(connection);
-}
-
-void StreamServer::keep_for_late_joiners(const PublishedLine& line) {
-  if (kept_.size() < kMaxKept) kept_.push_back(as_line(line.text));
 }
 
 // A client that has left may have left requests, even a stop. They are handled first, a few in
@@ -259,6 +259,9 @@ void StreamServer::publish(const PublishedLine& document) {
   last_seq_ = document.seq;
   if (document.type == "state") last_state_ = line;
   if (document.type == "estimate") last_estimate_ = line;
+  if (document.type == "alarm")
+    alarms_.take(nlohmann::json::parse(document.text, nullptr, false), document.text);
+  if (document.type == "run_start" && begins_campaign(document.text)) last_estimate_.reset();
   const Nanoseconds now = clock_.now();
   for (auto& [number, connection] : clients_) {
     if (connection->deaf) continue;

@@ -1,4 +1,5 @@
-// Server of the stream. Each client receives the version, a snapshot, and every later document.
+// Server of the stream. Each client receives the version, a snapshot with the alarms that nobody
+// has acknowledged, and every later document.
 // Its requests go to a RequestHandler, and the answers go back to it.
 //
 // A client that wants to stop the rig always finds a place. Read-only clients have places of
@@ -24,6 +25,7 @@
 #include "daemon/publish/client.hpp"
 #include "protocol/documents.hpp"
 #include "protocol/rpc.hpp"
+#include "protocol/standing_alarms.hpp"
 
 namespace shaker::daemon {
 
@@ -64,8 +66,6 @@ class StreamServer {
 
   void add_listener(UniqueFd listener, bool read_only);
   void publish(const PublishedLine& line);
-  // Repeats this line to every later client, after the snapshot (at most 16 lines).
-  void keep_for_late_joiners(const PublishedLine& line);
   int client_count() const { return static_cast<int>(clients_.size()); }
   // Closes condemned clients that did not read, and reads from those that cannot be sent to.
   // Call a few times a second.
@@ -98,7 +98,7 @@ class StreamServer {
   int controller_ = 0;  // acquired control last and has not released it; 0: none
   std::uint64_t last_seq_ = 0;
   Line last_state_, last_estimate_;
-  std::vector<Line> kept_;
+  protocol::StandingAlarms alarms_;
 };
 
 }  // namespace shaker::daemon

@@ -166,6 +166,14 @@ std::vector<Finding> check_at_rest(const config::RigConfig& rig,
          "is unknown, and estimates of damping are biased by it"});
   }
   check_exciter(found, rig, facts.status, facts.exciter_trouble);
+  for (const auto& [channel, calibration] : rig.calibration) {
+    if (facts.today.empty() || facts.today <= calibration.due) continue;
+    found.push_back(
+        {false, "calibration_overdue",
+         fmt::format("the calibration of the {} sensor ({}) was due on {}; have it calibrated, or "
+                     "write the new dates into the rig file",
+                     protocol::name(channel), calibration.serial, calibration.due)});
+  }
   return found;
 }
 

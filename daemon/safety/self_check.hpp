@@ -43,6 +43,7 @@ struct RestFacts {
   std::optional<drivers::ExciterStatus> status;  // read after the check began
   // Last message of each link, for a silent device; may be empty.
   std::string sensor_trouble = {}, exciter_trouble = {};
+  std::string today = {};  // "2026-03-01"; empty: calibrations are not looked at
 };
 std::vector<Finding> check_at_rest(const config::RigConfig& rig,
                                    const config::CampaignSpec& campaign, const RestFacts& facts);

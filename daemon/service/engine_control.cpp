@@ -65,7 +65,7 @@ Result<void> EngineControl::prove_deadman(const std::string& who, double frequen
 Result<void> EngineControl::begin(std::shared_ptr<const config::CampaignSpec> wanted, Begin how) {
   const auto admitted = rig_.ask([wanted](Engine& engine) { return engine.admit(*wanted); });
   if (!admitted) return admitted;
-  if (auto made = recorder_.prepare(*wanted); !made) return made;
+  if (auto made = recorder_.prepare(*wanted, starter_); !made) return made;
   const auto begun = rig_.ask([wanted, how](Engine& engine) { return (engine.*how)(*wanted); });
   if (!begun) recorder_.discard();
   return begun;
@@ -73,6 +73,15 @@ Result<void> EngineControl::begin(std::shared_ptr<const config::CampaignSpec> wa
 
 Result<void> EngineControl::stop(const std::string& who) {
   return rig_.ask([who](Engine& engine) { return engine.stop(who); }, true);
+}
+
+// A late pause does no harm; a late resumption is dropped.
+Result<void> EngineControl::pause(const std::string& who) {
+  return rig_.ask([who](Engine& engine) { return engine.pause(who); }, true);
+}
+
+Result<void> EngineControl::resume(const std::string& who) {
+  return rig_.ask([who](Engine& engine) { return engine.resume(who); });
 }
 
 // Stops the exciter first, so that a stuck engine does not keep the table moving.

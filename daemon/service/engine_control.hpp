@@ -29,9 +29,12 @@ class EngineControl final : public RigControl {
   Result<void> may_start() override;
   Result<void> start(const std::string& who, const std::string& text, const std::string& origin,
                      const std::string& directory) override;
+  std::string database() const override { return recorder_.prepared_file().string(); }
   Result<void> prove_deadman(const std::string& who, double frequency_hz,
                              double amplitude) override;
   Result<void> stop(const std::string& who) override;
+  Result<void> pause(const std::string& who) override;
+  Result<void> resume(const std::string& who) override;
   Result<void> emergency_stop(const std::string& who) override;
   Result<void> acknowledge(const std::string& who) override;
   void lease_lost() override;

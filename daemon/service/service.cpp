@@ -25,6 +25,7 @@
 #include "daemon/service/deadman_file.hpp"
 #include "daemon/service/engine_control.hpp"
 #include "daemon/service/logging.hpp"
+#include "daemon/service/provenance.hpp"
 #include "daemon/service/recovery_report.hpp"
 #include "daemon/service/rig_thread.hpp"
 #include "daemon/service/supervision.hpp"
@@ -117,6 +118,7 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
           {.directory = options.data,
            .rig = rig.name,
            .auxiliary = rig.auxiliary,
+           .facts = facts_of_rig(rig, options.rig),
            .stall = from_seconds(rig.limits.recorder_stall_s) / 2},
           clock, [this] { lines_wait.wake(); },
           [this](protocol::HealthDocument& health) { complete(health); }),
@@ -135,7 +137,11 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
       control(rig_thread, exciter, recorder, desk, rig.limits.excitation_max_m_s2),
       commands(control, clock, from_seconds(rig.client_lease_s)),
       server(loop.get(), clock, commands,
-             protocol::VersionDocument{"shakerd", program_version(), 1, rig.name}),
+             protocol::VersionDocument{
+                 "shakerd", program_version(), 1, rig.name,
+                 protocol::LimitsEntry{rig.limits.stroke_min_m, rig.limits.stroke_max_m,
+                                       rig.limits.stroke_rate_max_m_s,
+                                       rig.limits.excitation_max_m_s2}}),
       deadman_file(recorder.directory(), options.rig) {
   if (const auto kept = deadman_file.load()) {
     deadman_kept = true;
@@ -171,8 +177,7 @@ Result<void> Service::Parts::listen(const Options& options) {
 }
 
 // Lists the unfinished files of an earlier daemon before anything is recorded, and checks them
-// on a thread of its own (a second for each gigabyte). The findings are repeated to every later
-// client.
+// on a thread of its own (a second for each gigabyte).
 void Service::Parts::recover() {
   auto files = record::interrupted(recorder.directory());
   if (files.empty()) return;
@@ -247,11 +252,8 @@ void Service::Parts::publish() {
     // These documents need not be kept: the files of the diagnosis are its record.
     rig_thread.tell([document](Engine& told) { told.publish(document); });
   }
-  for (const auto& line : recorder.take()) {
-    if (line.type == "alarm" && line.text.find(R"("code":"campaign_)") != std::string::npos)
-      server.keep_for_late_joiners(line);
+  for (const auto& line : recorder.take())
     server.publish(line);
-  }
 }
 
 void Service::Parts::tick() {

@@ -14,11 +14,12 @@
 The standard library is enough. Where NumPy is installed, samples and cycles are NumPy arrays, else
 `array.array`. All numbers are SI: m, m/s^2, N, s, Hz.
 """
-from .campaign import Campaign, Cycle, NotACampaign, Run, open_campaign
+from .campaign import Campaign, Cycle, Fact, NotACampaign, Run, open_campaign
 from .client import Client, ConnectionLost, Refused, connect
 from .folder import CampaignFolder, Recording, open_folder
 from .tools import ToolFailed, diagnose, estimate, import_campaign
 
-__all__ = ["Campaign", "CampaignFolder", "Client", "ConnectionLost", "Cycle", "NotACampaign", "Recording", "Refused",
-           "Run", "ToolFailed", "connect", "diagnose", "estimate", "import_campaign", "open_campaign", "open_folder"]
+__all__ = ["Campaign", "CampaignFolder", "Client", "ConnectionLost", "Cycle", "Fact", "NotACampaign", "Recording",
+           "Refused", "Run", "ToolFailed", "connect", "diagnose", "estimate", "import_campaign", "open_campaign",
+           "open_folder"]
 __version__ = "0.2.0"

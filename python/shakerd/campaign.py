@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import array
 import dataclasses
+import hashlib
 import json
 import os
 import pathlib
@@ -20,7 +21,7 @@ PathLike = Union[str, "os.PathLike[str]"]
 Doubles = Any  # numpy.ndarray of float64, or array.array('d')
 
 APPLICATION_ID = 0x5348414B  # "SHAK"
-NEWEST_LAYOUT = 3
+NEWEST_LAYOUT = 4
 SAMPLE = struct.Struct("<qdBB")  # time in ns, value in SI, channel, quality
 CHANNELS = ("displacement", "excitation", "acceleration", "force",
             "aux1", "aux2", "aux3", "aux4", "aux5", "aux6", "aux7", "aux8")
@@ -53,6 +54,20 @@ class Cycle:
     displacement: Doubles  # m
     excitation: Doubles  # m/s^2
     excitation_error: float  # m/s^2
+
+
+@dataclasses.dataclass(frozen=True)
+class Fact:
+    """Where the numbers come from: a file, a program, a person, the specimen, a sensor, a note."""
+    of: str  # "rig file", "program", "specimen", "note", ...
+    what: str  # of a file: its path; of a note: its author
+    value: str  # of a file: its whole text
+    utc: str
+    sha256: str  # of the value, as it is in the database
+
+    def holds(self) -> bool:
+        """Whether the hash is that of the value."""
+        return hashlib.sha256(self.value.encode()).hexdigest() == self.sha256
 
 
 def open_campaign(file: PathLike) -> Campaign:
@@ -144,6 +159,14 @@ class Campaign:
                 continue
             yield Cycle(names[row[0]], row[1], bool(row[2]), row[3], row[4], _from_blob(row[5]),
                         _from_blob(row[6]), row[7])
+
+    def facts(self) -> list[Fact]:
+        """In the order of their writing; none in a file of a layout before 4 without notes."""
+        tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_schema")}
+        if "fact" not in tables:
+            return []
+        return [Fact(*row) for row in self._database.execute(
+            "SELECT kind, name, value, utc, sha256 FROM fact ORDER BY id")]
 
     # --- what was published
 

@@ -110,6 +110,14 @@ class Client:
         """Ramps down, whoever is in control."""
         return self.ask("stop")
 
+    def pause(self) -> Document:
+        """Ramps to rest and keeps the campaign open. `resume` goes on, by the client in control."""
+        return self.ask("pause")
+
+    def resume(self) -> Document:
+        """Goes on with a paused campaign. Raises Refused unless this client is in control."""
+        return self.ask("resume")
+
     def emergency_stop(self) -> Document:
         """Zero at once; latches FAULT until `acknowledge`."""
         return self.ask("estop")

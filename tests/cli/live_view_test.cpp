@@ -35,6 +35,7 @@ Json estimate() {
     parameters.push_back({{"name", "theta" + std::to_string(i)},
                           {"value", 1.0},
                           {"unit", "m"},
+                          {"determined", true},
                           {"standard_error", 0.1},
                           {"interval", {0.8, 1.2}}});
   return {{"type", "estimate"}, {"parameters", parameters}, {"usable", true}, {"cycles_used", 3}};
@@ -71,9 +72,11 @@ TEST(LiveView, KeepsAnAlarmUntilItIsAcknowledged) {
     view.take(alarm("info", "note"));
   }
   EXPECT_THAT(texts(view), Contains("ALARM since 12:34:56 UTC, 21 times: the text"));
-  view.take(rig_state("FAULT", {{"reason", "again"}}));
-  EXPECT_THAT(texts(view), Contains(HasSubstr("ALARM")));
-  view.take(rig_state("IDLE"));
+  for (const char* state : {"FAULT", "IDLE", "CHECK", "MEASURE"}) {
+    view.take(rig_state(state));
+    EXPECT_THAT(texts(view), Contains(HasSubstr("ALARM"))) << state;
+  }
+  view.take(alarm("info", "acknowledged"));
   EXPECT_THAT(texts(view), Not(Contains(HasSubstr("ALARM"))));
 }
 
@@ -84,8 +87,86 @@ TEST(LiveView, ForgetsTheCampaignBeforeWhenTheNextBegins) {
   view.take(alarm("warning", "parameter_change"));
   view.take(rig_state("IDLE"));
   EXPECT_THAT(texts(view), Contains(HasSubstr("theta0")));
+  view.take(alarm("info", "warnings_set_aside"));
   view.take(rig_state("CHECK"));
   EXPECT_THAT(texts(view), Not(Contains(AnyOf(HasSubstr("theta0"), HasSubstr("warning")))));
+}
+
+TEST(LiveView, KeepsAPausedCampaignWhenItIsResumed) {
+  LiveView view;
+  view.take(rig_state("MEASURE"));
+  view.take(estimate());
+  view.take(rig_state("PAUSE"));
+  view.take(rig_state("CHECK"));
+  EXPECT_THAT(texts(view), Contains(HasSubstr("theta0")));
+}
+
+TEST(LiveView, SaysOfAnOlderAlarmItsDay) {
+  LiveView view;
+  view.take(alarm("error", "estop"));
+  view.take({{"type", "health"}, {"t_utc", "2026-03-02T00:00:01.000Z"}});
+  EXPECT_THAT(texts(view), Contains("ALARM since 2026-03-01 12:34:56 UTC: the text"));
+}
+
+TEST(LiveView, ShowsFiveAlarmsAndHowManyMoreThereAre) {
+  LiveView view;
+  for (int i = 0; i < 7; ++i)
+    view.take(alarm("error", ("code" + std::to_string(i)).c_str()));
+  EXPECT_THAT(texts(view), Contains(StartsWith("and 2 more: `shakerctl status`")));
+}
+
+// What an operator must see at once fits on the smallest terminal, whatever else there is.
+TEST(LiveView, Of24LinesShowsStateAlarmsSetpointLimitsRunAndTheParameterKnownLeast) {
+  LiveView view;
+  view.take({{"type", "version"},
+             {"program", "shakerd"},
+             {"version", "1"},
+             {"rig", "r"},
+             {"limits",
+              {{"stroke_min_m", 0.0},
+               {"stroke_max_m", 0.3},
+               {"stroke_rate_max_m_s", 3.0},
+               {"excitation_max_m_s2", 15.0}}}});
+  view.take(rig_state(
+      "MEASURE", {{"frequency_hz", 2.0}, {"amplitude", 3.0}, {"progress", 0.5}, {"eta_s", 10}}));
+  view.take({{"type", "run_start"},
+             {"run", "slow"},
+             {"run_index", 1},
+             {"run_count", 4},
+             {"cycles_wanted", 20}});
+  for (int i = 0; i < 7; ++i)
+    view.take(alarm("warning", ("code" + std::to_string(i)).c_str()));
+  view.take({{"type", "cycle"},
+             {"accepted", true},
+             {"frequency_hz", 2.0},
+             {"amplitude", 3.0},
+             {"stroke_min_m", 0.06},
+             {"stroke_max_m", 0.21},
+             {"stroke_rate_m_s", 0.75}});
+  Json many = estimate();
+  many["parameters"][7]["standard_error"] = 0.25;
+  view.take(many);
+  const auto lines = texts(view);
+  ASSERT_THAT(lines, SizeIs(24));
+  EXPECT_THAT(lines, Contains("state MEASURE"));
+  EXPECT_THAT(lines, Contains(StartsWith("warning since 12:34:56 UTC")));
+  EXPECT_THAT(lines, Contains(StartsWith("setpoint 2 Hz, 3 m/s^2   measured 2 Hz, 3 m/s^2")));
+  EXPECT_THAT(lines, Contains(StartsWith("run 2 of 4, slow")));
+  EXPECT_THAT(lines, Contains("stroke [....==========......] 60.0 to 210.0 of 0 to 300 mm, "
+                              "60.0 mm left"));
+  EXPECT_THAT(lines, Contains("speed  [=====...............] 0.75 of 3 m/s, 75 % left"));
+  EXPECT_THAT(lines, Contains("table  [====................] 3 of 15 m/s^2, 80 % left"));
+  EXPECT_THAT(lines, Contains(StartsWith("known least: theta7 = 1.00 ± 0.25 m (25 %)")));
+}
+
+TEST(LiveView, SaysWhichParameterIsNotDetermined) {
+  LiveView view;
+  Json some = estimate();
+  for (auto& parameter : some["parameters"])
+    parameter["determined"] = true;
+  some["parameters"][3]["determined"] = false;
+  view.take(some);
+  EXPECT_THAT(texts(view), Contains("known least: theta3 is not determined by these cycles"));
 }
 
 TEST(LiveView, ShowsTheSetpointBesideWhatWasMeasuredAndNothingOfItAtRest) {

@@ -1,6 +1,10 @@
 """shakerctl without a daemon: usage, checks of files, responses and the figures."""
+import contextlib
+import hashlib
 import json
 import os
+import pwd
+import sqlite3
 import subprocess
 import sys
 import unittest
@@ -110,8 +114,33 @@ class Campaigns(Scratch):
         self.assertEqual(shown["runs"], [{"name": "r01", "frequency_hz": 2.0, "amplitude": 3.0, "cycles_wanted": 3,
                                           "cycles_accepted": 3, "cycles_left_out": 1}])
         self.assertIsNone(shown["estimate"])
+        self.assertEqual([(each["of"], each["hash_matches"]) for each in shown["facts"]],
+                         [("campaign", True), ("model", True)])
         self.assertEqual(run("show", self.path / "none.db").returncode, 2)
         self.assertIn(f"the newest is {file}", run("show", self.path / "data").stderr)
+
+    def test_a_note_is_shown_with_its_user_and_a_changed_one_too(self):
+        file = self.make(self.path / "data")
+        result = run("note", file, "the oil was cold\x1b[31m")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        user = pwd.getpwuid(os.getuid()).pw_name
+        self.assertRegex(run("show", file).stdout,
+                         rf"note of \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d UTC by {user}: the oil was cold \[31m\n")
+        note = json.loads(run("show", file, "--json").stdout)["facts"][0]
+        self.assertEqual(note["sha256"], hashlib.sha256(note["value"].encode()).hexdigest())
+        with contextlib.closing(sqlite3.connect(file)) as database, database:
+            database.execute("UPDATE fact SET value = 'the oil was warm'")
+        self.assertIn("the oil was warm (ITS HASH DOES NOT MATCH)", run("show", file).stdout)
+
+    def test_a_note_that_cannot_be_kept_is_2(self):
+        file = self.make(self.path / "data")
+        self.assertIn("1 to 10000 bytes; this one has 0", run("note", file, "").stderr)
+        self.assertIn("there is no such file", run("note", self.path / "none.db", "x").stderr)
+        with contextlib.closing(sqlite3.connect(file)) as database, database:
+            database.execute("UPDATE campaign SET status = 'running'")
+        result = run("note", file, "x")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("still being recorded", result.stderr)
 
 
 class Check(Scratch):
@@ -121,6 +150,17 @@ class Check(Scratch):
                 result = run("check", path)
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.assertIn(f"a good {path.name.split('-')[0]} file", result.stdout)
+
+    def test_says_of_a_sensor_when_its_calibration_is_due(self):
+        rig = EXAMPLES / "rig-simulated.json"
+        good = run("check", rig)
+        self.assertIn("displacement sensor L-0815: calibrated 2026-01-12, due 2099-01-12, uncertainty 2e-05 m",
+                      good.stdout)
+        self.assertNotIn("overdue", good.stdout + good.stderr)
+        self.write("model-oleo.json", (EXAMPLES / "model-oleo.json").read_text())
+        late = run("check", self.write("rig.json", rig.read_text().replace("2099-01-12", "2026-01-13")))
+        self.assertEqual(late.returncode, 0, late.stderr)
+        self.assertIn("displacement sensor L-0815: calibration is overdue", late.stdout + late.stderr)
 
     def test_says_which_it_is_and_what_is_wrong(self):
         bad = self.write("bad.json", '{"runs": [{"frequency_hz": -2, "amplitude": 3}],\n"nmae": 1}')

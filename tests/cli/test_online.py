@@ -3,6 +3,7 @@ ends. What the real daemon does is in tests/system."""
 import json
 import os
 import pathlib
+import pty
 import signal
 import socket
 import subprocess
@@ -169,6 +170,22 @@ class Orders(Online):
                       result.stdout)
         self.assertIn("16.667 ± 0.021", result.stdout)
 
+    def test_status_shows_alarms_and_who_is_in_control(self):
+        alarm = {"type": "alarm", "severity": "error", "code": "estop", "t_utc": "2026-03-01T12:34:56.000Z",
+                 "text": "the rig was stopped"}
+        answers = {"status": lambda _: {"state": state("IDLE"), "in_control": False,
+                                        "controller": "anna (pid 7)", "controlled_for_s": 65.0}}
+        daemon = self.serve([VERSION, IDLE, alarm], answers)
+        result = self.shakerctl("status")
+        self.assertIn("ALARM since 2026-03-01 12:34:56 UTC: the rig was stopped\n", result.stdout)
+        self.assertIn("control: anna (pid 7), for 1 min 05 s\n", result.stdout)
+        daemon.close()
+        self.socket.unlink()
+        self.serve([VERSION, IDLE, alarm], answers)
+        shown = json.loads(self.shakerctl("status", "--json").stdout)
+        self.assertEqual(shown["alarms"], [alarm])
+        self.assertEqual(shown["controller"], "anna (pid 7)")
+
     def test_status_in_fault_is_1(self):
         self.serve(answers={"status": lambda _: {"state": state("FAULT"), "in_control": False}})
         result = self.shakerctl("status", "--json")
@@ -176,7 +193,7 @@ class Orders(Online):
         self.assertEqual(json.loads(result.stdout)["state"]["state"], "FAULT")
 
     def test_orders_are_sent_and_refusals_are_4(self):
-        for method in ("stop", "estop", "ack"):
+        for method in ("stop", "pause", "estop", "ack"):
             with self.subTest(method=method):
                 daemon = self.serve(answers={method: lambda _: {"state": "RAMP_DOWN"}})
                 result = self.shakerctl(method)
@@ -203,8 +220,11 @@ class Orders(Online):
         self.assertIn("No place.", result.stderr)
 
     def test_a_stop_at_rest_says_that_nothing_was_moving(self):
-        self.serve(answers={"stop": lambda _: {"state": "IDLE"}})
-        self.assertEqual(self.shakerctl("stop").stdout, "Nothing was moving. State: IDLE.\n")
+        for name in ("IDLE", "FAULT"):
+            daemon = self.serve(answers={"stop": lambda _, name=name: {"state": name}})
+            self.assertEqual(self.shakerctl("stop").stdout, f"Nothing was moving. State: {name}.\n")
+            daemon.close()
+            self.socket.unlink()
 
     def test_a_daemon_that_goes_away_is_3(self):
         self.serve(answers={"stop": hang_up})
@@ -248,7 +268,7 @@ class Watch(Online):
         self.serve([VERSION, state("MEASURE", progress=0.5, eta_s=65), health, estimate()])
         screen = self.on_a_terminal(1)
         self.assertIn("\x1b[?1049h", screen)
-        self.assertRegex(screen, r"displacement +good +0\.125 +m +1000 +4")
+        self.assertRegex(screen, r"displacement +good +125 +mm +1000 +4")
         self.assertRegex(screen, r"gas_pressure +good +9\.8123e\+05 +Pa +100 +10")
         self.assertIn("[###############...............]  50 %   ETA 1 min 05 s", screen)
         self.assertIn("16.667 ± 0.021", screen[screen.rindex("\x1b[?1049l"):])
@@ -326,6 +346,23 @@ class Run(Online):
         self.assertEqual(result.returncode, 1)
         self.assertIn("the campaign did not succeed: at rest", result.stderr)
 
+    def test_a_campaign_that_ends_early_says_how_to_measure_the_rest(self):
+        def begin(daemon):
+            return {**play(last="abort")(daemon), "database": "/data/demo_1.db"}
+        _, result = self.run_campaign(campaign_start=begin)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("at rest; measure the rest with `shakerctl run --resume /data/demo_1.db`", result.stderr)
+
+    def test_a_campaign_file_or_databases_are_needed_and_not_both(self):
+        self.assertIn("give a campaign file, or --resume FILE.db", self.shakerctl("run").stderr)
+        both = self.shakerctl("run", CAMPAIGN, "--resume", "x.db")
+        self.assertEqual(both.returncode, 2)
+        for bad, why in (("serial", "give KEY=TEXT"), ("charge=18", "no number with a unit"),
+                         ("seriel=7", 'did you mean "serial"?')):
+            result = self.shakerctl("run", CAMPAIGN, "--specimen", bad)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(why, result.stderr)
+
     def test_a_fault_is_1(self):
         _, result = self.run_campaign(campaign_start=play(end_state="FAULT"))
         self.assertEqual(result.returncode, 1)
@@ -379,6 +416,73 @@ class Run(Online):
         self.assertEqual(program.returncode, 1)
         self.assertIn("the rig ramps down", stderr)
         self.assertIn("stopped by its operator", stderr)
+
+    def resume(self, **answers):
+        daemon = self.serve([VERSION, state("PAUSE")], {"control.acquire": lambda _: {"lease_s": 0.2}, **answers})
+        return daemon, self.shakerctl("resume")
+
+    def test_resume_takes_control_and_stays_until_the_rig_is_at_rest(self):
+        def go_on(status):
+            def answer(daemon):
+                daemon.say(state("CHECK", reason="resumed by otto"))
+
+                def end():
+                    daemon.say(state("MEASURE"), {"type": "run_stop", "run": "fast", "status": status, "reason": "",
+                                                  "cycles_accepted": 1, "cycles_rejected": 0},
+                               state("RAMP_DOWN"), state("IDLE", reason="at rest"))
+                threading.Timer(0.5, end).start()
+                return {"state": "CHECK"}
+            return answer
+        daemon, result = self.resume(resume=go_on("success"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("state CHECK: resumed by otto\n", result.stdout)
+        methods = [each["method"] for each in daemon.requests]
+        self.assertEqual(methods[:2], ["control.acquire", "resume"])
+        self.assertIn("lease.renew", methods)
+        daemon.close()
+        self.socket.unlink()
+        _, result = self.resume(resume=go_on("fail"))
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("the campaign did not succeed: at rest", result.stderr)
+
+    def test_resume_that_is_refused_is_4(self):
+        _, result = self.resume(resume=refuse("the rig is in IDLE; nothing is paused"))
+        self.assertEqual(result.returncode, 4)
+        self.assertIn("nothing is paused", result.stderr)
+
+    def test_keys_pause_and_resume_a_run(self):
+        asked = {"pause": threading.Event(), "resume": threading.Event()}
+
+        def begin(daemon):
+            daemon.say(state("CHECK"), state("MEASURE"))
+            return {"state": "CHECK"}
+
+        def heed(method):
+            def answer(daemon):
+                asked[method].set()
+                if method == "resume":
+                    raise Refusal("the rig is in MEASURE; nothing is paused")
+                return {"state": "RAMP_DOWN"}
+            return answer
+        self.serve(answers={"control.acquire": lambda _: {"lease_s": 2}, "campaign.start": begin,
+                            "pause": heed("pause"), "resume": heed("resume"), "stop": hang_up})
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.execv(SHAKERCTL, [SHAKERCTL, "run", str(CAMPAIGN), "--socket", str(self.socket)])
+        os.write(terminal, b"p")
+        self.assertTrue(asked["pause"].wait(30))
+        os.write(terminal, b"xr")
+        self.assertTrue(asked["resume"].wait(30))
+        os.kill(pid, signal.SIGINT)
+        screen = b""
+        try:
+            while chunk := os.read(terminal, 65536):
+                screen += chunk
+        except OSError:  # the terminal's other end is closed
+            pass
+        os.close(terminal)
+        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), 3)
+        self.assertIn("nothing is paused", screen.decode())
 
     def test_a_bad_campaign_never_reaches_the_daemon(self):
         daemon = self.serve()

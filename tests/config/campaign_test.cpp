@@ -34,10 +34,42 @@ TEST(Campaign, TakesItsModelInlineAndNamesItsRuns) {
   EXPECT_DOUBLE_EQ(campaign->runs[1].amplitude, 2.5);
 }
 
+CampaignSpec with_runs(const std::string& runs) {
+  const auto campaign = parse_campaign(
+      R"({"name": "c", "model": {"name": "m", "effects": [{"effect": "gravity"}]}, "runs": [)" +
+          runs + "]}",
+      "c.json", ".");
+  EXPECT_TRUE(campaign) << campaign.error().what;
+  return campaign ? *campaign : CampaignSpec{};
+}
+
+TEST(Campaign, MakesARunOfEachStepOfASweep) {
+  const auto campaign = with_runs(
+      R"({"name": "up", "frequency_hz": {"from": 1, "to": 3, "steps": 5}, "amplitude": 2.5, "cycles": 8},
+         {"frequency_hz": 2, "amplitude": {"from": 4, "to": 1, "steps": 3, "spacing": "logarithmic"}},
+         {"frequency_hz": 2, "amplitude": 3})");
+  std::vector<std::string> names;
+  for (const RunSpec& run : campaign.runs)
+    names.push_back(run.name);
+  EXPECT_THAT(names, testing::ElementsAre("up_01", "up_02", "up_03", "up_04", "up_05", "r02_01",
+                                          "r02_02", "r02_03", "r03"));
+  EXPECT_DOUBLE_EQ(campaign.runs[1].frequency_hz, 1.5);
+  EXPECT_DOUBLE_EQ(campaign.runs[4].frequency_hz, 3.0);
+  EXPECT_EQ(campaign.runs[4].amplitude, 2.5);
+  EXPECT_EQ(campaign.runs[4].cycles, 8);
+  EXPECT_DOUBLE_EQ(campaign.runs[6].amplitude, 2.0);
+  EXPECT_DOUBLE_EQ(campaign.runs[7].amplitude, 1.0);
+  const auto again = parse_campaign(to_json_text(campaign), "again", ".");
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(again->runs.size(), 9u);
+  EXPECT_EQ(again->runs[6].name, "r02_02");
+}
+
 TEST(Campaign, SurvivesBeingWrittenAndReadAgain) {
   const auto campaign = parse_campaign(
       R"({"name": "c", "model": {"name": "m", "effects": [{"effect": "gravity"}]},
           "runs": [{"name": "x", "frequency_hz": 2.25, "amplitude": 3, "cycles": 7}],
+          "specimen": {"serial": "N-042", "charge": "18 bar"}, "resumes": "c_1.db",
           "reference_mass": 512.5, "points_per_cycle": 32, "settle_cycles_max": 9, "settle_tolerance": 2.5, "ramp_s": 1.5})",
       "c.json", ".");
   ASSERT_TRUE(campaign) << campaign.error().what;
@@ -51,6 +83,9 @@ TEST(Campaign, SurvivesBeingWrittenAndReadAgain) {
   EXPECT_EQ(again->runs.at(0).cycles, 7);
   EXPECT_EQ(again->points_per_cycle, 32);
   EXPECT_EQ(again->reference_mass, 512.5);
+  EXPECT_EQ(again->resumes, "c_1.db");
+  EXPECT_EQ(entries(again->specimen), entries(campaign->specimen));
+  EXPECT_EQ(entries(again->specimen).size(), 2u);
   EXPECT_EQ(reference_mass(to_json_text(*campaign)), 512.5);
   EXPECT_EQ(again->settle_cycles_max, 9);
   EXPECT_EQ(again->settle_tolerance, 2.5);

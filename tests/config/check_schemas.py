@@ -89,7 +89,7 @@ class Schemas(unittest.TestCase):
             keys_of_schema(schema, known)
         # Channels of a Modbus sensor that no example has.
         self.assertEqual(known - shown, {"acceleration", "force", "aux7", "aux8", "label", "record_to",
-                                         "false_alarms_per_run"})
+                                         "false_alarms_per_run", "resumes"})
 
 
 if __name__ == "__main__":

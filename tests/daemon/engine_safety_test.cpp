@@ -112,6 +112,30 @@ TEST(EngineSafety, ThereIsNothingToAcknowledgeWithoutAFault) {
   EXPECT_THAT(bench.engine.acknowledge("anna").error().what, HasSubstr("no fault"));
 }
 
+TEST(EngineSafety, AnAcknowledgementEndsAlarmsWithoutAFaultToo) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.engine.lease_lost();
+  ASSERT_TRUE(bench.run_until(State::idle, 5.0));
+  EXPECT_EQ(bench.outlet.alarms("acknowledged"), 0);
+  EXPECT_TRUE(bench.engine.acknowledge("anna").ok());
+  EXPECT_EQ(bench.outlet.all<protocol::AlarmDocument>().back().text, "acknowledged by anna");
+  EXPECT_FALSE(bench.engine.acknowledge("anna").ok()) << "nothing is left";
+}
+
+TEST(EngineSafety, AStartSetsWarningsAsideAndNoErrors) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.engine.lease_lost();
+  ASSERT_TRUE(bench.run_until(State::idle, 5.0));
+  bench.engine.publish(
+      protocol::AlarmDocument{"error", "campaign_damaged", "a.db", {}, {}, {}, {}});
+  ASSERT_TRUE(bench.engine.start(bench_campaign()).ok());
+  EXPECT_EQ(bench.outlet.alarms("warnings_set_aside"), 1);
+  ASSERT_TRUE(bench.engine.stop("anna").ok());
+  EXPECT_TRUE(bench.engine.acknowledge("anna").ok()) << "the error has stayed";
+}
+
 TEST(EngineSafety, ALostLeaseRampsDownAndLatchesNothing) {
   EngineBench bench;
   ASSERT_TRUE(bench.measuring());

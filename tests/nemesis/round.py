@@ -11,7 +11,7 @@ from stand import Stand
 from table import GOES_ON, ORDER, REFUSED, STILL_MOVES, STOPS, TABLE
 from witness import missing
 
-REST = ("IDLE", "CHECK", "FAULT")
+REST = ("IDLE", "CHECK", "FAULT", "PAUSE")
 MAY_MOVE = "may still be moving"
 SAID_AGAIN_S = 6.0
 AFTERWARDS_S = 1.0  # for which nothing may move by itself once every fault is lifted

@@ -40,7 +40,8 @@ inline std::vector<Document> plain_documents() {
   StateDocument state{
       "MEASURE", "The response is steady.", "first light", "r01", 0, 2, 2.5, 3.0, 0.25, 17.5, true};
   CycleDocument cycle{"first light", "r01", 7, false, "gap of 12 ms", 2.5001, 2.99, -0.01,
-                      0.12,          1.5,   1, 400,   0.02,           2};
+                      0.12,          1.5,   1, 400,   0.02,           2,      3.4,  3.45,
+                      0.25};
   HealthDocument health;
   health.state = "IDLE";
   health.channels = {{"displacement", "good", 0.001, 1000.0, 0.1},
@@ -49,7 +50,7 @@ inline std::vector<Document> plain_documents() {
   health.samples = 123456;
   health.clients = 2;
   return {
-      VersionDocument{"shakerd", "0.1.0", 1, "rig A"},
+      VersionDocument{"shakerd", "0.1.0", 1, "rig A", LimitsEntry{0.0, 0.3, 3.0, 15.0}},
       state,
       RunStartDocument{"first light", "r01", 0, 2, 2.5, 3.0, 20},
       cycle,
@@ -88,8 +89,8 @@ inline std::vector<Document> nasty_documents() {
   all.push_back(
       StateDocument{"IDLE", huge, rubbish, wide, 0, 1, nan, infinite, nan, -infinite, false});
   all.push_back(RunStartDocument{rubbish, wide, 0, 1, nan, infinite, 20});
-  all.push_back(
-      CycleDocument{huge, "r", 1, false, rubbish, nan, nan, nan, nan, infinite, 0, 0, nan, {}});
+  all.push_back(CycleDocument{
+      huge, "r", 1, false, rubbish, nan, nan, nan, nan, infinite, 0, 0, nan, {}, nan, nan});
   EstimateDocument undetermined = plain_estimate();
   undetermined.parameters[0].standard_error = undetermined.parameters[0].lower = nan;
   undetermined.covariance[3] = infinite;

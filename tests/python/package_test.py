@@ -1,5 +1,6 @@
 """The Python package against the real daemon and the real shakerctl, which share no code with it."""
 import csv
+import dataclasses
 import importlib
 import json
 import os
@@ -59,6 +60,10 @@ class AgainstARig(unittest.TestCase):
             self.assertEqual([d["seq"] for d in campaign.documents("estimate")], [d["seq"] for d in seen])
             self.assertEqual(campaign.estimate(), seen[-1])
             self.assertEqual(campaign.channels(), {"displacement": "m", "excitation": "m/s^2"})
+            facts = {(fact.of, fact.what): fact for fact in campaign.facts()}
+            self.assertEqual(facts["rig file", str(self.rig.rig_file)].value, self.rig.rig_file.read_text())
+            self.assertTrue(all(fact.holds() for fact in facts.values()))
+            self.assertFalse(dataclasses.replace(facts["host", "name"], value="another").holds())
 
     def test_samples_and_cycles_are_those_that_shakerctl_exports(self):
         with tempfile.TemporaryDirectory() as folder, shakerd.open_campaign(self.file) as campaign:
@@ -177,6 +182,27 @@ class WithoutAClient(unittest.TestCase):
                         break
                 states = [d["state"] for d in self.until_idle(watcher)]
                 self.assertIn("RAMP_DOWN", states)
+        finally:
+            rig.end()
+
+    def test_a_caller_pauses_and_resumes(self):
+        rig = daemon.Daemon().start()
+        try:
+            states, ended = [], []
+            with shakerd.connect(rig.socket) as client:
+                for document in client.run(CAMPAIGN):
+                    if document["type"] == "run_stop":
+                        ended.append(document["status"])
+                    if document["type"] != "state" or document["state"] in states[-1:]:
+                        continue
+                    states.append(document["state"])
+                    if states.count("MEASURE") == 1 and states[-1] == "MEASURE":
+                        client.pause()
+                    if states[-1] == "PAUSE":
+                        client.resume()
+            self.assertEqual(states[:8], ["IDLE", "CHECK", "RAMP", "SETTLE", "MEASURE", "RAMP_DOWN", "PAUSE", "CHECK"])
+            self.assertEqual(states[-1], "IDLE")
+            self.assertEqual(ended, ["success", "success"])
         finally:
             rig.end()
 

@@ -1,3 +1,4 @@
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -172,6 +173,23 @@ TEST(Campaign, CanBeReadWhileItIsWrittenAndShowsOnlyWhatIsCommitted) {
   ASSERT_TRUE(writer->commit());
   EXPECT_EQ(reader->documents()->size(), 1U);
   EXPECT_EQ(reader->campaign()->status, "running");
+}
+
+// `shakerctl show` right after the end must not look like a disk that does not answer.
+TEST(Campaign, EndsWithoutWaitingForAReader) {
+  const Scratch scratch;
+  auto writer = CampaignWriter::create(scratch.path(), example_campaign());
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->add_document(1, "{}"));
+  ASSERT_TRUE(writer->commit());
+  SQLite::Database reader(writer->file().string(), SQLite::OPEN_READONLY);
+  SQLite::Statement row(reader, "SELECT line FROM document");
+  ASSERT_TRUE(row.executeStep());  // holds its view of the file
+  const auto before = std::chrono::steady_clock::now();
+  ASSERT_TRUE(writer->finish("success", "2026-03-01T12:05:00.000Z"));
+  EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::milliseconds(800));
+  row.reset();
+  EXPECT_EQ(CampaignReader::open(writer->file())->campaign()->status, "success");
 }
 
 TEST(Campaign, TwoWritersOfOneNameAndSecondGetAFileEach) {

@@ -41,7 +41,9 @@ TEST_F(CommandsTest, StartNeedsTheLease) {
   EXPECT_THAT(rig.asked, IsEmpty());
   ASSERT_TRUE(good(ask(anna, "control.acquire")));
   EXPECT_TRUE(rig.controlled);
-  EXPECT_TRUE(good(ask(anna, "campaign.start", params)));
+  const Answer started = ask(anna, "campaign.start", params);
+  ASSERT_TRUE(good(started));
+  EXPECT_EQ(std::get<json>(started)["database"], "/data/c.db");
   EXPECT_THAT(rig.asked, ElementsAre(R"(start {"name":"c"} from campaign.start in /)"));
   EXPECT_EQ(refused(ask(otto, "campaign.start", params)).code, RpcCode::not_in_control);
   clock.advance(1s);
@@ -88,6 +90,19 @@ TEST_F(CommandsTest, StoppingIsAnyones) {
               ElementsAre("stop by otto (pid 2)", "estop by otto (pid 2)", "ack by otto (pid 2)"));
 }
 
+TEST_F(CommandsTest, PausingIsAnyonesAndResumingNeedsTheLease) {
+  EXPECT_TRUE(good(ask(otto, "pause")));
+  EXPECT_EQ(refused(ask(otto, "resume")).code, RpcCode::not_in_control);
+  ASSERT_TRUE(good(ask(anna, "control.acquire")));
+  EXPECT_EQ(refused(ask(otto, "resume")).code, RpcCode::not_in_control);
+  EXPECT_TRUE(good(ask(anna, "resume")));
+  clock.advance(3s);
+  commands.tick();
+  EXPECT_EQ(refused(ask(anna, "resume")).code, RpcCode::not_in_control) << "the lease ran out";
+  EXPECT_THAT(rig.asked,
+              ElementsAre("pause by otto (pid 2)", "resume by anna (pid 1)", "lease lost"));
+}
+
 TEST_F(CommandsTest, AnyRequestOfTheHolderRenewsTheLease) {
   ASSERT_TRUE(good(ask(anna, "control.acquire")));
   for (int i = 0; i < 5; ++i) {
@@ -114,6 +129,15 @@ TEST_F(CommandsTest, AHolderThatGoesOrReleasesLosesTheLeaseAtOnce) {
   ASSERT_TRUE(good(ask(otto, "control.release")));
   EXPECT_THAT(rig.asked, ElementsAre("lease lost", "lease lost"));
   EXPECT_EQ(refused(ask(otto, "control.release")).code, RpcCode::not_in_control);
+}
+
+TEST_F(CommandsTest, TheStatusSaysWhoIsInControlAndForHowLong) {
+  EXPECT_FALSE(std::get<json>(ask(otto, "status")).contains("controller"));
+  ASSERT_TRUE(good(ask(anna, "control.acquire")));
+  clock.advance(1s);
+  const json status = std::get<json>(ask(otto, "status"));
+  EXPECT_EQ(status["controller"], "anna (pid 1)");
+  EXPECT_EQ(status["controlled_for_s"], 1.0);
 }
 
 TEST_F(CommandsTest, AReadOnlyConnectionMayOnlyAsk) {

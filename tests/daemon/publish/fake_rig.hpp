@@ -21,7 +21,10 @@ class FakeRig final : public RigControl {
     asked.push_back("start " + text + " from " + origin + " in " + directory);
     return outcome;
   }
+  std::string database() const override { return "/data/c.db"; }
   Result<void> stop(const std::string& who) override { return note("stop by " + who); }
+  Result<void> pause(const std::string& who) override { return note("pause by " + who); }
+  Result<void> resume(const std::string& who) override { return note("resume by " + who); }
   Result<void> emergency_stop(const std::string& who) override { return note("estop by " + who); }
   Result<void> acknowledge(const std::string& who) override { return note("ack by " + who); }
   void lease_lost() override { asked.emplace_back("lease lost"); }

@@ -124,6 +124,36 @@ TEST_F(RecorderTest, KeepsACampaignWholeAndInOrder) {
               ElementsAre(all[1].text, all[2].text, all[3].text, all[4].text));
 }
 
+TEST_F(RecorderTest, KeepsWhereTheNumbersComeFrom) {
+  Recorder recorder(
+      {.directory = scratch.path(), .rig = "rig A", .facts = {{"host", "name", "pc"}}}, clock,
+      [] {}, {});
+  auto spec = campaign();
+  spec.specimen.serial = "N-042";
+  spec.resumes = "earlier.db";
+  ASSERT_TRUE(recorder.prepare(spec, "anna (pid 7)"));
+  ASSERT_TRUE(recorder.record_campaign(spec));
+  ASSERT_TRUE(recorder.publish(state("RAMP_DOWN", "stopped by otto (pid 8)")));
+  recorder.close_campaign();
+  settle(recorder);
+  const auto facts = CampaignReader::open(only_file())->facts();
+  ASSERT_TRUE(facts) << facts.error().what;
+  const auto row = CampaignReader::open(only_file())->campaign();
+  std::vector<std::string> found;
+  for (const record::Fact& fact : *facts) {
+    if (fact.name == "sha256") {
+      EXPECT_EQ(fact.value,
+                record::sha256(fact.kind == "model" ? row->model_json : row->spec_json));
+    } else {
+      found.push_back(fact.kind + " " + fact.name + ": " + fact.value);
+    }
+  }
+  EXPECT_EQ(facts->size(), found.size() + 2) << "of campaign and model";
+  EXPECT_THAT(found, ElementsAre("host name: pc", "person started by: anna (pid 7)",
+                                 "campaign resumes: earlier.db", "specimen serial: N-042",
+                                 "person ended because: stopped by otto (pid 8)"));
+}
+
 TEST_F(RecorderTest, KeepsTheCampaignAsAFileThatCanBeStartedAgain) {
   auto recorder = make();
   ASSERT_TRUE(recorder->record_campaign(campaign()));

@@ -36,15 +36,35 @@ TEST_F(StreamServerTest, GivesALateJoinerVersionThenSnapshotThenEverything) {
   EXPECT_EQ(lines[3]["seq"], 6);
 }
 
-TEST_F(StreamServerTest, TellsEveryLateJoinerWhatWasFoundAtTheStart) {
-  const PublishedLine found{1, "alarm", R"({"type":"alarm","seq":1})"};
-  server->keep_for_late_joiners(found);
-  server->publish(found);
-  publish(2, "state");
+TEST_F(StreamServerTest, TellsEveryLateJoinerTheAlarmsThatNobodyHasAcknowledged) {
+  const auto alarm = [&](std::uint64_t seq, const char* severity, const char* code) {
+    const json line = {{"type", "alarm"}, {"seq", seq}, {"severity", severity}, {"code", code}};
+    server->publish({seq, "alarm", line.dump()});
+  };
+  alarm(1, "warning", "campaign_interrupted");
+  alarm(2, "info", "at_rest");
+  publish(3, "state");
   for (int i = 0; i < 2; ++i) {
     TestClient client(socket);
     turn();
-    EXPECT_THAT(types(client.lines()), ElementsAre("version", "state", "alarm"));
+    const auto lines = client.lines();
+    EXPECT_THAT(types(lines), ElementsAre("version", "state", "alarm"));
+    EXPECT_EQ(lines.back()["seq"], 1);
+  }
+  alarm(4, "info", "acknowledged");
+  TestClient client(socket);
+  turn();
+  EXPECT_THAT(types(client.lines()), ElementsAre("version", "state"));
+}
+
+TEST_F(StreamServerTest, ForgetsTheEstimateOfTheCampaignBefore) {
+  publish(1, "estimate");
+  for (const auto& [index, expected] : {std::pair{1, 2U}, std::pair{0, 1U}}) {
+    const json line = {{"type", "run_start"}, {"seq", 2}, {"run_index", index}};
+    server->publish({2, "run_start", line.dump()});
+    TestClient client(socket);
+    turn();
+    EXPECT_EQ(client.lines().size(), expected) << "run " << index;
   }
 }
 

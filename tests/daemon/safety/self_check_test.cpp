@@ -45,6 +45,18 @@ TEST_F(SelfCheck, FindsAMissingExcitationChannelThatTheRigFileNames) {
   EXPECT_THAT(failure(bench), HasSubstr("the excitation sensor is silent"));
 }
 
+// The bench's clock begins in November 2023.
+TEST_F(SelfCheck, SaysThatACalibrationIsOverdueAndGoesOn) {
+  auto rig = testing::bench_rig();
+  for (const auto& [due, alarms] : {std::pair{"2024-11-30", 0}, std::pair{"2023-10-31", 1}}) {
+    rig.calibration[protocol::Channel::displacement] = {"LVDT", "L-1", "2022-10-31",
+                                                        due,    2e-5,  "m"};
+    EngineBench bench(rig);
+    ASSERT_TRUE(bench.measuring());
+    EXPECT_EQ(bench.outlet.alarms("calibration_overdue"), alarms) << due;
+  }
+}
+
 TEST_F(SelfCheck, FindsANoisySensor) {
   EngineBench bench;
   bench.noise = 0.004;

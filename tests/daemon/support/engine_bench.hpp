@@ -279,6 +279,7 @@ class EngineBench {
   double ring_m = 0.0;  // free oscillation of 2 Hz, decay time 4 s, from when it is set
   bool silent = false, nan = false, frozen = false;
   bool excitation_silent = false;
+  double excitation_gain = 1.0;  // of the accelerometer on the table
 
  private:
   void sample() {
@@ -295,7 +296,7 @@ class EngineBench {
     if (++count_ % 200 == 0) wander_ = wander_m * normal_(random_);
     u += wander_;
     if (!frozen) stuck_ = u;
-    const double x = a * std::cos(phase) + 5e-3 * normal_(random_);
+    const double x = excitation_gain * a * std::cos(phase) + 5e-3 * normal_(random_);
     if (nan) u = std::numeric_limits<double>::quiet_NaN();
     if (!silent) {
       batch_.push_back({.t = clock.now(),
