@@ -1,0 +1,116 @@
+// What the page knows of the rig, from the documents of the stream. Draws nothing.
+
+export const SCOPE_S = 10;
+const MOVING = ["RAMP", "SETTLE", "MEASURE", "RAMP_DOWN"];
+
+export class Rig {
+  constructor() { this.forget(); }
+
+  forget() {
+    this.version = this.rig = this.state = this.health = this.diagnosis = this.finding = undefined;
+    this.alarms = [];
+    this.scope = new Map();
+    this.forgetCampaign();
+  }
+
+  // What belongs to one campaign. Alarms go with it, as on the terminal.
+  forgetCampaign() {
+    this.alarms = [];
+    this.cycles = [];
+    this.estimates = [];
+    this.runs = [];
+    this.wave = undefined;
+  }
+
+  take(document) {
+    const of = {
+      version: d => { this.version = d; },
+      rig: d => { this.rig = d; },
+      state: d => this.takeState(d),
+      health: d => { this.health = d; },
+      run_start: d => { this.runs.push({ ...d, accepted: 0, rejected: 0 }); },
+      run_stop: d => this.takeStop(d),
+      cycle: d => this.takeCycle(d),
+      estimate: d => { this.estimates.push(d); },
+      alarm: d => this.takeAlarm(d),
+      wave: d => { this.wave = d; },
+      scope: d => this.takeScope(d),
+      diagnosis_progress: d => { this.diagnosis = d; },
+      diagnosis_result: d => { this.finding = d; this.diagnosis = undefined; },
+    };
+    of[document.type]?.(document);
+  }
+
+  takeState(state) {
+    const was = this.state?.state;
+    if (state.state === "CHECK" && was !== "CHECK" && was !== undefined) this.forgetCampaign();
+    if (was === "FAULT" && state.state === "IDLE") this.alarms = [];
+    this.state = state;
+  }
+
+  takeStop(stop) {
+    const run = this.runs.findLast(one => one.run === stop.run);
+    if (run) Object.assign(run, { status: stop.status, reason: stop.reason });
+  }
+
+  takeCycle(cycle) {
+    this.cycles.push(cycle);
+    const run = this.runs.findLast(one => one.run === cycle.run);
+    if (run) cycle.accepted ? ++run.accepted : ++run.rejected;
+  }
+
+  // One line for each kind, with the time at which it came first.
+  takeAlarm(alarm) {
+    const same = this.alarms.find(one => one.code === alarm.code && one.severity === alarm.severity);
+    if (same) Object.assign(same, { text: alarm.text, times: same.times + 1 });
+    else this.alarms.push({ ...alarm, times: 1 });
+  }
+
+  takeScope(scope) {
+    for (const channel of scope.channels) {
+      if (!channel.min || !channel.max) continue;
+      if (!this.scope.has(channel.channel)) this.scope.set(channel.channel, { t: [], min: [], max: [] });
+      const kept = this.scope.get(channel.channel);
+      channel.bin.forEach((bin, i) => {
+        kept.t.push(bin * scope.bin_s);
+        kept.min.push(channel.min[i]);
+        kept.max.push(channel.max[i]);
+      });
+      const first = kept.t.findIndex(t => t >= kept.t.at(-1) - SCOPE_S);
+      for (const list of [kept.t, kept.min, kept.max]) list.splice(0, first);
+    }
+    this.scopeTime = scope.t_mono_ns * 1e-9;
+  }
+
+  get run() { return this.runs.at(-1); }
+  get cycle() { return this.cycles.at(-1); }
+  get estimate() { return this.estimates.at(-1); }
+  get moving() { return MOVING.includes(this.state?.state); }
+
+  // Smallest and largest value of a channel in the last second; undefined without samples.
+  lastSecond(name) {
+    const kept = this.scope.get(name);
+    if (!kept?.t.length || this.scopeTime - kept.t.at(-1) > 1) return undefined;
+    const first = kept.t.findIndex(t => t > kept.t.at(-1) - 1);
+    return [Math.min(...kept.min.slice(first)), Math.max(...kept.max.slice(first))];
+  }
+}
+
+// The derivative of one period on equal steps, by its first harmonics (which are what the missing
+// force is computed from as well).
+export function derivative(values, frequency, harmonics = 8) {
+  const n = values.length;
+  const most = Math.min(harmonics, Math.floor((n - 1) / 2));
+  const out = new Array(n).fill(0);
+  for (let h = 1; h <= most; ++h) {
+    let c = 0, s = 0;
+    for (let i = 0; i < n; ++i) {
+      c += values[i] * Math.cos(2 * Math.PI * h * i / n) * 2 / n;
+      s += values[i] * Math.sin(2 * Math.PI * h * i / n) * 2 / n;
+    }
+    const omega = 2 * Math.PI * h * frequency;
+    for (let i = 0; i < n; ++i)
+      out[i] += omega * (s * Math.cos(2 * Math.PI * h * i / n) - c * Math.sin(2 * Math.PI * h * i / n));
+  }
+  return out;
+}
