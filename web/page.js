@@ -30,6 +30,7 @@ function draw() {
   asked = false;
   for (const part of due) parts[part]();
   due.clear();
+  window.firstPicture ??= performance.now();
   document.body.dataset.frames = String(1 + Number(document.body.dataset.frames ?? 0));
 }
 function ask(names) {

@@ -36,7 +36,7 @@ export class Stream {
   greet(greeting) {
     const other = this.life !== undefined && greeting.connected && greeting.life !== this.life;
     if (greeting.connected) this.life = greeting.life;
-    this.away = greeting.connected ? "" : `${greeting.why} What you see is old.`;
+    this.away = greeting.connected ? "" : `${greeting.why.replace(/\.?$/, ".")} What you see is old.`;
     this.tell();
     if (!other) return;
     this.on.reset();
