@@ -27,6 +27,13 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
+// SQLite's log holds what is not in the file yet. A reader may leave an empty one behind.
+bool has_a_log(const fs::path& database) {
+  std::error_code trouble;
+  const auto bytes = fs::file_size(database.string() + "-wal", trouble);
+  return !trouble && bytes > 0;
+}
+
 fs::path report_of(const fs::path& directory, const std::string& stem) {
   return directory / (stem + ".diagnosis") / "report.html";
 }
@@ -45,7 +52,7 @@ std::vector<Listed> listed(const fs::path& directory) {
     const std::string stem = path.stem().string();
     all.push_back({stem, static_cast<std::uint64_t>(status.st_size),
                    status.st_mtim.tv_sec * 1'000'000'000LL + status.st_mtim.tv_nsec,
-                   is_there(path.string() + "-wal"), is_there(report_of(directory, stem))});
+                   has_a_log(path), is_there(report_of(directory, stem))});
   }
   std::ranges::sort(all, std::greater<>(), &Listed::modified_ns);
   if (all.size() > kMaxListed) all.resize(kMaxListed);

@@ -6,11 +6,12 @@ const charts = new Set();
 export const colour = name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 // series: [{ colour, dash, width, points, fill }]; bands: pairs of series to fill between.
-// range(low, high): the vertical range for the data's. lines(): horizontal lines [{ at, dash }].
+// whole: the horizontal quantity counts. range(low, high): the vertical range for the data's.
+// lines(): horizontal lines [{ at, dash }].
 export class Chart {
-  constructor(place, { caption = "", series, bands = [], range, lines = () => [], x = {}, log = false, bars = false }) {
+  constructor(place, { caption = "", series, bands = [], range, lines = () => [], x = {}, log = false, whole = false }) {
     this.place = place;
-    this.how = { series, bands, range, lines, x, log, bars };
+    this.how = { series, bands, range, lines, x, log, whole };
     this.caption = element("div", { class: "caption" }, caption);
     this.canvas = element("div", { class: "canvas" });
     place.replaceChildren(this.caption, this.canvas);
@@ -41,7 +42,8 @@ export class Chart {
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false } },
       scales: { x: { time: false, ...how.x }, y: { distr: how.log ? 3 : 1, range: (_, low, high) => this.range(low, high) } },
-      axes: [{ ...axis, size: 26 }, { ...axis, ...vertical, size: 58, values: (_, ticks) => ticks.map(t => t === null ? "" : String(+t.toPrecision(6))) }],
+      axes: [{ ...axis, size: 26, ...how.whole ? { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000] } : {} },
+             { ...axis, ...vertical, size: 58, space: 28, values: (_, ticks) => ticks.map(t => t === null ? "" : String(+t.toPrecision(6))) }],
       series: [{}, ...how.series.map(one => ({
         stroke: colour(one.colour), dash: one.dash, width: one.width ?? 2, points: { show: Boolean(one.points), size: 5,
           fill: one.hollow ? colour("card") : colour(one.colour) },

@@ -39,7 +39,7 @@ export class Convergence {
     if (!this.charts.has(one.name)) {
       const place = element("div", { class: "plot" });
       byId("parameters").append(place);
-      this.charts.set(one.name, new Chart(place, { bands: [[3, 2]],
+      this.charts.set(one.name, new Chart(place, { bands: [[3, 2]], whole: true,
         series: [{ colour: "measured" }, { colour: "measured", width: 1, dash: [3, 3] }, { colour: "measured", width: 1, dash: [3, 3] }],
         range: () => this.range(one.name) }));
     }
@@ -48,7 +48,8 @@ export class Convergence {
       .filter(([, parameter]) => parameter);
     chart.history = history;
     const remark = one.determined ? (one.at_bound ? " at its bound" : "") : " not determined";
-    chart.say(`${one.name} = ${measured(one.value, one.standard_error)} ${unitText(one.unit)}${remark}`);
+    const value = rig.estimate.intervals_hold ? measured(one.value, one.standard_error) : figure(one.value);
+    chart.say(`${one.name} = ${value} ${unitText(one.unit)}${remark}${rig.estimate.intervals_hold ? "" : "; its band does not hold"}`);
     chart.draw([history.map(([cycles]) => cycles), history.map(([, p]) => p.value),
                 history.map(([, p]) => p.interval?.[0] ?? null), history.map(([, p]) => p.interval?.[1] ?? null)]);
   }
@@ -64,7 +65,7 @@ export class Convergence {
 
 export class Gate {
   constructor() {
-    this.chart = new Chart(byId("gate-plot"), { log: true, lines: () => this.allowed ? [{ at: this.allowed }] : [],
+    this.chart = new Chart(byId("gate-plot"), { log: true, whole: true, lines: () => this.allowed ? [{ at: this.allowed }] : [],
       series: [{ colour: "good", points: "only" }, { colour: "bad", points: "only", hollow: true }],
       range: (low, high) => [Math.min(0.3, low), Math.max(high, 3 * (this.allowed ?? 3))] });
   }

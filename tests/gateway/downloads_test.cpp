@@ -23,6 +23,7 @@ class DownloadsTest : public ::testing::Test {
     write(directory / "first.diagnosis" / "report.html", "<p>report");
     write(directory / "running.db", "half");
     write(directory / "running.db-wal", "rest");
+    write(directory / "first.db-wal", "");  // a reader left it behind
     write(directory / "notes.txt", "notes");
     fs::create_symlink(root / "secret.db", directory / "link.db");
     fs::create_directories(directory / "folder.db");

@@ -63,6 +63,10 @@ class World(unittest.TestCase):
         self.daemon.start()
         self.gateway = Gateway(self.daemon, self.view, *self.words).start()
         self.addCleanup(self.gateway.end)
+        end = time.monotonic() + 10
+        while b"shaker_state" not in self.gateway.get("/metrics")[2]:  # it has met the daemon
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.05)
 
     def operator(self):
         client = Client(self.daemon.socket)
