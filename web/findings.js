@@ -49,7 +49,7 @@ export class Convergence {
     chart.history = history;
     const remark = one.determined ? (one.at_bound ? " at its bound" : "") : " not determined";
     const value = rig.estimate.intervals_hold ? measured(one.value, one.standard_error) : figure(one.value);
-    chart.say(`${one.name} = ${value} ${unitText(one.unit)}${remark}${rig.estimate.intervals_hold ? "" : "; its band does not hold"}`);
+    chart.say(`${`${one.name} = ${value} ${unitText(one.unit)}`.trimEnd()}${remark}${rig.estimate.intervals_hold ? "" : "; its band does not hold"}`);
     chart.draw([history.map(([cycles]) => cycles), history.map(([, p]) => p.value),
                 history.map(([, p]) => p.interval?.[0] ?? null), history.map(([, p]) => p.interval?.[1] ?? null)]);
   }

@@ -1,6 +1,7 @@
 // What the page knows of the rig, from the documents of the stream. Draws nothing.
 
 export const SCOPE_S = 10;
+export const MOST = 2000;  // cycles, and estimates
 const MOVING = ["RAMP", "SETTLE", "MEASURE", "RAMP_DOWN"];
 
 export class Rig {
@@ -31,7 +32,7 @@ export class Rig {
       run_start: d => { this.runs.push({ ...d, accepted: 0, rejected: 0 }); },
       run_stop: d => this.takeStop(d),
       cycle: d => this.takeCycle(d),
-      estimate: d => { this.estimates.push(d); },
+      estimate: d => this.takeEstimate(d),
       alarm: d => this.takeAlarm(d),
       wave: d => { this.wave = d; },
       scope: d => this.takeScope(d),
@@ -55,8 +56,17 @@ export class Rig {
 
   takeCycle(cycle) {
     this.cycles.push(cycle);
+    thin(this.cycles);
     const run = this.runs.findLast(one => one.run === cycle.run);
     if (run) cycle.accepted ? ++run.accepted : ++run.rejected;
+  }
+
+  // Only the newest one needs more than values and bands.
+  takeEstimate(estimate) {
+    const before = this.estimate;
+    if (before) for (const key of ["covariance", "covariance_order", "correlation", "warnings"]) delete before[key];
+    this.estimates.push(estimate);
+    thin(this.estimates);
   }
 
   // One line for each kind, with the time at which it came first.
@@ -94,6 +104,13 @@ export class Rig {
     const first = kept.t.findIndex(t => t > kept.t.at(-1) - 1);
     return [Math.min(...kept.min.slice(first)), Math.max(...kept.max.slice(first))];
   }
+}
+
+// A long campaign has more than a picture can show: of the older half, every second one goes.
+export function thin(list) {
+  if (list.length <= MOST) return;
+  const half = list.length >> 1;
+  list.splice(0, half, ...list.slice(0, half).filter((_, i) => i % 2));
 }
 
 // The derivative of one period on equal steps, by its first harmonics (which are what the missing

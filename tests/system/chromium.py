@@ -20,7 +20,8 @@ class Chromium:
         to_read, self.to_write = os.pipe()
         self.from_read, from_write = os.pipe()
 
-        def inherit():  # the browser reads from descriptor 3 and writes to 4
+        def inherit():  # it reads from descriptor 3 and writes to 4; the daemon comes first
+            os.nice(10)
             low, high = os.dup(to_read), os.dup(from_write)
             os.dup2(low, 3), os.dup2(high, 4)
 
@@ -118,6 +119,8 @@ class Chromium:
         return [event["params"]["request"]["url"] for event in self.events
                 if event["method"] == "Network.requestWillBeSent"]
 
-    def picture(self, path, whole=True):
-        data = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)["data"]
+    def picture(self, path, whole=True, kind="png"):
+        quality = {} if kind == "png" else {"quality": 80}
+        self.call("Emulation.setScrollbarsHidden", hidden=True)
+        data = self.call("Page.captureScreenshot", format=kind, captureBeyondViewport=whole, **quality)["data"]
         pathlib.Path(path).write_bytes(base64.b64decode(data))
