@@ -195,6 +195,28 @@ class Page(World):
         self.assert_clean(browser)
 
 
+    def test_what_the_page_computes_is_right(self):
+        browser = self.browser()
+        # The rate of u = 3 + 2 cos(x) - 0.5 sin(3 x) at 2 Hz, against its formula.
+        worst = browser.value("""import('/rig.js').then(({ derivative }) => {
+            const n = 64, omega = 4 * Math.PI, at = [...Array(n).keys()].map(i => 2 * Math.PI * i / n);
+            const rate = derivative(at.map(x => 3 + 2 * Math.cos(x) - 0.5 * Math.sin(3 * x)), 2);
+            return Math.max(...at.map((x, i) => Math.abs(rate[i] - omega * (-2 * Math.sin(x) - 1.5 * Math.cos(3 * x))))); })""")
+        self.assertLess(worst, 1e-9)
+        # A long campaign: bounded, in order, the newest whole and the first still there in part.
+        kept = browser.value("""import('/rig.js').then(({ Rig, MOST }) => { const rig = new Rig();
+            for (let i = 1; i <= 20000; ++i) rig.take({ type: 'estimate', cycles_used: i, covariance: [[i]] });
+            const used = rig.estimates.map(e => e.cycles_used);
+            return [used.length <= MOST, used.every((c, i) => i === 0 || c > used[i - 1]), used.at(-1), used[0] === 1,
+                    rig.estimates.filter(e => e.covariance).length]; })""")
+        self.assertEqual(kept, [True, True, 20000, True, 1])
+        words = browser.value("""import('/words.js').then(({ measured, figure, duration, bytes }) => [
+            measured(16.7234, 0.0521), measured(1234567, 2345), measured(1, NaN), figure(0.000012), figure(NaN),
+            duration(3725), duration(61), bytes(70500000000), figure(299.98, 4)])""")
+        self.assertEqual(words, ["16.723 ± 0.052", "1234567 ± 2345", "1", "1.200e-5", "–", "1 h 2 min", "1 min 1 s",
+                                 "70.5 GB", "300"])
+
+
 class Http(World):
     words = ("--max-waiting", "16384")
 
