@@ -16,6 +16,7 @@ endforeach()
 install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md"
         PATTERN "*.svg" PATTERN "*.webp")
+install(FILES web/vendor/uplot/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.uPlot)
 install(DIRECTORY config/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/examples)
 foreach(room IN ITEMS config protocol)
   install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema)

@@ -11,7 +11,8 @@ export function drawState(rig) {
   byId("state").dataset.kind = KINDS[state?.state] ?? "rest";
   byId("state-name").textContent = state ? `${SIGNS[state.state] ?? ""} ${state.state}` : "–";
   byId("state-reason").textContent = state?.reason ?? "";
-  document.title = `${state?.state ?? "?"} – ${rig.rig?.rig ?? rig.version?.rig ?? "shakerd"}`;
+  const alarmed = rig.alarms.some(alarm => alarm.severity === "error") ? "⚠ " : "";
+  document.title = `${alarmed}${state?.state ?? "?"} – ${rig.rig?.rig ?? rig.version?.rig ?? "shakerd"}`;
   const control = rig.rig ? rig.rig.in_control ?? "nobody" : undefined;
   facts(byId("identity"), [
     ["rig", rig.rig?.rig ?? rig.version?.rig],

@@ -18,7 +18,7 @@ const parts = {
 const shownBy = {
   version: ["state"], rig: ["state", "motion", "scope", "gate", "map"], state: ["state", "alarms", "motion", "gate", "map"],
   health: ["health"], run_start: ["motion", "map"], run_stop: ["motion", "map"], cycle: ["motion", "gate", "map"],
-  estimate: ["convergence"], alarm: ["alarms"], wave: ["cycle", "motion"], scope: ["scope", "motion"],
+  estimate: ["convergence"], alarm: ["alarms", "state"], wave: ["cycle", "motion"], scope: ["scope", "motion"],
   diagnosis_progress: ["files"], diagnosis_result: ["files"],
 };
 

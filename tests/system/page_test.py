@@ -129,6 +129,7 @@ class Page(World):
         operator.ask("estop")
         browser.until(f"{STATE}.includes('FAULT')")
         self.assertIn("emergency_stop", browser.text("#alarm-list li.error"))
+        self.assertRegex(browser.value("document.title"), "^⚠ FAULT")
         late = self.browser(width=390, height=844, phone=True)
         late.until("document.querySelector('#alarm-list li.error') !== null")
         self.assertRegex(late.text("#alarm-list li.error"), r"\d+:\d\d:\d\d")
