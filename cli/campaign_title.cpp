@@ -3,7 +3,6 @@
 #include "cli/file_seal.hpp"
 #include "cli/made_by.hpp"
 #include "cli/utc_text.hpp"
-#include "record/campaign_reader.hpp"
 #include "record/provenance.hpp"
 
 namespace shaker::cli {

@@ -2,7 +2,7 @@
 # shakerd, and python3-shakerd for clients in Python.
 include(GNUInstallDirs)
 
-foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter)
+foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter shakerd-gateway)
   if(TARGET ${program})
     set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
     set(folder ${CMAKE_INSTALL_BINDIR})
@@ -15,7 +15,8 @@ endforeach()
 
 install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md"
-        PATTERN "*.svg")
+        PATTERN "*.svg" PATTERN "*.webp")
+install(FILES web/vendor/uplot/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.uPlot)
 install(DIRECTORY config/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/examples)
 foreach(room IN ITEMS config protocol)
   install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema)

@@ -126,6 +126,7 @@ struct OnlineEstimator::State {
   online::BiasWatch bias;
   std::vector<std::string> seen;  // sentences on changes, repeated in all later estimates
   std::vector<double> theta;      // last good one: start of the next fit
+  std::vector<double> response;   // of the run of the last cycle at theta; empty: no estimate
   bool warm = false;              // true: the periodic solutions of all runs belong to theta
 };
 
@@ -139,6 +140,7 @@ void OnlineEstimator::reset() {
   state_->runs.clear();
   state_->estimator.reset();
   state_->theta = state_->model.start();
+  state_->response.clear();
   state_->warm = false;
   state_->seen.clear();
   state_->bias.reset();
@@ -147,6 +149,7 @@ void OnlineEstimator::reset() {
 
 Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
   State& s = *state_;
+  s.response.clear();
   const auto finite = [](double v) { return std::isfinite(v); };
   if (!std::all_of(cycle.displacement.begin(), cycle.displacement.end(), finite) ||
       !std::all_of(cycle.excitation.begin(), cycle.excitation.end(), finite))
@@ -161,8 +164,9 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
                  fmt::format("cycle {} of run {} has {} points, its run has {}; it was left out",
                              cycle.index, cycle.run + 1, cycle.displacement.size(),
                              found->data.displacement.size())};
+  const auto run = static_cast<std::size_t>(found - s.runs.begin());
   try {
-    s.take(cycle, static_cast<std::size_t>(found - s.runs.begin()));
+    s.take(cycle, run);
   } catch (const std::invalid_argument& e) {
     return Error{ErrorKind::invalid, e.what()};
   }
@@ -172,6 +176,7 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
     return Error{ErrorKind::not_converged, fit.trouble};
   }
   s.theta = fit.theta;
+  s.response = s.estimator->predicted(run);  // before the bias moves the solutions
   Estimate estimate = s.estimator->describe();
   s.warm = s.bias.take_off(estimate, *s.estimator, s.model);
   if (s.watch) {
@@ -180,6 +185,12 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
     estimate.warnings.insert(estimate.warnings.end(), s.seen.begin(), s.seen.end());
   }
   return estimate;
+}
+
+CyclePicture OnlineEstimator::picture(const MeasuredCycle& cycle) const {
+  const State& s = *state_;
+  if (s.response.empty()) return {};
+  return {s.response, online::missing_force(s.model, s.theta, cycle)};
 }
 
 }  // namespace shaker::estimator

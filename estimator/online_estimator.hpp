@@ -14,6 +14,7 @@
 #include "config/model.hpp"
 #include "estimator/estimate.hpp"
 #include "estimator/measured_cycle.hpp"
+#include "estimator/online/cycle_picture.hpp"
 
 namespace shaker::estimator {
 
@@ -40,6 +41,9 @@ class OnlineEstimator {
   // with non-finite samples or another number of points is left out. Error `not_converged`: the
   // cycle counts, but the last good theta stays and the next fit starts from it.
   Result<Estimate> add(const MeasuredCycle& cycle);
+  // What the last good estimate says of `cycle`, the last one that was added. Empty vectors
+  // where `add` gave no estimate.
+  CyclePicture picture(const MeasuredCycle& cycle) const;
   void reset();
   // Forgets all cycles and starts again from the model's own parameters.
 

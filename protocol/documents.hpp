@@ -171,9 +171,64 @@ struct DiagnosisResultDocument {
   std::optional<std::string> diagnosis = {};  // shaker-diagnosis/1 as JSON text; if done
 };
 
-using Document = std::variant<VersionDocument, StateDocument, RunStartDocument, CycleDocument,
-                              EstimateDocument, AlarmDocument, HealthDocument, RunStopDocument,
-                              DiagnosisProgressDocument, DiagnosisResultDocument>;
+// --- Documents for people who look on. Only a client that subscribed gets them. No campaign
+// database holds them, and they carry the seq of the newest numbered document.
+
+// One measured cycle on equal steps of the cyclic time, from the peak of the excitation.
+struct WaveDocument {
+  int run_index = 0;
+  std::int64_t cycle = 0;  // number of the cycle in the run, from 0
+  bool accepted = false;
+  double frequency_hz = 0.0;
+  std::vector<double> stroke_m, excitation_m_s2;
+  // At the last estimate; empty without one, or where they cannot be computed.
+  std::vector<double> response_m, missing_force_m_s2;
+};
+
+// The smallest and the largest sample of each channel in bins of `bin_s`.
+struct ScopeChannel {
+  std::string channel;
+  std::vector<std::int64_t> bin;  // the bin's begin over bin_s, on the clock of t_mono_ns
+  std::vector<double> smallest, largest;
+};
+struct ScopeDocument {
+  double bin_s = 0.0;
+  std::vector<ScopeChannel> channels;
+};
+
+// The rig as its file describes it, who is in control, and the campaign that began last.
+struct RigChannel {
+  std::string channel, name, unit;
+};
+struct RigDetector {
+  std::string detector, action;
+};
+struct PlannedRun {
+  std::string run;
+  double frequency_hz = 0.0, amplitude = 0.0;
+  int cycles_wanted = 0;
+};
+struct PlannedCampaign {
+  std::string campaign;
+  double settle_tolerance = 0.0;  // allowed change between cycles, in units of the noise
+  std::vector<PlannedRun> runs;
+};
+struct RigDocument {
+  std::string rig;
+  double stroke_min_m = 0.0, stroke_max_m = 0.0, stroke_rate_max_m_s = 0.0;
+  double excitation_max_m_s2 = 0.0, frequency_min_hz = 0.0, frequency_max_hz = 0.0;
+  double stale_s = 0.0, ramp_s = 0.0, client_lease_s = 0.0;
+  bool unprotected = false;  // no detector of the rig ends the motion
+  std::vector<RigDetector> detectors;
+  std::vector<RigChannel> channels;
+  std::optional<std::string> in_control = {};  // "anna (pid 4711)"
+  std::optional<PlannedCampaign> plan = {};
+};
+
+using Document =
+    std::variant<VersionDocument, StateDocument, RunStartDocument, CycleDocument, EstimateDocument,
+                 AlarmDocument, HealthDocument, RunStopDocument, DiagnosisProgressDocument,
+                 DiagnosisResultDocument, WaveDocument, ScopeDocument, RigDocument>;
 
 struct Envelope {
   std::uint64_t seq = 0;
@@ -182,7 +237,7 @@ struct Envelope {
 };
 
 // "version", "state", "run_start", "cycle", "estimate", "alarm", "health", "run_stop",
-// "diagnosis_progress", "diagnosis_result".
+// "diagnosis_progress", "diagnosis_result", "wave", "scope", "rig".
 std::string_view type_name(const Document& document);
 
 // One line without the newline, valid UTF-8, at most 1 MiB.

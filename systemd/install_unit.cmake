@@ -4,8 +4,10 @@ if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
 else()
   set(etc ${CMAKE_INSTALL_PREFIX}/etc/shakerd)
 endif()
-configure_file(${source}/shakerd.service.in ${binary}/shakerd.service @ONLY)
-file(INSTALL ${binary}/shakerd.service DESTINATION ${CMAKE_INSTALL_PREFIX}/lib/systemd/system)
+foreach(unit IN ITEMS shakerd shakerd-gateway)
+  configure_file(${source}/${unit}.service.in ${binary}/${unit}.service @ONLY)
+  file(INSTALL ${binary}/${unit}.service DESTINATION ${CMAKE_INSTALL_PREFIX}/lib/systemd/system)
+endforeach()
 
 # The first rig is a simulated one, so that a first start moves nothing real. A rig file that somebody
 # has written for his rig is never replaced.

@@ -57,6 +57,8 @@ class Client {
   // --- out
   enum class Kind : std::uint8_t { document, answer };
   void send(const Line& line, Nanoseconds now, Kind kind = Kind::document);
+  // True if so much waits for it that what it can do without is left out.
+  bool lags() const { return queued_bytes_ > kMaxUnreadAnswers; }
   // Sends as much as the kernel takes. Returns false if the connection is to be closed: it is
   // broken, or the missed lines were reported.
   bool flush();

@@ -66,13 +66,28 @@ Result<DiagnosisRequest> diagnosis_request(const Json& params) {
   return request;
 }
 
+// The stream's server subscribes the connection to what the answer names.
+Answer subscribe(const Json& params) {
+  const RpcError usage = bad_params(
+      "\"params\" is {\"documents\": [...]}, a list of \"wave\", \"scope\" and \"rig\"; an empty "
+      "one ends the subscription.");
+  if (!params.is_object() || params.size() != 1 || !params.contains("documents")) return usage;
+  const Json& wanted = params["documents"];
+  if (!wanted.is_array() || wanted.size() > 16) return usage;
+  for (const Json& one : wanted) {
+    if (!one.is_string() || extra_bit(one.get<std::string>()) == 0) return usage;
+  }
+  return params;
+}
+
 RpcCode code_of(ErrorKind kind) {
   return kind == ErrorKind::invalid ? RpcCode::invalid_params : RpcCode::refused;
 }
 
 }  // namespace
 
-// The table of methods. Only campaign.start, deadman.prove and diagnose take parameters.
+// The table of methods. Only campaign.start, deadman.prove, diagnose and subscribe take
+// parameters.
 struct Commands::Method {
   const char* name;
   bool changes_something;  // refused on a read-only connection
@@ -86,6 +101,8 @@ Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
   static constexpr Method kMethods[] = {
       {"ping", false, [](Commands&, const Json&, const Peer&) -> Answer { return Json::object(); }},
       {"status", false, [](Commands& c, const Json&, const Peer& p) { return c.status(p); }},
+      {"subscribe", false,
+       [](Commands&, const Json& params, const Peer&) { return subscribe(params); }},
       {"control.acquire", true,
        [](Commands& c, const Json&, const Peer& p) { return c.acquire(p); }},
       {"control.release", true,
@@ -117,7 +134,9 @@ Answer Commands::handle(const protocol::RpcRequest& request, const Peer& peer) {
     if (request.method != method.name) continue;
     if (method.changes_something && peer.read_only) {
       return RpcError{RpcCode::read_only,
-                      "TCP connections may only listen; use the Unix socket to command.", nullptr};
+                      "This connection may only listen; use the Unix socket of the group shaker to "
+                      "command.",
+                      nullptr};
     }
     // The controlling client renews its lease several times a second; this is not logged.
     if (method.changes_something && request.method != "lease.renew")
@@ -146,6 +165,11 @@ void Commands::tick() {
     rig_.set_controlled(false);
     rig_.lease_lost();
   }
+}
+
+std::optional<std::string> Commands::in_control() const {
+  if (!lease_.holder()) return std::nullopt;
+  return holder_;
 }
 
 Answer Commands::acquire(const Peer& peer) {

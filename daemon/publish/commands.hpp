@@ -63,6 +63,7 @@ class Commands final : public RequestHandler {
   void gone(const Peer& peer) override;
   // Handles a lease that has expired. Call every few milliseconds.
   void tick();
+  std::optional<std::string> in_control() const;  // who, for people
 
  private:
   struct Method;

@@ -1,6 +1,7 @@
 #include "daemon/publish/listener.hpp"
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 
 #include <arpa/inet.h>
@@ -43,21 +44,21 @@ bool alive(const sockaddr_un& address) {
 
 }  // namespace
 
-Result<UniqueFd> listen_unix(const std::filesystem::path& path) {
+Result<UniqueFd> listen_unix(const std::filesystem::path& path, const char* option,
+                             const char* group) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const std::string text = path.string();
   if (text.empty() || text.size() >= sizeof address.sun_path) {
-    return Error{ErrorKind::invalid, fmt::format("--socket {}: a socket's path has 1 to {} bytes.",
-                                                 text, sizeof address.sun_path - 1)};
+    return Error{ErrorKind::invalid, fmt::format("{} {}: a socket's path has 1 to {} bytes.",
+                                                 option, text, sizeof address.sun_path - 1)};
   }
   std::memcpy(address.sun_path, text.data(), text.size());
   if (alive(address)) {
-    return Error{
-        ErrorKind::refused,
-        fmt::format("--socket {}: another shakerd answers there; stop it, or give this one "
-                    "another socket.",
-                    text)};
+    return Error{ErrorKind::refused,
+                 fmt::format("{} {}: another shakerd answers there; stop it, or give this one "
+                             "another socket.",
+                             option, text)};
   }
   auto fd = stream_socket(AF_UNIX);
   if (!fd) return fd;
@@ -68,20 +69,19 @@ Result<UniqueFd> listen_unix(const std::filesystem::path& path) {
   const int bound = ::bind(fd->get(), generic(&address), sizeof address);
   ::umask(before);
   if (bound != 0) {
-    return Error{
-        ErrorKind::io,
-        fmt::format("--socket {}: cannot be made ({}); check that its directory exists and "
-                    "that this user may write in it.",
-                    text, reason())};
+    return Error{ErrorKind::io,
+                 fmt::format("{} {}: cannot be made ({}); check that its directory exists and "
+                             "that this user may write in it.",
+                             option, text, reason())};
   }
-  if (const auto shaker = group_id("shaker")) {
-    if (::chown(text.c_str(), static_cast<uid_t>(-1), *shaker) != 0) {
+  if (const auto owner = group_id(group)) {
+    if (::chown(text.c_str(), static_cast<uid_t>(-1), *owner) != 0) {
       // This user is not in the group. The socket then belongs to this user only, which is
       // safe.
     }
   }
   if (::listen(fd->get(), kBacklog) != 0) {
-    return Error{ErrorKind::io, fmt::format("--socket {}: {}.", text, reason())};
+    return Error{ErrorKind::io, fmt::format("{} {}: {}.", option, text, reason())};
   }
   return fd;
 }
@@ -113,15 +113,21 @@ int bound_port(const UniqueFd& socket) {
   return ntohs(address.sin_port);
 }
 
-std::vector<UniqueFd> inherited_sockets() {
-  std::vector<UniqueFd> sockets;
-  const int count = ::sd_listen_fds(1);
-  for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + count; ++fd) {
-    UniqueFd owned(fd);
+std::vector<InheritedSocket> inherited_sockets() {
+  std::vector<InheritedSocket> sockets;
+  char** names = nullptr;
+  const int count = ::sd_listen_fds_with_names(1, &names);
+  for (int i = 0; i < count; ++i) {
+    const std::string name = names[i];
+    std::free(names[i]);
+    UniqueFd owned(SD_LISTEN_FDS_START + i);
+    const int fd = owned.get();
     if (::sd_is_socket(fd, AF_UNSPEC, SOCK_STREAM, 1) <= 0) continue;
     ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) | O_NONBLOCK);
-    sockets.push_back(std::move(owned));
+    const bool local = ::sd_is_socket(fd, AF_UNIX, SOCK_STREAM, 1) > 0;
+    sockets.push_back({std::move(owned), !local || name == "view"});
   }
+  std::free(names);
   return sockets;
 }
 

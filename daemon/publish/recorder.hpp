@@ -30,6 +30,7 @@
 #include "base/clock.hpp"
 #include "daemon/outlet.hpp"
 #include "daemon/publish/stream_server.hpp"
+#include "daemon/workers/wave_box.hpp"
 #include "record/campaign_database.hpp"
 
 namespace shaker::daemon {
@@ -43,6 +44,7 @@ struct RecorderOptions {
   // Limit of one call to the disk. The service sets half of the time that withholds the
   // heartbeat.
   Nanoseconds stall = std::chrono::seconds(1);
+  WaveBox* waves = nullptr;  // gets every cycle that was not accepted; outlives the recorder
 };
 
 class Recorder final : public Outlet {
@@ -113,6 +115,7 @@ class Recorder final : public Outlet {
   void write(std::size_t count);
   void apply(Item& item);
   void keep(const Result<void>& outcome);
+  void show(record::CycleRow& cycle);
   void commit();
   std::vector<PublishedLine> numbered(const std::vector<Waiting>& documents);
   void let_pass();

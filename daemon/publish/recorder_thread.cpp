@@ -93,7 +93,10 @@ void Recorder::apply(Item& item) {
   } else if (writer_) {
     dirty_ = true;
     if (auto* run = std::get_if<record::RunRow>(&item)) keep(writer_->add_run(*run));
-    if (auto* cycle = std::get_if<record::CycleRow>(&item)) keep(writer_->add_cycle(*cycle));
+    if (auto* cycle = std::get_if<record::CycleRow>(&item)) {
+      keep(writer_->add_cycle(*cycle));
+      show(*cycle);
+    }
     if (auto* samples = std::get_if<Samples>(&item)) {
       keep(writer_->add_samples(samples->run, samples->rows));
     }
@@ -103,6 +106,19 @@ void Recorder::apply(Item& item) {
 void Recorder::keep(const Result<void>& outcome) {
   advance();
   if (!outcome) fail(outcome.error());
+}
+
+// The estimator's thread shows the accepted cycles, with the model's response.
+void Recorder::show(record::CycleRow& cycle) {
+  if (options_.waves == nullptr || cycle.accepted) return;
+  options_.waves->put({.run_index = cycle.run,
+                       .cycle = cycle.index,
+                       .accepted = false,
+                       .frequency_hz = cycle.frequency_hz,
+                       .stroke_m = std::move(cycle.displacement),
+                       .excitation_m_s2 = std::move(cycle.excitation),
+                       .response_m = {},
+                       .missing_force_m_s2 = {}});
 }
 
 // Serialises documents with the next sequence numbers. Call with the lock held.

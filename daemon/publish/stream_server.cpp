@@ -1,5 +1,7 @@
 #include "daemon/publish/stream_server.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/epoll.h>
@@ -17,8 +19,14 @@ Line as_line(std::string text) {
   return std::make_shared<const std::string>(std::move(text));
 }
 
-std::string describe_peer(int fd, bool read_only) {
-  if (read_only) return "a TCP client";
+bool is_tcp(int fd) {
+  int domain = AF_UNIX;
+  socklen_t size = sizeof domain;
+  return ::getsockopt(fd, SOL_SOCKET, SO_DOMAIN, &domain, &size) == 0 && domain != AF_UNIX;
+}
+
+std::string describe_peer(int fd) {
+  if (is_tcp(fd)) return "a TCP client";
   ucred credentials{};
   socklen_t size = sizeof credentials;
   if (::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return "someone";
@@ -32,7 +40,7 @@ Line refusal(std::string why) {
 
 // True for commands. Queries do not protect their sender's place.
 bool commands(const protocol::RpcRequest& request) {
-  return request.method != "ping" && request.method != "status";
+  return request.method != "ping" && request.method != "status" && request.method != "subscribe";
 }
 
 // The estimate of the campaign before is not that of this one.
@@ -66,6 +74,7 @@ struct StreamServer::Connection {
   EventSource source;
   std::optional<Nanoseconds> commanded_at;  // time of its last successful command
   bool silent = false;                      // it sends no more
+  unsigned extras = 0;                      // bits of the documents that it subscribed to
   bool deaf = false;  // nothing can be sent to it; its input is read to the end
   bool dead = false;  // reap() removes it, never within its own callback
 };
@@ -79,6 +88,10 @@ StreamServer::StreamServer(sd_event* loop, Clock& clock, RequestHandler& handler
       options_(options) {}
 
 StreamServer::~StreamServer() = default;
+
+unsigned extra_bit(std::string_view type) {
+  return type == "wave" ? 1U : type == "scope" ? 2U : type == "rig" ? 4U : 0U;
+}
 
 void StreamServer::add_listener(UniqueFd listener, bool read_only) {
   auto owned = std::make_unique<Listener>();
@@ -109,8 +122,8 @@ std::string StreamServer::no_room(bool read_only) {
   if (there.size() < most) return {};
   if (read_only) {
     return fmt::format(
-        "{} TCP clients listen already, and that is the limit; close one of them, or use the Unix "
-        "socket.",
+        "{} clients that may only listen are connected already, and that is the limit; close one "
+        "of them, or use the Unix socket of the group shaker.",
         most);
   }
   for (std::size_t i = stay; i < there.size(); ++i) {
@@ -157,7 +170,7 @@ void StreamServer::accept(Listener& listener) {
     return;
   }
   const int number = next_client_++;
-  Peer peer{number, describe_peer(fd.get(), listener.read_only), listener.read_only};
+  Peer peer{number, describe_peer(fd.get()), listener.read_only};
   auto owned =
       std::make_unique<Connection>(*this, std::move(fd), std::move(peer), options_.max_queued);
   Connection& connection = *owned;
@@ -179,14 +192,19 @@ void StreamServer::accept(Listener& listener) {
 // Sends all that a new client needs. The version's seq is that of the newest document, so that
 // the next one follows without a gap. State and estimate are repeated as they were published.
 void StreamServer::send_snapshot(Connection& connection) {
-  const protocol::Envelope envelope{last_seq_, format_utc(clock_.utc()), clock_.now().count()};
   const Nanoseconds now = clock_.now();
-  connection.client.send(as_line(protocol::to_json_line(version_, envelope)), now);
+  connection.client.send(unnumbered(version_), now);
   if (last_state_) connection.client.send(last_state_, now);
   if (last_estimate_) connection.client.send(last_estimate_, now);
   for (const protocol::StandingAlarm& alarm : alarms_.all())
     connection.client.send(as_line(alarm.line), now);
   push(connection);
+}
+
+// Carries the number of the newest numbered document.
+Line StreamServer::unnumbered(const protocol::Document& document) const {
+  return as_line(protocol::to_json_line(
+      document, {last_seq_, format_utc(clock_.utc()), clock_.now().count()}));
 }
 
 // A client that has left may have left requests, even a stop. They are handled first, a few in
@@ -226,6 +244,8 @@ void StreamServer::handle(Connection& connection, const std::string& line) {
   auto* error = std::get_if<protocol::RpcError>(&given);
   if (!error && commands(request)) connection.commanded_at = clock_.now();
   const int asking = connection.client.peer().client;
+  if (!error && request.method == "subscribe")
+    subscribe(connection, std::get<nlohmann::json>(given));
   if (!error && request.method == "control.acquire") controller_ = asking;
   if (!error && request.method == "control.release" && controller_ == asking) controller_ = 0;
   if (!request.id) return;  // a notification is never answered
@@ -235,6 +255,39 @@ void StreamServer::handle(Connection& connection, const std::string& line) {
   } else {
     answer(connection, protocol::result_line(*request.id, std::get<nlohmann::json>(given)));
   }
+}
+
+void StreamServer::subscribe(Connection& connection, const nlohmann::json& given) {
+  connection.extras = 0;
+  for (const auto& type : given["documents"])
+    connection.extras |= extra_bit(type.get<std::string>());
+  for (const auto& [bit, document] : last_extra_) {
+    if ((connection.extras & bit) != 0) connection.client.send(unnumbered(document), clock_.now());
+  }
+}
+
+bool StreamServer::wants(std::string_view type) const {
+  const unsigned bit = extra_bit(type);
+  return std::ranges::any_of(clients_, [bit](const auto& entry) {
+    return !entry.second->dead && (entry.second->extras & bit) != 0;
+  });
+}
+
+void StreamServer::publish_extra(protocol::Document document) {
+  const std::string_view type = protocol::type_name(document);
+  const unsigned bit = extra_bit(type);
+  if (wants(type)) {
+    const Line line = unnumbered(document);
+    const Nanoseconds now = clock_.now();
+    for (auto& [number, connection] : clients_) {
+      if ((connection->extras & bit) == 0 || connection->deaf || connection->client.lags())
+        continue;
+      connection->client.send(line, now);
+      push(*connection);
+    }
+    reap();
+  }
+  if (type != "scope") last_extra_.insert_or_assign(bit, std::move(document));
 }
 
 void StreamServer::answer(Connection& connection, const std::string& line) {
@@ -258,6 +311,9 @@ void StreamServer::publish(const PublishedLine& document) {
   const Line line = as_line(document.text);
   last_seq_ = document.seq;
   if (document.type == "state") last_state_ = line;
+  // A campaign begins: the last wave is of another one.
+  if (document.type == "state" && document.text.find(R"("state":"CHECK")") != std::string::npos)
+    last_extra_.erase(extra_bit("wave"));
   if (document.type == "estimate") last_estimate_ = line;
   if (document.type == "alarm")
     alarms_.take(nlohmann::json::parse(document.text, nullptr, false), document.text);

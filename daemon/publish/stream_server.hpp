@@ -38,6 +38,9 @@ struct PublishedLine {
 
 using Answer = std::variant<nlohmann::json, protocol::RpcError>;
 
+// A bit for each document that only subscribers get ("wave", "scope", "rig"); 0 for all others.
+unsigned extra_bit(std::string_view type);
+
 class RequestHandler {
  public:
   virtual ~RequestHandler() = default;
@@ -66,6 +69,10 @@ class StreamServer {
 
   void add_listener(UniqueFd listener, bool read_only);
   void publish(const PublishedLine& line);
+  // Sends a document to the clients that subscribed to its type, except those that lag. The
+  // newest wave and rig are repeated to a later subscriber.
+  void publish_extra(protocol::Document document);
+  bool wants(std::string_view type) const;  // whether any client subscribed to it
   int client_count() const { return static_cast<int>(clients_.size()); }
   // Closes condemned clients that did not read, and reads from those that cannot be sent to.
   // Call a few times a second.
@@ -82,6 +89,8 @@ class StreamServer {
   void on_readable(Connection& connection);
   void handle(Connection& connection, const std::string& line);
   void answer(Connection& connection, const std::string& line);
+  void subscribe(Connection& connection, const nlohmann::json& given);
+  Line unnumbered(const protocol::Document& document) const;
   void push(Connection& connection);
   void send_snapshot(Connection& connection);
   void close_later(Connection& connection);
@@ -99,6 +108,7 @@ class StreamServer {
   std::uint64_t last_seq_ = 0;
   Line last_state_, last_estimate_;
   protocol::StandingAlarms alarms_;
+  std::map<unsigned, protocol::Document> last_extra_;  // by bit
 };
 
 }  // namespace shaker::daemon

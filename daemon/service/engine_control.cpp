@@ -67,6 +67,7 @@ Result<void> EngineControl::begin(std::shared_ptr<const config::CampaignSpec> wa
   if (!admitted) return admitted;
   if (auto made = recorder_.prepare(*wanted, starter_); !made) return made;
   const auto begun = rig_.ask([wanted, how](Engine& engine) { return (engine.*how)(*wanted); });
+  if (begun) last_campaign_ = wanted;
   if (!begun) recorder_.discard();
   return begun;
 }

@@ -25,6 +25,8 @@ class EngineControl final : public RigControl {
   // From now on no campaign starts.
   void close() { closed_ = true; }
   const std::string& starter() const { return starter_; }  // who started the last motion
+  // The campaign that began last; null before the first one.
+  std::shared_ptr<const config::CampaignSpec> last_campaign() const { return last_campaign_; }
 
   Result<void> may_start() override;
   Result<void> start(const std::string& who, const std::string& text, const std::string& origin,
@@ -56,6 +58,7 @@ class EngineControl final : public RigControl {
   double excitation_max_;  // of the rig, m/s^2
   bool closed_ = false;
   std::string starter_;
+  std::shared_ptr<const config::CampaignSpec> last_campaign_;
 };
 
 }  // namespace shaker::daemon

@@ -30,6 +30,10 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option("--data", options.data, "Directory of the campaign databases")
       ->type_name("DIR")
       ->capture_default_str();
+  app.add_option("--view-socket", options.view_socket,
+                 "A second Unix socket, mode 0660, group shaker-view, whose clients may listen but "
+                 "not command")
+      ->type_name("PATH");
   app.add_option(
          "--tcp", options.tcp,
          "Also let clients listen, but not command, on this port of 127.0.0.1 (0: any free one)")

@@ -11,6 +11,7 @@ struct Options {
   std::filesystem::path rig;
   std::filesystem::path socket = "/run/shakerd/shakerd.sock";
   std::filesystem::path data = "/var/lib/shakerd";
+  std::optional<std::filesystem::path> view_socket;
   std::optional<int> tcp;
   bool check = false;
 };

@@ -25,6 +25,7 @@
 #include "daemon/service/deadman_file.hpp"
 #include "daemon/service/engine_control.hpp"
 #include "daemon/service/logging.hpp"
+#include "daemon/service/onlookers.hpp"
 #include "daemon/service/provenance.hpp"
 #include "daemon/service/recovery_report.hpp"
 #include "daemon/service/rig_thread.hpp"
@@ -84,6 +85,7 @@ struct Service::Parts {
   EventLoop loop;
   Waker waker;       // of the engine's thread
   Waker lines_wait;  // of this one
+  WaveBox waves;
   Recorder recorder;
   ExciterThread exciter;
   EstimatorThread estimator;
@@ -95,6 +97,7 @@ struct Service::Parts {
   EngineControl control;
   Commands commands;
   StreamServer server;
+  Onlookers onlookers;
 
   DeadmanFile deadman_file;
   bool deadman_kept = false;
@@ -119,11 +122,12 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
            .rig = rig.name,
            .auxiliary = rig.auxiliary,
            .facts = facts_of_rig(rig, options.rig),
-           .stall = from_seconds(rig.limits.recorder_stall_s) / 2},
+           .stall = from_seconds(rig.limits.recorder_stall_s) / 2,
+           .waves = &waves},
           clock, [this] { lines_wait.wake(); },
           [this](protocol::HealthDocument& health) { complete(health); }),
       exciter(std::move(devices.exciter), clock, waker, exciter_options(rig)),
-      estimator(clock, waker),
+      estimator(clock, waker, &waves),
       diagnosis(lines_wait, program_places("shakerctl-diagnosis")),
       sensors([&] {
         Sensors made;
@@ -142,6 +146,7 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
                  protocol::LimitsEntry{rig.limits.stroke_min_m, rig.limits.stroke_max_m,
                                        rig.limits.stroke_rate_max_m_s,
                                        rig.limits.excitation_max_m_s2}}),
+      onlookers(rig, sensors, waves, commands, control, server),
       deadman_file(recorder.directory(), options.rig) {
   if (const auto kept = deadman_file.load()) {
     deadman_kept = true;
@@ -163,9 +168,12 @@ Result<void> Service::Parts::listen(const Options& options) {
     server.add_listener(std::move(*made), false);
     spdlog::info("Clients connect to {}.", options.socket.string());
   }
-  for (UniqueFd& socket : inherited) {
-    const bool local = ::sd_is_socket(socket.get(), AF_UNIX, SOCK_STREAM, 1) > 0;
-    server.add_listener(std::move(socket), !local);
+  for (InheritedSocket& socket : inherited)
+    server.add_listener(std::move(socket.fd), socket.read_only);
+  if (options.view_socket) {
+    auto made = listen_unix(*options.view_socket, "--view-socket", "shaker-view");
+    if (!made) return made.error();
+    server.add_listener(std::move(*made), true);
   }
   if (options.tcp) {
     auto made = listen_tcp(*options.tcp);
@@ -261,6 +269,7 @@ void Service::Parts::tick() {
   publish();
   commands.tick();
   rig_thread.set_client_count(server.client_count());
+  onlookers.tick(clock.now());
   desk.watch(rig_thread.state());
   server.tick();
   keep_deadman_proof();

@@ -22,6 +22,7 @@ AcquisitionThread::AcquisitionThread(std::unique_ptr<drivers::Sensor> sensor, Cl
       waker_(waker),
       options_(options),
       ring_(options.ring),
+      view_ring_(options.view_ring),
       buffer_(kBatch),
       progress_(clock.now().count()),
       stamps_(sensor_->stamp_source()),
@@ -34,6 +35,10 @@ AcquisitionThread::~AcquisitionThread() {
 
 std::size_t AcquisitionThread::drain(std::span<drivers::Sample> out) {
   return ring_.pop(out.data(), out.size());
+}
+
+std::size_t AcquisitionThread::drain_view(std::span<drivers::Sample> out) {
+  return view_ring_.pop(out.data(), out.size());
 }
 
 AcquisitionThread::Report AcquisitionThread::report() {
@@ -109,6 +114,7 @@ bool AcquisitionThread::read_once() {
   const std::size_t kept = ring_.push(buffer_.data(), *count);
   if (kept < *count) overflows_ += *count - kept;
   if (*count > 0) waker_.wake();
+  if (viewed_) view_ring_.push(buffer_.data(), *count);
   if (sensor_->finished()) {
     finished_ = true;
     tell_health(true);

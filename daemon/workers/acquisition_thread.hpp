@@ -24,7 +24,8 @@
 namespace shaker::daemon {
 
 struct AcquisitionOptions {
-  std::size_t ring = 65'536;  // samples: 0.8 s of eight channels at 10 kHz
+  std::size_t ring = 65'536;       // samples: 0.8 s of eight channels at 10 kHz
+  std::size_t view_ring = 16'384;  // samples that wait for those who look on
   Nanoseconds read_timeout = std::chrono::milliseconds(50);
   Nanoseconds first_pause = std::chrono::milliseconds(100);  // before reconnecting; doubles
   Nanoseconds longest_pause = std::chrono::seconds(5);
@@ -50,6 +51,11 @@ class AcquisitionThread {
   Nanoseconds last_progress() const { return Nanoseconds(progress_.load()); }
   bool finished() const { return finished_.load(); }  // a replay has delivered its last sample
 
+  // --- the clients' thread: the same samples once more, for those who look on. Samples that find
+  // that ring full are dropped.
+  void view(bool wanted) { viewed_ = wanted; }
+  std::size_t drain_view(std::span<drivers::Sample> out);
+
  private:
   void work(const std::stop_token& stop);
   bool connect(const std::stop_token& stop);
@@ -62,7 +68,8 @@ class AcquisitionThread {
   Clock& clock_;
   Waker& waker_;
   AcquisitionOptions options_;
-  boost::lockfree::spsc_queue<drivers::Sample> ring_;
+  boost::lockfree::spsc_queue<drivers::Sample> ring_, view_ring_;
+  std::atomic<bool> viewed_{false};
   std::vector<drivers::Sample> buffer_;  // of the thread
   Nanoseconds next_health_{};
   std::atomic<std::uint64_t> overflows_{0};

@@ -8,8 +8,11 @@
 
 namespace shaker::daemon {
 
-EstimatorThread::EstimatorThread(Clock& clock, Waker& waker)
-    : clock_(clock), waker_(waker), thread_([this](const std::stop_token& stop) { work(stop); }) {}
+EstimatorThread::EstimatorThread(Clock& clock, Waker& waker, WaveBox* waves)
+    : clock_(clock),
+      waker_(waker),
+      waves_(waves),
+      thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
 EstimatorThread::~EstimatorThread() {
   thread_.request_stop();
@@ -74,6 +77,7 @@ void EstimatorThread::work(const std::stop_token& stop) {
     outcomes_.push_back(std::move(*outcome));
     lock.unlock();
     waker_.wake();
+    show(job->cycle);
   }
 }
 
@@ -84,6 +88,24 @@ void EstimatorThread::start(const Campaign& campaign) {
     estimator_.emplace(campaign.model, campaign.options);
   } catch (const std::exception& trouble) {
     unusable_ = Error{ErrorKind::invalid, trouble.what()};
+  }
+}
+
+// Comes after the outcome, which is what matters. A picture that fails is left out.
+void EstimatorThread::show(const estimator::MeasuredCycle& cycle) {
+  if (waves_ == nullptr) return;
+  try {
+    estimator::CyclePicture picture;
+    if (estimator_) picture = estimator_->picture(cycle);
+    waves_->put({.run_index = cycle.run,
+                 .cycle = cycle.index,
+                 .accepted = true,
+                 .frequency_hz = cycle.frequency_hz,
+                 .stroke_m = cycle.displacement,
+                 .excitation_m_s2 = cycle.excitation,
+                 .response_m = std::move(picture.response),
+                 .missing_force_m_s2 = std::move(picture.missing_force)});
+  } catch (const std::exception&) {  // for lack of memory
   }
 }
 

@@ -17,14 +17,15 @@
 #include "base/clock.hpp"
 #include "daemon/engine.hpp"
 #include "daemon/workers/waker.hpp"
+#include "daemon/workers/wave_box.hpp"
 #include "estimator/online_estimator.hpp"
 
 namespace shaker::daemon {
 
 class EstimatorThread final : public EstimatorCommands {
  public:
-  // Starts at once. `clock` and `waker` outlive it.
-  EstimatorThread(Clock& clock, Waker& waker);
+  // Starts at once. `clock`, `waker` and `waves` outlive it. `waves` gets every fitted cycle.
+  EstimatorThread(Clock& clock, Waker& waker, WaveBox* waves = nullptr);
   ~EstimatorThread() override;
 
   // --- orders, from the engine's thread
@@ -48,9 +49,11 @@ class EstimatorThread final : public EstimatorCommands {
   };
   void start(const Campaign& campaign);
   Result<estimator::Estimate> fit(const estimator::MeasuredCycle& cycle);
+  void show(const estimator::MeasuredCycle& cycle);
 
   Clock& clock_;
   Waker& waker_;
+  WaveBox* waves_;
   mutable std::mutex mutex_;
   std::condition_variable_any ordered_;
   std::optional<Campaign> begun_;  // a campaign that has just begun

@@ -1,15 +1,16 @@
 #!/bin/bash
-# Usage: sandbox_is_tight.sh STAGE: holds the unit's exposure to 1.4, with a drop-in to 1.6.
+# Usage: sandbox_is_tight.sh STAGE: holds the unit's exposure to 1.4, with a drop-in to 1.6, and the
+# gateway's to 1.3.
 set -euo pipefail
 stage=$1
 units=$(mktemp -d)
 trap 'rm -rf "$units"' EXIT
 
-exposure() {  # LIMIT [DROP-IN]: LIMIT in tenths
-  local name=shakerd${2:+-${2%.conf}}.service
-  cp "$stage/usr/lib/systemd/system/shakerd.service" "$units/$name"
-  if [ -n "${2:-}" ]; then
-    cat "$stage/usr/share/shakerd/drop-ins/$2" >>"$units/$name"
+exposure() {  # LIMIT UNIT [DROP-IN]: LIMIT in tenths
+  local name=$2${3:+-${3%.conf}}.service
+  cp "$stage/usr/lib/systemd/system/$2.service" "$units/$name"
+  if [ -n "${3:-}" ]; then
+    cat "$stage/usr/share/shakerd/drop-ins/$3" >>"$units/$name"
   fi
   said=$(systemd-analyze security --offline=yes --threshold="$1" "$units/$name" 2>&1) || {
     grep -v ✓ <<<"$said"
@@ -17,6 +18,7 @@ exposure() {  # LIMIT [DROP-IN]: LIMIT in tenths
   }
   tail -n 1 <<<"$said"
 }
-exposure 14
-exposure 16 realtime.conf
-exposure 16 serial-port.conf
+exposure 14 shakerd
+exposure 16 shakerd realtime.conf
+exposure 16 shakerd serial-port.conf
+exposure 13 shakerd-gateway

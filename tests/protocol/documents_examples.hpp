@@ -36,6 +36,19 @@ inline EstimateDocument plain_estimate() {
   return d;
 }
 
+inline WaveDocument plain_wave() {
+  return {0, 7, true, 2.5, {0.1, 0.2}, {3.0, -3.0}, {0.1, 0.2}, {0.5, -0.5}};
+}
+
+inline RigDocument plain_rig() {
+  RigDocument rig{"rig A", -0.01, 0.3, 3.0, 15.0, 0.2, 10.0, 0.05, 2.0, 2.0, false, {}, {}, {}, {}};
+  rig.detectors = {{"stroke_action", "stop"}};
+  rig.channels = {{"displacement", "displacement", "m"}, {"aux1", "oil", "degC"}};
+  rig.in_control = "anna (pid 4711)";
+  rig.plan = PlannedCampaign{"first light", 3.0, {{"r01", 2.5, 3.0, 20}}};
+  return rig;
+}
+
 inline std::vector<Document> plain_documents() {
   StateDocument state{
       "MEASURE", "The response is steady.", "first light", "r01", 0, 2, 2.5, 3.0, 0.25, 17.5, true};
@@ -70,7 +83,10 @@ inline std::vector<Document> plain_documents() {
                         "noise": 8e-6, "noise_floor": 1e-5}],
               "gap": {"noise": 8e-6, "noise_floor": 1e-5, "before": 1e-5, "after": 1e-5, "unit": "m"},
               "ranking": [], "not_tried": [], "parameters_before": [], "parameters_after": [],
-              "false_alarm_rate": 0.01, "warnings": []})"}};
+              "false_alarm_rate": 0.01, "warnings": []})"},
+      plain_wave(),
+      ScopeDocument{0.02, {{"displacement", {100, 101}, {0.1, 0.1}, {0.2, 0.25}}}},
+      plain_rig()};
 }
 
 // NaN and infinite numbers, text that is not UTF-8, lists and strings beyond every limit.
@@ -122,6 +138,23 @@ inline std::vector<Document> nasty_documents() {
   changed.alternatives = {"theta2", huge};
   all.push_back(changed);
   all.push_back(DiagnosisProgressDocument{rubbish, huge, nan});
+  all.push_back(WaveDocument{0,
+                             1,
+                             false,
+                             nan,
+                             std::vector<double>(5000, -1.234567890123e-300),
+                             {1.0, infinite},
+                             {},
+                             {nan}});
+  const std::vector<std::int64_t> late(5000, 1LL << 60);
+  all.push_back(ScopeDocument{
+      infinite, std::vector<ScopeChannel>(100, {huge, late, {nan}, {1.0, -infinite}})});
+  RigDocument odd{huge, nan, nan,  nan, infinite, nan,     nan, nan,
+                  nan,  nan, true, {},  {},       rubbish, {}};
+  odd.detectors.assign(100, {huge, rubbish});
+  odd.channels.assign(100, {wide, huge, rubbish});
+  odd.plan = PlannedCampaign{huge, 3.0, std::vector<PlannedRun>(1000, {rubbish, 2.5, 3.0, 20})};
+  all.push_back(odd);
   all.push_back(DiagnosisResultDocument{rubbish, huge, "failed", rubbish, {}, {}});
   const std::string endless = "[\"" + std::string(1'000'000, 'x') + "\"]";
   all.push_back(DiagnosisResultDocument{rubbish, huge, "done", huge, huge, endless});

@@ -158,7 +158,16 @@ TEST(DocumentType, NamesEachAlternative) {
     names.emplace_back(type_name(document));
   EXPECT_THAT(names, ::testing::ElementsAre("version", "state", "run_start", "cycle", "estimate",
                                             "alarm", "health", "run_stop", "diagnosis_progress",
-                                            "diagnosis_result"));
+                                            "diagnosis_result", "wave", "scope", "rig"));
+}
+
+TEST(Wave, KeepsSevenDigitsOfEachPoint) {
+  const WaveDocument wave{2, 7, true, 2.5, {0.123456789, -1e-12}, {}, {}, {}};
+  const auto line = json::parse(to_json_line(wave, {41, "", 0}));
+  EXPECT_EQ(line["stroke_m"], json::parse("[0.1234568, -1e-12]"));
+  EXPECT_EQ(line["run_index"], 2);
+  EXPECT_FALSE(line.contains("response_m"));
+  EXPECT_FALSE(line.contains("omitted"));
 }
 
 }  // namespace

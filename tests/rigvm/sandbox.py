@@ -10,11 +10,12 @@ from rig_pc import install
 
 SOURCE = pathlib.Path(pathlib.Path("/srv/rigvm/source").read_text().strip())
 COPY = pathlib.Path("/usr/local/share/suite")
-NEEDED = ("tests/system", "protocol/schema", "config/examples", "docs/protocol.md", "systemd/shakerd.service.in")
+NEEDED = ("tests/system", "protocol/schema", "config/examples", "docs/protocol.md",
+          "docs/protocol_onlookers.md", "systemd/shakerd.service.in")
 # How it is run is the tests' affair; what it may do is the unit's.
 RUNS = re.compile(r"(Type|Exec\w+|Restart\w*|WatchdogSec|Timeout\w+|RuntimeDirectory\w*|UMask)=")
 # A browser compiles JavaScript in memory, which MemoryDenyWriteExecute= forbids; it is no part of the daemon.
-LEFT_OUT = ("browser_test",)
+LEFT_OUT = ("browser_test", "page_test")
 SECONDS = 500
 
 

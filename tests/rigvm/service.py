@@ -3,17 +3,24 @@ runs a campaign, watched by independent clients; then the service is stopped and
 import glob
 import json
 import math
+import os
 import struct
 import subprocess
+import threading
+import urllib.request
 
 from guest import Listener, expect, run, step, unit_property, wait_for
 from rig_pc import (AMPLITUDE, ENABLE, FREQUENCY_HZ, RATE_HZ, SOCKET, TABLE, as_technician, at_rest, floats,
                     start_campaign, start_the_rig, the_data_are_whole)
 
+ADDRESS = "http://127.0.0.1:8420/"
+
 
 def look_at_the_installation():
     step("dpkg has installed the package: units, socket, network file")
-    run("systemd-analyze", "verify", "--man=no", "shakerd.service", "shakerd.socket")
+    run("systemd-analyze", "verify", "--man=no", "shakerd.service", "shakerd.socket", "shakerd-view.socket",
+        "shakerd-gateway.service", "shakerd-gateway.socket")
+    expect(unit_property("shakerd-gateway.socket", "ActiveState") == "inactive", "the page is served unasked")
     expect(unit_property("shakerd.socket", "ActiveState") == "active", "the socket is not active")
     expect(unit_property("shakerd.service", "ActiveState") == "inactive", "the daemon runs unasked")
     said = run("sh", "-c", "SYSTEMD_LOG_LEVEL=debug timeout 3 /lib/systemd/systemd-networkd; true")
@@ -28,6 +35,63 @@ def who_may_connect():
     answer = json.loads(run(*as_technician("shakerctl", "status", "--json")).stdout)
     expect(answer["state"]["state"] == "IDLE", f"the rig is not idle: {answer['state']}")
     expect(unit_property("shakerd.service", "ActiveState") == "active", "the daemon is not active")
+
+
+class Page:
+    """A browser that is no browser: it follows the gateway's events."""
+
+    def __init__(self):
+        run("systemctl", "start", "shakerd-gateway.socket")
+        self.events = []
+        self.answer = urllib.request.urlopen(ADDRESS + "events", timeout=60)  # starts the gateway
+        threading.Thread(target=self.read, daemon=True).start()
+
+    def read(self):
+        for line in self.answer:
+            if line.startswith(b"data: {"):
+                self.events.append(json.loads(line[6:]))
+
+    def of_type(self, kind):
+        return [event for event in list(self.events) if event.get("type") == kind]
+
+
+def get(path):
+    with urllib.request.urlopen(ADDRESS + path, timeout=30) as answer:
+        return answer.read()
+
+
+def what_the_gateway_may():
+    step("the gateway has a user of its own, sees no socket that commands, and has no network")
+    main_pid = unit_property("shakerd-gateway.service", "MainPID")
+    status = open(f"/proc/{main_pid}/status").read()
+    uid = run("id", "-u", "shakerd-gateway").stdout.strip()
+    expect(f"Uid:\t{uid}\t{uid}\t" in status and uid != "0", "it does not run as its own user")
+    expect("CapEff:\t0000000000000000" in status, "it has capabilities")
+    its_root = f"/proc/{main_pid}/root"
+    expect(os.path.exists(its_root + "/run/shakerd-view/view.sock"), "it does not see the socket of those who look on")
+    expect(os.path.exists(SOCKET) and not os.path.exists(its_root + SOCKET), "it sees the socket that commands")
+    links = [line.split(":")[0].strip() for line in open(f"/proc/{main_pid}/net/dev") if ":" in line]
+    expect(links == ["lo"], f"it sees a network: {links}")
+    for user, code in (("shakerd-gateway", 3), ("stranger", 3)):
+        refused = run("runuser", "-u", user, "--", "shakerctl", "stop", check=False)
+        expect(refused.returncode == code, f"{user} may stop the rig: {refused.stdout}")
+
+
+def what_the_page_showed(page, listener):
+    step("the page's events and files are the campaign's")
+    wait_for("the page has the end", 20, lambda: page.of_type("run_stop"))
+    for kind in ("cycle", "estimate", "run_stop"):
+        expect([d["seq"] for d in page.of_type(kind)] == [d["seq"] for d in listener.of_type(kind)],
+               f"the page and a client of the daemon saw other documents: {kind}")
+    for kind in ("wave", "scope", "rig", "health"):
+        expect(page.of_type(kind), f"the page saw no {kind}")
+    expect(b"shaker_up 1\n" in get("metrics"), "the metrics do not say that the daemon answers")
+    [campaign] = wait_for("the campaign is closed", 20, lambda: [
+        one for one in json.loads(get("campaigns.json"))["campaigns"] if not one["recording"]])
+    data = get(f"campaigns/{campaign['name']}.db")
+    expect(data == open(f"/var/lib/shakerd/{campaign['name']}.db", "rb").read(), "another campaign was downloaded")
+    step(f"  {len(page.of_type('wave'))} waves, {len(page.of_type('scope'))} pictures of the scope, "
+         f"{len(data)} bytes downloaded")
 
 
 def frequency_of(frames):
@@ -73,7 +137,10 @@ def main():
     exciter, bus = start_the_rig()
     look_at_the_installation()
     who_may_connect()
+    page = Page()
+    what_the_gateway_may()
     listener = a_whole_campaign(exciter, bus)
+    what_the_page_showed(page, listener)
     accepted, estimates = the_data_are_whole(listener, 12)
     expect(estimates == accepted, f"{accepted} accepted cycles, {estimates} estimates")
     step("asked to stop, the service stops; its data outlive the package")

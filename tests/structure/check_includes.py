@@ -14,6 +14,7 @@ MAY_INCLUDE = {
     "sim": {"base", "protocol"},
     "daemon": {"base", "protocol", "config", "record", "drivers", "estimator", "report"},
     "cli": {"base", "protocol", "config", "record", "estimator", "report"},
+    "gateway": {"base", "protocol", "cli"},
 }
 EXTRA = {"drivers/sim": {"sim"}, "drivers/replay": {"record"}}
 # Inner rooms of the estimator. ROOT: the files that lie in estimator/ itself.

@@ -1,4 +1,4 @@
-"""The shell examples of docs/protocol.md, run as they stand there (with this test's socket)."""
+"""The shell examples of docs/protocol*.md, run as they stand there (with this test's socket)."""
 import json
 import os
 import re
@@ -12,7 +12,8 @@ from daemon import Client, Daemon, SOURCE, endless_campaign
 
 DOCUMENT = (SOURCE / "docs" / "protocol.md").read_text()
 # A fenced block ```sh whose first line says, as a comment, what its output must contain.
-EXAMPLES = re.findall(r"```sh\n# prints: (.*)\n((?:.*\n)*?)```", DOCUMENT)
+EXAMPLES = re.findall(r"```sh\n# prints: (.*)\n((?:.*\n)*?)```",
+                      DOCUMENT + (SOURCE / "docs" / "protocol_onlookers.md").read_text())
 
 
 class Tools(unittest.TestCase):

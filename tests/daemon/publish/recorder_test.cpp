@@ -81,6 +81,23 @@ class RecorderTest : public ::testing::Test {
   std::vector<PublishedLine> all;
 };
 
+TEST_F(RecorderTest, ShowsTheCyclesThatWereNotAccepted) {
+  WaveBox waves;
+  Recorder recorder({.directory = scratch.path(), .rig = "rig A", .waves = &waves}, clock, [] {},
+                    {});
+  ASSERT_TRUE(recorder.record_campaign(campaign()));
+  ASSERT_TRUE(recorder.record_run(0, campaign().runs[0]));
+  ASSERT_TRUE(recorder.record_cycle({0, 4, 2.0, 3.0, {0.1, 0.2}, {3.0, -3.0}}, false));
+  ASSERT_TRUE(recorder.record_cycle({0, 5, 2.0, 3.0, {0.3, 0.4}, {3.0, -3.0}}, true));
+  settle(recorder);
+  const auto seen = waves.take();
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_EQ(seen.front().cycle, 4);
+  EXPECT_FALSE(seen.front().accepted);
+  EXPECT_THAT(seen.front().stroke_m, ElementsAre(0.1, 0.2));
+  EXPECT_THAT(seen.front().excitation_m_s2, ElementsAre(3.0, -3.0));
+}
+
 TEST_F(RecorderTest, KeepsACampaignWholeAndInOrder) {
   auto recorder = make();
   ASSERT_TRUE(recorder->publish(state("IDLE", "Started.")));

@@ -100,6 +100,26 @@ TEST_F(AcquisitionTest, HandsOverEverySampleInOrderAndWakesTheLoop) {
   EXPECT_EQ(thread->stamp_source(), drivers::StampSource::device);
 }
 
+TEST_F(AcquisitionTest, ShowsTheSamplesOnceMoreToThoseWhoLookOn) {
+  AcquisitionOptions options;
+  options.view_ring = 100;
+  auto thread = make(options);
+  std::array<drivers::Sample, 4096> part, shown;
+  script.available = 10;
+  EXPECT_TRUE(eventually([&] { return thread->drain(part) > 0; }));
+  EXPECT_EQ(thread->drain_view(shown), 0U);  // nobody looks on
+  thread->view(true);
+  script.available = 50;
+  std::size_t seen = 0;
+  EXPECT_TRUE(eventually([&] { return (seen += thread->drain_view(shown)) >= 50; }));
+  // Nobody drains that ring any more: the engine still gets every sample.
+  std::size_t all = thread->drain(part);
+  script.available = 1000;
+  EXPECT_TRUE(eventually([&] { return (all += thread->drain(part)) >= 1050; }));
+  EXPECT_EQ(thread->overflows(), 0U);
+  EXPECT_LE(thread->drain_view(shown), 100U);
+}
+
 TEST_F(AcquisitionTest, CountsWhatFindsTheRingFullAndNeverWaits) {
   script.available = 50'000;
   AcquisitionOptions options;

@@ -10,7 +10,7 @@ namespace {
 
 using testing::eventually;
 
-// A linear oscillator, whose steady state is known: u'' + d u' + k u = -x with x = A cos(wt).
+// A linear oscillator, whose steady state is known: u'' + d u' + k u = x with x = A cos(wt).
 constexpr double kDamping = 8.0, kStiffness = 400.0;
 
 config::ModelSpec oscillator(const char* stiffness_effect = "linear_stiffness") {
@@ -35,7 +35,7 @@ estimator::MeasuredCycle cycle(long index) {
   measured.frequency_hz = kFrequency;
   measured.amplitude = kAmplitude;
   for (int i = 0; i < kPoints; ++i) {
-    measured.displacement.push_back(-gain * std::cos(kTurn * i / kPoints - lag));
+    measured.displacement.push_back(gain * std::cos(kTurn * i / kPoints - lag));
   }
   return measured;
 }
@@ -115,6 +115,55 @@ TEST_F(EstimatorThreadTest, ForgetsThePreviousCampaign) {
   ASSERT_TRUE(outcomes[0].estimate);
   EXPECT_EQ(outcomes[0].estimate->cycles, 1);
   EXPECT_EQ(outcomes[0].cycles_skipped, 0);
+}
+
+TEST(EstimatorThreadWaves, ShowTheCycleAndTheModelsResponse) {
+  RealClock clock;
+  Waker waker;
+  WaveBox waves;
+  EstimatorThread thread(clock, waker, &waves);
+  thread.begin(oscillator(), {});
+  thread.add(cycle(3), {});
+  std::deque<protocol::WaveDocument> seen;
+  ASSERT_TRUE(eventually([&] { return !(seen = waves.take()).empty(); }));
+  const protocol::WaveDocument& wave = seen.front();
+  EXPECT_EQ(wave.cycle, 3);
+  EXPECT_TRUE(wave.accepted);
+  EXPECT_EQ(wave.stroke_m, cycle(3).displacement);
+  // The data are those of an exact oscillator, so the model misses nothing.
+  ASSERT_EQ(wave.response_m.size(), wave.stroke_m.size());
+  ASSERT_EQ(wave.missing_force_m_s2.size(), wave.stroke_m.size());
+  for (std::size_t i = 0; i < wave.stroke_m.size(); ++i) {
+    EXPECT_NEAR(wave.response_m[i], wave.stroke_m[i], 1e-7);
+    EXPECT_NEAR(wave.missing_force_m_s2[i], 0.0, 1e-4);
+  }
+}
+
+TEST(EstimatorThreadWaves, ShowTheCycleAloneWhereThereIsNoEstimate) {
+  RealClock clock;
+  Waker waker;
+  WaveBox waves;
+  EstimatorThread thread(clock, waker, &waves);
+  thread.begin(oscillator("no_such_effect"), {});
+  thread.add(cycle(0), {});
+  std::deque<protocol::WaveDocument> seen;
+  ASSERT_TRUE(eventually([&] { return !(seen = waves.take()).empty(); }));
+  EXPECT_EQ(seen.front().stroke_m, cycle(0).displacement);
+  EXPECT_TRUE(seen.front().response_m.empty());
+}
+
+TEST(WaveBox, KeepsTheNewest) {
+  WaveBox waves;
+  for (int i = 0; i < 100; ++i) {
+    protocol::WaveDocument wave;
+    wave.cycle = i;
+    waves.put(wave);
+  }
+  const auto kept = waves.take();
+  ASSERT_EQ(kept.size(), WaveBox::kMaxWaves);
+  EXPECT_EQ(kept.front().cycle, 100 - static_cast<int>(WaveBox::kMaxWaves));
+  EXPECT_EQ(kept.back().cycle, 99);
+  EXPECT_TRUE(waves.take().empty());
 }
 
 }  // namespace
