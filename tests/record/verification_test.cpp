@@ -8,6 +8,7 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
+#include "record/provenance.hpp"
 #include "tests/record/scratch.hpp"
 
 namespace shaker::record {
@@ -82,6 +83,24 @@ TEST(Verification, CountsASoundCampaign) {
   EXPECT_EQ(found->samples, 9000);
   EXPECT_EQ(found->cycles, 24);
   EXPECT_EQ(found->documents, 24);
+}
+
+// The layout before the newest one has no facts, until a note is added.
+TEST(Verification, OfAnOlderLayoutHoldsAfterANoteAndNotAfterAnotherFact) {
+  const Scratch scratch(Scratch::in_memory);
+  const auto file = finished_campaign(scratch.path());
+  const auto exec = [&](const char* sql) {
+    SQLite::Database(file.string(), SQLite::OPEN_READWRITE).exec(sql);
+  };
+  exec("DROP TABLE fact; PRAGMA user_version = 3");
+  ASSERT_TRUE(add_note(file, {.kind = "note", .name = "anna", .value = "the first of today"}));
+  const auto noted = verify_campaign(file);
+  ASSERT_TRUE(noted) << noted.error().what;
+  EXPECT_THAT(noted->troubles, IsEmpty());
+  exec("UPDATE fact SET kind = 'person'");
+  EXPECT_THAT(verify_campaign(file)->troubles,
+              ElementsAre("its tables are not those of its layout's version",
+                          "1 row does not match its checksum"));
 }
 
 TEST(Verification, FindsEveryTamperedByteOnWhichContentDepends) {
