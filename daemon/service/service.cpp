@@ -160,14 +160,9 @@ Service::Parts::Parts(const Options& options, const config::RigConfig& config,
   }
 }
 
+// The socket that commands comes last: whoever reaches it finds the others too.
 Result<void> Service::Parts::listen(const Options& options) {
   auto inherited = inherited_sockets();
-  if (inherited.empty()) {
-    auto made = listen_unix(options.socket);
-    if (!made) return made.error();
-    server.add_listener(std::move(*made), false);
-    spdlog::info("Clients connect to {}.", options.socket.string());
-  }
   for (InheritedSocket& socket : inherited)
     server.add_listener(std::move(socket.fd), socket.read_only);
   if (options.view_socket) {
@@ -180,6 +175,12 @@ Result<void> Service::Parts::listen(const Options& options) {
     if (!made) return made.error();
     spdlog::info("Clients listen on 127.0.0.1:{}.", bound_port(*made));
     server.add_listener(std::move(*made), true);
+  }
+  if (inherited.empty()) {
+    auto made = listen_unix(options.socket);
+    if (!made) return made.error();
+    server.add_listener(std::move(*made), false);
+    spdlog::info("Clients connect to {}.", options.socket.string());
   }
   return {};
 }

@@ -16,7 +16,7 @@ NEEDED = ("tests/system", "protocol/schema", "config/examples", "docs/protocol.m
 RUNS = re.compile(r"(Type|Exec\w+|Restart\w*|WatchdogSec|Timeout\w+|RuntimeDirectory\w*|UMask)=")
 # A browser compiles JavaScript in memory, which MemoryDenyWriteExecute= forbids; it is no part of the daemon.
 LEFT_OUT = ("browser_test", "page_test")
-SECONDS = 500
+SECONDS = 800
 
 
 def copy_the_tests():
