@@ -106,8 +106,8 @@ class Engine {
   Result<void> pause(const std::string& who);
   Result<void> resume(const std::string& who);
   Result<void> emergency_stop(const std::string& who);  // zero at once, FAULT; any client may
-  // Ends the alarms, and leaves FAULT if its cause is gone. If the exciter itself latches a fault that its register
-  // map can clear, the exciter is told to clear it, and FAULT is left once it has done so.
+  // Ends the alarms, and leaves FAULT if its cause is gone. An exciter that reports a fault is told
+  // to clear it, and FAULT is left once it has done so.
   Result<void> acknowledge(const std::string& who);
   void lease_lost();  // the controlling client is gone: ramps down
   void set_controlled(bool controlled);
