@@ -82,8 +82,8 @@ void Engine::tick() {
   Impl& e = *impl_;
   if (auto well = e.outlet.healthy(); !well && !e.outlet_trouble) e.outlet_trouble = well.error();
   e.watch_outlet();
+  e.watch_exciter();  // what the drive says of itself comes before what the sensors show of it
   e.watch_ages();
-  e.watch_exciter();
   e.watch_hold();
   switch (e.state) {
     case State::check:

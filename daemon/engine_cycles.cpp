@@ -139,6 +139,7 @@ void Engine::Impl::watch_cycle(const AssembledCycle& cycle) {
   under_peaks = peak < wanted ? under_peaks + 1 : 0;
   detectors.report(Detector::under_peak,
                    {.tripped = under_peaks >= 2,
+                    .weak = true,
                     .value = peak,
                     .limit = wanted,
                     .channel = excitation_measured ? Channel::excitation : Channel::displacement});

@@ -134,6 +134,7 @@ struct Engine::Impl {
 
   // --- engine_watch.cpp
   void watch_levels();
+  bool awaits_report(Detector detector);
   void watch_ages();
   void watch_hold();
   void learn_rest();
@@ -282,6 +283,7 @@ struct Engine::Impl {
   std::array<std::uint64_t, protocol::kChannelCount> counted{};  // for the rate in health
   Detectors detectors;
   std::array<bool, kDetectorCount> was_tripped{};
+  std::array<std::optional<Nanoseconds>, kDetectorCount> weak_since{};
   std::string held_by;  // text of the holding detector; empty: not held
   Nanoseconds held_since{};
   struct Clearing {

@@ -53,6 +53,7 @@ void Engine::Impl::begin_check(const std::string& why) {
   reset_trim();
   detectors.reset();
   was_tripped = {};
+  weak_since = {};
   rest_began = clock.now();
   for (ChannelMonitor& m : monitors)
     m.begin_rest();

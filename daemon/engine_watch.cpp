@@ -26,6 +26,7 @@ constexpr double kRingsPart = 0.9;      // and its level falls below this part w
 constexpr double kFewestPart = 0.8;     // of a period's samples, required to judge it
 constexpr double kReferencePart = 0.2;  // weight of a new period in the reference response
 constexpr double kVanished = 3.0;       // times the amplitude that noise alone causes
+constexpr double kDriveReportsS = 0.5;  // a drive that answers reports within this time
 constexpr double kAgainS = 5.0, kAgainMostS = 60.0;  // between two warnings of possible motion
 
 }  // namespace
@@ -36,12 +37,25 @@ void Engine::Impl::watch_levels() {
   if (resting()) return;
   for (const auto& r : detector_table()) {
     const auto i = static_cast<std::size_t>(r.detector);
-    const bool tripped = detectors.level(r.detector).tripped;
+    const bool waits = awaits_report(r.detector);
+    const bool tripped = detectors.level(r.detector).tripped && !waits;
     const bool rose = tripped && !was_tripped[i];
     was_tripped[i] = tripped;
     if (rose) act(r.detector);
     if (resting()) return;
   }
+}
+
+// Less motion than there should be is no danger, and a drive that has stopped is its cause: the
+// drive's next report comes first.
+bool Engine::Impl::awaits_report(Detector detector) {
+  auto& seen = weak_since[static_cast<std::size_t>(detector)];
+  if (const Level& level = detectors.level(detector); !level.tripped || !level.weak) {
+    seen.reset();
+    return false;
+  }
+  if (!seen) seen = clock.now();
+  return !(status && status->t > *seen) && since(*seen) < kDriveReportsS;
 }
 
 void Engine::Impl::watch_ages() {
@@ -63,7 +77,7 @@ void Engine::Impl::watch_ages() {
     frozen.value = since(monitor(Channel::displacement).last_change());
     frozen.limit = std::max(rising ? kFrozenRising * frozen.limit : frozen.limit,
                             (rising ? 1.0 : 0.25) / run().frequency_hz);
-    frozen.tripped = frozen.value > frozen.limit;
+    frozen.tripped = frozen.weak = frozen.value > frozen.limit;
   }
   // CHECK reports a sensor that is not there yet in its own, milder words.
   if (state == State::check) return;
@@ -238,6 +252,7 @@ void Engine::Impl::judge_command(const PeriodFigures& period) {
   const bool under = reached && cutting() && amplitude < (1.0 - part) * most - floor;
   command_errors = over || under ? command_errors + 1 : 0;
   detectors.report(Detector::command_error, {.tripped = command_errors >= kInARow,
+                                             .weak = !over,
                                              .value = over ? all : amplitude,
                                              .limit = asked,
                                              .channel = Channel::excitation});
@@ -270,6 +285,7 @@ void Engine::Impl::judge_response(const PeriodFigures& period) {
   if (!changed && response) *response += kReferencePart * (answer - *response);
   detectors.report(Detector::response_change,
                    {.tripped = response_changes >= kInARow,
+                    .weak = vanished,
                     .value = response ? std::abs(answer / *response) : 0.0,
                     .limit = rig.limits.response_change_fraction,
                     .channel = Channel::displacement});

@@ -43,6 +43,7 @@ std::string_view name(config::Action action);
 
 struct Level {
   bool tripped = false;
+  bool weak = false;  // tripped by less motion than there should be
   double value = 0.0, limit = 0.0;
   protocol::Channel channel = protocol::Channel::displacement;
 };

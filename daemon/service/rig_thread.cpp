@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 constexpr Nanoseconds kTick = 5ms;
 constexpr Nanoseconds kPaused = 100ms;
-constexpr Nanoseconds kExcitersTurn = 50ms;
+constexpr Nanoseconds kExcitersTurns = 100ms;
 constexpr Nanoseconds kAnswer = 500ms;
 
 }  // namespace
@@ -137,11 +137,17 @@ void RigThread::serve(Nanoseconds& due) {
 }
 
 // After a pause of the whole process, the accumulated samples show a table that the dead-man
-// has stopped. The exciter's thread reports the reason, so it gets its turn first.
+// has stopped. The exciter's thread reports the reason, so it gets a whole turn first: the one
+// that the pause interrupted may have read an older status.
 void RigThread::hear_the_exciter_first() {
   const Nanoseconds woken = clock_.now();
-  while (exciter_.last_progress() <= woken && clock_.now() - woken < kExcitersTurn)
+  Nanoseconds ended = woken;
+  for (int turns = 0; turns < 2 && clock_.now() - woken < kExcitersTurns;) {
     std::this_thread::sleep_for(1ms);
+    const Nanoseconds last = exciter_.last_progress();
+    turns += last > ended ? 1 : 0;
+    ended = std::max(ended, last);
+  }
   drain_workers();
 }
 

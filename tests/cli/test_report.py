@@ -139,9 +139,9 @@ class Report(Scratch):
     def test_without_a_printer_it_says_what_is_missing(self):
         (self.path / "bin").mkdir()
         result = run("report", "campaign", "--model", "model.json", "--out", "dossier.pdf", cwd=self.path,
-                     env={"PATH": str(self.path / "bin"), "HOME": str(self.path),
+                     env={**os.environ, "PATH": str(self.path / "bin"), "HOME": str(self.path),
                           "XDG_CACHE_HOME": str(self.path / "cache")})
-        self.assertEqual(result.returncode, 2, SHAKERCTL)
+        self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("needs weasyprint or Chromium", result.stderr)
 
 

@@ -53,6 +53,33 @@ TEST(EngineFaults, AHeartbeatThatCameTooLateIsTheFaultAndNotWhatTheTableThenShow
   EXPECT_EQ(bench.outlet.alarms("heartbeat_late"), 1) << "nothing moves";
 }
 
+TEST(EngineFaults, ADriveThatHasStoppedIsTheFaultAndNotTheTableThatRestsThen) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.fault = 2;
+  bench.exciter.moves_part = 0.0;
+  bench.exciter.silent = true;
+  bench.run(0.8);  // more than two periods: the table is seen to rest
+  EXPECT_EQ(bench.outlet.alarms("command_error"), 0) << "the drive has not reported yet";
+  bench.exciter.silent = false;
+  ASSERT_TRUE(bench.run_until(State::fault, 0.2));
+  EXPECT_EQ(bench.outlet.alarms("exciter_trip"), 1);
+  EXPECT_EQ(bench.outlet.alarms("command_error"), 0);
+}
+
+TEST(EngineFaults, ATableThatRestsIsTheFaultWhereTheDriveReportsNothing) {
+  EngineBench bench;
+  auto campaign = bench_campaign(1, 1000);
+  campaign.runs[0].frequency_hz = 10.0;
+  ASSERT_TRUE(bench.measuring(campaign));
+  bench.exciter.moves_part = 0.0;
+  bench.exciter.silent = true;
+  bench.run(0.4);
+  EXPECT_EQ(bench.outlet.alarms("command_error"), 0);
+  bench.run(0.5);
+  EXPECT_EQ(bench.outlet.alarms("command_error"), 1);
+}
+
 TEST(EngineFaults, ARefusedRampDownIsAStopAtOnce) {
   EngineBench bench;
   ASSERT_TRUE(bench.measuring());
