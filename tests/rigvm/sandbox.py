@@ -1,6 +1,7 @@
 """tests/system in the sandbox of the installed unit: the tests are a service with every line of shakerd.service that
 confines it, and the daemons that they start inherit all of it: system calls, address families, capabilities, mounts.
-What the unit says of starting, watching and restarting is left out: service.py and service_dies.py try that."""
+What the unit says of starting, watching and restarting is left out: service.py and service_dies.py try that.
+The file `part` beside this one holds the source's folder, which part of the tests this is, and how many there are."""
 import pathlib
 import re
 import subprocess
@@ -8,7 +9,8 @@ import subprocess
 from guest import expect, run, step, unit_property
 from rig_pc import install
 
-SOURCE = pathlib.Path(pathlib.Path("/srv/rigvm/source").read_text().strip())
+SOURCE, PART, PARTS = pathlib.Path("/srv/rigvm/part").read_text().split()
+SOURCE, PART, PARTS = pathlib.Path(SOURCE), int(PART), int(PARTS)
 COPY = pathlib.Path("/usr/local/share/suite")
 NEEDED = ("tests/system", "protocol/schema", "config/examples", "docs/protocol.md",
           "docs/protocol_onlookers.md", "systemd/shakerd.service.in")
@@ -49,8 +51,8 @@ def main():
     step("dpkg installs the package")
     install()
     copy_the_tests()
-    words = " ".join(sorted(path.stem for path in (COPY / "tests/system").glob("*_test.py")
-                            if path.stem not in LEFT_OUT))
+    names = sorted(path.stem for path in (COPY / "tests/system").glob("*_test.py") if path.stem not in LEFT_OUT)
+    words = " ".join(names[PART - 1::PARTS])
     step(f"{words}, confined by {len(confined_unit(words))} lines of the installed unit")
     subprocess.run(["systemctl", "start", "suite.service"], timeout=SECONDS + 60, check=False)
     said = pathlib.Path("/srv/rigvm/out/suite.log").read_text()
