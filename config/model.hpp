@@ -32,6 +32,13 @@ struct StateSpec {
   double start = 0.0;  // at rest
 };
 
+// By what the size of a motion differs from that for which the catalogue's starts, bounds and widths
+// are meant. Forces are per unit mass.
+struct MotionScale {
+  double length = 1.0, speed = 1.0, force = 1.0;
+  bool operator==(const MotionScale&) const = default;
+};
+
 struct EffectSpec {
   std::string effect;                               // name in the catalogue
   std::map<std::string, ParameterSpec> parameters;  // by symbol
@@ -46,6 +53,7 @@ struct EffectSpec {
   std::string formula;
   std::map<std::string, StateSpec> states;
   std::map<std::string, std::string> borrows;
+  MotionScale scale;  // of the starts, bounds and widths that are not given above; not in a file
 };
 
 struct ModelSpec {

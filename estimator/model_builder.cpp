@@ -10,6 +10,7 @@
 
 #include "base/unit.hpp"
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/effects/scaled.hpp"
 #include "estimator/formula/formula_effect.hpp"
 
 namespace shaker::estimator {
@@ -160,7 +161,8 @@ void ModelBuilder::place_in_coordinates(const config::EffectSpec& spec, const st
 void ModelBuilder::add_constants(const config::EffectSpec& spec, const std::string& place,
                                  Model::Term& term) {
   const auto constants = term.effect->constants();
-  for (const ConstantInfo& info : constants) {
+  for (const ConstantInfo& stated : constants) {
+    const ConstantInfo info = scaled(stated, spec.scale);
     const auto given = spec.constants.find(std::string(info.symbol));
     double value = given != spec.constants.end() ? given->second : info.value;
     if (info.symbol == "g" && given == spec.constants.end()) value = spec_.gravity;
@@ -191,7 +193,8 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
     reject(fmt::format("{}/parameters: {} has no parameter '{}'; it has {}", place, spec.effect,
                        symbol, names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
-  for (const ParameterInfo& info : known) {
+  for (const ParameterInfo& stated : known) {
+    const ParameterInfo info = scaled(effect, stated, spec.scale);
     const auto given = spec.parameters.find(std::string(info.symbol));
     const config::ParameterSpec empty;
     const config::ParameterSpec& said = given != spec.parameters.end() ? given->second : empty;

@@ -26,9 +26,10 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kAnyAcceleration = 1e9;     // a record's is noise
 constexpr double kWorthBeginningAnew = 5.0;  // times what is left a datum: less is chance
 constexpr double kUsualRuns = 6.0;
+constexpr std::size_t kSpeeds =
+    10000;                          // of a run: enough for its cycles, too few to show its noise
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -94,31 +95,57 @@ Result<void> agree(const std::vector<RunDatum>& data, HarmonicFit& fit) {
   return {};
 }
 
+double largest(const VectorXd& curve) {
+  return curve.size() > 0 ? curve.cwiseAbs().maxCoeff() : 0.0;
+}
+
+// Half of what a curve spans: a preload does not count.
+double half_span(const VectorXd& curve) {
+  return curve.size() > 0 ? 0.5 * (curve.maxCoeff() - curve.minCoeff()) : 0.0;
+}
+
+// The largest force per unit mass is that of the load cell along an imposed motion. Otherwise the
+// damper balances the excitation and the mass' own acceleration.
+void widen(MotionRange& range, const SampledRun& run) {
+  range.low = std::min(range.low, run.u.minCoeff());
+  range.high = std::max(range.high, run.u.maxCoeff());
+  range.speed = std::max(range.speed, largest(run.v));
+  // A record's own acceleration is mostly noise: it is estimated by the frequency, v / u.
+  const double swing = std::pow(largest(run.v), 2) / half_span(run.u);
+  range.force = std::max(range.force, run.kind == Kind::imposed_motion
+                                          ? half_span(run.response)
+                                          : std::max(swing, half_span(run.excitation)));
+}
+
+void widen(MotionRange& range, const RunDatum& datum) {
+  constexpr int kPoints = 128;
+  const auto curve_of = [](const VectorXd& harmonics) -> VectorXd {
+    return synthesised(harmonics.head(std::min<Eigen::Index>(harmonics.size(), harmonic_size(6))),
+                       kPoints);
+  };
+  const bool imposed = datum.kind == Kind::imposed_motion;
+  const VectorXd curve = curve_of(imposed ? datum.driver : datum.response);
+  const VectorXd next = (VectorXd(kPoints) << curve.tail(kPoints - 1), curve[0]).finished();
+  const VectorXd last =
+      (VectorXd(kPoints) << curve[kPoints - 1], curve.head(kPoints - 1)).finished();
+  const double rate = kPoints * datum.frequency_hz;
+  range.low = std::min(range.low, curve.minCoeff());
+  range.high = std::max(range.high, curve.maxCoeff());
+  range.speed = std::max(range.speed, largest(next - curve) * rate);
+  range.force =
+      std::max(range.force, imposed ? half_span(curve_of(datum.response))
+                                    : std::max(largest(next - 2.0 * curve + last) * rate * rate,
+                                               half_span(curve_of(datum.driver))));
+}
+
 MotionRange range_of(const std::vector<RunDatum>& data) {
   MotionRange range{1e300, -1e300, 0.0, 0.0};
   for (const RunDatum& datum : data) {
     if (datum.quantity != Quantity::displacement) continue;
-    if (datum.sampled) {
-      range.low = std::min(range.low, datum.sampled->u.minCoeff());
-      range.high = std::max(range.high, datum.sampled->u.maxCoeff());
-      range.speed = std::max(range.speed, datum.sampled->v.cwiseAbs().maxCoeff());
-      range.acceleration = kAnyAcceleration;
-      continue;
-    }
-    constexpr int kPoints = 128;
-    const VectorXd& motion = datum.kind == Kind::imposed_motion ? datum.driver : datum.response;
-    const auto size = std::min<Eigen::Index>(motion.size(), harmonic_size(6));
-    const VectorXd curve = synthesised(motion.head(size), kPoints);
-    range.low = std::min(range.low, curve.minCoeff());
-    range.high = std::max(range.high, curve.maxCoeff());
-    const VectorXd next = (VectorXd(kPoints) << curve.tail(kPoints - 1), curve[0]).finished();
-    const VectorXd last =
-        (VectorXd(kPoints) << curve[kPoints - 1], curve.head(kPoints - 1)).finished();
-    range.acceleration =
-        std::max(range.acceleration, (next - 2.0 * curve + last).cwiseAbs().maxCoeff() *
-                                         std::pow(kPoints * datum.frequency_hz, 2));
-    range.speed =
-        std::max(range.speed, (next - curve).cwiseAbs().maxCoeff() * kPoints * datum.frequency_hz);
+    if (datum.sampled)
+      widen(range, *datum.sampled);
+    else
+      widen(range, datum);
   }
   return range;
 }
@@ -323,6 +350,27 @@ double effort_of(const Campaign& campaign, const DiagnoseOptions& options) {
   return options.effort * std::max(1.0, static_cast<double>(campaign.runs.size()) / kUsualRuns);
 }
 
+// Root mean square speed of the strokes that were recorded, times the square root of two; of the run
+// in which it is largest. Rough: what noise adds is not taken off.
+double swiftest(const Campaign& campaign) {
+  double speed = 0.0;
+  for (const Recording& run : campaign.runs) {
+    const std::size_t n = std::min(run.t.size(), run.displacement.size());
+    const std::size_t stride = std::max<std::size_t>(1, n / kSpeeds);
+    double square = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = stride; i < n; i += stride) {
+      const double v =
+          (run.displacement[i] - run.displacement[i - stride]) / (run.t[i] - run.t[i - stride]);
+      if (!std::isfinite(v)) continue;
+      square += v * v;
+      ++count;
+    }
+    if (count > 0) speed = std::max(speed, std::sqrt(2.0 * square / static_cast<double>(count)));
+  }
+  return speed;
+}
+
 bool periodic(const Recording& run) {
   return run.kind == Kind::periodic || (run.kind == Kind::imposed_motion && run.frequency_hz > 0.0);
 }
@@ -335,7 +383,7 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
   const Progress report = progress ? progress : [](std::string_view, double) {};
   try {
     // A file whose friction turns round at once leaves the width to the grids.
-    const config::ModelSpec freed = sharp_freed(model);
+    const config::ModelSpec freed = sharp_freed(model, swiftest(campaign));
     // Sines and earthquakes on one dynamometer: all of them as records.
     auto said = std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic)
                     ? diagnose_cycles(campaign, freed, options, report,

@@ -8,7 +8,7 @@ namespace {
 class CoulombFriction final : public DualEffect<CoulombFriction, kSeesV, 1> {
  public:
   static constexpr ParameterInfo kParameters[] = {
-      {"f_c", "m/s^2", 0.3, 0.0, 3.0, "friction per unit mass", 0.0},
+      {"f_c", "m/s^2", 0.3, 0.0, 20.0, "friction per unit mass", 0.0},
   };
   static constexpr ConstantInfo kConstants[] = {
       {"e", "m/s", 5e-3, "velocity over which the friction turns round", true},

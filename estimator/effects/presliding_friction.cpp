@@ -12,7 +12,7 @@ class PreslidingFriction final
     : public DualEffect<PreslidingFriction, kSeesV | kSeesW | kSeesWDot, 2, 1> {
  public:
   static constexpr ParameterInfo kParameters[] = {
-      {"f_c", "m/s^2", 0.3, 0.0, 3.0, "sliding friction per unit mass", 0.0},
+      {"f_c", "m/s^2", 0.3, 0.0, 20.0, "sliding friction per unit mass", 0.0},
       {"z0", "m", 5e-4, 5e-5, 5e-3, "shear of the seal at which it slides"},
   };
   static constexpr ConstantInfo kConstants[] = {

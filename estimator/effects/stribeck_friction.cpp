@@ -8,7 +8,7 @@ namespace {
 class StribeckFriction final : public DualEffect<StribeckFriction, kSeesV, 3> {
  public:
   static constexpr ParameterInfo kParameters[] = {
-      {"f_c", "m/s^2", 0.3, 0.0, 3.0, "sliding friction per unit mass", 0.0},
+      {"f_c", "m/s^2", 0.3, 0.0, 20.0, "sliding friction per unit mass", 0.0},
       {"ratio", "-", 1.3, 1.0, 2.0, "static over sliding friction"},
       {"v_s", "m/s", 0.02, 2e-3, 0.1, "velocity at which the static peak has gone"},
   };

@@ -18,6 +18,7 @@
 #include "estimator/discrepancy/locate/remaining_force.hpp"
 #include "estimator/discrepancy/name/centring.hpp"
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/effects/scaled.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -56,6 +57,7 @@ class Assembler {
     said_.parameters_after = describe(after_, data_, places());
     said_.improved = at_estimates(after_);
     if (at_limit()) said_.improved = stated_sharp(said_.improved);
+    state_scaled(said_.improved);
     tell_gaps({before_, data_}, {after_, after_data_}, data_, measured_, runs_, said_);
     hold_to_gap();
     said_.cut_short = found_.cut_short;

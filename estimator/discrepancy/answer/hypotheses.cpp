@@ -11,6 +11,7 @@
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/discrepancy/name/centring.hpp"
 #include "estimator/discrepancy/weigh/above_noise.hpp"
+#include "estimator/effects/scaled.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -90,6 +91,7 @@ std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const 
   if (std::any_of(own.begin(), own.end(), [](const RunDatum& d) { return d.to_limit != nullptr; }))
     out.model = stated_sharp(out.model);
   out.model = with_narrow_corners(out.model);
+  state_scaled(out.model);
   std::vector<FittedConstant> constants = places_of(h, data, found.base.fit->spec.effects.size());
   if (fit.constant) constants.push_back(*fit.constant);
   put_covariance(fit, constants, excess_of(fit, said), out);

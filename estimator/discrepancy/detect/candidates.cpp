@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/effects/scaled.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -39,7 +40,7 @@ std::vector<double> grid(const ParameterInfo& p, const MotionRange& range, int c
   } else if (wide) {
     if (p.unit == "m/s") high = std::min(high, std::max(range.speed, 2.0 * low));
     // A force at which something gives: of the size of those that move the mass.
-    if (p.unit == "m/s^2") high = std::min(high, std::max(range.acceleration, 2.0 * low));
+    if (p.unit == "m/s^2") high = std::min(high, std::max(range.force, 2.0 * low));
     values = geometric(low, high, count);
   } else if (std::isfinite(low) && std::isfinite(high)) {
     values = linear(low, high, {0.25, 0.75});
@@ -52,13 +53,27 @@ std::vector<double> grid(const ParameterInfo& p, const MotionRange& range, int c
   return values;
 }
 
+// The motion for which the catalogue's starts, bounds and widths are meant: a landing gear's damper
+// on a shaker.
+constexpr double kHalfStroke = 0.03;  // m
+constexpr double kSpeed = 0.55;       // m/s
+constexpr double kForce = 18.0;       // per unit mass, m/s^2
+
+config::MotionScale scale_of(const MotionRange& range) {
+  const double length = 0.5 * (range.high - range.low);
+  if (!(length > 0.0 && range.speed > 0.0 && range.force > 0.0)) return {};
+  return {length / kHalfStroke, range.speed / kSpeed, range.force / kForce};
+}
+
 std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   Probe plain;
   plain.line.effect = std::string(effect.name());
-  std::vector<const ParameterInfo*> shapes;
-  for (const ParameterInfo& p : effect.parameters()) {
+  plain.line.scale = scale_of(range);
+  std::vector<ParameterInfo> shapes;
+  for (const ParameterInfo& stated : effect.parameters()) {
+    const ParameterInfo p = scaled(effect, stated, plain.line.scale);
     if (std::isnan(p.absent)) {
-      shapes.push_back(&p);
+      shapes.push_back(p);
       continue;
     }
     const std::string symbol(p.symbol);
@@ -70,16 +85,16 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   // of its own. So it is of a part in series.
   const bool first_only = effect.in_series() || (plain.coefficients.empty() && shapes.size() == 2);
   const int count = shapes.size() == 1 || (first_only && !effect.in_series()) ? 5 : 3;
-  for (const ParameterInfo* shape : shapes) {
-    auto values = grid(*shape, range, count);
-    const bool dear = first_only && shape != shapes.front();
+  for (const ParameterInfo& shape : shapes) {
+    auto values = grid(shape, range, count);
+    const bool dear = first_only && &shape != shapes.data();
     if (dear || probes.size() * values.size() > kMostProbes)
-      values = {std::clamp(shape->start, shape->lower, shape->upper)};
+      values = {std::clamp(shape.start, shape.lower, shape.upper)};
     std::vector<Probe> finer;
     for (const Probe& probe : probes) {
       for (const double value : values) {
         finer.push_back(probe);
-        finer.back().line.parameters[std::string(shape->symbol)].start = value;
+        finer.back().line.parameters[std::string(shape.symbol)].start = value;
       }
     }
     probes = std::move(finer);

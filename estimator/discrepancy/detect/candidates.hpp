@@ -36,7 +36,7 @@ struct Catalogue {
 struct MotionRange {
   double low = 0.0, high = 0.0;  // of the stroke
   double speed = 0.0;            // largest
-  double acceleration = 0.0;     // largest
+  double force = 0.0;            // largest, per unit mass
 };
 
 // Where the motion is imposed, only what the damper may lack: there is no excitation, and no motion

@@ -5,6 +5,7 @@
 #include "estimator/discrepancy/cycles/harmonics.hpp"
 #include "estimator/discrepancy/fit/corners.hpp"
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/effects/scaled.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -18,6 +19,8 @@ constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
 constexpr const char* kTurns = "e";
 // Of the width that the catalogue states: 0.2 mm/s. Twice that leaves f_c 0.3 % off, twice as far.
 constexpr double kAtOnce = 0.04;
+// Of the largest speed: somewhat more than the above makes of any friction of the catalogue.
+constexpr double kSeenAtOnce = 6e-4;
 constexpr double kNarrow = 0.02;       // of it, in a prediction in time
 constexpr double kShareOfWidth = 0.5;  // that a run may pass in a step
 constexpr int kMostTimes = 32;         // the points
@@ -35,7 +38,8 @@ std::vector<Corner> corners_of(const config::ModelSpec& spec) {
   for (std::size_t i = 0; i < spec.effects.size(); ++i) {
     const Effect* effect = find_effect(spec.effects[i].effect);
     if (effect == nullptr || effect->group() != Group::damper) continue;
-    for (const ConstantInfo& info : effect->constants()) {
+    for (const ConstantInfo& stated : effect->constants()) {
+      const ConstantInfo info = scaled(stated, spec.effects[i].scale);
       const std::string symbol(info.symbol);
       const bool edge = symbol == "e" || symbol == "w" || symbol == "r";
       if (info.width && edge && !spec.effects[i].constants.contains(symbol))
@@ -123,7 +127,8 @@ std::vector<Turning> turnings_of(const config::ModelSpec& spec) {
     const Effect* effect = find_effect(spec.effects[i].effect);
     if (effect == nullptr || effect->group() != Group::damper || !effect->internals().empty())
       continue;
-    for (const ConstantInfo& info : effect->constants()) {
+    for (const ConstantInfo& usual : effect->constants()) {
+      const ConstantInfo info = scaled(usual, spec.effects[i].scale);
       if (!info.width || info.symbol != kTurns) continue;
       const auto given = spec.effects[i].constants.find(kTurns);
       const bool stated = given != spec.effects[i].constants.end();
@@ -150,10 +155,10 @@ config::ModelSpec with_narrow_corners(const config::ModelSpec& spec) {
   return narrow;
 }
 
-config::ModelSpec sharp_freed(const config::ModelSpec& spec) {
+config::ModelSpec sharp_freed(const config::ModelSpec& spec, double speed) {
   config::ModelSpec freed = spec;
   for (const Turning& turning : turnings_of(spec)) {
-    if (turning.stated && turning.width <= kAtOnce * turning.usual)
+    if (turning.stated && turning.width <= kSeenAtOnce * speed)
       freed.effects[turning.line].constants.erase(turning.symbol);
   }
   return freed;

@@ -42,8 +42,8 @@ std::vector<Turning> turnings_of(const config::ModelSpec& spec);
 // Friction whose width no line states, stated as the narrowest that estimates take well: so a model
 // file says that it turns round at once.
 config::ModelSpec stated_sharp(const config::ModelSpec& spec);
-// The same without what such a file states.
-config::ModelSpec sharp_freed(const config::ModelSpec& spec);
+// The same without what such a file states; `speed`: of the motion, by order of magnitude.
+config::ModelSpec sharp_freed(const config::ModelSpec& spec, double speed);
 
 // The model with every corner narrow whose width no line states: fits are taken to corners of no
 // width, and a prediction in time has them too.

@@ -11,9 +11,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr int kMaxNewtonSteps = 12;  // of Newton's method from a solution nearby
-// m/s^2, of the balance. The step that Newton's method has ready there is taken too, and leaves the
-// square of that: far below noise.
-constexpr double kTolerance = 1e-4;
+// Of the balance, as a share of the largest excitation. The step that Newton's method has ready
+// there is taken too, and leaves the square of that: far below noise.
+constexpr double kTolerance = 5e-5;
 constexpr int kMostFromRest = 600;  // what leads there takes a hundred
 constexpr int kPatientSteps = 100;  // where the long way would be next
 // Of the state. Where a velocity that sticks grazes zero, its kink comes and goes from step to
@@ -35,6 +35,7 @@ PeriodicResponse::PeriodicResponse(const Model& model, const RunDatum& datum, in
       effort_(datum.effort) {
   Eigen::VectorXd x = synthesised(datum.driver, points);
   x.array() -= datum.driver[0];
+  tolerance_ = kTolerance * x.cwiseAbs().maxCoeff();
   system_.set_excitation_points(datum.frequency_hz, {x.data(), static_cast<std::size_t>(points)});
 }
 
@@ -53,12 +54,12 @@ bool PeriodicResponse::solve(const std::vector<double>& theta, HowFar search) {
   const int most = search == HowFar::near ? kMaxNewtonSteps : kPatientSteps;
   if (current_) {
     follow(theta);
-    if (landed(system_.solve(theta, kMaxNewtonSteps, kTolerance))) return true;
+    if (landed(system_.solve(theta, kMaxNewtonSteps, tolerance_))) return true;
     begin_at(kept_);
   }
-  if (solved_ && landed(system_.solve(theta, most, kTolerance))) return true;
+  if (solved_ && landed(system_.solve(theta, most, tolerance_))) return true;
   if (solved_ && search != HowFar::from_rest) return false;
-  const SolveReport report = system_.solve_from_rest(theta, kTolerance, kMostFromRest);
+  const SolveReport report = system_.solve_from_rest(theta, tolerance_, kMostFromRest);
   return landed(report) && report.amplitude_reached >= 1.0;
 }
 

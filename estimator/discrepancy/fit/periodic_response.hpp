@@ -59,6 +59,7 @@ class PeriodicResponse {
   void begin_at(const std::vector<double>& state);
 
   PeriodicSystem system_;
+  double tolerance_ = 0.0;  // of the residual, m/s^2
   std::vector<Quantity> channels_;
   std::vector<double> same_theta_;  // a change of none
   std::vector<double> theta_;       // of the last success

@@ -7,10 +7,14 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
+// Where a parameter stands then: at an end of its range, or at zero.
+enum class Place { lower, upper, zero };
 struct Special {
   std::string_view symbol;
-  double value;
+  Place place;
 };
+constexpr double kRounding = 1e-9;  // of a value
+
 struct Nesting {
   std::string_view richer, simpler;
   std::vector<Special> where;  // all of them
@@ -18,11 +22,13 @@ struct Nesting {
 
 const std::vector<Nesting>& nestings() {
   static const std::vector<Nesting> all = {
-      {"stribeck_friction", "coulomb_friction", {{"ratio", 1.0}}},
-      {"bouc_wen_hysteresis", "presliding_friction", {{"gamma", 0.0}, {"n", 1.0}}},
-      {"presliding_friction", "coulomb_friction", {{"z0", 5e-5}}},
+      {"stribeck_friction", "coulomb_friction", {{"ratio", Place::lower}}},
+      // A static peak that is as narrow as the friction's turning round only makes that sharper.
+      {"stribeck_friction", "coulomb_friction", {{"v_s", Place::lower}}},
+      {"bouc_wen_hysteresis", "presliding_friction", {{"gamma", Place::zero}, {"n", Place::lower}}},
+      {"presliding_friction", "coulomb_friction", {{"z0", Place::lower}}},
       // Rigid oil that flows laminar below q_l damps by theta1 q_l v besides.
-      {"oil_compressibility", "viscous_damping", {{"k_o", 1e6}}}};
+      {"oil_compressibility", "viscous_damping", {{"k_o", Place::upper}}}};
   return all;
 }
 
@@ -47,17 +53,21 @@ bool related(std::string_view a, std::string_view b) {
 }
 
 bool reduces(const HarmonicFit& fit, std::string_view effect) {
-  const auto found = std::find_if(nestings().begin(), nestings().end(),
-                                  [&](const Nesting& n) { return n.richer == effect; });
-  if (found == nestings().end()) return false;
   const auto& parameters = fit.model->parameters();
-  return std::all_of(found->where.begin(), found->where.end(), [&](const Special& special) {
+  const auto stands = [&](const Special& special) {
     for (std::size_t k = parameters.size(); k-- > 0;) {
-      if (parameters[k].effect != effect || !parameters[k].name.ends_with(special.symbol)) continue;
+      const ModelParameter& p = parameters[k];
+      if (p.effect != effect || !p.name.ends_with(special.symbol)) continue;
+      const double value = special.place == Place::zero    ? 0.0
+                           : special.place == Place::lower ? p.lower
+                                                           : p.upper;
       const double error = fit.standard_error(static_cast<int>(k));
-      return std::fabs(fit.theta[k] - special.value) <= 2.0 * error + 1e-9;
+      return std::fabs(fit.theta[k] - value) <= 2.0 * error + kRounding * std::fabs(value);
     }
     return false;
+  };
+  return std::any_of(nestings().begin(), nestings().end(), [&](const Nesting& n) {
+    return n.richer == effect && std::all_of(n.where.begin(), n.where.end(), stands);
   });
 }
 

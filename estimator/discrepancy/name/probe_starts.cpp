@@ -5,6 +5,7 @@
 #include <string>
 
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/effects/scaled.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -18,7 +19,8 @@ std::vector<config::EffectSpec> starts_of(const Probe& probe) {
   std::vector<config::EffectSpec> starts = {probe.line};
   if (effect == nullptr || probe.coefficients.empty()) return starts;
   starts.push_back(probe.line);
-  for (const ParameterInfo& info : effect->parameters()) {
+  for (const ParameterInfo& stated : effect->parameters()) {
+    const ParameterInfo info = scaled(*effect, stated, probe.line.scale);
     const std::string symbol(info.symbol);
     if (std::isnan(info.absent)) continue;
     starts[0].parameters[symbol].start = info.start;
@@ -33,7 +35,7 @@ std::vector<config::EffectSpec> placed_apart(const Probe& probe) {
   const Effect* effect = find_effect(probe.line.effect);
   if (effect == nullptr || !probe.coefficients.empty() || effect->parameters().empty()) return {};
   std::vector<config::EffectSpec> lines;
-  const ParameterInfo& info = effect->parameters().front();
+  const ParameterInfo info = scaled(*effect, effect->parameters().front(), probe.line.scale);
   for (const double factor : {1.0 / kApart, kApart}) {
     lines.push_back(probe.line);
     lines.back().parameters[std::string(info.symbol)].start =

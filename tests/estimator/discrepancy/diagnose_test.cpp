@@ -87,7 +87,11 @@ TEST(Diagnose, NamesFrictionThatTurnsRoundAsTheCatalogueSays) {
   EXPECT_EQ(found->effects[0].name, "coulomb_friction");
   const auto& friction = found->effects[0].parameters.at(0);
   EXPECT_NEAR(friction.value, 0.2, 5.0 * friction.standard_error);
-  EXPECT_EQ(found->improved.effects.back().constants.at("e"), 5e-3);
+  // The catalogue's own is that for the median motion of its world, another one is found.
+  ASSERT_EQ(found->effects[0].parameters.size(), 2U);
+  const auto& width = found->effects[0].parameters[1];
+  EXPECT_NEAR(width.value, 5e-3, 5.0 * width.standard_error);
+  EXPECT_EQ(found->improved.effects.back().constants.at("e"), width.value);
 }
 
 double width_of(const config::EffectSpec& line) {
@@ -171,7 +175,7 @@ TEST(Diagnose, WritesFrictionThatTurnsRoundAtOnceAsSuch) {
   EXPECT_EQ(found->verdict, Verdict::explained);
   const double width = width_of(found->improved.effects.back());
   EXPECT_GT(width, 0.0);
-  EXPECT_LE(width, 2e-4);
+  EXPECT_LE(width, 5e-4 * 0.6);  // of the largest speed
   const auto again = diagnose(campaign, found->improved);
   ASSERT_TRUE(again) << again.error().what;
   EXPECT_EQ(again->verdict, Verdict::adequate);

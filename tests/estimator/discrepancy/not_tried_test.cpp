@@ -39,13 +39,13 @@ Diagnosis of_response(const std::map<std::string, double>& truth) {
   return d ? *d : Diagnosis{};
 }
 
-Diagnosis of_decay(double friction, double length) {
+Diagnosis of_decay(double friction, double length, double duration = 10.0) {
   Campaign campaign;
   campaign.runs.push_back(testing::decay_of(
       [&](double u, double v) {
         return 40.0 * u + 0.2 * v + friction * length * std::tanh(v / (1e-4 * length));
       },
-      {.start = 0.1 * length, .noise = 2e-5 * length}));
+      {.start = 0.1 * length, .duration = duration, .noise = 2e-5 * length}));
   auto model = estimator::testing::linear_oscillator();
   model.effects[0].parameters["c"].start = 0.2;
   model.effects[1].parameters["k"].start = 42.0;
@@ -74,13 +74,24 @@ TEST(NotTried, HoldsWhatTheRankingOfADecayDoesNot) {
   EXPECT_EQ(times(quiet.ranking, "free_play"), 1);
 }
 
-// Ranges of the catalogue are metres': in other units some effects cannot be computed. They are
-// not ranked as if they had been.
+// Ranges follow the motion: what can be computed in metres can be in any unit.
+TEST(NotTried, HoldsTheSameInAnyUnit) {
+  const Diagnosis metres = of_decay(0.05, 1.0, 5.0), counts = of_decay(0.05, 1e3, 5.0);
+  expect_whole_catalogue(counts);
+  ASSERT_EQ(counts.not_tried.size(), metres.not_tried.size());
+  for (std::size_t i = 0; i < metres.not_tried.size(); ++i) {
+    EXPECT_EQ(counts.not_tried[i].name, metres.not_tried[i].name);
+    EXPECT_EQ(counts.not_tried[i].failed, metres.not_tried[i].failed);
+  }
+  EXPECT_EQ(counts.verdict, metres.verdict);
+}
+
+// What could not be computed is not ranked as if it had been.
 TEST(NotTried, NamesWhatCouldNotBeComputed) {
-  const Diagnosis d = of_decay(0.05, 1e3);
+  const Diagnosis d = of_decay(0.3, 1.0, 5.0);
   expect_whole_catalogue(d);
   const auto found = std::find_if(d.not_tried.begin(), d.not_tried.end(), [](const NotTried& n) {
-    return n.name == "bouc_wen_hysteresis";
+    return n.name == "sensor_quantisation";
   });
   ASSERT_NE(found, d.not_tried.end());
   EXPECT_TRUE(found->failed);

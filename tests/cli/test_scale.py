@@ -1,0 +1,105 @@
+"""One damper, measured in other units and beside another mass: `shakerctl diagnose` gives the same answer. The
+motions come from closed forms and from Runge and Kutta's steps here."""
+import json
+import math
+import os
+import random
+import unittest
+
+from support import Scratch, run
+
+BASE = ("viscous_damping", "c", 3.0), ("linear_stiffness", "k", 60.0)
+
+
+def rounded_sign(speed, width):
+    return math.tanh(speed / width)
+
+
+def dynamometer():
+    """t, displacement, force of imposed motions; friction is what the model lacks."""
+    source = random.Random(1)
+    for frequency, half_stroke in ((1.0, 0.02), (2.0, 0.02), (3.0, 0.015), (1.5, 0.01)):
+        omega = 2 * math.pi * frequency
+        rows = []
+        for i in range(2400):
+            t = i / (200 * frequency)
+            u, v = half_stroke * math.sin(omega * t), half_stroke * omega * math.cos(omega * t)
+            rows.append((t, u, 60 * u + 4 * v + 0.5 * rounded_sign(v, 4e-3) + 0.01 * source.gauss(0, 1)))
+        yield {"kind": "imposed_motion", "frequency_hz": frequency}, rows
+
+
+def shaken():
+    """t, excitation, displacement of an oscillator; friction and a cubic spring are what the model lacks."""
+    source = random.Random(1)
+    for frequency, amplitude in ((1.2, 3.0), (1.8, 3.0), (2.6, 4.0), (1.5, 1.5)):
+        omega = 2 * math.pi * frequency
+
+        def rate(t, u, v):
+            return v, amplitude * math.cos(omega * t) - 100 * u - 2 * v - 0.25 * rounded_sign(v, 4e-3) - 6e3 * u ** 3
+
+        rows, u, v, h = [], 0.0, 0.0, 1 / (400 * frequency)
+        for i in range(400 * 60):
+            t = i * h
+            if i >= 400 * 45 and i % 4 == 0:
+                rows.append((t - 45 / frequency, amplitude * math.cos(omega * t), u + 2e-5 * source.gauss(0, 1)))
+            k1 = rate(t, u, v)
+            k2 = rate(t + h / 2, u + h / 2 * k1[0], v + h / 2 * k1[1])
+            k3 = rate(t + h / 2, u + h / 2 * k2[0], v + h / 2 * k2[1])
+            k4 = rate(t + h, u + h * k3[0], v + h * k3[1])
+            u += h / 6 * (k1[0] + 2 * k2[0] + 2 * k3[0] + k4[0])
+            v += h / 6 * (k1[1] + 2 * k2[1] + 2 * k3[1] + k4[1])
+        yield {"frequency_hz": frequency, "amplitude": amplitude}, rows
+
+
+class Scale(Scratch):
+    def answer(self, header, runs, columns, starts, **more):
+        """`columns`: what each column is multiplied by; `starts`: of the model's two parameters."""
+        listed = []
+        for i, (said, rows) in enumerate(runs, 1):
+            lines = [",".join(f"{x * by:.13e}" for x, by in zip(row, columns)) for row in rows]
+            self.write(f"r{i}.csv", "\n".join([header, *lines]) + "\n")
+            said = dict(said, name=f"r{i}")
+            if "amplitude" in said:
+                said["amplitude"] *= columns[1]
+            listed.append(said)
+        self.write("campaign.json", json.dumps({"format": "shaker-campaign/1", "runs": listed, **more}))
+        model = self.write("model.json", json.dumps({"name": "linear", "effects": [
+            {"effect": effect, "parameters": {symbol: {"start": start * by}}}
+            for (effect, symbol, start), by in zip(BASE, starts)]}))
+        result = run("diagnose", self.path, "--model", model, "--json",
+                     env={**os.environ, "XDG_CACHE_HOME": str(self.path / "cache")})
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(result.stdout)
+
+    def same(self, one, other):
+        self.assertEqual(other["verdict"], one["verdict"])
+        self.assertEqual([e["name"] for e in other["effects"]], [e["name"] for e in one["effects"]])
+        for a, b in zip(one["effects"], other["effects"]):
+            self.assertAlmostEqual(a["probability"], b["probability"], delta=1e-6, msg=a["name"])
+
+    def test_of_a_force_neither_mass_nor_unit_matters(self):
+        runs = list(dynamometer())
+        one = self.answer("t,displacement,force", runs, (1, 1, 1), (1, 1))
+        self.assertEqual((one["verdict"], [e["name"] for e in one["effects"]]), ("explained", ["coulomb_friction"]))
+        for mass in (1, 10, 100, 1000):  # a force of 1 kN and less, beside masses that are only said
+            with self.subTest(mass=mass):
+                self.same(one, self.answer("t,displacement,force", runs, (1, 1, 200), (200 / mass, 200 / mass),
+                                           reference_mass=mass, units={"force": "N"}))
+        for unit in (57.3, 1e3, 1e-4):  # degrees of a radian, millimetres, strain
+            with self.subTest(unit=unit):
+                self.same(one, self.answer("t,displacement,force", runs, (1, unit, 1), (1 / unit, 1 / unit),
+                                           units={"displacement": {"label": "mV", "scale": 1}}))
+
+    def test_of_a_shaken_mass_the_unit_does_not_matter(self):
+        runs = list(shaken())
+        one = self.answer("t,excitation,displacement", runs, (1, 1, 1), (1, 2))
+        self.assertEqual((one["verdict"], sorted(e["name"] for e in one["effects"])),
+                         ("explained", ["coulomb_friction", "cubic_stiffness"]))
+        for unit in (57.3, 1e3, 1e-4):
+            with self.subTest(unit=unit):
+                self.same(one, self.answer("t,excitation,displacement", runs, (1, unit, unit), (1, 2),
+                                           units={"displacement": {"label": "mV", "scale": 1}}))
+
+
+if __name__ == "__main__":
+    unittest.main()
