@@ -2,7 +2,8 @@
 # shakerd, and python3-shakerd for clients in Python.
 include(GNUInstallDirs)
 
-foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter shakerd-gateway)
+foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter shakerd-gateway
+        shakerd-mqtt)
   if(TARGET ${program})
     set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
     set(folder ${CMAKE_INSTALL_BINDIR})
