@@ -33,7 +33,7 @@ const char* remedy_for(int status) {
     case MOSQ_ERR_ERRNO:
     case MOSQ_ERR_CONN_LOST:
     case MOSQ_ERR_KEEPALIVE:
-      return "check --broker and --port, and that the broker runs";
+      return "check --broker, --port and --ca-file, and that the broker runs";
     default:
       return "look at the broker's log";
   }
@@ -160,6 +160,7 @@ void BrokerLink::lose(int status, int code) {
   if (status == MOSQ_ERR_ERRNO) why = std::strerror(code);
   if (status == MOSQ_ERR_EAI) why = ::gai_strerror(code);
   if (status == MOSQ_ERR_KEEPALIVE) why = "it has stopped answering";
+  if (why.ends_with('.')) why.pop_back();
   if (!session_->last_error.empty()) why += ": " + session_->last_error;
   lose(why, remedy_for(status));
 }

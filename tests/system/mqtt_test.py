@@ -9,7 +9,7 @@ import tempfile
 import time
 import unittest
 
-from daemon import Client, Daemon, endless_campaign
+from daemon import RIG, Client, Daemon, endless_campaign
 from mqtt_client import PROGRAM, Broker, Subscriber
 
 SHAKERD_MQTT = os.environ["SHAKERD_MQTT"]
@@ -191,6 +191,20 @@ class Away(World):
         new.until(is_bridge("daemon_lost"))
         self.daemon.start()
         new.until(is_bridge("online"), 15)
+
+    def test_a_rig_with_another_name_gets_topics_of_its_own(self):
+        bridge = self.bridge()
+        subscriber = self.subscriber()
+        subscriber.until(lambda m: m.kind == "health")
+        self.daemon.kill()
+        self.daemon.rig_file.write_text(json.dumps(RIG | {"name": "hall 3/two"}))
+        self.daemon.start()
+        subscriber.until(lambda m: m.topic == "shaker/hall_3_two/health")
+        late = self.subscriber()
+        late.until(lambda m: m.topic == "shaker/hall_3_two/health")
+        self.assertEqual({m.topic: m.payload for m in late.of_kind("bridge")},
+                         {BASE + "bridge": "offline", "shaker/hall_3_two/bridge": "online"})
+        self.assertEqual(bridge.ask_to_end()[0], 0)
 
 
 class Ends(World):
