@@ -2,7 +2,8 @@
 # shakerd, and python3-shakerd for clients in Python.
 include(GNUInstallDirs)
 
-foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter shakerd-gateway)
+foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter shakerd-gateway
+        shakerd-mqtt)
   if(TARGET ${program})
     set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
     set(folder ${CMAKE_INSTALL_BINDIR})
@@ -17,6 +18,7 @@ install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md"
         PATTERN "*.svg" PATTERN "*.webp")
 install(FILES web/vendor/uplot/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.uPlot)
+install(FILES gateway/grafana-dashboard.json DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd)
 install(DIRECTORY config/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/examples)
 foreach(room IN ITEMS config protocol)
   install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema)

@@ -1,6 +1,6 @@
 # Manual pages, made of what the programs print with --help. Without help2man there are none.
 find_program(HELP2MAN help2man)
-set(programs shakerd shakerctl oleosim shakerd-stop-exciter shakerd-gateway)
+set(programs shakerd shakerctl oleosim shakerd-stop-exciter shakerd-gateway shakerd-mqtt)
 if(NOT HELP2MAN)
   message(STATUS "no help2man: no manual pages")
   return()

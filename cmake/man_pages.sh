@@ -43,9 +43,10 @@ END
   gzip -9n "$folder/$name.$section"
 }
 
-pages=("shakerd(8)" "shakerctl(1)" "oleosim(1)" "shakerd-stop-exciter(8)" "shakerd-gateway(8)")
+pages=("shakerd(8)" "shakerctl(1)" "oleosim(1)" "shakerd-stop-exciter(8)" "shakerd-gateway(8)" "shakerd-mqtt(8)")
 page 8 "drives a shaker rig and estimates the damper on it" shakerd
 page 8 "shows a shaker rig to browsers on this PC" shakerd-gateway
+page 8 "publishes a shaker rig to an MQTT broker" shakerd-mqtt
 page 8 "stops the exciter of a rig at once" shakerd-stop-exciter
 page 1 "a virtual shaker rig with a damper" oleosim
 page 1 "operates shakerd, and estimates from files" shakerctl

@@ -8,16 +8,17 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/signalfd.h>
 #include <systemd/sd-daemon.h>
-#include <unistd.h>
 
 #include "base/clock.hpp"
-#include "gateway/daemon_link.hpp"
+#include "base/ending_signals.hpp"
+#include "cli/daemon_link.hpp"
 #include "gateway/http_server.hpp"
 
 namespace shaker::gateway {
 namespace {
+
+using cli::DaemonLink;
 
 struct Options {
   std::filesystem::path socket = "/run/shakerd-view/view.sock";
@@ -64,15 +65,6 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   return std::nullopt;
-}
-
-UniqueFd ending_signals() {
-  sigset_t ends;
-  sigemptyset(&ends);
-  sigaddset(&ends, SIGTERM);
-  sigaddset(&ends, SIGINT);
-  ::pthread_sigmask(SIG_BLOCK, &ends, nullptr);
-  return UniqueFd(::signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK));
 }
 
 class Gateway {
@@ -132,7 +124,7 @@ int run(Options options) {
   const Downloads downloads(options.data);
   auto http = HttpServer::make(options.http, feed, downloads);
   if (!http) return complain(http.error().what);
-  DaemonLink link(options.socket);
+  DaemonLink link(options.socket, "The gateway", {"wave", "scope", "rig"});
   fmt::print("The page is at http://127.0.0.1:{}/\n", (*http)->port());
   std::fflush(stdout);
   ::sd_notify(0, "READY=1");

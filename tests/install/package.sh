@@ -19,18 +19,18 @@ fail() {
   echo "$*"
   exit 1
 }
-for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter,shakerd-gateway} usr/libexec/shakerd/shakerctl-{analysis,diagnosis} usr/lib/systemd/system/shakerd.service \
-  usr/lib/systemd/system/shakerd-{view.socket,gateway.socket,gateway.service} usr/share/doc/shakerd/LICENSE.uPlot \
+for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter,shakerd-gateway,shakerd-mqtt} usr/libexec/shakerd/shakerctl-{analysis,diagnosis} usr/lib/systemd/system/shakerd.service \
+  usr/lib/systemd/system/shakerd-{view.socket,gateway.socket,gateway.service,mqtt.service} usr/share/doc/shakerd/{LICENSE.uPlot,bridges.md} usr/share/shakerd/grafana-dashboard.json \
   usr/lib/systemd/system/shakerd.socket usr/lib/sysusers.d/shakerd.conf \
   usr/lib/tmpfiles.d/shakerd.conf etc/shakerd/rig.json \
   usr/share/man/man1/{shakerctl,shakerctl-{run,estimate,campaigns},oleosim}.1.gz \
-  usr/share/man/man8/{shakerd,shakerd-stop-exciter,shakerd-gateway}.8.gz usr/share/bash-completion/completions/shakerctl \
+  usr/share/man/man8/{shakerd,shakerd-stop-exciter,shakerd-gateway,shakerd-mqtt}.8.gz usr/share/bash-completion/completions/shakerctl \
   usr/share/zsh/vendor-completions/_shakerctl usr/share/fish/vendor_completions.d/shakerctl.fish; do
   grep -q " \./$file$" "$folder/contents" || fail "the package lacks /$file"
 done
 ! grep -v ' root/root ' "$folder/contents" || fail "these files are not root's"
 depends=$(dpkg-deb --field "$package" Depends)
-for library in libc6 libstdc++6 libmicrohttpd12 libmodbus5 libsqlite3-0 libsystemd0; do
+for library in libc6 libstdc++6 libmicrohttpd12 libmodbus5 libmosquitto1 libsqlite3-0 libsystemd0; do
   grep -q "\b$library\b" <<<"${depends//+/+}" || fail "Depends lacks $library: $depends"
 done
 dpkg-deb --ctrl-tarfile "$package" | tar -xO ./conffiles | grep -qx /etc/shakerd/rig.json ||

@@ -13,12 +13,13 @@ socket_group=$(sed -n 's/^SocketGroup=//p' "$1/usr/lib/systemd/system/shakerd.so
 gid=$(awk -F: -v g="$group" '$1 == g { print $3 }' "$root/etc/group")
 grep -q "^$user:[^:]*:[0-9]*:$gid:" "$root/etc/passwd"
 [ "$socket_group" = "$group" ]
-# The gateway is in the group that may look on, and has that group's socket.
+# Gateway and bridge are in the group that may look on, and have that group's socket.
 view_group=$(sed -n 's/^SocketGroup=//p' "$1/usr/lib/systemd/system/shakerd-view.socket")
 view_gid=$(awk -F: -v g="$view_group" '$1 == g { print $3 }' "$root/etc/group")
-gateway=$1/usr/lib/systemd/system/shakerd-gateway.service
-[ "$(sed -n 's/^Group=//p' "$gateway")" = "$view_group" ]
-grep -q "^$(sed -n 's/^User=//p' "$gateway"):[^:]*:[0-9]*:$view_gid:" "$root/etc/passwd"
+for unit in "$1"/usr/lib/systemd/system/shakerd-{gateway,mqtt}.service; do
+  [ "$(sed -n 's/^Group=//p' "$unit")" = "$view_group" ]
+  grep -q "^$(sed -n 's/^User=//p' "$unit"):[^:]*:[0-9]*:$view_gid:" "$root/etc/passwd"
+done
 [ "$view_gid" != "$gid" ]
 
 [ "$(id -u)" = 0 ] || { echo "folders are only made as root" && exit 0; }

@@ -16,8 +16,9 @@ NEEDED = ("tests/system", "protocol/schema", "config/examples", "docs/protocol.m
           "docs/protocol_onlookers.md", "systemd/shakerd.service.in")
 # How it is run is the tests' affair; what it may do is the unit's.
 RUNS = re.compile(r"(Type|Exec\w+|Restart\w*|WatchdogSec|Timeout\w+|RuntimeDirectory\w*|UMask)=")
-# A browser compiles JavaScript in memory, which MemoryDenyWriteExecute= forbids; it is no part of the daemon.
-LEFT_OUT = ("browser_test", "page_test")
+# A browser compiles JavaScript in memory, which MemoryDenyWriteExecute= forbids. It is no part of the daemon, nor are
+# gateway and bridge.
+LEFT_OUT = ("browser_test", "mqtt_test", "page_test", "prometheus_test")
 # Files, sockets, child processes, locks and recovery: what a sandbox may forbid.
 SHORT = ("campaign_test", "crash_test", "diagnose_test", "lock_test", "requests_test", "start_test")
 SECONDS = 800

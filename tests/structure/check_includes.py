@@ -15,6 +15,7 @@ MAY_INCLUDE = {
     "daemon": {"base", "protocol", "config", "record", "drivers", "estimator", "report"},
     "cli": {"base", "protocol", "config", "record", "estimator", "report"},
     "gateway": {"base", "protocol", "cli"},
+    "mqtt": {"base", "protocol", "cli"},
 }
 EXTRA = {"drivers/sim": {"sim"}, "drivers/replay": {"record"}}
 # Inner rooms of the estimator. ROOT: the files that lie in estimator/ itself.

@@ -1,9 +1,9 @@
-// The connection to the daemon, on a thread of its own, so that no browser waits for it and it
-// waits for no browser.
+// The connection to the daemon for a program that serves others, on a thread of its own: nobody
+// whom that program serves waits for the daemon, and the daemon waits for none of them.
 //
-// Connects, subscribes to the documents for those who look on, and hands over every line. A
-// connection that is lost, or silent for kSilenceMs (the daemon says something every second), is
-// given up and tried again. It sends nothing but the subscription.
+// Connects, subscribes to what was asked for, and hands over every line. A connection that is
+// lost, or silent for kSilenceMs (the daemon says something every second), is given up and tried
+// again. It sends nothing but the subscription.
 #pragma once
 
 #include <condition_variable>
@@ -12,11 +12,12 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "base/result.hpp"
 #include "base/unique_fd.hpp"
 
-namespace shaker::gateway {
+namespace shaker::cli {
 
 class DaemonLink {
  public:
@@ -24,8 +25,11 @@ class DaemonLink {
   static constexpr int kRetryMs = 500;
   static constexpr std::size_t kMaxWaiting = 16 * 1024 * 1024;  // bytes not yet taken
 
-  // Starts at once. Throws std::system_error without file descriptors.
-  explicit DaemonLink(std::filesystem::path socket);
+  // Starts at once. `documents` are those to subscribe to ("wave", ...), `reader` is the subject
+  // of sentences about whoever takes the news ("The gateway"). Throws std::system_error without
+  // file descriptors.
+  DaemonLink(std::filesystem::path socket, std::string reader,
+             std::vector<std::string> documents = {});
   ~DaemonLink();
 
   struct News {
@@ -42,6 +46,8 @@ class DaemonLink {
   bool tell(News::Kind kind, std::string text = {});
 
   std::filesystem::path socket_;
+  std::string reader_;
+  std::vector<std::string> documents_;
   UniqueFd wake_;
   std::mutex mutex_;
   std::condition_variable_any pause_;
@@ -50,4 +56,4 @@ class DaemonLink {
   std::jthread thread_;  // last
 };
 
-}  // namespace shaker::gateway
+}  // namespace shaker::cli

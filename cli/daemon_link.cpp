@@ -1,4 +1,4 @@
-#include "gateway/daemon_link.hpp"
+#include "cli/daemon_link.hpp"
 
 #include <cerrno>
 #include <chrono>
@@ -11,15 +11,19 @@
 
 #include "cli/stream_client.hpp"
 
-namespace shaker::gateway {
+namespace shaker::cli {
 namespace {
 
 constexpr int kLookMs = 200;  // between two looks whether to stop
 
 }  // namespace
 
-DaemonLink::DaemonLink(std::filesystem::path socket)
-    : socket_(std::move(socket)), wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+DaemonLink::DaemonLink(std::filesystem::path socket, std::string reader,
+                       std::vector<std::string> documents)
+    : socket_(std::move(socket)),
+      reader_(std::move(reader)),
+      documents_(std::move(documents)),
+      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (!wake_.valid()) throw std::system_error(errno, std::generic_category(), "eventfd");
   thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
@@ -61,21 +65,24 @@ void DaemonLink::work(const std::stop_token& stop) {
 
 // Returns when the connection ends.
 Result<void> DaemonLink::follow(const std::stop_token& stop) {
-  auto client = cli::StreamClient::connect(socket_);
+  auto client = StreamClient::connect(socket_);
   if (!client) return client.error();
   tell(News::Kind::connected);
   tell(News::Kind::line, client->version_line());
-  const auto sent = client->send("subscribe", {{"documents", {"wave", "scope", "rig"}}});
-  if (!sent) return sent.error();
+  if (!documents_.empty()) {
+    const auto sent = client->send("subscribe", {{"documents", documents_}});
+    if (!sent) return sent.error();
+  }
   int silent_ms = 0;
   while (!stop.stop_requested()) {
     std::string line;
     const auto wait = client->next(kLookMs, line);
     if (!wait) return wait.error();
-    if (*wait == cli::StreamClient::Wait::line) {
+    if (*wait == StreamClient::Wait::line) {
       silent_ms = 0;
       if (!tell(News::Kind::line, std::move(line)))
-        return Error{ErrorKind::exhausted, "The gateway did not keep up with the daemon."};
+        return Error{ErrorKind::exhausted,
+                     fmt::format("{} did not keep up with the daemon.", reader_)};
     } else if ((silent_ms += kLookMs) >= kSilenceMs) {
       return Error{ErrorKind::timeout,
                    fmt::format("{}: shakerd has said nothing for {} s; it hangs, or this PC is "
@@ -86,4 +93,4 @@ Result<void> DaemonLink::follow(const std::stop_token& stop) {
   return {};
 }
 
-}  // namespace shaker::gateway
+}  // namespace shaker::cli
