@@ -86,7 +86,7 @@ PageValues figures_table(const DiagnosedDrop& drop) {
       {"figure", "value", "95 %", "95 % (parameters alone)", "unit"}};
   for (std::size_t f = 0; f < estimator::kDropFigureCount; ++f) {
     const estimator::MixtureBand& b = drop.drop.bands[f];
-    if (is_gear_figure(f) && !std::isfinite(b.value)) continue;
+    if (may_be_absent(f) && !std::isfinite(b.value)) continue;
     const double k = words.scale[f];
     const bool known = std::isfinite(b.value);
     rows.push_back({words.label[f], known ? fmt::format("{:.6g}", k * b.value) : "-",
@@ -217,6 +217,7 @@ std::string drop_words(const DropOptions& o) {
   number("--tyre-stiffness", o.tyre_stiffness);
   number("--tyre-damping", o.tyre_damping);
   number("--unsprung-mass", o.unsprung_mass);
+  text("--stroke-limit", o.stroke_limit);
   number("--piston-area", o.piston_area);
   for (const std::string& limit : o.limits)
     text("--limit", limit);

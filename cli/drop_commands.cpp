@@ -35,6 +35,9 @@ void add_drop_conditions(CLI::App* command, DropOptions& o) {
   command->add_option("--limit", o.limits,
                       "FIGURE=VALUE with its unit, as peak_load=120kN, peak_stroke=350mm or "
                       "load_factor=2.5: with which probability is it met?");
+  command->add_option("--stroke-limit", o.stroke_limit,
+                      "Greatest stroke of the strut with its unit, as 350mm: the margin to it, and "
+                      "with which probability is it used up? (default: what the model knows)");
   command->add_option("--piston-area", o.piston_area, "m^2: the pressure of the gas is said, too")
       ->check(positive);
   command

@@ -1,7 +1,9 @@
 #include "cli/drop_output.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -47,6 +49,22 @@ Result<void> find_envelope(const DropOptions& options, const config::ModelSpec& 
   return {};
 }
 
+void find_margin(const estimator::DropTest& test, const PredictedDrop& predicted,
+                 const ProbabilityWithin& probability, DropSections& s) {
+  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+  const std::size_t figure = figure_called(kMarginFigure);
+  s.stroke_end = test.stroke_end(test.model().start());
+  s.bottoming.reset();
+  if (s.stroke_end.by == estimator::StrokeEnd::By::nothing) return;
+  const auto& margin = predicted.figures[figure];
+  s.margin = margin.value;
+  s.margin_lower = margin.lower;
+  s.margin_upper = margin.upper;
+  if (s.banded)
+    s.bottoming =
+        std::clamp(1.0 - probability(figure, kUnbounded) + probability(figure, 0.0), 0.0, 1.0);
+}
+
 }  // namespace
 
 Result<void> complete(const DropOptions& options, const config::ModelSpec& model,
@@ -62,6 +80,7 @@ Result<void> complete(const DropOptions& options, const config::ModelSpec& model
   s.deceleration = deceleration.value;
   s.deceleration_lower = deceleration.lower;
   s.deceleration_upper = deceleration.upper;
+  find_margin(test, predicted, probability, s);
   s.met.clear();
   for (const DropLimit& limit : s.setup.limits) {
     if (is_gear_figure(limit.figure) && !std::isfinite(predicted.figures[limit.figure].value))

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "cli/drop_figures.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::cli {
@@ -52,6 +53,36 @@ DropSection limits_section(const DropSections& s) {
                                   ? fmt::format("met with probability {:.4f}", s.met[i])
                                   : std::string(s.met[i] > 0.5 ? "met by the values alone"
                                                                : "exceeded by the values alone"));
+  return section;
+}
+
+std::string ends_by(estimator::StrokeEnd::By by) {
+  using By = estimator::StrokeEnd::By;
+  if (by == By::end_stop) return "where the end stop is met";
+  if (by == By::gas)
+    return "where the gas would be crushed to nothing; a strut ends before, give --stroke-limit";
+  return "of --stroke-limit";
+}
+
+DropSection margin_section(const DropSections& s) {
+  DropSection section = {"Margin to bottoming", {}};
+  const std::string& length = s.words.unit[figure_called("peak_stroke")];
+  if (s.stroke_end.by == estimator::StrokeEnd::By::nothing) {
+    section.rows.emplace_back("not known",
+                              "the model ends at no stroke; give --stroke-limit, as 350mm");
+    return section;
+  }
+  section.rows.emplace_back("greatest stroke", fmt::format("{:.6g} {}, {}", s.stroke_end.stroke,
+                                                           length, ends_by(s.stroke_end.by)));
+  std::string margin = fmt::format("{:.6g} {}", s.margin, length);
+  if (const double error = 0.25 * (s.margin_upper - s.margin_lower); error > 0.0)
+    margin += fmt::format(" (95 %: {} to {})", report::rounded_to(s.margin_lower, error),
+                          report::rounded_to(s.margin_upper, error));
+  section.rows.emplace_back("left at the peak stroke", std::move(margin));
+  section.rows.emplace_back("bottoming", s.bottoming
+                                             ? fmt::format("with probability {:.4f}", *s.bottoming)
+                                         : s.margin > 0.0 ? std::string("not by the values alone")
+                                                          : std::string("by the values alone"));
   return section;
 }
 
@@ -122,6 +153,18 @@ OrderedJson envelope_json(const DropSections& s) {
           {"without_drop", s.envelope->without}};
 }
 
+void add_margin(const DropSections& s, OrderedJson& out) {
+  using By = estimator::StrokeEnd::By;
+  if (s.stroke_end.by == By::nothing) return;
+  const char* by = s.stroke_end.by == By::gas        ? "gas_spring"
+                   : s.stroke_end.by == By::end_stop ? "end_stop"
+                                                     : "stroke_limit";
+  out["stroke_end"] = {{"value", s.stroke_end.stroke},
+                       {"unit", s.words.unit[figure_called("peak_stroke")]},
+                       {"by", by}};
+  if (s.bottoming) out["bottoming_probability"] = *s.bottoming;
+}
+
 }  // namespace
 
 std::optional<double> gas_pressure(const estimator::DropShares& shares, double mass, double area) {
@@ -141,6 +184,7 @@ std::vector<DropSection> drop_sections(const DropSections& s) {
   std::vector<DropSection> sections;
   if (s.setup.rule) sections.push_back(rule_section(s));
   if (!s.setup.limits.empty()) sections.push_back(limits_section(s));
+  sections.push_back(margin_section(s));
   if (!s.shares.effects.empty()) sections.push_back(shares_section(s));
   if (s.envelope) sections.push_back(envelope_section(s));
   return sections;
@@ -194,6 +238,7 @@ void add_drop_sections(const DropSections& s, OrderedJson& out) {
   out["shares"] = std::move(shares);
   out["energy_residual"] = s.shares.energy_residual;
   if (s.gas_pressure) out["gas_pressure_Pa"] = *s.gas_pressure;
+  add_margin(s, out);
   if (s.envelope) out["servicing"] = envelope_json(s);
   if (s.setup.mass) out["mass_kg"] = *s.setup.mass;
 }

@@ -52,9 +52,8 @@ struct Sheet {
   const ComparisonWords* words = nullptr;
   bool band = false;
   double scale(std::size_t f) const { return words->scale[f]; }
-  // A gear without a tyre has no such figures.
   bool asked(std::size_t f) const {
-    return !is_gear_figure(f) || std::isfinite(drop->bands[f].value);
+    return !may_be_absent(f) || std::isfinite(drop->bands[f].value);
   }
 };
 
@@ -158,7 +157,7 @@ PredictedDrop as_predicted(const DropPrediction& prediction) {
 double share_within(const DropPrediction& prediction, std::size_t figure, double limit) {
   const auto& drawn = prediction.drawn.at(figure);
   const auto within = std::upper_bound(drawn.begin(), drawn.end(), limit) - drawn.begin();
-  return static_cast<double>(within) / (prediction.samples + prediction.lost);
+  return static_cast<double>(within) / (prediction.samples + prediction.lost - prediction.outside);
 }
 
 Result<std::optional<estimator::DropRun>> true_run(const DropOptions& options,

@@ -24,7 +24,7 @@ using estimator::MixtureBand;
 using OrderedJson = nlohmann::ordered_json;
 
 bool is_asked(const DiagnosedDrop& p, std::size_t f) {
-  return !is_gear_figure(f) || std::isfinite(p.drop.bands[f].value);
+  return !may_be_absent(f) || std::isfinite(p.drop.bands[f].value);
 }
 
 std::string ends_of(double lower, double upper) {

@@ -82,6 +82,9 @@ DropTest::DropTest(const config::ModelSpec& spec, DropConditions conditions)
   if (!(conditions_.lift >= 0.0 && conditions_.lift <= 1.0))
     throw std::invalid_argument(
         fmt::format("the lift is {} of the weight; it must be from 0 to 1", conditions_.lift));
+  if (!(conditions_.stroke_limit > 0.0))
+    throw std::invalid_argument(fmt::format("the greatest stroke is {} {}; it must be above 0",
+                                            conditions_.stroke_limit, model_.length_unit()));
   if (!(conditions_.duration > 0.0) || !std::isfinite(conditions_.duration))
     throw std::invalid_argument(
         fmt::format("the duration is {} s; it must be above 0", conditions_.duration));
@@ -149,7 +152,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
   const auto motion = integrate(out, theta, derivatives, push);
   if (!motion) return motion.error();
   loads(out, theta, motion->states, motion->sensitivities, push);
-  if (auto good = read_off(out); !good) return good.error();
+  if (auto good = read_off(out, theta); !good) return good.error();
   return out;
 }
 

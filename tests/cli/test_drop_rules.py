@@ -140,6 +140,37 @@ class Rules(Scratch):
         self.assertAlmostEqual({f["name"]: f["value"] for f in half["figures"]}["peak_load"],
                                400 * 145.5, delta=1e-6)
 
+    def margin(self, spec, *words):
+        self.write("m.json", json.dumps(spec))
+        result = self.drop("--sink-speed", "3", "--duration", str(DURATION), "--json", *words)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        said = json.loads(result.stdout)
+        return {f["name"]: f["value"] for f in said["figures"]}["margin_to_bottoming"], said["stroke_end"]
+
+    def test_the_margin_is_to_the_nearest_end_of_the_stroke(self):
+        theta = (16, 1.5, 5, 1.1)
+        deepest = Gear(theta, 400).drop(400 * G, 3.0, 0.0)[0]
+        # The gas is crushed to nothing at 1 / 5 m, a limit is stated, or an end stop is met before.
+        margin, end = self.margin(model(theta))
+        self.assertAlmostEqual(margin, 0.2 - deepest, delta=1e-6)
+        self.assertEqual((end["value"], end["unit"], end["by"]), (0.2, "m", "gas_spring"))
+        margin, end = self.margin(model(theta), "--stroke-limit", "190mm")
+        self.assertAlmostEqual(margin, 0.19 - deepest, delta=1e-6)
+        self.assertEqual(end["by"], "stroke_limit")
+        met = deepest + 0.005
+        stopped = model(theta)
+        stopped["effects"].append({"effect": "end_stop", "parameters": {"u_s": {"start": met}},
+                                   "constants": {"w": 1e-4}})
+        margin, end = self.margin(stopped, "--stroke-limit", "190mm")
+        self.assertAlmostEqual(margin, 0.005, delta=1e-6)
+        self.assertEqual(end["by"], "end_stop")
+        # A limit that the drop passes: a margin below 0.
+        margin, _ = self.margin(model(theta), "--stroke-limit", f"{deepest - 0.01!r}m")
+        self.assertAlmostEqual(margin, -0.01, delta=1e-6)
+        self.assertIn("has no unit", self.refused("--sink-speed", "3", "--stroke-limit", "0.3"))
+        self.assertIn("above 0", self.refused("--sink-speed", "3", "--stroke-limit", "0mm"))
+        self.assertIn("--stroke-limit", self.refused("--sink-speed", "3", "--limit", "margin_to_bottoming=1mm"))
+
 
 if __name__ == "__main__":
     unittest.main()
