@@ -64,8 +64,7 @@ Result<DiagnosedDrop> predict_diagnosed(const DropOptions& options,
   out.output.sections.setup = std::move(*setup);
   out.length = damper.hypotheses.front().model.length_unit;
   out.damper = out.output.sections.setup.falling(damper);
-  estimator::MixtureOptions how;
-  how.priors = {options.discharge_spread, options.index_spread};
+  const estimator::MixtureOptions how = mixture_options(options);
   out.priors = how.priors;
   auto drop = estimator::predict_drop(out.damper, out.output.sections.setup.conditions, how);
   if (!drop) return Error{ErrorKind::not_converged, drop.error().what};
@@ -78,7 +77,7 @@ Result<DiagnosedDrop> predict_diagnosed(const DropOptions& options,
   Error last;
   for (const auto& hypothesis : out.damper.hypotheses) {
     const auto model = estimator::without_instruments(hypothesis).model;
-    auto done = complete(options, model, out.predicted(), within, out.output);
+    auto done = complete(options, {model, &out.damper, out.predicted(), within}, out.output);
     if (done) return out;
     last = done.error();
     if (last.kind != ErrorKind::not_converged) break;

@@ -31,7 +31,7 @@ estimator::ServicingRange servicing_range(const std::vector<double>& ends, doubl
   return {ends[0] - offset, ends[1] - offset};
 }
 
-Result<void> find_envelope(const DropOptions& options, const config::ModelSpec& model,
+Result<void> find_envelope(const DropOptions& options, const PredictionOf& prediction,
                            DropSections& s) {
   constexpr double kIcePoint = 273.15;
   if (options.charge.empty() && options.oil.empty() && options.temperature.empty()) return {};
@@ -42,9 +42,12 @@ Result<void> find_envelope(const DropOptions& options, const config::ModelSpec& 
   ranges.temperature = servicing_range(options.temperature, 0.0, s.tested_temperature);
   ranges.tested_temperature = s.tested_temperature + kIcePoint;
   auto envelope = estimator::servicing_envelope(
-      model, s.setup.conditions, ranges,
+      prediction.model, s.setup.conditions, ranges,
       {figure_called("peak_load"), figure_called("peak_stroke"), figure_called("efficiency")});
   if (!envelope) return envelope.error();
+  if (prediction.damper != nullptr)
+    estimator::add_bands(*envelope, *prediction.damper, s.setup.conditions, ranges,
+                         mixture_options(options));
   s.envelope = std::move(*envelope);
   return {};
 }
@@ -67,9 +70,14 @@ void find_margin(const estimator::DropTest& test, const PredictedDrop& predicted
 
 }  // namespace
 
-Result<void> complete(const DropOptions& options, const config::ModelSpec& model,
-                      const PredictedDrop& predicted, const ProbabilityWithin& probability,
-                      DropOutput& out) {
+estimator::MixtureOptions mixture_options(const DropOptions& options) {
+  estimator::MixtureOptions how;
+  how.priors = {options.discharge_spread, options.index_spread};
+  return how;
+}
+
+Result<void> complete(const DropOptions& options, const PredictionOf& prediction, DropOutput& out) {
+  const auto& [model, damper, predicted, probability] = prediction;
   DropSections& s = out.sections;
   s.words = figure_words(model.length_unit, s.setup.mass);
   const estimator::DropTest test(model, s.setup.conditions);
@@ -96,7 +104,7 @@ Result<void> complete(const DropOptions& options, const config::ModelSpec& model
                    "--piston-area: a pressure needs --mass, the mass above the damper, in kg"};
     s.gas_pressure = gas_pressure(s.shares, *s.setup.mass, *options.piston_area);
   }
-  if (auto done = find_envelope(options, model, s); !done) return done;
+  if (auto done = find_envelope(options, prediction, s); !done) return done;
   if (options.measured.empty()) return {};
   auto measured =
       read_measured_drop(options.measured, model.length_unit, s.setup.mass.value_or(0.0));

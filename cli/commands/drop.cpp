@@ -203,7 +203,12 @@ int predict_undiagnosed(const Common& common, const DropOptions& options) {
   const auto within = [&](std::size_t f, double limit) {
     return share_within(*prediction, f, limit);
   };
-  if (auto done = complete(options, falling.model, predicted, within, output); !done)
+  estimator::IdentifiedDamper damper;
+  damper.hypotheses = {falling};
+  if (auto done = complete(
+          options, {falling.model, output.sections.banded ? &damper : nullptr, predicted, within},
+          output);
+      !done)
     return fail(common, drop_exit_code(done.error()), done.error().what);
   const auto* true_history = *truth ? &(*truth)->history : nullptr;
   if (auto drawn = write_drop_picture(options, output, prediction->run, predicted.band,
