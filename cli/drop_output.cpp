@@ -77,7 +77,8 @@ estimator::MixtureOptions mixture_options(const DropOptions& options) {
 }
 
 Result<void> complete(const DropOptions& options, const PredictionOf& prediction, DropOutput& out) {
-  const auto& [model, damper, predicted, probability] = prediction;
+  const config::ModelSpec& model = prediction.model;
+  const PredictedDrop& predicted = prediction.predicted;
   DropSections& s = out.sections;
   s.words = figure_words(model.length_unit, s.setup.mass);
   const estimator::DropTest test(model, s.setup.conditions);
@@ -88,14 +89,14 @@ Result<void> complete(const DropOptions& options, const PredictionOf& prediction
   s.deceleration = deceleration.value;
   s.deceleration_lower = deceleration.lower;
   s.deceleration_upper = deceleration.upper;
-  find_margin(test, predicted, probability, s);
+  find_margin(test, predicted, prediction.probability, s);
   s.met.clear();
   for (const DropLimit& limit : s.setup.limits) {
     if (is_gear_figure(limit.figure) && !std::isfinite(predicted.figures[limit.figure].value))
       return Error{ErrorKind::invalid, fmt::format("--limit {}: this gear has no tyre; give one "
                                                    "with --tyre-stiffness",
                                                    limit.name)};
-    s.met.push_back(s.banded ? probability(limit.figure, limit.value)
+    s.met.push_back(s.banded ? prediction.probability(limit.figure, limit.value)
                              : (predicted.figures[limit.figure].value <= limit.value ? 1.0 : 0.0));
   }
   if (options.piston_area) {

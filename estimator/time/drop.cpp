@@ -106,6 +106,16 @@ bool DropTest::has_tyre() const {
          model_.mass(1, 1) > 0.0;
 }
 
+std::vector<double> DropTest::touch_down() const {
+  std::vector<double> states(static_cast<std::size_t>(equations_.states()), 0.0);
+  for (int e = model_.mechanical(); e < model_.coordinates(); ++e)
+    states[static_cast<std::size_t>(e)] = model_.rest(e);
+  states[static_cast<std::size_t>(model_.observed())] = conditions_.extended;
+  states[static_cast<std::size_t>(equations_.velocity_of(conditions_.contact))] =
+      conditions_.sink_speed;
+  return states;
+}
+
 Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<double>& theta,
                                              bool derivatives, const Excitation& push) const {
   const auto m = static_cast<std::size_t>(equations_.states());
@@ -122,12 +132,7 @@ Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<dou
   Arc arc;
   arc.times = h.t;
   arc.excitation = &push;
-  arc.start.assign(m, 0.0);
-  for (int e = model_.mechanical(); e < model_.coordinates(); ++e)
-    arc.start[static_cast<std::size_t>(e)] = model_.rest(e);
-  arc.start[static_cast<std::size_t>(model_.observed())] = conditions_.extended;
-  arc.start[static_cast<std::size_t>(equations_.velocity_of(conditions_.contact))] =
-      conditions_.sink_speed;
+  arc.start = touch_down();
   const auto integration = TimeIntegration::make(equations_, options, all);
   const auto report = integration->run({&arc, 1}, theta, derivatives);
   if (!report.ok) return Error{ErrorKind::not_converged, "the drop: " + report.sentence()};

@@ -73,6 +73,10 @@ struct DropHistory {
   std::vector<double> stroke_error, load_error;  // standard errors by the delta method, or empty
 };
 
+// When the rebound from the deepest stroke ends, s; the last time where it does not. No figure
+// needs what follows.
+double end_of_rebound(const DropHistory& history);
+
 struct DropRun {
   std::vector<double> figures;  // one for each of kDropFigures; NaN if the event did not occur
   DropHistory history;
@@ -113,6 +117,8 @@ class DropTest {
   DropTest(const config::ModelSpec& spec, DropConditions conditions);
 
   const Model& model() const { return model_; }
+  double lift() const { return lift_; }    // its force on the mass, m/s^2
+  std::vector<double> touch_down() const;  // all states at time 0, in the order of StateEquations
   // Integrates one drop with all parameters `theta`. Returns an Error (not_converged) when the
   // stroke does not reverse within the duration, becomes inadmissible, or the integrator fails.
   // `push`: an acceleration over time beside the model's forces, for example an unnamed force of

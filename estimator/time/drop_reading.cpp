@@ -51,6 +51,16 @@ std::optional<double> stroke_parameter(const Model& model, const Model::Term& te
 
 }  // namespace
 
+double end_of_rebound(const DropHistory& h) {
+  const auto deepest = std::max_element(h.stroke.begin(), h.stroke.end()) - h.stroke.begin();
+  bool back = false;
+  for (auto i = static_cast<std::size_t>(deepest); i < h.t.size(); ++i) {
+    back = back || h.speed[i] < 0.0;
+    if (back && h.speed[i] >= 0.0) return h.t[i];
+  }
+  return h.t.back();
+}
+
 StrokeEnd DropTest::stroke_end(const std::vector<double>& theta) const {
   StrokeEnd end;
   const auto bound_by = [&](double stroke, StrokeEnd::By by) {
