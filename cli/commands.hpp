@@ -69,6 +69,10 @@ struct DropOptions {
   std::string stroke_limit;           // the strut's greatest stroke with its unit; may be empty
   std::optional<double> piston_area;  // m^2
   std::filesystem::path measured;     // CSV of a measured drop; may be empty
+  bool join = false;                  // it joins the estimate
+  // How it fell, where that was otherwise: m/s, share of the weight, kg.
+  std::optional<double> measured_sink_speed, measured_lift, measured_mass;
+  std::string measured_noise;  // standard deviation of its stroke with its unit; may be empty
   double discharge_spread = 0.0, index_spread = 0.0;  // priors beyond the tested velocities
   std::vector<double> charge, oil, temperature;  // ranges of the servicing: from and to, or empty
   std::optional<double> tested_temperature;      // degC

@@ -58,9 +58,24 @@ void add_drop_conditions(CLI::App* command, DropOptions& o) {
   range("--temperature", o.temperature, "FROM,TO in degC, of gas and oil");
   command->add_option("--tested-temperature", o.tested_temperature,
                       "Of the damper in the campaign, degC (default: 20)");
-  command->add_option(
+  auto* measured = command->add_option(
       "--measured", o.measured,
       "CSV of a measured drop: t from touch-down, and stroke, load or acceleration");
+  command
+      ->add_flag(
+          "--join", o.join,
+          "The measured stroke joins the estimate as one more run: the prediction before and "
+          "after")
+      ->needs(measured);
+  const auto own = [&](const char* name, auto& value, const char* help) {
+    return command->add_option(name, value, help)->needs(measured);
+  };
+  own("--measured-sink-speed", o.measured_sink_speed,
+      "Of the measured drop, m/s (default: as predicted)");
+  own("--measured-lift", o.measured_lift, "Likewise, share of the weight");
+  own("--measured-mass", o.measured_mass, "Likewise, above the damper, kg")->check(positive);
+  own("--measured-noise", o.measured_noise,
+      "Standard deviation of its stroke with its unit, as 0.1mm (default: from the record)");
 }
 
 void add_drop(CLI::App& app, Options& o) {

@@ -124,8 +124,12 @@ ExitCode drop_exit_code(const Error& error) {
 }
 
 std::string drop_output_text(const DropOutput& output) {
-  std::string text = "\n" + drop_sections_text(output.sections);
-  if (!output.comparison) return text;
+  return "\n" + drop_sections_text(output.sections) + comparison_text(output);
+}
+
+std::string comparison_text(const DropOutput& output) {
+  if (!output.comparison) return "";
+  std::string text;
   const auto rows = comparison_rows(*output.comparison, output.sections.words);
   text += report::text_table(rows, {false, true, true, true, true, false});
   for (const std::string& sentence : band_sentences(*output.comparison))

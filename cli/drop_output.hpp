@@ -47,6 +47,8 @@ estimator::MixtureOptions mixture_options(const DropOptions& options);
 ExitCode drop_exit_code(const Error& error);
 
 std::string drop_output_text(const DropOutput& output);
+// The measured drop beside the prediction; nothing where none was given.
+std::string comparison_text(const DropOutput& output);
 void add_drop_output(const DropOutput& output, nlohmann::ordered_json& json);
 
 // The file of --svg. An Error if it cannot be written.

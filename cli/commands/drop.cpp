@@ -171,13 +171,20 @@ Result<std::optional<estimator::DropRun>> true_run(const DropOptions& options,
   return std::optional(std::move(*run));
 }
 
-int predict_undiagnosed(const Common& common, const DropOptions& options) {
+// What only a diagnosed damper has, as a sentence; null: nothing of it was asked for.
+const char* needs_diagnosis(const DropOptions& options) {
   if (!options.page.empty())
-    return fail(common, kBadInput,
-                "--page needs a CAMPAIGN or a --diagnosis; --svg draws this one");
+    return "--page needs a CAMPAIGN or a --diagnosis; --svg draws this one";
   if (options.discharge_spread > 0.0 || options.index_spread > 0.0)
-    return fail(common, kBadInput,
-                "--cd-spread and --index-spread widen the band of a CAMPAIGN or a --diagnosis");
+    return "--cd-spread and --index-spread widen the band of a CAMPAIGN or a --diagnosis";
+  if (options.join || options.measured_sink_speed || options.measured_lift || options.measured_mass)
+    return "--join and the conditions of a measured drop need a CAMPAIGN or a --diagnosis";
+  return nullptr;
+}
+
+int predict_undiagnosed(const Common& common, const DropOptions& options) {
+  if (const char* why = needs_diagnosis(options); why != nullptr)
+    return fail(common, kBadInput, why);
   auto known = drop_knowledge(options);
   if (!known) return fail(common, kBadInput, known.error().what);
   DropOutput output;
