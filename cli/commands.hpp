@@ -117,7 +117,7 @@ struct MonteCarloCommand {
   std::uint64_t seed = 1;
 };
 struct ExportOptions {
-  std::filesystem::path database;
+  std::filesystem::path campaign;  // a database, or a folder
   std::filesystem::path directory = ".";
   bool samples = false;  // raw samples instead of cycles
   bool all = false;      // also cycles that were not accepted
