@@ -105,12 +105,17 @@ std::optional<estimator::DropSurrogate> known(const IdentifiedDamper& damper,
   return std::nullopt;
 }
 
-std::vector<Row> rows_of(const blind::Case& hidden, const std::string& folder) {
+struct Settings {
+  std::string folder;             // of diagnoses that are kept; empty: none
+  estimator::MixtureOptions how;  // of the predictions
+};
+
+std::vector<Row> rows_of(const blind::Case& hidden, const Settings& settings) {
   std::vector<Row> rows;
   std::optional<IdentifiedDamper> damper;
   std::string refused;
   try {
-    damper = diagnosed(hidden, folder);
+    damper = diagnosed(hidden, settings.folder);
   } catch (const std::exception& error) {
     refused = error.what();
   }
@@ -121,7 +126,7 @@ std::vector<Row> rows_of(const blind::Case& hidden, const std::string& folder) {
     std::string trouble = refused;
     const double before = blind::processor_seconds();
     if (damper) {
-      auto made = estimator::predict_drop(*damper, {speed, 0.0, 1.5, -1});
+      auto made = estimator::predict_drop(*damper, {speed, 0.0, 1.5, -1}, settings.how);
       if (made)
         drop = std::move(*made);
       else
@@ -242,13 +247,13 @@ std::vector<blind::Case> chosen(int nulls, int every, const std::string& kind,
 }
 
 std::vector<Row> measured(const std::vector<blind::Case>& cases, int threads,
-                          const std::string& folder, std::ofstream* kept) {
+                          const Settings& settings, std::ofstream* kept) {
   std::vector<Row> all;
   std::atomic<std::size_t> next{0};
   std::mutex adding;
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size(); i = next++) {
-      const auto rows = rows_of(cases[i], folder);
+      const auto rows = rows_of(cases[i], settings);
       const std::scoped_lock lock(adding);
       for (const Row& row : rows) {
         if (kept != nullptr) *kept << line_of(row) << '\n';
@@ -271,7 +276,8 @@ int main(int argc, char** argv) {
                "drop_coverage");
   keep_freed_memory();  // the same as in shakerctl
   int nulls = 27, threads = 1, every = 1;
-  std::string kind, label, kept, folder;
+  std::string kind, label, kept;
+  Settings settings;
   app.add_option("--nulls", nulls, "campaigns in which nothing is hidden")->capture_default_str();
   app.add_option("--threads", threads, "that work at once")->capture_default_str();
   app.add_option("--every", every, "only every so many-th case")
@@ -280,14 +286,17 @@ int main(int argc, char** argv) {
   app.add_option("--kind", kind, "only cases of this kind");
   app.add_option("--label", label, "only cases whose label holds this");
   app.add_option("--keep", kept, "write a line of JSON for each interval into this file");
-  app.add_option("--diagnoses", folder, "keep the diagnoses in this folder, and take them from it");
+  app.add_option("--diagnoses", settings.folder,
+                 "keep the diagnoses in this folder, and take them from it");
+  app.add_option("--cd-spread", settings.how.priors.discharge_spread, "as of shakerctl drop");
+  app.add_option("--index-spread", settings.how.priors.index_spread, "as of shakerctl drop");
   CLI11_PARSE(app, argc, argv);
   try {
-    if (!folder.empty()) std::filesystem::create_directories(folder);
+    if (!settings.folder.empty()) std::filesystem::create_directories(settings.folder);
     std::ofstream out;
     if (!kept.empty()) out.open(kept);
-    const auto rows =
-        measured(chosen(nulls, every, kind, label), threads, folder, kept.empty() ? nullptr : &out);
+    const auto rows = measured(chosen(nulls, every, kind, label), threads, settings,
+                               kept.empty() ? nullptr : &out);
     fmt::print("{}", table(rows));
   } catch (const std::exception& error) {
     fmt::print(stderr, "drop_coverage: {}\n", error.what());
