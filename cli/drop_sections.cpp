@@ -70,7 +70,7 @@ std::string ends_by(estimator::StrokeEnd::By by) {
   using By = estimator::StrokeEnd::By;
   if (by == By::end_stop) return "where the end stop is met";
   if (by == By::gas)
-    return "where the gas would be crushed to nothing; a strut ends before, give --stroke-limit";
+    return "where the gas would be crushed to nothing; a real strut ends before (--stroke-limit)";
   return "of --stroke-limit";
 }
 
