@@ -60,6 +60,15 @@ Result<estimator::IdentifiedDamper> damper_for(const DropOptions& options) {
 
 namespace {
 
+void put_joined(JoinedPrediction joined, DiagnosedDrop& out) {
+  if (!joined.drop.intervals_hold)
+    out.drop.warnings.emplace_back(
+        "the measured drop disagrees with the likeliest hypothesis by more than noise explains: "
+        "the "
+        "intervals do not hold");
+  out.joined = std::move(joined);
+}
+
 // Puts the measured drop into the estimate and predicts again.
 Result<void> join_measured(const DropOptions& options, DiagnosedDrop& out) {
   const auto& conditions = out.output.sections.setup.conditions;
@@ -71,7 +80,7 @@ Result<void> join_measured(const DropOptions& options, DiagnosedDrop& out) {
                  fmt::format("{}: {}", options.measured.string(), joined.error().what)};
   auto after = estimator::predict_drop(joined->damper, conditions, mixture_options(options));
   if (!after) return Error{ErrorKind::not_converged, after.error().what};
-  out.joined = JoinedPrediction{std::move(*joined), std::move(*after)};
+  put_joined({std::move(*joined), std::move(*after)}, out);
   return {};
 }
 
@@ -146,7 +155,7 @@ Result<void> carry_over(const DropOptions& options, const DiagnosedDrop& measure
       estimator::predict_drop(joined.drop.damper, setup.conditions, mixture_options(options));
   if (!after) return Error{ErrorKind::not_converged, after.error().what};
   joined.after = std::move(*after);
-  out.joined = std::move(joined);
+  put_joined(std::move(joined), out);
   return {};
 }
 

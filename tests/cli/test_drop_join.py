@@ -98,6 +98,7 @@ class Join(unittest.TestCase):
         before, after, said = self.joined(2, "--measured", self.measured(with_friction(2.0, 0.3)), code=6)
         joined = said["joined"]
         self.assertFalse(joined["intervals_hold"])
+        self.assertTrue(any("disagrees" in warning for warning in said["warnings"]))
         self.assertFalse(any(h["agrees"] or h["joined"] for h in joined["hypotheses"][:1]))
         self.assertGreater(joined["hypotheses"][0]["left"], 2 * NOISE)
         for name in ("peak_stroke", "peak_load", "efficiency"):
