@@ -3,6 +3,7 @@
 //
 //   build/bench/drop_coverage --every 7 --threads 2
 //   build/bench/drop_coverage --kind metering_pin --keep rows.jsonl
+//   build/bench/drop_coverage --every 16 --join 2    # a measured drop at 2 m/s joins each estimate
 //
 // Each campaign of the virtual rig is diagnosed, and its drops at three sink speeds are predicted.
 // The truth is the fall of the hidden plant (drop_truth.hpp), which the prediction never sees. The
@@ -17,6 +18,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <random>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -27,6 +29,7 @@
 #include "bench/drop_truth.hpp"
 #include "estimator/time/drop_mixture.hpp"
 #include "estimator/time/drop_surrogate.hpp"
+#include "estimator/time/joined_drop.hpp"
 #include "report/damper_document.hpp"
 #include "tests/blind/suite.hpp"
 
@@ -108,7 +111,28 @@ std::optional<estimator::DropSurrogate> known(const IdentifiedDamper& damper,
 struct Settings {
   std::string folder;             // of diagnoses that are kept; empty: none
   estimator::MixtureOptions how;  // of the predictions
+  // Sink speed of a drop that joins each estimate, and the noise of its stroke; 0: none does.
+  double joined_speed = 0.0, joined_noise = 1e-4;
 };
+
+// The estimate with the fall of the hidden plant, and what that says of it in place of the verdict.
+// As it was where the plant has no such drop.
+void join(const blind::Case& hidden, const Settings& settings, IdentifiedDamper& damper) {
+  constexpr std::size_t kEvery = 12;  // times of the truth
+  const auto truth = bench::true_drop(hidden.truth, settings.joined_speed);
+  if (truth.bottomed) return;
+  std::mt19937_64 random(hidden.seed);
+  std::normal_distribution<double> noise(0.0, settings.joined_noise);
+  estimator::DropRecord record;
+  for (std::size_t i = 0; i < truth.t.size(); i += kEvery) {
+    record.t.push_back(truth.t[i]);
+    record.stroke.push_back(truth.stroke[i] + noise(random));
+  }
+  auto joined = estimator::join_drop(damper, {settings.joined_speed, 0.0, 1.5, -1}, record);
+  if (!joined) throw std::runtime_error(joined.error().what);
+  damper = std::move(joined->damper);
+  damper.verdict = joined->intervals_hold ? "the drop agrees" : "the drop disagrees";
+}
 
 std::vector<Row> rows_of(const blind::Case& hidden, const Settings& settings) {
   std::vector<Row> rows;
@@ -116,6 +140,7 @@ std::vector<Row> rows_of(const blind::Case& hidden, const Settings& settings) {
   std::string refused;
   try {
     damper = diagnosed(hidden, settings.folder);
+    if (settings.joined_speed > 0.0) join(hidden, settings, *damper);
   } catch (const std::exception& error) {
     refused = error.what();
   }
@@ -290,6 +315,8 @@ int main(int argc, char** argv) {
                  "keep the diagnoses in this folder, and take them from it");
   app.add_option("--cd-spread", settings.how.priors.discharge_spread, "as of shakerctl drop");
   app.add_option("--index-spread", settings.how.priors.index_spread, "as of shakerctl drop");
+  app.add_option("--join", settings.joined_speed, "a measured drop at this sink speed joins, m/s");
+  app.add_option("--join-noise", settings.joined_noise, "of its stroke, m")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
     if (!settings.folder.empty()) std::filesystem::create_directories(settings.folder);

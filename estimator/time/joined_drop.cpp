@@ -31,6 +31,8 @@ constexpr double kStatedFreedom = 1e6;
 constexpr double kMostCampaignFreedom = 10.0;  // as of the draws of a mixture
 constexpr double kBestTransducer = 1e-5;       // noise over the largest stroke
 constexpr double kLeastRootVariance = 1e-10;
+// Half of the weight stays with what the band held before.
+constexpr double kUnnamedWhereItDisagrees = 0.5;
 
 // The smallest step between neighbours: that of the rounding, if there is one.
 double rounding_step(const std::vector<double>& values) {
@@ -325,7 +327,7 @@ Result<JoinedDrop> join_drop(const IdentifiedDamper& damper, const DropCondition
   }
   out.intervals_hold = !out.hypotheses.empty() && out.hypotheses.front().agrees;
   if (!out.intervals_hold && damper.visited.size() >= 3 && damper.unnamed_force > 0.0)
-    out.damper.unnamed_probability = 1.0;
+    out.damper.unnamed_probability = std::max(damper.unnamed_probability, kUnnamedWhereItDisagrees);
   return out;
 }
 

@@ -8,8 +8,8 @@
 // Where a hypothesis agrees, its estimate and covariance become those of campaign and drop together.
 // Where it does not, they stay as they were: a drop that contradicts narrows nothing. The
 // probabilities of the hypotheses follow the evidence of the drop, unless none of them agrees. The
-// force that no hypothesis names is not narrowed; it acts for sure where the likeliest hypothesis
-// disagrees.
+// force that no hypothesis names is not narrowed; it acts with a probability of at least a half where
+// the likeliest hypothesis disagrees.
 #pragma once
 
 #include <string>

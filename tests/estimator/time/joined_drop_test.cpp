@@ -172,7 +172,7 @@ TEST(JoinedDrop, ADropThatDisagreesNarrowsNothing) {
     EXPECT_FALSE(found.intervals_hold);
     EXPECT_EQ(start_of_c(found.damper.hypotheses[0]), 2.0);
     EXPECT_EQ(found.damper.hypotheses[0].covariance, damper.hypotheses[0].covariance);
-    EXPECT_EQ(found.damper.unnamed_probability, 1.0);
+    EXPECT_EQ(found.damper.unnamed_probability, 0.5);
     EXPECT_GE(width_of_peak_stroke(found.damper), before);
   }
   const auto far = joined_of(damper, measured_fall(2.6, 100.0, 3));
