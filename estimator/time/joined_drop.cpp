@@ -12,6 +12,7 @@
 
 #include "estimator/math/dense.hpp"
 #include "estimator/statistics.hpp"
+#include "estimator/time/drop_mixture.hpp"
 #include "estimator/time/transient.hpp"
 
 namespace shaker::estimator {
@@ -307,6 +308,12 @@ Result<JoinedDrop> join_drop(const IdentifiedDamper& damper, const DropCondition
       out.noise = record.noise > 0.0 ? record.noise : noise_of_record(record.t, record.stroke);
     }
     fits.back() = DropFit(stripped, conditions, used, out.noise).run();
+    // A transducer on a joint that gives may have been zeroed under the weight.
+    const auto zeroed = zeroed_under_weight(hypothesis, conditions);
+    if (zeroed && !fits.back().said.agrees) {
+      auto other = DropFit(stripped, *zeroed, used, out.noise).run();
+      if (other.said.agrees) fits.back() = std::move(other);
+    }
     if (fits.back().said.joined) put_joined(fits.back(), stripped, hypothesis);
   }
   out.points = used.t.size();

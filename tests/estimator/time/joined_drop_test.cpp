@@ -179,6 +179,18 @@ TEST(JoinedDrop, ADropThatDisagreesNarrowsNothing) {
   EXPECT_NEAR(far.hypotheses[0].moved, 12.0 / std::sqrt(2.0), 0.2);
 }
 
+TEST(JoinedDrop, KnowsThatATransducerMayHaveBeenZeroedUnderTheWeight) {
+  auto h = oscillator_known_to(2.0, 0.05, 100.0, 0.4);
+  h.model.effects.push_back(effect("series_compliance"));
+  h.model.effects[2].parameters["k_n"].start = 1000.0;
+  // Touch-down at u = -g / k_n: what is counted from there is pulled by k u.
+  const double zero = -9.80665 / 1000.0;
+  const auto found = joined_of(damper_of({h}), measured_fall(2.03, 100.3, 13, 100.3 * zero));
+  EXPECT_TRUE(found.hypotheses[0].joined) << found.hypotheses[0].trouble;
+  EXPECT_NEAR(start_of_c(found.damper.hypotheses[0]), 2.03, 2e-3);
+  EXPECT_EQ(found.damper.hypotheses[0].model.effects.size(), 3u);
+}
+
 TEST(JoinedDrop, TellsRivalsApart) {
   auto first = oscillator_known_to(2.0, 0.02, 100.0, 0.2);
   auto second = oscillator_known_to(2.0, 0.02, 103.0, 0.2);
