@@ -3,6 +3,7 @@
 //
 //   build/bench/drop_coverage --every 7 --threads 2
 //   build/bench/drop_coverage --kind metering_pin --keep rows.jsonl
+//   build/bench/drop_coverage --every 16 --join 2    # a measured drop at 2 m/s joins each estimate
 //
 // Each campaign of the virtual rig is diagnosed, and its drops at three sink speeds are predicted.
 // The truth is the fall of the hidden plant (drop_truth.hpp), which the prediction never sees. The
@@ -17,6 +18,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <random>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -27,6 +29,7 @@
 #include "bench/drop_truth.hpp"
 #include "estimator/time/drop_mixture.hpp"
 #include "estimator/time/drop_surrogate.hpp"
+#include "estimator/time/joined_drop.hpp"
 #include "report/damper_document.hpp"
 #include "tests/blind/suite.hpp"
 
@@ -105,12 +108,39 @@ std::optional<estimator::DropSurrogate> known(const IdentifiedDamper& damper,
   return std::nullopt;
 }
 
-std::vector<Row> rows_of(const blind::Case& hidden, const std::string& folder) {
+struct Settings {
+  std::string folder;             // of diagnoses that are kept; empty: none
+  estimator::MixtureOptions how;  // of the predictions
+  // Sink speed of a drop that joins each estimate, and the noise of its stroke; 0: none does.
+  double joined_speed = 0.0, joined_noise = 1e-4;
+};
+
+// The estimate with the fall of the hidden plant, and what that says of it in place of the verdict.
+// As it was where the plant has no such drop.
+void join(const blind::Case& hidden, const Settings& settings, IdentifiedDamper& damper) {
+  constexpr std::size_t kEvery = 12;  // times of the truth
+  const auto truth = bench::true_drop(hidden.truth, settings.joined_speed);
+  if (truth.bottomed) return;
+  std::mt19937_64 random(hidden.seed);
+  std::normal_distribution<double> noise(0.0, settings.joined_noise);
+  estimator::DropRecord record;
+  for (std::size_t i = 0; i < truth.t.size(); i += kEvery) {
+    record.t.push_back(truth.t[i]);
+    record.stroke.push_back(truth.stroke[i] + noise(random));
+  }
+  auto joined = estimator::join_drop(damper, {settings.joined_speed, 0.0, 1.5, -1}, record);
+  if (!joined) throw std::runtime_error(joined.error().what);
+  damper = std::move(joined->damper);
+  damper.verdict = joined->intervals_hold ? "the drop agrees" : "the drop disagrees";
+}
+
+std::vector<Row> rows_of(const blind::Case& hidden, const Settings& settings) {
   std::vector<Row> rows;
   std::optional<IdentifiedDamper> damper;
   std::string refused;
   try {
-    damper = diagnosed(hidden, folder);
+    damper = diagnosed(hidden, settings.folder);
+    if (settings.joined_speed > 0.0) join(hidden, settings, *damper);
   } catch (const std::exception& error) {
     refused = error.what();
   }
@@ -121,7 +151,7 @@ std::vector<Row> rows_of(const blind::Case& hidden, const std::string& folder) {
     std::string trouble = refused;
     const double before = blind::processor_seconds();
     if (damper) {
-      auto made = estimator::predict_drop(*damper, {speed, 0.0, 1.5, -1});
+      auto made = estimator::predict_drop(*damper, {speed, 0.0, 1.5, -1}, settings.how);
       if (made)
         drop = std::move(*made);
       else
@@ -242,13 +272,13 @@ std::vector<blind::Case> chosen(int nulls, int every, const std::string& kind,
 }
 
 std::vector<Row> measured(const std::vector<blind::Case>& cases, int threads,
-                          const std::string& folder, std::ofstream* kept) {
+                          const Settings& settings, std::ofstream* kept) {
   std::vector<Row> all;
   std::atomic<std::size_t> next{0};
   std::mutex adding;
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size(); i = next++) {
-      const auto rows = rows_of(cases[i], folder);
+      const auto rows = rows_of(cases[i], settings);
       const std::scoped_lock lock(adding);
       for (const Row& row : rows) {
         if (kept != nullptr) *kept << line_of(row) << '\n';
@@ -271,7 +301,8 @@ int main(int argc, char** argv) {
                "drop_coverage");
   keep_freed_memory();  // the same as in shakerctl
   int nulls = 27, threads = 1, every = 1;
-  std::string kind, label, kept, folder;
+  std::string kind, label, kept;
+  Settings settings;
   app.add_option("--nulls", nulls, "campaigns in which nothing is hidden")->capture_default_str();
   app.add_option("--threads", threads, "that work at once")->capture_default_str();
   app.add_option("--every", every, "only every so many-th case")
@@ -280,14 +311,19 @@ int main(int argc, char** argv) {
   app.add_option("--kind", kind, "only cases of this kind");
   app.add_option("--label", label, "only cases whose label holds this");
   app.add_option("--keep", kept, "write a line of JSON for each interval into this file");
-  app.add_option("--diagnoses", folder, "keep the diagnoses in this folder, and take them from it");
+  app.add_option("--diagnoses", settings.folder,
+                 "keep the diagnoses in this folder, and take them from it");
+  app.add_option("--cd-spread", settings.how.priors.discharge_spread, "as of shakerctl drop");
+  app.add_option("--index-spread", settings.how.priors.index_spread, "as of shakerctl drop");
+  app.add_option("--join", settings.joined_speed, "a measured drop at this sink speed joins, m/s");
+  app.add_option("--join-noise", settings.joined_noise, "of its stroke, m")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
-    if (!folder.empty()) std::filesystem::create_directories(folder);
+    if (!settings.folder.empty()) std::filesystem::create_directories(settings.folder);
     std::ofstream out;
     if (!kept.empty()) out.open(kept);
-    const auto rows =
-        measured(chosen(nulls, every, kind, label), threads, folder, kept.empty() ? nullptr : &out);
+    const auto rows = measured(chosen(nulls, every, kind, label), threads, settings,
+                               kept.empty() ? nullptr : &out);
     fmt::print("{}", table(rows));
   } catch (const std::exception& error) {
     fmt::print(stderr, "drop_coverage: {}\n", error.what());

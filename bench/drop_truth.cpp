@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "sim/integrator.hpp"
 #include "sim/plant.hpp"
@@ -58,6 +59,7 @@ TrueDrop true_drop(const std::map<std::string, double>& truth, double sink_speed
       drop.bottomed = true;
       return drop;
     }
+    drop.t.push_back(kDuration * share * (0.002 + 0.998 * share));
     stroke.push_back(integrator.state()[0]);
     load.push_back(kGravity - integrator.acceleration(still));
     const auto last = static_cast<std::size_t>(std::max(0, i - 1));
@@ -70,6 +72,7 @@ TrueDrop true_drop(const std::map<std::string, double>& truth, double sink_speed
   drop.peak_load = top_beside(
       load, static_cast<std::size_t>(std::max_element(load.begin(), load.end()) - load.begin()));
   drop.efficiency = absorbed / (drop.peak_load * drop.peak_stroke);
+  drop.stroke = std::move(stroke);
   return drop;
 }
 

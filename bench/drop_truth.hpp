@@ -9,7 +9,8 @@ namespace shaker::bench {
 
 struct TrueDrop {
   double peak_load = 0.0, peak_stroke = 0.0, efficiency = 0.0;  // m/s^2, m, -
-  bool bottomed = false;  // the stroke ended at the wall: there is no such drop
+  bool bottomed = false;          // the stroke ended at the wall: there is no such drop
+  std::vector<double> t, stroke;  // s, m
 };
 
 // `truth`: the hidden parameters of the rig; those of its sensors and exciter stay on the shaker.

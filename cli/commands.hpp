@@ -66,8 +66,13 @@ struct DropOptions {
   std::string rule, condition, weight, wing_loading;  // a rule's, the last two with their units
   std::optional<double> tyre_stiffness, tyre_damping, unsprung_mass;  // N/m, N s/m, kg
   std::vector<std::string> limits;                                    // FIGURE=VALUE with its unit
-  std::optional<double> piston_area;                                  // m^2
-  std::filesystem::path measured;                     // CSV of a measured drop; may be empty
+  std::string stroke_limit;           // the strut's greatest stroke with its unit; may be empty
+  std::optional<double> piston_area;  // m^2
+  std::filesystem::path measured;     // CSV of a measured drop; may be empty
+  bool join = false;                  // it joins the estimate
+  // How it fell, where that was otherwise: m/s, share of the weight, kg.
+  std::optional<double> measured_sink_speed, measured_lift, measured_mass;
+  std::string measured_noise;  // standard deviation of its stroke with its unit; may be empty
   double discharge_spread = 0.0, index_spread = 0.0;  // priors beyond the tested velocities
   std::vector<double> charge, oil, temperature;  // ranges of the servicing: from and to, or empty
   std::optional<double> tested_temperature;      // degC
@@ -112,7 +117,7 @@ struct MonteCarloCommand {
   std::uint64_t seed = 1;
 };
 struct ExportOptions {
-  std::filesystem::path database;
+  std::filesystem::path campaign;  // a database, or a folder
   std::filesystem::path directory = ".";
   bool samples = false;  // raw samples instead of cycles
   bool all = false;      // also cycles that were not accepted

@@ -6,8 +6,10 @@
 #include <fmt/ranges.h>
 
 #include "base/heap.hpp"
+#include "cli/joined_drop.hpp"
 #include "cli/opened_campaign.hpp"
 #include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/time/falling_damper.hpp"
 #include "report/damper_document.hpp"
 
 namespace shaker::cli {
@@ -56,16 +58,41 @@ Result<estimator::IdentifiedDamper> damper_for(const DropOptions& options) {
                                    : report::read_damper(options.diagnosis);
 }
 
-Result<DiagnosedDrop> predict_diagnosed(const DropOptions& options,
-                                        const estimator::IdentifiedDamper& damper) {
+namespace {
+
+void put_joined(JoinedPrediction joined, DiagnosedDrop& out) {
+  if (!joined.drop.intervals_hold)
+    out.drop.warnings.emplace_back(
+        "the measured drop disagrees with the likeliest hypothesis by more than noise explains: "
+        "the "
+        "intervals do not hold");
+  out.joined = std::move(joined);
+}
+
+// Puts the measured drop into the estimate and predicts again.
+Result<void> join_measured(const DropOptions& options, DiagnosedDrop& out) {
+  const auto& conditions = out.output.sections.setup.conditions;
+  const auto record = joining_record(options, *out.output.measured, out.length);
+  if (!record) return record.error();
+  auto joined = estimator::join_drop(out.damper, conditions, *record);
+  if (!joined)
+    return Error{joined.error().kind,
+                 fmt::format("{}: {}", options.measured.string(), joined.error().what)};
+  auto after = estimator::predict_drop(joined->damper, conditions, mixture_options(options));
+  if (!after) return Error{ErrorKind::not_converged, after.error().what};
+  put_joined({std::move(*joined), std::move(*after)}, out);
+  return {};
+}
+
+Result<DiagnosedDrop> predict_one(const DropOptions& options,
+                                  const estimator::IdentifiedDamper& damper) {
   auto setup = set_up_for(options, damper);
   if (!setup) return setup.error();
   DiagnosedDrop out;
   out.output.sections.setup = std::move(*setup);
   out.length = damper.hypotheses.front().model.length_unit;
   out.damper = out.output.sections.setup.falling(damper);
-  estimator::MixtureOptions how;
-  how.priors = {options.discharge_spread, options.index_spread};
+  const estimator::MixtureOptions how = mixture_options(options);
   out.priors = how.priors;
   auto drop = estimator::predict_drop(out.damper, out.output.sections.setup.conditions, how);
   if (!drop) return Error{ErrorKind::not_converged, drop.error().what};
@@ -78,12 +105,77 @@ Result<DiagnosedDrop> predict_diagnosed(const DropOptions& options,
   Error last;
   for (const auto& hypothesis : out.damper.hypotheses) {
     const auto model = estimator::without_instruments(hypothesis).model;
-    auto done = complete(options, model, out.predicted(), within, out.output);
+    auto done = complete(options, {model, &out.damper, out.predicted(), within}, out.output);
+    if (done && options.join) done = join_measured(options, out);
     if (done) return out;
     last = done.error();
     if (last.kind != ErrorKind::not_converged) break;
   }
   return last;
+}
+
+// The options of the measured drop, where it fell otherwise than the predicted one.
+Result<std::optional<DropOptions>> options_of_measured(const DropOptions& options) {
+  if (!options.measured_sink_speed && !options.measured_lift && !options.measured_mass)
+    return std::optional<DropOptions>();
+  const bool by_rule = !options.rule.empty();
+  DropOptions own = options;
+  own.rule = own.condition = own.weight = own.wing_loading = "";
+  own.limits.clear();
+  for (auto* range : {&own.charge, &own.oil, &own.temperature})
+    range->clear();
+  own.piston_area.reset();
+  const auto choose = [&](const std::optional<double>& measured, std::optional<double>& value) {
+    if (measured || by_rule) value = measured;
+  };
+  choose(options.measured_sink_speed, own.sink_speed);
+  choose(options.measured_lift, own.lift);
+  choose(options.measured_mass, own.mass);
+  if (!own.shaker_mass) own.shaker_mass = options.mass;
+  own.measured_sink_speed = own.measured_lift = own.measured_mass = std::nullopt;
+  if (by_rule && (!own.sink_speed || !own.mass))
+    return Error{ErrorKind::invalid,
+                 "by a rule, a measured drop that fell otherwise needs --measured-sink-speed and "
+                 "--measured-mass"};
+  return std::optional(std::move(own));
+}
+
+// What the measured drop says of `out`, which falls otherwise.
+Result<void> carry_over(const DropOptions& options, const DiagnosedDrop& measured,
+                        DiagnosedDrop& out) {
+  if (!measured.joined) return {};
+  const DropSetup& setup = out.output.sections.setup;
+  const double ratio = setup.ratio / measured.output.sections.setup.ratio;
+  if (setup.tyre && setup.mass != measured.output.sections.setup.mass)
+    return Error{ErrorKind::invalid,
+                 "--join: with a tyre, the measured drop must have the mass of the predicted one"};
+  JoinedPrediction joined = *measured.joined;
+  joined.drop.damper = estimator::with_mass(joined.drop.damper, ratio);
+  auto after =
+      estimator::predict_drop(joined.drop.damper, setup.conditions, mixture_options(options));
+  if (!after) return Error{ErrorKind::not_converged, after.error().what};
+  joined.after = std::move(*after);
+  put_joined(std::move(joined), out);
+  return {};
+}
+
+}  // namespace
+
+Result<DiagnosedDrop> predict_diagnosed(const DropOptions& options,
+                                        const estimator::IdentifiedDamper& damper) {
+  const auto own = options_of_measured(options);
+  if (!own) return own.error();
+  if (!*own) return predict_one(options, damper);
+  auto measured = predict_one(**own, damper);
+  if (!measured) return measured.error();
+  DropOptions rest = options;
+  rest.measured.clear();
+  rest.join = false;
+  auto out = predict_one(rest, damper);
+  if (!out) return out.error();
+  if (auto done = carry_over(options, *measured, *out); !done) return done.error();
+  out->measured_fall = std::make_shared<const DiagnosedDrop>(std::move(*measured));
+  return out;
 }
 
 std::string name_of(const estimator::DamperHypothesis& h) {

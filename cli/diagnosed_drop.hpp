@@ -2,6 +2,8 @@
 // prediction with its honest band.
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "base/result.hpp"
@@ -10,8 +12,15 @@
 #include "estimator/discrepancy/diagnosis.hpp"
 #include "estimator/time/drop_mixture.hpp"
 #include "estimator/time/identified_damper.hpp"
+#include "estimator/time/joined_drop.hpp"
 
 namespace shaker::cli {
+
+// The prediction again, with the measured drop in the estimate.
+struct JoinedPrediction {
+  estimator::JoinedDrop drop;
+  estimator::DropMixture after;
+};
 
 struct DiagnosedDrop {
   estimator::IdentifiedDamper damper;  // as it falls
@@ -19,6 +28,9 @@ struct DiagnosedDrop {
   DropOutput output;
   estimator::ExtrapolationPriors priors;  // that are in the band
   std::string length;                     // the model's unit
+  std::optional<JoinedPrediction> joined;
+  // The prediction of the measured drop, where that fell otherwise than this one; else null.
+  std::shared_ptr<const DiagnosedDrop> measured_fall;
 
   PredictedDrop predicted() const;
 };

@@ -6,6 +6,7 @@
 
 #include "cli/drop_figures.hpp"
 #include "cli/drop_picture.hpp"
+#include "cli/joined_drop.hpp"
 #include "report/diagnosis_page.hpp"
 #include "report/text_table.hpp"
 
@@ -86,7 +87,7 @@ PageValues figures_table(const DiagnosedDrop& drop) {
       {"figure", "value", "95 %", "95 % (parameters alone)", "unit"}};
   for (std::size_t f = 0; f < estimator::kDropFigureCount; ++f) {
     const estimator::MixtureBand& b = drop.drop.bands[f];
-    if (is_gear_figure(f) && !std::isfinite(b.value)) continue;
+    if (may_be_absent(f) && !std::isfinite(b.value)) continue;
     const double k = words.scale[f];
     const bool known = std::isfinite(b.value);
     rows.push_back({words.label[f], known ? fmt::format("{:.6g}", k * b.value) : "-",
@@ -217,6 +218,7 @@ std::string drop_words(const DropOptions& o) {
   number("--tyre-stiffness", o.tyre_stiffness);
   number("--tyre-damping", o.tyre_damping);
   number("--unsprung-mass", o.unsprung_mass);
+  text("--stroke-limit", o.stroke_limit);
   number("--piston-area", o.piston_area);
   for (const std::string& limit : o.limits)
     text("--limit", limit);
@@ -228,6 +230,11 @@ std::string drop_words(const DropOptions& o) {
   }
   number("--tested-temperature", o.tested_temperature);
   text("--measured", o.measured.string());
+  if (o.join) words += " --join";
+  number("--measured-sink-speed", o.measured_sink_speed);
+  number("--measured-lift", o.measured_lift);
+  number("--measured-mass", o.measured_mass);
+  text("--measured-noise", o.measured_noise);
   if (o.duration != DropOptions().duration) words += fmt::format(" --duration {}", o.duration);
   return words;
 }
@@ -243,6 +250,7 @@ PageValues drop_values(const DiagnosedDrop& drop) {
   scene.options.mass = drop.output.sections.setup.mass;
   scene.options.length_unit = drop.length;
   scene.options.band = &drop.drop.history;
+  scene.options.joined = drop.joined ? &drop.joined->after.history : nullptr;
   scene.options.measured = drop.output.measured ? &*drop.output.measured : nullptr;
   PageValues sections = PageValues::array();
   for (const DropSection& section : drop_sections(drop.output.sections)) {
@@ -258,12 +266,19 @@ PageValues drop_values(const DiagnosedDrop& drop) {
                        {"drop_figures", figures_table(drop)},
                        {"drop_sections", std::move(sections)},
                        {"drop_hypotheses", hypotheses_table(drop)}};
-  if (drop.output.comparison) {
-    PageValues measured =
-        table_of(comparison_rows(*drop.output.comparison, drop.output.sections.words),
-                 {false, true, true, true, true, false});
-    measured["band_sentences"] = band_sentences(*drop.output.comparison);
+  const DropOutput& beside = drop.measured_fall ? drop.measured_fall->output : drop.output;
+  if (beside.comparison) {
+    PageValues measured = table_of(comparison_rows(*beside.comparison, beside.sections.words),
+                                   {false, true, true, true, true, false});
+    measured["band_sentences"] = band_sentences(*beside.comparison);
+    measured["measured_at"] = fmt::format("It touched down with {:.4g} {}/s.",
+                                          beside.sections.setup.conditions.sink_speed, drop.length);
     values["drop_measured"] = std::move(measured);
+  }
+  if (drop.joined) {
+    PageValues joined = table_of(joined_rows(drop), {false, true, true, true, true, false});
+    joined["joined_sentences"] = joined_sentences(drop);
+    values["drop_joined"] = std::move(joined);
   }
   return values;
 }

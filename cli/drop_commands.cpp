@@ -5,6 +5,39 @@
 namespace shaker::cli {
 namespace {
 
+void add_servicing(CLI::App* command, DropOptions& o) {
+  const auto range = [&](const char* name, std::vector<double>& ends, const char* help) {
+    command->add_option(name, ends, help)->delimiter(',')->expected(2);
+  };
+  range("--charge", o.charge, "FROM,TO: servicing range of the charge, over that of the campaign");
+  range("--oil", o.oil, "FROM,TO: oil added, over the gas volume of the extended strut");
+  range("--temperature", o.temperature, "FROM,TO in degC, of gas and oil");
+  command->add_option("--tested-temperature", o.tested_temperature,
+                      "Of the damper in the campaign, degC (default: 20)");
+}
+
+void add_measured(CLI::App* command, DropOptions& o) {
+  auto* measured = command->add_option(
+      "--measured", o.measured,
+      "CSV of a measured drop: t from touch-down, and stroke, load or acceleration");
+  command
+      ->add_flag(
+          "--join", o.join,
+          "The measured stroke joins the estimate as one more run: the prediction before and "
+          "after")
+      ->needs(measured);
+  const auto own = [&](const char* name, auto& value, const char* help) {
+    return command->add_option(name, value, help)->needs(measured);
+  };
+  own("--measured-sink-speed", o.measured_sink_speed,
+      "Of the measured drop, m/s (default: as predicted)");
+  own("--measured-lift", o.measured_lift, "Likewise, share of the weight");
+  own("--measured-mass", o.measured_mass, "Likewise, above the damper, kg")
+      ->check(CLI::PositiveNumber);
+  own("--measured-noise", o.measured_noise,
+      "Standard deviation of its stroke with its unit, as 0.1mm (default: from the record)");
+}
+
 void add_drop_conditions(CLI::App* command, DropOptions& o) {
   const auto positive = CLI::PositiveNumber;
   command->add_option("--sink-speed", o.sink_speed, "At touch-down, m/s");
@@ -35,6 +68,9 @@ void add_drop_conditions(CLI::App* command, DropOptions& o) {
   command->add_option("--limit", o.limits,
                       "FIGURE=VALUE with its unit, as peak_load=120kN, peak_stroke=350mm or "
                       "load_factor=2.5: with which probability is it met?");
+  command->add_option("--stroke-limit", o.stroke_limit,
+                      "Greatest stroke of the strut with its unit, as 350mm: the margin to it, and "
+                      "with which probability is it used up? (default: what the model knows)");
   command->add_option("--piston-area", o.piston_area, "m^2: the pressure of the gas is said, too")
       ->check(positive);
   command
@@ -47,17 +83,8 @@ void add_drop_conditions(CLI::App* command, DropOptions& o) {
       ->add_option("--index-spread", o.index_spread,
                    "Prior of the polytropic index in a drop: standard deviation (default: none)")
       ->check(CLI::Range(0.0, 1.0));
-  const auto range = [&](const char* name, std::vector<double>& ends, const char* help) {
-    command->add_option(name, ends, help)->delimiter(',')->expected(2);
-  };
-  range("--charge", o.charge, "FROM,TO: servicing range of the charge, over that of the campaign");
-  range("--oil", o.oil, "FROM,TO: oil added, over the gas volume of the extended strut");
-  range("--temperature", o.temperature, "FROM,TO in degC, of gas and oil");
-  command->add_option("--tested-temperature", o.tested_temperature,
-                      "Of the damper in the campaign, degC (default: 20)");
-  command->add_option(
-      "--measured", o.measured,
-      "CSV of a measured drop: t from touch-down, and stroke, load or acceleration");
+  add_servicing(command, o);
+  add_measured(command, o);
 }
 
 void add_drop(CLI::App& app, Options& o) {

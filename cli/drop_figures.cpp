@@ -33,6 +33,10 @@ std::size_t figure_called(std::string_view name) {
 }
 
 bool is_gear_figure(std::size_t figure) {
+  return may_be_absent(figure) && figure != figure_called(kMarginFigure);
+}
+
+bool may_be_absent(std::size_t figure) {
   return figure > figure_called("travel");
 }
 

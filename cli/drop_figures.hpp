@@ -15,7 +15,12 @@ std::string figure_label(std::size_t figure, bool newton);
 // The index of the figure with that name; kDropFigureCount if there is none.
 std::size_t figure_called(std::string_view name);
 
-// Whether a figure belongs to a gear with a tyre. Where it has no value, nobody asks for it.
+// Whether a figure belongs to a gear with a tyre.
 bool is_gear_figure(std::size_t figure);
+
+// Whether nobody asks for a figure where it has no value: those of a tyre, and the margin.
+bool may_be_absent(std::size_t figure);
+
+inline constexpr std::string_view kMarginFigure = "margin_to_bottoming";
 
 }  // namespace shaker::cli

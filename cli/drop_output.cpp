@@ -1,7 +1,9 @@
 #include "cli/drop_output.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -29,7 +31,7 @@ estimator::ServicingRange servicing_range(const std::vector<double>& ends, doubl
   return {ends[0] - offset, ends[1] - offset};
 }
 
-Result<void> find_envelope(const DropOptions& options, const config::ModelSpec& model,
+Result<void> find_envelope(const DropOptions& options, const PredictionOf& prediction,
                            DropSections& s) {
   constexpr double kIcePoint = 273.15;
   if (options.charge.empty() && options.oil.empty() && options.temperature.empty()) return {};
@@ -40,18 +42,43 @@ Result<void> find_envelope(const DropOptions& options, const config::ModelSpec& 
   ranges.temperature = servicing_range(options.temperature, 0.0, s.tested_temperature);
   ranges.tested_temperature = s.tested_temperature + kIcePoint;
   auto envelope = estimator::servicing_envelope(
-      model, s.setup.conditions, ranges,
+      prediction.model, s.setup.conditions, ranges,
       {figure_called("peak_load"), figure_called("peak_stroke"), figure_called("efficiency")});
   if (!envelope) return envelope.error();
+  if (prediction.damper != nullptr)
+    estimator::add_bands(*envelope, *prediction.damper, s.setup.conditions, ranges,
+                         mixture_options(options));
   s.envelope = std::move(*envelope);
   return {};
 }
 
+void find_margin(const estimator::DropTest& test, const PredictedDrop& predicted,
+                 const ProbabilityWithin& probability, DropSections& s) {
+  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+  const std::size_t figure = figure_called(kMarginFigure);
+  s.stroke_end = test.stroke_end(test.model().start());
+  s.bottoming.reset();
+  if (s.stroke_end.by == estimator::StrokeEnd::By::nothing) return;
+  const auto& margin = predicted.figures[figure];
+  s.margin = margin.value;
+  s.margin_lower = margin.lower;
+  s.margin_upper = margin.upper;
+  if (s.banded)
+    s.bottoming =
+        std::clamp(1.0 - probability(figure, kUnbounded) + probability(figure, 0.0), 0.0, 1.0);
+}
+
 }  // namespace
 
-Result<void> complete(const DropOptions& options, const config::ModelSpec& model,
-                      const PredictedDrop& predicted, const ProbabilityWithin& probability,
-                      DropOutput& out) {
+estimator::MixtureOptions mixture_options(const DropOptions& options) {
+  estimator::MixtureOptions how;
+  how.priors = {options.discharge_spread, options.index_spread};
+  return how;
+}
+
+Result<void> complete(const DropOptions& options, const PredictionOf& prediction, DropOutput& out) {
+  const config::ModelSpec& model = prediction.model;
+  const PredictedDrop& predicted = prediction.predicted;
   DropSections& s = out.sections;
   s.words = figure_words(model.length_unit, s.setup.mass);
   const estimator::DropTest test(model, s.setup.conditions);
@@ -62,13 +89,14 @@ Result<void> complete(const DropOptions& options, const config::ModelSpec& model
   s.deceleration = deceleration.value;
   s.deceleration_lower = deceleration.lower;
   s.deceleration_upper = deceleration.upper;
+  find_margin(test, predicted, prediction.probability, s);
   s.met.clear();
   for (const DropLimit& limit : s.setup.limits) {
     if (is_gear_figure(limit.figure) && !std::isfinite(predicted.figures[limit.figure].value))
       return Error{ErrorKind::invalid, fmt::format("--limit {}: this gear has no tyre; give one "
                                                    "with --tyre-stiffness",
                                                    limit.name)};
-    s.met.push_back(s.banded ? probability(limit.figure, limit.value)
+    s.met.push_back(s.banded ? prediction.probability(limit.figure, limit.value)
                              : (predicted.figures[limit.figure].value <= limit.value ? 1.0 : 0.0));
   }
   if (options.piston_area) {
@@ -77,7 +105,7 @@ Result<void> complete(const DropOptions& options, const config::ModelSpec& model
                    "--piston-area: a pressure needs --mass, the mass above the damper, in kg"};
     s.gas_pressure = gas_pressure(s.shares, *s.setup.mass, *options.piston_area);
   }
-  if (auto done = find_envelope(options, model, s); !done) return done;
+  if (auto done = find_envelope(options, prediction, s); !done) return done;
   if (options.measured.empty()) return {};
   auto measured =
       read_measured_drop(options.measured, model.length_unit, s.setup.mass.value_or(0.0));
@@ -96,8 +124,12 @@ ExitCode drop_exit_code(const Error& error) {
 }
 
 std::string drop_output_text(const DropOutput& output) {
-  std::string text = "\n" + drop_sections_text(output.sections);
-  if (!output.comparison) return text;
+  return "\n" + drop_sections_text(output.sections) + comparison_text(output);
+}
+
+std::string comparison_text(const DropOutput& output) {
+  if (!output.comparison) return "";
+  std::string text;
   const auto rows = comparison_rows(*output.comparison, output.sections.words);
   text += report::text_table(rows, {false, true, true, true, true, false});
   for (const std::string& sentence : band_sentences(*output.comparison))

@@ -24,17 +24,31 @@ struct DropOutput {
   std::optional<MeasuredComparison> comparison;
 };
 
-// `probability`: that a figure is at most a limit. Fills the sections and compares with the measured
-// drop where one is given. `model`: as it falls. An Error is that of a file, a drop, or an option.
+// That a figure is at most a limit.
 using ProbabilityWithin = std::function<double(std::size_t figure, double limit)>;
-Result<void> complete(const DropOptions& options, const config::ModelSpec& model,
-                      const PredictedDrop& predicted, const ProbabilityWithin& probability,
-                      DropOutput& out);
+
+// What a prediction is of, as it falls, and what it says.
+struct PredictionOf {
+  const config::ModelSpec& model;  // of the curve
+  // With everything that is open; null: the prediction has no band.
+  const estimator::IdentifiedDamper* damper = nullptr;
+  const PredictedDrop& predicted;
+  ProbabilityWithin probability;
+};
+
+// Fills the sections and compares with the measured drop where one is given. An Error is that of a
+// file, a drop, or an option.
+Result<void> complete(const DropOptions& options, const PredictionOf& prediction, DropOutput& out);
+
+// The band of a drop as the options want it.
+estimator::MixtureOptions mixture_options(const DropOptions& options);
 
 // A drop that gives no answer is not usable; everything else is bad input.
 ExitCode drop_exit_code(const Error& error);
 
 std::string drop_output_text(const DropOutput& output);
+// The measured drop beside the prediction; nothing where none was given.
+std::string comparison_text(const DropOutput& output);
 void add_drop_output(const DropOutput& output, nlohmann::ordered_json& json);
 
 // The file of --svg. An Error if it cannot be written.

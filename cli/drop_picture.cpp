@@ -68,6 +68,21 @@ double drawn_time(const estimator::DropRun& run) {
   return std::max(eventful_time(run.history), peak);
 }
 
+// The bands of a curve over time, up to `end`.
+void add_bands(const DropPictureOptions& options, double end,
+               std::vector<double> estimator::HistoryBand::*lower,
+               std::vector<double> estimator::HistoryBand::*upper, double factor,
+               report::Plot& plot) {
+  const auto add = [&](const estimator::HistoryBand* band, const char* name, report::Ink ink) {
+    if (band == nullptr || band->t.empty()) return;
+    const std::size_t size = count_until(band->t, end);
+    plot.bands.push_back({name, scaled(band->t, 1.0, size), scaled(band->*lower, factor, size),
+                          scaled(band->*upper, factor, size), ink});
+  };
+  add(options.band, "95 %", report::Ink::first);
+  add(options.joined, "95 % with the measured drop", report::Ink::second);
+}
+
 report::Plot load_over_time(const estimator::DropRun& run, const estimator::DropHistory* truth,
                             const DropPictureOptions& options) {
   const auto& h = run.history;
@@ -80,12 +95,8 @@ report::Plot load_over_time(const estimator::DropRun& run, const estimator::Drop
   plot.x.label = "time, s";
   plot.y.label = load_label(options);
   const std::vector<double> t = scaled(h.t, 1.0, count);
-  if (options.band != nullptr && !options.band->t.empty()) {
-    const auto& own = *options.band;
-    const std::size_t size = count_until(own.t, end);
-    plot.bands.push_back({"95 %", scaled(own.t, 1.0, size), scaled(own.load_lower, mass, size),
-                          scaled(own.load_upper, mass, size), report::Ink::first});
-  }
+  add_bands(options, end, &estimator::HistoryBand::load_lower, &estimator::HistoryBand::load_upper,
+            mass, plot);
   plot.curves.push_back(
       {"predicted", t, scaled(h.load, mass, count), report::Ink::first, report::Stroke::line});
   if (truth != nullptr) {
@@ -122,12 +133,8 @@ report::Plot stroke_over_time(const DropScene& scene) {
   plot.x.label = "time, s";
   plot.y.label = "stroke, " + options.length_unit;
   const std::vector<double> t = scaled(h.t, 1.0, count);
-  if (options.band != nullptr && !options.band->t.empty()) {
-    const auto& own = *options.band;
-    const std::size_t size = count_until(own.t, end);
-    plot.bands.push_back({"95 %", scaled(own.t, 1.0, size), scaled(own.stroke_lower, 1.0, size),
-                          scaled(own.stroke_upper, 1.0, size), report::Ink::first});
-  }
+  add_bands(options, end, &estimator::HistoryBand::stroke_lower,
+            &estimator::HistoryBand::stroke_upper, 1.0, plot);
   plot.curves.push_back(
       {"predicted", t, scaled(h.stroke, 1.0, count), report::Ink::first, report::Stroke::line});
   if (!h.travel.empty())

@@ -14,8 +14,9 @@ struct DropPictureOptions {
   double sink_speed = 0.0;
   std::optional<double> mass;  // kg: the load is drawn in N
   std::string length_unit;
-  const estimator::HistoryBand* band = nullptr;  // 95 %; null or empty: none
-  const MeasuredDrop* measured = nullptr;        // drawn as points
+  const estimator::HistoryBand* band = nullptr;    // 95 %; null or empty: none
+  const MeasuredDrop* measured = nullptr;          // drawn as points
+  const estimator::HistoryBand* joined = nullptr;  // 95 % with the measured drop; null: none
 };
 
 // The time to draw: twice the time until the load stays near its last value. Pure.

@@ -1,10 +1,12 @@
 #include "cli/drop_sections.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 
 #include <fmt/format.h>
 
+#include "cli/drop_figures.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::cli {
@@ -16,6 +18,18 @@ constexpr double kInchOfRules = 0.0254;
 
 std::string percents(double share) {
   return fmt::format("{:.2f} %", 100.0 * share);
+}
+
+// " (95 %: 1.2 to 1.4)"; nothing for ends that are equal.
+std::string in_brackets(double lower, double upper) {
+  const double error = 0.25 * (upper - lower);
+  if (!(error > 0.0)) return "";
+  return fmt::format(" (95 %: {} to {})", report::rounded_to(lower, error),
+                     report::rounded_to(upper, error));
+}
+
+std::string in_brackets(double k, const std::optional<std::array<double, 2>>& ends) {
+  return ends ? in_brackets(k * (*ends)[0], k * (*ends)[1]) : "";
 }
 
 DropSection rule_section(const DropSections& s) {
@@ -34,12 +48,9 @@ DropSection rule_section(const DropSections& s) {
   add("descent of the mass d", fmt::format("{:.6g} m", rule.descent));
   const double n = rule.load_factor(s.deceleration);
   std::string factor = fmt::format("{:.5g}", n);
-  if (s.banded) {
-    const double low = rule.load_factor(s.deceleration_lower),
-                 high = rule.load_factor(s.deceleration_upper);
-    factor += fmt::format(" (95 %: {} to {})", report::rounded_to(low, 0.25 * (high - low)),
-                          report::rounded_to(high, 0.25 * (high - low)));
-  }
+  if (s.banded)
+    factor +=
+        in_brackets(rule.load_factor(s.deceleration_lower), rule.load_factor(s.deceleration_upper));
   add("load factor n", std::move(factor));
   return section;
 }
@@ -52,6 +63,34 @@ DropSection limits_section(const DropSections& s) {
                                   ? fmt::format("met with probability {:.4f}", s.met[i])
                                   : std::string(s.met[i] > 0.5 ? "met by the values alone"
                                                                : "exceeded by the values alone"));
+  return section;
+}
+
+std::string ends_by(estimator::StrokeEnd::By by) {
+  using By = estimator::StrokeEnd::By;
+  if (by == By::end_stop) return "where the end stop is met";
+  if (by == By::gas)
+    return "where the gas would be crushed to nothing; a real strut ends before (--stroke-limit)";
+  return "of --stroke-limit";
+}
+
+DropSection margin_section(const DropSections& s) {
+  DropSection section = {"Margin to bottoming", {}};
+  const std::string& length = s.words.unit[figure_called("peak_stroke")];
+  if (s.stroke_end.by == estimator::StrokeEnd::By::nothing) {
+    section.rows.emplace_back("not known",
+                              "the model ends at no stroke; give --stroke-limit, as 350mm");
+    return section;
+  }
+  section.rows.emplace_back("greatest stroke", fmt::format("{:.6g} {}, {}", s.stroke_end.stroke,
+                                                           length, ends_by(s.stroke_end.by)));
+  section.rows.emplace_back(
+      "left at the peak stroke",
+      fmt::format("{:.6g} {}{}", s.margin, length, in_brackets(s.margin_lower, s.margin_upper)));
+  section.rows.emplace_back("bottoming", s.bottoming
+                                             ? fmt::format("with probability {:.4f}", *s.bottoming)
+                                         : s.margin > 0.0 ? std::string("not by the values alone")
+                                                          : std::string("by the values alone"));
   return section;
 }
 
@@ -75,22 +114,46 @@ std::string state_words(const estimator::ServicingState& state, double tested) {
                      tested + state.temperature);
 }
 
+// What a figure is in a corner of the ranges, and with which probability there is no drop.
+std::string corner_words(const DropSections& s, const estimator::ServicingBand& corner) {
+  if (corner.figures.empty()) return "no drop: the stroke ends before it turns";
+  std::string words;
+  for (std::size_t i = 0; i < corner.figures.size(); ++i) {
+    const std::size_t f = s.envelope->figures[i].figure;
+    const estimator::FigureInterval& own = corner.figures[i];
+    const double k = s.words.scale[f];
+    words += fmt::format("{}{} {:.5g}{}{}", i == 0 ? "" : "; ", s.words.label[f], k * own.value,
+                         s.words.unit[f] == "-" ? "" : " " + s.words.unit[f],
+                         in_brackets(k * own.lower, k * own.upper));
+  }
+  if (corner.without_drop > 0.0)
+    words += fmt::format("; no drop with probability {:.4f}", corner.without_drop);
+  return words;
+}
+
 DropSection envelope_section(const DropSections& s) {
-  DropSection section = {"Servicing envelope, at the estimates", {}};
+  DropSection section = {
+      s.envelope->corners.empty() ? "Servicing envelope, at the estimates" : "Servicing envelope",
+      {}};
   for (const estimator::EnvelopeFigure& f : s.envelope->figures) {
     const double k = s.words.scale[f.figure];
     const std::string unit = s.words.unit[f.figure] == "-" ? "" : " " + s.words.unit[f.figure];
     const std::string& label = s.words.label[f.figure];
-    section.rows.emplace_back(label + ", least",
-                              fmt::format("{:.5g}{} at {}", k * f.least, unit,
-                                          state_words(f.least_at, s.tested_temperature)));
-    section.rows.emplace_back(label + ", greatest",
-                              fmt::format("{:.5g}{} at {}", k * f.greatest, unit,
-                                          state_words(f.greatest_at, s.tested_temperature)));
-    section.rows.emplace_back(label + ", 5, 50 and 95 %",
+    section.rows.emplace_back(
+        label + ", least",
+        fmt::format("{:.5g}{}{} at {}", k * f.least, unit, in_brackets(k, f.least_interval),
+                    state_words(f.least_at, s.tested_temperature)));
+    section.rows.emplace_back(
+        label + ", greatest",
+        fmt::format("{:.5g}{}{} at {}", k * f.greatest, unit, in_brackets(k, f.greatest_interval),
+                    state_words(f.greatest_at, s.tested_temperature)));
+    section.rows.emplace_back(label + ", 5, 50 and 95 % of states, at the estimates",
                               fmt::format("{:.5g}, {:.5g} and {:.5g}{}", k * f.quantiles[0],
                                           k * f.quantiles[1], k * f.quantiles[2], unit));
   }
+  for (const estimator::ServicingBand& corner : s.envelope->corners)
+    section.rows.emplace_back(state_words(corner.state, s.tested_temperature),
+                              corner_words(s, corner));
   if (s.envelope->without > 0)
     section.rows.emplace_back(
         "no drop", fmt::format("in {} of {} states, first at {}: the stroke ends before it turns",
@@ -99,27 +162,65 @@ DropSection envelope_section(const DropSections& s) {
   return section;
 }
 
-OrderedJson envelope_json(const DropSections& s) {
-  const auto state = [&](const estimator::ServicingState& at) {
-    return OrderedJson{{"charge", at.charge},
-                       {"oil", at.oil},
-                       {"temperature_degC", s.tested_temperature + at.temperature}};
-  };
+OrderedJson state_json(const DropSections& s, const estimator::ServicingState& at) {
+  return {{"charge", at.charge},
+          {"oil", at.oil},
+          {"temperature_degC", s.tested_temperature + at.temperature}};
+}
+
+OrderedJson corner_json(const DropSections& s, const estimator::ServicingBand& corner) {
   OrderedJson figures = OrderedJson::array();
+  for (std::size_t i = 0; i < corner.figures.size(); ++i) {
+    const std::size_t f = s.envelope->figures[i].figure;
+    const estimator::FigureInterval& own = corner.figures[i];
+    const double k = s.words.scale[f];
+    figures.push_back({{"name", estimator::kDropFigures[f].name},
+                       {"unit", s.words.unit[f]},
+                       {"value", k * own.value},
+                       {"interval", {k * own.lower, k * own.upper}}});
+  }
+  return {{"state", state_json(s, corner.state)},
+          {"figures", std::move(figures)},
+          {"no_drop_probability", corner.without_drop}};
+}
+
+OrderedJson envelope_json(const DropSections& s) {
+  OrderedJson figures = OrderedJson::array(), corners = OrderedJson::array();
   for (const estimator::EnvelopeFigure& f : s.envelope->figures) {
     const double k = s.words.scale[f.figure];
-    figures.push_back(
-        {{"name", estimator::kDropFigures[f.figure].name},
-         {"unit", s.words.unit[f.figure]},
-         {"least", k * f.least},
-         {"least_at", state(f.least_at)},
-         {"greatest", k * f.greatest},
-         {"greatest_at", state(f.greatest_at)},
-         {"quantiles_5_50_95", {k * f.quantiles[0], k * f.quantiles[1], k * f.quantiles[2]}}});
+    OrderedJson entry = {
+        {"name", estimator::kDropFigures[f.figure].name},
+        {"unit", s.words.unit[f.figure]},
+        {"least", k * f.least},
+        {"least_at", state_json(s, f.least_at)},
+        {"greatest", k * f.greatest},
+        {"greatest_at", state_json(s, f.greatest_at)},
+        {"quantiles_5_50_95", {k * f.quantiles[0], k * f.quantiles[1], k * f.quantiles[2]}}};
+    if (f.least_interval)
+      entry["least_interval"] = {k * (*f.least_interval)[0], k * (*f.least_interval)[1]};
+    if (f.greatest_interval)
+      entry["greatest_interval"] = {k * (*f.greatest_interval)[0], k * (*f.greatest_interval)[1]};
+    figures.push_back(std::move(entry));
   }
-  return {{"figures", std::move(figures)},
-          {"drops", s.envelope->drops},
-          {"without_drop", s.envelope->without}};
+  for (const estimator::ServicingBand& corner : s.envelope->corners)
+    corners.push_back(corner_json(s, corner));
+  OrderedJson out = {{"figures", std::move(figures)},
+                     {"drops", s.envelope->drops},
+                     {"without_drop", s.envelope->without}};
+  if (!corners.empty()) out["corners"] = std::move(corners);
+  return out;
+}
+
+void add_margin(const DropSections& s, OrderedJson& out) {
+  using By = estimator::StrokeEnd::By;
+  if (s.stroke_end.by == By::nothing) return;
+  const char* by = s.stroke_end.by == By::gas        ? "gas_spring"
+                   : s.stroke_end.by == By::end_stop ? "end_stop"
+                                                     : "stroke_limit";
+  out["stroke_end"] = {{"value", s.stroke_end.stroke},
+                       {"unit", s.words.unit[figure_called("peak_stroke")]},
+                       {"by", by}};
+  if (s.bottoming) out["bottoming_probability"] = *s.bottoming;
 }
 
 }  // namespace
@@ -141,6 +242,7 @@ std::vector<DropSection> drop_sections(const DropSections& s) {
   std::vector<DropSection> sections;
   if (s.setup.rule) sections.push_back(rule_section(s));
   if (!s.setup.limits.empty()) sections.push_back(limits_section(s));
+  sections.push_back(margin_section(s));
   if (!s.shares.effects.empty()) sections.push_back(shares_section(s));
   if (s.envelope) sections.push_back(envelope_section(s));
   return sections;
@@ -194,6 +296,7 @@ void add_drop_sections(const DropSections& s, OrderedJson& out) {
   out["shares"] = std::move(shares);
   out["energy_residual"] = s.shares.energy_residual;
   if (s.gas_pressure) out["gas_pressure_Pa"] = *s.gas_pressure;
+  add_margin(s, out);
   if (s.envelope) out["servicing"] = envelope_json(s);
   if (s.setup.mass) out["mass_kg"] = *s.setup.mass;
 }

@@ -25,6 +25,10 @@ struct DropSections {
   std::vector<double> met;             // of each limit, the probability that it is met
   bool banded = false;                 // false: `met` is 1 or 0, of the values alone
   std::optional<double> gas_pressure;  // Pa, the largest
+  estimator::StrokeEnd stroke_end;     // at the estimates
+  double margin = 0.0, margin_lower = 0.0, margin_upper = 0.0;  // likewise, to the peak stroke
+  // That the stroke reaches its end, or a draw gives no drop; nothing without an end or a band.
+  std::optional<double> bottoming;
   std::optional<estimator::ServicingEnvelope> envelope;
   double tested_temperature = 20.0;  // degC
   ComparisonWords words;

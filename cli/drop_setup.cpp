@@ -137,10 +137,24 @@ Result<void> set_up_by_rule(const DropOptions& options, const config::ModelSpec&
 std::string names_of_limits() {
   std::string names = "load_factor";
   for (const auto& figure : kDropFigures) {
-    if (figure.length != 2 && std::string_view(figure.name) != "efficiency")
+    if (figure.length != 2 && std::string_view(figure.name) != "efficiency" &&
+        figure.name != kMarginFigure)
       names += fmt::format(", {}", figure.name);
   }
   return names;
+}
+
+Result<void> read_stroke_limit(const DropOptions& options, const config::ModelSpec& damper,
+                               DropSetup& setup) {
+  if (options.stroke_limit.empty()) return {};
+  const auto metre = unit_called(damper.length_unit, Dimension::length);
+  if (!metre)
+    return set_up_refused(fmt::format("--stroke-limit: the model counts in {}, which has no size",
+                                      damper.length_unit));
+  const auto stroke = quantity("--stroke-limit", options.stroke_limit, Dimension::length);
+  if (!stroke) return stroke.error();
+  setup.conditions.stroke_limit = *stroke / metre->scale;
+  return {};
 }
 
 // The value of a limit in the units of `figure`.
@@ -196,6 +210,11 @@ Result<DropLimit> read_limit(const std::string& text, const DropSetup& setup,
     return limit;
   }
   limit.figure = figure_called(limit.name);
+  if (limit.name == kMarginFigure)
+    return set_up_refused(fmt::format(
+        "--limit {}: a margin is no upper limit; give --stroke-limit with the greatest stroke, and "
+        "the probability of bottoming is printed",
+        limit.name));
   if (limit.figure == kDropFigureCount || kDropFigures[limit.figure].length == 2 ||
       limit.name.ends_with("efficiency"))
     return set_up_refused(fmt::format("--limit {}: there is no such limit; there are {}",
@@ -231,6 +250,7 @@ Result<DropSetup> set_up_drop(const DropOptions& options, const config::ModelSpe
   DropSetup setup;
   setup.conditions.duration = options.duration;
   if (auto good = read_tyre(options, damper, setup); !good) return good.error();
+  if (auto good = read_stroke_limit(options, damper, setup); !good) return good.error();
   auto good = options.rule.empty() ? set_up_by_hand(options, damper, setup)
                                    : set_up_by_rule(options, damper, setup);
   if (!good) return good.error();

@@ -179,9 +179,11 @@ void add_diagnose(CLI::App& app, Options& o) {
 }
 
 void add_export(CLI::App& app, Options& o) {
-  auto* exporting = add(app, o, "export", "Write a campaign database as CSV, MAT or UFF",
+  auto* exporting = add(app, o, "export", "Write a campaign as CSV, MAT or UFF",
                         [&o] { return export_runs(o.common, o.export_runs); });
-  exporting->add_option("database", o.export_runs.database, "Campaign database")->required();
+  exporting
+      ->add_option("campaign", o.export_runs.campaign, "FILE.db, or a folder with campaign.json")
+      ->required();
   exporting->add_option("--directory", o.export_runs.directory, "Where to")
       ->type_name(kFolderType)
       ->capture_default_str();

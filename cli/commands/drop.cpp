@@ -52,9 +52,8 @@ struct Sheet {
   const ComparisonWords* words = nullptr;
   bool band = false;
   double scale(std::size_t f) const { return words->scale[f]; }
-  // A gear without a tyre has no such figures.
   bool asked(std::size_t f) const {
-    return !is_gear_figure(f) || std::isfinite(drop->bands[f].value);
+    return !may_be_absent(f) || std::isfinite(drop->bands[f].value);
   }
 };
 
@@ -158,7 +157,7 @@ PredictedDrop as_predicted(const DropPrediction& prediction) {
 double share_within(const DropPrediction& prediction, std::size_t figure, double limit) {
   const auto& drawn = prediction.drawn.at(figure);
   const auto within = std::upper_bound(drawn.begin(), drawn.end(), limit) - drawn.begin();
-  return static_cast<double>(within) / (prediction.samples + prediction.lost);
+  return static_cast<double>(within) / (prediction.samples + prediction.lost - prediction.outside);
 }
 
 Result<std::optional<estimator::DropRun>> true_run(const DropOptions& options,
@@ -172,13 +171,20 @@ Result<std::optional<estimator::DropRun>> true_run(const DropOptions& options,
   return std::optional(std::move(*run));
 }
 
-int predict_undiagnosed(const Common& common, const DropOptions& options) {
+// What only a diagnosed damper has, as a sentence; null: nothing of it was asked for.
+const char* needs_diagnosis(const DropOptions& options) {
   if (!options.page.empty())
-    return fail(common, kBadInput,
-                "--page needs a CAMPAIGN or a --diagnosis; --svg draws this one");
+    return "--page needs a CAMPAIGN or a --diagnosis; --svg draws this one";
   if (options.discharge_spread > 0.0 || options.index_spread > 0.0)
-    return fail(common, kBadInput,
-                "--cd-spread and --index-spread widen the band of a CAMPAIGN or a --diagnosis");
+    return "--cd-spread and --index-spread widen the band of a CAMPAIGN or a --diagnosis";
+  if (options.join || options.measured_sink_speed || options.measured_lift || options.measured_mass)
+    return "--join and the conditions of a measured drop need a CAMPAIGN or a --diagnosis";
+  return nullptr;
+}
+
+int predict_undiagnosed(const Common& common, const DropOptions& options) {
+  if (const char* why = needs_diagnosis(options); why != nullptr)
+    return fail(common, kBadInput, why);
   auto known = drop_knowledge(options);
   if (!known) return fail(common, kBadInput, known.error().what);
   DropOutput output;
@@ -204,7 +210,12 @@ int predict_undiagnosed(const Common& common, const DropOptions& options) {
   const auto within = [&](std::size_t f, double limit) {
     return share_within(*prediction, f, limit);
   };
-  if (auto done = complete(options, falling.model, predicted, within, output); !done)
+  estimator::IdentifiedDamper damper;
+  damper.hypotheses = {falling};
+  if (auto done = complete(
+          options, {falling.model, output.sections.banded ? &damper : nullptr, predicted, within},
+          output);
+      !done)
     return fail(common, drop_exit_code(done.error()), done.error().what);
   const auto* true_history = *truth ? &(*truth)->history : nullptr;
   if (auto drawn = write_drop_picture(options, output, prediction->run, predicted.band,

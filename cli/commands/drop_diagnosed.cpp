@@ -12,6 +12,7 @@
 #include "cli/diagnosed_drop.hpp"
 #include "cli/dossier.hpp"
 #include "cli/drop_figures.hpp"
+#include "cli/joined_drop.hpp"
 #include "cli/same_damper.hpp"
 #include "report/text_table.hpp"
 
@@ -24,7 +25,7 @@ using estimator::MixtureBand;
 using OrderedJson = nlohmann::ordered_json;
 
 bool is_asked(const DiagnosedDrop& p, std::size_t f) {
-  return !is_gear_figure(f) || std::isfinite(p.drop.bands[f].value);
+  return !may_be_absent(f) || std::isfinite(p.drop.bands[f].value);
 }
 
 std::string ends_of(double lower, double upper) {
@@ -52,6 +53,11 @@ void print(const DiagnosedDrop& p) {
   }
   fmt::print("{}", report::text_table(rows, std::vector<bool>(rows[0].size(), false)));
   fmt::print("{}", drop_output_text(p.output));
+  if (p.measured_fall)
+    fmt::print("The measured drop, at {:.4g} {}/s:\n{}",
+               p.measured_fall->output.sections.setup.conditions.sink_speed, p.length,
+               comparison_text(p.measured_fall->output));
+  if (p.joined) fmt::print("{}", joined_text(p));
   for (const auto& h : p.damper.hypotheses)
     fmt::print("hypothesis {}: probability {:.3f}\n", name_of(h), h.probability);
   fmt::print("a force that no hypothesis names: probability {:.3f}\n",
@@ -114,6 +120,13 @@ OrderedJson to_json(const DiagnosedDrop& p) {
         {"load_per_mass_lower", band.load_lower},
         {"load_per_mass_upper", band.load_upper}}}};
   add_drop_output(p.output, out);
+  if (p.measured_fall) {
+    const DropOutput& own = p.measured_fall->output;
+    out["measured"] = comparison_json(*own.comparison, own.sections.words);
+    out["measured"]["sink_speed"] = own.sections.setup.conditions.sink_speed;
+    out["measured"]["lift"] = own.sections.setup.conditions.lift;
+  }
+  if (p.joined) out["joined"] = joined_json(p);
   return out;
 }
 
@@ -150,7 +163,7 @@ int drop_diagnosed(const Common& common, const DropOptions& options) {
                  to_json(*prediction).dump(-1, ' ', false, OrderedJson::error_handler_t::replace));
     else
       print(*prediction);
-    return kOk;
+    return prediction->joined && !prediction->joined->drop.intervals_hold ? kIntervals : kOk;
   } catch (const std::invalid_argument& error) {
     return fail(common, kBadInput, error.what());
   }

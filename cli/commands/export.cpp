@@ -1,4 +1,4 @@
-// Exports a campaign database to formats of other programs: CSV, MAT, UFF.
+// Exports a campaign to formats of other programs: CSV, MAT, UFF.
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ Result<std::vector<Written>> write(const ExportData& data, const ExportOptions& 
 }  // namespace
 
 int export_runs(const Common& common, const ExportOptions& options) {
-  const auto data = read_export(options.database, {options.samples, options.all});
+  const auto data = read_export(options.campaign, {options.samples, options.all});
   if (!data) return fail(common, kBadInput, data.error().what);
   std::error_code code;
   std::filesystem::create_directories(options.directory, code);

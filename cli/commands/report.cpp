@@ -114,7 +114,8 @@ int write_dossier(const Common& common, const ReportOptions& options) {
   } else {
     fmt::print("{}\n{}\n", sentence, options.out.string());
   }
-  return dossier.no_drop.empty() ? kOk : kNotUsable;
+  if (!dossier.no_drop.empty()) return kNotUsable;
+  return drop && drop->joined && !drop->joined->drop.intervals_hold ? kIntervals : kOk;
 }
 
 }  // namespace

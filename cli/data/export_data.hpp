@@ -1,5 +1,5 @@
-// The content of an export, read once from a campaign database; the writers of the formats only
-// lay it out.
+// The content of an export, read once from a campaign: a database, or a folder with campaign.json.
+// The writers of the formats only lay it out.
 #pragma once
 
 #include <string>
@@ -36,7 +36,9 @@ struct ExportWanted {
   bool left_out = false;  // also cycles that were not accepted
 };
 
-Result<ExportData> read_export(const std::filesystem::path& database, const ExportWanted& wanted);
+// `campaign`: a database, or a folder, whose periodic records are cut into their steady cycles. An
+// Error names the place and the remedy.
+Result<ExportData> read_export(const std::filesystem::path& campaign, const ExportWanted& wanted);
 
 // A name as part of a path: '/', spaces, control characters, "..", and a '.' in front become
 // '_'.

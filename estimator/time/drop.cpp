@@ -82,6 +82,9 @@ DropTest::DropTest(const config::ModelSpec& spec, DropConditions conditions)
   if (!(conditions_.lift >= 0.0 && conditions_.lift <= 1.0))
     throw std::invalid_argument(
         fmt::format("the lift is {} of the weight; it must be from 0 to 1", conditions_.lift));
+  if (!(conditions_.stroke_limit > 0.0))
+    throw std::invalid_argument(fmt::format("the greatest stroke is {} {}; it must be above 0",
+                                            conditions_.stroke_limit, model_.length_unit()));
   if (!(conditions_.duration > 0.0) || !std::isfinite(conditions_.duration))
     throw std::invalid_argument(
         fmt::format("the duration is {} s; it must be above 0", conditions_.duration));
@@ -103,6 +106,16 @@ bool DropTest::has_tyre() const {
          model_.mass(1, 1) > 0.0;
 }
 
+std::vector<double> DropTest::touch_down() const {
+  std::vector<double> states(static_cast<std::size_t>(equations_.states()), 0.0);
+  for (int e = model_.mechanical(); e < model_.coordinates(); ++e)
+    states[static_cast<std::size_t>(e)] = model_.rest(e);
+  states[static_cast<std::size_t>(model_.observed())] = conditions_.extended;
+  states[static_cast<std::size_t>(equations_.velocity_of(conditions_.contact))] =
+      conditions_.sink_speed;
+  return states;
+}
+
 Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<double>& theta,
                                              bool derivatives, const Excitation& push) const {
   const auto m = static_cast<std::size_t>(equations_.states());
@@ -119,12 +132,7 @@ Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<dou
   Arc arc;
   arc.times = h.t;
   arc.excitation = &push;
-  arc.start.assign(m, 0.0);
-  for (int e = model_.mechanical(); e < model_.coordinates(); ++e)
-    arc.start[static_cast<std::size_t>(e)] = model_.rest(e);
-  arc.start[static_cast<std::size_t>(model_.observed())] = conditions_.extended;
-  arc.start[static_cast<std::size_t>(equations_.velocity_of(conditions_.contact))] =
-      conditions_.sink_speed;
+  arc.start = touch_down();
   const auto integration = TimeIntegration::make(equations_, options, all);
   const auto report = integration->run({&arc, 1}, theta, derivatives);
   if (!report.ok) return Error{ErrorKind::not_converged, "the drop: " + report.sentence()};
@@ -149,7 +157,7 @@ Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives
   const auto motion = integrate(out, theta, derivatives, push);
   if (!motion) return motion.error();
   loads(out, theta, motion->states, motion->sensitivities, push);
-  if (auto good = read_off(out); !good) return good.error();
+  if (auto good = read_off(out, theta); !good) return good.error();
   return out;
 }
 

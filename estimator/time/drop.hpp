@@ -14,6 +14,7 @@
 // the estimate's covariance, inside their bounds).
 #pragma once
 
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,8 @@ struct DropConditions {
   double duration = 1.5;    // s
   int contact = -1;         // coordinate that meets the ground; -1: the last mechanical one
   double extended = 0.0;    // the model's stroke at touch-down; strokes are counted from it
+  // The greatest stroke of the strut, counted likewise, where it is known beside the model.
+  double stroke_limit = std::numeric_limits<double>::infinity();
 };
 
 struct DropFigure {
@@ -57,6 +60,8 @@ inline constexpr DropFigure kDropFigures[] = {
     {"tyre_deflection", "deflection of the tyre", 1, 0},
     {"peak_ground_load", "peak load on the ground per mass", 1, -2},
     {"gear_efficiency", "efficiency of strut and tyre", 0, 0},
+    // The stroke that is left at the peak. No value where no greatest stroke is known.
+    {"margin_to_bottoming", "margin to bottoming", 1, 0},
 };
 inline constexpr std::size_t kDropFigureCount = std::size(kDropFigures);
 
@@ -68,11 +73,23 @@ struct DropHistory {
   std::vector<double> stroke_error, load_error;  // standard errors by the delta method, or empty
 };
 
+// When the rebound from the deepest stroke ends, s; the last time where it does not. No figure
+// needs what follows.
+double end_of_rebound(const DropHistory& history);
+
 struct DropRun {
   std::vector<double> figures;  // one for each of kDropFigures; NaN if the event did not occur
   DropHistory history;
   std::vector<double> stroke_derivatives, load_derivatives;  // times x parameters, or empty
   double fastest = 0.0;                                      // largest |speed| of the stroke
+};
+
+// Where the stroke ends: at the least of the limit that the conditions state, the stroke at which an
+// end stop is met, and the one that would crush the gas to nothing.
+struct StrokeEnd {
+  enum class By { nothing, stated_limit, end_stop, gas };
+  double stroke = std::numeric_limits<double>::infinity();  // counted from touch-down
+  By by = By::nothing;
 };
 
 // "gas", "orifice", "friction", or "other".
@@ -100,12 +117,17 @@ class DropTest {
   DropTest(const config::ModelSpec& spec, DropConditions conditions);
 
   const Model& model() const { return model_; }
+  double lift() const { return lift_; }    // its force on the mass, m/s^2
+  std::vector<double> touch_down() const;  // all states at time 0, in the order of StateEquations
   // Integrates one drop with all parameters `theta`. Returns an Error (not_converged) when the
   // stroke does not reverse within the duration, becomes inadmissible, or the integrator fails.
   // `push`: an acceleration over time beside the model's forces, for example an unnamed force of
   // the damper with its sign turned; it counts as a part of the load.
   Result<DropRun> run(const std::vector<double>& theta, bool derivatives,
                       const Excitation& push = {}) const;
+
+  // The end of the stroke with all parameters `theta`. Only effects that see the stroke alone count.
+  StrokeEnd stroke_end(const std::vector<double>& theta) const;
 
   // Integrates the drop once more and evaluates the effects along it, one after the other. The
   // Error is that of run().
@@ -121,7 +143,7 @@ class DropTest {
   double energy_in(const DropHistory& history, std::size_t end) const;
   void loads(DropRun& run, const std::vector<double>& theta, const std::vector<double>& states,
              const std::vector<double>& sensitivities, const Excitation& push) const;
-  Result<void> read_off(DropRun& run) const;
+  Result<void> read_off(DropRun& run, const std::vector<double>& theta) const;
 
   config::ModelSpec spec_;
   Model model_;
@@ -143,6 +165,7 @@ struct DropPrediction {
   std::vector<DropBand> bands;             // one for each of kDropFigures
   int samples = 0;                         // draws with a drop
   int lost = 0;                            // draws outside the bounds, or without a drop
+  int outside = 0;                         // of these, outside the bounds
   std::vector<std::vector<double>> drawn;  // of each of kDropFigures, sorted; empty without a band
 };
 

@@ -96,6 +96,7 @@ void sample(const DropTest& test, const std::vector<double>& theta,
     const auto run = inside ? test.run(drawn, false) : Result<DropRun>(Error{});
     if (!run) {
       ++out.lost;
+      out.outside += inside ? 0 : 1;
       continue;
     }
     ++out.samples;

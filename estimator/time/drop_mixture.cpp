@@ -123,16 +123,9 @@ class Mixer {
   // zeroed: with the strut unloaded, or under the weight. One is as likely as the other. Returns the
   // weight of what was added.
   double add_zeroed(const DamperHypothesis& measured, const DamperHypothesis& one, double weight) {
-    const auto& lines = measured.model.effects;
-    const auto joint = std::find_if(lines.begin(), lines.end(), [](const auto& line) {
-      return line.effect == "series_compliance";
-    });
-    if (joint == lines.end()) return 0.0;
-    const double stiffness =
-        value_of(measured.model, {static_cast<std::size_t>(joint - lines.begin()), "k_n", false});
-    DropConditions zeroed = conditions_;
-    zeroed.extended = -measured.model.gravity / stiffness;
-    auto drop = DropSurrogate::make(one, zeroed);
+    const auto zeroed = zeroed_under_weight(measured, conditions_);
+    if (!zeroed) return 0.0;
+    auto drop = DropSurrogate::make(one, *zeroed);
     if (!drop) return 0.0;
     components_.push_back({0.5 * weight, std::move(*drop)});
     return 0.5 * weight;
@@ -223,6 +216,19 @@ class Mixer {
 };
 
 }  // namespace
+
+std::optional<DropConditions> zeroed_under_weight(const DamperHypothesis& measured,
+                                                  DropConditions conditions) {
+  const auto& lines = measured.model.effects;
+  const auto joint = std::find_if(lines.begin(), lines.end(), [](const auto& line) {
+    return line.effect == "series_compliance";
+  });
+  if (joint == lines.end()) return std::nullopt;
+  const double stiffness =
+      value_of(measured.model, {static_cast<std::size_t>(joint - lines.begin()), "k_n", false});
+  conditions.extended = -measured.model.gravity / stiffness;
+  return conditions;
+}
 
 double DropMixture::probability_within(std::size_t figure, double limit) const {
   double all = 0.0, within = 0.0;

@@ -9,6 +9,7 @@
 // The effects of sensors and exciter stay on the shaker: they are taken off first.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,11 @@ struct DropMixture {
   // NaN for a figure that this gear does not have.
   double probability_within(std::size_t figure, double limit) const;
 };
+
+// The conditions of a damper whose stroke was measured with a joint that gives under the load
+// (series_compliance) and a transducer that was zeroed under the weight. Nothing without a joint.
+std::optional<DropConditions> zeroed_under_weight(const DamperHypothesis& measured,
+                                                  DropConditions conditions);
 
 // An Error if the drop of the first hypothesis fails. Blocks for some tenths of a second. Throws
 // std::invalid_argument as DropTest does.

@@ -1,6 +1,9 @@
 // Reads the figures of a drop from its curves.
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <optional>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -31,10 +34,56 @@ std::vector<double> gear_figures(const DropHistory& h, double stroke) {
   return {travel, top_of(h.t, tyre).value, ground, absorbed / (ground * travel)};
 }
 
+// The parameter `symbol` of an effect, over the effect's part in the stroke; nothing where the effect
+// sees more than the stroke.
+std::optional<double> stroke_parameter(const Model& model, const Model::Term& term,
+                                       const std::vector<double>& theta, std::string_view symbol) {
+  for (int e = 0; e < model.coordinates(); ++e) {
+    const bool seen = term.sees[static_cast<std::size_t>(e)] != 0.0;
+    if (seen != (e == model.observed())) return std::nullopt;
+  }
+  const auto own = term.effect->parameters();
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    if (own[k].symbol == symbol) return theta[static_cast<std::size_t>(term.first_parameter) + k];
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
+double end_of_rebound(const DropHistory& h) {
+  const auto deepest = std::max_element(h.stroke.begin(), h.stroke.end()) - h.stroke.begin();
+  bool back = false;
+  for (auto i = static_cast<std::size_t>(deepest); i < h.t.size(); ++i) {
+    back = back || h.speed[i] < 0.0;
+    if (back && h.speed[i] >= 0.0) return h.t[i];
+  }
+  return h.t.back();
+}
+
+StrokeEnd DropTest::stroke_end(const std::vector<double>& theta) const {
+  StrokeEnd end;
+  const auto bound_by = [&](double stroke, StrokeEnd::By by) {
+    if (stroke < end.stroke) end = {stroke, by};
+  };
+  bound_by(conditions_.stroke_limit, StrokeEnd::By::stated_limit);
+  for (const Model::Term& term : model_.terms()) {
+    const auto share = term.sees[static_cast<std::size_t>(model_.observed())];
+    if (term.effect->name() == "end_stop") {
+      const auto met = stroke_parameter(model_, term, theta, "u_s");
+      const auto stiffness = stroke_parameter(model_, term, theta, "k");
+      if (met && *stiffness > 0.0)
+        bound_by(*met / share - conditions_.extended, StrokeEnd::By::end_stop);
+    }
+    if (term.effect->name() != "gas_spring") continue;
+    if (const auto theta3 = stroke_parameter(model_, term, theta, "theta3"))
+      bound_by(1.0 / (*theta3 * share) - conditions_.extended, StrokeEnd::By::gas);
+  }
+  return end;
+}
+
 // Reversals of the stroke are interpolated between the times of the history.
-Result<void> DropTest::read_off(DropRun& run) const {
+Result<void> DropTest::read_off(DropRun& run, const std::vector<double>& theta) const {
   const DropHistory& h = run.history;
   const std::size_t n = h.t.size();
   const CurvePlace peak = deepest_turn(h.t, h.stroke, h.speed);
@@ -64,6 +113,8 @@ Result<void> DropTest::read_off(DropRun& run) const {
                  blow.time};
   for (const double figure : gear_figures(h, stroke))
     run.figures.push_back(figure);
+  const double margin = stroke_end(theta).stroke - stroke;
+  run.figures.push_back(std::isfinite(margin) ? margin : kNoFigure);
   return {};
 }
 

@@ -106,7 +106,7 @@ Result<DropShares> DropTest::shares(const std::vector<double>& theta) const {
   loads(run, theta, motion->states, {}, {});
   const DropHistory& h = run.history;
   const CurvePlace peak = deepest_turn(h.t, h.stroke, h.speed);
-  if (peak.before >= h.t.size()) return read_off(run).error();
+  if (peak.before >= h.t.size()) return read_off(run, theta).error();
   const std::size_t end = peak.before + 1;
   const auto largest =
       static_cast<std::size_t>(std::max_element(h.load.begin(), h.load.end()) - h.load.begin());

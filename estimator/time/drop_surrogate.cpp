@@ -31,18 +31,6 @@ constexpr double kMostFreedom = 10.0;
 constexpr double kPastRebound = 1.3;    // times until the rebound ends
 constexpr double kLittleWeight = 0.05;  // of a part of the mixture that is drawn by its quadratic
 
-// When the rebound from the deepest stroke ends; the whole history where it does not.
-double end_of(const DropRun& run) {
-  const DropHistory& h = run.history;
-  const auto deepest = std::max_element(h.stroke.begin(), h.stroke.end()) - h.stroke.begin();
-  bool back = false;
-  for (auto i = static_cast<std::size_t>(deepest); i < h.t.size(); ++i) {
-    back = back || h.speed[i] < 0.0;
-    if (back && h.speed[i] >= 0.0) return h.t[i];
-  }
-  return h.t.back();
-}
-
 double freedom_of(const DamperHypothesis& damper) {
   return std::max(2.0, damper.degrees_of_freedom);
 }
@@ -121,7 +109,8 @@ Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
   auto center = out.run_at({});
   if (!center) return center.error();
   // What follows the rebound has no figure: the drops beside this one are shorter.
-  out.conditions_.duration = std::min(conditions.duration, kPastRebound * end_of(*center));
+  out.conditions_.duration =
+      std::min(conditions.duration, kPastRebound * end_of_rebound(center->history));
   out.test_ = std::make_shared<const DropTest>(damper.model, out.conditions_);
   auto shorter = out.run_at({});
   if (!shorter) return shorter.error();

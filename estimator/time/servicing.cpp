@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -30,11 +31,19 @@ double start_of(const Model& model, const char* symbol) {
       "model '{}' has no gas spring, so it has no charge and no oil level", model.name()));
 }
 
-// Sets a start and widens the bounds to hold it.
-void move_start(config::ParameterSpec& parameter, double value) {
-  parameter.start = value;
-  if (parameter.lower) parameter.lower = std::min(*parameter.lower, value);
-  if (parameter.upper) parameter.upper = std::max(*parameter.upper, value);
+// Scales a parameter with the bounds that the model states.
+void scale_start(config::ParameterSpec& parameter, double start, double factor) {
+  parameter.start = factor * start;
+  if (parameter.lower) parameter.lower = factor * *parameter.lower;
+  if (parameter.upper) parameter.upper = factor * *parameter.upper;
+}
+
+double preload_factor(const ServicingState& state, double tested) {
+  return state.charge * (tested + state.temperature) / tested;
+}
+
+double column_factor(const ServicingState& state) {
+  return 1.0 / (1.0 - state.oil);
 }
 
 // The i-th point of van der Corput's sequence: evenly spread over 0 to 1 for every prime base.
@@ -89,9 +98,8 @@ config::ModelSpec in_state(config::ModelSpec spec, const ServicingState& state, 
   const double density = 1.0 - kOilExpansion * state.temperature;
   for (config::EffectSpec& line : spec.effects) {
     if (line.effect == "gas_spring") {
-      move_start(line.parameters["theta2"],
-                 theta2 * state.charge * (tested + state.temperature) / tested);
-      move_start(line.parameters["theta3"], theta3 / (1.0 - state.oil));
+      scale_start(line.parameters["theta2"], theta2, preload_factor(state, tested));
+      scale_start(line.parameters["theta3"], theta3, column_factor(state));
     }
     if (!turbulent().contains(line.effect) || density == 1.0) continue;
     const std::size_t size = std::max<std::size_t>(1, spec.coordinates.size());
@@ -103,6 +111,25 @@ config::ModelSpec in_state(config::ModelSpec spec, const ServicingState& state, 
   return spec;
 }
 
+IdentifiedDamper in_state(IdentifiedDamper damper, const ServicingState& state, double tested) {
+  for (DamperHypothesis& h : damper.hypotheses) {
+    const std::size_t size = h.numbers.size();
+    for (std::size_t k = 0; k < size && h.covariance.size() == size * size; ++k) {
+      const ModelNumber& number = h.numbers[k];
+      if (h.model.effects.at(number.line).effect != "gas_spring") continue;
+      const double factor = number.symbol == "theta2"   ? preload_factor(state, tested)
+                            : number.symbol == "theta3" ? column_factor(state)
+                                                        : 1.0;
+      for (std::size_t i = 0; i < size; ++i) {
+        h.covariance[k * size + i] *= factor;
+        h.covariance[i * size + k] *= factor;
+      }
+    }
+    h.model = in_state(std::move(h.model), state, tested);
+  }
+  return damper;
+}
+
 Result<ServicingEnvelope> servicing_envelope(const config::ModelSpec& spec,
                                              const DropConditions& conditions,
                                              const ServicingRanges& ranges,
@@ -110,7 +137,7 @@ Result<ServicingEnvelope> servicing_envelope(const config::ModelSpec& spec,
   if (auto good = check_ranges(ranges); !good) return good.error();
   ServicingEnvelope out;
   for (const std::size_t f : figures)
-    out.figures.push_back({f, kBeyond, -kBeyond, {}, {}, {}});
+    out.figures.push_back({f, kBeyond, -kBeyond, {}, {}, {}, {}, {}});
   std::vector<std::vector<double>> spread(figures.size());
   const auto states = states_of(ranges);
   const std::size_t first_spread = states.size() - kSpreadStates;

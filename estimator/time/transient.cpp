@@ -99,6 +99,7 @@ TransientEstimator::Impl::Impl(const Model& model_, std::vector<TransientRecord>
   for (std::size_t i = 0; i < given.size(); ++i)
     add_record(std::move(given[i]), i);
   information = SquareRootInformation(static_cast<Eigen::Index>(unknowns.size()));
+  set_prior();
   fit.theta = model.start();
 }
 

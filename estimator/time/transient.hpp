@@ -45,6 +45,14 @@ struct TransientRecord {
   double weight = 1.0;          // relative inverse variance (3.15)
 };
 
+// What is known of the free parameters beside the records: a normal distribution. The standard
+// deviation of a displacement of weight 1 gives it its weight, and scales the fit's covariance.
+struct TransientPrior {
+  std::vector<double> mean;        // of the free parameters, in the order of the model
+  std::vector<double> covariance;  // likewise, row by row; directions without variance are held
+  double noise = 0.0;              // above 0
+};
+
 struct TransientOptions {
   TimeOptions time;
   Method method = Method::levenberg_marquardt;  // or gauss_newton: full steps, (4.7)
@@ -55,6 +63,7 @@ struct TransientOptions {
   double tolerance = 1e-9;  // change of a parameter, relative to it (or to the states' size)
   double confidence = 0.95;
   bool keep_iterates = false;  // store TransientFit::iterates
+  std::optional<TransientPrior> prior;
 };
 
 // `covariance` refers to the free parameters, then the unknown initial states, record by record. An
@@ -64,6 +73,7 @@ struct TransientFit : Fit {
   std::vector<std::vector<double>> initial;        // the first state of each record
   std::vector<std::vector<double>> initial_error;  // standard errors; 0 for known ones
   double largest_gap = 0.0;  // left between segments, relative to the states' size
+  double prior_sum = 0.0;    // square of the distance from the prior's mean, in its own errors
 };
 
 // Workspace for one model and one set of records. Use it from one thread; it allocates.
@@ -71,7 +81,7 @@ class TransientEstimator {
  public:
   // `model` must outlive it. Throws std::invalid_argument with an explanation for records or
   // options that cannot be used: too few samples, values that are not finite, time that does not
-  // increase.
+  // increase, a prior of another size than the free parameters.
   TransientEstimator(const Model& model, std::vector<TransientRecord> records,
                      TransientOptions options = {});
   ~TransientEstimator();

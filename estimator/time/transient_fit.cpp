@@ -45,6 +45,7 @@ void TransientEstimator::Impl::linearise(double closing) {
   fit.largest_gap = 0.0;
   for (std::size_t index = 0; index < records.size(); ++index)
     linearise_record(index, closing);
+  linearise_prior();
   information.finish();
   r = information.r();
   right = information.right();
@@ -103,7 +104,8 @@ void TransientEstimator::Impl::linearise_record(std::size_t index, double closin
 }
 
 double TransientEstimator::Impl::merit() const {
-  return sum_of_squares + gaps;
+  const double noise = options.prior ? options.prior->noise : 0.0;
+  return sum_of_squares + gaps + noise * noise * fit.prior_sum;
 }
 
 void TransientEstimator::Impl::move(const Eigen::VectorXd& step) {

@@ -46,6 +46,7 @@ struct TransientEstimator::Impl {
   Eigen::MatrixXd r;      // triangle R of the last linearisation
   Eigen::VectorXd right;  // its right-hand side Q^T r
   double sum_of_squares = 0.0, gaps = 0.0;
+  Eigen::MatrixXd prior_root;  // of the inverse covariance of the prior; empty without one
   // For each arc: the derivative of its initial state over the unknowns, and the part of its step
   // that closes the gap before it.
   std::vector<Eigen::MatrixXd> moves;
@@ -61,6 +62,8 @@ struct TransientEstimator::Impl {
   IntegrationReport integrate();
   void linearise(double closing);
   void linearise_record(std::size_t record, double closing);
+  void set_prior();
+  void linearise_prior();
   void move(const Eigen::VectorXd& step);
   double observations() const;
   double accuracy() const;

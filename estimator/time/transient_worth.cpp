@@ -81,7 +81,8 @@ void TransientEstimator::Impl::finish_worth() {
   for (Eigen::Index k = 0; k < q; ++k) {
     if (!(scale[k] > 0.0)) known[static_cast<std::size_t>(k)] = 0;
   }
-  const double variance = fit.noise * fit.noise;
+  const double noise = options.prior ? options.prior->noise : fit.noise;
+  const double variance = noise * noise;
   std::vector<double> error(unknowns.size(), kNaN);
   for (Eigen::Index k = 0; k < q; ++k) {
     for (Eigen::Index l = 0; l < q; ++l) {

@@ -176,6 +176,37 @@ class Drop(Scratch):
         self.assertEqual([round(limit["probability"], 3) for limit in json.loads(result.stdout)["limits"]],
                          [1.0, 0.0])
 
+    def test_the_margin_to_bottoming_has_an_interval_and_a_probability(self):
+        out, peak = self.diagnosed(), true_drop(2.0)[0]
+        drop = ("drop", self.campaign, "--diagnosis", out, "--sink-speed", "2")
+        # A spring has no end: no figure, and one line that says how to get it.
+        self.assertNotIn("margin_to_bottoming", self.call(*drop, "--json").stdout)
+        said = [line for line in self.call(*drop).stdout.splitlines() if "--stroke-limit" in line]
+        self.assertEqual(len(said), 1)
+
+        def margin(limit):
+            result = self.call(*drop, "--stroke-limit", f"{limit!r}m", "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            found = json.loads(result.stdout)
+            figures = {f["name"]: f for f in found["figures"]}
+            return figures["margin_to_bottoming"], figures["peak_stroke"], found["bottoming_probability"]
+        own, stroke, probability = margin(peak + 0.005)
+        low, high = own["interval"]
+        self.assertLess(low, 0.005)
+        self.assertGreater(high, 0.005)
+        width = stroke["interval"][1] - stroke["interval"][0]
+        self.assertAlmostEqual(high - low, width, delta=0.02 * width)
+        self.assertLess(probability, 1e-3)
+        # Between the ends of the peak stroke's interval it is open whether the strut bottoms.
+        low, high = stroke["interval"]
+        self.assertAlmostEqual(margin(low)[2], 0.975, delta=2e-3)
+        self.assertAlmostEqual(margin(high)[2], 0.025, delta=2e-3)
+        self.assertAlmostEqual(margin(0.9 * peak)[2], 1.0, delta=1e-12)
+        page = self.path / "drop.html"
+        self.call(*drop, "--stroke-limit", "300mm", "--page", page)
+        self.assertIn("margin to bottoming", page.read_text())
+        self.assertIn("left at the peak stroke", page.read_text())
+
     def test_campaigns_of_two_dampers_are_told(self):
         other = self.path / "other"
         shutil.copytree(self.campaign, other)

@@ -140,6 +140,72 @@ class Rules(Scratch):
         self.assertAlmostEqual({f["name"]: f["value"] for f in half["figures"]}["peak_load"],
                                400 * 145.5, delta=1e-6)
 
+    def margin(self, spec, *words):
+        self.write("m.json", json.dumps(spec))
+        result = self.drop("--sink-speed", "3", "--duration", str(DURATION), "--json", *words)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        said = json.loads(result.stdout)
+        return {f["name"]: f["value"] for f in said["figures"]}["margin_to_bottoming"], said["stroke_end"]
+
+    def test_the_margin_is_to_the_nearest_end_of_the_stroke(self):
+        theta = (16, 1.5, 5, 1.1)
+        deepest = Gear(theta, 400).drop(400 * G, 3.0, 0.0)[0]
+        # The gas is crushed to nothing at 1 / 5 m, a limit is stated, or an end stop is met before.
+        margin, end = self.margin(model(theta))
+        self.assertAlmostEqual(margin, 0.2 - deepest, delta=1e-6)
+        self.assertEqual((end["value"], end["unit"], end["by"]), (0.2, "m", "gas_spring"))
+        margin, end = self.margin(model(theta), "--stroke-limit", "190mm")
+        self.assertAlmostEqual(margin, 0.19 - deepest, delta=1e-6)
+        self.assertEqual(end["by"], "stroke_limit")
+        met = deepest + 0.005
+        stopped = model(theta)
+        stopped["effects"].append({"effect": "end_stop", "parameters": {"u_s": {"start": met}},
+                                   "constants": {"w": 1e-4}})
+        margin, end = self.margin(stopped, "--stroke-limit", "190mm")
+        self.assertAlmostEqual(margin, 0.005, delta=1e-6)
+        self.assertEqual(end["by"], "end_stop")
+        # A limit that the drop passes: a margin below 0.
+        margin, _ = self.margin(model(theta), "--stroke-limit", f"{deepest - 0.01!r}m")
+        self.assertAlmostEqual(margin, -0.01, delta=1e-6)
+        self.assertIn("has no unit", self.refused("--sink-speed", "3", "--stroke-limit", "0.3"))
+        self.assertIn("above 0", self.refused("--sink-speed", "3", "--stroke-limit", "0mm"))
+        self.assertIn("--stroke-limit", self.refused("--sink-speed", "3", "--limit", "margin_to_bottoming=1mm"))
+
+    def test_every_corner_of_the_servicing_has_an_interval(self):
+        theta, error = (16, 1.5, 5, 1.1), 0.4
+        self.write("m.json", json.dumps(model(theta)))
+        estimate = self.write("e.json", json.dumps({
+            "parameters": [{"name": f"theta{i + 1}", "value": value} for i, value in enumerate(theta)],
+            "covariance_order": ["theta1"], "covariance": [[error ** 2]], "degrees_of_freedom": 1000000,
+            "usable": True}))
+        words = ("--estimate", estimate, "--sink-speed", "3", "--mass", "400", "--charge", "0.9,1.1",
+                 "--oil=-0.1,0.1")
+        result = self.drop(*words, "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        served = json.loads(result.stdout)["servicing"]
+        self.assertEqual(len(served["corners"]), 4)
+        half = 2.228 * error  # Student's t of ten degrees of freedom, at 97.5 %
+        strokes = []
+        for corner in served["corners"]:
+            figures = {f["name"]: f for f in corner["figures"]}
+            gas = (1.5 * corner["state"]["charge"], 5 / (1 - corner["state"]["oil"]), 1.1)
+            self.assertAlmostEqual(figures["peak_load"]["value"], 400 * (144 + gas[0]), delta=1e-4)
+            for end, sign in zip(figures["peak_load"]["interval"], (-1, 1)):
+                self.assertAlmostEqual(end - figures["peak_load"]["value"], sign * 400 * 9 * half,
+                                       delta=0.05 * 400 * 9 * half)
+            # More damping, less stroke: the ends are drops of this file's own integrator.
+            true = [Gear((16 + sign * half, *gas), 400).drop(400 * G, 3.0, 0.0)[0] for sign in (1, -1)]
+            for end, wanted in zip(figures["peak_stroke"]["interval"], true):
+                self.assertAlmostEqual(end, wanted, delta=0.05 * (true[1] - true[0]))
+            strokes.append(true)
+        worst = {f["name"]: f for f in served["figures"]}["peak_stroke"]
+        for end, wanted in zip(worst["greatest_interval"], map(max, zip(*strokes))):
+            self.assertAlmostEqual(end, wanted, delta=2e-4)
+        for end, wanted in zip(worst["least_interval"], map(min, zip(*strokes))):
+            self.assertAlmostEqual(end, wanted, delta=2e-4)
+        self.assertIn("95 %", next(line for line in self.drop(*words).stdout.splitlines()
+                                   if "peak stroke, greatest" in line))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -10,6 +10,7 @@ import h5py
 import numpy
 
 from support import MAKE_CAMPAIGN, ROOT, Scratch, run
+from test_diagnose import MODEL, response, stroke as stroke_at
 
 POINTS = 16
 # frequency, table's amplitude, stroke's mean, amplitude and lag: the closed form of what is in the file.
@@ -110,6 +111,72 @@ class Export(Scratch):
             self.assertIn("cannot be written", result.stderr)
         self.assertEqual(run("export", self.database, "--format", "xls").returncode, 2)
         self.assertEqual(list(self.path.glob("*.part")), [])
+
+
+class Folder(Scratch):
+    """A folder in mm with closed-form responses, whose strokes have a noise of 1e-5 m."""
+    FREQUENCIES = (0.8, 1.3, 2.1)
+
+    def setUp(self):
+        super().setUp()
+        self.campaign = self.path / "campaign"
+        self.campaign.mkdir()
+        runs = []
+        for i, frequency in enumerate(self.FREQUENCIES, 1):
+            head, *rows = response(frequency).splitlines()
+            cells = [row.split(",") for row in rows]
+            (self.campaign / f"r{i}.csv").write_text(
+                head + "\n" + "".join(f"{t},{x},{float(u) * 1e3!r}\n" for t, x, u in cells))
+            runs.append({"name": f"r{i}", "frequency_hz": frequency, "amplitude": 2.0})
+        (self.campaign / "campaign.json").write_text(json.dumps(
+            {"format": "shaker-campaign/1", "units": {"displacement": "mm"}, "runs": runs}))
+        self.out = self.path / "out"
+
+    def export(self, *words):
+        result = run("export", self.campaign, "--directory", self.out, "--json", *words)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(result.stdout)
+
+    def test_its_steady_cycles_are_those_of_the_closed_form(self):
+        said = self.export("--format", "mat")
+        self.assertEqual(said["campaign"], "campaign")
+        with h5py.File(said["files"][0]["file"]) as mat:
+            for i, frequency in enumerate(self.FREQUENCIES, 1):
+                cycles = numpy.array(mat[f"run{i}/displacement"])
+                self.assertGreater(len(cycles), 5)
+                points = cycles.shape[1]
+                wanted = [stroke_at(frequency, k / points / frequency) for k in range(points)]
+                numpy.testing.assert_allclose(cycles, numpy.tile(wanted, (len(cycles), 1)), atol=2e-5)
+                self.assertAlmostEqual(mat[f"run{i}/cycle_amplitude"][0, 0], 2.0, delta=1e-6)
+
+    def test_it_comes_back_with_its_estimate(self):
+        self.export()
+        model = self.write("linear.json", json.dumps(MODEL))
+        back = self.path / "back"
+        self.assertEqual(run("import", self.out, "--out", back).returncode, 0)
+        estimate = json.loads(run("estimate", back, "--model", model, "--json").stdout)
+        found = {p["name"]: p["value"] for p in estimate["parameters"]}
+        self.assertAlmostEqual(found["c"], 2.0, delta=2e-3)
+        self.assertAlmostEqual(found["k"], 100.0, delta=2e-2)
+
+    def test_its_samples_are_those_of_its_files_in_metres(self):
+        said = self.export("--samples")
+        rows = (self.campaign / "r1.csv").read_text().splitlines()[1:]
+        self.assertEqual(said["files"][0]["samples"], 2 * len(rows))
+        found = [line.split(",") for line in pathlib.Path(said["files"][0]["file"]).read_text().splitlines()[1:]]
+        strokes = [float(value) for _, channel, value, quality, unit in found
+                   if (channel, quality, unit) == ("displacement", "good", "m")]
+        numpy.testing.assert_allclose(strokes, [1e-3 * float(row.split(",")[2]) for row in rows], rtol=1e-12)
+
+    def test_what_a_folder_has_not_is_told(self):
+        result = run("export", self.campaign, "--directory", self.out, "--all")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("leave --all out", result.stderr)
+        (self.campaign / "campaign.json").write_text(json.dumps(
+            {"format": "shaker-campaign/1", "runs": [{"name": "r1", "kind": "transient"}]}))
+        result = run("export", self.campaign, "--directory", self.out)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("export its --samples", result.stderr)
 
 
 if __name__ == "__main__":

@@ -81,6 +81,75 @@ TEST(Servicing, CountsStatesWithoutADropAndRefusesRangesOutOfOrder) {
   EXPECT_THAT(refused.error().what, ::testing::HasSubstr("oil"));
 }
 
+DamperHypothesis hypothesis_with(double theta1, double probability) {
+  DamperHypothesis h;
+  h.model = serviced_oleo(theta1, 1.5, 5.0);
+  h.probability = probability;
+  h.degrees_of_freedom = 1e6;
+  return h;
+}
+
+TEST(ServicingBand, HoldsEveryHypothesisInEveryCorner) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {hypothesis_with(16.0, 0.6), hypothesis_with(17.0, 0.4)};
+  const DropConditions conditions = {3.0, 0.0, 1.5, -1};
+  ServicingRanges ranges;
+  ranges.charge = {0.8, 1.2};
+  ranges.oil = {-0.1, 0.1};
+  auto found = servicing_envelope(damper.hypotheses[0].model, conditions, ranges,
+                                  {kStrokeFigure, kLoadFigure});
+  ASSERT_TRUE(found.ok()) << found.error().what;
+  add_bands(*found, damper, conditions, ranges);
+  ASSERT_EQ(found->corners.size(), 4u);
+  for (const ServicingBand& corner : found->corners) {
+    // The load at touch-down: theta1 V^2 and the charge. The stroke: a drop of its own each.
+    const double charge = 1.5 * corner.state.charge, column = 5.0 / (1.0 - corner.state.oil);
+    EXPECT_NEAR(corner.figures[1].lower, 16.0 * 9.0 + charge, 1e-6);
+    EXPECT_NEAR(corner.figures[1].upper, 17.0 * 9.0 + charge, 1e-6);
+    EXPECT_NEAR(corner.figures[0].upper, drop_of(serviced_oleo(16.0, charge, column))[0], 1e-6);
+    EXPECT_NEAR(corner.figures[0].lower, drop_of(serviced_oleo(17.0, charge, column))[0], 1e-6);
+    EXPECT_EQ(corner.without_drop, 0.0);
+  }
+  const auto& load = found->figures[1];
+  EXPECT_NEAR((*load.greatest_interval)[0], 16.0 * 9.0 + 1.8, 1e-6);
+  EXPECT_NEAR((*load.greatest_interval)[1], 17.0 * 9.0 + 1.8, 1e-6);
+  EXPECT_NEAR((*load.least_interval)[1], 17.0 * 9.0 + 1.2, 1e-6);
+}
+
+TEST(ServicingBand, ScalesWhatIsUncertainOfTheGas) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {hypothesis_with(16.0, 1.0)};
+  damper.hypotheses[0].numbers = {{1, "theta2", false}};
+  damper.hypotheses[0].covariance = {0.05 * 0.05};
+  const DropConditions conditions = {3.0, 0.0, 1.5, -1};
+  ServicingRanges ranges;
+  ranges.charge = {0.5, 2.0};
+  auto found = servicing_envelope(damper.hypotheses[0].model, conditions, ranges, {kLoadFigure});
+  ASSERT_TRUE(found.ok()) << found.error().what;
+  add_bands(*found, damper, conditions, ranges);
+  // Student's t of ten degrees of freedom, at 97.5 %.
+  for (const ServicingBand& corner : found->corners) {
+    const double half = 2.228 * 0.05 * corner.state.charge;
+    EXPECT_NEAR(corner.figures[0].value, 144.0 + 1.5 * corner.state.charge, 1e-6);
+    EXPECT_NEAR(0.5 * (corner.figures[0].upper - corner.figures[0].lower), half, 0.05 * half);
+  }
+}
+
+TEST(ServicingBand, SaysWhereACornerHasNoDrop) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {hypothesis_with(0.05, 1.0)};
+  const DropConditions conditions = {3.0, 0.0, 1.5, -1};
+  ServicingRanges ranges;
+  ranges.oil = {0.0, 0.8};
+  auto found = servicing_envelope(damper.hypotheses[0].model, conditions, ranges, {kStrokeFigure});
+  ASSERT_TRUE(found.ok()) << found.error().what;
+  add_bands(*found, damper, conditions, ranges);
+  ASSERT_EQ(found->corners.size(), 2u);
+  EXPECT_EQ(found->corners[0].figures.size(), 1u);
+  EXPECT_TRUE(found->corners[1].figures.empty());
+  EXPECT_EQ(found->corners[1].without_drop, 1.0);
+}
+
 IdentifiedDamper surely_known() {
   IdentifiedDamper damper;
   damper.hypotheses.resize(1);
