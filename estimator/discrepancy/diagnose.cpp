@@ -30,6 +30,7 @@ constexpr double kWorthBeginningAnew = 5.0;  // times what is left a datum: less
 constexpr double kUsualRuns = 6.0;
 constexpr std::size_t kSpeeds =
     10000;                          // of a run: enough for its cycles, too few to show its noise
+constexpr int kRecordSteps = 40;    // of a fit: each integrates every sample
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -298,7 +299,8 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (!runs) return runs.error();
   const Kind kind = campaign.runs.front().kind;
   progress("fitting the model", 0.05);
-  const FitOptions fitting{options.points};
+  FitOptions fitting{options.points};
+  fitting.max_iterations = kRecordSteps;
   HarmonicFit base = fit_transient(model, *runs, fitting);
   if (!base.trouble.empty() || !std::isfinite(base.chi_squared)) return not_fitted(base);
   if (auto good = use_repetitions(*runs, base); !good) return good.error();
