@@ -46,8 +46,8 @@ void Engine::Impl::watch_levels() {
   }
 }
 
-// Less motion than there should be is no danger, and a drive that has stopped is its cause: the
-// drive's next report comes first.
+// A drive that has stopped causes less motion than there should be, and a sensor that repeats one
+// value. Such a finding waits for the drive's next report, so that the alarm names the drive.
 bool Engine::Impl::awaits_report(Detector detector) {
   auto& seen = weak_since[static_cast<std::size_t>(detector)];
   if (const Level& level = detectors.level(detector); !level.tripped || !level.weak) {
