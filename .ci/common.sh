@@ -51,6 +51,12 @@ configure() {  # FOLDER [CMAKE OPTIONS]
   cmake -S "$root" -B "$folder" -G Ninja "$@"
 }
 
+# ThreadSanitizer of g++ 12 cannot live with the address randomisation of newer kernels.
+# shellcheck disable=SC2034  # for who sources this
+fixed_addresses=()
+# shellcheck disable=SC2034
+if setarch "$(uname -m)" -R true 2>/dev/null; then fixed_addresses=(setarch "$(uname -m)" -R); fi
+
 # show_progress WHAT [BEGAN]: reads what ninja or ctest says and shows how far it is and how long it still
 # takes: one moving line on a terminal, a line every 30 s elsewhere. A first guess: it takes all
 # steps for equally long. BEGAN: $SECONDS when the first step began, where that was before.

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/excitation_phase.hpp"
+#include "tests/sanitized.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -49,7 +50,7 @@ TEST(Repetition, NoNoiseIsTakenForASubharmonic) {
 // cycles may alternate by chance.
 TEST(Repetition, AWanderIsSeldomTakenForASubharmonic) {
   int doubted = 0;
-  constexpr int kRecords = 4000;
+  constexpr int kRecords = kSanitized ? 1000 : 4000;
   for (unsigned seed = 0; seed < kRecords; ++seed) {
     Cycles cycles = motion(4 + static_cast<int>(seed % 12), 1, 0.0, 1e-3, seed);
     std::mt19937 random(seed + 77);

@@ -36,8 +36,8 @@ def campaign():
     spec["reference_mass"] = MASS
     # A cycle is refused for a gap longer than a step of its grid: the steps are wide, for a machine that is busy.
     spec["points_per_cycle"] = 20
-    spec["runs"] = [{"name": "slow", "frequency_hz": 1.3, "amplitude": 3.0, "cycles": 8},
-                    {"name": "fast", "frequency_hz": 2.3, "amplitude": 5.0, "cycles": 10}]
+    spec["runs"] = [{"name": "slow", "frequency_hz": 1.6, "amplitude": 3.0, "cycles": 8},
+                    {"name": "fast", "frequency_hz": 2.8, "amplitude": 5.0, "cycles": 10}]
     return spec
 
 
