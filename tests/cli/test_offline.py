@@ -7,6 +7,7 @@ import pwd
 import sqlite3
 import subprocess
 import sys
+import threading
 import unittest
 
 from support import DATA, EXAMPLES, MAKE_CAMPAIGN, OLEO_FEET, Scratch, run
@@ -141,6 +142,19 @@ class Campaigns(Scratch):
         result = run("note", file, "x")
         self.assertEqual(result.returncode, 2)
         self.assertIn("still being recorded", result.stderr)
+
+    def test_a_note_waits_until_the_recorder_has_closed_the_file(self):
+        file = self.make(self.path / "data")
+
+        def say(status):
+            with contextlib.closing(sqlite3.connect(file)) as database, database:
+                database.execute("UPDATE campaign SET status = ?", (status,))
+
+        say("running")
+        closing = threading.Timer(1.0, say, ("success",))
+        closing.start()
+        self.assertEqual(run("note", file, "x").returncode, 0)
+        closing.join()
 
 
 class Check(Scratch):
