@@ -33,6 +33,14 @@ bool parts_in_series(const Model& model) {
   return false;
 }
 
+bool can_be_carried(const Model& model) {
+  if (model.mechanical() != 1) return false;
+  for (int c = 1; c < model.coordinates(); ++c) {
+    if (model.order(c) > 1) return false;
+  }
+  return true;
+}
+
 MotionMarch::MotionMarch(const Model& model, Motion motion, bool inertia)
     : model_(&model),
       motion_(std::move(motion)),

@@ -22,10 +22,13 @@ struct Motion {
 // The model parts its load path: some coordinate is the damper's own stroke behind a play.
 bool parts_in_series(const Model& model);
 
+// Whether a MotionMarch of it exists: one mechanical coordinate, and no memory with inertia.
+bool can_be_carried(const Model& model);
+
 class MotionMarch {
  public:
-  // `inertia`: M u'' counts. Throws std::invalid_argument for a model of several mechanical
-  // coordinates or with a memory that has inertia. `model` must outlive it.
+  // `inertia`: M u'' counts. Throws std::invalid_argument for a model that cannot be carried. `model`
+  // must outlive it.
   MotionMarch(const Model& model, Motion motion, bool inertia);
 
   // False when a step cannot be solved or a point is inadmissible. Without `slopes`, slope() keeps

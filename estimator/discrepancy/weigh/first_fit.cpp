@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "estimator/discrepancy/cycles/harmonics.hpp"
+#include "estimator/discrepancy/fit/imposed_motion_march.hpp"
 
 namespace shaker::estimator::discrepancy {
 namespace {
@@ -24,14 +25,9 @@ VectorXd of_size(const VectorXd& harmonics, Index size) {
   return same;
 }
 
-// Its forces follow from the motion alone: of one mass, and no part of it wants the excitation's
-// course or has inertia of its own.
+// Its forces follow from the motion alone, and no part of it wants the excitation's course.
 bool shown_by_motion(const Model& model) {
-  if (model.mechanical() != 1 || model.needs_carrier()) return false;
-  for (int c = 1; c < model.coordinates(); ++c) {
-    if (model.order(c) > 1) return false;
-  }
-  return true;
+  return can_be_carried(model) && !model.needs_carrier();
 }
 
 bool better(const HarmonicFit& other, const HarmonicFit& fit) {

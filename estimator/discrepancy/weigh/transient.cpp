@@ -24,6 +24,7 @@ using Eigen::VectorXd;
 constexpr std::size_t kMostProbes = 3;
 constexpr double kRepeated = 0.02;      // of an excitation, that two runs of it may differ by
 constexpr double kContradiction = 0.1;  // of a response
+constexpr double kFarRecord = 4.0;      // chi-squared a datum
 
 // Some force depends on the stroke, so that a simulation finds its way back.
 bool has_spring(const Model& model, const SampledRun& run) {
@@ -57,9 +58,7 @@ std::string not_shown(const Candidate& candidate, const config::ModelSpec& spec,
     const Model model(with_line(spec, candidate.probes.front().line));
     check_instruments(model);
     if (!by_force) return StateEquations(model).states() == 0 ? kPeriodicOnly : "";
-    for (int c = 1; c < model.coordinates(); ++c) {
-      if (model.order(c) > 1) return kAlongMotion;
-    }
+    if (!can_be_carried(model)) return kAlongMotion;
     return model.needs_carrier() ? kPeriodicOnly : "";
   } catch (const std::invalid_argument&) {
     return kPeriodicOnly;
@@ -96,9 +95,11 @@ RunDatum balance_of_forces(const RunDatum& response) {
     const double omega = std::numbers::pi * static_cast<double>(k) / run.length();
     datum.error[k] = std::sqrt(run.motion_noise[k]) * omega * omega;
   }
-  // The excitation's own floor, and no cosine surer than the others by orders.
-  const double floor =
-      1e-3 * root_mean_square(datum.response) / std::sqrt(0.5 * static_cast<double>(run.keep));
+  const double inertia = run.a.norm() / std::sqrt(static_cast<double>(run.samples()));
+  // A floor in proportion to the forces, excitation and inertia, and no cosine surer than the others
+  // by orders: a zero or a drift of the sensor would hold a spring at nothing.
+  const double floor = 1e-3 * std::hypot(root_mean_square(datum.response), inertia) /
+                       std::sqrt(0.5 * static_cast<double>(run.keep));
   const double middle = datum.error[run.keep / 2];
   for (Index k = 0; k < run.keep; ++k)
     datum.error[k] =
@@ -145,7 +146,8 @@ HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& r
   if (runs.forces.empty()) return fit_harmonics(model, runs.data, {}, nullptr, options);
   const HarmonicFit forces = fit_harmonics(model, runs.forces, {}, nullptr, options);
   HarmonicFit best = fit_harmonics(model, runs.data, forces.theta, nullptr, options);
-  if (best.converged && forces.converged) return best;
+  const bool near = best.chi_squared < kFarRecord * best.observations;
+  if (best.converged && forces.converged && near) return best;
   HarmonicFit other = fit_harmonics(model, runs.data, {}, nullptr, options);
   return other.chi_squared < best.chi_squared || !std::isfinite(best.chi_squared) ? std::move(other)
                                                                                   : std::move(best);

@@ -8,7 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/discrepancy/locate/inverse_dynamics.hpp"
 #include "estimator/discrepancy/records/transient_cosines.hpp"
+#include "tests/estimator/discrepancy/free_decay.hpp"
 #include "tests/estimator/discrepancy/records.hpp"
 #include "tests/estimator/fixtures.hpp"
 
@@ -199,6 +201,44 @@ Recording shaken(double friction, std::uint64_t seed) {
     r.force.push_back(3.0 * v + friction * (v > 0.0 ? 1.0 : -1.0) + 0.002 * normal(source));
   }
   return r;
+}
+
+// Of friction, a zero and a drift of the sensor the model knows nothing. Without an excitation nothing
+// says how large a force is, and slow errors of the sensor look like forces.
+TEST(Transient, FitsDecaysOfASensorThatDrifts) {
+  constexpr double kStiffness = 100.0, kDamping = 0.4, kFriction = 0.4, kZero = 4e-3, kDrift = 1e-3;
+  std::vector<Recording> decays;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    auto decay = testing::decay_of(
+        [](double u, double v) {
+          return kStiffness * u + kDamping * v + kFriction * std::tanh(v / 1e-3);
+        },
+        {.start = 0.02 * static_cast<double>(seed), .duration = 8.0, .rate = 100.0, .seed = seed});
+    for (std::size_t i = 0; i < decay.t.size(); ++i)
+      decay.displacement[i] += kZero + kDrift * decay.t[i];
+    decays.push_back(std::move(decay));
+  }
+  const auto campaign = campaign_of(std::move(decays));
+  auto runs = transient_runs(campaign.runs, drifting_oscillator());
+  ASSERT_TRUE(runs) << runs.error().what;
+  const HarmonicFit fit = fit_transient(drifting_oscillator(), *runs, {});
+  ASSERT_TRUE(fit.trouble.empty()) << fit.trouble;
+  EXPECT_NEAR(fit.theta[0] / kStiffness, 1.0, 0.1);
+}
+
+// A model with a tyre is not carried along a measured stroke: where it is the answer, its curves have
+// no missing force.
+TEST(Transient, KnowsNoMissingForceOfAModelWithASecondMass) {
+  const auto campaign = drops({}, 30);
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(estimator::testing::effect("tyre"));
+  auto runs = transient_runs(campaign.runs, estimator::testing::oleo());
+  ASSERT_TRUE(runs) << runs.error().what;
+  const Model with_tyre(model);
+  const Prediction prediction(with_tyre, runs->data.front(), 0);
+  const auto missing = missing_force(prediction, with_tyre.start(), runs->data.front().response);
+  EXPECT_FALSE(missing.ok);
+  EXPECT_EQ(missing.force.size(), missing.stroke.size());
 }
 
 TEST(Transient, NamesFrictionAlongAnImposedMotionWithoutAPeriod) {
