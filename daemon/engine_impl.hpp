@@ -147,7 +147,7 @@ struct Engine::Impl {
   void begin_periods();
   void watch_period(protocol::Channel channel, Nanoseconds t, double value);
   void judge_command(const PeriodFigures& period);
-  void judge_response(const PeriodFigures& period);
+  void judge_response(const PeriodFigures& period, bool whole);
   void device_trouble(const std::string& code, const std::string& why);
   void watch_exciter();
   void compare_report();

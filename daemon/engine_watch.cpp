@@ -24,6 +24,8 @@ constexpr double kStopTakesS = 0.1;     // delay of a stop that is obeyed
 constexpr double kRingsS = 20.0;        // a damper may ring for this long
 constexpr double kRingsPart = 0.9;      // and its level falls below this part within a second
 constexpr double kFewestPart = 0.8;     // of a period's samples, required to judge it
+constexpr double kGapPart = 0.1;        // of a period may lack samples where it is compared
+constexpr double kGapSamples = 2.5;     // intervals between samples are no gap
 constexpr double kReferencePart = 0.2;  // weight of a new period in the reference response
 constexpr double kVanished = 3.0;       // times the amplitude that noise alone causes
 constexpr double kDriveReportsS = 0.5;  // a drive that answers reports within this time
@@ -229,11 +231,13 @@ void Engine::Impl::watch_period(Channel channel, Nanoseconds t, double value) {
   if (!figures || !moving()) return;
   const double rate = channel == Channel::excitation ? excitation_rate_hz : rate_hz;
   if (figures->samples < kFewestPart * rate / setpoint.frequency_hz) return;
+  const bool whole =
+      figures->longest_gap_s <= std::max(kGapPart / setpoint.frequency_hz, kGapSamples / rate);
   if (channel == Channel::excitation) {
-    table_period = figures;
+    if (whole) table_period = figures;
     judge_command(*figures);
   } else {
-    judge_response(*figures);
+    judge_response(*figures, whole);
   }
 }
 
@@ -260,8 +264,10 @@ void Engine::Impl::judge_command(const PeriodFigures& period) {
 }
 
 // The response of the stroke, relative to the table's motion if that is measured, must not jump
-// from one period to the next. A slow change comes from the damper; a jump is a fault.
-void Engine::Impl::judge_response(const PeriodFigures& period) {
+// from one period to the next. A slow change comes from the damper; a jump is a fault. A period
+// with a gap in its samples, not `whole`, can only show that the response has vanished; it neither
+// adds to the periods in a row nor ends them.
+void Engine::Impl::judge_response(const PeriodFigures& period, bool whole) {
   if (!cutting() || period.begin < ordered + from_seconds(setpoint.ramp_s + kLagS)) {
     response_changes = 0;
     return;
@@ -275,6 +281,7 @@ void Engine::Impl::judge_response(const PeriodFigures& period) {
   }
   const double still = stroke_noise * std::sqrt(2.0 / period.samples);
   const bool vanished = std::abs(period.fundamental) <= kVanished * still;
+  if (!whole && !vanished) return;
   bool changed = vanished;
   if (response && !vanished) {
     changed =
