@@ -229,6 +229,21 @@ TEST(EngineDistrust, BlamesNoDamperForAPauseOfItsSensors) {
   }
 }
 
+// A controller, or a clock that stamps the samples, that loses a tenth of each period for a while: stroke and
+// table are late together.
+TEST(EngineDistrust, BlamesNoDamperForATableThatIsLate) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.run(2.0);
+  for (int i = 0; i < 6; ++i) {
+    bench.exciter.late_turns += 0.1;
+    bench.run(kPeriodS);
+  }
+  bench.run(1.0);
+  EXPECT_EQ(bench.outlet.alarms("response_change"), 0);
+  EXPECT_EQ(errors(bench), 0);
+}
+
 // The pause hides nothing: whole periods after it show what has changed meanwhile.
 TEST(EngineDistrust, SeesWhatHasChangedDuringAPauseOfItsSensors) {
   auto rig = bench_rig();
