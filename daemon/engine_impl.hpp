@@ -147,7 +147,8 @@ struct Engine::Impl {
   void begin_periods();
   void watch_period(protocol::Channel channel, Nanoseconds t, double value);
   void judge_command(const PeriodFigures& period);
-  void judge_response(const PeriodFigures& period);
+  bool judge_alone(const PeriodFigures& stroke, bool whole);
+  void judge_response(const PeriodFigures& period, std::complex<double> answer, bool vanished);
   void device_trouble(const std::string& code, const std::string& why);
   void watch_exciter();
   void compare_report();
@@ -299,6 +300,8 @@ struct Engine::Impl {
   double stroke_noise = 0.0, table_noise = 0.0;  // standard deviation of a sample at rest
   bool stroke_lives = false;                     // the stroke shows noise at rest
   std::optional<PeriodFigures> table_period;     // figures of the last period
+  // The last whole periods of both channels, at index modulo size, each until its like has come.
+  std::array<std::array<PeriodFigures, 8>, 2> unpaired{};
   // Response of the stroke to the table: in the last period, and the running mean of the
   // periods since this run became steady.
   std::complex<double> last_answer;

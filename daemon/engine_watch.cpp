@@ -24,6 +24,8 @@ constexpr double kStopTakesS = 0.1;     // delay of a stop that is obeyed
 constexpr double kRingsS = 20.0;        // a damper may ring for this long
 constexpr double kRingsPart = 0.9;      // and its level falls below this part within a second
 constexpr double kFewestPart = 0.8;     // of a period's samples, required to judge it
+constexpr double kGapPart = 0.1;        // of a period may lack samples where it is compared
+constexpr double kGapSamples = 2.5;     // intervals between samples are no gap
 constexpr double kReferencePart = 0.2;  // weight of a new period in the reference response
 constexpr double kVanished = 3.0;       // times the amplitude that noise alone causes
 constexpr double kDriveReportsS = 0.5;  // a drive that answers reports within this time
@@ -221,6 +223,7 @@ void Engine::Impl::begin_periods() {
   for (PeriodWatch& watch : periods)
     watch.restart(setpoint.frequency_hz, clock.now());
   table_period.reset();
+  unpaired = {};
   command_errors = response_changes = 0;
 }
 
@@ -229,12 +232,25 @@ void Engine::Impl::watch_period(Channel channel, Nanoseconds t, double value) {
   if (!figures || !moving()) return;
   const double rate = channel == Channel::excitation ? excitation_rate_hz : rate_hz;
   if (figures->samples < kFewestPart * rate / setpoint.frequency_hz) return;
+  const bool whole =
+      figures->longest_gap_s <= std::max(kGapPart / setpoint.frequency_hz, kGapSamples / rate);
   if (channel == Channel::excitation) {
     table_period = figures;
     judge_command(*figures);
-  } else {
-    judge_response(*figures);
+  } else if (judge_alone(*figures, whole)) {
+    return;
   }
+  if (!whole) return;
+  // The two sensors may be late by different times. The table of another period would not do: its
+  // phase is another one where stamps or the table itself were late meanwhile.
+  const auto slot = static_cast<std::size_t>(figures->index) % unpaired[0].size();
+  unpaired[static_cast<std::size_t>(channel)][slot] = *figures;
+  PeriodFigures& stroke = unpaired[static_cast<std::size_t>(Channel::displacement)][slot];
+  PeriodFigures& table = unpaired[static_cast<std::size_t>(Channel::excitation)][slot];
+  if (stroke.samples == 0 || table.samples == 0 || stroke.index != table.index) return;
+  const PeriodFigures period = std::exchange(stroke, {});
+  const std::complex<double> moved = std::exchange(table, {}).fundamental;
+  if (std::abs(moved) > 0.0) judge_response(period, period.fundamental / moved, false);
 }
 
 // Excess amplitude is judged in every state; a deficit only in SETTLE and MEASURE, once the
@@ -259,34 +275,38 @@ void Engine::Impl::judge_command(const PeriodFigures& period) {
   watch_levels();
 }
 
-// The response of the stroke, relative to the table's motion if that is measured, must not jump
-// from one period to the next. A slow change comes from the damper; a jump is a fault.
-void Engine::Impl::judge_response(const PeriodFigures& period) {
+// A stroke that has vanished is seen at once, whatever the table does and whatever samples are
+// missing. Returns false if the stroke must wait for the table's figures.
+bool Engine::Impl::judge_alone(const PeriodFigures& stroke, bool whole) {
+  const double still = stroke_noise * std::sqrt(2.0 / stroke.samples);
+  const bool vanished = std::abs(stroke.fundamental) <= kVanished * still;
+  if (!vanished && excitation_measured) return false;
+  if (vanished || whole) judge_response(stroke, stroke.fundamental, vanished);
+  return true;
+}
+
+// The response of the stroke, relative to the table's motion in the same period if that is
+// measured, must not jump from one period to the next. A slow change comes from the damper; a jump
+// is a fault. A period with a gap in its samples is not compared: it neither adds to the periods
+// in a row nor ends them.
+void Engine::Impl::judge_response(const PeriodFigures& period, std::complex<double> answer,
+                                  bool vanished) {
   if (!cutting() || period.begin < ordered + from_seconds(setpoint.ramp_s + kLagS)) {
     response_changes = 0;
     return;
   }
-  std::complex<double> answer = period.fundamental;
-  if (excitation_measured) {
-    // If the table's current period is not complete yet, the one before serves: the motion is
-    // steady.
-    if (!table_period || std::abs(table_period->fundamental) <= 0.0) return;
-    answer /= table_period->fundamental;
-  }
-  const double still = stroke_noise * std::sqrt(2.0 / period.samples);
-  const bool vanished = std::abs(period.fundamental) <= kVanished * still;
   bool changed = vanished;
   if (response && !vanished) {
     changed =
         std::abs(answer - *response) > rig.limits.response_change_fraction * std::abs(*response);
   }
   response_changes = changed ? response_changes + 1 : 0;
-  last_answer = answer;
+  if (!vanished) last_answer = answer;
   if (!changed && response) *response += kReferencePart * (answer - *response);
   detectors.report(Detector::response_change,
                    {.tripped = response_changes >= kInARow,
                     .weak = vanished,
-                    .value = response ? std::abs(answer / *response) : 0.0,
+                    .value = response && !vanished ? std::abs(answer / *response) : 0.0,
                     .limit = rig.limits.response_change_fraction,
                     .channel = Channel::displacement});
   watch_levels();

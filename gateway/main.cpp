@@ -1,18 +1,13 @@
 // shakerd-gateway: shows the rig to browsers. It reads the daemon's socket and cannot command.
-#include <csignal>
 #include <cstdio>
-#include <exception>
-#include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <poll.h>
 #include <systemd/sd-daemon.h>
 
 #include "base/clock.hpp"
-#include "base/ending_signals.hpp"
-#include "cli/daemon_link.hpp"
+#include "cli/serving_program.hpp"
 #include "gateway/http_server.hpp"
 
 namespace shaker::gateway {
@@ -21,30 +16,13 @@ namespace {
 using cli::DaemonLink;
 
 struct Options {
-  std::filesystem::path socket = "/run/shakerd-view/view.sock";
   std::filesystem::path data;
   HttpOptions http;
 };
 
 constexpr Nanoseconds kBeat = std::chrono::seconds(1);
 
-int complain(const std::string& sentence) {
-  std::fputs(("shakerd-gateway: " + sentence + "\n").c_str(), stderr);
-  return 1;
-}
-
-std::optional<int> parse(int argc, char** argv, Options& options) {
-  CLI::App app(
-      "shakerd-gateway shows the rig of shakerd to browsers on this PC: state, alarms, the last "
-      "cycle over the\nmodel's, how the estimate converges. It reads the daemon's stream and "
-      "cannot "
-      "command.",
-      "shakerd-gateway");
-  app.set_version_flag("--version", std::string("shakerd-gateway ") + SHAKER_VERSION);
-  app.add_option("--socket", options.socket,
-                 "Unix socket of the daemon; best the one whose clients may only listen")
-      ->type_name("PATH")
-      ->capture_default_str();
+void add_options(CLI::App& app, Options& options) {
   app.add_option("--port", options.http.port,
                  "Port on 127.0.0.1 (0: any free one). Ignored when systemd hands a socket over.")
       ->type_name("PORT")
@@ -58,13 +36,6 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       ->type_name("BYTES")
       ->check(CLI::Range(16'384, 1'000'000'000))
       ->capture_default_str();
-  app.footer("Exit status: 0 stopped as asked, 1 trouble (port, ...), 2 bad options.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  return std::nullopt;
 }
 
 class Gateway {
@@ -116,21 +87,16 @@ class Gateway {
   int lives_ = 0;
 };
 
-int run(Options options) {
-  if (::sd_listen_fds(1) > 0) options.http.listening = SD_LISTEN_FDS_START;
-  const UniqueFd signals = ending_signals();
-  ::signal(SIGPIPE, SIG_IGN);
+Result<void> serve(const Options& options, DaemonLink& link, int ending) {
   Feed feed;
   const Downloads downloads(options.data);
   auto http = HttpServer::make(options.http, feed, downloads);
-  if (!http) return complain(http.error().what);
-  DaemonLink link(options.socket, "The gateway", {"wave", "scope", "rig"});
+  if (!http) return http.error();
   fmt::print("The page is at http://127.0.0.1:{}/\n", (*http)->port());
   std::fflush(stdout);
   ::sd_notify(0, "READY=1");
-  Gateway(link, feed, **http).serve(signals.get());
-  ::sd_notify(0, "STOPPING=1");
-  return 0;
+  Gateway(link, feed, **http).serve(ending);
+  return {};
 }
 
 }  // namespace
@@ -139,10 +105,16 @@ int run(Options options) {
 int main(int argc, char** argv) {
   using namespace shaker::gateway;
   Options options;
-  if (const auto status = parse(argc, argv, options)) return *status;
-  try {
-    return run(std::move(options));
-  } catch (const std::exception& trouble) {
-    return complain(trouble.what());
-  }
+  if (::sd_listen_fds(1) > 0) options.http.listening = SD_LISTEN_FDS_START;
+  return shaker::cli::run_serving_program(
+      {.name = "shakerd-gateway",
+       .about =
+           "shakerd-gateway shows the rig of shakerd to browsers on this PC: state, alarms, the "
+           "last cycle over the\nmodel's, how the estimate converges. It reads the daemon's stream "
+           "and cannot command.",
+       .reader = "The gateway",
+       .documents = {"wave", "scope", "rig"},
+       .add_options = [&options](CLI::App& app) { add_options(app, options); },
+       .serve = [&options](DaemonLink& link, int ending) { return serve(options, link, ending); }},
+      argc, argv);
 }

@@ -1,22 +1,17 @@
 // shakerd-mqtt: publishes the rig to an MQTT broker. It reads the daemon's socket and cannot
 // command.
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include "base/clock.hpp"
-#include "base/ending_signals.hpp"
-#include "cli/daemon_link.hpp"
+#include "cli/serving_program.hpp"
 #include "mqtt/broker_link.hpp"
 #include "mqtt/password_file.hpp"
 #include "mqtt/relay.hpp"
@@ -27,7 +22,6 @@ namespace {
 using cli::DaemonLink;
 
 struct Options {
-  std::filesystem::path socket = "/run/shakerd-view/view.sock";
   std::string prefix = "shaker", rig;
   std::filesystem::path password_file;
   BrokerOptions broker;
@@ -36,22 +30,7 @@ struct Options {
 constexpr int kTurnMs = 500;
 constexpr Nanoseconds kGoodbye = std::chrono::seconds(1);
 
-int complain(const std::string& sentence, int status) {
-  std::fputs(("shakerd-mqtt: " + sentence + "\n").c_str(), stderr);
-  return status;
-}
-
-std::optional<int> parse(int argc, char** argv, Options& options) {
-  CLI::App app(
-      "shakerd-mqtt publishes the rig of shakerd to an MQTT broker: state, estimate, alarm and "
-      "health, retained, each\nwith its age, below PREFIX/RIG. It reads the daemon's stream and "
-      "cannot command.",
-      "shakerd-mqtt");
-  app.set_version_flag("--version", std::string("shakerd-mqtt ") + SHAKER_VERSION);
-  app.add_option("--socket", options.socket,
-                 "Unix socket of the daemon; best the one whose clients may only listen")
-      ->type_name("PATH")
-      ->capture_default_str();
+void add_options(CLI::App& app, Options& options) {
   app.add_option("--broker", options.broker.host, "Name or address of the broker")
       ->type_name("HOST")
       ->capture_default_str();
@@ -73,28 +52,28 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       ->capture_default_str();
   app.add_option("--rig", options.rig, "Name in the topics [the rig's own, as the daemon says it]")
       ->type_name("RIG");
-  app.footer("Exit status: 0 stopped as asked, 1 trouble, 2 bad options.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  if (options.broker.host.empty()) return complain("--broker is empty; name the broker", 2);
+}
+
+Error bad(const std::string& sentence) {
+  return {ErrorKind::invalid, sentence};
+}
+
+Result<void> check(Options& options) {
+  if (options.broker.host.empty()) return bad("--broker is empty; name the broker");
   if (options.broker.port == 0) options.broker.port = options.broker.ca_file.empty() ? 1883 : 8883;
   if (const auto good = check_prefix(options.prefix); !good)
-    return complain("--prefix " + good.error().what, 2);
+    return bad("--prefix " + good.error().what);
   if (!options.rig.empty() && topic_level(options.rig) != options.rig)
-    return complain(fmt::format("--rig \"{}\" is no level of a topic; write \"{}\"", options.rig,
-                                topic_level(options.rig)),
-                    2);
+    return bad(fmt::format("--rig \"{}\" is no level of a topic; write \"{}\"", options.rig,
+                           topic_level(options.rig)));
   if (const std::string& ca = options.broker.ca_file;
       !ca.empty() && ::access(ca.c_str(), R_OK) != 0)
-    return complain(fmt::format("--ca-file {}: {}", ca, std::strerror(errno)), 2);
-  if (options.password_file.empty()) return std::nullopt;
+    return bad(fmt::format("--ca-file {}: {}", ca, std::strerror(errno)));
+  if (options.password_file.empty()) return {};
   auto password = read_password(options.password_file);
-  if (!password) return complain("--password-file " + password.error().what, 2);
+  if (!password) return bad("--password-file " + password.error().what);
   options.broker.password = *std::move(password);
-  return std::nullopt;
+  return {};
 }
 
 class Bridge {
@@ -116,7 +95,6 @@ class Bridge {
       broker_.run();
       ::sd_notify(0, "WATCHDOG=1");
     }
-    ::sd_notify(0, "STOPPING=1");
     broker_.leave(kGoodbye);
   }
 
@@ -173,28 +151,28 @@ class Bridge {
   std::uint64_t told_dropped_ = 0;
 };
 
-[[noreturn]] void run(const Options& options) {
-  const UniqueFd signals = ending_signals();
-  ::signal(SIGPIPE, SIG_IGN);
-  Bridge bridge(options);
-  DaemonLink link(options.socket, "The bridge");
-  ::sd_notify(0, "READY=1");
-  bridge.serve(link, signals.get());
-  // Threads that wait for a name look-up, a connection or a greeting cannot be called off, and
-  // nothing of theirs is needed any more.
-  std::_Exit(0);
-}
-
 }  // namespace
 }  // namespace shaker::mqtt
 
 int main(int argc, char** argv) {
   using namespace shaker::mqtt;
   Options options;
-  if (const auto status = parse(argc, argv, options)) return *status;
-  try {
-    run(options);
-  } catch (const std::exception& trouble) {
-    return complain(trouble.what(), 1);
-  }
+  std::optional<Bridge> bridge;  // there to the end: its attempt to connect may still be under way
+  return shaker::cli::run_serving_program(
+      {.name = "shakerd-mqtt",
+       .about =
+           "shakerd-mqtt publishes the rig of shakerd to an MQTT broker: state, estimate, alarm "
+           "and health,\nretained, each with its age, below PREFIX/RIG. It reads the daemon's "
+           "stream and cannot command.",
+       .reader = "The bridge",
+       .add_options = [&options](CLI::App& app) { add_options(app, options); },
+       .check = [&options] { return check(options); },
+       .serve =
+           [&options, &bridge](DaemonLink& link, int ending) {
+             bridge.emplace(options);
+             ::sd_notify(0, "READY=1");
+             bridge->serve(link, ending);
+             return shaker::Result<void>();
+           }},
+      argc, argv);
 }

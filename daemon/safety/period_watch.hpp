@@ -17,6 +17,7 @@ struct PeriodFigures {
   long index = 0;  // of the period
   Nanoseconds begin{}, end{};
   int samples = 0;
+  double longest_gap_s = 0.0;        // within the period, between samples or to its ends
   std::complex<double> fundamental;  // at the commanded frequency, phase on the grid
   double all = 0.0;                  // sqrt(2) times the standard deviation
 };
@@ -30,13 +31,15 @@ class PeriodWatch {
 
  private:
   PeriodFigures close();
+  std::complex<double> fitted() const;
+  Nanoseconds begin_of(long index) const;
 
   double frequency_hz_ = 0.0;
-  Nanoseconds grid_{};
+  Nanoseconds grid_{}, last_{}, longest_gap_{};
   long index_ = -1;
   int count_ = 0;
   double first_ = 0.0, sum_ = 0.0, square_ = 0.0;
-  std::complex<double> turned_, turns_;
+  std::complex<double> turned_, turns_, double_turns_;
 };
 
 }  // namespace shaker::daemon

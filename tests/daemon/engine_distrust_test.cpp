@@ -207,6 +207,58 @@ INSTANTIATE_TEST_SUITE_P(
              (std::get<1>(jump.param) ? "_excitation_unknown" : "");
     });
 
+// A sensor that pauses for less than stale_s, at every phase of the period: the damper is as before.
+TEST(EngineDistrust, BlamesNoDamperForAPauseOfItsSensors) {
+  auto rig = bench_rig();
+  rig.limits.stale_s = 0.3;
+  rig.limits.response_change_fraction = 0.2;
+  for (const bool both : {false, true}) {
+    EngineBench bench(rig);
+    ASSERT_TRUE(bench.measuring());
+    bench.run(2.0);
+    for (int phase = 0; phase < 25; ++phase) {
+      bench.silent = true;
+      bench.excitation_silent = both;
+      bench.run(0.09);
+      bench.silent = bench.excitation_silent = false;
+      bench.run(16 * kPeriodS - 0.09 + 0.01);
+    }
+    EXPECT_EQ(bench.outlet.alarms("response_change"), 0) << both;
+    EXPECT_EQ(errors(bench), 0) << both;
+    EXPECT_TRUE(bench.run_until(State::measure, 5.0)) << both;
+  }
+}
+
+// A controller, or a clock that stamps the samples, that loses a tenth of each period for a while: stroke and
+// table are late together.
+TEST(EngineDistrust, BlamesNoDamperForATableThatIsLate) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.run(2.0);
+  for (int i = 0; i < 6; ++i) {
+    bench.exciter.late_turns += 0.1;
+    bench.run(kPeriodS);
+  }
+  bench.run(1.0);
+  EXPECT_EQ(bench.outlet.alarms("response_change"), 0);
+  EXPECT_EQ(errors(bench), 0);
+}
+
+// The pause hides nothing: whole periods after it show what has changed meanwhile.
+TEST(EngineDistrust, SeesWhatHasChangedDuringAPauseOfItsSensors) {
+  auto rig = bench_rig();
+  rig.limits.stale_s = 0.3;
+  EngineBench bench(rig);
+  ASSERT_TRUE(bench.measuring());
+  bench.run(2.0);
+  bench.silent = true;
+  bench.run(0.09);
+  bench.silent = false;
+  bench.gain *= 0.5;
+  EXPECT_LT(leaves_measure(bench), 4.1 * kPeriodS);
+  EXPECT_EQ(bench.outlet.alarms("response_change"), 1);
+}
+
 TEST(EngineDistrust, LetsADamperChangeSlowly) {
   EngineBench bench;
   auto campaign = bench_campaign(1, 1000);

@@ -19,9 +19,9 @@ fail() {
   echo "$*"
   exit 1
 }
-for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter,shakerd-gateway,shakerd-mqtt} usr/libexec/shakerd/shakerctl-{analysis,diagnosis} usr/lib/systemd/system/shakerd.service \
-  usr/lib/systemd/system/shakerd-{view.socket,gateway.socket,gateway.service,mqtt.service} usr/share/doc/shakerd/{LICENSE.uPlot,bridges.md} usr/share/shakerd/grafana-dashboard.json \
-  usr/lib/systemd/system/shakerd.socket usr/lib/sysusers.d/shakerd.conf \
+for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter,shakerd-gateway,shakerd-mqtt} usr/libexec/shakerd/shakerctl-{analysis,diagnosis} usr/lib/systemd/system/shakerd{,@}.service \
+  usr/lib/systemd/system/shakerd-{view{,@}.socket,gateway{,@}.socket,{gateway,mqtt}{,@}.service} usr/share/doc/shakerd/{LICENSE.uPlot,bridges.md} usr/share/shakerd/grafana-dashboard.json \
+  usr/lib/systemd/system/shakerd{,@}.socket usr/lib/sysusers.d/shakerd.conf \
   usr/lib/tmpfiles.d/shakerd.conf etc/shakerd/rig.json \
   usr/share/man/man1/{shakerctl,shakerctl-{run,estimate,campaigns},oleosim}.1.gz \
   usr/share/man/man8/{shakerd,shakerd-stop-exciter,shakerd-gateway,shakerd-mqtt}.8.gz usr/share/bash-completion/completions/shakerctl \

@@ -19,7 +19,10 @@ exposure() {  # LIMIT UNIT [DROP-IN]: LIMIT in tenths
   tail -n 1 <<<"$said"
 }
 exposure 14 shakerd
+exposure 14 shakerd@
 exposure 16 shakerd realtime.conf
 exposure 16 shakerd serial-port.conf
 exposure 13 shakerd-gateway
 exposure 13 shakerd-mqtt
+exposure 13 shakerd-gateway@
+exposure 13 shakerd-mqtt@

@@ -113,9 +113,11 @@ def ended_by(number):
     return begin
 
 
-def stands_still(seconds):
+def stands_still(least, most=None):
+    """As on a PC that is suspended or swaps; of a span of seconds the round's seed draws one."""
     def begin(stand):
         process = stand.daemon.process
+        seconds = random.Random(f"still {stand.seed}").uniform(least, most or least)
         process.send_signal(signal.SIGSTOP)
         thaw = threading.Timer(seconds, lambda: process.send_signal(signal.SIGCONT))
         thaw.start()
@@ -253,6 +255,10 @@ def unix(stand):
     return lambda: crowd.connect(stand.daemon.socket)
 
 
+def view(stand):
+    return lambda: crowd.connect(stand.view)
+
+
 def tcp(stand):
     port = stand.tcp_port()
     return lambda: crowd.connect_tcp(port)
@@ -263,20 +269,22 @@ def crowd_of(dial, count):
 
 
 def mob(kind, by, count):
-    """In a process of its own; `by` is "unix" or "tcp"."""
+    """In a process of its own; `by` is "unix", "view" or "tcp"."""
     def begin(stand):
-        address = stand.daemon.socket if by == "unix" else stand.tcp_port()
+        address = {"unix": stand.daemon.socket, "view": stand.view}.get(by) or stand.tcp_port()
         return crowd.mob(kind, address, count, stand.seed)
     return begin
 
 
-def estop_by_tcp(stand):
+def estop_by(dial):
     """Who may only listen."""
-    with contextlib.closing(tcp(stand)()) as link:
-        link.sendall(b'{"jsonrpc":"2.0","id":1,"method":"estop"}\n')
-        with contextlib.suppress(OSError):
-            link.recv(4096)
-    return nothing
+    def begin(stand):
+        with contextlib.closing(dial(stand)()) as link:
+            link.sendall(b'{"jsonrpc":"2.0","id":1,"method":"estop"}\n')
+            with contextlib.suppress(OSError):
+                link.recv(4096)
+        return nothing
+    return begin
 
 
 def flipped_file(stand):

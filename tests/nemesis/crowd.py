@@ -110,6 +110,13 @@ def never_reads(link, ended, _):
         ended.wait(0.002)
 
 
+def never_looks(link, ended, number):
+    """Wants everything that there is to look at, and reads none of it."""
+    link.sendall(b'{"jsonrpc":"2.0","id":1,"method":"subscribe",'
+                 b'"params":{"documents":["wave","scope","rig"]}}\n')
+    never_reads(link, ended, number)
+
+
 def floods(link, ended, _):
     """Requests as fast as they are answered, all answers read: two cores are shared, so with a breath."""
     link.setblocking(False)
@@ -123,7 +130,7 @@ def floods(link, ended, _):
         ended.wait(0.005)
 
 
-KINDS = {"rubbish": rubbish, "never_reads": never_reads, "floods": floods}
+KINDS = {"rubbish": rubbish, "never_reads": never_reads, "never_looks": never_looks, "floods": floods}
 
 
 class FlippedFile:

@@ -82,6 +82,8 @@ class Stand:
             self.daemon = ShimmedDaemon(tcp=0)
             undo.callback(self.daemon.end)
             self.folder = self.daemon.directory
+            self.view = self.folder / "view.sock"  # for those who only look on
+            self.daemon.more += ["--view-socket", str(self.view)]
             self.rig = self.start_rig(dead_man_s)
             undo.callback(self.end_rig)
             self.exciter, self.sensor = Proxy(self.rig_port), Proxy(self.rig_port)

@@ -7,6 +7,7 @@ import os
 import struct
 import subprocess
 import threading
+import time
 import urllib.request
 
 from guest import Listener, expect, run, step, unit_property, wait_for
@@ -54,6 +55,10 @@ class Page:
     def of_type(self, kind):
         return [event for event in list(self.events) if event.get("type") == kind]
 
+    def live(self):
+        """Whether the page says that the daemon answers."""
+        return [event["connected"] for event in list(self.events) if "connected" in event][-1:] == [True]
+
 
 def get(path):
     with urllib.request.urlopen(ADDRESS + path, timeout=30) as answer:
@@ -92,6 +97,20 @@ def what_the_page_showed(page, listener):
     expect(data == open(f"/var/lib/shakerd/{campaign['name']}.db", "rb").read(), "another campaign was downloaded")
     step(f"  {len(page.of_type('wave'))} waves, {len(page.of_type('scope'))} pictures of the scope, "
          f"{len(data)} bytes downloaded")
+
+
+def a_stop_beside_an_open_page(page):
+    step("asked to stop, the service stops and stays so, although a page is open")
+    expect(page.live(), "the page does not follow the daemon")
+    run("systemctl", "stop", "shakerd.service")
+    expect(unit_property("shakerd.service", "Result") == "success", "it did not stop as asked")
+    wait_for("the page says so", 20, lambda: not page.live())
+    time.sleep(2)  # the gateway tries again every half second
+    expect(unit_property("shakerd.service", "ActiveState") == "inactive", "the gateway has started the daemon again")
+    expect(unit_property("shakerd-gateway.service", "ActiveState") == "active", "the gateway has ended")
+    step("one who may command starts it, and the page is live again")
+    run(*as_technician("shakerctl", "status"))
+    wait_for("the page follows the daemon again", 20, page.live)
 
 
 def frequency_of(frames):
@@ -143,9 +162,9 @@ def main():
     what_the_page_showed(page, listener)
     accepted, estimates = the_data_are_whole(listener, 12)
     expect(estimates == accepted, f"{accepted} accepted cycles, {estimates} estimates")
-    step("asked to stop, the service stops; its data outlive the package")
+    a_stop_beside_an_open_page(page)
+    step("its data outlive the package")
     run("systemctl", "stop", "shakerd.service")
-    expect(unit_property("shakerd.service", "Result") == "success", "it did not stop as asked")
     expect(at_rest(exciter), "the exciter does not rest after the stop")
     run("dpkg", "--purge", "shakerd")
     expect(len(glob.glob("/var/lib/shakerd/*.db")) == 1, "purging the package took the campaign along")

@@ -3,10 +3,13 @@ import contextlib
 import http.client
 import json
 import os
+import pathlib
 import re
+import shutil
 import signal
 import socket
 import subprocess
+import tempfile
 import time
 import unittest
 
@@ -20,8 +23,8 @@ LIVE = "document.querySelector('#lost').hidden"
 
 
 class Gateway:
-    def __init__(self, daemon, view, *words):
-        self.words = [GATEWAY, "--socket", str(view), "--data", str(daemon.data), *words]
+    def __init__(self, data, view, *words):
+        self.words = [GATEWAY, "--socket", str(view), "--data", str(data), *words]
         self.port = 0
         self.process = None
 
@@ -61,7 +64,7 @@ class World(unittest.TestCase):
         self.view = self.daemon.directory / "view.sock"
         self.daemon.more += ["--view-socket", str(self.view)]
         self.daemon.start()
-        self.gateway = Gateway(self.daemon, self.view, *self.words).start()
+        self.gateway = Gateway(self.daemon.data, self.view, *self.words).start()
         self.addCleanup(self.gateway.end)
         end = time.monotonic() + 10
         while b"shaker_state" not in self.gateway.get("/metrics")[2]:  # it has met the daemon
@@ -360,6 +363,24 @@ class Http(World):
         self.assertIn("sandbox", headers["Content-Security-Policy"])
         self.assertNotIn("Content-Disposition", headers)
         self.assertEqual(json.loads(self.gateway.get("/campaigns.json")[2])["campaigns"][0]["report"], True)
+
+
+class Waiting(unittest.TestCase):
+    def test_it_ends_at_once_while_it_waits_for_the_daemon(self):
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="gateway."))
+        self.addCleanup(shutil.rmtree, folder)
+        mute = socket.socket(socket.AF_UNIX)
+        self.addCleanup(mute.close)
+        mute.bind(str(folder / "s"))
+        mute.listen()
+        gateway = Gateway(folder, folder / "s").start()
+        self.addCleanup(gateway.end)
+        mute.settimeout(10)
+        link, _ = mute.accept()  # it waits for a greeting, which never comes
+        self.addCleanup(link.close)
+        began = time.monotonic()
+        self.assertEqual(gateway.end(), 0)
+        self.assertLess(time.monotonic() - began, 1.0)
 
 
 if __name__ == "__main__":

@@ -66,8 +66,10 @@ class FakeExciter final : public daemon::ExciterCommands {
     return from_ + (target_.amplitude - from_) * s / target_.ramp_s;
   }
   double phase() const {
-    return phase_ + 2.0 * std::numbers::pi * target_.frequency_hz * frequency_part *
-                        (1.0 + 200e-6) * seconds(clock_.now() - t0_);
+    return phase_ + 2.0 * std::numbers::pi *
+                        (target_.frequency_hz * frequency_part * (1.0 + 200e-6) *
+                             seconds(clock_.now() - t0_) -
+                         late_turns);
   }
   drivers::ExciterStatus status() const {
     const bool moves = target_.enable && (amplitude() > 0.0 || target_.amplitude > 0.0);
@@ -90,6 +92,7 @@ class FakeExciter final : public daemon::ExciterCommands {
   bool silent = false;          // gives no status
   bool claims_rest = false;     // its status always reports rest
   double frequency_part = 1.0;  // frequency in motion over the one ordered
+  double late_turns = 0.0;      // of the motion
   bool admits = false;          // and reports the wrong frequency
   double moves_part = 1.0;      // motion over the order; 0: the table does not move
   std::uint32_t fault = 0;

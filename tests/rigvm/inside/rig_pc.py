@@ -11,6 +11,8 @@ import subprocess
 from guest import Bus, Registers, expect, run, step, wait_for
 
 SOCKET = "/run/shakerd/shakerd.sock"
+DATA = "/var/lib/shakerd"
+EXAMPLES = "/usr/share/shakerd/examples/"
 PORT = 1502
 RATE_HZ, FREQUENCY_HZ, AMPLITUDE = 250, 2.5, 2.0
 ENABLE = 4                      # a register of the exciter: sim/README.md
@@ -27,18 +29,26 @@ def install():
     run("useradd", "--create-home", "stranger")
 
 
-def write_files():
-    examples = "/usr/share/shakerd/examples/"
-    text = open(examples + "rig-oleosim-can.json").read()
+def patient_rig(example):
+    """An example's rig file for this machine, with one slow CPU that it shares with whatever else the host does."""
+    text = open(EXAMPLES + example).read()
     rig = json.loads(re.sub(r"^\s*//.*$", "", text, flags=re.MULTILINE))
-    # This machine has one slow CPU that it shares with whatever else the host does.
     rig["limits"] |= {"stale_s": 1.0, "engine_stall_s": 2.0, "acquisition_stall_s": 5.0}
     rig["exciter"]["deadman_max_s"] = HEARTBEAT_TIMEOUT_S
     rig["exciter"]["device"]["link"]["response_timeout_s"] = 0.5
-    json.dump(rig, open("/etc/shakerd/rig.json", "w"))
-    run("sh", "-c", f"cp {examples}*.dbc /etc/shakerd/")
+    return rig
+
+
+def write_files():
+    json.dump(patient_rig("rig-oleosim-can.json"), open("/etc/shakerd/rig.json", "w"))
+    run("sh", "-c", f"cp {EXAMPLES}*.dbc /etc/shakerd/")
+    write_campaign("short", 12)
+    write_campaign("long", 5000)
+
+
+def write_campaign(name, cycles, amplitude=AMPLITUDE, frequency_hz=FREQUENCY_HZ):
     campaign = {
-        "format": "shaker-campaign/1",
+        "format": "shaker-campaign/1", "name": name,
         "model": {"name": "oleo", "effects": [
             {"effect": "orifice_damping", "parameters": {"theta1": {"start": 14.0}}},
             {"effect": "gas_spring", "parameters": {
@@ -46,12 +56,9 @@ def write_files():
                 "theta4": {"start": 1.0, "fixed": True}}},
             {"effect": "gravity"}]},
         "points_per_cycle": 8,  # a gap of one such step, 50 ms, is allowed
-        "ramp_s": 0.5}
-    for name, cycles in (("short", 12), ("long", 5000)):
-        runs = [{"name": "dwell", "frequency_hz": FREQUENCY_HZ, "amplitude": AMPLITUDE,
-                 "cycles": cycles}]
-        open(f"/home/technician/{name}.json", "w").write(
-            json.dumps(campaign | {"name": name, "runs": runs}))
+        "ramp_s": 0.5,
+        "runs": [{"name": "dwell", "frequency_hz": frequency_hz, "amplitude": amplitude, "cycles": cycles}]}
+    json.dump(campaign, open(f"/home/technician/{name}.json", "w"))
 
 
 def floats(registers):
@@ -68,10 +75,11 @@ def as_technician(*command):
     return ["runuser", "-u", "technician", "--", *command]
 
 
-def start_campaign(name):
+def start_campaign(name, socket=SOCKET):
     """What shakerctl says goes out with the results."""
     output = open(f"/srv/rigvm/out/shakerctl-{name}.jsonl", "a")
-    return subprocess.Popen(as_technician("shakerctl", "run", "--json", f"/home/technician/{name}.json"),
+    return subprocess.Popen(as_technician("shakerctl", "run", "--json", "--socket", socket,
+                                          f"/home/technician/{name}.json"),
                             stdout=output, stderr=subprocess.STDOUT)
 
 
@@ -90,9 +98,9 @@ def start_the_rig():
     return exciter, bus
 
 
-def the_data_are_whole(listener, least_cycles):
+def the_data_are_whole(listener, least_cycles, data=DATA):
     """What was published is in the database, and the cycles' estimates with it."""
-    files = sorted(glob.glob("/var/lib/shakerd/*.db"))
+    files = sorted(glob.glob(data + "/*.db"))
     name = (listener.of_type("run_start")[-1]["campaign"])
     database = sqlite3.connect([f for f in files if f.split("/")[-1].startswith(name)][-1])
     expect(database.execute("PRAGMA integrity_check").fetchone() == ("ok",), "the database is damaged")
