@@ -286,6 +286,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
       }))
     said.warnings.push_back(
         "the channels acceleration and force are not used: they are for runs with a period");
+  name_grid_of_records(campaign.runs, runs->data, said);
   if (runs->data.size() == 1)
     said.warnings.push_back("there is one run only, and nothing can be held out");
   put_sure_first(said);

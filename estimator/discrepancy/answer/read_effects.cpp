@@ -7,6 +7,8 @@
 
 #include "estimator/discrepancy/answer/estimates.hpp"
 #include "estimator/discrepancy/answer/gaps.hpp"
+#include "estimator/discrepancy/cycles/quantum.hpp"
+#include "estimator/discrepancy/records/transient_run.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/statistics.hpp"
 
@@ -119,18 +121,30 @@ double quantum_in(const std::vector<SteadyRun>& runs) {
   return coarsest;
 }
 
-void name_grid(double quantum, double coarseness, const std::string& unit, Diagnosis& said) {
+void name_grid(double quantum, const std::string& effect_of_it, const std::string& unit,
+               Diagnosis& said) {
   NamedEffect effect = named("sensor_quantisation", quantum, 0.0, 0.0);
   effect.probability = kSure;
-  effect.where = fmt::format(
-      "in every sample: all stand on steps of {:.4g} {}, which moves a mean cycle {:.2g} times as "
-      "much as the noise does",
-      quantum, unit, coarseness);
+  effect.where = fmt::format("in every sample: all stand on steps of {:.4g} {}, {}", quantum, unit,
+                             effect_of_it);
   add(std::move(effect), 0.0, said);
   said.warnings.push_back(
       "the displacement sensor's steps are too coarse for the noise to blur them: what they may do "
       "is in the noise floor, and nothing in the model mends it; what moves less than that cannot "
       "be seen");
+}
+
+// With no more named than what the records show, an adequate model is one that lacks that.
+void settle_verdict(Diagnosis& said) {
+  if (said.verdict != Verdict::adequate) return;
+  said.verdict = said.gap.after > kExplainedGap * said.gap.noise_floor ? Verdict::unexplained
+                                                                       : Verdict::explained;
+}
+
+// Variance of a sample's noise, rounding included: the noise of a record's cosines, which is white
+// where rounding governs it.
+double noise_of_samples(const Recording& run, const SampledRun& sampled) {
+  return 0.5 * static_cast<double>(run.displacement.size()) * sampled.variance.mean();
 }
 
 }  // namespace
@@ -142,10 +156,31 @@ void name_read_effects(const FirstLook& first, double coarseness, Diagnosis& sai
   const double quantum = quantum_in(first.look.runs);
   if (coarseness > kCoarse && first.look.runs.front().kind == Kind::periodic &&
       !holds(model, "sensor_quantisation"))
-    name_grid(quantum, coarseness, model.length_unit, said);
-  if (said.effects.size() == before || said.verdict != Verdict::adequate) return;
-  said.verdict = said.gap.after > kExplainedGap * said.gap.noise_floor ? Verdict::unexplained
-                                                                       : Verdict::explained;
+    name_grid(
+        quantum,
+        fmt::format("which moves a mean cycle {:.2g} times as much as the noise does", coarseness),
+        model.length_unit, said);
+  if (said.effects.size() > before) settle_verdict(said);
+}
+
+void name_grid_of_records(const std::vector<Recording>& recordings,
+                          const std::vector<RunDatum>& data, Diagnosis& said) {
+  if (holds(said.improved, "sensor_quantisation")) return;
+  double coarsest = 0.0, coarseness = 0.0;
+  for (const RunDatum& datum : data) {
+    const auto run = std::find_if(recordings.begin(), recordings.end(),
+                                  [&](const Recording& r) { return r.name == datum.name; });
+    if (datum.by_force || run == recordings.end()) continue;
+    const double quantum = quantum_of(run->displacement);
+    if (!(quantum > coarsest)) continue;
+    const double rounding = quantum * quantum / 12.0;
+    const double rest = noise_of_samples(*run, *datum.sampled) - rounding;
+    coarsest = quantum;
+    coarseness = std::sqrt(rounding / std::max(rest, 1e-6 * rounding));
+  }
+  if (!(coarseness > kCoarse)) return;
+  name_grid(coarsest, "which are more than the noise", said.improved.length_unit, said);
+  settle_verdict(said);
 }
 
 }  // namespace shaker::estimator::discrepancy

@@ -2,6 +2,8 @@
 // drifts, and a grid that is coarse against the noise.
 #pragma once
 
+#include <vector>
+
 #include "estimator/discrepancy/diagnosis.hpp"
 #include "estimator/discrepancy/weigh/first_look.hpp"
 
@@ -12,5 +14,10 @@ namespace shaker::estimator::discrepancy {
 // verdict stays what the rest deserves: nothing else missing makes it `explained`.
 // `coarseness`: Weighed::coarseness. Nothing is named that the model holds already.
 void name_read_effects(const FirstLook& first, double coarseness, Diagnosis& said);
+
+// The same for records without a period, `data` of the recordings: the grid only. A drift is a
+// candidate there.
+void name_grid_of_records(const std::vector<Recording>& recordings,
+                          const std::vector<RunDatum>& data, Diagnosis& said);
 
 }  // namespace shaker::estimator::discrepancy

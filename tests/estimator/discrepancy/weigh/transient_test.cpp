@@ -226,6 +226,28 @@ TEST(Transient, FitsDecaysOfASensorThatDrifts) {
   EXPECT_NEAR(fit.theta[0] / kStiffness, 1.0, 0.1);
 }
 
+TEST(Transient, NamesTheStepsOfASensorThatAreMoreThanItsNoise) {
+  constexpr double kStep = 5e-4;
+  std::vector<Recording> decays;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    auto decay = testing::decay_of([](double u, double v) { return 100.0 * u + 0.4 * v; },
+                                   {.start = 0.02 * static_cast<double>(seed),
+                                    .duration = 8.0,
+                                    .rate = 100.0,
+                                    .noise = 5e-5,
+                                    .seed = seed});
+    for (double& u : decay.displacement)
+      u = kStep * std::round(u / kStep);
+    decays.push_back(std::move(decay));
+  }
+  const auto said = diagnose(campaign_of(std::move(decays)), drifting_oscillator());
+  ASSERT_TRUE(said) << said.error().what;
+  EXPECT_EQ(said->verdict, Verdict::explained);
+  ASSERT_EQ(said->effects.size(), 1U);
+  EXPECT_EQ(said->effects[0].name, "sensor_quantisation");
+  EXPECT_NEAR(said->effects[0].parameters.at(0).value, kStep, 1e-9);
+}
+
 // A model with a tyre is not carried along a measured stroke: where it is the answer, its curves have
 // no missing force.
 TEST(Transient, KnowsNoMissingForceOfAModelWithASecondMass) {
