@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -110,11 +111,16 @@ MissingForce missing_force(const Prediction& prediction, const std::vector<doubl
   if (const SampledRun* run = prediction.sampled()) {
     // Along the measured motion, whatever was compared.
     const bool imposed = run->kind == Kind::imposed_motion;
-    MotionMarch march(prediction.model(), Motion{run->dt, run->u, run->v, run->a, run->excitation},
-                      !imposed);
-    MissingForce missing{run->u, run->v, VectorXd::Zero(run->samples()), march.at(theta)};
-    if (missing.ok) missing.force = -march.force();
-    if (missing.ok && imposed) missing.force += run->response;
+    MissingForce missing{run->u, run->v, VectorXd::Zero(run->samples()), false};
+    try {
+      MotionMarch march(prediction.model(),
+                        Motion{run->dt, run->u, run->v, run->a, run->excitation}, !imposed);
+      missing.ok = march.at(theta);
+      if (missing.ok) missing.force = -march.force();
+      if (missing.ok && imposed) missing.force += run->response;
+    } catch (const std::invalid_argument&) {
+      // A motion cannot be imposed on this model: a tyre has a motion of its own.
+    }
     return missing;
   }
   const VectorXd curve = synthesised(measured, prediction.points());
