@@ -77,8 +77,7 @@ TEST(NotTried, HoldsWhatTheRankingOfADecayDoesNot) {
   EXPECT_EQ(times(quiet.ranking, "free_play"), 1);
 }
 
-// Ranges follow the motion. Only effects that are guessed keep the catalogue's own size where a
-// record is integrated, so that some of them can be computed in one unit and not in another.
+// Ranges follow the motion. tests/cli/test_scale.py looks at probabilities too.
 TEST(NotTried, AnswersTheSameInAnyUnit) {
   const Diagnosis metres = of_decay(0.05, 1.0, 5.0), counts = of_decay(0.05, 1e3, 5.0);
   expect_whole_catalogue(counts);
