@@ -30,8 +30,12 @@ using Eigen::VectorXd;
 constexpr double kWorthBeginningAnew = 5.0;  // times what is left a datum: less is chance
 constexpr double kUsualRuns = 6.0;
 constexpr std::size_t kSpeeds =
-    10000;                          // of a run: enough for its cycles, too few to show its noise
-constexpr int kRecordSteps = 40;    // of a fit: each integrates every sample
+    10000;                        // of a run: enough for its cycles, too few to show its noise
+constexpr int kRecordSteps = 40;  // of a fit: each integrates every sample
+// Of records, in efforts of periodic runs: what their search may take, and one more for so many
+// samples; in points: what one fit may take, and for each sample.
+constexpr double kRecordEffort = 4.0, kSamplesOfEffort = 250.0;
+constexpr double kFitEffort = 8e6, kFitEffortOfSample = 2500.0;
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -163,6 +167,24 @@ bool says_more(const Diagnosis& anew, const Diagnosis& first) {
   return explains(anew) || anew.gap.after < first.gap.after;
 }
 
+void tell_if_cut_short(Diagnosis& said) {
+  if (said.cut_short)
+    said.warnings.push_back(
+        "the search stopped at its limit of work, though more could be tried: shakerctl diagnose "
+        "--thorough goes on");
+}
+
+NamingOptions naming_for(const DiagnoseOptions& options, const FitOptions& fitting) {
+  NamingOptions naming;
+  naming.fit = fitting;
+  naming.most_effects = options.most_effects;
+  naming.false_alarm_rate = options.false_alarm_rate;
+  naming.draws = options.draws;
+  naming.seed = options.seed;
+  naming.calibrations = options.calibrations;
+  return naming;
+}
+
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
                                   const DiagnoseOptions& options, const Progress& progress,
                                   const std::shared_ptr<Effort>& effort,
@@ -203,13 +225,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
 
   const auto catalogue =
       candidates(model, range_of(weighed.data), campaign.runs.front().kind, warnings);
-  NamingOptions naming;
-  naming.fit = fitting;
-  naming.most_effects = options.most_effects;
-  naming.false_alarm_rate = options.false_alarm_rate;
-  naming.draws = options.draws;
-  naming.seed = options.seed;
-  naming.calibrations = options.calibrations;
+  const NamingOptions naming = naming_for(options, fitting);
   progress("scoring the catalogue", 0.2);
   const std::vector<double> theta = base.theta;
   const double left = base.chi_squared;
@@ -226,15 +242,32 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   said.gap.unit = unit;
   said.warnings.insert(said.warnings.begin(), warnings.begin(), warnings.end());
   warn_of_design(runs, weighed.carry_over, said);
-  if (said.cut_short)
-    said.warnings.push_back(
-        "the search stopped at its limit of work, though more could be tried: shakerctl diagnose "
-        "--thorough goes on");
+  tell_if_cut_short(said);
   name_read_effects(*looked, weighed.coarseness, said);
   put_sure_first(said);
   tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
   return said;
+}
+
+// Lets the records share their effort; returns how a model is fitted to them.
+FitOptions bounded(TransientRuns& runs, const DiagnoseOptions& options) {
+  double samples = 0.0;
+  for (const RunDatum& datum : runs.data)
+    samples += static_cast<double>(datum.sampled->samples());
+  const auto effort =
+      std::make_shared<Effort>(options.effort * (kRecordEffort + samples / kSamplesOfEffort));
+  for (auto* data : {&runs.data, &runs.forces}) {
+    for (RunDatum& datum : *data)
+      datum.effort = effort;
+  }
+  FitOptions fitting{options.points};
+  fitting.max_iterations = kRecordSteps;
+  // With more effort for the whole, a fit that creeps has no more.
+  const double usual = DiagnoseOptions{}.effort;
+  fitting.most_effort =
+      std::min(1.0, options.effort / usual) * (kFitEffort + kFitEffortOfSample * samples);
+  return fitting;
 }
 
 // A campaign of runs that are not periodic.
@@ -245,8 +278,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (!runs) return runs.error();
   const Kind kind = campaign.runs.front().kind;
   progress("fitting the model", 0.05);
-  FitOptions fitting{options.points};
-  fitting.max_iterations = kRecordSteps;
+  const FitOptions fitting = bounded(*runs, options);
   HarmonicFit base = fit_transient(model, *runs, fitting);
   if (!base.trouble.empty() || !std::isfinite(base.chi_squared)) return not_fitted(base);
   if (auto good = use_repetitions(*runs, base); !good) return good.error();
@@ -266,13 +298,8 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
     return good.error();
   const auto catalogue = shown_by_transients(
       candidates(model, range_of(runs->data), kind, runs->warnings), model, runs->by_force);
-  NamingOptions naming;
-  naming.fit = fitting;
-  naming.most_effects = options.most_effects;
-  naming.false_alarm_rate = options.false_alarm_rate;
+  NamingOptions naming = naming_for(options, fitting);
   naming.draws = std::min(options.draws, kRecordDraws);
-  naming.seed = options.seed;
-  naming.calibrations = options.calibrations;
   progress("scoring the catalogue", 0.2);
   const std::vector<SteadyRun> none(runs->data.size());
   Diagnosis said = searched(std::move(base), runs->data, none, catalogue.tried, naming, progress);
@@ -289,6 +316,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   name_grid_of_records(campaign.runs, runs->data, said);
   if (runs->data.size() == 1)
     said.warnings.push_back("there is one run only, and nothing can be held out");
+  tell_if_cut_short(said);
   put_sure_first(said);
   tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);

@@ -52,7 +52,7 @@ std::optional<Diagnosis> said_of_run_constants(const Naming& searched,
       with_run_constants(base, searched.base.data ? *searched.base.data : data, data, options.fit);
   if (!with) return std::nullopt;
   for (RunDatum& datum : with->data)
-    datum.effort.reset();  // one fit and one look at the catalogue: the searches keep theirs
+    datum.effort = std::make_shared<Effort>();  // a fixed amount of work: the searches keep theirs
   HarmonicFit again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
   if (!again.trouble.empty()) return std::nullopt;
   const Naming found = judge(std::move(again), with->data, catalogue, options);

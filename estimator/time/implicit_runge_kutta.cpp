@@ -33,7 +33,7 @@ class ImplicitRungeKutta final : public TimeIntegration {
   ImplicitRungeKutta(const StateEquations& equations, const TimeOptions& options,
                      std::vector<int> free)
       : equations_(equations),
-        step_(options.step),
+        options_(options),
         free_(std::move(free)),
         m_(static_cast<std::size_t>(equations.states())),
         p_(static_cast<std::size_t>(equations.parameters())),
@@ -43,6 +43,7 @@ class ImplicitRungeKutta final : public TimeIntegration {
                         bool sensitivities) override {
     theta_ = theta.data();
     sensitivities_ = sensitivities;
+    stopped_ = false;
     shape(static_cast<int>(arcs.size()));
     plan(arcs);
     begin(arcs);
@@ -53,6 +54,8 @@ class ImplicitRungeKutta final : public TimeIntegration {
         for (std::size_t stage = 0; stage < kStages; ++stage) {
           load(arcs, i, node + stage);
           if (solve(stage, &report.inadmissible)) continue;
+          report.stopped = stopped_;
+          report.inadmissible = report.inadmissible && !stopped_;
           report.reached = arcs[0].times[std::min(i, arcs[0].times.size() - 1)];
           return report;
         }
@@ -105,8 +108,8 @@ class ImplicitRungeKutta final : public TimeIntegration {
       intervals = std::max(intervals, arc.times.size() - 1);
     substeps_.assign(intervals, 1);
     for (const Arc& arc : arcs) {
-      for (std::size_t i = 0; step_ > 0.0 && i + 1 < arc.times.size(); ++i) {
-        const double parts = (arc.times[i + 1] - arc.times[i]) / step_;
+      for (std::size_t i = 0; options_.step > 0.0 && i + 1 < arc.times.size(); ++i) {
+        const double parts = (arc.times[i + 1] - arc.times[i]) / options_.step;
         substeps_[i] = std::max(substeps_[i], static_cast<int>(std::ceil(parts - 1e-9)));
       }
     }
@@ -175,6 +178,10 @@ class ImplicitRungeKutta final : public TimeIntegration {
 
   // Evaluates at `point_`; `matrix_` becomes the inverse of 1 - h diagonal h_s.
   bool linearise(bool parameters) {
+    // As dear as explicit steps with twice the numbers: equations are solved.
+    const std::size_t numbers = 2 * m_ * (1 + (parameters ? k_ : m_));
+    stopped_ = options_.afford && !options_.afford(static_cast<double>(stride_ * numbers));
+    if (stopped_) return false;
     if (!equations_.rates(n_, point_.data(), x_, theta_, work_, rate_.data(), h_s_.data(),
                           parameters ? h_theta_.data() : nullptr))
       return false;
@@ -269,11 +276,12 @@ class ImplicitRungeKutta final : public TimeIntegration {
   }
 
   const StateEquations& equations_;
-  double step_;
+  TimeOptions options_;
   std::vector<int> free_;
   std::size_t m_, p_, k_;
   const double* theta_ = nullptr;
   bool sensitivities_ = false;
+  bool stopped_ = false;  // not afforded any longer
   int n_ = 0;
   std::size_t stride_ = 0;
   std::vector<int> substeps_;

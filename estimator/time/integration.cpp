@@ -88,6 +88,7 @@ class Differences final : public TimeIntegration {
 
 std::string IntegrationReport::sentence() const {
   if (ok) return {};
+  if (stopped) return fmt::format("the integration was stopped at t = {:.6g} s", reached);
   if (inadmissible)
     return fmt::format(
         "the motion leaves what the model admits (for a gas spring: the stroke reaches 1/theta3) "

@@ -17,6 +17,7 @@
 //   finite_differences  central, one parameter after the other
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -50,6 +51,9 @@ struct TimeOptions {
   CutAtReversals cut = CutAtReversals::automatic;
   // CVODES, Adams: steps between two samples, after which BDF does the piece anew.
   long max_steps = 50000;
+  // runge_kutta4, sdirk4: told of the states and sensitivities whose rates are about to be computed,
+  // at each stage of each step; false ends the integration. Empty: it goes on.
+  std::function<bool(double numbers)> afford;
 };
 
 // One piece of a record, integrated from a given initial state to its last time.
@@ -68,6 +72,7 @@ struct Arc {
 struct IntegrationReport {
   bool ok = false;
   bool inadmissible = false;     // inadmissible state (1 - theta3 u <= 0); else integrator failure
+  bool stopped = false;          // not afforded any longer; nothing else is said then
   std::size_t arc = 0;           // the arc with the failure
   double reached = 0.0;          // s
   std::string sentence() const;  // empty when ok

@@ -93,6 +93,7 @@ class RungeKutta final : public TimeIntegration {
     }
     theta_ = theta.data();
     sensitivities_ = sensitivities;
+    stopped_ = false;
     plan(arcs);
     begin(arcs);
     if (!rates(block_, block_.y, block_.x_begin, block_.rate)) return where(arcs, block_.y, 0, 0.0);
@@ -172,7 +173,10 @@ class RungeKutta final : public TimeIntegration {
   }
 
   bool rates(Block& b, const std::vector<double*>& y, const double* x,
-             const std::vector<double*>& rate) const {
+             const std::vector<double*>& rate) {
+    stopped_ =
+        stopped_ || (options_.afford && !options_.afford(static_cast<double>(b.stride * y.size())));
+    if (stopped_) return false;
     if (!sensitivities_)
       return equations_.rates(b.n, y.data(), x, theta_, b.work, rate.data(), nullptr, nullptr);
     if (!equations_.rates(b.n, y.data(), x, theta_, b.work, rate.data(), b.h_s.data(),
@@ -200,7 +204,7 @@ class RungeKutta final : public TimeIntegration {
 
   // Makes one step from b.y with the rate b.rate. Afterwards b.y is the new state, b.base the old
   // one, and b.next the rate at the new state.
-  bool step(Block& b) const {
+  bool step(Block& b) {
     std::swap(b.y, b.base);
     const auto towards = [&](const std::vector<double*>& rate, double share) {
       for (std::size_t c = 0; c < b.y.size(); ++c) {
@@ -322,7 +326,8 @@ class RungeKutta final : public TimeIntegration {
   IntegrationReport where(std::span<Arc> arcs, const std::vector<double*>& y, std::size_t interval,
                           double share) {
     IntegrationReport report;
-    report.inadmissible = true;
+    report.inadmissible = !stopped_;
+    report.stopped = stopped_;
     bool found = false;
     for (std::size_t lane = 0; lane < arcs.size() && !found; ++lane) {
       const Arc& arc = arcs[lane];
@@ -335,8 +340,8 @@ class RungeKutta final : public TimeIntegration {
         single_.y[c][0] = y[c][lane];
       single_.h[0] = dt / substeps_[interval];
       single_.x_begin[0] = arc.excitation->value(report.reached);
-      found =
-          !rates(single_, single_.y, single_.x_begin, single_.rate) || !take(arc, report.reached);
+      found = stopped_ || !rates(single_, single_.y, single_.x_begin, single_.rate) ||
+              !take(arc, report.reached);
     }
     return report;
   }
@@ -347,6 +352,7 @@ class RungeKutta final : public TimeIntegration {
   std::size_t m_, p_, k_;
   const double* theta_ = nullptr;
   bool sensitivities_ = false;
+  bool stopped_ = false;  // not afforded any longer
   std::vector<int> substeps_;
   Block block_, single_;
 };

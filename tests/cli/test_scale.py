@@ -28,6 +28,65 @@ def dynamometer():
         yield {"kind": "imposed_motion", "frequency_hz": frequency}, rows
 
 
+def stepped(rate, state, t, h):
+    """One step of Runge and Kutta's."""
+    def moved(by, slope):
+        return [x + by * k for x, k in zip(state, slope)]
+    k1 = rate(t, state)
+    k2 = rate(t + h / 2, moved(h / 2, k1))
+    k3 = rate(t + h / 2, moved(h / 2, k2))
+    k4 = rate(t + h, moved(h, k3))
+    return [x + h / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(state, k1, k2, k3, k4)]
+
+
+def recorded(rate, state, seconds, per_second, table=None):
+    """t, excitation if there is any, displacement: the first state."""
+    source, rows = random.Random(1), []
+    for i in range(int(seconds * per_second)):
+        t = i / per_second
+        rows.append((t, *([table(t)] if table else []), state[0] + 2e-5 * source.gauss(0, 1)))
+        for k in range(10):
+            state = stepped(rate, state, t + k / (10 * per_second), 1 / (10 * per_second))
+    return rows
+
+
+def decays():
+    """Of a mass that is let go; friction is what the model lacks."""
+    def rate(t, s):
+        return [s[1], -60 * s[0] - 0.4 * s[1] - 0.03 * rounded_sign(s[1], 2e-4)]
+    for start in (0.08, 0.05):
+        yield {"kind": "transient"}, recorded(rate, [start, 0.0], 6, 100)
+
+
+def decays_with_play():
+    """Of a mass whose spring and damper are joined to it with a play, the third state their stroke."""
+    def stop(y):
+        return 4000 * (max(0.0, y - 1e-3) - max(0.0, -y - 1e-3))
+
+    def rate(t, s):
+        load = stop(s[0] - s[2])
+        return [s[1], -load, (load - 60 * s[2]) / 3.0]
+    for start in (0.08, 0.05):
+        yield {"kind": "transient"}, recorded(rate, [start, 0.0, start - 1e-3 - 60 * start / 4000], 6, 100)
+
+
+def swept(duration, from_hz, to_hz, amplitude):
+    return lambda t: min(1.0, t) * amplitude * math.sin(
+        2 * math.pi * (from_hz * t + (to_hz - from_hz) * t * t / (2 * duration)))
+
+
+def sweeps_on_a_tyre():
+    """The base is a mass on a tyre, whose deflection is the third state."""
+    for table in (swept(8, 0.6, 4, 2.0), swept(8, 4, 1, 2.0)):
+        def rate(t, s, table=table):
+            u, v, y, w = s
+            force = 60 * u + 3 * v
+            # u'' + y'' + force = x and 1.2 (y'' - x) + 1 y' + 1500 y + u'' = 0
+            bend = (0.2 * table(t) + force - 1.0 * w - 1500 * y) / 0.2
+            return [v, table(t) - force - bend, w, bend]
+        yield {"kind": "transient"}, recorded(rate, [0.0, 0.0, 0.0, 0.0], 8, 100, table)
+
+
 def shaken():
     """t, excitation, displacement of an oscillator; friction and a cubic spring are what the model lacks."""
     source = random.Random(1)
@@ -99,6 +158,22 @@ class Scale(Scratch):
             with self.subTest(unit=unit):
                 self.same(one, self.answer("t,excitation,displacement", runs, (1, unit, unit), (1, 2),
                                            units={"displacement": {"label": "mV", "scale": 1}}))
+
+    def test_of_records_the_unit_does_not_matter(self):
+        for name, runs, truth in (("decays", decays(), "coulomb_friction"),
+                                  ("play", decays_with_play(), "free_play"),
+                                  ("tyre", sweeps_on_a_tyre(), "tyre")):
+            runs = list(runs)
+            columns = len(runs[0][1][0])
+            header = "t,excitation,displacement" if columns == 3 else "t,displacement"
+            one = self.answer(header, runs, (1, 1, 1), (1, 1))
+            # A friction that turns round gently may be called one that falls with speed.
+            self.assertEqual(len(one["effects"]), 1, name)
+            self.assertIn(truth, [one["effects"][0]["name"], *one["effects"][0]["confusable_with"]])
+            for unit in (1e3, 1e-4):
+                with self.subTest(record=name, unit=unit):
+                    self.same(one, self.answer(header, runs, (1, unit, unit), (1, 1),
+                                               units={"displacement": {"label": "mV", "scale": 1}}))
 
 
 if __name__ == "__main__":

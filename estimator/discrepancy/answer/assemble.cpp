@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "estimator/discrepancy/answer/curves.hpp"
 #include "estimator/discrepancy/answer/estimates.hpp"
@@ -61,6 +62,7 @@ class Assembler {
     tell_gaps({before_, data_}, {after_, after_data_}, data_, measured_, runs_, said_);
     hold_to_gap();
     said_.cut_short = found_.cut_short;
+    tell_stopped_sets();
     forces();
     ranking();
     effects();
@@ -96,6 +98,17 @@ class Assembler {
         said_.gap.after / said_.gap.noise_floor));
   }
 
+  // Single effects stand under not_tried.
+  void tell_stopped_sets() {
+    std::string sets;
+    for (const Hypothesis& h : found_.hypotheses) {
+      if (h.fit->stopped && h.effects.size() > 1)
+        sets += fmt::format("{}{}", sets.empty() ? "" : "; ", fmt::join(h.effects, " with "));
+    }
+    if (!sets.empty())
+      said_.warnings.push_back(fmt::format("not tried together: {}: {}", sets, kTooLong));
+  }
+
   void forces() {
     std::vector<MissingForce> before, after;
     // The base model at the parameters that the larger one gives it: what the effect's force is.
@@ -125,16 +138,19 @@ class Assembler {
         ranked.hidden = std::min(ranked.hidden, found_.base_scoring.design.signatures[k].hidden);
         ranked.gain = std::max(ranked.gain, s.gain);
       }
+      const NotScored* failed = not_scored(candidate);
+      std::string trouble = failed != nullptr ? failed->reason : "";
       for (const Hypothesis& h : found_.hypotheses) {
         if (h.effects.size() != 1 || h.effects[0] != ranked.name) continue;
         ranked.disqualified = h.disqualified;
+        if (h.fit->stopped) trouble = kTooLong;
         if (!std::isfinite(h.fit->chi_squared)) continue;
         ranked.gain_refitted = before_.chi_squared - h.fit->chi_squared;
         if (h.cross_validated && found_.base.cross_validated)
           ranked.cross_validated = *h.cross_validated - *found_.base.cross_validated;
       }
-      if (const NotScored* failed = not_scored(candidate); failed && !ranked.gain_refitted) {
-        said_.not_tried.push_back({std::move(ranked.name), failed->reason, true});
+      if (!trouble.empty() && !ranked.gain_refitted) {
+        said_.not_tried.push_back({std::move(ranked.name), std::move(trouble), true});
         continue;
       }
       ranked.probability = trusted_ * shares_.probability_of(ranked.name);

@@ -52,8 +52,8 @@ RunCurves stretch_of(const RunDatum& datum, const VectorXd& before, const Vector
   curves.after = list(transform.synthesise(after).segment(first, count));
   curves.stroke = list(run.u.segment(first, count));
   curves.velocity = list(run.v.segment(first, count));
-  curves.force_before = list(force_before.force.segment(first, count));
-  curves.force_after = list(force_after.force.segment(first, count));
+  if (force_before.ok) curves.force_before = list(force_before.force.segment(first, count));
+  if (force_after.ok) curves.force_after = list(force_after.force.segment(first, count));
   return curves;
 }
 

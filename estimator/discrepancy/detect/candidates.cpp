@@ -65,18 +65,10 @@ config::MotionScale scale_of(const MotionRange& range) {
   return {length / kHalfStroke, range.speed / kSpeed, range.force / kForce};
 }
 
-// Without a coefficient, an effect is tried from a guess far from where it ends.
-bool is_guessed(const Effect& effect) {
-  const auto all = effect.parameters();
-  return std::all_of(all.begin(), all.end(),
-                     [](const ParameterInfo& p) { return std::isnan(p.absent); });
-}
-
-std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range, Kind kind) {
+std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   Probe plain;
   plain.line.effect = std::string(effect.name());
-  // A guess that integrates all samples of a record costs minutes: only in the catalogue's own size.
-  if (kind != Kind::transient || !is_guessed(effect)) plain.line.scale = scale_of(range);
+  plain.line.scale = scale_of(range);
   std::vector<ParameterInfo> shapes;
   for (const ParameterInfo& stated : effect.parameters()) {
     const ParameterInfo p = scaled(effect, stated, plain.line.scale);
@@ -247,7 +239,7 @@ Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Ki
       all.not_tried.push_back({std::string(effect->name()), std::move(reason)});
       continue;
     }
-    all.tried.push_back({effect, probes_of(*effect, range, kind)});
+    all.tried.push_back({effect, probes_of(*effect, range)});
     if (!several || !of_damper(*effect)) continue;
     for (Probe& probe : all.tried.back().probes) {
       probe.line.sees = path->sees;

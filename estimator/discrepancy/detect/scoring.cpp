@@ -92,6 +92,9 @@ Seen seen_at(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::siz
   return seen;
 }
 
+// Of the work of a fit, that the look at one shape may take.
+constexpr double kWorkOfProbe = 0.1;
+
 // The shape at which a candidate was probed, in words.
 std::string no_solution(const Probe& probe, const RunDatum& datum) {
   std::string at;
@@ -221,6 +224,7 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
   const bool whole = columns.empty();
   MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
   const HowFar search = options.from_rest ? HowFar::from_rest : HowFar::near;
+  const Task task(data.front().effort, kWorkOfProbe * options.most_effort);
   std::vector<Seen> all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (fitted(data[r]))
@@ -230,7 +234,8 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!fitted(data[r])) continue;
     Prediction& prediction = *all[r].prediction;
-    if (!prediction.at(theta, search)) return {{}, no_solution(probe, data[r])};
+    if (!prediction.at(theta, search))
+      return {{}, task.over() ? kTooLong : no_solution(probe, data[r])};
     const Index size = data[r].response.size();
     if (whole)
       stacked.col(0).segment(at, size) =

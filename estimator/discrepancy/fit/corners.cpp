@@ -23,6 +23,7 @@ constexpr double kReach = 2.0;      // the same, that a fit at a limit may go on
 constexpr int kMaxRefitSteps = 25;  // of a fit that begins at the last grid's
 constexpr double kOnTheWay = 0.5;   // of chi-squared: tolerance of the coarser grids
 constexpr double kNeeded = 0.5;     // of what is needed: the parameters follow
+constexpr double kWorkOfSharpening = 2.0;  // of one fit's: three to records, and limits
 
 // The next finer grid changes the prediction by a share of what is left that could matter.
 bool worth_sharpening(const HarmonicFit& first, const std::vector<RunDatum>& data, int points,
@@ -238,6 +239,7 @@ std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDa
 std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
                                  const FitOptions& stated, const Sharpening& worth) {
   FitOptions options = stated;
+  const Task task(data.front().effort, kWorkOfSharpening * options.most_effort);
   // Far from noise the long way to a solution on fine grids is not worth its time.
   options.from_near = first.chi_squared > kHopeless * first.observations;
   if (!worth_sharpening(first, data, 2 * options.points, worth.touched)) return std::nullopt;

@@ -284,9 +284,11 @@ double clock_error(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   return misfit / (1.0 + size);
 }
 
-HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
-                          const std::vector<double>& start, const HarmonicFit* near,
-                          const FitOptions& options) {
+namespace {
+
+HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
+                             const std::vector<double>& start, const HarmonicFit* near,
+                             const FitOptions& options) {
   HarmonicFit fit;
   fit.spec = spec;
   fit.model = std::make_shared<const Model>(spec);
@@ -337,6 +339,20 @@ HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDa
   }
   for (Prediction& prediction : fit.predictions)
     prediction.rest();
+  return fit;
+}
+
+}  // namespace
+
+HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
+                          const std::vector<double>& start, const HarmonicFit* near,
+                          const FitOptions& options) {
+  const Task task(data.front().effort, options.most_effort);
+  HarmonicFit fit = fit_however_long(spec, data, start, near, options);
+  if (!task.over()) return fit;
+  lose(fit);
+  fit.stopped = true;
+  fit.trouble = fmt::format("{}: {}", spec.name, kTooLong);
   return fit;
 }
 

@@ -5,6 +5,7 @@
 // that would change it by less than a hundredth of one is not worth taking.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,7 +27,14 @@ struct FitOptions {
   bool from_rest = false;    // steps may go the long way to a periodic solution: dear
   bool from_near = false;  // no long way to a solution, where `near` has one: chi-squared infinite
   bool sharp = false;      // corners as sharp as the points can follow (corners.hpp)
+  // Of the effort of its data, that one fit may take; what would take more is given up.
+  double most_effort = std::numeric_limits<double>::infinity();
 };
+
+// Why a computation was given up.
+constexpr const char* kTooLong =
+    "the fit took all the work that one may take (its equations are stiff, or it creeps along a "
+    "valley) and was stopped";
 
 // A constant of the model file that was fitted beside the parameters (name/friction_width.hpp).
 struct FittedConstant {
@@ -50,6 +58,7 @@ struct HarmonicFit {
   int observations = 0;
   int iterations = 0;
   bool converged = false;
+  bool stopped = false;       // it took all the effort that it may: nothing is known of it
   bool predicts_all = false;  // the runs that are held out too
   std::string trouble;        // sentence when it did not
   // Its share is in standard_error(), not in the covariance, which is that of the parameters alone.

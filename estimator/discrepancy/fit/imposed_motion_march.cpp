@@ -90,7 +90,7 @@ bool MotionMarch::residual(const VectorXd& w, double now, const VectorXd& histor
     one_.u[c][0] = w[d];
     one_.v[c][0] = now * w[d] + history[d];
   }
-  if (!one_.evaluate_internal(*model_, 1, theta.data())) return false;
+  if (!afford(1) || !one_.evaluate_internal(*model_, 1, theta.data())) return false;
   for (int d = 0; d < q_; ++d)
     h[d] = one_.g[static_cast<std::size_t>(d + 1)][0];
   return h.allFinite();
@@ -104,6 +104,11 @@ void MotionMarch::slope_at(const ModelArrays& arrays, int i, double now, MatrixX
       slope(d, e) = arrays.g_u[de][i] + now * arrays.g_v[de][i];
     }
   }
+}
+
+// An evaluation gives the force, what is carried along and their slopes.
+bool MotionMarch::afford(int points) {
+  return !effort_ || effort_->spend_rates(static_cast<double>(points) * s_ * (s_ + p_));
 }
 
 // Damped Newton for w at one step.
@@ -188,7 +193,7 @@ bool MotionMarch::correct_course(std::span<const double> theta) {
   w_.row(0) = first_.transpose();
   for (int round = 0; round < kMostCorrections; ++round) {
     load_course();
-    if (!all_.evaluate_internal(*model_, n_, theta.data())) return false;
+    if (!afford(n_) || !all_.evaluate_internal(*model_, n_, theta.data())) return false;
     double largest = 0.0;
     now.setZero();
     last.setZero();
@@ -250,7 +255,7 @@ bool MotionMarch::at(std::span<const double> theta, bool slopes) {
     has_course_ = (has_course_ && correct_course(theta)) || march(theta);
     if (!has_course_) return false;
   }
-  if (!all_.evaluate(*model_, n_, theta.data())) return false;
+  if (!afford(n_) || !all_.evaluate(*model_, n_, theta.data())) return false;
   const double mass = inertia_ ? 0.0 : model_->mass(0, 0);
   for (int i = 0; i < n_; ++i)
     force_[i] = all_.g[0][i] - mass * motion_.a[i];

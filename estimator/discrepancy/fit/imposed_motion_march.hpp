@@ -4,11 +4,14 @@
 // play, where no smooth course over a cycle exists to be found.
 #pragma once
 
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
 
+#include "estimator/discrepancy/effort.hpp"
 #include "estimator/model.hpp"
 #include "estimator/model_arrays.hpp"
 
@@ -31,12 +34,14 @@ class MotionMarch {
   // must outlive it.
   MotionMarch(const Model& model, Motion motion, bool inertia);
 
-  // False when a step cannot be solved or a point is inadmissible. Without `slopes`, slope() keeps
-  // its old values.
+  // False when a step cannot be solved, a point is inadmissible, or the task's effort is spent.
+  // Without `slopes`, slope() keeps its old values.
   bool at(std::span<const double> theta, bool slopes = true);
   const Eigen::VectorXd& force() const { return force_; }  // of the first equation, x included
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
   const Motion& motion() const { return motion_; }
+  // What it does counts there. Null: nobody asks.
+  void spend(std::shared_ptr<Effort> effort) { effort_ = std::move(effort); }
   // Searches first near the course of the same model along a motion nearby.
   void begin_from(const MotionMarch& other);
 
@@ -54,10 +59,12 @@ class MotionMarch {
   void solve(const Eigen::MatrixXd& slope, Eigen::MatrixXd& right) const;
   bool march(std::span<const double> theta);
   void load_course();
+  bool afford(int points);
   bool correct_course(std::span<const double> theta);
   bool carry_slopes();
 
   const Model* model_;
+  std::shared_ptr<Effort> effort_;
   Motion motion_;
   bool inertia_;
   int n_, s_, p_, q_;      // q: coordinates that are carried along

@@ -26,6 +26,7 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
     march_ = std::make_unique<MotionMarch>(
         model, Motion{sampled_->dt, sampled_->u, sampled_->v, sampled_->a, sampled_->excitation},
         inertia);
+    march_->spend(datum.effort);
     transform_ = std::make_unique<CosineTransform>(sampled_->samples());
     // What is missing from the balance is missing from the excitation.
     if (inertia) excitation_ = datum.response;

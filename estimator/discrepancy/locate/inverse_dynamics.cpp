@@ -110,11 +110,11 @@ MissingForce missing_force(const Prediction& prediction, const std::vector<doubl
   if (const SampledRun* run = prediction.sampled()) {
     // Along the measured motion, whatever was compared.
     const bool imposed = run->kind == Kind::imposed_motion;
-    if (!can_be_carried(prediction.model()))
-      return {run->u, run->v, VectorXd::Zero(run->samples()), false};
+    MissingForce missing{run->u, run->v, VectorXd::Zero(run->samples()), false};
+    if (!can_be_carried(prediction.model())) return missing;
     MotionMarch march(prediction.model(), Motion{run->dt, run->u, run->v, run->a, run->excitation},
                       !imposed);
-    MissingForce missing{run->u, run->v, VectorXd::Zero(run->samples()), march.at(theta)};
+    missing.ok = march.at(theta);
     if (missing.ok) missing.force = -march.force();
     if (missing.ok && imposed) missing.force += run->response;
     return missing;

@@ -17,7 +17,8 @@ struct MissingForce {
   bool ok = false;
 };
 
-// `measured`: harmonics of the response. Internal coordinates are those of the prediction. Of an
+// Not `ok` where the model has no force along a measured motion. `measured`: harmonics of the
+// response. Internal coordinates are those of the prediction. Of an
 // imposed motion it is the measured force less the predicted one (at the prediction's theta).
 MissingForce missing_force(const Prediction& prediction, const std::vector<double>& theta,
                            const Eigen::VectorXd& measured);

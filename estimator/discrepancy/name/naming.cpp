@@ -209,6 +209,7 @@ class Search {
       if (!standing_.goes_on()) return;
       const std::string effect(candidate.effect->name());
       const Hypothesis* known = standing_.find({effect});
+      if (known != nullptr && known->fit->stopped) continue;
       const double own = known != nullptr ? known->fit->chi_squared : standing_.left_by_best();
       const auto probe = candidate.probes[candidate.probes.size() / 2];
       auto h = refits_.elsewhere(probe, kWorthGoingOn * std::min(own, standing_.left_by_best()));

@@ -71,6 +71,20 @@ bool is_off(const HarmonicFit& fit, std::size_t line) {
   return switchable;
 }
 
+// An effect without a coefficient is its shape. One of which most is anyone's guess, or ended at an
+// end of its range, stands in for something else (a gas column of no length for a constant force).
+bool has_no_shape(const HarmonicFit& fit, const Effect& effect) {
+  const auto all = effect.parameters();
+  std::size_t open = 0;
+  for (const ParameterInfo& info : all) {
+    const int k = find_parameter(*fit.model, std::string(effect.name()), info.symbol);
+    if (!std::isnan(info.absent) || k < 0) return false;
+    const double size = std::fabs(fit.theta[static_cast<std::size_t>(k)]);
+    open += fit.at_bound(k) || !(fit.standard_error(k) < size) ? 1U : 0U;
+  }
+  return 2 * open > all.size();
+}
+
 // An effect that a fit switches off, or drives beyond the end of what physics allows, is not what
 // is missing. What merely shapes it may end anywhere.
 std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>& data,
@@ -80,6 +94,8 @@ std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>
     const std::string& name = fit.spec.effects[i].effect;
     const Effect* effect = find_effect(name);
     if (effect == nullptr) continue;
+    if (on_samples(data) && has_no_shape(fit, *effect))
+      return fmt::format("the records do not determine most of the parameters of {}", name);
     for (const ParameterInfo& info : effect->parameters()) {
       const int k = find_parameter(*fit.model, name, info.symbol);
       if (k < 0 || std::isnan(info.absent)) continue;

@@ -15,6 +15,8 @@
 namespace shaker::estimator::discrepancy {
 namespace {
 
+using ::testing::HasSubstr;
+
 template <typename List>
 std::ptrdiff_t times(const List& list, std::string_view name) {
   return std::count_if(list.begin(), list.end(), [&](const auto& one) { return one.name == name; });
@@ -39,7 +41,8 @@ Diagnosis of_response(const std::map<std::string, double>& truth) {
   return d ? *d : Diagnosis{};
 }
 
-Diagnosis of_decay(double friction, double length, double duration = 10.0) {
+Diagnosis of_decay(double friction, double length, double duration = 10.0,
+                   const DiagnoseOptions& options = {}) {
   Campaign campaign;
   campaign.runs.push_back(testing::decay_of(
       [&](double u, double v) {
@@ -50,7 +53,7 @@ Diagnosis of_decay(double friction, double length, double duration = 10.0) {
   model.effects[0].parameters["c"].start = 0.2;
   model.effects[1].parameters["k"].start = 42.0;
   if (length != 1.0) model.length_unit = "counts";
-  const auto d = diagnose(campaign, model);
+  const auto d = diagnose(campaign, model, options);
   EXPECT_TRUE(d) << d.error().what;
   return d ? *d : Diagnosis{};
 }
@@ -74,8 +77,7 @@ TEST(NotTried, HoldsWhatTheRankingOfADecayDoesNot) {
   EXPECT_EQ(times(quiet.ranking, "free_play"), 1);
 }
 
-// Ranges follow the motion. Only effects that are guessed keep the catalogue's own size where a
-// record is integrated, so that some of them can be computed in one unit and not in another.
+// Ranges follow the motion. tests/cli/test_scale.py looks at probabilities too.
 TEST(NotTried, AnswersTheSameInAnyUnit) {
   const Diagnosis metres = of_decay(0.05, 1.0, 5.0), counts = of_decay(0.05, 1e3, 5.0);
   expect_whole_catalogue(counts);
@@ -95,7 +97,24 @@ TEST(NotTried, NamesWhatCouldNotBeComputed) {
   });
   ASSERT_NE(found, d.not_tried.end());
   EXPECT_TRUE(found->failed);
-  EXPECT_THAT(found->reason, ::testing::HasSubstr("no motion through the record for run decay"));
+  EXPECT_THAT(found->reason, HasSubstr("no motion through the record for run decay"));
+}
+
+// A fit that creeps, or whose equations are stiff, neither goes on for ever nor speaks for or against
+// its effect.
+TEST(NotTried, NamesWhatTookTooMuchWork) {
+  DiagnoseOptions brief;
+  brief.effort *= 0.02;
+  const Diagnosis d = of_decay(0.05, 1.0, 5.0, brief);
+  expect_whole_catalogue(d);
+  const auto found = std::find_if(d.not_tried.begin(), d.not_tried.end(),
+                                  [](const NotTried& n) { return n.name == "free_play"; });
+  ASSERT_NE(found, d.not_tried.end());
+  EXPECT_TRUE(found->failed);
+  EXPECT_THAT(found->reason, HasSubstr("took all the work that one may take"));
+  EXPECT_EQ(times(d.ranking, "free_play"), 0);
+  ASSERT_FALSE(d.effects.empty());
+  EXPECT_EQ(d.effects[0].name, "coulomb_friction");
 }
 
 }  // namespace

@@ -209,6 +209,37 @@ TEST(Integration, TakesLongImplicitStepsThroughAStiffModel) {
   EXPECT_FALSE(explosion.report.ok && std::fabs(explosion.arc.states.end()[-3]) < 1.0);
 }
 
+// What runs away is stopped on the way, and not at its end.
+TEST(Integration, StopsWhereItIsNotAffordedAnyLonger) {
+  const Model model(linear_oscillator());
+  const StateEquations equations(model);
+  const auto times = even_times(0.0, 10.0, 1000);
+  for (const Integrator integrator : {Integrator::runge_kutta4, Integrator::sdirk4}) {
+    TimeOptions options = with(integrator);
+    double spent = 0.0;
+    options.afford = [&](double numbers) {
+      spent += numbers;
+      return true;
+    };
+    const auto whole = run(equations, times, {0.1, 0.0}, Excitation(), {0.25, 7.5}, options);
+    ASSERT_TRUE(whole.report.ok) << whole.report.sentence();
+    const double all = spent;
+    ASSERT_GT(all, 5000.0 * 4.0 * 2.0) << "steps, stages, states";
+    spent = 0.0;
+    options.afford = [&](double numbers) {
+      spent += numbers;
+      return spent < 0.3 * all;
+    };
+    const auto part = run(equations, times, {0.1, 0.0}, Excitation(), {0.25, 7.5}, options);
+    EXPECT_FALSE(part.report.ok);
+    EXPECT_TRUE(part.report.stopped);
+    EXPECT_FALSE(part.report.inadmissible);
+    EXPECT_NEAR(part.report.reached, 3.0, 0.05);
+    EXPECT_THAT(part.report.sentence(), HasSubstr("was stopped at t = "));
+    EXPECT_LT(spent, 0.31 * all);
+  }
+}
+
 TEST(Integration, DropsAsTheIndependentCodeDoes) {
   std::ifstream file(std::filesystem::path(SHAKER_TEST_DATA) / "verbeek1991.json");
   const auto rows = nlohmann::json::parse(file).at("drop");
