@@ -79,14 +79,16 @@ Seen seen_at(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::siz
              const std::vector<Seen>& all, const config::ModelSpec& spec, const Model& model,
              int points) {
   Seen seen;
+  RunDatum datum = data[r];
+  datum.to_limit.reset();  // it is of the model without the probe
   if (const std::size_t first = first_of_response(data, r); first < r) {
-    seen.prediction = std::make_unique<Prediction>(*all[first].prediction, data[r]);
+    seen.prediction = std::make_unique<Prediction>(*all[first].prediction, datum);
   } else {
     if (fit.run_models[r] != fit.model)
       seen.rounded =
-          std::make_unique<const Model>(rounded_for(spec, data[r], fit.predictions[r].points()));
+          std::make_unique<const Model>(rounded_for(spec, datum, fit.predictions[r].points()));
     seen.prediction =
-        std::make_unique<Prediction>(seen.rounded ? *seen.rounded : model, data[r], points);
+        std::make_unique<Prediction>(seen.rounded ? *seen.rounded : model, datum, points);
   }
   seen.prediction->start_from(fit.predictions[r]);
   return seen;

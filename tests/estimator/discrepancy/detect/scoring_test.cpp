@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/discrepancy/weigh/transient.hpp"
 #include "tests/estimator/discrepancy/free_decay.hpp"
 #include "tests/estimator/fixtures.hpp"
 
@@ -59,6 +60,27 @@ TEST(Scoring, NamesTheDragOfAPendulum) {
   ASSERT_FALSE(d->effects.empty());
   EXPECT_EQ(d->effects[0].name, "orifice_damping");
   EXPECT_GT(d->effects[0].probability, 0.9);
+}
+
+// What a grid lacks to the limit of zero width is known for one model. A signature is of another.
+TEST(Scoring, TakesNoLimitOfAnotherModel) {
+  auto runs =
+      transient_runs({testing::decay_of([](double u, double v) { return 40.0 * u + 0.5 * v; }, {})},
+                     oscillator(42.0));
+  ASSERT_TRUE(runs) << runs.error().what;
+  const HarmonicFit fit = fit_transient(oscillator(42.0), *runs, {});
+  ASSERT_TRUE(fit.converged) << fit.trouble;
+  Probe probe;
+  probe.line = estimator::testing::effect("coulomb_friction");
+  const auto without = signatures_of(fit, runs->data, probe, {});
+  std::vector<RunDatum> limited = runs->data;
+  const auto size = limited[0].response.size();
+  limited[0].to_limit = std::make_shared<const ToLimit>(
+      ToLimit{fit.theta, Eigen::VectorXd::Ones(size), Eigen::MatrixXd::Ones(size, 2),
+              Eigen::VectorXd::Zero(size)});
+  const auto with = signatures_of(fit, limited, probe, {});
+  ASSERT_GT(without.columns.cols(), 0);
+  EXPECT_EQ(with.columns, without.columns);
 }
 
 }  // namespace
