@@ -5,7 +5,7 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
-#include "estimator/plan/plan.hpp"
+#include "estimator/design/plan.hpp"
 
 namespace shaker::cli {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "estimator/plan/plan.hpp"
+#include "estimator/design/plan.hpp"
 #include "report/page/page.hpp"
 
 namespace shaker::report {

@@ -1,5 +1,5 @@
 // Ranks the runs that a rig allows by how well they determine the parameters.
-#include "estimator/plan/plan.hpp"
+#include "estimator/design/plan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -30,7 +30,7 @@ INNER_MAY_INCLUDE = {
     ROOT: {"math", "effects", "formula", "periodic", "objectives", "worth", "online"},
     "worth": {"math", "periodic", "objectives", ROOT},
     "online": {"math", "periodic", "worth", ROOT},
-    "plan": {"math", "worth", ROOT},
+    "design": {"math", "worth", ROOT},
     "time": {"math", "worth", ROOT},
     "discrepancy": {"math", "effects", "instrument", "periodic", "time", ROOT},
     "optimise": {"math", ROOT},

@@ -1,4 +1,4 @@
-#include "estimator/plan/plan.hpp"
+#include "estimator/design/plan.hpp"
 
 #include <cmath>
 #include <limits>
