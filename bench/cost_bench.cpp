@@ -11,9 +11,9 @@
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/formula/formula_effect.hpp"
+#include "estimator/inference/profile.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/paper/figures.hpp"
-#include "estimator/worth/profile.hpp"
 
 namespace {
 

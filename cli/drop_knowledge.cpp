@@ -14,7 +14,7 @@
 #include "cli/opened_campaign.hpp"
 #include "config/model.hpp"
 #include "estimator/estimation.hpp"
-#include "estimator/worth/second_order.hpp"
+#include "estimator/inference/second_order.hpp"
 #include "report/estimate_document.hpp"
 
 namespace shaker::cli {

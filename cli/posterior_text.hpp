@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "estimator/worth/posterior.hpp"
+#include "estimator/inference/posterior.hpp"
 
 namespace shaker::cli {
 

@@ -22,8 +22,8 @@ struct ParameterEstimate {
   bool fixed = false;
   bool at_bound = false;
   bool determined = true;  // false: the data do not determine it; see Estimate::warnings
-  // Bias that was subtracted from the optimum to give `value` (worth/second_order.hpp). 0: `value`
-  // is the optimum.
+  // Bias that was subtracted from the optimum to give `value` (inference/second_order.hpp). 0:
+  // `value` is the optimum.
   double bias = 0.0;
 };
 

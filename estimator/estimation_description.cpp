@@ -1,7 +1,7 @@
 // An estimate with names, units, intervals and warnings.
 #include "estimator/estimation_impl.hpp"
-#include "estimator/worth/description.hpp"
-#include "estimator/worth/determination.hpp"
+#include "estimator/inference/description.hpp"
+#include "estimator/inference/determination.hpp"
 
 namespace shaker::estimator {
 

@@ -7,7 +7,7 @@
 
 #include "cli/channel_data.hpp"
 #include "cli/commands.hpp"
-#include "estimator/worth/description.hpp"
+#include "estimator/inference/description.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"

@@ -1,5 +1,5 @@
 // Estimates the same campaign many times with new noise and reports bias, scatter and coverage.
-#include "estimator/worth/monte_carlo.hpp"
+#include "estimator/inference/monte_carlo.hpp"
 
 #include <algorithm>
 #include <cmath>

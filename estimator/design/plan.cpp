@@ -10,10 +10,10 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/inference/determination.hpp"
+#include "estimator/inference/parallel.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
-#include "estimator/worth/determination.hpp"
-#include "estimator/worth/parallel.hpp"
 
 namespace shaker::estimator {
 namespace {

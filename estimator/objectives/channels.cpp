@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/math/box_minimum.hpp"
-#include "estimator/objectives/channel_worth.hpp"
+#include "estimator/objectives/channel_inference.hpp"
 
 namespace shaker::estimator {
 namespace {

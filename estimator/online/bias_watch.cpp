@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/worth/second_order.hpp"
+#include "estimator/inference/second_order.hpp"
 
 namespace shaker::estimator::online {
 namespace {

@@ -1,4 +1,4 @@
-// Corrects the published estimates for second-order bias (worth/second_order.hpp), where it is
+// Corrects the published estimates for second-order bias (inference/second_order.hpp), where it is
 // large enough, as `shakerctl estimate` does. It computes the bias only when needed.
 //
 // In units of the standard errors, the bias is proportional to them. If it is far below the

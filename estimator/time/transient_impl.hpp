@@ -84,7 +84,7 @@ struct TransientEstimator::Impl {
   std::string where(const IntegrationReport& report) const;
 
   void finish();
-  void finish_worth();
+  void finish_inference();
   ParameterEstimate initial_entry(std::size_t record, std::size_t state) const;
 };
 

@@ -11,12 +11,12 @@
 
 #include "estimator/accurate_estimation.hpp"
 #include "estimator/ceres_estimation.hpp"
+#include "estimator/inference/bootstrap.hpp"
+#include "estimator/inference/profile.hpp"
 #include "estimator/objectives/robust.hpp"
 #include "estimator/optimise/methods.hpp"
 #include "estimator/optimise/periodic_problem.hpp"
 #include "estimator/time/transient.hpp"
-#include "estimator/worth/bootstrap.hpp"
-#include "estimator/worth/profile.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include "estimator/worth/monte_carlo.hpp"
+#include "estimator/inference/monte_carlo.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {

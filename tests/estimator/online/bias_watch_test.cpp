@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include "estimator/inference/monte_carlo.hpp"
+#include "estimator/inference/second_order.hpp"
 #include "estimator/online_estimator.hpp"
-#include "estimator/worth/monte_carlo.hpp"
-#include "estimator/worth/second_order.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::online {
