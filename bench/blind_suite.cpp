@@ -69,8 +69,8 @@ std::vector<Scored> diagnosed(const std::vector<Case>& cases, int threads, bool 
     throw std::runtime_error(fmt::format("no folder can be made in {}",
                                          std::filesystem::temp_directory_path().string()));
   const std::filesystem::path folder = pattern;
-  shaker::estimator::discrepancy::DiagnoseOptions options;
-  if (thorough) options.effort = shaker::estimator::discrepancy::kThorough;
+  shaker::estimator::diagnosis::DiagnoseOptions options;
+  if (thorough) options.effort = shaker::estimator::diagnosis::kThorough;
   std::size_t done = 0;
   const auto tell = [&](const Scored& s) { print_case(s, ++done, cases.size()); };
   auto scored = run(cases, folder, threads, tell, options);

@@ -15,17 +15,17 @@
 #include <fmt/format.h>
 
 #include "base/heap.hpp"
-#include "estimator/discrepancy/cycles/steady_cycles.hpp"
-#include "estimator/discrepancy/detect/candidates.hpp"
-#include "estimator/discrepancy/diagnose.hpp"
-#include "estimator/discrepancy/name/naming.hpp"
-#include "estimator/discrepancy/weigh/weighing.hpp"
+#include "estimator/diagnosis/cycles/steady_cycles.hpp"
+#include "estimator/diagnosis/detect/candidates.hpp"
+#include "estimator/diagnosis/diagnose.hpp"
+#include "estimator/diagnosis/name/naming.hpp"
+#include "estimator/diagnosis/weigh/weighing.hpp"
 #include "tests/blind/suite.hpp"
 
 namespace {
 
 using namespace shaker;
-namespace discrepancy = estimator::discrepancy;
+namespace diagnosis = estimator::diagnosis;
 
 constexpr int kRepetitions = 3;
 constexpr const char* kHidden[] = {"coulomb_friction", "cubic_stiffness", "sensor_delay",
@@ -39,7 +39,7 @@ blind::Truth truth_of(std::string_view name) {
 }
 
 // Frequencies from 1 to 4 Hz; every third run is held out.
-discrepancy::Campaign recorded(std::string_view hidden, int runs) {
+diagnosis::Campaign recorded(std::string_view hidden, int runs) {
   blind::Design design{"made", {}};
   for (int r = 0; r < runs; ++r)
     design.runs.push_back(
@@ -60,19 +60,19 @@ double least_seconds(const Work& work) {
 
 // The fit of the base model, with which a search starts.
 struct Begun {
-  std::vector<discrepancy::RunDatum> data;
-  discrepancy::HarmonicFit fit;
+  std::vector<diagnosis::RunDatum> data;
+  diagnosis::HarmonicFit fit;
 };
 
-Begun begun(const discrepancy::Campaign& campaign, const config::ModelSpec& model) {
-  std::vector<discrepancy::SteadyRun> runs;
-  for (const discrepancy::Recording& run : campaign.runs)
-    runs.push_back(discrepancy::steady_cycles(run).value());
-  discrepancy::FitOptions far;
+Begun begun(const diagnosis::Campaign& campaign, const config::ModelSpec& model) {
+  std::vector<diagnosis::SteadyRun> runs;
+  for (const diagnosis::Recording& run : campaign.runs)
+    runs.push_back(diagnosis::steady_cycles(run).value());
+  diagnosis::FitOptions far;
   far.from_rest = true;
-  auto rough = discrepancy::fit_harmonics(model, discrepancy::weigh(runs).data, {}, nullptr, far);
-  Begun all{discrepancy::weigh(runs, rough).data, {}};
-  all.fit = discrepancy::fit_harmonics(model, all.data, rough.theta, nullptr, far);
+  auto rough = diagnosis::fit_harmonics(model, diagnosis::weigh(runs).data, {}, nullptr, far);
+  Begun all{diagnosis::weigh(runs, rough).data, {}};
+  all.fit = diagnosis::fit_harmonics(model, all.data, rough.theta, nullptr, far);
   return all;
 }
 
@@ -84,7 +84,7 @@ void over_runs(const config::ModelSpec& model) {
     double sum = 0.0;
     for (const char* hidden : kHidden) {
       const auto campaign = recorded(hidden, runs);
-      sum += least_seconds([&] { (void)discrepancy::diagnose(campaign, model); });
+      sum += least_seconds([&] { (void)diagnosis::diagnose(campaign, model); });
     }
     const double mean = sum / std::size(kHidden);
     fmt::print("| {} | {:.2f} s | {} |\n", runs, mean,
@@ -105,21 +105,20 @@ void over_catalogue(const config::ModelSpec& model) {
       const auto campaign = recorded(hidden, 6);
       const Begun base = begun(campaign, model);
       std::vector<std::string> warnings;
-      const auto all = discrepancy::candidates(model, {0.10, 0.20, 0.5, 15.0},
-                                               discrepancy::Kind::periodic, warnings)
-                           .tried;
+      const auto all =
+          diagnosis::candidates(model, {0.10, 0.20, 0.5, 15.0}, diagnosis::Kind::periodic, warnings)
+              .tried;
       for (std::size_t first = 0; first < share; ++first) {
-        std::vector<discrepancy::Candidate> some;
+        std::vector<diagnosis::Candidate> some;
         for (std::size_t k = first; k < all.size(); k += share)
           some.push_back(all[k]);
         size = some.size();
-        sum +=
-            least_seconds([&] {
-              auto copy =
-                  discrepancy::fit_harmonics(model, base.data, base.fit.theta, &base.fit, {});
-              (void)discrepancy::name_effects(std::move(copy), base.data, some, {}, [](double) {});
-            }) /
-            static_cast<double>(share);
+        sum += least_seconds([&] {
+                 auto copy =
+                     diagnosis::fit_harmonics(model, base.data, base.fit.theta, &base.fit, {});
+                 (void)diagnosis::name_effects(std::move(copy), base.data, some, {}, [](double) {});
+               }) /
+               static_cast<double>(share);
       }
     }
     const double mean = sum / std::size(kHidden);

@@ -89,7 +89,7 @@ IdentifiedDamper diagnosed(const blind::Case& hidden, const std::string& folder)
                                      blind::noises()[static_cast<std::size_t>(hidden.noise)],
                                      hidden.truth, hidden.seed);
   auto found =
-      estimator::discrepancy::diagnose(blind::recorded(plan), blind::base_model("model-oleo.json"));
+      estimator::diagnosis::diagnose(blind::recorded(plan), blind::base_model("model-oleo.json"));
   if (!found) throw std::runtime_error(found.error().what);
   if (!folder.empty()) std::ofstream(file) << report::damper_json(found->damper);
   return std::move(found->damper);

@@ -24,11 +24,11 @@ namespace {
 using config::Findings;
 using config::Node;
 using config::ObjectReader;
-using estimator::discrepancy::Campaign;
-using estimator::discrepancy::Kind;
-using estimator::discrepancy::Recording;
-using estimator::discrepancy::recording_of;
-using estimator::discrepancy::Role;
+using estimator::diagnosis::Campaign;
+using estimator::diagnosis::Kind;
+using estimator::diagnosis::Recording;
+using estimator::diagnosis::recording_of;
+using estimator::diagnosis::Role;
 
 constexpr double kLargestGravity = 1000.0;  // m/s^2, the same limit as for a model file
 constexpr double kLargestNumber = 1e30;     // of a channel, so that fourth powers do not overflow

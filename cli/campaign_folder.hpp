@@ -7,7 +7,7 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
-#include "estimator/discrepancy/campaign.hpp"
+#include "estimator/diagnosis/campaign.hpp"
 
 namespace shaker::cli {
 
@@ -15,11 +15,11 @@ namespace shaker::cli {
 // model's length unit and to seconds. A gravity in campaign.json replaces that of `model`. A
 // database is in m and s; its numbers are not converted. An Error names file, line, place and
 // remedy: for example units that do not match, a missing file, an unknown key or kind.
-Result<estimator::discrepancy::Campaign> read_campaign(const std::filesystem::path& path,
-                                                       config::ModelSpec& model);
+Result<estimator::diagnosis::Campaign> read_campaign(const std::filesystem::path& path,
+                                                     config::ModelSpec& model);
 
 // The same for a folder, given its campaign.json.
-Result<estimator::discrepancy::Campaign> read_campaign_file(const std::filesystem::path& file,
-                                                            config::ModelSpec& model);
+Result<estimator::diagnosis::Campaign> read_campaign_file(const std::filesystem::path& file,
+                                                          config::ModelSpec& model);
 
 }  // namespace shaker::cli

@@ -306,8 +306,8 @@ bool recorded(const config::Node& root) {
 }
 
 void check_recorded(const fs::path& file, CheckReport& report) {
-  using estimator::discrepancy::Kind;
-  using estimator::discrepancy::Role;
+  using estimator::diagnosis::Kind;
+  using estimator::diagnosis::Role;
   config::ModelSpec any;  // the model of the later diagnosis is not known here
   const auto campaign = read_campaign_file(file, any);
   if (!campaign) return add_lines(report.errors, campaign.error().what);

@@ -8,7 +8,7 @@
 #include "base/heap.hpp"
 #include "cli/joined_drop.hpp"
 #include "cli/opened_campaign.hpp"
-#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/diagnosis/diagnose.hpp"
 #include "estimator/time/falling_damper.hpp"
 #include "report/damper_document.hpp"
 
@@ -19,11 +19,11 @@ Result<estimator::IdentifiedDamper> diagnosed_now(const DropOptions& options) {
   keep_freed_memory();
   auto opened = open_campaigns(options.campaigns, options.model);
   if (!opened) return opened.error();
-  using estimator::discrepancy::CalibrationCache;
+  using estimator::diagnosis::CalibrationCache;
   CalibrationCache calibrations(CalibrationCache::user_folder());
-  estimator::discrepancy::DiagnoseOptions wanted;
+  estimator::diagnosis::DiagnoseOptions wanted;
   wanted.calibrations = &calibrations;
-  auto found = estimator::discrepancy::diagnose(opened->campaign, opened->model, wanted);
+  auto found = estimator::diagnosis::diagnose(opened->campaign, opened->model, wanted);
   if (!found) return found.error();
   return std::move(found->damper);
 }

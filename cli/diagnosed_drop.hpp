@@ -9,7 +9,7 @@
 #include "base/result.hpp"
 #include "cli/commands.hpp"
 #include "cli/drop_output.hpp"
-#include "estimator/discrepancy/diagnosis.hpp"
+#include "estimator/diagnosis/diagnosis.hpp"
 #include "estimator/time/drop_mixture.hpp"
 #include "estimator/time/identified_damper.hpp"
 #include "estimator/time/joined_drop.hpp"

@@ -13,10 +13,10 @@
 namespace shaker::cli {
 namespace {
 
-using estimator::discrepancy::Diagnosis;
-using estimator::discrepancy::Kind;
-using estimator::discrepancy::Recording;
-using estimator::discrepancy::Role;
+using estimator::diagnosis::Diagnosis;
+using estimator::diagnosis::Kind;
+using estimator::diagnosis::Recording;
+using estimator::diagnosis::Role;
 using report::page_cell;
 using report::page_table;
 using report::PageValues;

@@ -8,7 +8,7 @@
 #include "cli/commands.hpp"
 #include "cli/diagnosed_drop.hpp"
 #include "cli/opened_campaign.hpp"
-#include "estimator/discrepancy/diagnosis.hpp"
+#include "estimator/diagnosis/diagnosis.hpp"
 #include "report/page/page.hpp"
 
 namespace shaker::cli {
@@ -16,7 +16,7 @@ namespace shaker::cli {
 struct Dossier {
   report::TitleBlock title;
   const OpenedCampaign* opened = nullptr;
-  const estimator::discrepancy::Diagnosis* diagnosis = nullptr;
+  const estimator::diagnosis::Diagnosis* diagnosis = nullptr;
   const DiagnosedDrop* drop = nullptr;  // null: no drop was asked for, or it gives no answer
   std::string no_drop;                  // why there is none; empty: it was not asked for
   std::vector<std::string> commands;

@@ -14,8 +14,8 @@ namespace shaker::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using estimator::discrepancy::Campaign;
-using estimator::discrepancy::Recording;
+using estimator::diagnosis::Campaign;
+using estimator::diagnosis::Recording;
 
 Error not_opened(const fs::path& path, const std::string& why) {
   return {ErrorKind::invalid, fmt::format("{}: {}", path.string(), why)};

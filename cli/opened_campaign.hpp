@@ -11,15 +11,15 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
-#include "estimator/discrepancy/campaign.hpp"
+#include "estimator/diagnosis/campaign.hpp"
 #include "record/campaign_database.hpp"
 
 namespace shaker::cli {
 
 struct OpenedCampaign {
   config::ModelSpec model;
-  estimator::discrepancy::Campaign campaign;  // in the model's length unit and seconds
-  std::optional<record::CampaignRow> row;     // what the first database says of itself
+  estimator::diagnosis::Campaign campaign;  // in the model's length unit and seconds
+  std::optional<record::CampaignRow> row;   // what the first database says of itself
 };
 
 enum class Place { database, folder, other };

@@ -8,19 +8,19 @@
 #include "cli/repetition.hpp"
 #include "cli/run_data.hpp"
 #include "cli/run_over_periods.hpp"
-#include "estimator/discrepancy/cycles/harmonics.hpp"
-#include "estimator/discrepancy/cycles/steady_cycles.hpp"
+#include "estimator/diagnosis/cycles/harmonics.hpp"
+#include "estimator/diagnosis/cycles/steady_cycles.hpp"
 
 namespace shaker::cli {
 namespace {
 
 using estimator::RunData;
-namespace discrepancy = estimator::discrepancy;
+namespace diagnosis = estimator::diagnosis;
 
 constexpr int kDriverPoints = 64;
 
 std::vector<double> curve_of(const Eigen::VectorXd& harmonics, int points) {
-  const Eigen::VectorXd curve = discrepancy::synthesised(harmonics, points);
+  const Eigen::VectorXd curve = diagnosis::synthesised(harmonics, points);
   return {curve.data(), curve.data() + curve.size()};
 }
 
@@ -33,7 +33,7 @@ double driver_error(const Eigen::MatrixXd& rows) {
   return std::sqrt(squares / static_cast<double>(count * cycles * (cycles - 1)));
 }
 
-Result<RunData> run_of(const discrepancy::SteadyRun& steady, const std::string& origin,
+Result<RunData> run_of(const diagnosis::SteadyRun& steady, const std::string& origin,
                        bool harmonics) {
   RunData run;
   run.frequency_hz = steady.frequency_hz;
@@ -54,8 +54,8 @@ Result<RunData> run_of(const discrepancy::SteadyRun& steady, const std::string& 
 
 // All samples, where no cycles are found steady: too few, or put together by another program. An
 // Error where they do not repeat.
-Result<RunData> run_of_all_samples(const discrepancy::Recording& recording,
-                                   const std::string& origin, bool harmonics) {
+Result<RunData> run_of_all_samples(const diagnosis::Recording& recording, const std::string& origin,
+                                   bool harmonics) {
   CsvTable table;
   table.columns["t"] = recording.t;
   table.columns[recording.excitation.empty() ? "y" : "displacement"] = recording.displacement;
@@ -71,23 +71,23 @@ Result<RunData> run_of_all_samples(const discrepancy::Recording& recording,
 
 }  // namespace
 
-Result<std::vector<RunData>> runs_of_recordings(const discrepancy::Campaign& campaign,
+Result<std::vector<RunData>> runs_of_recordings(const diagnosis::Campaign& campaign,
                                                 const std::string& place, bool harmonics,
                                                 std::vector<std::string>& warnings) {
   std::vector<RunData> runs;
-  for (const discrepancy::Recording& recording : campaign.runs) {
+  for (const diagnosis::Recording& recording : campaign.runs) {
     const std::string origin = fmt::format("{}: run {}", place, recording.name);
-    if (recording.kind != discrepancy::Kind::periodic)
+    if (recording.kind != diagnosis::Kind::periodic)
       return Error{ErrorKind::invalid,
                    origin +
                        " is not a periodic response; `shakerctl diagnose` reads such runs, or "
                        "give its CSV file with --transient"};
-    if (recording.role == discrepancy::Role::held_out) {
+    if (recording.role == diagnosis::Role::held_out) {
       warnings.push_back(
           fmt::format("run {} is held out by the campaign's file and not fitted", recording.name));
       continue;
     }
-    auto steady = discrepancy::steady_cycles(recording);
+    auto steady = diagnosis::steady_cycles(recording);
     if (!steady) {
       auto run = run_of_all_samples(recording, origin, harmonics);
       if (!run)

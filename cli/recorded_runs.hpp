@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "estimator/discrepancy/campaign.hpp"
+#include "estimator/diagnosis/campaign.hpp"
 #include "estimator/estimation.hpp"
 
 namespace shaker::cli {
@@ -17,7 +17,7 @@ namespace shaker::cli {
 // and a sentence for each run that is left out, are added to `warnings`. An Error names `place` and
 // the run: a recording without a period, or one without steady cycles.
 Result<std::vector<estimator::RunData>> runs_of_recordings(
-    const estimator::discrepancy::Campaign& campaign, const std::string& place, bool harmonics,
+    const estimator::diagnosis::Campaign& campaign, const std::string& place, bool harmonics,
     std::vector<std::string>& warnings);
 
 }  // namespace shaker::cli

@@ -26,12 +26,11 @@ endforeach()
 
 # The library for other programs, which examples/ use: find_package(Shaker COMPONENTS estimator
 # diagnosis), or pkg-config. It is not in the rig PC's package.
-set(shaker_installed base config estimator analysis time_steps discrepancy_campaign discrepancy)
+set(shaker_installed base config estimator analysis time_steps diagnosis_campaign diagnosis)
 foreach(room IN LISTS shaker_installed)
   set_target_properties(shaker_${room} PROPERTIES EXPORT_NAME ${room})
   install(TARGETS shaker_${room} EXPORT Shaker ARCHIVE COMPONENT development)
 endforeach()
-set_target_properties(shaker_discrepancy PROPERTIES EXPORT_NAME diagnosis)
 foreach(room IN ITEMS base config protocol estimator)
   install(DIRECTORY ${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/shaker COMPONENT development
           FILES_MATCHING PATTERN "*.hpp" PATTERN examples EXCLUDE PATTERN schema EXCLUDE)
@@ -56,7 +55,7 @@ endfunction()
 shaker_pkg_config(shaker-estimator "Parameters of a damper from its periodic response"
                   analysis estimator config base)
 shaker_pkg_config(shaker-diagnosis "Names the effect that a damper's model lacks"
-                  discrepancy discrepancy_campaign time_steps analysis estimator config base)
+                  diagnosis diagnosis_campaign time_steps analysis estimator config base)
 
 install(DIRECTORY python/shakerd DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN py.typed)

@@ -4,15 +4,15 @@
 #include <numbers>
 #include <random>
 #include <shaker/config/model.hpp>
-#include <shaker/estimator/discrepancy/diagnose.hpp>
+#include <shaker/estimator/diagnosis/diagnose.hpp>
 
 namespace {
 
-namespace discrepancy = shaker::estimator::discrepancy;
+namespace diagnosis = shaker::estimator::diagnosis;
 
 // 30 periods, sampled 1000 times a second, of u'' + 8 u' + 350 u + 4e5 u^3 = `amplitude` cos(2 pi f t).
-discrepancy::Recording recorded(const char* name, double frequency_hz, double amplitude) {
-  discrepancy::Recording run;
+diagnosis::Recording recorded(const char* name, double frequency_hz, double amplitude) {
+  diagnosis::Recording run;
   run.name = name;
   run.frequency_hz = frequency_hz;
   run.amplitude = amplitude;
@@ -54,13 +54,13 @@ int main() {
       {"effect": "viscous_damping", "parameters": {"c": {"start": 5}}}]})",
                                   "here");
   if (!spec) return std::puts(spec.error().what.c_str()), 1;
-  discrepancy::Campaign campaign{.name = "bush", .runs = {}, .warnings = {}};
+  diagnosis::Campaign campaign{.name = "bush", .runs = {}, .warnings = {}};
   campaign.runs = {recorded("slow", 1.5, 4.0), recorded("middle", 3.0, 6.0),
                    recorded("fast", 4.5, 8.0)};
 
-  const auto diagnosis = discrepancy::diagnose(campaign, *spec);
+  const auto diagnosis = diagnosis::diagnose(campaign, *spec);
   if (!diagnosis) return std::puts(diagnosis.error().what.c_str()), 1;
-  std::printf("%s\n", discrepancy::name(diagnosis->verdict));
+  std::printf("%s\n", diagnosis::name(diagnosis->verdict));
   for (const auto& effect : diagnosis->effects)
     std::printf("%s, probability %.2f\n", effect.name.c_str(), effect.probability);
 }

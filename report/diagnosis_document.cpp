@@ -13,7 +13,7 @@ namespace shaker::report {
 namespace {
 
 using nlohmann::ordered_json;
-using namespace estimator::discrepancy;
+using namespace estimator::diagnosis;
 
 void put(ordered_json& object, const char* key, double value) {
   if (std::isfinite(value)) object[key] = value;

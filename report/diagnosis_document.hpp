@@ -3,14 +3,14 @@
 
 #include <string>
 
-#include "estimator/discrepancy/diagnosis.hpp"
+#include "estimator/diagnosis/diagnosis.hpp"
 
 namespace shaker::report {
 
 // Two-space indented JSON. Numbers that are not finite are left out.
-std::string diagnosis_json(const estimator::discrepancy::Diagnosis& diagnosis);
+std::string diagnosis_json(const estimator::diagnosis::Diagnosis& diagnosis);
 
 // For a terminal: verdict, effects, gap, warnings.
-std::string diagnosis_table(const estimator::discrepancy::Diagnosis& diagnosis);
+std::string diagnosis_table(const estimator::diagnosis::Diagnosis& diagnosis);
 
 }  // namespace shaker::report

@@ -88,7 +88,7 @@ std::vector<std::filesystem::path> earlier_diagnosis(const std::filesystem::path
 }
 
 Result<void> write_diagnosis(const std::filesystem::path& folder,
-                             const estimator::discrepancy::Diagnosis& diagnosis,
+                             const estimator::diagnosis::Diagnosis& diagnosis,
                              const TitleBlock& title) {
   if (auto made = make_folder(folder); !made) return made;
   const std::string texts[] = {diagnosis_json(diagnosis), config::to_json_text(diagnosis.improved),

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "estimator/discrepancy/diagnosis.hpp"
+#include "estimator/diagnosis/diagnosis.hpp"
 #include "report/diagnosis_page.hpp"
 
 namespace shaker::report {
@@ -22,7 +22,7 @@ std::vector<std::filesystem::path> earlier_diagnosis(const std::filesystem::path
 // Creates the folder and replaces existing files; each file is replaced completely or not at
 // all. An Error names the file and the message of the system.
 Result<void> write_diagnosis(const std::filesystem::path& folder,
-                             const estimator::discrepancy::Diagnosis& diagnosis,
+                             const estimator::diagnosis::Diagnosis& diagnosis,
                              const TitleBlock& title = {});
 
 }  // namespace shaker::report

@@ -12,7 +12,7 @@
 namespace shaker::report {
 namespace {
 
-using namespace estimator::discrepancy;
+using namespace estimator::diagnosis;
 using estimator::ParameterEstimate;
 
 constexpr std::size_t kRunsDrawn = 2;  // in full; the others are folded

@@ -11,7 +11,7 @@
 namespace shaker::report {
 namespace {
 
-using estimator::discrepancy::ForceBin;
+using estimator::diagnosis::ForceBin;
 
 constexpr int kCells = 24;  // of a map, in each direction
 
@@ -114,7 +114,7 @@ std::string gap_bars(const Diagnosis& diagnosis) {
     bars.values.resize(2);
   }
   for (const auto& run : diagnosis.runs) {
-    const bool held = run.role == estimator::discrepancy::Role::held_out;
+    const bool held = run.role == estimator::diagnosis::Role::held_out;
     bars.labels.push_back(run.name + (held ? "*" : ""));
     bars.values[0].push_back(run.before / run.noise_floor);
     if (bars.values.size() > 1) bars.values[1].push_back(run.after / run.noise_floor);

@@ -3,12 +3,12 @@
 
 #include <string>
 
-#include "estimator/discrepancy/diagnosis.hpp"
+#include "estimator/diagnosis/diagnosis.hpp"
 
 namespace shaker::report {
 
-using estimator::discrepancy::Diagnosis;
-using estimator::discrepancy::RunCurves;
+using estimator::diagnosis::Diagnosis;
+using estimator::diagnosis::RunCurves;
 
 // The unit in which a length is drawn: {1000, "mm"} for metres, {1, unit} for other units.
 struct Shown {
@@ -33,7 +33,7 @@ std::string force_over_phase(const Diagnosis& diagnosis);
 std::string force_map(const Diagnosis& diagnosis, bool after);
 // The force that no parameter and no effect explains. A dot marks a cell in which it may be
 // noise.
-std::string remaining_map(const estimator::discrepancy::Diagnosis& diagnosis);
+std::string remaining_map(const estimator::diagnosis::Diagnosis& diagnosis);
 std::string harmonics_bars(const Diagnosis& diagnosis);
 
 }  // namespace shaker::report

@@ -1,5 +1,5 @@
 // Searches for what a model lacks: runs the diagnosis on a campaign.
-#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/diagnosis/diagnose.hpp"
 
 #include <cstdio>
 #include <optional>
@@ -20,7 +20,7 @@
 namespace shaker::cli {
 namespace {
 
-estimator::discrepancy::Progress progress_line() {
+estimator::diagnosis::Progress progress_line() {
   if (!stdout_is_terminal()) return {};
   return [](std::string_view stage, double share) {
     fmt::print(stderr, "\r{:<24} {}\x1b[K", stage, progress_bar(share, 30));
@@ -57,14 +57,14 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
       return fail(common, kBadInput, ready.error().what);
     warn_of_earlier_files(options.out);
   }
-  estimator::discrepancy::DiagnoseOptions wanted;
+  estimator::diagnosis::DiagnoseOptions wanted;
   wanted.false_alarm_rate = options.false_alarm_rate;
-  if (options.thorough) wanted.effort = estimator::discrepancy::kThorough;
-  using estimator::discrepancy::CalibrationCache;
+  if (options.thorough) wanted.effort = estimator::diagnosis::kThorough;
+  using estimator::diagnosis::CalibrationCache;
   CalibrationCache calibrations(CalibrationCache::user_folder());
   wanted.calibrations = &calibrations;
   const auto found =
-      estimator::discrepancy::diagnose(opened->campaign, opened->model, wanted, progress_line());
+      estimator::diagnosis::diagnose(opened->campaign, opened->model, wanted, progress_line());
   if (!found) {
     return fail(common, found.error().kind == ErrorKind::invalid ? kBadInput : kNotUsable,
                 found.error().what);

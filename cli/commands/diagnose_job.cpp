@@ -20,7 +20,7 @@
 #include "cli/campaign_title.hpp"
 #include "cli/commands.hpp"
 #include "config/campaign.hpp"
-#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/diagnosis/diagnose.hpp"
 #include "record/accepted_cycles.hpp"
 #include "report/diagnosis_document.hpp"
 #include "report/diagnosis_files.hpp"
@@ -30,7 +30,7 @@ namespace shaker::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using namespace estimator::discrepancy;
+using namespace estimator::diagnosis;
 
 constexpr int kJobNice = 10;
 // Bytes. The largest diagnosis of the tests takes 120 MB. A diagnosis that needs far more has
@@ -114,7 +114,7 @@ Result<Diagnosis> find(const Json& job, std::string& name, report::TitleBlock& t
   if (job.at("thorough").get<bool>()) options.effort = kThorough;
   CalibrationCache calibrations(calibration_folder());
   options.calibrations = &calibrations;
-  return estimator::discrepancy::diagnose(
+  return estimator::diagnosis::diagnose(
       *campaign, *model, options,
       [&](std::string_view stage, double share) { tell(name, stage, share); });
 }

@@ -12,7 +12,7 @@
 #include "cli/posterior_text.hpp"
 #include "cli/refined_fit.hpp"
 #include "cli/same_damper.hpp"
-#include "estimator/discrepancy/fit/corners.hpp"
+#include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/estimation.hpp"
 #include "estimator/inference/intervals.hpp"
 #include "estimator/inference/posterior.hpp"
@@ -222,7 +222,7 @@ std::string objective_name(const EstimateOptions& options, const config::ModelSp
 // parameters cannot be estimated. When the model file states the smoothing width, the grid is
 // refined.
 double accuracy_for(const EstimateOptions& options, const EstimationInput& input) {
-  const auto turnings = estimator::discrepancy::turnings_of(input.model);
+  const auto turnings = estimator::diagnosis::turnings_of(input.model);
   const bool stated = std::any_of(turnings.begin(), turnings.end(),
                                   [](const auto& turning) { return turning.stated; });
   if (options.accuracy > 0.0 || !stated || over_periods(input.runs)) return options.accuracy;

@@ -13,15 +13,15 @@
 #include "cli/dossier.hpp"
 #include "cli/print_page.hpp"
 #include "cli/same_damper.hpp"
-#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/diagnosis/diagnose.hpp"
 #include "report/diagnosis_page.hpp"
 
 namespace shaker::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using estimator::discrepancy::CalibrationCache;
-using estimator::discrepancy::Diagnosis;
+using estimator::diagnosis::CalibrationCache;
+using estimator::diagnosis::Diagnosis;
 
 bool wants_drop(const DropOptions& drop) {
   return drop.sink_speed || !drop.rule.empty();
@@ -65,9 +65,9 @@ Result<void> write_page(const ReportOptions& options, const std::string& page) {
 
 Result<Diagnosis> diagnosed(const OpenedCampaign& opened) {
   CalibrationCache calibrations(CalibrationCache::user_folder());
-  estimator::discrepancy::DiagnoseOptions wanted;
+  estimator::diagnosis::DiagnoseOptions wanted;
   wanted.calibrations = &calibrations;
-  return estimator::discrepancy::diagnose(opened.campaign, opened.model, wanted);
+  return estimator::diagnosis::diagnose(opened.campaign, opened.model, wanted);
 }
 
 int write_dossier(const Common& common, const ReportOptions& options) {

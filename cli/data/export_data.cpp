@@ -11,8 +11,8 @@
 #include "cli/opened_campaign.hpp"
 #include "config/campaign.hpp"
 #include "config/json_tree.hpp"
-#include "estimator/discrepancy/cycles/harmonics.hpp"
-#include "estimator/discrepancy/cycles/steady_cycles.hpp"
+#include "estimator/diagnosis/cycles/harmonics.hpp"
+#include "estimator/diagnosis/cycles/steady_cycles.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -63,17 +63,17 @@ Result<ExportData> export_of_database(const std::filesystem::path& database,
 
 // Steady cycles on a grid of phases, as they are read for an estimate.
 Result<std::vector<record::CycleRow>> cycles_of_recording(
-    const estimator::discrepancy::Recording& recording, int run, const std::string& place) {
-  namespace discrepancy = estimator::discrepancy;
+    const estimator::diagnosis::Recording& recording, int run, const std::string& place) {
+  namespace diagnosis = estimator::diagnosis;
   constexpr int kPhases = 64;
-  if (recording.kind != discrepancy::Kind::periodic)
+  if (recording.kind != diagnosis::Kind::periodic)
     return Error{ErrorKind::invalid,
                  fmt::format("{}: run {} is not periodic and has no cycles; export its --samples",
                              place, recording.name)};
-  const auto steady = discrepancy::steady_cycles(recording);
+  const auto steady = diagnosis::steady_cycles(recording);
   if (!steady) return Error{steady.error().kind, fmt::format("{}: {}", place, steady.error().what)};
   const auto curve = [&](const Eigen::MatrixXd& rows, int cycle) {
-    const Eigen::VectorXd values = discrepancy::synthesised(rows.row(cycle).transpose(), kPhases);
+    const Eigen::VectorXd values = diagnosis::synthesised(rows.row(cycle).transpose(), kPhases);
     return std::vector<double>(values.data(), values.data() + values.size());
   };
   std::vector<record::CycleRow> cycles;
@@ -93,7 +93,7 @@ Result<std::vector<record::CycleRow>> cycles_of_recording(
   return cycles;
 }
 
-std::vector<ExportChannel> channels_of_recording(const estimator::discrepancy::Recording& recording,
+std::vector<ExportChannel> channels_of_recording(const estimator::diagnosis::Recording& recording,
                                                  double reference_mass) {
   std::vector<ExportChannel> channels;
   const auto add = [&](const char* name, const char* unit, std::vector<double> values) {

@@ -13,7 +13,7 @@
 namespace shaker::blind {
 namespace {
 
-namespace discrepancy = estimator::discrepancy;
+namespace diagnosis = estimator::diagnosis;
 
 constexpr int kSteps = 8;  // of the integration between two samples
 constexpr double kRecordQuantum = 1e-6;
@@ -111,8 +111,8 @@ Levels levels_of(const RecordCase& wanted, std::mt19937_64& source) {
   return levels;
 }
 
-discrepancy::Recording record(const RecordCase& wanted, const Levels& levels, int run,
-                              std::mt19937_64& source) {
+diagnosis::Recording record(const RecordCase& wanted, const Levels& levels, int run,
+                            std::mt19937_64& source) {
   const sim::Plant plant(wanted.plant, wanted.truth);
   const bool drop = wanted.shape == Shape::drop;
   const double duration = drop ? 1.5 : wanted.seconds, rate = drop ? 1000.0 : 250.0;
@@ -127,10 +127,10 @@ discrepancy::Recording record(const RecordCase& wanted, const Levels& levels, in
     table = swept_course(0.5 + 0.2 * run, 4.0 - 0.5 * run, 2.0 + 0.5 * run, duration);
   }
   Noise sensor(levels.sensor.rho, source()), measuring(levels.excitation.rho, source());
-  discrepancy::Recording r;
+  diagnosis::Recording r;
   r.name = fmt::format("r{:02}", run + 1);
-  r.kind = discrepancy::Kind::transient;
-  r.role = run == 2 ? discrepancy::Role::held_out : discrepancy::Role::fit;
+  r.kind = diagnosis::Kind::transient;
+  r.role = run == 2 ? diagnosis::Role::held_out : diagnosis::Role::fit;
   r.role_given = true;
   for (int i = 0; i < static_cast<int>(duration * rate); ++i) {
     const double t = i / rate, dt = 1.0 / rate / kSteps;
@@ -185,10 +185,10 @@ std::vector<RecordCase> record_effects(int count) {
                            {{"presliding_friction", 0.2}, {"presliding_distance", 2e-3}}}});
 }
 
-discrepancy::Campaign record_campaign(const RecordCase& wanted) {
+diagnosis::Campaign record_campaign(const RecordCase& wanted) {
   std::mt19937_64 source(7919 * wanted.seed + 13);
   const Levels levels = levels_of(wanted, source);
-  discrepancy::Campaign campaign;
+  diagnosis::Campaign campaign;
   campaign.name = wanted.label();
   for (int run = 0; run < 3; ++run)
     campaign.runs.push_back(record(wanted, levels, run, source));

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estimator/discrepancy/campaign.hpp"
+#include "estimator/diagnosis/campaign.hpp"
 #include "tests/blind/suite.hpp"
 
 namespace shaker::blind {
@@ -41,7 +41,7 @@ std::vector<RecordCase> record_nulls(int count);
 std::vector<RecordCase> record_effects(int count);
 
 // Two runs to fit and one held out.
-estimator::discrepancy::Campaign record_campaign(const RecordCase& wanted);
+estimator::diagnosis::Campaign record_campaign(const RecordCase& wanted);
 Answer answer(const RecordCase& wanted);
 
 struct ScoredRecord {

@@ -15,7 +15,7 @@
 namespace shaker::blind {
 namespace {
 
-namespace discrepancy = estimator::discrepancy;
+namespace diagnosis = estimator::diagnosis;
 namespace fs = std::filesystem;
 
 void seal(const Case& hidden, const fs::path& file) {
@@ -97,14 +97,14 @@ std::vector<Case> all_cases(int nulls) {
   return cases;
 }
 
-discrepancy::Campaign recorded(const sim::CampaignRecording& plan) {
-  discrepancy::Campaign campaign;
+diagnosis::Campaign recorded(const sim::CampaignRecording& plan) {
+  diagnosis::Campaign campaign;
   campaign.name = "blind";
   for (std::size_t r = 0; r < plan.runs.size(); ++r) {
     auto record = sim::record_run(plan, r);
-    discrepancy::Recording run;
+    diagnosis::Recording run;
     run.name = plan.runs[r].name;
-    run.role = plan.runs[r].held_out ? discrepancy::Role::held_out : discrepancy::Role::fit;
+    run.role = plan.runs[r].held_out ? diagnosis::Role::held_out : diagnosis::Role::fit;
     run.role_given = true;
     run.frequency_hz = plan.runs[r].frequency_hz;
     run.amplitude = plan.runs[r].amplitude;
@@ -117,7 +117,7 @@ discrepancy::Campaign recorded(const sim::CampaignRecording& plan) {
 }
 
 Answer answer(const Case& hidden, const fs::path& sealed,
-              const discrepancy::DiagnoseOptions& options) {
+              const diagnosis::DiagnoseOptions& options) {
   seal(hidden, sealed);
   const auto plan =
       recording(designs()[static_cast<std::size_t>(hidden.design)],
@@ -125,12 +125,12 @@ Answer answer(const Case& hidden, const fs::path& sealed,
   return asked(recorded(plan), "model-oleo.json", options);
 }
 
-Answer asked(const discrepancy::Campaign& campaign, const std::string& example,
-             const discrepancy::DiagnoseOptions& options) {
+Answer asked(const diagnosis::Campaign& campaign, const std::string& example,
+             const diagnosis::DiagnoseOptions& options) {
   const config::ModelSpec model = base_model(example);
   Answer given;
   const double before = processor_seconds();
-  const auto diagnosed = discrepancy::diagnose(campaign, model, options);
+  const auto diagnosed = diagnosis::diagnose(campaign, model, options);
   given.seconds = processor_seconds() - before;
   if (!diagnosed.ok()) {
     given.verdict = "refused";
@@ -138,7 +138,7 @@ Answer asked(const discrepancy::Campaign& campaign, const std::string& example,
     return given;
   }
   const auto& found = diagnosed.value();
-  given.verdict = discrepancy::name(found.verdict);
+  given.verdict = diagnosis::name(found.verdict);
   for (const auto& effect : found.effects)
     given.effects.push_back({effect.name, effect.probability, effect.confusable_with});
   given.by_chance = found.probability_before;
@@ -180,7 +180,7 @@ Scored score(const Case& hidden, const Answer& given, const fs::path& sealed) {
 
 std::vector<Scored> run(const std::vector<Case>& cases, const fs::path& folder, int threads,
                         const std::function<void(const Scored&)>& done,
-                        const discrepancy::DiagnoseOptions& options) {
+                        const diagnosis::DiagnoseOptions& options) {
   fs::create_directories(folder);
   std::vector<Scored> all(cases.size());
   std::atomic<std::size_t> next{0};

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "config/model.hpp"
-#include "estimator/discrepancy/campaign.hpp"
-#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/diagnosis/campaign.hpp"
+#include "estimator/diagnosis/diagnose.hpp"
 #include "sim/campaign_recorder.hpp"
 #include "tests/blind/cases.hpp"
 
@@ -54,15 +54,15 @@ double processor_seconds();
 config::ModelSpec base_model(const std::string& example);
 
 // The records of the virtual rig, in the form that the diagnosis takes.
-estimator::discrepancy::Campaign recorded(const sim::CampaignRecording& plan);
+estimator::diagnosis::Campaign recorded(const sim::CampaignRecording& plan);
 
 // Diagnoses records with the base model of an example ("model-oleo.json").
-Answer asked(const estimator::discrepancy::Campaign& campaign, const std::string& example,
-             const estimator::discrepancy::DiagnoseOptions& options = {});
+Answer asked(const estimator::diagnosis::Campaign& campaign, const std::string& example,
+             const estimator::diagnosis::DiagnoseOptions& options = {});
 
 // Records the campaign, writes the truth to `sealed`, and diagnoses it.
 Answer answer(const Case& hidden, const std::filesystem::path& sealed,
-              const estimator::discrepancy::DiagnoseOptions& options = {});
+              const estimator::diagnosis::DiagnoseOptions& options = {});
 
 struct Scored {
   Case hidden;
@@ -80,7 +80,7 @@ Scored score(const Case& hidden, const Answer& answer, const std::filesystem::pa
 // Runs all cases on `threads` threads; `done` is called after each case.
 std::vector<Scored> run(const std::vector<Case>& cases, const std::filesystem::path& folder,
                         int threads, const std::function<void(const Scored&)>& done,
-                        const estimator::discrepancy::DiagnoseOptions& options = {});
+                        const estimator::diagnosis::DiagnoseOptions& options = {});
 
 // The distance of probabilities by chance from the uniform distribution on 0..1 (Kolmogorov's
 // test).

@@ -12,9 +12,9 @@ namespace shaker::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using estimator::discrepancy::Campaign;
-using estimator::discrepancy::Kind;
-using estimator::discrepancy::Role;
+using estimator::diagnosis::Campaign;
+using estimator::diagnosis::Kind;
+using estimator::diagnosis::Role;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;

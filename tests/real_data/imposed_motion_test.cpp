@@ -2,7 +2,7 @@
 // mass, so that the ranges of the catalogue apply.
 #include "tests/real_data/measured.hpp"
 
-namespace shaker::estimator::discrepancy::testing {
+namespace shaker::estimator::diagnosis::testing {
 namespace {
 
 struct Run {
@@ -100,4 +100,4 @@ TEST_F(RealDynamometer, BandedFrictionDamperLacksFrictionThatGivesThenFreePlay) 
 }
 
 }  // namespace
-}  // namespace shaker::estimator::discrepancy::testing
+}  // namespace shaker::estimator::diagnosis::testing

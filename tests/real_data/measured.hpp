@@ -11,9 +11,9 @@
 #include <gtest/gtest.h>
 
 #include "cli/csv.hpp"
-#include "estimator/discrepancy/diagnose.hpp"
+#include "estimator/diagnosis/diagnose.hpp"
 
-namespace shaker::estimator::discrepancy::testing {
+namespace shaker::estimator::diagnosis::testing {
 
 inline std::filesystem::path data_folder() {
   const char* said = std::getenv("SHAKER_REAL_DATA");
@@ -127,4 +127,4 @@ inline void print(const Diagnosis& d) {
   std::fflush(stdout);
 }
 
-}  // namespace shaker::estimator::discrepancy::testing
+}  // namespace shaker::estimator::diagnosis::testing

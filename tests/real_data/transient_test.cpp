@@ -3,7 +3,7 @@
 
 #include "tests/real_data/measured.hpp"
 
-namespace shaker::estimator::discrepancy::testing {
+namespace shaker::estimator::diagnosis::testing {
 namespace {
 
 class RealRecords : public RealData {};
@@ -94,4 +94,4 @@ TEST_F(RealRecords, HystereticOscillatorLacksHysteresis) {
 }
 
 }  // namespace
-}  // namespace shaker::estimator::discrepancy::testing
+}  // namespace shaker::estimator::diagnosis::testing

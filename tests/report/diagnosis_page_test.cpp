@@ -12,7 +12,7 @@
 namespace shaker::report {
 namespace {
 
-using namespace estimator::discrepancy;
+using namespace estimator::diagnosis;
 using ::testing::HasSubstr;
 using ::testing::Not;
 

@@ -32,7 +32,7 @@ INNER_MAY_INCLUDE = {
     "online": {"math", "periodic", "inference", ROOT},
     "design": {"math", "inference", ROOT},
     "time": {"math", "inference", ROOT},
-    "discrepancy": {"math", "effects", "instrument", "periodic", "time", ROOT},
+    "diagnosis": {"math", "effects", "instrument", "periodic", "time", ROOT},
     "optimise": {"math", ROOT},
     "paper": {"math", "time", ROOT},
 }

@@ -1,0 +1,249 @@
+#include "estimator/diagnosis/answer/assemble.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "estimator/diagnosis/answer/curves.hpp"
+#include "estimator/diagnosis/answer/estimates.hpp"
+#include "estimator/diagnosis/answer/gaps.hpp"
+#include "estimator/diagnosis/answer/hypotheses.hpp"
+#include "estimator/diagnosis/answer/rivals.hpp"
+#include "estimator/diagnosis/answer/selection.hpp"
+#include "estimator/diagnosis/answer/shares.hpp"
+#include "estimator/diagnosis/answer/split_run.hpp"
+#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/locate/inverse_dynamics.hpp"
+#include "estimator/diagnosis/locate/remaining_force.hpp"
+#include "estimator/diagnosis/name/centring.hpp"
+#include "estimator/effects/catalogue.hpp"
+#include "estimator/effects/scaled.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::VectorXd;
+
+class Assembler {
+ public:
+  Assembler(const Naming& found, const std::vector<RunDatum>& data,
+            const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates,
+            const std::vector<RunDatum>& measured)
+      : found_(found),
+        data_(data),
+        measured_(measured),
+        runs_(runs),
+        candidates_(candidates),
+        selection_(found, data),
+        shares_(found, data, agree(found, data, selection_)),
+        before_(*found.base.fit),
+        after_(selection_.chosen() != nullptr ? *selection_.chosen()->fit : before_),
+        after_data_(selection_.chosen() != nullptr && selection_.chosen()->data
+                        ? *selection_.chosen()->data
+                        : data) {}
+
+  Diagnosis run() {
+    said_.verdict = found_.adequate    ? Verdict::adequate
+                    : found_.explained ? Verdict::explained
+                                       : Verdict::unexplained;
+    said_.probability_before = found_.probability_base;
+    said_.probability_after = found_.adequate ? found_.probability_base : found_.probability_best;
+    said_.chi_squared_before = before_.chi_squared;
+    said_.chi_squared_after = after_.chi_squared;
+    said_.observations = before_.observations;
+    said_.model = before_.spec.name;
+    said_.parameters_before = describe(before_, data_);
+    said_.parameters_after = describe(after_, data_, places());
+    said_.improved = at_estimates(after_);
+    if (at_limit()) said_.improved = stated_sharp(said_.improved);
+    state_scaled(said_.improved);
+    tell_gaps({before_, data_}, {after_, after_data_}, data_, measured_, runs_, said_);
+    hold_to_gap();
+    said_.cut_short = found_.cut_short;
+    tell_stopped_sets();
+    forces();
+    ranking();
+    effects();
+    said_.damper = identified_damper(found_, data_, selection_, shares_, said_);
+    return std::move(said_);
+  }
+
+ private:
+  std::vector<FittedConstant> places() const {
+    const Hypothesis* best = selection_.chosen();
+    if (best == nullptr) return {};
+    return places_of(*best, data_, before_.spec.effects.size());
+  }
+
+  // What the model that comes out was held against had corners of no width.
+  bool at_limit() const {
+    const auto& data =
+        selection_.chosen() != nullptr ? selection_.chosen()->data : found_.base.data;
+    return data && std::any_of(data->begin(), data->end(),
+                               [](const RunDatum& datum) { return datum.to_limit != nullptr; });
+  }
+
+  // The test looks at all data together, in units of the noise; what is said of the gap in the
+  // response's own unit must not contradict it.
+  void hold_to_gap() {
+    const bool far = said_.gap.after > kExplainedGap * said_.gap.noise_floor;
+    if (said_.verdict != Verdict::explained || !far) return;
+    said_.verdict = Verdict::unexplained;
+    trusted_ = kMostUnexplained;
+    said_.warnings.push_back(fmt::format(
+        "what is left passes the test for noise, but its root mean square is {:.1f} times the "
+        "noise floor: that is not called explained",
+        said_.gap.after / said_.gap.noise_floor));
+  }
+
+  // Single effects stand under not_tried.
+  void tell_stopped_sets() {
+    std::string sets;
+    for (const Hypothesis& h : found_.hypotheses) {
+      if (h.fit->stopped && h.effects.size() > 1)
+        sets += fmt::format("{}{}", sets.empty() ? "" : "; ", fmt::join(h.effects, " with "));
+    }
+    if (!sets.empty())
+      said_.warnings.push_back(fmt::format("not tried together: {}: {}", sets, kTooLong));
+  }
+
+  void forces() {
+    std::vector<MissingForce> before, after;
+    // The base model at the parameters that the larger one gives it: what the effect's force is.
+    const std::vector<double> unbent = carried_over(*before_.model, after_);
+    for (std::size_t r = 0; r < data_.size(); ++r) {
+      const VectorXd& y = data_[r].response;
+      before.push_back(missing_force(before_.predictions[r], before_.theta, y));
+      after.push_back(missing_force(after_.predictions[r], after_.theta, y));
+      effect_force_.push_back(missing_force(before_.predictions[r], unbent, y));
+      said_.curves.push_back(curves_of(data_[r], before_.predictions[r].value(),
+                                       after_.predictions[r].value(), before.back(), after.back()));
+    }
+    said_.location = locate(before, after, data_);
+    if (said_.verdict == Verdict::unexplained)
+      said_.remaining = remaining_force(after_, after_data_, found_.by_gap);
+    said_.location.share_of_harmonic = share_of_harmonic(before_, data_);
+  }
+
+  void ranking() {
+    for (const Candidate& candidate : candidates_) {
+      Ranked ranked;
+      ranked.name = std::string(candidate.effect->name());
+      ranked.hidden = 1.0;
+      for (std::size_t k = 0; k < found_.base_scoring.scores.size(); ++k) {
+        const Score& s = found_.base_scoring.scores[k];
+        if (s.candidate != &candidate) continue;
+        ranked.hidden = std::min(ranked.hidden, found_.base_scoring.design.signatures[k].hidden);
+        ranked.gain = std::max(ranked.gain, s.gain);
+      }
+      const NotScored* failed = not_scored(candidate);
+      std::string trouble = failed != nullptr ? failed->reason : "";
+      for (const Hypothesis& h : found_.hypotheses) {
+        if (h.effects.size() != 1 || h.effects[0] != ranked.name) continue;
+        ranked.disqualified = h.disqualified;
+        if (h.fit->stopped) trouble = kTooLong;
+        if (!std::isfinite(h.fit->chi_squared)) continue;
+        ranked.gain_refitted = before_.chi_squared - h.fit->chi_squared;
+        if (h.cross_validated && found_.base.cross_validated)
+          ranked.cross_validated = *h.cross_validated - *found_.base.cross_validated;
+      }
+      if (!trouble.empty() && !ranked.gain_refitted) {
+        said_.not_tried.push_back({std::move(ranked.name), std::move(trouble), true});
+        continue;
+      }
+      ranked.probability = trusted_ * shares_.probability_of(ranked.name);
+      said_.ranking.push_back(std::move(ranked));
+    }
+    std::stable_sort(said_.ranking.begin(), said_.ranking.end(),
+                     [](const Ranked& a, const Ranked& b) {
+                       if (a.probability != b.probability) return a.probability > b.probability;
+                       return a.gain_refitted.value_or(a.gain) > b.gain_refitted.value_or(b.gain);
+                     });
+  }
+
+  const NotScored* not_scored(const Candidate& candidate) const {
+    const auto& all = found_.base_scoring.not_scored;
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const NotScored& n) { return n.candidate == &candidate; });
+    return found == all.end() ? nullptr : &*found;
+  }
+
+  void effects() {
+    const Hypothesis* best = selection_.chosen();
+    if (best == nullptr) return;
+    for (const std::string& effect : best->effects) {
+      NamedEffect named;
+      named.name = effect;
+      if (const Effect* known = find_effect(effect)) {
+        named.formula = std::string(known->formula());
+        named.meaning = std::string(known->meaning());
+      }
+      named.probability = trusted_ * shares_.probability_of(effect);
+      for (const ParameterEstimate& p : said_.parameters_after) {
+        if (p.effect == effect) named.parameters.push_back(p);
+      }
+      named.confusable_with = rivals(effect, found_, *best);
+      named.split_by = splitting_run(rounded(*best), rival_fits(effect, found_, *best), data_);
+      double share = 0.0;
+      const std::string words = where(effect_force_, data_, &share);
+      named.where = fmt::format("{} ({:.0f} % of its force)", words, 100.0 * share);
+      if (said_.gap.held_out_before && *said_.gap.held_out_before > 0.0)
+        named.held_out_gain = 1.0 - *said_.gap.held_out_after / *said_.gap.held_out_before;
+      said_.effects.push_back(std::move(named));
+    }
+    // In the order in which they close the gap, then by what each closes alone.
+    const auto& way = selection_.path();
+    const auto rank = [&](const NamedEffect& e) {
+      return std::find_if(way.begin(), way.end(), [&](const Hypothesis* h) {
+        return std::find(h->effects.begin(), h->effects.end(), e.name) != h->effects.end();
+      });
+    };
+    const auto alone = [&](const NamedEffect& e) {
+      const auto& all = said_.ranking;
+      const auto found = std::find_if(all.begin(), all.end(),
+                                      [&](const Ranked& ranked) { return ranked.name == e.name; });
+      return found == all.end() ? 0.0 : found->gain_refitted.value_or(found->gain);
+    };
+    std::stable_sort(said_.effects.begin(), said_.effects.end(), [&](const auto& a, const auto& b) {
+      if (rank(a) != rank(b)) return rank(a) < rank(b);
+      return alone(a) > alone(b);
+    });
+  }
+
+  const Naming& found_;
+  const std::vector<RunDatum>& data_;
+  const std::vector<RunDatum>& measured_;
+  const std::vector<SteadyRun>& runs_;
+  const std::vector<Candidate>& candidates_;
+  Selection selection_;
+  const Shares shares_;
+  double trusted_ = 1.0;  // of the probabilities
+  const HarmonicFit& before_;
+  const HarmonicFit& after_;
+  const std::vector<RunDatum>& after_data_;  // those that it was fitted to
+  Diagnosis said_;
+  std::vector<MissingForce> effect_force_;
+};
+
+}  // namespace
+
+Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
+                   const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates,
+                   const std::vector<RunDatum>& measured) {
+  if (data.size() == runs.size()) return Assembler(found, data, runs, candidates, measured).run();
+  // What is shown is the displacement; further channels stand behind it.
+  const auto shown = [&](const std::vector<RunDatum>& all) {
+    return std::vector<RunDatum>(all.begin(),
+                                 all.begin() + static_cast<std::ptrdiff_t>(runs.size()));
+  };
+  Naming of_runs = found;
+  for (Hypothesis& h : of_runs.hypotheses) {
+    if (h.data) h.data = std::make_shared<const std::vector<RunDatum>>(shown(*h.data));
+  }
+  const std::vector<RunDatum> main = shown(data);
+  return Assembler(of_runs, main, runs, candidates, measured).run();
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,19 @@
+// Curves for the drawings, a few hundred points each.
+#pragma once
+
+#include "estimator/diagnosis/diagnosis.hpp"
+#include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/diagnosis/locate/inverse_dynamics.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+// A cycle of a run, or of one without a period the stretch where most happens; `before` and `after`
+// are harmonics that were predicted.
+RunCurves curves_of(const RunDatum& datum, const Eigen::VectorXd& before,
+                    const Eigen::VectorXd& after, const MissingForce& force_before,
+                    const MissingForce& force_after);
+
+// Share of the gap's power in each harmonic, from the mean on; empty for runs without a period.
+std::vector<double> share_of_harmonic(const HarmonicFit& fit, const std::vector<RunDatum>& data);
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,92 @@
+#include "estimator/diagnosis/answer/estimates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "estimator/statistics.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+// A place of rest that was fitted makes the parameters less sure.
+double bent_error(const HarmonicFit& fit, int parameter,
+                  const std::vector<FittedConstant>& places) {
+  double error = fit.standard_error(parameter);
+  const auto found = std::find(fit.free.begin(), fit.free.end(), parameter);
+  for (const FittedConstant& place : places) {
+    if (found != fit.free.end())
+      error = std::hypot(error, place.bends[found - fit.free.begin()] * place.standard_error);
+  }
+  return error;
+}
+
+}  // namespace
+
+std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                                        const std::vector<FittedConstant>& places) {
+  double freedom = 0.0, count = 0.0;
+  for (const RunDatum& datum : data) {
+    freedom += datum.freedom.sum();
+    count += static_cast<double>(datum.freedom.size());
+  }
+  const double quantile = student_t_quantile(0.975, std::max(2.0, freedom / count));
+  std::vector<ParameterEstimate> all;
+  const auto& parameters = fit.model->parameters();
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    ParameterEstimate p;
+    p.name = parameters[k].name;
+    p.effect = parameters[k].effect;
+    p.unit = parameters[k].unit;
+    p.value = fit.theta[k];
+    p.fixed = parameters[k].fixed;
+    p.at_bound = fit.at_bound(static_cast<int>(k));
+    p.standard_error = bent_error(fit, static_cast<int>(k), places);
+    p.determined = p.fixed || p.standard_error < 1e3 * (std::fabs(p.value) + 1e-9);
+    p.lower = p.value - quantile * p.standard_error;
+    p.upper = p.value + quantile * p.standard_error;
+    all.push_back(std::move(p));
+  }
+  const auto tell = [&](const FittedConstant& c, double lowest) {
+    ParameterEstimate p;
+    p.name = c.symbol;
+    p.effect = fit.spec.effects[c.line].effect;
+    p.unit = c.unit;
+    p.value = c.value;
+    p.standard_error = c.standard_error;
+    p.lower = std::max(lowest, c.value - quantile * c.standard_error);
+    p.upper = c.value + quantile * c.standard_error;
+    all.push_back(std::move(p));
+  };
+  if (fit.constant) tell(*fit.constant, 0.0);
+  for (const FittedConstant& place : places)
+    tell(place, -std::numeric_limits<double>::infinity());
+  return all;
+}
+
+config::ModelSpec at_estimates(const HarmonicFit& fit) {
+  config::ModelSpec spec = fit.spec;
+  const auto& parameters = fit.model->parameters();
+  for (std::size_t i = 0; i < spec.effects.size(); ++i) {
+    config::EffectSpec& line = spec.effects[i];
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      if (parameters[k].effect != line.effect) continue;
+      std::string symbol = parameters[k].name;
+      const auto dot = symbol.rfind("].");
+      if (dot != std::string::npos) {
+        if (!symbol.starts_with(fmt::format("{}[{}]", line.effect, i))) continue;
+        symbol = symbol.substr(dot + 2);
+      } else if (std::any_of(spec.effects.begin(),
+                             spec.effects.begin() + static_cast<std::ptrdiff_t>(i),
+                             [&](const auto& e) { return e.effect == line.effect; })) {
+        continue;  // an earlier line of the same effect owns the plain name
+      }
+      line.parameters[symbol].start = fit.theta[k];
+    }
+  }
+  return spec;
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,18 @@
+// The gap before and after, of all runs together and run by run.
+#pragma once
+
+#include <vector>
+
+#include "estimator/diagnosis/cycles/steady_cycles.hpp"
+#include "estimator/diagnosis/diagnosis.hpp"
+#include "estimator/diagnosis/weigh/left_over.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+// Fills gap and runs of `said`; the floor is that of `measured`, the data with the noise that they
+// were measured with. `runs` in the order of `data`.
+void tell_gaps(const Fitted& before, const Fitted& after, const std::vector<RunDatum>& data,
+               const std::vector<RunDatum>& measured, const std::vector<SteadyRun>& runs,
+               Diagnosis& said);
+
+}  // namespace shaker::estimator::diagnosis

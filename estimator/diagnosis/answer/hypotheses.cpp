@@ -1,0 +1,196 @@
+#include "estimator/diagnosis/answer/hypotheses.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "estimator/diagnosis/answer/estimates.hpp"
+#include "estimator/diagnosis/cycles/harmonics.hpp"
+#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/name/centring.hpp"
+#include "estimator/diagnosis/weigh/above_noise.hpp"
+#include "estimator/effects/scaled.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+constexpr double kLeastShare = 2e-3;         // of probability, that is worth a hypothesis
+constexpr std::size_t kMostHypotheses = 8;   // that are kept
+constexpr double kMostImitated = 0.95;       // of an effect, by the parameters
+constexpr double kLeastUnnamed = 0.02;       // of probability: no campaign rules it out
+constexpr int kVisitedCells = 24;            // of the stroke and of the velocity
+constexpr double kLeastUnnamedForce = 1e-9;  // of the motion's acceleration
+
+// Free parameters, then the constants that were fitted beside them, which bend the parameters.
+void put_covariance(const HarmonicFit& fit, const std::vector<FittedConstant>& constants,
+                    double scale, DamperHypothesis& out) {
+  const auto places = numbers_of(fit.spec, *fit.model);
+  const auto q = static_cast<Index>(fit.free.size());
+  const Index size = q + static_cast<Index>(constants.size());
+  MatrixXd v = MatrixXd::Zero(size, size);
+  v.topLeftCorner(q, q) = fit.covariance;
+  for (const int k : fit.free)
+    out.numbers.push_back(places[static_cast<std::size_t>(k)]);
+  for (std::size_t c = 0; c < constants.size(); ++c) {
+    const FittedConstant& constant = constants[c];
+    out.numbers.push_back({constant.line, constant.symbol, true});
+    Eigen::VectorXd along = Eigen::VectorXd::Zero(size);
+    if (constant.bends.size() == q) along.head(q) = constant.bends;
+    along[q + static_cast<Index>(c)] = 1.0;
+    along *= constant.standard_error;
+    v += along * along.transpose();
+  }
+  v *= scale;
+  for (Index i = 0; i < size; ++i) {
+    for (Index k = 0; k < size; ++k)
+      out.covariance.push_back(v(i, k));
+  }
+}
+
+// The share of an effect of the catalogue that the parameters imitate, at the median.
+double imitated_share(const Diagnosis& said) {
+  std::vector<double> shares;
+  for (const Ranked& ranked : said.ranking)
+    shares.push_back(ranked.hidden);
+  if (shares.empty()) return 0.0;
+  std::sort(shares.begin(), shares.end());
+  return std::clamp(shares[shares.size() / 2], 0.0, kMostImitated);
+}
+
+// Where more than noise is left, the covariance is larger by as much, and by what the parameters
+// have taken of the unnamed effect: it bends them as effects of the catalogue would.
+double excess_of(const HarmonicFit& fit, const Diagnosis& said) {
+  if (said.verdict != Verdict::unexplained) return 1.0;
+  const double freedom = fit.observations - static_cast<double>(fit.free.size());
+  return std::max(1.0, fit.chi_squared / std::max(1.0, freedom)) / (1.0 - imitated_share(said));
+}
+
+double freedom_of(const std::vector<RunDatum>& data) {
+  double freedom = 0.0, count = 0.0;
+  for (const RunDatum& datum : data) {
+    freedom += datum.freedom.sum();
+    count += static_cast<double>(datum.freedom.size());
+  }
+  return std::max(2.0, count > 0.0 ? freedom / count : 0.0);
+}
+
+std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const Naming& found,
+                                                     const std::vector<RunDatum>& data,
+                                                     const Diagnosis& said) {
+  const HarmonicFit& fit = *h.fit;
+  if (!fit.covariance.allFinite() || !std::isfinite(fit.chi_squared)) return std::nullopt;
+  DamperHypothesis out;
+  out.effects = h.effects;
+  out.model = at_estimates(fit);
+  const auto& own = h.data ? *h.data : data;
+  if (std::any_of(own.begin(), own.end(), [](const RunDatum& d) { return d.to_limit != nullptr; }))
+    out.model = stated_sharp(out.model);
+  out.model = with_narrow_corners(out.model);
+  state_scaled(out.model);
+  std::vector<FittedConstant> constants = places_of(h, data, found.base.fit->spec.effects.size());
+  if (fit.constant) constants.push_back(*fit.constant);
+  put_covariance(fit, constants, excess_of(fit, said), out);
+  out.degrees_of_freedom = freedom_of(data);
+  return out;
+}
+
+// Cells of a grid over the measured motion of all runs; `remaining` has its own.
+std::vector<VisitedCell> visited_by(const std::vector<RunCurves>& curves) {
+  double low = 1e300, high = -1e300, speed = 0.0;
+  for (const RunCurves& run : curves) {
+    for (std::size_t i = 0; i < run.stroke.size(); ++i) {
+      low = std::min(low, run.stroke[i]);
+      high = std::max(high, run.stroke[i]);
+      speed = std::max(speed, std::fabs(run.velocity[i]));
+    }
+  }
+  if (!(high > low) || !(speed > 0.0)) return {};
+  std::map<std::pair<int, int>, std::pair<VisitedCell, double>> cells;
+  for (const RunCurves& run : curves) {
+    for (std::size_t i = 0; i < run.stroke.size(); ++i) {
+      const std::pair at(static_cast<int>(kVisitedCells * (run.stroke[i] - low) / (high - low)),
+                         static_cast<int>(kVisitedCells * (run.velocity[i] / speed + 1.0) / 2.0));
+      auto& [cell, count] = cells[at];
+      cell.stroke += run.stroke[i];
+      cell.velocity += run.velocity[i];
+      count += 1.0;
+    }
+  }
+  std::vector<VisitedCell> out;
+  for (const auto& [at, of] : cells)
+    out.push_back({of.first.stroke / of.second, of.first.velocity / of.second});
+  return out;
+}
+
+// The acceleration of the measured motion, root mean square over the runs.
+double acceleration_in(const std::vector<RunDatum>& data) {
+  double sum = 0.0, count = 0.0;
+  for (const RunDatum& datum : data) {
+    if (datum.sampled || datum.kind != Kind::periodic) continue;
+    const Eigen::VectorXd rate = derivative(datum.response, datum.frequency_hz);
+    sum += std::pow(root_mean_square(derivative(rate, datum.frequency_hz)), 2);
+    count += 1.0;
+  }
+  return count > 0.0 ? std::sqrt(sum / count) : 0.0;
+}
+
+// The force that noise could hide, or that is left: the gap's share of the motion is taken as that
+// of the acceleration.
+double unnamed_force(const std::vector<RunDatum>& data, const Diagnosis& said) {
+  double motion = 0.0, count = 0.0;
+  for (const RunDatum& datum : data) {
+    if (datum.role != Role::fit) continue;
+    motion += std::pow(motion_of(datum.response), 2);
+    count += 1.0;
+  }
+  motion = std::sqrt(motion / std::max(1.0, count));
+  const double left = std::max(said.gap.after, said.gap.noise_floor);
+  const double share = motion > 0.0 ? left / motion : 0.0;
+  return std::max(share, kLeastUnnamedForce) * acceleration_in(data);
+}
+
+}  // namespace
+
+IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDatum>& data,
+                                   const Selection& selection, const Shares& shares,
+                                   const Diagnosis& said) {
+  IdentifiedDamper damper;
+  damper.verdict = name(said.verdict);
+  const bool explained = said.verdict != Verdict::unexplained;
+  std::vector<std::pair<double, const Hypothesis*>> all = {{shares.of_base(), &found.base}};
+  for (std::size_t k = 0; k < found.hypotheses.size(); ++k)
+    all.emplace_back(shares.of(k), &found.hypotheses[k]);
+  const Hypothesis* first = selection.chosen() != nullptr ? selection.chosen() : &found.base;
+  std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) {
+    if ((a.second == first) != (b.second == first)) return a.second == first;
+    return a.first > b.first;
+  });
+  double sum = 0.0;
+  for (const auto& [share, hypothesis] : all) {
+    const bool chosen = hypothesis == first;
+    if (damper.hypotheses.size() == kMostHypotheses || (share < kLeastShare && !chosen)) break;
+    auto one = described_hypothesis(*hypothesis, found, data, said);
+    if (!one) continue;
+    one->probability = std::max(share, kLeastShare);
+    sum += one->probability;
+    damper.hypotheses.push_back(std::move(*one));
+  }
+  for (DamperHypothesis& one : damper.hypotheses)
+    one.probability /= sum;
+  damper.visited = visited_by(said.curves);
+  if (said.remaining) {
+    damper.visited.clear();
+    for (const ForceCell& cell : said.remaining->cells)
+      damper.visited.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
+  }
+  damper.unnamed_probability = explained ? std::max(kLeastUnnamed, shares.of_unknown()) : 1.0;
+  damper.unnamed_force = unnamed_force(data, said);
+  return damper;
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,19 @@
+// The hypotheses that the campaign does not exclude, as a prediction needs them: estimates with
+// covariance and probability, what of the motion was visited, and the force that nothing names.
+#pragma once
+
+#include <vector>
+
+#include "estimator/diagnosis/answer/shares.hpp"
+#include "estimator/diagnosis/diagnosis.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+// `said`: verdict, curves, gap and remaining force of the diagnosis; its hypotheses are `found`,
+// fitted to `data`, of which `selection` has chosen by `shares`. The chosen one (or the base model)
+// is the first of the result. Models start at the estimates.
+IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDatum>& data,
+                                   const Selection& selection, const Shares& shares,
+                                   const Diagnosis& said);
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,186 @@
+#include "estimator/diagnosis/answer/read_effects.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "estimator/diagnosis/answer/estimates.hpp"
+#include "estimator/diagnosis/answer/gaps.hpp"
+#include "estimator/diagnosis/cycles/quantum.hpp"
+#include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/effects/catalogue.hpp"
+#include "estimator/statistics.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr double kCoarse = 1.0;  // against the noise: more governs the floor
+constexpr double kSure = 0.999;  // that a grid is one
+
+bool holds(const config::ModelSpec& model, std::string_view effect) {
+  return std::any_of(model.effects.begin(), model.effects.end(),
+                     [&](const config::EffectSpec& line) { return line.effect == effect; });
+}
+
+// Named by its only parameter.
+NamedEffect named(std::string_view effect, double value, double standard_error, double quantile) {
+  const Effect& known = *find_effect(effect);
+  NamedEffect one;
+  one.name = std::string(known.name());
+  one.meaning = std::string(known.meaning());
+  one.formula = std::string(known.formula());
+  ParameterEstimate p;
+  p.name = std::string(known.parameters()[0].symbol);
+  p.effect = one.name;
+  p.unit = std::string(known.parameters()[0].unit);
+  p.value = value;
+  p.standard_error = standard_error;
+  p.lower = value - quantile * standard_error;
+  p.upper = value + quantile * standard_error;
+  one.parameters.push_back(std::move(p));
+  return one;
+}
+
+// Slow changes of the gas move the mean as well; of another model, whatever has the parameter.
+std::vector<std::string> slow_changes(const std::string& rival, const HarmonicFit& fit) {
+  if (rival.empty()) return {};
+  for (const ModelParameter& p : fit.model->parameters()) {
+    if (p.name != rival) continue;
+    if (p.effect == "gas_spring") return {"gas_heat_transfer", "dissolved_gas"};
+    return {p.effect};
+  }
+  return {};
+}
+
+NamedEffect drift_named(const FirstLook& first, const std::string& unit) {
+  const ZeroDrift& drift = first.drift;
+  NamedEffect one = named("sensor_drift", drift.rate, drift.standard_error,
+                          student_t_quantile(0.975, std::max(drift.freedom, 1.0)));
+  one.probability = drift.probability;
+  one.confusable_with = slow_changes(drift.rival, first.look.fit);
+  one.where =
+      fmt::format("in every cycle: the mean moves by {:.3g} {} a minute and its shape stays",
+                  60.0 * drift.rate, unit);
+  if (!drift.common) one.where += "; the runs' rates differ, and each has its own taken out";
+  return one;
+}
+
+// The gap that there was with the drift in the records, and what it did to the parameters.
+void tell_before(const Look& look, Diagnosis& said) {
+  if (!look.fitted()) return;
+  Diagnosis raw;
+  const Fitted fitted{look.fit, look.weighed.data};
+  tell_gaps(fitted, fitted, look.weighed.data, look.weighed.data, look.runs, raw);
+  said.gap.before = raw.gap.before;
+  if (said.gap.held_out_before) said.gap.held_out_before = raw.gap.held_out_before;
+  for (RunGap& run : said.runs) {
+    for (const RunGap& before : raw.runs) {
+      if (before.name == run.name) run.before = before.before;
+    }
+  }
+  said.parameters_before = describe(look.fit, look.weighed.data);
+}
+
+void add(NamedEffect effect, double gain, Diagnosis& said) {
+  const auto place =
+      said.verdict == Verdict::unexplained
+          ? said.effects.end()
+          : std::find_if(said.effects.begin(), said.effects.end(),
+                         [&](const auto& e) { return e.probability < effect.probability; });
+  Ranked ranked;
+  ranked.name = effect.name;
+  ranked.gain = gain;
+  ranked.probability = effect.probability;
+  const auto behind = std::find_if(said.ranking.begin(), said.ranking.end(), [&](const Ranked& r) {
+    return r.probability < ranked.probability;
+  });
+  said.ranking.insert(behind, std::move(ranked));
+  said.parameters_after.push_back(effect.parameters.front());
+  said.effects.insert(place, std::move(effect));
+}
+
+void name_drift(const FirstLook& first, const std::string& unit, Diagnosis& said) {
+  NamedEffect effect = drift_named(first, unit);
+  tell_before(*first.with_drift, said);
+  said.probability_before = std::min(said.probability_before, first.drift.chance);
+  if (said.gap.held_out_before && said.gap.held_out_after)
+    effect.held_out_gain = 1.0 - *said.gap.held_out_after / *said.gap.held_out_before;
+  config::EffectSpec line;
+  line.effect = effect.name;
+  line.parameters[effect.parameters[0].name].start = first.drift.rate;
+  said.improved.effects.push_back(std::move(line));
+  add(std::move(effect), std::pow(first.drift.rate / first.drift.standard_error, 2), said);
+}
+
+// The coarsest grid of the runs.
+double quantum_in(const std::vector<SteadyRun>& runs) {
+  double coarsest = 0.0;
+  for (const SteadyRun& run : runs)
+    coarsest = std::max(coarsest, run.quantum);
+  return coarsest;
+}
+
+void name_grid(double quantum, const std::string& effect_of_it, const std::string& unit,
+               Diagnosis& said) {
+  NamedEffect effect = named("sensor_quantisation", quantum, 0.0, 0.0);
+  effect.probability = kSure;
+  effect.where = fmt::format("in every sample: all stand on steps of {:.4g} {}, {}", quantum, unit,
+                             effect_of_it);
+  add(std::move(effect), 0.0, said);
+  said.warnings.push_back(
+      "the displacement sensor's steps are too coarse for the noise to blur them: what they may do "
+      "is in the noise floor, and nothing in the model mends it; what moves less than that cannot "
+      "be seen");
+}
+
+// With no more named than what the records show, an adequate model is one that lacks that.
+void settle_verdict(Diagnosis& said) {
+  if (said.verdict != Verdict::adequate) return;
+  said.verdict = said.gap.after > kExplainedGap * said.gap.noise_floor ? Verdict::unexplained
+                                                                       : Verdict::explained;
+}
+
+// Variance of a sample's noise, rounding included: the noise of a record's cosines, which is white
+// where rounding governs it.
+double noise_of_samples(const Recording& run, const SampledRun& sampled) {
+  return 0.5 * static_cast<double>(run.displacement.size()) * sampled.variance.mean();
+}
+
+}  // namespace
+
+void name_read_effects(const FirstLook& first, double coarseness, Diagnosis& said) {
+  const config::ModelSpec& model = first.look.fit.spec;
+  const std::size_t before = said.effects.size();
+  if (first.with_drift && !holds(model, "sensor_drift")) name_drift(first, model.length_unit, said);
+  const double quantum = quantum_in(first.look.runs);
+  if (coarseness > kCoarse && first.look.runs.front().kind == Kind::periodic &&
+      !holds(model, "sensor_quantisation"))
+    name_grid(
+        quantum,
+        fmt::format("which moves a mean cycle {:.2g} times as much as the noise does", coarseness),
+        model.length_unit, said);
+  if (said.effects.size() > before) settle_verdict(said);
+}
+
+void name_grid_of_records(const std::vector<Recording>& recordings,
+                          const std::vector<RunDatum>& data, Diagnosis& said) {
+  if (holds(said.improved, "sensor_quantisation")) return;
+  double coarsest = 0.0, coarseness = 0.0;
+  for (const RunDatum& datum : data) {
+    const auto run = std::find_if(recordings.begin(), recordings.end(),
+                                  [&](const Recording& r) { return r.name == datum.name; });
+    if (datum.by_force || run == recordings.end()) continue;
+    const double quantum = quantum_of(run->displacement);
+    if (!(quantum > coarsest)) continue;
+    const double rounding = quantum * quantum / 12.0;
+    const double rest = noise_of_samples(*run, *datum.sampled) - rounding;
+    coarsest = quantum;
+    coarseness = std::sqrt(rounding / std::max(rest, 1e-6 * rounding));
+  }
+  if (!(coarseness > kCoarse)) return;
+  name_grid(coarsest, "which are more than the noise", said.improved.length_unit, said);
+  settle_verdict(said);
+}
+
+}  // namespace shaker::estimator::diagnosis

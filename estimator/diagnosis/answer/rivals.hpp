@@ -1,0 +1,21 @@
+// Effects that a campaign cannot tell from one that was named.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estimator/diagnosis/name/naming.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+// Effects that would do in the place of `effect` as well, as far as this campaign says; `best` is
+// the answer, of `found.hypotheses`.
+std::vector<std::string> rivals(const std::string& effect, const Naming& found,
+                                const Hypothesis& best);
+
+// Fits in which a rival stands in the place of `effect`; not those that are reduced to it, which
+// no run tells apart.
+std::vector<const HarmonicFit*> rival_fits(const std::string& effect, const Naming& found,
+                                           const Hypothesis& best);
+
+}  // namespace shaker::estimator::diagnosis

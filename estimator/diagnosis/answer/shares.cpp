@@ -1,0 +1,190 @@
+#include "estimator/diagnosis/answer/shares.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "estimator/diagnosis/name/nesting.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr double kWorthNaming = 0.005;  // of probability
+constexpr double kUnknown = 0.02;       // that there is something unknown, before the data
+// That the unknown stands beside a named effect, over that the effect only imitates it. Dampers
+// that lack several things have the unknown beside the effects as a rule (docs/dirty_suite.md).
+constexpr double kUnknownBeside = 0.1;
+constexpr double kIndependent = 4.0;      // numbers in a run's model error: its parts hang together
+constexpr double kShareOfRecord = 0.125;  // of a record's
+
+// Probability that something else is missing, given the probability p that noise alone makes what
+// is left: the largest evidence against noise is 1 / (-e p log p) (Sellke, Bayarri and Berger,
+// The American Statistician 55 (2001) 62-71).
+double unknown_share(double p) {
+  const double noise =
+      p < std::exp(-1.0) ? -std::exp(1.0) * p * std::log(std::max(p, 1e-300)) : 1.0;
+  return kUnknown / (kUnknown + (1.0 - kUnknown) * noise);
+}
+
+// Log of what a set of so many effects has beforehand, over what one effect has: few campaigns lack
+// two, and of the pairs there are many more.
+double log_before(std::size_t effects, std::size_t catalogue) {
+  constexpr double kOneMore = 0.1;  // that one more is missing
+  double sum = 0.0;
+  for (std::size_t k = 1; k < effects; ++k) {
+    const double others = catalogue > k ? static_cast<double>(catalogue - k) : 1.0;
+    sum += std::log(kOneMore * static_cast<double>(k + 1) / others);
+  }
+  return sum;
+}
+
+std::size_t size_of_catalogue(const Naming& found) {
+  std::set<const Candidate*> all;
+  for (const Score& score : found.base_scoring.scores)
+    all.insert(score.candidate);
+  return all.size();
+}
+
+// What the evidence of all is divided by.
+double scale_of(const Naming& found, const std::vector<RunDatum>& data, const Hypothesis* best) {
+  double scale = 1.0;
+  if (!found.explained && !found.adequate && best != nullptr) {
+    const double freedom =
+        found.base.fit->observations - static_cast<double>(best->fit->free.size());
+    scale = std::max(1.0, best->fit->chi_squared / std::max(1.0, freedom));
+  }
+  if (!found.by_gap) return scale;
+  double independent = 0.0;
+  for (const RunDatum& datum : data) {
+    if (datum.role != Role::fit) continue;
+    independent +=
+        datum.sampled ? kShareOfRecord * static_cast<double>(datum.response.size()) : kIndependent;
+  }
+  return std::max(scale, found.base.fit->observations / independent);
+}
+
+// Of each hypothesis; `before`: log of what it has beforehand.
+std::vector<double> weights(const Naming& found, const std::vector<RunDatum>& data,
+                            const Selection& selection,
+                            const std::function<double(const Hypothesis&)>& before) {
+  const Hypothesis* best = selection.chosen();
+  const double scale = scale_of(found, data, best);
+  const auto log_weight = [&](const Hypothesis& h) { return h.log_evidence / scale + before(h); };
+  // What is richer than the chosen one has been set aside for it; it stays among its rivals.
+  const auto weighs = [&](const Hypothesis& h) {
+    const bool richer = best != nullptr && (h.effects.size() > best->effects.size() ||
+                                            h.fit->free.size() > best->fit->free.size());
+    return counts(h) && !(found.by_gap && richer);
+  };
+  double largest = log_weight(found.base);
+  for (const Hypothesis& h : found.hypotheses) {
+    if (weighs(h)) largest = std::max(largest, log_weight(h));
+  }
+  std::vector<double> weight;
+  double sum = std::exp(log_weight(found.base) - largest);
+  for (const Hypothesis& h : found.hypotheses) {
+    weight.push_back(weighs(h) ? std::exp(log_weight(h) - largest) : 0.0);
+    sum += weight.back();
+  }
+  for (double& w : weight)
+    w /= sum;
+  return weight;
+}
+
+// A richer effect that this fit reduces to the simpler one speaks for that.
+bool speaks_for(const Hypothesis& h, const std::string& effect) {
+  return std::any_of(h.effects.begin(), h.effects.end(), [&](const std::string& e) {
+    return e == effect || (simpler_than(e) == effect && reduces(*h.fit, e));
+  });
+}
+
+// That what an effect of `h` closes is its own, where something is left that is not noise.
+double own_part(const Hypothesis& h, const std::string& effect, const Naming& found,
+                const Selection& selection) {
+  const Hypothesis* without = &found.base;
+  for (const Hypothesis* step : selection.path()) {
+    if (speaks_for(*step, effect)) break;
+    if (std::includes(h.effects.begin(), h.effects.end(), step->effects.begin(),
+                      step->effects.end()))
+      without = step;
+  }
+  const double left = std::min(1.0, selection.left_of(h, *without));
+  const auto steps = static_cast<int>(h.effects.size() - without->effects.size());
+  return kUnknownBeside / (kUnknownBeside + chance_to_imitate(left, steps));
+}
+
+// Of all names together: with something left, the share of the gap's square that is closed.
+double most_of(const Naming& found, const Selection& selection) {
+  const Hypothesis* best = selection.chosen();
+  if (found.explained) return 1.0 - unknown_share(found.probability_best);
+  if (found.adequate || best == nullptr) return 1.0;
+  return std::clamp(1.0 - selection.left_of(*best, found.base), 0.0, kMostUnexplained);
+}
+
+}  // namespace
+
+double chance_to_imitate(double left, int effects) {
+  if (left <= 0.0) return 0.0;
+  const double depth = -std::log(std::min(1.0, left));
+  double term = std::exp(-depth), sum = 0.0;
+  for (int k = 1; k <= std::max(1, effects); ++k) {
+    sum += term;
+    term *= depth / k;
+  }
+  return std::min(1.0, sum);
+}
+
+const Selection& agree(const Naming& found, const std::vector<RunDatum>& data,
+                       Selection& selection) {
+  std::vector<double> share;
+  const auto probability = [&](const std::string& effect) {
+    double sum = 0.0;
+    for (std::size_t h = 0; h < found.hypotheses.size(); ++h)
+      sum += speaks_for(found.hypotheses[h], effect) ? share[h] : 0.0;
+    return sum;
+  };
+  do {
+    share = weights(found, data, selection, [](const Hypothesis&) { return 0.0; });
+    const double most = most_of(found, selection);
+    for (double& of : share)
+      of *= most;
+  } while (selection.drop_unlikely(probability, kWorthNaming));
+  return selection;
+}
+
+std::optional<std::size_t> answer_of(const Naming& found, const std::vector<RunDatum>& data) {
+  Selection selection(found, data);
+  const Hypothesis* chosen = agree(found, data, selection).chosen();
+  if (chosen == nullptr) return std::nullopt;
+  return static_cast<std::size_t>(chosen - found.hypotheses.data());
+}
+
+Shares::Shares(const Naming& found, const std::vector<RunDatum>& data, const Selection& selection)
+    : found_(found), selection_(selection) {
+  const std::size_t catalogue = size_of_catalogue(found);
+  weight_ = weights(found, data, selection,
+                    [&](const Hypothesis& h) { return log_before(h.effects.size(), catalogue); });
+  unknown_ = found.adequate ? 0.0 : unknown_share(found.probability_best);
+}
+
+double Shares::of_base() const {
+  double others = 0.0;
+  for (const double w : weight_)
+    others += w;
+  return std::max(0.0, 1.0 - others);
+}
+
+double Shares::probability_of(const std::string& effect) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < weight_.size(); ++k) {
+    const Hypothesis& h = found_.hypotheses[k];
+    if (weight_[k] == 0.0 || !speaks_for(h, effect)) continue;
+    const double beside_unknown =
+        found_.explained || found_.adequate ? 0.0 : own_part(h, effect, found_, selection_);
+    sum += weight_[k] * (1.0 - unknown_ * (1.0 - beside_unknown));
+  }
+  return found_.explained || found_.adequate ? sum : std::min(sum, kMostUnexplained);
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,57 @@
+// How sure a name is: shares of the probability among everything that was refitted, nothing, and
+// the unknown.
+//
+// A set of effects has beforehand what it takes that so many are missing at once, spread over all
+// such sets of the catalogue: a second name must be better than the best of so many. Where the best
+// leaves nothing but noise, the unknown has what the test of that leaves it. Otherwise the unknown
+// is there, and two things may be so: the named effect is there beside it, or the unknown alone
+// makes the gap and the named effect imitates a part of it. The second is as likely as so much of a
+// gap is closed by chance. Evidence counts by as much less as the best leaves more than noise.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/diagnosis/answer/selection.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+// Of a name, while something is left.
+inline constexpr double kMostUnexplained = 0.9;
+
+// The selection, once all effects of what is chosen are worth a name by the evidence alone: the
+// improved model and the names agree.
+const Selection& agree(const Naming& found, const std::vector<RunDatum>& data,
+                       Selection& selection);
+
+// What is the answer then, of found.hypotheses; nothing where there is none.
+std::optional<std::size_t> answer_of(const Naming& found, const std::vector<RunDatum>& data);
+
+// That the best of the catalogue, one after another, closes all but the share `left` of a gap's
+// square that an unknown effect makes: the share that each of them leaves of it is any number
+// between 0 and 1 alike.
+double chance_to_imitate(double left, int effects);
+
+// Of what the selection has agreed on. Its arguments must outlive it.
+class Shares {
+ public:
+  Shares(const Naming& found, const std::vector<RunDatum>& data, const Selection& selection);
+
+  // Of all hypotheses that hold the effect.
+  double probability_of(const std::string& effect) const;
+  // Of found.hypotheses[k], and of the base model; together 1, whatever the unknown has.
+  double of(std::size_t k) const { return weight_[k]; }
+  double of_base() const;
+  // That something unknown is there too.
+  double of_unknown() const { return unknown_; }
+
+ private:
+  const Naming& found_;
+  const Selection& selection_;
+  std::vector<double> weight_;  // of each hypothesis
+  double unknown_ = 0.0;        // that something unknown is there too
+};
+
+}  // namespace shaker::estimator::diagnosis

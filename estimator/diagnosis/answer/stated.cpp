@@ -1,0 +1,65 @@
+#include "estimator/diagnosis/answer/stated.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "base/unit.hpp"
+#include "estimator/diagnosis/fit/corners.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+const ParameterEstimate* estimate_of(const Diagnosis& said, const std::string& effect,
+                                     const std::string& symbol) {
+  const auto& all = said.parameters_after;
+  const auto found = std::find_if(all.begin(), all.end(), [&](const ParameterEstimate& p) {
+    return p.effect == effect && p.name == symbol;
+  });
+  return found == all.end() ? nullptr : &*found;
+}
+
+// What a model file stated and the data did not change.
+void state_again(const config::ModelSpec& model, Diagnosis& said) {
+  auto& lines = said.improved.effects;
+  for (std::size_t i = 0; i < std::min(model.effects.size(), lines.size()); ++i) {
+    for (const auto& [symbol, value] : model.effects[i].constants) {
+      if (estimate_of(said, lines[i].effect, symbol) == nullptr) lines[i].constants[symbol] = value;
+    }
+  }
+}
+
+// And what they did.
+void warn_of_widths(const config::ModelSpec& model, Diagnosis& said) {
+  for (const Turning& turning : turnings_of(model)) {
+    const std::string& effect = model.effects[turning.line].effect;
+    const ParameterEstimate* found = estimate_of(said, effect, turning.symbol);
+    if (found == nullptr) continue;
+    said.warnings.push_back(fmt::format(
+        "{} turns round over {} = {:.3g} +- {:.2g} {} by these data; {} {:.3g}, which leaves more",
+        effect, turning.symbol, found->value, found->standard_error, turning.unit,
+        turning.stated ? "the model file states" : "the model file states none, the catalogue",
+        turning.width));
+  }
+}
+
+// Starts, bounds and widths of the catalogue are metres'.
+void warn_of_unit(const config::ModelSpec& model, Diagnosis& said) {
+  const auto metre = unit_called(model.length_unit, Dimension::length);
+  if (!metre || metre->scale == 1.0) return;
+  said.warnings.push_back(fmt::format(
+      "the model counts in {}, but the catalogue's bounds, starts and widths are metres': effects "
+      "may be missed or taken for others; give the model, and the files, in m",
+      model.length_unit));
+}
+
+}  // namespace
+
+void hold_against_file(const config::ModelSpec& model, Diagnosis& said) {
+  state_again(model, said);
+  warn_of_widths(model, said);
+  warn_of_unit(model, said);
+}
+
+}  // namespace shaker::estimator::diagnosis

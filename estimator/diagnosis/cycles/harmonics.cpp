@@ -1,0 +1,102 @@
+#include "estimator/diagnosis/cycles/harmonics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/math/numbers.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz) {
+  Eigen::VectorXd rate = Eigen::VectorXd::Zero(harmonics.size());
+  for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
+    const double omega = kTwoPi * frequency_hz * harmonic_order(c);
+    rate[c] = omega * harmonics[c + 1];
+    rate[c + 1] = -omega * harmonics[c];
+  }
+  return rate;
+}
+
+Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
+  Eigen::VectorXd cosine(points), sine(points);
+  for (Eigen::Index i = 0; i < points; ++i) {
+    const double angle = kTwoPi * static_cast<double>(i) / points;
+    cosine[i] = std::cos(angle);
+    sine[i] = std::sin(angle);
+  }
+  Eigen::MatrixXd table(points, harmonic_size(harmonics));
+  table.col(0).setOnes();
+  for (Eigen::Index h = 1; h <= harmonics; ++h) {
+    Eigen::Index turned = 0;  // h i, modulo points
+    for (Eigen::Index i = 0; i < points; ++i) {
+      table(i, 2 * h - 1) = cosine[turned];
+      table(i, 2 * h) = sine[turned];
+      turned += h;
+      while (turned >= points)
+        turned -= points;
+    }
+  }
+  return table;
+}
+
+// By Clenshaw's recurrence, eight points abreast: each of its steps waits for the last.
+Eigen::VectorXd synthesised(const Eigen::VectorXd& harmonics, int points) {
+  using Eight = Eigen::Array<double, 8, 1>;
+  const double step = kTwoPi / points;
+  const Eight turns = step * Eight::LinSpaced(0.0, 7.0);
+  const Eight turned_cosine = turns.cos(), turned_sine = turns.sin();
+  Eigen::VectorXd curve(points);
+  for (Eigen::Index i = 0; i < points; i += 8) {
+    const double c0 = std::cos(step * static_cast<double>(i));
+    const double s0 = std::sin(step * static_cast<double>(i));
+    const Eight cosine = c0 * turned_cosine - s0 * turned_sine;
+    const Eight sine = s0 * turned_cosine + c0 * turned_sine;
+    Eight a = Eight::Zero(), a_before = a, b = a, b_before = a;
+    for (Eigen::Index c = harmonics.size() - 2; c > 0; c -= 2) {
+      const Eight a_next = harmonics[c] + 2.0 * cosine * a - a_before;
+      const Eight b_next = harmonics[c + 1] + 2.0 * cosine * b - b_before;
+      a_before = a;
+      b_before = b;
+      a = a_next;
+      b = b_next;
+    }
+    const Eight sum = harmonics[0] + cosine * a - a_before + sine * b;
+    const Eigen::Index count = std::min<Eigen::Index>(8, points - i);
+    curve.segment(i, count) = sum.head(count).matrix();
+  }
+  return curve;
+}
+
+Eigen::MatrixXd analysis_matrix(int harmonics, int points) {
+  Eigen::MatrixXd table = (2.0 / points) * synthesis_matrix(harmonics, points).transpose();
+  table.row(0) *= 0.5;
+  return table;
+}
+
+std::shared_ptr<const Eigen::MatrixXd> AnalysisMatrices::get(int harmonics, int points) {
+  auto& known = made_[{harmonics, points}];
+  if (!known) known = std::make_shared<const Eigen::MatrixXd>(analysis_matrix(harmonics, points));
+  return known;
+}
+
+void shift_origin(Eigen::Ref<Eigen::VectorXd> harmonics, double turns) {
+  for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
+    const double turn = kTwoPi * harmonic_order(c) * turns;
+    const double a = harmonics[c];
+    const double b = harmonics[c + 1];
+    harmonics[c] = a * std::cos(turn) + b * std::sin(turn);
+    harmonics[c + 1] = b * std::cos(turn) - a * std::sin(turn);
+  }
+}
+
+void low_pass(Eigen::Ref<Eigen::VectorXd> harmonics, double omega_lag) {
+  for (Eigen::Index c = 1; c + 1 < harmonics.size(); c += 2) {
+    const double wt = harmonic_order(c) * omega_lag;
+    const double a = harmonics[c];
+    const double b = harmonics[c + 1];
+    harmonics[c] = (a - wt * b) / (1.0 + wt * wt);
+    harmonics[c + 1] = (b + wt * a) / (1.0 + wt * wt);
+  }
+}
+
+}  // namespace shaker::estimator::diagnosis

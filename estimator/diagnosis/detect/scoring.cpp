@@ -1,0 +1,281 @@
+#include "estimator/diagnosis/detect/scoring.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/effects/catalogue.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A signature of which less than this is left after projection is one with the parameters.
+constexpr double kVisible = 1e-6;
+
+bool fitted(const RunDatum& datum) {
+  return datum.role == Role::fit;
+}
+
+Index rows_of(const std::vector<RunDatum>& data) {
+  Index rows = 0;
+  for (const RunDatum& datum : data)
+    rows += fitted(datum) ? datum.response.size() : 0;
+  return rows;
+}
+
+int sign_of(const ParameterInfo& p) {
+  if (p.lower >= p.absent) return 1;
+  if (p.upper <= p.absent) return -1;
+  return 0;
+}
+
+const ParameterInfo* info_of(const Effect& effect, const std::string& symbol) {
+  for (const ParameterInfo& p : effect.parameters()) {
+    if (p.symbol == symbol) return &p;
+  }
+  return nullptr;
+}
+
+// Columns of the probe's coefficients in the Jacobian of the model that holds it.
+std::vector<int> columns_of(const Model& model, const Probe& probe) {
+  std::vector<int> columns;
+  const auto& parameters = model.parameters();
+  for (const std::string& symbol : probe.coefficients) {
+    for (std::size_t k = parameters.size(); k-- > 0;) {
+      const std::string& name = parameters[k].name;
+      const bool same =
+          name == symbol || (name.size() > symbol.size() && name.ends_with("." + symbol));
+      if (!same || parameters[k].effect != probe.line.effect) continue;
+      columns.push_back(static_cast<int>(k));
+      break;
+    }
+  }
+  return columns;
+}
+
+// Memory, or a coordinate more, makes a model several times as dear; for a signature half the
+// points will do.
+int points_for(const Model& model, const HarmonicFit& fit, const FitOptions& options) {
+  const bool dear =
+      model.coordinates() > model.mechanical() || model.coordinates() > fit.model->coordinates();
+  return dear ? options.points / 2 : options.points;
+}
+
+// A run's prediction by a model that holds a probe.
+struct Seen {
+  std::unique_ptr<const Model> rounded;
+  std::unique_ptr<Prediction> prediction;
+};
+
+// With corners as the fit has them: its solution is this one's too. `all`: of the runs before.
+Seen seen_at(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::size_t r,
+             const std::vector<Seen>& all, const config::ModelSpec& spec, const Model& model,
+             int points) {
+  Seen seen;
+  RunDatum datum = data[r];
+  datum.to_limit.reset();  // it is of the model without the probe
+  if (const std::size_t first = first_of_response(data, r); first < r) {
+    seen.prediction = std::make_unique<Prediction>(*all[first].prediction, datum);
+  } else {
+    if (fit.run_models[r] != fit.model)
+      seen.rounded =
+          std::make_unique<const Model>(rounded_for(spec, datum, fit.predictions[r].points()));
+    seen.prediction =
+        std::make_unique<Prediction>(seen.rounded ? *seen.rounded : model, datum, points);
+  }
+  seen.prediction->start_from(fit.predictions[r]);
+  return seen;
+}
+
+// Of the work of a fit, that the look at one shape may take.
+constexpr double kWorkOfProbe = 0.1;
+
+// The shape at which a candidate was probed, in words.
+std::string no_solution(const Probe& probe, const RunDatum& datum) {
+  std::string at;
+  for (const auto& [symbol, p] : probe.line.parameters) {
+    if (p.start) at += fmt::format("{}{} = {:.3g}", at.empty() ? " at " : ", ", symbol, *p.start);
+  }
+  return fmt::format("the model with it has no {} for run {}{}",
+                     datum.sampled ? "motion through the record" : "periodic solution", datum.name,
+                     at);
+}
+
+// Multiplies by (I + k k')^-1/2, k the whitened influence of the time base: what it may be off by
+// is noise that all runs share.
+MatrixXd less_clock(const MatrixXd& stacked, const std::vector<RunDatum>& data) {
+  VectorXd k = VectorXd::Zero(stacked.rows());
+  Index at = 0;
+  for (const RunDatum& datum : data) {
+    if (!fitted(datum)) continue;
+    if (datum.clock.size() > 0) k.segment(at, datum.clock.size()) = whitened(datum, datum.clock);
+    at += datum.response.size();
+  }
+  const double size = k.squaredNorm();
+  if (size == 0.0) return stacked;
+  const double share = (1.0 - 1.0 / std::sqrt(1.0 + size)) / size;
+  return stacked - share * k * (k.transpose() * stacked);
+}
+
+// The scores of one probe, and their signatures.
+void add_scores(const MatrixXd& whole, const Projector& project, const Candidate& candidate,
+                std::size_t p, Scoring& scoring) {
+  if (whole.cols() == 0) return;
+  const Probe& probe = candidate.probes[p];
+  const MatrixXd seen = project(whole);
+  for (Index k = 0; k < whole.cols(); ++k) {
+    Signature signature;
+    const double length = whole.col(k).norm();
+    const double left = seen.col(k).norm();
+    if (std::isfinite(length) && left > kVisible * length && left > 0.0) {
+      signature.direction = seen.col(k) / left;
+      signature.visible = left;
+      signature.hidden = 1.0 - left / length;
+    }
+    const ParameterInfo* info =
+        probe.coefficients.empty()
+            ? nullptr
+            : info_of(*candidate.effect, probe.coefficients[static_cast<std::size_t>(k)]);
+    signature.sign = info != nullptr ? sign_of(*info) : 1;
+    Score s;
+    s.candidate = &candidate;
+    s.probe = p;
+    s.coefficient = static_cast<std::size_t>(k);
+    s.signature = whole.col(k);
+    if (signature.visible > 0.0) {
+      s.value = signature.direction.dot(scoring.residual) / signature.visible;
+      s.gain = gain_of(signature, scoring.residual);
+    }
+    scoring.scores.push_back(std::move(s));
+    scoring.design.signatures.push_back(std::move(signature));
+  }
+}
+
+}  // namespace
+
+double Scoring::best_gain() const {
+  double best = 0.0;
+  for (const Score& s : scores)
+    best = std::max(best, s.gain);
+  return best;
+}
+
+config::ModelSpec with_line(const config::ModelSpec& spec, const config::EffectSpec& line) {
+  config::ModelSpec larger = spec;
+  larger.effects.push_back(line);
+  return larger;
+}
+
+std::vector<double> carried_over(const Model& model, const HarmonicFit& fit) {
+  std::vector<double> theta = model.start();
+  const auto& mine = model.parameters();
+  const auto& theirs = fit.model->parameters();
+  for (std::size_t k = 0; k < mine.size(); ++k) {
+    for (std::size_t l = 0; l < theirs.size(); ++l) {
+      if (theirs[l].name == mine[k].name && theirs[l].effect == mine[k].effect)
+        theta[k] = std::clamp(fit.theta[l], mine[k].lower, mine[k].upper);
+    }
+  }
+  return theta;
+}
+
+VectorXd stacked_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  VectorXd all(rows_of(data));
+  Index at = 0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    all.segment(at, data[r].response.size()) = whitened_residual(fit, data, r);
+    at += data[r].response.size();
+  }
+  return less_clock(all, data);
+}
+
+MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                          const std::vector<int>& columns) {
+  MatrixXd all(rows_of(data), static_cast<Index>(columns.size()));
+  Index at = 0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    all.middleRows(at, data[r].response.size()) = whitened_jacobian(fit, data, r, columns);
+    at += data[r].response.size();
+  }
+  return less_clock(all, data);
+}
+
+Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                         const Probe& probe, const FitOptions& options) {
+  // A load path has one play.
+  const auto same = [&](const config::EffectSpec& line) {
+    return line.effect == probe.line.effect;
+  };
+  if (const Effect* effect = find_effect(probe.line.effect);
+      effect != nullptr && effect->in_series() &&
+      std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
+    return {{}, "the model has one in its load path already"};
+  const config::ModelSpec spec = with_line(fit.spec, probe.line);
+  const Model model(spec);
+  const std::vector<double> theta = carried_over(model, fit);
+  const std::vector<int> columns = columns_of(model, probe);
+  const bool whole = columns.empty();
+  MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
+  const HowFar search = options.from_rest ? HowFar::from_rest : HowFar::near;
+  const Task task(data.front().effort, kWorkOfProbe * options.most_effort);
+  std::vector<Seen> all(data.size());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (fitted(data[r]))
+      all[r] = seen_at(fit, data, r, all, spec, model, points_for(model, fit, options));
+  }
+  Index at = 0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    Prediction& prediction = *all[r].prediction;
+    if (!prediction.at(theta, search))
+      return {{}, task.over() ? kTooLong : no_solution(probe, data[r])};
+    const Index size = data[r].response.size();
+    if (whole)
+      stacked.col(0).segment(at, size) =
+          whitened(data[r], prediction.value() - fit.predictions[r].value());
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      stacked.col(static_cast<Index>(k)).segment(at, size) =
+          whitened(data[r], prediction.jacobian().col(columns[k]));
+    at += size;
+  }
+  return {less_clock(stacked, data), {}};
+}
+
+Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+              const std::vector<Candidate>& candidates, const FitOptions& options) {
+  Scoring scoring;
+  scoring.design.jacobian = stacked_jacobian(fit, data, fit.free);
+  scoring.design.freedom.resize(rows_of(data));
+  Index at = 0;
+  for (const RunDatum& datum : data) {
+    if (!fitted(datum)) continue;
+    scoring.design.freedom.segment(at, datum.freedom.size()) = datum.freedom;
+    at += datum.freedom.size();
+  }
+  const Projector project(scoring.design.jacobian);
+  scoring.residual = project(stacked_residual(fit, data));
+  scoring.chi_squared = fit.chi_squared;
+  for (const Candidate& candidate : candidates) {
+    const std::size_t before = scoring.scores.size();
+    std::string trouble;
+    for (std::size_t p = 0; p < candidate.probes.size(); ++p) {
+      const Signatures found = signatures_of(fit, data, candidate.probes[p], options);
+      if (!found.trouble.empty()) trouble = found.trouble;
+      add_scores(found.columns, project, candidate, p, scoring);
+    }
+    if (scoring.scores.size() == before)
+      scoring.not_scored.push_back({&candidate, std::move(trouble)});
+  }
+  return scoring;
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,359 @@
+#include "estimator/diagnosis/fit/harmonic_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/predicted_runs.hpp"
+#include "estimator/math/box_minimum.hpp"
+#include "estimator/math/dense.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNotWorthIt = 0.1;  // of chi-squared
+constexpr double kExact = 1e-6;      // of chi-squared: what predictions are exact to
+// Chi-squared a datum from where on nobody asks for more than three digits and a half of it.
+constexpr double kFar = 100.0, kExactFar = 3e-4;
+constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-6;  // of the unit diagonal
+constexpr double kStraight = 0.75;  // of what a step promised: the valley bends little
+constexpr int kSmallSteps = 3, kMostRefused = 12;  // one after the other
+
+struct Normal {
+  MatrixXd gram;
+  VectorXd gradient;
+  double chi_squared = 0.0;
+  std::vector<MatrixXd> jacobian;  // whitened, of the runs that count
+  VectorXd with_clock;             // its products with the influence of the time base
+};
+
+Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  const auto q = static_cast<Index>(fit.free.size());
+  Normal n{MatrixXd::Zero(q, q), VectorXd::Zero(q), 0.0, {}, VectorXd::Zero(q)};
+  double misfit = 0.0, size = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!is_fitted(data[r])) continue;
+    const VectorXd e = whitened_residual(fit, data, r);
+    n.jacobian.push_back(whitened_jacobian(fit, data, r, fit.free));
+    const MatrixXd& j = n.jacobian.back();
+    n.gram += j.transpose() * j;
+    n.gradient += j.transpose() * e;
+    n.chi_squared += e.squaredNorm();
+    if (data[r].clock.size() == 0) continue;
+    const VectorXd k = whitened(data[r], data[r].clock);
+    n.with_clock += j.transpose() * k;
+    misfit += k.dot(e);
+    size += k.squaredNorm();
+  }
+  // The time base is off by a normal variate: that is one more column with a prior, eliminated.
+  n.gram -= n.with_clock * n.with_clock.transpose() / (1.0 + size);
+  n.gradient -= n.with_clock * (misfit / (1.0 + size));
+  n.chi_squared -= misfit * misfit / (1.0 + size);
+  return n;
+}
+
+// The gradient of chi-squared at what is predicted now, by the slopes of `before`.
+VectorXd gradient_by(const Normal& before, const HarmonicFit& fit,
+                     const std::vector<RunDatum>& data) {
+  VectorXd gradient = VectorXd::Zero(before.gradient.size());
+  double misfit = 0.0, size = 0.0;
+  auto j = before.jacobian.begin();
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!is_fitted(data[r])) continue;
+    const VectorXd e = whitened_residual(fit, data, r);
+    gradient += (j++)->transpose() * e;
+    if (data[r].clock.size() == 0) continue;
+    const VectorXd k = whitened(data[r], data[r].clock);
+    misfit += k.dot(e);
+    size += k.squaredNorm();
+  }
+  return gradient - before.with_clock * (misfit / (1.0 + size));
+}
+
+// Minimises the quadratic of (gram + lambda diag) step = gradient inside the box.
+VectorXd box_step(const HarmonicFit& fit, const Normal& n, const VectorXd& gradient,
+                  const std::vector<double>& theta, double lambda) {
+  const auto q = static_cast<Index>(fit.free.size());
+  const VectorXd scale = n.gram.diagonal().cwiseMax(1e-300).cwiseSqrt();
+  MatrixXd a = scale.cwiseInverse().asDiagonal() * n.gram * scale.cwiseInverse().asDiagonal();
+  a.diagonal().array() += lambda + 1e-14;
+  VectorXd to_lower(q), to_upper(q);
+  for (Index k = 0; k < q; ++k) {
+    const auto parameter = static_cast<std::size_t>(fit.free[static_cast<std::size_t>(k)]);
+    const ModelParameter& p = fit.model->parameters()[parameter];
+    to_lower[k] = p.lower - theta[parameter];
+    to_upper[k] = p.upper - theta[parameter];
+  }
+  const VectorXd step = box_minimum(a, gradient.cwiseQuotient(scale), scale.cwiseProduct(to_lower),
+                                    scale.cwiseProduct(to_upper));
+  return step.cwiseQuotient(scale).cwiseMax(to_lower).cwiseMin(to_upper);
+}
+
+std::vector<double> stepped(const HarmonicFit& fit, std::vector<double> theta,
+                            const VectorXd& step) {
+  for (std::size_t k = 0; k < fit.free.size(); ++k)
+    theta[static_cast<std::size_t>(fit.free[k])] += step[static_cast<Index>(k)];
+  return theta;
+}
+
+// In what the data see of them.
+bool shorter(const VectorXd& a, const VectorXd& b, const Normal& n) {
+  return a.dot(n.gram * a) < b.dot(n.gram * b);
+}
+
+const char* solution_of(const std::vector<RunDatum>& data) {
+  return data.front().sampled ? "motion through the record" : "periodic solution";
+}
+
+MatrixXd nothing_known(const HarmonicFit& fit) {
+  const auto q = static_cast<Index>(fit.free.size());
+  return MatrixXd::Constant(q, q, std::numeric_limits<double>::quiet_NaN());
+}
+
+void finish(HarmonicFit& fit, const Normal& n) {
+  fit.chi_squared = n.chi_squared;
+  const auto q = static_cast<Index>(fit.free.size());
+  fit.covariance = nothing_known(fit);
+  if (q == 0) return;
+  const VectorXd scale = n.gram.diagonal().cwiseMax(1e-300).cwiseSqrt();
+  const MatrixXd unit =
+      scale.cwiseInverse().asDiagonal() * n.gram * scale.cwiseInverse().asDiagonal();
+  const Spectrum eigen = spectrum_of(unit);
+  const VectorXd values = eigen.values.cwiseMax(1e-16);
+  fit.condition = std::sqrt(values[q - 1] / values[0]);
+  const MatrixXd inverse =
+      eigen.vectors * values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
+  fit.covariance = scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
+}
+
+void hold(HarmonicFit& fit) {
+  for (Prediction& prediction : fit.predictions)
+    prediction.hold();
+}
+
+void go_back(HarmonicFit& fit) {
+  for (Prediction& prediction : fit.predictions)
+    prediction.go_back();
+}
+
+struct Trial {
+  std::vector<double> theta;
+  bool predicted = false;
+  Normal normal;  // where it is
+};
+
+// Where chi-squared rises the step ended on the side of a bent valley, as a rule: back down from
+// there by the same slopes.
+Trial tried(HarmonicFit& fit, const std::vector<RunDatum>& data, const Normal& now,
+            const VectorXd& step, double lambda, HowFar search) {
+  Trial trial{stepped(fit, fit.theta, step), false, {}};
+  trial.predicted = predict_all(fit, data, trial.theta, search);
+  if (!trial.predicted) return trial;
+  trial.normal = normal_equations(fit, data);
+  if (trial.normal.chi_squared < now.chi_squared) return trial;
+  const VectorXd back = box_step(fit, now, gradient_by(now, fit, data), trial.theta, lambda);
+  if (!shorter(back, step, now)) return trial;
+  std::vector<double> theta = stepped(fit, trial.theta, back);
+  if (predict_all(fit, data, theta, search))
+    trial = {std::move(theta), true, normal_equations(fit, data)};
+  return trial;
+}
+
+// No solution.
+void lose(HarmonicFit& fit) {
+  fit.converged = false;
+  fit.chi_squared = std::numeric_limits<double>::infinity();
+  fit.covariance = nothing_known(fit);
+}
+
+bool is_far(const HarmonicFit& fit, double chi_squared) {
+  return chi_squared > kFar * fit.observations;
+}
+
+HowFar how_far(const FitOptions& options) {
+  return options.from_near ? HowFar::patient : HowFar::from_rest;
+}
+
+double promised(const Normal& n, const VectorXd& step) {
+  return 2.0 * step.dot(n.gradient) - step.dot(n.gram * step);
+}
+
+// Levenberg-Marquardt from the fit's theta, where all runs have been predicted. Whether there is
+// anything to gain is asked of the step without damping.
+void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
+  const HowFar steps = options.from_rest ? HowFar::from_rest : HowFar::near;
+  Normal now = normal_equations(fit, data);
+  hold(fit);
+  double lambda = 0.0, enough = kFirstDamping;
+  int refused = 0, small = 0;
+  while (fit.iterations < options.max_iterations) {
+    const VectorXd whole = box_step(fit, now, now.gradient, fit.theta, 0.0);
+    const double gain = promised(now, whole);
+    if (!std::isfinite(gain)) break;
+    // Where the model is far off, no more can be asked than the prediction is exact to.
+    const double exact = now.chi_squared * (is_far(fit, now.chi_squared) ? kExactFar : kExact);
+    const double trifle = std::max({kNotWorthIt, exact, options.tolerance});
+    if (gain < std::max(options.tolerance, exact) && refused == 0) {
+      fit.converged = true;
+      break;
+    }
+    ++fit.iterations;
+    const VectorXd step =
+        lambda > 0.0 ? box_step(fit, now, now.gradient, fit.theta, lambda) : whole;
+    Trial trial = tried(fit, data, now, step, lambda, steps);
+    if (trial.predicted && trial.normal.chi_squared < now.chi_squared) {
+      const double won = now.chi_squared - trial.normal.chi_squared;
+      const bool straight = won < trifle || won > kStraight * promised(now, step);
+      small = won < trifle ? small + 1 : 0;
+      fit.theta = std::move(trial.theta);
+      now = std::move(trial.normal);
+      hold(fit);
+      if (lambda > 0.0) enough = std::max(lambda, kLeastDamping);
+      // Straight after a refusal, and where the valley bends, the damping is right as it is.
+      if (refused == 0 && straight) lambda = lambda < kLeastDamping ? 0.0 : 0.1 * lambda;
+      refused = 0;
+      if (small < kSmallSteps) continue;
+      fit.converged = true;
+      break;
+    }
+    // Steps that were too long may have led to another branch of solutions.
+    go_back(fit);
+    // A promised gain that rounding and the grid do not let come true is no gain.
+    if (gain < trifle || ++refused > kMostRefused) {
+      fit.converged = gain < trifle;
+      break;
+    }
+    lambda = lambda > 0.0 ? 6.0 * lambda : enough;
+    if (trial.predicted) continue;
+    // To find that there is no solution is dear.
+    lambda *= 6.0;
+    ++refused;
+  }
+  if (predict_all(fit, data, fit.theta, how_far(options))) {
+    finish(fit, normal_equations(fit, data));
+  } else {
+    lose(fit);
+  }
+}
+
+}  // namespace
+
+bool HarmonicFit::at_bound(int parameter) const {
+  const ModelParameter& p = model->parameters()[static_cast<std::size_t>(parameter)];
+  const double value = theta[static_cast<std::size_t>(parameter)];
+  return !p.fixed && (value <= p.lower || value >= p.upper);
+}
+
+double HarmonicFit::standard_error(int parameter) const {
+  const auto found = std::find(free.begin(), free.end(), parameter);
+  if (found == free.end()) return 0.0;
+  const auto k = static_cast<Index>(found - free.begin());
+  if (!constant) return std::sqrt(covariance(k, k));
+  return std::hypot(std::sqrt(covariance(k, k)), constant->bends[k] * constant->standard_error);
+}
+
+VectorXd whitened_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                           std::size_t run) {
+  return whitened(data[run], data[run].response - fit.predictions[run].value());
+}
+
+MatrixXd whitened_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                           std::size_t run, const std::vector<int>& columns) {
+  const MatrixXd& all = fit.predictions[run].jacobian();
+  MatrixXd some(all.rows(), static_cast<Index>(columns.size()));
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    some.col(static_cast<Index>(k)) = all.col(columns[k]);
+  return whitened(data[run], some);
+}
+
+double clock_error(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  double misfit = 0.0, size = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!is_fitted(data[r]) || data[r].clock.size() == 0) continue;
+    const VectorXd k = whitened(data[r], data[r].clock);
+    misfit += k.dot(whitened_residual(fit, data, r));
+    size += k.squaredNorm();
+  }
+  return misfit / (1.0 + size);
+}
+
+namespace {
+
+HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
+                             const std::vector<double>& start, const HarmonicFit* near,
+                             const FitOptions& options) {
+  HarmonicFit fit;
+  fit.spec = spec;
+  fit.model = std::make_shared<const Model>(spec);
+  fit.theta = start.empty() ? fit.model->start() : start;
+  for (int k = 0; k < fit.model->parameter_count(); ++k) {
+    if (!fit.model->parameters()[static_cast<std::size_t>(k)].fixed) fit.free.push_back(k);
+  }
+  const bool rounded = options.sharp && has_corners(spec);
+  fit.predictions.reserve(data.size());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (const std::size_t first = first_of_response(data, r); first < r) {
+      fit.run_models.push_back(fit.run_models[first]);
+      fit.predictions.emplace_back(fit.predictions[first], data[r]);
+    } else {
+      fit.run_models.push_back(
+          rounded ? std::make_shared<const Model>(rounded_for(spec, data[r], options.points))
+                  : fit.model);
+      fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);
+    }
+    if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);
+    for (std::size_t before = 0; before < r; ++before)
+      fit.predictions[r].share(fit.predictions[before]);
+    if (is_fitted(data[r])) fit.observations += static_cast<int>(data[r].response.size());
+  }
+  if (!predict_all(fit, data, fit.theta, how_far(options)) && !admit(fit, data, how_far(options))) {
+    fit.trouble = fmt::format(
+        "{}: there is no {} at the start of the estimation; give starting values nearer to the "
+        "damper's",
+        spec.name, solution_of(data));
+    lose(fit);
+    return fit;
+  }
+  const std::vector<double> began = fit.theta;
+  iterate(fit, data, options);
+  if (!std::isfinite(fit.chi_squared)) {
+    fit.trouble =
+        fmt::format("{}: there is no {} where the fit ended", spec.name, solution_of(data));
+    return fit;
+  }
+  // Of what is far off nobody asks what it says of other runs.
+  fit.predicts_all = predict_held_out(
+      fit, data, began, is_far(fit, fit.chi_squared) ? HowFar::patient : how_far(options));
+  if (!fit.predicts_all) {
+    fit.converged = false;
+    fit.trouble = fmt::format("{}: a held-out run has no {}", spec.name, solution_of(data));
+  } else if (!fit.converged) {
+    fit.trouble = fmt::format("{}: the fit did not settle in {} steps", spec.name, fit.iterations);
+  }
+  for (Prediction& prediction : fit.predictions)
+    prediction.rest();
+  return fit;
+}
+
+}  // namespace
+
+HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
+                          const std::vector<double>& start, const HarmonicFit* near,
+                          const FitOptions& options) {
+  const Task task(data.front().effort, options.most_effort);
+  HarmonicFit fit = fit_however_long(spec, data, start, near, options);
+  if (!task.over()) return fit;
+  lose(fit);
+  fit.stopped = true;
+  fit.trouble = fmt::format("{}: {}", spec.name, kTooLong);
+  return fit;
+}
+
+}  // namespace shaker::estimator::diagnosis

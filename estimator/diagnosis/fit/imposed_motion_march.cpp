@@ -1,0 +1,269 @@
+#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "estimator/math/dense.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kMostNewton = 40;
+constexpr double kSolved = 1e-10;
+constexpr int kMostCorrections = 12;  // of a course; a march costs about as much as 30
+
+// The coordinate's name says so.
+bool in_series(const Model& model, int coordinate) {
+  return model.coordinate_name(coordinate).ends_with(".damper");
+}
+
+}  // namespace
+
+bool parts_in_series(const Model& model) {
+  for (int c = 1; c < model.coordinates(); ++c) {
+    if (in_series(model, c)) return true;
+  }
+  return false;
+}
+
+bool can_be_carried(const Model& model) {
+  if (model.mechanical() != 1) return false;
+  for (int c = 1; c < model.coordinates(); ++c) {
+    if (model.order(c) > 1) return false;
+  }
+  return true;
+}
+
+MotionMarch::MotionMarch(const Model& model, Motion motion, bool inertia)
+    : model_(&model),
+      motion_(std::move(motion)),
+      inertia_(inertia),
+      n_(static_cast<int>(motion_.u.size())),
+      s_(model.coordinates()),
+      p_(model.parameter_count()),
+      q_(s_ - 1) {
+  if (model.mechanical() != 1)
+    throw std::invalid_argument(
+        fmt::format("{}: a motion can only be imposed on a model of one coordinate", model.name()));
+  for (int c = 1; c < s_; ++c) {
+    if (model.order(c) > 1)
+      throw std::invalid_argument(
+          fmt::format("{}: {} has inertia of its own and cannot be carried "
+                      "along an imposed motion",
+                      model.name(), model.coordinate_name(c)));
+  }
+  first_.resize(q_);
+  for (int d = 0; d < q_; ++d) {
+    // What is joined in series begins where the motion does.
+    first_[d] = in_series(model, d + 1) ? motion_.u[0] : model.rest(d + 1);
+  }
+  one_.shape(model, 1);
+  all_.shape(model, n_);
+  std::copy(motion_.u.begin(), motion_.u.end(), all_.u[0]);
+  std::copy(motion_.v.begin(), motion_.v.end(), all_.v[0]);
+  std::copy(motion_.a.begin(), motion_.a.end(), all_.a[0]);
+  if (motion_.x.size() > 0) std::copy(motion_.x.begin(), motion_.x.end(), all_.x);
+  force_.resize(n_);
+  slope_.resize(n_, p_);
+  w_.resize(n_, q_);
+}
+
+// w' = (3 w - 4 w_1 + w_2) / 2 dt; at the second step one of the first order, at the first none.
+MotionMarch::Difference MotionMarch::difference_at(int i) const {
+  if (i == 0) return {};
+  if (i == 1) return {1.0 / motion_.dt, -1.0 / motion_.dt, 0.0};
+  return {1.5 / motion_.dt, -2.0 / motion_.dt, 0.5 / motion_.dt};
+}
+
+// The equations of what is carried along, at the values w and the rates now * w + history.
+bool MotionMarch::residual(const VectorXd& w, double now, const VectorXd& history,
+                           std::span<const double> theta, VectorXd& h) {
+  for (int d = 0; d < q_; ++d) {
+    const auto c = static_cast<std::size_t>(d + 1);
+    one_.u[c][0] = w[d];
+    one_.v[c][0] = now * w[d] + history[d];
+  }
+  if (!afford(1) || !one_.evaluate_internal(*model_, 1, theta.data())) return false;
+  for (int d = 0; d < q_; ++d)
+    h[d] = one_.g[static_cast<std::size_t>(d + 1)][0];
+  return h.allFinite();
+}
+
+// The derivative of these equations over w, from the i-th point of the arrays.
+void MotionMarch::slope_at(const ModelArrays& arrays, int i, double now, MatrixXd& slope) const {
+  for (int d = 0; d < q_; ++d) {
+    for (int e = 0; e < q_; ++e) {
+      const auto de = static_cast<std::size_t>((d + 1) * s_ + e + 1);
+      slope(d, e) = arrays.g_u[de][i] + now * arrays.g_v[de][i];
+    }
+  }
+}
+
+// An evaluation gives the force, what is carried along and their slopes.
+bool MotionMarch::afford(int points) {
+  return !effort_ || effort_->spend_rates(static_cast<double>(points) * s_ * (s_ + p_));
+}
+
+// Damped Newton for w at one step.
+bool MotionMarch::solve_step(double now, const VectorXd& history, std::span<const double> theta,
+                             VectorXd& w) {
+  VectorXd h(q_), trial(q_), trial_h(q_);
+  MatrixXd slope(q_, q_);
+  if (!residual(w, now, history, theta, h)) return false;
+  for (int round = 0; round < kMostNewton; ++round) {
+    slope_at(one_, 0, now, slope);
+    const VectorXd move = solve_square(slope, h);
+    if (!move.allFinite()) return false;
+    bool better = false;
+    const double norm = h.norm();
+    for (double share = 1.0; share > 1e-4 && !better; share *= 0.5) {
+      trial = w - share * move;
+      better =
+          residual(trial, now, history, theta, trial_h) && (trial_h.norm() < norm || norm < 1e-14);
+    }
+    const double size = std::max((better ? trial : w).cwiseAbs().maxCoeff(), 1e-9);
+    if (!better) return move.cwiseAbs().maxCoeff() <= 1e-5 * size;
+    w.swap(trial);
+    h.swap(trial_h);
+    if (move.cwiseAbs().maxCoeff() < kSolved * size) break;
+  }
+  return true;
+}
+
+void MotionMarch::begin_from(const MotionMarch& other) {
+  if (other.n_ != n_ || other.q_ != q_) return;
+  w_ = other.w_;
+  has_course_ = other.has_course_;
+}
+
+// right = slope^-1 right, both with a row for each carried coordinate.
+void MotionMarch::solve(const MatrixXd& slope, MatrixXd& right) const {
+  if (q_ == 1)
+    right /= slope(0, 0);
+  else
+    right = solve_square(slope, right);
+}
+
+// Carries w along the motion, step by step.
+bool MotionMarch::march(std::span<const double> theta) {
+  VectorXd w = first_, history(q_);
+  for (int i = 0; i < n_; ++i) {
+    const Difference rate = difference_at(i);
+    one_.u[0][0] = motion_.u[i];
+    one_.v[0][0] = motion_.v[i];
+    one_.a[0][0] = motion_.a[i];
+    if (motion_.x.size() > 0) one_.x[0] = motion_.x[i];
+    history.setZero();
+    if (i > 0) history += rate.last * w_.row(i - 1).transpose();
+    if (i > 1) history += rate.before * w_.row(i - 2).transpose();
+    // At the first point there is no rate: what is memory stays at rest.
+    if (i > 0 && !solve_step(rate.now, history, theta, w)) return false;
+    w_.row(i) = w.transpose();
+  }
+  load_course();
+  return true;
+}
+
+// Writes w and its rate into the arrays of all points.
+void MotionMarch::load_course() {
+  for (int d = 0; d < q_; ++d) {
+    const auto c = static_cast<std::size_t>(d + 1);
+    const auto w = w_.col(d);
+    for (int i = 0; i < n_; ++i) {
+      const Difference rate = difference_at(i);
+      all_.u[c][i] = w[i];
+      all_.v[c][i] = rate.now * w[i] + (i > 0 ? rate.last * w[i - 1] : 0.0) +
+                     (i > 1 ? rate.before * w[i - 2] : 0.0);
+    }
+  }
+}
+
+// Newton for all steps together, from the present course: nearby parameters have a nearby course.
+// Each step is a forward substitution. The points are evaluated together, which costs a small part
+// of what a march costs. Returns false if it does not converge; w is then undefined.
+bool MotionMarch::correct_course(std::span<const double> theta) {
+  MatrixXd slope(q_, q_), now(q_, 1), last(q_, 1), before(q_, 1);
+  w_.row(0) = first_.transpose();
+  for (int round = 0; round < kMostCorrections; ++round) {
+    load_course();
+    if (!afford(n_) || !all_.evaluate_internal(*model_, n_, theta.data())) return false;
+    double largest = 0.0;
+    now.setZero();
+    last.setZero();
+    for (int i = 1; i < n_; ++i) {
+      const Difference rate = difference_at(i);
+      before.swap(last);
+      last.swap(now);
+      slope_at(all_, i, rate.now, slope);
+      for (int d = 0; d < q_; ++d) {
+        now(d, 0) = -all_.g[static_cast<std::size_t>(d + 1)][i];
+        for (int e = 0; e < q_; ++e)
+          now(d, 0) -= all_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] *
+                       (rate.last * last(e, 0) + rate.before * before(e, 0));
+      }
+      solve(slope, now);
+      if (!now.allFinite()) return false;
+      w_.row(i) += now.col(0).transpose();
+      largest = std::max(
+          largest, now.cwiseAbs().maxCoeff() / std::max(w_.row(i).cwiseAbs().maxCoeff(), 1e-9));
+    }
+    if (largest < kSolved) {
+      load_course();
+      return true;
+    }
+  }
+  return false;
+}
+
+// Carries w's derivatives over theta along the motion, from the derivatives of the model at all
+// points, and adds what they do to the force.
+bool MotionMarch::carry_slopes() {
+  MatrixXd slope(q_, q_), now = MatrixXd::Zero(q_, p_), last = now, before = now, history = now;
+  for (int i = 1; i < n_; ++i) {
+    const Difference rate = difference_at(i);
+    before.swap(last);
+    last.swap(now);
+    history = rate.last * last + rate.before * before;
+    slope_at(all_, i, rate.now, slope);
+    for (int d = 0; d < q_; ++d) {
+      for (int k = 0; k < p_; ++k) {
+        now(d, k) = -all_.g_theta[static_cast<std::size_t>((d + 1) * p_ + k)][i];
+        for (int e = 0; e < q_; ++e)
+          now(d, k) -= all_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] * history(e, k);
+      }
+    }
+    solve(slope, now);
+    if (!now.allFinite()) return false;
+    for (int d = 0; d < q_; ++d) {
+      const auto c = static_cast<std::size_t>(d + 1);
+      slope_.row(i) += all_.g_u[c][i] * now.row(d);
+      slope_.row(i) += all_.g_v[c][i] * (rate.now * now.row(d) + history.row(d));
+    }
+  }
+  return true;
+}
+
+bool MotionMarch::at(std::span<const double> theta, bool slopes) {
+  if (q_ > 0) {
+    has_course_ = (has_course_ && correct_course(theta)) || march(theta);
+    if (!has_course_) return false;
+  }
+  if (!afford(n_) || !all_.evaluate(*model_, n_, theta.data())) return false;
+  const double mass = inertia_ ? 0.0 : model_->mass(0, 0);
+  for (int i = 0; i < n_; ++i)
+    force_[i] = all_.g[0][i] - mass * motion_.a[i];
+  if (!slopes) return force_.allFinite();
+  for (int k = 0; k < p_; ++k)
+    slope_.col(k) = Eigen::Map<const VectorXd>(all_.g_theta[static_cast<std::size_t>(k)], n_);
+  if (q_ > 0 && !carry_slopes()) return false;
+  return force_.allFinite() && slope_.allFinite();
+}
+
+}  // namespace shaker::estimator::diagnosis

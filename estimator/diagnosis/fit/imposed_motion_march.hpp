@@ -1,0 +1,80 @@
+// The force of a model along a motion that is imposed and known at even steps: effects with memory
+// are carried along in time, from rest at the first step, by the second backward difference
+// formula, which forgets what is stiff. For motions that are not periodic, and for load paths with
+// play, where no smooth course over a cycle exists to be found.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "estimator/diagnosis/effort.hpp"
+#include "estimator/model.hpp"
+#include "estimator/model_arrays.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+struct Motion {
+  double dt = 0.0;
+  Eigen::VectorXd u, v, a, x;  // x: the excitation, empty for none
+};
+
+// The model parts its load path: some coordinate is the damper's own stroke behind a play.
+bool parts_in_series(const Model& model);
+
+// Whether a MotionMarch of it exists: one mechanical coordinate, and no memory with inertia.
+bool can_be_carried(const Model& model);
+
+class MotionMarch {
+ public:
+  // `inertia`: M u'' counts. Throws std::invalid_argument for a model that cannot be carried. `model`
+  // must outlive it.
+  MotionMarch(const Model& model, Motion motion, bool inertia);
+
+  // False when a step cannot be solved, a point is inadmissible, or the task's effort is spent.
+  // Without `slopes`, slope() keeps its old values.
+  bool at(std::span<const double> theta, bool slopes = true);
+  const Eigen::VectorXd& force() const { return force_; }  // of the first equation, x included
+  const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
+  const Motion& motion() const { return motion_; }
+  // What it does counts there. Null: nobody asks.
+  void spend(std::shared_ptr<Effort> effort) { effort_ = std::move(effort); }
+  // Searches first near the course of the same model along a motion nearby.
+  void begin_from(const MotionMarch& other);
+
+ private:
+  // Factors of w now, at the last step and at the one before it, in the rate w'.
+  struct Difference {
+    double now = 0.0, last = 0.0, before = 0.0;
+  };
+  Difference difference_at(int i) const;
+  bool residual(const Eigen::VectorXd& w, double now, const Eigen::VectorXd& history,
+                std::span<const double> theta, Eigen::VectorXd& h);
+  void slope_at(const ModelArrays& arrays, int i, double now, Eigen::MatrixXd& slope) const;
+  bool solve_step(double now, const Eigen::VectorXd& history, std::span<const double> theta,
+                  Eigen::VectorXd& w);
+  void solve(const Eigen::MatrixXd& slope, Eigen::MatrixXd& right) const;
+  bool march(std::span<const double> theta);
+  void load_course();
+  bool afford(int points);
+  bool correct_course(std::span<const double> theta);
+  bool carry_slopes();
+
+  const Model* model_;
+  std::shared_ptr<Effort> effort_;
+  Motion motion_;
+  bool inertia_;
+  int n_, s_, p_, q_;      // q: coordinates that are carried along
+  Eigen::VectorXd first_;  // of what is carried along
+  Eigen::VectorXd force_;
+  Eigen::MatrixXd slope_;
+  Eigen::MatrixXd w_;        // n x q, the course of what is carried along
+  bool has_course_ = false;  // w_ is the course of the theta before
+  // Arrays for one point, and for all of them.
+  ModelArrays one_, all_;
+};
+
+}  // namespace shaker::estimator::diagnosis

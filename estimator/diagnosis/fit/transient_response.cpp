@@ -1,0 +1,398 @@
+#include "estimator/diagnosis/fit/transient_response.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/records/transient_seen.hpp"
+#include "estimator/math/dense.hpp"
+#include "estimator/time/integration_impl.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t kArcs = 32, kFewestInArc = 24;
+constexpr int kMaxStepsPerSample = 8;  // of the integration between two samples
+constexpr int kPointsPerSample = 4;    // times as many points of the excitation as samples
+constexpr int kMostRounds = 30;        // of closing the arcs
+constexpr double kClosed = 1e-4;       // of a state's size: a linear correction does the rest
+constexpr double kFelt = 0.1;  // of all data's standard errors together: what steps may move
+constexpr double kUnstable = 2.6;
+constexpr double kStable = 1.2;  // largest eigenvalue of the equations times the step
+
+std::vector<int> free_of(const Model& model) {
+  std::vector<int> free;
+  for (int k = 0; k < model.parameter_count(); ++k) {
+    const bool instrument = std::any_of(
+        model.instruments().begin(), model.instruments().end(), [&](const Model::Term& t) {
+          const auto count = static_cast<int>(t.effect->parameters().size());
+          return k >= t.first_parameter && k < t.first_parameter + count;
+        });
+    if (!instrument && !model.parameters()[static_cast<std::size_t>(k)].fixed) free.push_back(k);
+  }
+  return free;
+}
+
+// Between the samples as the cosines say, not as a polynomial through few of them would.
+Excitation excitation_of(const SampledRun& run) {
+  if (run.excitation.size() == 0) return {};
+  const Index n = run.samples();
+  // Its ends' slopes taken out, so that the series converges.
+  const double slope = (run.excitation[1] - run.excitation[0]);
+  const double bend = (run.excitation[n - 1] - run.excitation[n - 2] - slope) / double(n);
+  VectorXd rest = run.excitation;
+  const auto trend = [&](double i) { return i * (slope + 0.5 * bend * i); };
+  for (Index i = 0; i < n; ++i)
+    rest[i] -= trend(static_cast<double>(i) + 0.5);
+  const VectorXd series = CosineTransform(n).analyse(rest, n);
+  const VectorXd fine = CosineTransform(kPointsPerSample * n).synthesise(series);
+  std::vector<double> t, x;
+  for (Index i = 0; i < kPointsPerSample * n; ++i) {
+    const double at = (static_cast<double>(i) + 0.5) / kPointsPerSample;
+    t.push_back(at * run.dt);
+    x.push_back(fine[i] + trend(at));
+  }
+  return Excitation::sampled(t, x);
+}
+
+}  // namespace
+
+TransientResponse::TransientResponse(const Model& model, const RunDatum& datum)
+    : model_(&model),
+      run_(datum.sampled),
+      datum_(datum),
+      equations_(model),
+      free_(free_of(model)),
+      m_(equations_.states()),
+      p_(static_cast<int>(free_.size())),
+      transform_(datum.sampled->samples()),
+      excitation_(excitation_of(*datum.sampled)) {
+  check_instruments(model);
+  for (Index i = 0; i < run_->samples(); ++i)
+    times_.push_back((static_cast<double>(i) + 0.5) * run_->dt);
+  scale_ = VectorXd::Ones(m_);
+  for (int c = 0; c < model.mechanical(); ++c) {
+    scale_[c] = std::max(run_->u.cwiseAbs().maxCoeff(), 1e-12);
+    if (equations_.velocity_of(c) >= 0)
+      scale_[equations_.velocity_of(c)] = std::max(run_->v.cwiseAbs().maxCoeff(), 1e-12);
+  }
+  cut();
+}
+
+// Neighbours share a sample: the end of one is the start of the next.
+void TransientResponse::cut() {
+  const std::size_t n = times_.size();
+  const std::size_t length = std::max(kFewestInArc, (n + kArcs - 1) / kArcs);
+  for (std::size_t first = 0; first + 1 < n; first += length) {
+    Arc arc;
+    arc.times = std::span<const double>(times_).subspan(first, std::min(length, n - 1 - first) + 1);
+    arc.excitation = &excitation_;
+    arc.start.assign(static_cast<std::size_t>(m_), 0.0);
+    arcs_.push_back(std::move(arc));
+    first_.push_back(first);
+  }
+  moves_.assign(arcs_.size(), MatrixXd::Zero(m_, m_ + p_));
+  drift_.assign(arcs_.size(), MatrixXd::Zero(m_, p_));
+  closes_.assign(arcs_.size(), VectorXd::Zero(m_));
+  begin_from_data();
+}
+
+void TransientResponse::begin_from_data() {
+  const int seen = model_->observed();
+  const int speed = equations_.velocity_of(seen);
+  for (std::size_t a = 0; a < arcs_.size(); ++a) {
+    const auto i = static_cast<Index>(first_[a]);
+    for (int c = 0; c < equations_.coordinates(); ++c)
+      arcs_[a].start[static_cast<std::size_t>(c)] = model_->rest(c);
+    for (int j = equations_.coordinates(); j < m_; ++j)
+      arcs_[a].start[static_cast<std::size_t>(j)] = 0.0;
+    arcs_[a].start[static_cast<std::size_t>(seen)] = run_->u[i];
+    if (speed >= 0) arcs_[a].start[static_cast<std::size_t>(speed)] = run_->v[i];
+  }
+}
+
+// As many as are accurate. Explicit steps must be shorter than the fastest decay or oscillation
+// besides: friction on a narrow edge is stiff.
+int TransientResponse::steps_between_samples(const std::vector<double>& theta) const {
+  constexpr int kPoints = 8;
+  const int seen = model_->observed(), speed = equations_.velocity_of(seen);
+  StateEquations::Workspace work;
+  AlignedVector store(
+      static_cast<std::size_t>((2 * m_ + m_ * m_ + 1 + m_ * equations_.parameters()) * kPoints));
+  std::vector<double*> s, rate, h_s, h_theta;
+  double* next = store.data();
+  const auto take = [&](std::vector<double*>& list, int count) {
+    for (int k = 0; k < count; ++k, next += kPoints)
+      list.push_back(next);
+  };
+  take(s, m_);
+  take(rate, m_);
+  take(h_s, m_ * m_);
+  take(h_theta, m_ * equations_.parameters());
+  double fastest = 0.0;
+  MatrixXd slopes(m_, m_);
+  for (std::size_t from = 0; from < arcs_.size(); from += kPoints / 2) {
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const std::size_t a = std::min(from + i / 2, arcs_.size() - 1);
+      for (int j = 0; j < m_; ++j)
+        s[static_cast<std::size_t>(j)][i] = arcs_[a].start[static_cast<std::size_t>(j)];
+      if (i % 2 == 0 && speed >= 0) s[static_cast<std::size_t>(speed)][i] = 0.0;
+    }
+    if (!equations_.rates(kPoints, s.data(), next, theta.data(), work, rate.data(), h_s.data(),
+                          h_theta.data()))
+      continue;
+    for (int i = 0; i < kPoints; ++i) {
+      for (int r = 0; r < m_; ++r) {
+        for (int c = 0; c < m_; ++c)
+          slopes(r, c) = h_s[static_cast<std::size_t>(r * m_ + c)][i] * scale_[c] / scale_[r];
+      }
+      // Not the rows' sums: those of a stiff spring grow with the square of its frequency.
+      if (slopes.allFinite())
+        fastest = std::max(fastest, eigenvalues_of(slopes).cwiseAbs().maxCoeff());
+    }
+  }
+  // Not an int before it is known to fit: a wild trial's slopes know no bounds.
+  const double steps = std::max(1.0 * least_steps_, std::ceil(fastest * run_->dt / kStable));
+  if (steps <= kMaxStepsPerSample) return static_cast<int>(steps);
+  return fastest * run_->dt / kMaxStepsPerSample < kUnstable ? kMaxStepsPerSample : 0;
+}
+
+bool TransientResponse::integrate(const std::vector<double>& theta) {
+  const int explicit_steps = steps_between_samples(theta);
+  const bool stiff = explicit_steps == 0;
+  const int steps = stiff ? least_steps_ : explicit_steps;
+  if (!integration_ || stiff != stiff_ || steps > steps_ || 2 * steps < steps_) {
+    TimeOptions options;
+    options.step = run_->dt / steps;
+    options.cut = model_->has_velocity_kink() && model_->coordinates() == 1
+                      ? CutAtReversals::automatic
+                      : CutAtReversals::never;
+    if (datum_.effort)
+      options.afford = [effort = datum_.effort](double numbers) {
+        return effort->spend_rates(numbers);
+      };
+    integration_ = stiff ? make_implicit_runge_kutta(equations_, options, free_)
+                         : make_runge_kutta(equations_, options, free_);
+    steps_ = steps;
+    stiff_ = stiff;
+    for (Arc& arc : arcs_)
+      arc.nodes.clear();
+  }
+  if (!integration_->run(arcs_, theta, true).ok) return false;
+  const bool bounded = std::all_of(arcs_.begin(), arcs_.end(), [&](const Arc& arc) {
+    return std::all_of(arc.states.begin(), arc.states.end(),
+                       [](double x) { return std::isfinite(x) && std::fabs(x) < 1e100; });
+  });
+  if (bounded && !sized_) size_memories();
+  return bounded;
+}
+
+// A memory's scale is its largest value on the way from rest.
+void TransientResponse::size_memories() {
+  sized_ = true;
+  for (int j = 0; j < m_; ++j) {
+    if (!remembers(j)) continue;
+    double largest = 0.0;
+    for (const Arc& arc : arcs_) {
+      for (auto at = static_cast<std::size_t>(j); at < arc.states.size();
+           at += static_cast<std::size_t>(m_))
+        largest = std::max(largest, std::fabs(arc.states[at]));
+    }
+    if (largest > 0.0) scale_[j] = largest;
+  }
+}
+
+void TransientResponse::condense() {
+  using Row = Eigen::Map<const Eigen::RowVectorXd>;
+  using Rows =
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+  const Index wide = m_ + p_;
+  const auto m = static_cast<std::size_t>(m_), k = static_cast<std::size_t>(wide);
+  const auto seen = static_cast<std::size_t>(model_->observed());
+  moves_[0].setZero();
+  moves_[0].leftCols(m_).setIdentity();
+  closes_[0].setZero();
+  gap_ = 0.0;
+  samples_.resize(run_->samples());
+  slopes_.setZero(run_->samples(), m_ + model_->parameter_count());
+  for (std::size_t a = 0; a < arcs_.size(); ++a) {
+    const Arc& arc = arcs_[a];
+    const bool last = a + 1 == arcs_.size();
+    const std::size_t count = arc.times.size() - (last ? 0 : 1);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double* sensitivity = &arc.sensitivities[(i * m + seen) * k];
+      const Row over_start(sensitivity, m_);
+      const auto at = static_cast<Index>(first_[a] + i);
+      samples_[at] = arc.states[i * m + seen] + over_start.dot(closes_[a]);
+      const Eigen::RowVectorXd total = over_start * moves_[a];
+      slopes_.row(at).head(m_) = total.head(m_);
+      for (int c = 0; c < p_; ++c)
+        slopes_(at, m_ + free_[static_cast<std::size_t>(c)]) =
+            total[m_ + c] + sensitivity[m + static_cast<std::size_t>(c)];
+    }
+    if (last) break;
+    const std::size_t end = arc.times.size() - 1;
+    const Rows whole(&arc.sensitivities[end * m * k], m_, wide);
+    moves_[a + 1].noalias() = whole.leftCols(m_) * moves_[a];
+    moves_[a + 1].rightCols(p_) += whole.rightCols(p_);
+    closes_[a + 1].noalias() = whole.leftCols(m_) * closes_[a];
+    for (int j = 0; j < m_; ++j) {
+      const double gap = arc.states[end * m + static_cast<std::size_t>(j)] -
+                         arcs_[a + 1].start[static_cast<std::size_t>(j)];
+      closes_[a + 1][j] += gap;
+      gap_ = std::max(gap_, std::fabs(gap) / scale_[j]);
+    }
+  }
+}
+
+// Moves all arcs' starts to meet, from the initial state that suits the data; returns the largest
+// relative move.
+double TransientResponse::correct() {
+  MatrixXd all(samples_.size(), 1 + slopes_.cols());
+  all << samples_, slopes_;
+  const MatrixXd series = transform_.analyse(all, datum_.response.size());
+  const MatrixXd of_start = series.middleCols(1, m_) * scale_.asDiagonal();
+  const MatrixXd start = whitened(datum_, of_start);
+  const MatrixXd over = whitened(datum_, series.rightCols(model_->parameter_count()));
+  MatrixXd gram = start.transpose() * start;
+  const VectorXd e = whitened(datum_, datum_.response - series.col(0));
+  VectorXd towards = start.transpose() * e;
+  // What the data say nothing of (a memory that fades at once) is near rest.
+  const double ridge = 1e-12 * gram.diagonal().maxCoeff();
+  for (int j = 0; j < m_; ++j) {
+    const double prior = remembers(j) ? std::max(1.0, ridge) : ridge;
+    gram(j, j) += prior;
+    if (remembers(j)) towards[j] -= prior * arcs_[0].start[static_cast<std::size_t>(j)] / scale_[j];
+  }
+  const Ldlt factor(gram);
+  const VectorXd step = factor.solve(towards);
+  const MatrixXd suited = factor.solve(MatrixXd(start.transpose() * over));
+  value_ = series.col(0) + of_start * step;
+  jacobian_ = series.rightCols(model_->parameter_count()) - of_start * suited;
+  double largest = 0.0;
+  for (std::size_t a = 0; a < arcs_.size(); ++a) {
+    const MatrixXd first = moves_[a].leftCols(m_) * scale_.asDiagonal();
+    const VectorXd moved = first * step + closes_[a];
+    for (int j = 0; j < m_; ++j) {
+      arcs_[a].start[static_cast<std::size_t>(j)] += moved[j];
+      largest = std::max(largest, std::fabs(moved[j]) / scale_[j]);
+    }
+    for (int c = 0; c < p_; ++c)
+      drift_[a].col(c) =
+          moves_[a].col(m_ + c) - first * suited.col(free_[static_cast<std::size_t>(c)]);
+  }
+  return largest;
+}
+
+void TransientResponse::see(const std::vector<double>& theta) {
+  observe_samples(*model_, theta, *run_, samples_, slopes_, m_);
+}
+
+// Newton's method on the arcs' starts. False where it does not come to an end.
+bool TransientResponse::close(const std::vector<double>& theta) {
+  double before = 1e300;
+  int worse = 0;
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (!integrate(theta)) {
+      if (round > 0 || !solved_) return false;
+      begin_from_data();
+      solved_ = false;
+      continue;
+    }
+    condense();
+    see(theta);
+    if (!samples_.allFinite() || !slopes_.allFinite()) return false;
+    const double moved = correct();
+    if (!value_.allFinite() || !jacobian_.allFinite()) return false;
+    if (moved < kClosed) {
+      solved_ = true;
+      theta_ = theta;
+      return true;
+    }
+    worse += moved > 0.9 * before ? 1 : 0;
+    if (worse > 2) break;
+    before = moved;
+  }
+  return false;
+}
+
+// Shorter steps until half of one moves the response by less than the data feel: a record long
+// after its start adds up the phase that each step loses.
+void TransientResponse::settle_steps(const std::vector<double>& theta) {
+  steps_settled_ = true;
+  while (steps_ < kMaxStepsPerSample) {
+    const int coarse = least_steps_;
+    const VectorXd value = value_;
+    least_steps_ = std::min(2 * steps_, kMaxStepsPerSample);
+    const bool closed = close(theta);
+    if (closed && whitened(datum_, value_ - value).norm() > kFelt) continue;
+    least_steps_ = coarse;
+    solved_ = close(theta);
+    return;
+  }
+}
+
+bool TransientResponse::at(const std::vector<double>& theta) {
+  std::vector<std::vector<double>> kept;
+  for (const Arc& arc : arcs_)
+    kept.push_back(arc.start);
+  const auto give_up = [&] {
+    for (std::size_t a = 0; a < arcs_.size(); ++a)
+      arcs_[a].start = kept[a];
+    return false;
+  };
+  if (solved_) {
+    VectorXd change(p_);
+    for (int c = 0; c < p_; ++c) {
+      const auto k = static_cast<std::size_t>(free_[static_cast<std::size_t>(c)]);
+      change[c] = theta[k] - theta_[k];
+    }
+    for (std::size_t a = 0; a < arcs_.size(); ++a) {
+      const VectorXd moved = drift_[a] * change;
+      // A long way is no straight line: better from where it was.
+      if ((moved.cwiseQuotient(scale_)).cwiseAbs().maxCoeff() > 0.5) continue;
+      for (int j = 0; j < m_; ++j)
+        arcs_[a].start[static_cast<std::size_t>(j)] += moved[j];
+    }
+  }
+  if (!close(theta)) return give_up();
+  if (!steps_settled_) settle_steps(theta);
+  return solved_ || give_up();
+}
+
+MatrixXd TransientResponse::states() const {
+  MatrixXd all(run_->samples(), m_);
+  for (std::size_t a = 0; a < arcs_.size(); ++a) {
+    for (std::size_t i = 0; i < arcs_[a].times.size(); ++i) {
+      for (int j = 0; j < m_; ++j)
+        all(static_cast<Index>(first_[a] + i), j) =
+            arcs_[a].states[i * static_cast<std::size_t>(m_) + static_cast<std::size_t>(j)];
+    }
+  }
+  return all;
+}
+
+void TransientResponse::start_from(const TransientResponse& other) {
+  if (arcs_.size() != other.arcs_.size() || !other.solved_) return;
+  least_steps_ = other.least_steps_;
+  steps_settled_ = other.steps_settled_;
+  const auto& mine = equations_.names();
+  const auto& theirs = other.equations_.names();
+  for (std::size_t j = 0; j < mine.size(); ++j) {
+    const auto found = std::find(theirs.begin(), theirs.end(), mine[j]);
+    if (found == theirs.end()) continue;
+    const auto from = static_cast<std::size_t>(found - theirs.begin());
+    for (std::size_t a = 0; a < arcs_.size(); ++a)
+      arcs_[a].start[j] = other.arcs_[a].start[from];
+  }
+}
+
+}  // namespace shaker::estimator::diagnosis

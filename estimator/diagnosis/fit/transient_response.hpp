@@ -1,0 +1,86 @@
+// A model's response to an excitation that is not periodic, by time integration, in the cosines
+// that are compared, with its derivatives over the parameters.
+//
+// The record is cut into arcs, integrated abreast and closed by Newton's method (multiple
+// shooting): the trajectory is one. Where it began is nobody's parameter: at every theta the
+// initial state is the one that suits the data best, and the derivatives are those with it suited
+// again (variable projection), so that no effect can be praised for what another start explains.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "estimator/diagnosis/records/transient_cosines.hpp"
+#include "estimator/diagnosis/run_datum.hpp"
+#include "estimator/model.hpp"
+#include "estimator/time/integration.hpp"
+#include "estimator/time/state_equations.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+class TransientResponse {
+ public:
+  // `model` must outlive it. Throws std::invalid_argument for a model that cannot be integrated or
+  // has instruments that only a periodic motion has.
+  TransientResponse(const Model& model, const RunDatum& datum);
+
+  // False when no trajectory from some initial state goes through the record.
+  bool at(const std::vector<double>& theta);
+  const Eigen::VectorXd& value() const { return value_; }
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }  // over all parameters
+
+  // Of the trajectory at each sample, a row each, where `at` succeeded.
+  Eigen::MatrixXd states() const;
+
+  // Begins from another model's trajectory, as far as states are shared.
+  void start_from(const TransientResponse& other);
+
+ private:
+  void cut();
+  void begin_from_data();
+  // Of the explicit integrator; 0: they would be too many.
+  int steps_between_samples(const std::vector<double>& theta) const;
+  bool integrate(const std::vector<double>& theta);
+  // Whether a state is an effect's memory, not a motion.
+  bool remembers(int state) const {
+    return state >= model_->mechanical() && state < equations_.coordinates();
+  }
+  void size_memories();
+  bool close(const std::vector<double>& theta);
+  void settle_steps(const std::vector<double>& theta);
+  // Condensed onto the initial state and the parameters: predicted samples and their slopes.
+  void condense();
+  void see(const std::vector<double>& theta);
+  double correct();
+
+  const Model* model_;
+  std::shared_ptr<const SampledRun> run_;
+  RunDatum datum_;  // response and noise, in cosines
+  StateEquations equations_;
+  std::vector<int> free_;  // parameters of the motion
+  int m_ = 0, p_ = 0;
+  CosineTransform transform_;
+  Excitation excitation_;
+  std::vector<double> times_;
+  std::vector<Arc> arcs_;
+  std::vector<std::size_t> first_;  // sample of each arc
+  std::unique_ptr<TimeIntegration> integration_;
+  int steps_ = 0, least_steps_ = 1;  // of the integration between two samples
+  bool steps_settled_ = false, stiff_ = false, sized_ = false;
+  Eigen::VectorXd scale_;  // of each state
+  std::vector<double> theta_;
+  bool solved_ = false;
+
+  std::vector<Eigen::MatrixXd> moves_;   // of an arc's start, over [initial state, free]
+  std::vector<Eigen::VectorXd> closes_;  // and by itself, to meet the arc before it
+  std::vector<Eigen::MatrixXd> drift_;   // of an arc's start over free, the initial state suited
+  double gap_ = 0.0;
+  Eigen::VectorXd samples_;
+  Eigen::MatrixXd slopes_;  // samples x [initial state, all parameters]
+  Eigen::VectorXd value_;
+  Eigen::MatrixXd jacobian_;
+};
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,71 @@
+#include "estimator/diagnosis/motion_range.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/diagnosis/cycles/harmonics.hpp"
+#include "estimator/diagnosis/records/transient_run.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::VectorXd;
+
+double largest(const VectorXd& curve) {
+  return curve.size() > 0 ? curve.cwiseAbs().maxCoeff() : 0.0;
+}
+
+// Half of what a curve spans: a preload does not count.
+double half_span(const VectorXd& curve) {
+  return curve.size() > 0 ? 0.5 * (curve.maxCoeff() - curve.minCoeff()) : 0.0;
+}
+
+// The largest force per unit mass is that of the load cell along an imposed motion. Otherwise the
+// damper balances the excitation and the mass' own acceleration.
+void widen(MotionRange& range, const SampledRun& run) {
+  range.low = std::min(range.low, run.u.minCoeff());
+  range.high = std::max(range.high, run.u.maxCoeff());
+  range.speed = std::max(range.speed, largest(run.v));
+  // A record's own acceleration is mostly noise: it is estimated by the frequency, v / u.
+  const double swing = std::pow(largest(run.v), 2) / half_span(run.u);
+  range.force = std::max(range.force, run.kind == Kind::imposed_motion
+                                          ? half_span(run.response)
+                                          : std::max(swing, half_span(run.excitation)));
+}
+
+void widen(MotionRange& range, const RunDatum& datum) {
+  constexpr int kPoints = 128;
+  const auto curve_of = [](const VectorXd& harmonics) -> VectorXd {
+    return synthesised(harmonics.head(std::min<Eigen::Index>(harmonics.size(), harmonic_size(6))),
+                       kPoints);
+  };
+  const bool imposed = datum.kind == Kind::imposed_motion;
+  const VectorXd curve = curve_of(imposed ? datum.driver : datum.response);
+  const VectorXd next = (VectorXd(kPoints) << curve.tail(kPoints - 1), curve[0]).finished();
+  const VectorXd last =
+      (VectorXd(kPoints) << curve[kPoints - 1], curve.head(kPoints - 1)).finished();
+  const double rate = kPoints * datum.frequency_hz;
+  range.low = std::min(range.low, curve.minCoeff());
+  range.high = std::max(range.high, curve.maxCoeff());
+  range.speed = std::max(range.speed, largest(next - curve) * rate);
+  range.force =
+      std::max(range.force, imposed ? half_span(curve_of(datum.response))
+                                    : std::max(largest(next - 2.0 * curve + last) * rate * rate,
+                                               half_span(curve_of(datum.driver))));
+}
+
+}  // namespace
+
+MotionRange range_of(const std::vector<RunDatum>& data) {
+  MotionRange range{1e300, -1e300, 0.0, 0.0};
+  for (const RunDatum& datum : data) {
+    if (datum.quantity != Quantity::displacement) continue;
+    if (datum.sampled)
+      widen(range, *datum.sampled);
+    else
+      widen(range, datum);
+  }
+  return range;
+}
+
+}  // namespace shaker::estimator::diagnosis

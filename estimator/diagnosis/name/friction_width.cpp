@@ -1,0 +1,170 @@
+#include "estimator/diagnosis/name/friction_width.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "estimator/diagnosis/detect/scoring.hpp"
+#include "estimator/diagnosis/fit/corners.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Of the width that the catalogue states: the first beside none, and the ends.
+constexpr double kFirst = 0.2, kNarrowest = 0.06, kWidest = 4.0;
+constexpr double kWider = 0.1;      // of a width: for the slope over it
+constexpr double kStride = 3.0;     // times as wide, or as narrow, in one step at most
+constexpr double kPromised = 0.25;  // of chi-squared, left at most
+constexpr double kSettled = 0.1;    // of chi-squared: what another step would gain
+constexpr double kWorthIt = 10.0;   // of chi-squared
+constexpr int kMostSteps = 6, kMostHalves = 2, kMostOfFit = 25;
+
+// What another width, with the parameters following it, would do to a fit.
+struct WidthStep {
+  double by = 0.0, gain = 0.0;  // in chi-squared
+  double standard_error = 0.0;  // of the width
+  VectorXd bends;               // the free parameters, per unit of width
+};
+
+// `slope`: of the whitened predictions over the width.
+WidthStep step_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                  const VectorXd& slope) {
+  const MatrixXd j = stacked_jacobian(fit, data, fit.free);
+  const VectorXd bends = -(fit.covariance * (j.transpose() * slope));
+  const VectorXd own = slope + j * bends;  // what no parameter imitates
+  const double along = own.dot(stacked_residual(fit, data)), square = own.squaredNorm();
+  return {along / square, along * along / square, 1.0 / std::sqrt(square), bends};
+}
+
+std::vector<double> moved(const HarmonicFit& fit, const VectorXd& by) {
+  std::vector<double> theta = fit.theta;
+  for (std::size_t k = 0; k < fit.free.size(); ++k) {
+    const auto at = static_cast<std::size_t>(fit.free[k]);
+    const ModelParameter& p = fit.model->parameters()[at];
+    theta[at] = std::clamp(theta[at] + by[static_cast<Index>(k)], p.lower, p.upper);
+  }
+  return theta;
+}
+
+// The fits at widths of one friction.
+class Widths {
+ public:
+  Widths(const HarmonicFit& near, const Turning& turning, const std::vector<RunDatum>& data,
+         const FitOptions& options)
+      : spec_(near.spec), turning_(turning), data_(data), options_(options) {}
+
+  // Nothing where the other width has no solution.
+  std::optional<WidthStep> step_from(const HarmonicFit& fit, double width) const {
+    const double to = width > 0.0 ? (1.0 + kWider) * width : kFirst * turning_.usual;
+    const auto wider = predicted(at(to), fit);
+    if (!wider) return std::nullopt;
+    const VectorXd apart = stacked_residual(fit, data_) - stacked_residual(*wider, data_);
+    return step_of(fit, data_, apart / (to - width));
+  }
+
+  // The fit at the width to which a step leads, or halfway there; null where that is no better.
+  std::shared_ptr<HarmonicFit> stepped(const HarmonicFit& fit, const WidthStep& step,
+                                       double& width) const {
+    double to = std::clamp(width + step.by, kNarrowest * turning_.usual, kWidest * turning_.usual);
+    if (width > 0.0) to = std::clamp(to, width / kStride, width * kStride);
+    for (int half = 0; half <= kMostHalves; ++half, to = 0.5 * (width + to)) {
+      auto next = fitted(at(to), fit, moved(fit, step.bends * (to - width)));
+      if (!next->converged || !(next->chi_squared < fit.chi_squared)) continue;
+      width = to;
+      return next;
+    }
+    return nullptr;
+  }
+
+ private:
+  config::ModelSpec at(double width) const {
+    config::ModelSpec spec = spec_;
+    spec.effects[turning_.line].constants[turning_.symbol] = width;
+    return spec;
+  }
+
+  // Other corners are as sharp as the grid can follow.
+  std::shared_ptr<HarmonicFit> fitted(const config::ModelSpec& spec, const HarmonicFit& near,
+                                      const std::vector<double>& theta) const {
+    FitOptions fine = options_;
+    fine.points = points_for(spec, data_, options_.points);
+    fine.sharp = true;
+    fine.from_near = true;
+    fine.max_iterations = kMostOfFit;
+    return std::make_shared<HarmonicFit>(fit_harmonics(spec, data_, theta, &near, fine));
+  }
+
+  // At the parameters of `fit`.
+  std::optional<HarmonicFit> predicted(const config::ModelSpec& spec,
+                                       const HarmonicFit& fit) const {
+    const int points =
+        std::max(fit.predictions.front().points(), points_for(spec, data_, options_.points));
+    HarmonicFit other;
+    other.predictions.reserve(data_.size());
+    for (std::size_t r = 0; r < data_.size(); ++r) {
+      if (const std::size_t first = first_of_response(data_, r); first < r) {
+        other.run_models.push_back(other.run_models[first]);
+        other.predictions.emplace_back(other.predictions[first], data_[r]);
+      } else {
+        other.run_models.push_back(
+            std::make_shared<const Model>(rounded_for(spec, data_[r], points)));
+        other.predictions.emplace_back(*other.run_models[r], data_[r], points);
+        other.predictions[r].start_from(fit.predictions[r]);
+      }
+    }
+    for (std::size_t r = 0; r < data_.size(); ++r) {
+      if (data_[r].role == Role::fit && !other.predictions[r].at(fit.theta, HowFar::patient))
+        return std::nullopt;
+    }
+    return other;
+  }
+
+  const config::ModelSpec& spec_;
+  const Turning& turning_;
+  const std::vector<RunDatum>& data_;
+  const FitOptions& options_;
+};
+
+// The slope says that the width may be it.
+bool promising(const WidthStep& step, const HarmonicFit& fit, double most) {
+  const double left = fit.chi_squared - step.gain;
+  return step.gain > kWorthIt && left < std::max(most, kPromised * fit.chi_squared);
+}
+
+std::optional<Turning> only_turning(const HarmonicFit& fit) {
+  const auto all = turnings_of(fit.spec);
+  const bool one = all.size() == 1 && fit.model->coordinates() == fit.model->mechanical();
+  return one ? std::optional<Turning>(all.front()) : std::nullopt;
+}
+
+}  // namespace
+
+std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bool sharp,
+                                                     const std::vector<RunDatum>& data,
+                                                     const FitOptions& options, double most) {
+  const auto turning = only_turning(near);
+  if (!turning || !near.covariance.allFinite()) return nullptr;
+  const Widths widths(near, *turning, data, options);
+  double width = sharp ? 0.0 : turning->width;
+  auto step = widths.step_from(near, width);
+  if (!step || !promising(*step, near, most)) return nullptr;
+  std::shared_ptr<HarmonicFit> best = widths.stepped(near, *step, width);
+  for (int tries = 1; best; ++tries) {
+    step = widths.step_from(*best, width);
+    if (!step) return nullptr;
+    const bool more = step->gain > kSettled && tries < kMostSteps;
+    auto better = more ? widths.stepped(*best, *step, width) : nullptr;
+    if (!better) break;
+    best = std::move(better);
+  }
+  if (!best || best->chi_squared > most) return nullptr;
+  best->constant = {turning->line, turning->symbol,      turning->unit,
+                    width,         step->standard_error, step->bends};
+  return best;
+}
+
+}  // namespace shaker::estimator::diagnosis

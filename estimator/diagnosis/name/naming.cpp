@@ -1,0 +1,297 @@
+#include "estimator/diagnosis/name/naming.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "estimator/diagnosis/name/nesting.hpp"
+#include "estimator/diagnosis/name/refits.hpp"
+#include "estimator/diagnosis/name/standing.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr double kWorthRefitting = 5.0;      // of chi-squared: less is chance
+constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
+constexpr double kNear = 4.0;                // of chi-squared, times the best one's
+constexpr double kWorthGoingOn = 0.5;  // of chi-squared, that one more effect must leave at most
+
+struct Ordered {
+  const Candidate* candidate;
+  const Probe* probe;
+  double gain;
+};
+
+// The best shape of each candidate, best candidate first.
+std::vector<Ordered> ordered(const Scoring& scoring) {
+  std::vector<Ordered> best;
+  for (const Score& s : scoring.scores) {
+    auto found = std::find_if(best.begin(), best.end(),
+                              [&](const Ordered& o) { return o.candidate == s.candidate; });
+    if (found == best.end()) {
+      best.push_back({s.candidate, &s.candidate->probes[s.probe], s.gain});
+    } else if (s.gain > found->gain) {
+      found->probe = &s.candidate->probes[s.probe];
+      found->gain = s.gain;
+    }
+  }
+  std::erase_if(best, [](const Ordered& o) { return o.gain < kWorthRefitting; });
+  std::stable_sort(best.begin(), best.end(),
+                   [](const Ordered& a, const Ordered& b) { return a.gain > b.gain; });
+  return best;
+}
+
+class Search {
+ public:
+  Search(Naming& found, const std::vector<RunDatum>& data, const std::vector<Candidate>& all,
+         const NamingOptions& options, const std::function<void(double)>& progress)
+      : found_(found),
+        data_(data),
+        all_(all),
+        options_(options),
+        progress_(progress),
+        refits_(*found.base.fit, data, options.fit,
+                options.simple_first ? Errors::left_over : Errors::noise),
+        standing_(found, data, all, options, refits_) {}
+
+  void judge_base() {
+    // What has no coefficient is probed where it does something, which may be far away; later on
+    // only what lies near by; and so where a search before this one has looked there.
+    FitOptions far = options_.fit;
+    far.from_rest = !options_.simple_first;
+    found_.base_scoring = score(*found_.base.fit, data_, all_, far);
+    found_.probability_base = standing_.probability(found_.base_scoring);
+    found_.adequate = found_.probability_base > options_.false_alarm_rate;
+    refits_.describe(found_.base);
+    if (!found_.adequate) sharpen_base();
+  }
+
+  void run() {
+    std::vector<std::size_t> level = begin_known();
+    for (const std::size_t h : extend(found_.base, found_.base_scoring, options_.refits))
+      level.push_back(h);
+    standing_.choose();
+    if (!options_.simple_first && begin_near_ones_elsewhere(level)) standing_.choose();
+    if (options_.known != nullptr) prune();
+    if (!standing_.settled() && !options_.simple_first && standing_.goes_on()) {
+      begin_elsewhere(level);
+      standing_.choose();
+    }
+    for (int size = 2; size <= options_.most_effects && !standing_.settled(); ++size) {
+      if (!standing_.goes_on()) break;
+      progress_(0.4 + 0.2 * size);
+      std::vector<std::size_t> next;
+      standing_.sort_by_evidence(level);
+      if (options_.simple_first) put_simple_first(level);
+      for (std::size_t i = 0; i < level.size() && i < 2U; ++i) {
+        // Not a reference: extending grows the vector.
+        const Hypothesis parent = found_.hypotheses[level[i]];
+        const auto& scoring = standing_.scored(parent.rounded ? parent.rounded : parent.fit);
+        for (const std::size_t h : extend(parent, scoring, size == 2 ? 5 : 3))
+          next.push_back(h);
+      }
+      if (next.empty()) break;
+      level = std::move(next);
+      const double before = standing_.left_by_best();
+      standing_.choose();
+      prune();
+      if (!options_.simple_first && standing_.left_by_best() > kWorthGoingOn * before) break;
+    }
+  }
+
+ private:
+  // A base model with dry friction of its own is held against the data with corners as wide as its
+  // file or the catalogue states them, and with those of no width.
+  void sharpen_base() {
+    Hypothesis sharp = found_.base;
+    if (!refits_.sharpened(sharp) || sharp.fit->chi_squared >= found_.base.fit->chi_squared) return;
+    found_.base = std::move(sharp);
+    found_.base_scoring = standing_.scored(found_.base);
+    found_.probability_base = standing_.probability(found_.base_scoring);
+    found_.adequate = found_.probability_base > options_.false_alarm_rate;
+  }
+
+  // Those of one effect. Where the known one is not admissible to these errors, what it is without
+  // an effect may be: those that leave little more than noise are begun in its valley.
+  std::vector<std::size_t> begin_known() {
+    std::vector<std::size_t> made;
+    if (options_.known == nullptr) return made;
+    const Hypothesis known = refits_.again(*options_.known);
+    standing_.keep(known, made);
+    const double near = kNear * known.fit->observations;
+    if (!known.disqualified.empty()) keep_without(known, made, near);
+    std::erase_if(made, [&](std::size_t h) { return found_.hypotheses[h].effects.size() > 1; });
+    return made;
+  }
+
+  // What a hypothesis is without each of its effects, from where it is, where that leaves at most
+  // so much.
+  void keep_without(const Hypothesis& full, std::vector<std::size_t>& made,
+                    double most = std::numeric_limits<double>::infinity()) {
+    if (full.effects.size() < 2) return;
+    for (std::size_t out = found_.base.fit->spec.effects.size();
+         out < full.fit->spec.effects.size(); ++out) {
+      Hypothesis less = refits_.without(full, out);
+      if (less.fit->chi_squared <= most) standing_.keep(std::move(less), made);
+    }
+  }
+
+  std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {
+    std::vector<std::size_t> made;
+    int tried = 0;
+    for (const Ordered& next : ordered(scoring)) {
+      // What has no coefficient is scored at a guess of its shape, far from where it would end: the
+      // score says little, so that all of these are tried once.
+      const bool guessed = next.probe->coefficients.empty() && parent.effects.empty();
+      if (tried >= most && !guessed) continue;
+      const std::string added(next.candidate->effect->name());
+      // Of two that hold one another only one is wanted; but on a damper that no model explains the
+      // simple one is named first, and the richer one may add what is still missing.
+      const auto stands = [&](const std::string& e) {
+        const bool adds = options_.simple_first && simpler_than(added) == e;
+        return e == added || (related(e, added) && !adds);
+      };
+      if (std::any_of(parent.effects.begin(), parent.effects.end(), stands)) continue;
+      std::vector<std::string> effects = parent.effects;
+      effects.insert(std::upper_bound(effects.begin(), effects.end(), added), added);
+      if (standing_.find(effects) != nullptr) continue;
+      // Single ones are each other's rivals: a name is no surer than all of them let it be.
+      if (!parent.effects.empty() && !standing_.goes_on()) break;
+      tried += guessed ? 0 : 1;
+      made.push_back(found_.hypotheses.size());
+      found_.hypotheses.push_back(refits_.with(parent, *next.probe));
+      keep_what_remains(found_.hypotheses.back(), made);
+    }
+    std::erase_if(
+        made, [&](std::size_t h) { return !std::isfinite(found_.hypotheses[h].fit->chi_squared); });
+    return made;
+  }
+
+  // A fit that switched an effect off is one of the smaller set, which may have ended in a worse
+  // valley by itself: then it is that set's, and goes on from there.
+  void keep_what_remains(const Hypothesis& full, std::vector<std::size_t>& made) {
+    const auto off = refits_.switched_off(full);
+    if (!off || full.effects.size() < 2) return;
+    std::vector<std::string> effects = full.effects;
+    std::erase(effects, full.fit->spec.effects[*off].effect);
+    const Hypothesis* known = standing_.find(effects);
+    if (known != nullptr && !(full.fit->chi_squared < kWorthGoingOn * rounded(*known).chi_squared))
+      return;
+    standing_.keep(refits_.without(full, *off), made);
+    const Hypothesis* now = standing_.find(effects);  // none where it has no solution
+    if (now == nullptr) return;
+    const auto kept = static_cast<std::size_t>(now - found_.hypotheses.data());
+    if (std::find(made.begin(), made.end(), kept) == made.end()) made.push_back(kept);
+  }
+
+  void put_simple_first(std::vector<std::size_t>& level) const {
+    double most = 0.0;
+    const auto closed = [&](std::size_t h) {
+      return found_.base.fit->chi_squared - found_.hypotheses[h].fit->chi_squared;
+    };
+    for (const std::size_t h : level) {
+      if (found_.hypotheses[h].disqualified.empty()) most = std::max(most, closed(h));
+    }
+    const auto simple = [&](std::size_t h) {
+      return found_.hypotheses[h].disqualified.empty() && closed(h) > kNearlyAsMuch * most;
+    };
+    std::stable_sort(level.begin(), level.end(), [&](std::size_t a, std::size_t b) {
+      if (!simple(a) || !simple(b)) return simple(a) && !simple(b);
+      return found_.hypotheses[a].fit->free.size() < found_.hypotheses[b].fit->free.size();
+    });
+  }
+
+  // Where the base model is bent far, an effect may have no gain at its fit, or end in a valley of
+  // its own: before two are believed, each one is tried from where it is at work.
+  void begin_elsewhere(std::vector<std::size_t>& level) {
+    for (const Candidate& candidate : all_) {
+      if (!standing_.goes_on()) return;
+      const std::string effect(candidate.effect->name());
+      const Hypothesis* known = standing_.find({effect});
+      if (known != nullptr && known->fit->stopped) continue;
+      const double own = known != nullptr ? known->fit->chi_squared : standing_.left_by_best();
+      const auto probe = candidate.probes[candidate.probes.size() / 2];
+      auto h = refits_.elsewhere(probe, kWorthGoingOn * std::min(own, standing_.left_by_best()));
+      if (h) standing_.keep(std::move(*h), level);
+    }
+  }
+
+  // What the base parameters imitate nearly all of has two valleys, one on either side of its
+  // absence (a real gas), and a fit from there ends in one of them. Where one effect leaves little
+  // more than noise, it and those that come near it are begun where they are at work too. False:
+  // nothing is better.
+  bool begin_near_ones_elsewhere(std::vector<std::size_t>& level) {
+    const double best = standing_.left_by_best();
+    if (!standing_.chosen() || best > kNear * found_.base.fit->observations) return false;
+    const double near = kNear * best;
+    bool better = false;
+    for (const Candidate& candidate : all_) {
+      const Hypothesis* known = standing_.find({std::string(candidate.effect->name())});
+      if (known == nullptr || known->rounded || !(known->fit->chi_squared < near)) continue;
+      const double own = known->fit->chi_squared;
+      auto h =
+          refits_.elsewhere(candidate.probes[candidate.probes.size() / 2], own - kWorthRefitting);
+      if (!h || !(h->fit->chi_squared < own)) continue;
+      standing_.keep(std::move(*h), level);
+      better = true;
+    }
+    return better;
+  }
+
+  // Backward: an effect that a larger set does not need any more. A smaller set that was on the way
+  // may have ended elsewhere: from the larger one's parameters it is fitted again.
+  void prune() {
+    for (bool changed = standing_.chosen(); changed;) {
+      const std::size_t before = found_.best;
+      const Hypothesis full = found_.hypotheses[found_.best];
+      if (full.effects.size() < 2 || full.fit == pruned_ || !standing_.goes_on()) return;
+      pruned_ = full.fit;
+      std::vector<std::size_t> made;
+      keep_without(full, made);
+      standing_.choose();
+      changed = found_.best != before;
+    }
+  }
+
+  Naming& found_;
+  const std::vector<RunDatum>& data_;
+  const std::vector<Candidate>& all_;
+  const NamingOptions& options_;
+  const std::function<void(double)>& progress_;
+  const Refits refits_;
+  Standing standing_;
+  std::shared_ptr<const HarmonicFit> pruned_;  // of the hypothesis that was pruned last
+};
+
+}  // namespace
+
+Naming judge(HarmonicFit base, const std::vector<RunDatum>& data,
+             const std::vector<Candidate>& candidates, const NamingOptions& options) {
+  Naming found;
+  found.base.fit = std::make_shared<const HarmonicFit>(std::move(base));
+  Search(found, data, candidates, options, {}).judge_base();
+  return found;
+}
+
+Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
+                    const std::vector<Candidate>& candidates, const NamingOptions& options,
+                    const std::function<void(double)>& progress) {
+  Naming found = judge(std::move(base), data, candidates, options);
+  progress(0.2);
+  if (!found.adequate || options.simple_first)
+    Search(found, data, candidates, options, progress).run();
+  return found;
+}
+
+void take_to_no_width(Naming& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
+                      const FitOptions& options) {
+  const Refits refits(*found.base.fit, data, options, Errors::left_over);
+  Hypothesis& wide = found.hypotheses[hypothesis];
+  Hypothesis sharp = wide;
+  const bool better = refits.sharpened(sharp) && sharp.fit->chi_squared < wide.fit->chi_squared;
+  if (better && sharp.disqualified.empty()) wide = std::move(sharp);
+  refits.finish_sharpening(wide);
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,74 @@
+#include "estimator/diagnosis/name/nesting.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+// Where a parameter stands then: at an end of its range, or at zero.
+enum class Place { lower, upper, zero };
+struct Special {
+  std::string_view symbol;
+  Place place;
+};
+constexpr double kRounding = 1e-9;  // of a value
+
+struct Nesting {
+  std::string_view richer, simpler;
+  std::vector<Special> where;  // all of them
+};
+
+const std::vector<Nesting>& nestings() {
+  static const std::vector<Nesting> all = {
+      {"stribeck_friction", "coulomb_friction", {{"ratio", Place::lower}}},
+      // A static peak that is as narrow as the friction's turning round only makes that sharper.
+      {"stribeck_friction", "coulomb_friction", {{"v_s", Place::lower}}},
+      {"bouc_wen_hysteresis", "presliding_friction", {{"gamma", Place::zero}, {"n", Place::lower}}},
+      {"presliding_friction", "coulomb_friction", {{"z0", Place::lower}}},
+      // Rigid oil that flows laminar below q_l damps by theta1 q_l v besides.
+      {"oil_compressibility", "viscous_damping", {{"k_o", Place::upper}}}};
+  return all;
+}
+
+bool holds(std::string_view richer, std::string_view simpler) {
+  for (std::string_view s = simpler_than(richer); !s.empty(); s = simpler_than(s)) {
+    if (s == simpler) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string_view simpler_than(std::string_view effect) {
+  for (const Nesting& n : nestings()) {
+    if (n.richer == effect) return n.simpler;
+  }
+  return {};
+}
+
+bool related(std::string_view a, std::string_view b) {
+  return holds(a, b) || holds(b, a);
+}
+
+bool reduces(const HarmonicFit& fit, std::string_view effect) {
+  const auto& parameters = fit.model->parameters();
+  const auto stands = [&](const Special& special) {
+    for (std::size_t k = parameters.size(); k-- > 0;) {
+      const ModelParameter& p = parameters[k];
+      if (p.effect != effect || !p.name.ends_with(special.symbol)) continue;
+      const double value = special.place == Place::zero    ? 0.0
+                           : special.place == Place::lower ? p.lower
+                                                           : p.upper;
+      const double error = fit.standard_error(static_cast<int>(k));
+      return std::fabs(fit.theta[k] - value) <= 2.0 * error + kRounding * std::fabs(value);
+    }
+    return false;
+  };
+  return std::any_of(nestings().begin(), nestings().end(), [&](const Nesting& n) {
+    return n.richer == effect && std::all_of(n.where.begin(), n.where.end(), stands);
+  });
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,47 @@
+#include "estimator/diagnosis/name/probe_starts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "estimator/effects/catalogue.hpp"
+#include "estimator/effects/scaled.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr double kApart = 8.0;
+
+}  // namespace
+
+std::vector<config::EffectSpec> starts_of(const Probe& probe) {
+  const Effect* effect = find_effect(probe.line.effect);
+  std::vector<config::EffectSpec> starts = {probe.line};
+  if (effect == nullptr || probe.coefficients.empty()) return starts;
+  starts.push_back(probe.line);
+  for (const ParameterInfo& stated : effect->parameters()) {
+    const ParameterInfo info = scaled(*effect, stated, probe.line.scale);
+    const std::string symbol(info.symbol);
+    if (std::isnan(info.absent)) continue;
+    starts[0].parameters[symbol].start = info.start;
+    starts[1].parameters[symbol].start =
+        info.start == info.absent ? info.absent
+                                  : 0.5 * (info.absent + std::min(info.upper, 10.0 * info.start));
+  }
+  return starts;
+}
+
+std::vector<config::EffectSpec> placed_apart(const Probe& probe) {
+  const Effect* effect = find_effect(probe.line.effect);
+  if (effect == nullptr || !probe.coefficients.empty() || effect->parameters().empty()) return {};
+  std::vector<config::EffectSpec> lines;
+  const ParameterInfo info = scaled(*effect, effect->parameters().front(), probe.line.scale);
+  for (const double factor : {1.0 / kApart, kApart}) {
+    lines.push_back(probe.line);
+    lines.back().parameters[std::string(info.symbol)].start =
+        std::clamp(factor * info.start, info.lower, info.upper);
+  }
+  return lines;
+}
+
+}  // namespace shaker::estimator::diagnosis

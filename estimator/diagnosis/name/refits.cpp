@@ -1,0 +1,307 @@
+#include "estimator/diagnosis/name/refits.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "estimator/diagnosis/detect/scoring.hpp"
+#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/name/centring.hpp"
+#include "estimator/diagnosis/name/evidence.hpp"
+#include "estimator/diagnosis/name/probe_starts.hpp"
+#include "estimator/diagnosis/weigh/first_fit.hpp"
+#include "estimator/effects/catalogue.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr double kInterval = 2.0;        // standard errors
+constexpr double kRecentringGain = 5.0;  // of chi-squared: less is chance
+constexpr int kMemorySteps = 60;
+constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
+constexpr int kMemoryShare = 2;                  // of a way on a coarse grid: the points
+
+// Index of an effect's parameter in a model, the last line of that effect's; -1: none.
+int find_parameter(const Model& model, const std::string& effect, std::string_view symbol) {
+  const auto& parameters = model.parameters();
+  for (std::size_t k = parameters.size(); k-- > 0;) {
+    if (parameters[k].effect == effect &&
+        (parameters[k].name == symbol || parameters[k].name.ends_with("." + std::string(symbol))))
+      return static_cast<int>(k);
+  }
+  return -1;
+}
+
+std::string_view last_part(std::string_view name) {
+  return name.substr(name.rfind('.') + 1);
+}
+
+// By how many standard errors the data would have a parameter beyond where it was held, all others
+// following.
+double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter) {
+  const auto at = std::find(fit.free.begin(), fit.free.end(), parameter) - fit.free.begin();
+  if (at == static_cast<std::ptrdiff_t>(fit.free.size())) return 0.0;
+  const Eigen::VectorXd along =
+      stacked_jacobian(fit, data, fit.free).transpose() * stacked_residual(fit, data);
+  return fit.covariance.row(at).dot(along) / fit.standard_error(parameter);
+}
+
+// An estimate has errors: of an effect that is as large as physics allows every other one falls
+// beyond. It is outside where its interval is.
+bool ended_by_chance(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter,
+                     double absent) {
+  const double size = std::fabs(fit.theta[static_cast<std::size_t>(parameter)] - absent);
+  return size > kInterval * fit.standard_error(parameter) &&
+         std::fabs(pull(fit, data, parameter)) <= kInterval;
+}
+
+// All of its coefficients are where it does nothing.
+bool is_off(const HarmonicFit& fit, std::size_t line) {
+  const std::string& name = fit.spec.effects[line].effect;
+  const Effect* effect = find_effect(name);
+  if (effect == nullptr) return false;
+  bool switchable = false;
+  for (const ParameterInfo& info : effect->parameters()) {
+    const int k = find_parameter(*fit.model, name, info.symbol);
+    if (k < 0 || std::isnan(info.absent)) continue;
+    switchable = true;
+    if (fit.theta[static_cast<std::size_t>(k)] != info.absent) return false;
+  }
+  return switchable;
+}
+
+// An effect without a coefficient is its shape. One of which most is anyone's guess, or ended at an
+// end of its range, stands in for something else (a gas column of no length for a constant force).
+bool has_no_shape(const HarmonicFit& fit, const Effect& effect) {
+  const auto all = effect.parameters();
+  std::size_t open = 0;
+  for (const ParameterInfo& info : all) {
+    const int k = find_parameter(*fit.model, std::string(effect.name()), info.symbol);
+    if (!std::isnan(info.absent) || k < 0) return false;
+    const double size = std::fabs(fit.theta[static_cast<std::size_t>(k)]);
+    open += fit.at_bound(k) || !(fit.standard_error(k) < size) ? 1U : 0U;
+  }
+  return 2 * open > all.size();
+}
+
+// An effect that a fit switches off, or drives beyond the end of what physics allows, is not what
+// is missing. What merely shapes it may end anywhere.
+std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                             std::size_t first_added, Errors errors) {
+  if (!fit.converged) return fit.trouble.empty() ? "the fit did not settle" : fit.trouble;
+  for (std::size_t i = first_added; i < fit.spec.effects.size(); ++i) {
+    const std::string& name = fit.spec.effects[i].effect;
+    const Effect* effect = find_effect(name);
+    if (effect == nullptr) continue;
+    if (on_samples(data) && has_no_shape(fit, *effect))
+      return fmt::format("the records do not determine most of the parameters of {}", name);
+    for (const ParameterInfo& info : effect->parameters()) {
+      const int k = find_parameter(*fit.model, name, info.symbol);
+      if (k < 0 || std::isnan(info.absent)) continue;
+      const double value = fit.theta[static_cast<std::size_t>(k)];
+      if (value != info.absent && fit.at_bound(k) &&
+          !(errors == Errors::noise && ended_by_chance(fit, data, k, info.absent)))
+        return fmt::format("{} of {} ended at {:.4g} {}, the end of what is physically admissible",
+                           info.symbol, name, value, info.unit);
+    }
+    if (is_off(fit, i))
+      return fmt::format("{} was switched off by the fit: its sign would not be admissible", name);
+  }
+  return {};
+}
+
+}  // namespace
+
+const HarmonicFit& rounded(const Hypothesis& h) {
+  return h.rounded ? *h.rounded : *h.fit;
+}
+
+Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
+  const HarmonicFit& parent = rounded(smaller);
+  Hypothesis h;
+  h.effects = smaller.effects;
+  h.effects.push_back(probe.line.effect);
+  std::sort(h.effects.begin(), h.effects.end());
+  const auto spec = with_line(parent.spec, probe.line);
+  h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
+  // Worse with one effect more: a valley on the way from where it began. A record's fit is too dear
+  // to be tried again.
+  if (!on_samples(data_) && std::isfinite(h.fit->chi_squared) &&
+      h.fit->chi_squared > parent.chi_squared)
+    h.fit = begun_apart(std::move(h.fit), parent, probe);
+  finish(h);
+  return h;
+}
+
+// By the forces along the measured motion there are hardly any valleys between the parameters;
+// where that is no better than without the effect either, from far apart. The best of all.
+std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const HarmonicFit> best,
+                                                       const HarmonicFit& parent,
+                                                       const Probe& probe) const {
+  const std::vector<config::EffectSpec> lines = placed_apart(probe);
+  if (lines.empty()) return best;
+  const auto take = [&](const config::ModelSpec& spec, const std::vector<double>& start) {
+    auto fit = refitted(spec, start, &parent);
+    if (fit->chi_squared < best->chi_squared) best = std::move(fit);
+  };
+  const auto near = with_line(parent.spec, probe.line);
+  const auto start = fitted_to_forces(near, data_, carried_over(Model(near), parent), options_);
+  if (!start.empty()) take(near, start);
+  for (const config::EffectSpec& line : lines) {
+    if (best->chi_squared <= parent.chi_squared) break;
+    const auto apart = with_line(parent.spec, line);
+    take(apart, carried_over(Model(apart), parent));
+  }
+  return best;
+}
+
+std::optional<Hypothesis> Refits::elsewhere(const Probe& probe, double most) const {
+  FitOptions quick = options_;
+  quick.points /= kQuickShare;
+  quick.max_iterations = kQuickSteps;
+  std::shared_ptr<const HarmonicFit> best;
+  for (const config::EffectSpec& line : starts_of(probe)) {
+    const auto spec = with_line(base_.spec, line);
+    auto fit = std::make_shared<HarmonicFit>(
+        fit_harmonics(spec, data_, carried_over(Model(spec), base_), &base_, quick));
+    if (fit->chi_squared < (best ? best->chi_squared : most)) best = std::move(fit);
+  }
+  if (!best) return std::nullopt;
+  Hypothesis h;
+  h.effects = {probe.line.effect};
+  h.fit = refitted(best->spec, best->theta, best.get());
+  finish(h);
+  return h;
+}
+
+std::optional<std::size_t> Refits::switched_off(const Hypothesis& h) const {
+  for (std::size_t line = first_added(); line < h.fit->spec.effects.size(); ++line) {
+    if (is_off(*h.fit, line)) return line;
+  }
+  return std::nullopt;
+}
+
+void Refits::judge(Hypothesis& h) const {
+  h.disqualified = disqualification(*h.fit, h.data ? *h.data : data_, first_added(), errors_);
+}
+
+void Refits::finish(Hypothesis& h) const {
+  centre(h, h.fit->spec.effects.size() - 1);
+  judge(h);
+  if (std::isfinite(h.fit->chi_squared)) describe(h);
+}
+
+Hypothesis Refits::without(const Hypothesis& larger, std::size_t line) const {
+  const HarmonicFit& parent = rounded(larger);
+  Hypothesis h;
+  h.effects = larger.effects;
+  std::erase(h.effects, parent.spec.effects[line].effect);
+  config::ModelSpec spec = parent.spec;
+  spec.effects.erase(spec.effects.begin() + static_cast<std::ptrdiff_t>(line));
+  h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
+  judge(h);
+  if (std::isfinite(h.fit->chi_squared)) describe(h);
+  return h;
+}
+
+Hypothesis Refits::with_simpler(const Hypothesis& richer, const std::string& effect,
+                                const config::EffectSpec& simpler) const {
+  const HarmonicFit& parent = rounded(richer);
+  Hypothesis h;
+  h.effects = richer.effects;
+  std::replace(h.effects.begin(), h.effects.end(), effect, simpler.effect);
+  std::sort(h.effects.begin(), h.effects.end());
+  config::ModelSpec spec = parent.spec;
+  const auto line = std::find_if(spec.effects.rbegin(), spec.effects.rend(),
+                                 [&](const auto& known) { return known.effect == effect; });
+  *line = simpler;
+  const Model model(spec);
+  std::vector<double> start = carried_over(model, parent);
+  for (std::size_t k = 0; k < start.size(); ++k) {
+    const ModelParameter& p = model.parameters()[k];
+    const int of =
+        p.effect == simpler.effect ? find_parameter(*parent.model, effect, last_part(p.name)) : -1;
+    if (of >= 0)
+      start[k] = std::clamp(parent.theta[static_cast<std::size_t>(of)], p.lower, p.upper);
+  }
+  h.fit = refitted(spec, start, nullptr);
+  judge(h);
+  if (std::isfinite(h.fit->chi_squared)) describe(h);
+  return h;
+}
+
+Hypothesis Refits::again(const Hypothesis& known) const {
+  Hypothesis h;
+  h.effects = known.effects;
+  h.fit = refitted(rounded(known).spec, known.fit->theta, &rounded(known));
+  judge(h);
+  if (std::isfinite(h.fit->chi_squared)) describe(h);
+  sharpen_as(known, h);
+  return h;
+}
+
+bool Refits::recentred(Hypothesis& h) const {
+  const auto& lines = h.fit->spec.effects;
+  if (h.rounded || h.effects.size() < 2) return false;
+  for (std::size_t line = first_added(); line + 1 < lines.size(); ++line) {
+    if (!lines[line].constants.contains("u0")) continue;
+    const double before = h.fit->chi_squared;
+    centre(h, line);
+    if (before - h.fit->chi_squared < kRecentringGain) return false;
+    judge(h);
+    describe(h);
+    return true;
+  }
+  return false;
+}
+
+void Refits::describe(Hypothesis& h) const {
+  const auto constants =
+      fitted_places(h.fit->spec, first_added()).size() + (h.fit->constant ? 1U : 0U);
+  const auto added = static_cast<int>(constants + h.fit->free.size() - base_.free.size());
+  const std::vector<RunDatum>& data = h.data ? *h.data : data_;
+  h.log_evidence = log_evidence(*h.fit, data, added);
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit) continue;
+    h.log_evidence -= log_scale(data[r]) - log_scale(data_[r]);
+  }
+  h.cross_validated = cross_validate(*h.fit, data);
+}
+
+std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spec,
+                                                    const std::vector<double>& start,
+                                                    const HarmonicFit* near) const {
+  const FitOptions fine = options_for(spec);
+  const auto fitted = [&](const std::vector<double>& from, const HarmonicFit* of,
+                          const FitOptions& options) {
+    return std::make_shared<const HarmonicFit>(fit_harmonics(spec, data_, from, of, options));
+  };
+  // Most of the way on a coarse grid, where a step costs a fraction; but corners as blunt as that
+  // lead elsewhere, and a memory wants its points. What has gone all steps there and here would
+  // creep from the start too.
+  std::shared_ptr<const HarmonicFit> fit;
+  if (!has_edges(spec) && !on_samples(data_)) {
+    FitOptions coarse = fine;
+    coarse.points /= has_corners(spec) ? kMemoryShare : kQuickShare;
+    const auto rough = fitted(start, near, coarse);
+    if (std::isfinite(rough->chi_squared)) fit = fitted(rough->theta, rough.get(), fine);
+    if (fit && (fit->converged || fit->iterations >= fine.max_iterations)) return fit;
+  }
+  auto direct = fitted(start, near, fine);
+  return fit && fit->chi_squared < direct->chi_squared ? fit : direct;
+}
+
+// Models with memory are compared on half the points, and sharpened when it matters.
+FitOptions Refits::options_for(const config::ModelSpec& spec) const {
+  FitOptions wanted = options_;
+  wanted.sharp = true;
+  const Model model(spec);
+  if (model.coordinates() > model.mechanical()) {
+    wanted.points /= 2;
+    wanted.max_iterations = kMemorySteps;
+  }
+  return wanted;
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,81 @@
+#include "estimator/diagnosis/name/weighed_again.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/weigh/extra_channels.hpp"
+#include "estimator/diagnosis/weigh/weighing.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr double kBetterGuide = 0.1;  // of chi-squared, that the best leaves at most
+constexpr double kHopeless = 100.0;   // of chi-squared a datum: other errors alone do not mend that
+constexpr double kNearNoise = 3.0;    // root mean square of what is left, over the noise's
+
+const Hypothesis* admissible_best(const Naming& found) {
+  if (found.best >= found.hypotheses.size()) return nullptr;
+  const Hypothesis& best = found.hypotheses[found.best];
+  return best.disqualified.empty() && std::isfinite(best.fit->chi_squared) ? &best : nullptr;
+}
+
+// The hypothesis where it is, on a workspace of its own.
+HarmonicFit copied(const Hypothesis& h, const std::vector<RunDatum>& data, FitOptions options) {
+  const HarmonicFit& near = rounded(h);
+  options.max_iterations = 0;
+  options.points = near.predictions.front().points();
+  options.sharp = has_corners(near.spec);
+  return fit_harmonics(near.spec, data, h.fit->theta, &near, options);
+}
+
+}  // namespace
+
+const Hypothesis* guide_of(const Naming& searched) {
+  if (searched.adequate || searched.explained) return nullptr;
+  const Hypothesis* best = admissible_best(searched);
+  if (best == nullptr) return nullptr;
+  const bool hopeless = best->fit->chi_squared > kHopeless * best->fit->observations;
+  const bool better = best->fit->chi_squared < kBetterGuide * searched.base.fit->chi_squared;
+  return better && !hopeless ? best : nullptr;
+}
+
+const Hypothesis* guide_near_noise(const Naming& by_gap, const std::vector<RunDatum>& data) {
+  const Hypothesis* best = admissible_best(by_gap);
+  if (best == nullptr) return nullptr;
+  const std::vector<RunDatum>& fitted = best->data ? *best->data : data;
+  double left = 0.0, noise = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role != Role::fit || data[r].quantity != Quantity::displacement) continue;
+    left += std::pow(root_mean_square(fitted[r].response - best->fit->predictions[r].value()), 2);
+    noise += std::pow(root_mean_square(data[r].error), 2);
+  }
+  return left < kNearNoise * kNearNoise * noise ? best : nullptr;
+}
+
+std::optional<WeighedAgain> explained_by_own_errors(
+    const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
+    const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,
+    const NamingOptions& options, const std::function<void(double)>& progress, bool& cut_short) {
+  if (guide == nullptr || on_samples(data)) return std::nullopt;
+  HarmonicFit fit = copied(*guide, data, options.fit);
+  std::vector<RunDatum> own = weigh(runs, fit).data;
+  for (RunDatum& datum : own)
+    datum.effort = data.front().effort;
+  // Not those that the base model refused: it is begun from its fit to `data`.
+  auto more = same_channels(runs, fit, own, data);
+  std::move(more.begin(), more.end(), std::back_inserter(own));
+  HarmonicFit again = fit_harmonics(base.spec, own, base.theta, &base, options.fit);
+  if (!again.trouble.empty()) return std::nullopt;
+  NamingOptions with_guide = options;
+  with_guide.known = guide;
+  Naming found = name_effects(std::move(again), own, catalogue, with_guide, progress);
+  cut_short = cut_short || found.cut_short;
+  // Without all of its rivals a name would be surer than it is.
+  if (!found.explained || found.cut_short) return std::nullopt;
+  return WeighedAgain{std::move(found), std::move(own)};
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,309 @@
+#include "estimator/diagnosis/records/transient_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "estimator/diagnosis/cycles/record_checks.hpp"
+#include "estimator/diagnosis/records/spectral_floor.hpp"
+#include "estimator/diagnosis/records/transient_cosines.hpp"
+#include "estimator/math/dense.hpp"
+#include "estimator/time/excitation.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr Index kFewest = 32;     // samples
+constexpr double kEven = 0.05;    // of a step: stamps are rounded
+constexpr double kGap = 8.0;      // steps that may lack samples
+constexpr double kSteps = 5.0;    // samples in the shortest period that is kept
+constexpr Index kEndSamples = 5;  // for a slope at an end
+// Of an excitation's power over that of its noise: below it, its spectrum has no floor that could
+// be told from itself.
+constexpr double kDistinct = 30.0;
+
+bool imposed(const Recording& r) {
+  return r.kind == Kind::imposed_motion;
+}
+
+// Stays on its extreme value in mid-motion: the curve comes in and leaves by steps that are large
+// against the smallest that it takes, which a crest does not.
+bool clipped(const std::vector<double>& y, bool top) {
+  const double sign = top ? 1.0 : -1.0;
+  double extreme = sign * y.front(), smallest = 1e300;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    extreme = std::max(extreme, sign * y[i]);
+    if (i > 0 && y[i] != y[i - 1]) smallest = std::min(smallest, std::fabs(y[i] - y[i - 1]));
+  }
+  std::size_t first = 0, length = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    if (sign * y[i] == extreme) {
+      if (length++ == 0) first = i;
+      continue;
+    }
+    if (length >= 5 && first > 0 &&
+        std::min(extreme - sign * y[first - 1], extreme - sign * y[i]) > 5.0 * smallest)
+      return true;
+    length = 0;
+  }
+  return false;
+}
+
+Result<void> check(const Recording& r) {
+  if (r.t.size() < static_cast<std::size_t>(kFewest))
+    return mistake_in(
+        r, fmt::format("{} samples are too few; at least {} are needed", r.t.size(), kFewest));
+  if (auto good = check_times(r); !good) return good;
+  if (auto good = check_column(r, r.displacement, "displacement"); !good) return good;
+  if (!(range_of(r.displacement) > 0.0)) return unfit(r, "the displacement never changes");
+  if (imposed(r)) {
+    if (auto good = check_column(r, r.force, "force"); !good) return good;
+    if (!(range_of(r.force) > 0.0)) return unfit(r, "the force never changes");
+  } else if (!r.excitation.empty()) {
+    if (auto good = check_column(r, r.excitation, "excitation"); !good) return good;
+    if (!(range_of(r.excitation) > 0.0) && r.excitation.front() != 0.0)
+      return unfit(r,
+                   fmt::format("the excitation never changes from {:.4g}: the channel is dead; for "
+                               "a free decay or a drop leave the column out",
+                               r.excitation.front()));
+  }
+  const auto reject = [&](const char* name, bool top) {
+    return unfit(r, clipped_sentence(name, top));
+  };
+  for (const bool top : {true, false}) {
+    if (clipped(r.displacement, top)) return reject("displacement", top);
+    if (imposed(r) && clipped(r.force, top)) return reject("force", top);
+  }
+  return {};
+}
+
+// The columns on an even clock of a length that transforms fast.
+struct Even {
+  double start = 0.0, dt = 0.0;
+  VectorXd displacement, other;  // other: excitation or force; may be empty
+  bool interpolated = false;
+};
+
+Result<Even> on_even_clock(const Recording& r, Index most) {
+  const auto n = static_cast<Index>(r.t.size());
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < r.t.size(); ++i)
+    steps.push_back(r.t[i] - r.t[i - 1]);
+  std::nth_element(steps.begin(), steps.begin() + n / 2, steps.end());
+  const double usual = steps[static_cast<std::size_t>(n / 2)];
+  for (std::size_t i = 1; i < r.t.size(); ++i) {
+    if (r.t[i] - r.t[i - 1] > kGap * usual)
+      return mistake_in(
+          r, fmt::format("samples are missing between t = {:.6g} and {:.6g} s: give what is "
+                         "before and after as two runs",
+                         r.t[i - 1], r.t[i]));
+  }
+  Even even;
+  even.dt = (r.t.back() - r.t.front()) / static_cast<double>(n - 1);
+  double worst = 0.0;
+  for (Index i = 0; i < n; ++i)
+    worst = std::max(worst, std::fabs(r.t[static_cast<std::size_t>(i)] - r.t.front() -
+                                      even.dt * static_cast<double>(i)));
+  even.interpolated = worst > kEven * even.dt + 0.6e-3 * even.dt;
+  const auto& other = imposed(r) ? r.force : r.excitation;
+  const bool driven = imposed(r) || (!other.empty() && range_of(other) > 0.0);
+  const Index length = fast_length(std::min(n, most));
+  even.start = r.t.front() - 0.5 * even.dt;
+  const auto column = [&](const std::vector<double>& values) -> VectorXd {
+    if (!even.interpolated) return Eigen::Map<const VectorXd>(values.data(), length);
+    const Excitation curve = Excitation::sampled(r.t, values);
+    VectorXd out(length);
+    for (Index i = 0; i < length; ++i)
+      out[i] = curve.value(r.t.front() + even.dt * static_cast<double>(i));
+    return out;
+  };
+  even.displacement = column(r.displacement);
+  if (driven) even.other = column(other);
+  return even;
+}
+
+// A curve as a parabola with its slopes at the ends, and cosines of what is left: without the
+// parabola the ends' slopes would leak into all of them.
+struct Curve {
+  double slope = 0.0, bend = 0.0, length = 0.0;  // of bend t^2 / 2 + slope t
+  VectorXd series;
+};
+
+double end_slope(const VectorXd& y, Index first, Index at, double dt) {
+  // Of the parabola through kEndSamples samples, at sample `at`.
+  MatrixXd a(kEndSamples, 3);
+  for (Index i = 0; i < kEndSamples; ++i) {
+    const auto x = static_cast<double>(first + i - at);
+    a.row(i) << 1.0, x, x * x;
+  }
+  const VectorXd c = least_squares(a, VectorXd(y.segment(first, kEndSamples)));
+  return c[1] / dt;
+}
+
+double trend(const Curve& c, double t, int order) {
+  if (order == 0) return t * (c.slope + 0.5 * c.bend * t);
+  return order == 1 ? c.slope + c.bend * t : c.bend;
+}
+
+Curve curve_of(const VectorXd& y, double dt) {
+  Curve c;
+  const Index n = y.size();
+  c.length = dt * static_cast<double>(n);
+  c.slope = end_slope(y, 0, 0, dt);
+  c.bend = (end_slope(y, n - kEndSamples, n - 1, dt) - c.slope) / c.length;
+  VectorXd rest = y;
+  for (Index i = 0; i < n; ++i)
+    rest[i] -= trend(c, dt * (static_cast<double>(i) + 0.5), 0);
+  c.series = CosineTransform(n).analyse(rest, n);
+  return c;
+}
+
+// On n steps, what lies above the first `keep` cosines left out.
+VectorXd sampled(const Curve& c, const CosineTransform& grid, Index keep, int order) {
+  const VectorXd few = c.series.head(std::min({keep, c.series.size(), grid.samples()}));
+  VectorXd y = grid.synthesise(few, order, c.length);
+  const double dt = c.length / static_cast<double>(grid.samples());
+  for (Index i = 0; i < y.size(); ++i)
+    y[i] += trend(c, dt * (static_cast<double>(i) + 0.5), order);
+  return y;
+}
+
+double size_of(const VectorXd& y) {
+  return std::sqrt((y.array() - y.mean()).square().mean());
+}
+
+struct Prepared {
+  Even even;
+  Curve motion, other;
+  SpectralFloor motion_floor, other_floor;
+};
+
+Prepared prepare(Even even) {
+  Prepared p;
+  p.even = std::move(even);
+  p.motion = curve_of(p.even.displacement, p.even.dt);
+  p.motion_floor = trend_floor(p.motion.series, size_of(p.even.displacement));
+  if (p.even.other.size() > 0) {
+    p.other = curve_of(p.even.other, p.even.dt);
+    p.other_floor = trend_floor(p.other.series, size_of(p.even.other));
+  }
+  return p;
+}
+
+// Empty where the excitation reaches up to half the sampling rate, or falls as evenly as a noise
+// does.
+VectorXd excitation_noise(const Prepared& p, Index samples) {
+  const SpectralFloor& floor = p.other_floor;
+  if (!floor.reached || p.other.series.squaredNorm() < kDistinct * floor.power.sum()) return {};
+  const Index count = std::min(samples, floor.power.size());
+  return upper_power(floor).head(count);
+}
+
+// Samples that carry the motion; what the excitation does above it moves nothing.
+Index samples_for(const Prepared& p) {
+  const auto n = p.even.displacement.size();
+  const auto wanted = static_cast<Index>(kSteps / 2.0 * static_cast<double>(p.motion_floor.band));
+  if (wanted >= n) return n;
+  Index few = std::max<Index>(wanted, 64);
+  while (few < n && fast_length(few) != few)
+    ++few;
+  return std::min(few, n);
+}
+
+Result<std::shared_ptr<SampledRun>> sampled_run(const Recording& r,
+                                                const SamplingOptions& options) {
+  if (auto good = check(r); !good) return good.error();
+  const auto whole = static_cast<Index>(r.t.size());
+  auto even = on_even_clock(r, whole);
+  if (!even) return even.error();
+  auto run = std::make_shared<SampledRun>();
+  run->name = r.name;
+  run->kind = r.kind;
+  run->role = r.role;
+  if (even->interpolated)
+    run->notes.push_back(fmt::format(
+        "run {}: its samples are not evenly spaced and were put on an even clock of {:.4g} s",
+        r.name, even->dt));
+  const bool force = r.kind == Kind::imposed_motion;
+  Prepared p = prepare(std::move(*even));
+  Index n = samples_for(p);
+  if (n > options.most_samples) {
+    const double share = static_cast<double>(options.most_samples) / static_cast<double>(n);
+    const auto some = static_cast<Index>(share * static_cast<double>(whole));
+    run->notes.push_back(
+        fmt::format("run {}: the first {:.4g} s of {:.4g} s are used; more would take long and say "
+                    "little new",
+                    r.name, r.t[static_cast<std::size_t>(some - 1)] - r.t[0], r.t.back() - r.t[0]));
+    p = prepare(*on_even_clock(r, some));
+    n = samples_for(p);
+  }
+  const Index raw = p.even.displacement.size();
+  if (n < 9 * raw / 10)
+    run->notes.push_back(fmt::format(
+        "run {}: {} samples were decimated to {}: nothing moves above {:.4g} Hz", r.name, raw, n,
+        0.5 * static_cast<double>(p.motion_floor.band) / p.motion.length));
+  const CosineTransform grid(n);
+  run->start = p.even.start;
+  run->dt = p.motion.length / static_cast<double>(n);
+  run->u = sampled(p.motion, grid, p.motion_floor.band, 0);
+  run->v = sampled(p.motion, grid, p.motion_floor.band, 1);
+  run->a = sampled(p.motion, grid, p.motion_floor.band, 2);
+  if (force)
+    run->response = sampled(p.other, grid, n, 0);
+  else
+    run->response = sampled(p.motion, grid, n, 0);
+  if (!force && p.even.other.size() > 0) {
+    run->excitation = sampled(p.other, grid, n, 0);
+    run->excitation_noise = excitation_noise(p, n);
+  }
+  const SpectralFloor& floor = force ? p.other_floor : p.motion_floor;
+  run->keep = std::min(n, floor.band);
+  run->variance = floor.power.head(run->keep);
+  run->freedom = VectorXd::Constant(run->keep, floor.freedom);
+  run->motion_noise = p.motion_floor.power.head(run->keep);
+  if (!floor.reached)
+    run->notes.push_back(fmt::format(
+        "run {}: the {} reaches up to half of the sampling rate, so that its noise "
+        "cannot be told from it there: the noise floor may be overstated; sample faster",
+        r.name, force ? "force" : "displacement"));
+  return run;
+}
+
+}  // namespace
+
+Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
+                                 const SamplingOptions& options) {
+  SampledRuns all;
+  std::string first_trouble;
+  Index fitted = 0;
+  for (const Recording& recording : runs) {
+    auto run = sampled_run(recording, options);
+    if (!run && run.error().kind == ErrorKind::invalid) return run.error();
+    if (!run) {
+      if (first_trouble.empty()) first_trouble = run.error().what;
+      all.left_out.push_back(run.error().what + " (this run is left out)");
+      continue;
+    }
+    fitted += (*run)->role == Role::fit ? 1 : 0;
+    all.runs.push_back(std::move(*run));
+  }
+  if (fitted == 0) return Error{ErrorKind::not_converged, "no run can be used: " + first_trouble};
+  const Index share = options.most_cosines / std::max<Index>(1, fitted);
+  for (const auto& run : all.runs) {
+    if (run->keep <= share) continue;
+    run->keep = share;
+    run->variance.conservativeResize(share);
+    run->freedom.conservativeResize(share);
+    run->motion_noise.conservativeResize(share);
+    run->notes.push_back(fmt::format("run {}: compared up to {:.4g} Hz, of which there is enough",
+                                     run->name, run->highest_frequency()));
+  }
+  return all;
+}
+
+}  // namespace shaker::estimator::diagnosis

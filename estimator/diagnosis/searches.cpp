@@ -1,0 +1,160 @@
+#include "estimator/diagnosis/searches.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "estimator/diagnosis/answer/assemble.hpp"
+#include "estimator/diagnosis/answer/shares.hpp"
+#include "estimator/diagnosis/name/evidence.hpp"
+#include "estimator/diagnosis/name/model_error.hpp"
+#include "estimator/diagnosis/name/unknown_colour.hpp"
+#include "estimator/diagnosis/name/weighed_again.hpp"
+#include "estimator/diagnosis/weigh/run_constants.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+// Shares of the effort that a search leaves to what comes after it: by noise, by own errors, and by
+// shares of the gap; and with how much less than that a search is not begun.
+constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.04, kEnough = 0.1;
+
+Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>& runs,
+                         const std::vector<Candidate>& catalogue) {
+  Diagnosis said = assemble(of.found, of.data, runs, catalogue, of.data);
+  said.warnings.push_back(
+      "what is left is more than the noise above the response, but follows neither stroke nor "
+      "velocity nor any effect of the catalogue: it is taken for noise of low frequency; two "
+      "records of one excitation would show whether it is");
+  return said;
+}
+
+// Comparable with that of a hypothesis: each size is a number that was fitted.
+double evidence_of(const HarmonicFit& fit, const WithRunConstants& with,
+                   const std::vector<RunDatum>& data) {
+  double evidence = log_evidence(fit, with.data, with.constants.count());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (data[r].role == Role::fit) evidence -= log_scale(with.data[r]) - log_scale(data[r]);
+  }
+  return evidence;
+}
+
+// The runs may differ in their zero, preload, gas pressure or damping. Nothing where more than that
+// is missing, or where an effect explains the data better.
+std::optional<Diagnosis> said_of_run_constants(const Naming& searched,
+                                               const std::vector<RunDatum>& data,
+                                               const std::vector<SteadyRun>& runs,
+                                               const std::vector<Candidate>& catalogue,
+                                               const NamingOptions& options) {
+  if (searched.adequate) return std::nullopt;
+  const HarmonicFit& base = *searched.base.fit;
+  auto with =
+      with_run_constants(base, searched.base.data ? *searched.base.data : data, data, options.fit);
+  if (!with) return std::nullopt;
+  for (RunDatum& datum : with->data)
+    datum.effort = std::make_shared<Effort>();  // a fixed amount of work: the searches keep theirs
+  HarmonicFit again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
+  if (!again.trouble.empty()) return std::nullopt;
+  const Naming found = judge(std::move(again), with->data, catalogue, options);
+  if (!found.adequate) return std::nullopt;
+  if (searched.explained &&
+      searched.hypotheses[searched.best].log_evidence >= evidence_of(*found.base.fit, *with, data))
+    return std::nullopt;
+  Diagnosis said = assemble(found, with->data, runs, catalogue, with->data);
+  const std::string force_unit = base.spec.length_unit + "/s^2";
+  said.warnings.push_back(with->constants.sentence(
+      data.front().kind == Kind::imposed_motion || data.front().by_force ? force_unit
+                                                                         : base.spec.length_unit,
+      force_unit));
+  return said;
+}
+
+// Of a search by shares of the gap: it stays unexplained.
+Diagnosis said_of_gap(Naming by_gap, const Naming& first, const std::vector<RunDatum>& softened,
+                      const std::vector<RunDatum>& data, const std::vector<SteadyRun>& runs,
+                      const std::vector<Candidate>& catalogue, const FitOptions& options) {
+  by_gap.adequate = by_gap.explained = false;
+  by_gap.by_gap = true;
+  by_gap.probability_base = first.probability_base;
+  by_gap.probability_best = first.probability_best;
+  // Chosen by what is shown, as the answer is (assemble).
+  const auto shown = static_cast<std::ptrdiff_t>(runs.size());
+  if (const auto answer = answer_of(by_gap, {softened.begin(), softened.begin() + shown}))
+    take_to_no_width(by_gap, *answer, softened, options);
+  Diagnosis said = assemble(by_gap, softened, runs, catalogue, data);
+  said.chi_squared_before = first.base.fit->chi_squared;
+  said.warnings.push_back(
+      "the model is far from the data even with the best that the catalogue offers: effects "
+      "are weighed by the share of the gap that they close, and not by the noise");
+  return said;
+}
+
+}  // namespace
+
+Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
+                   const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
+                   const NamingOptions& naming, const Progress& progress) {
+  const auto named = [&](double from, double to) {
+    return [&progress, from, to](double share) { progress("naming", from + (to - from) * share); };
+  };
+  const config::ModelSpec spec = base.spec;
+  const std::vector<double> theta = base.theta;
+  NamingOptions by_noise = naming;
+  by_noise.leave = kLeftByNoise;
+  Naming first = name_effects(std::move(base), data, catalogue, by_noise, named(0.2, 0.6));
+  if (const auto coloured = nothing_but_colour(first, data, catalogue, naming))
+    return said_of_colour(*coloured, runs, catalogue);
+  if (const auto coloured =
+          explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
+    return said_of_colour(*coloured, runs, catalogue);
+  if (first.explained) {
+    if (auto said = said_of_run_constants(first, data, runs, catalogue, naming)) return *said;
+  }
+  const auto& effort = data.front().effort;
+  const auto late = [&](double leave) {
+    return effort && effort->leaves_less_than(leave + kEnough);
+  };
+  const auto by_own_errors = [&](const Hypothesis* guide,
+                                 double leave) -> std::optional<WeighedAgain> {
+    if (guide != nullptr && late(leave)) {
+      first.cut_short = true;
+      return std::nullopt;
+    }
+    NamingOptions own = naming;
+    own.leave = leave;
+    return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, own,
+                                   named(0.6, 0.9), first.cut_short);
+  };
+  const auto said_of_own = [&](const WeighedAgain& again) {
+    progress("drawing up", 0.95);
+    return assemble(again.found, again.data, runs, catalogue, again.data);
+  };
+  if (const auto again = by_own_errors(guide_of(first), kLeftByOwn)) return said_of_own(*again);
+  if (!first.explained) {
+    if (auto said = said_of_run_constants(first, data, runs, catalogue, naming)) return *said;
+  }
+  const auto softened = with_model_error(first, data);
+  if (softened && late(kLeftByGap)) {
+    first.cut_short = true;
+  } else if (softened) {
+    HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
+    if (again.trouble.empty()) {
+      first.hypotheses.clear();  // with their solutions: they take memory
+      NamingOptions by_gap = naming;
+      by_gap.simple_first = true;
+      by_gap.leave = kLeftByGap;
+      Naming second = name_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
+      if (!second.hypotheses.empty())  // what a round corner leaves is not the noise's
+        take_to_no_width(second, second.best, *softened, naming.fit);
+      if (const auto own = by_own_errors(guide_near_noise(second, data), 0.0))
+        return said_of_own(*own);
+      progress("drawing up", 0.95);
+      second.cut_short = second.cut_short || first.cut_short;
+      return said_of_gap(std::move(second), first, *softened, data, runs, catalogue, naming.fit);
+    }
+  }
+  progress("drawing up", 0.95);
+  return assemble(first, data, runs, catalogue, data);
+}
+
+}  // namespace shaker::estimator::diagnosis

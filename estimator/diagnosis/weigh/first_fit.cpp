@@ -1,0 +1,87 @@
+#include "estimator/diagnosis/weigh/first_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "estimator/diagnosis/cycles/harmonics.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kFarAboveNoise = 4.0;  // chi-squared a datum
+constexpr double kOtherValley = 0.95;   // of chi-squared: closer is the same end, not as exact
+constexpr double kForceFloor = 1e-3;    // of the force: what the excitation is known to
+
+VectorXd of_size(const VectorXd& harmonics, Index size) {
+  VectorXd same = VectorXd::Zero(size);
+  const Index shared = std::min(size, harmonics.size());
+  same.head(shared) = harmonics.head(shared);
+  return same;
+}
+
+// Its forces follow from the motion alone, and no part of it wants the excitation's course.
+bool shown_by_motion(const Model& model) {
+  return can_be_carried(model) && !model.needs_carrier();
+}
+
+bool better(const HarmonicFit& other, const HarmonicFit& fit) {
+  if (!other.trouble.empty() || !std::isfinite(other.chi_squared)) return false;
+  return !fit.trouble.empty() || other.chi_squared < kOtherValley * fit.chi_squared;
+}
+
+}  // namespace
+
+RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
+  const double f = response.frequency_hz;
+  RunDatum datum;
+  datum.name = response.name;
+  datum.kind = Kind::imposed_motion;
+  datum.role = response.role;
+  datum.frequency_hz = f;
+  datum.driver = response.response;
+  VectorXd excitation = of_size(response.driver, response.response.size());
+  excitation[0] = 0.0;  // an accelerometer's offset
+  const VectorXd acceleration = derivative(derivative(response.response, f), f);
+  datum.response = model.excitation(0) * excitation - model.mass(0, 0) * acceleration;
+  const double floor = kForceFloor * root_mean_square(datum.response);
+  datum.error.resize(datum.response.size());
+  for (Index k = 0; k < datum.error.size(); ++k) {
+    const double omega = 2.0 * std::numbers::pi * harmonic_order(k) * f;
+    datum.error[k] = std::hypot(model.mass(0, 0) * omega * omega * response.error[k], floor);
+  }
+  datum.freedom = response.freedom;
+  return datum;
+}
+
+std::vector<double> fitted_to_forces(const config::ModelSpec& spec,
+                                     const std::vector<RunDatum>& data,
+                                     const std::vector<double>& start, const FitOptions& options) {
+  const Model model(spec);
+  if (data.front().kind != Kind::periodic || !shown_by_motion(model)) return {};
+  std::vector<RunDatum> forces;
+  for (const RunDatum& datum : data) {
+    if (datum.quantity == Quantity::displacement)
+      forces.push_back(forces_along_motion(datum, model));
+  }
+  const HarmonicFit along = fit_harmonics(spec, forces, start, nullptr, options);
+  return std::isfinite(along.chi_squared) ? along.theta : std::vector<double>{};
+}
+
+HarmonicFit first_fit(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
+                      const FitOptions& options) {
+  HarmonicFit fit = fit_harmonics(spec, data, {}, nullptr, options);
+  const bool near = fit.trouble.empty() && fit.chi_squared < kFarAboveNoise * fit.observations;
+  if (near) return fit;
+  const std::vector<double> start = fitted_to_forces(spec, data, {}, options);
+  if (start.empty()) return fit;
+  HarmonicFit other = fit_harmonics(spec, data, start, nullptr, options);
+  return better(other, fit) ? std::move(other) : std::move(fit);
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,34 @@
+// A periodic campaign cut, weighed and fitted for the first time, with what its instruments do to
+// it read from the records: a zero that drifts is taken out before anything else is judged.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.hpp"
+#include "estimator/diagnosis/weigh/weighing.hpp"
+#include "estimator/diagnosis/weigh/zero_drift.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+// Runs with the fit of the model to their means, errors from the scatter of the response alone.
+struct Look {
+  std::vector<SteadyRun> runs;
+  Weighed weighed;
+  HarmonicFit fit;
+  bool fitted() const;  // otherwise `fit` says its trouble
+};
+
+struct FirstLook {
+  Look look;
+  ZeroDrift drift;
+  std::optional<Look> with_drift;  // as it was recorded; only where a drift was taken out
+  std::vector<std::string> warnings;
+};
+
+// An Error as of cut_campaign and plausible.
+Result<FirstLook> first_look(const Campaign& campaign, const config::ModelSpec& model,
+                             const FitOptions& options);
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,222 @@
+#include "estimator/diagnosis/weigh/run_constants.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "estimator/diagnosis/detect/scoring.hpp"
+#include "estimator/math/dense.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kFewestRuns = 3;
+constexpr double kWorthIt =
+    8.0;  // of the gain: four sizes at their bound have it by chance once in 1000
+constexpr double kMostDifference = 0.1;            // of what it moves, over the response
+constexpr double kLeastDifference = 1e-6;          // the same
+constexpr int kComponents = 4;                     // zero, force, gas pressure, damping
+constexpr double kSteps[] = {4.0, 2.0, 1.4, 1.2};  // ratios of the grid, one after the other
+
+using Sizes = std::array<double, kComponents>;
+
+// One run in a basis where its noise is independent and of unit size.
+struct Run {
+  std::size_t index = 0;
+  MatrixXd columns;    // what is left, the free parameters, the components
+  MatrixXd influence;  // harmonics x components, as measured
+};
+
+// Of a symmetric positive definite matrix with a diagonal of any scale.
+double log_determinant(const MatrixXd& a) {
+  const VectorXd scale = a.diagonal().cwiseMax(1e-300).cwiseSqrt();
+  MatrixXd unit = scale.cwiseInverse().asDiagonal() * a * scale.cwiseInverse().asDiagonal();
+  unit.diagonal().array() += 1e-12;
+  return 2.0 * (Cholesky(unit).root().diagonal().array().log().sum() + scale.array().log().sum());
+}
+
+class Likelihood {
+ public:
+  Likelihood(std::vector<Run> runs, Index parameters)
+      : runs_(std::move(runs)), parameters_(parameters) {
+    for (const Run& run : runs_)
+      products_.push_back(run.columns.transpose() * run.columns);
+  }
+
+  // Restricted: the parameters have a flat prior, near the fit.
+  double at(const Sizes& sizes) const {
+    const Index inner = 1 + parameters_;
+    MatrixXd all = MatrixXd::Zero(inner, inner);
+    double determinant = 0.0;
+    const VectorXd size = Eigen::Map<const VectorXd>(sizes.data(), kComponents);
+    for (const MatrixXd& products : products_) {
+      // Woodbury's identity.
+      const MatrixXd across = size.asDiagonal() * products.bottomLeftCorner(kComponents, inner);
+      const MatrixXd own = MatrixXd::Identity(kComponents, kComponents) +
+                           size.asDiagonal() *
+                               products.bottomRightCorner(kComponents, kComponents) *
+                               size.asDiagonal();
+      const MatrixXd white = Cholesky(own).whiten(across);
+      all += products.topLeftCorner(inner, inner) - white.transpose() * white;
+      determinant += log_determinant(own);
+    }
+    const MatrixXd information = all.bottomRightCorner(parameters_, parameters_);
+    const VectorXd gradient = all.col(0).tail(parameters_);
+    const double left =
+        all(0, 0) - gradient.dot(shortest_least_squares(information, gradient).col(0));
+    return -0.5 * (determinant + log_determinant(information) + left);
+  }
+
+ private:
+  std::vector<Run> runs_;
+  std::vector<MatrixXd> products_;
+  Index parameters_;
+};
+
+// The response to a constant force, of all fitted runs one after the other; no columns where such a
+// force cannot be added to the model.
+MatrixXd to_constant_force(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                           const FitOptions& options) {
+  Probe probe;
+  probe.line.effect = "constant_force";
+  probe.line.formula = "k0";
+  probe.line.parameters["k0"].start = 0.0;
+  probe.coefficients = {"k0"};
+  try {
+    return signatures_of(fit, data, probe, options).columns;
+  } catch (const std::invalid_argument&) {
+    return {};  // a motion cannot be imposed on this model
+  }
+}
+
+// Index of an effect's parameter; -1: the model does not hold it.
+int parameter_of(const Model& model, const std::string& effect, const std::string& symbol) {
+  for (int k = 0; k < model.parameter_count(); ++k) {
+    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(k)];
+    if (p.effect == effect && p.name.ends_with(symbol)) return k;
+  }
+  return -1;
+}
+
+std::vector<Run> runs_of(const HarmonicFit& fit, const std::vector<RunDatum>& fitted,
+                         const FitOptions& options) {
+  std::vector<RunDatum> alone = fitted;  // without the error of the time base, which all runs share
+  for (RunDatum& datum : alone) {
+    datum.clock.resize(0);
+    datum.to_limit.reset();                     // it is of the model without the force
+    datum.effort = std::make_shared<Effort>();  // a fixed amount of work
+  }
+  const MatrixXd forces = to_constant_force(fit, alone, options);
+  const std::array<int, 2> scaled = {parameter_of(*fit.model, "gas_spring", "theta2"),
+                                     parameter_of(*fit.model, "viscous_damping", "c")};
+  std::vector<Run> runs;
+  Index at = 0;
+  for (std::size_t r = 0; r < alone.size(); ++r) {
+    const RunDatum& datum = alone[r];
+    if (datum.role != Role::fit) continue;
+    const Index size = datum.response.size();
+    Run run;
+    run.index = r;
+    run.influence = MatrixXd::Zero(size, kComponents);
+    if (datum.quantity == Quantity::displacement) run.influence(0, 0) = 1.0;
+    const bool forced = datum.kind == Kind::imposed_motion || datum.by_force;
+    if (forces.cols() > 0 && !forced)  // a constant force is a load cell's zero
+      run.influence.col(1) = coloured(datum, forces.col(0).segment(at, size));
+    for (std::size_t k = 0; k < scaled.size(); ++k) {
+      if (scaled[k] >= 0)
+        run.influence.col(2 + static_cast<Index>(k)) =
+            fit.theta[static_cast<std::size_t>(scaled[k])] *
+            fit.predictions[r].jacobian().col(scaled[k]);
+    }
+    run.columns.resize(size, 1 + static_cast<Index>(fit.free.size()) + kComponents);
+    run.columns << whitened_residual(fit, alone, r), whitened_jacobian(fit, alone, r, fit.free),
+        whitened(datum, run.influence);
+    at += size;
+    runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
+// Each in turn, on a grid of ratios that gets finer.
+Sizes likeliest(const Likelihood& likelihood, const Sizes& largest) {
+  Sizes best{};
+  double most = likelihood.at(best);
+  for (const double step : kSteps) {
+    for (std::size_t k = 0; k < best.size(); ++k) {
+      const Sizes middle = best;
+      for (double size = largest[k]; size > kLeastDifference * largest[k]; size /= step) {
+        Sizes now = middle;
+        now[k] = size;
+        const double probable = likelihood.at(now);
+        if (!(probable > most)) continue;
+        most = probable;
+        best = now;
+      }
+      Sizes without = best;
+      without[k] = 0.0;
+      if (const double probable = likelihood.at(without); probable > most) {
+        most = probable;
+        best = without;
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::string RunConstants::sentence(const std::string& response_unit,
+                                   const std::string& force_unit) const {
+  std::vector<std::string> said;
+  if (zero > 0.0) said.push_back(fmt::format("the zero, by {:.2g} {}", zero, response_unit));
+  if (force > 0.0)
+    said.push_back(fmt::format("a constant force (preload), by {:.2g} {}", force, force_unit));
+  if (gas_pressure > 0.0)
+    said.push_back(fmt::format("the gas pressure, by {:.2g} %", 100.0 * gas_pressure));
+  if (damping > 0.0)
+    said.push_back(fmt::format("the viscous damping, by {:.2g} %", 100.0 * damping));
+  return fmt::format("nothing else is missing, but the runs differ (standard deviations): in {}",
+                     fmt::join(said, ", and in "));
+}
+
+std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
+                                                   const std::vector<RunDatum>& fitted,
+                                                   const std::vector<RunDatum>& data,
+                                                   const FitOptions& options) {
+  std::vector<Run> runs = runs_of(fit, fitted, options);
+  if (runs.size() < kFewestRuns || fit.free.empty()) return std::nullopt;
+  double response = 0.0;
+  Sizes influence{};
+  for (const Run& run : runs) {
+    if (!run.columns.allFinite()) return std::nullopt;
+    response = std::max(response, root_mean_square(data[run.index].response));
+    for (std::size_t k = 0; k < influence.size(); ++k)
+      influence[k] = std::max(influence[k], run.influence.col(static_cast<Index>(k)).norm());
+  }
+  Sizes largest{};
+  for (std::size_t k = 0; k < largest.size(); ++k)
+    largest[k] = influence[k] > 0.0 ? kMostDifference * response / influence[k] : 0.0;
+  const Likelihood likelihood(runs, static_cast<Index>(fit.free.size()));
+  const Sizes sizes = likeliest(likelihood, largest);
+  WithRunConstants out;
+  out.constants = {sizes[0], sizes[1], sizes[2], sizes[3],
+                   likelihood.at(sizes) - likelihood.at({})};
+  if (!(out.constants.gain > kWorthIt)) return std::nullopt;
+  out.data = data;
+  const VectorXd size = Eigen::Map<const VectorXd>(sizes.data(), kComponents);
+  for (const Run& run : runs) {
+    const MatrixXd moved = run.influence * size.asDiagonal();
+    set_covariance(out.data[run.index], covariance_of(data[run.index]) + moved * moved.transpose());
+  }
+  return out;
+}
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,217 @@
+#include "estimator/diagnosis/weigh/transient.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "estimator/diagnosis/detect/scoring.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+#include "estimator/diagnosis/records/transient_cosines.hpp"
+#include "estimator/diagnosis/records/transient_seen.hpp"
+#include "estimator/effects/catalogue.hpp"
+#include "estimator/instrument/instrument.hpp"
+#include "estimator/time/state_equations.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr std::size_t kMostProbes = 3;
+constexpr double kRepeated = 0.02;      // of an excitation, that two runs of it may differ by
+constexpr double kContradiction = 0.1;  // of a response
+constexpr double kFarRecord = 4.0;      // chi-squared a datum
+
+// Some force depends on the stroke, so that a simulation finds its way back.
+bool has_spring(const Model& model, const SampledRun& run) {
+  if (model.mechanical() > 1) return true;
+  const std::vector<double> theta = model.start();
+  Motion motion{run.dt, run.u, run.v, run.a, {}};
+  MotionMarch here(model, motion, false);
+  motion.u.array() += 0.1 * (run.u.maxCoeff() - run.u.minCoeff());
+  MotionMarch there(model, motion, false);
+  if (!here.at(theta) || !there.at(theta)) return true;
+  return (here.force() - there.force()).norm() > 1e-9 * here.force().norm();
+}
+
+// A record costs many times a cycle, and the refit moves the shapes anyway.
+void thin(std::vector<Probe>& probes) {
+  if (probes.size() <= kMostProbes) return;
+  std::vector<Probe> some;
+  for (std::size_t i = 0; i < kMostProbes; ++i)
+    some.push_back(probes[(2 * i + 1) * probes.size() / (2 * kMostProbes)]);
+  probes = std::move(some);
+}
+
+// Why a run that is not periodic cannot show a candidate; empty: it can.
+std::string not_shown(const Candidate& candidate, const config::ModelSpec& spec, bool by_force) {
+  constexpr const char* kPeriodicOnly = "only a run with a period shows it";
+  constexpr const char* kAlongMotion = "forces along a measured motion do not show it";
+  const Instrument* instrument = candidate.effect->instrument();
+  if (by_force && instrument != nullptr) return kAlongMotion;
+  if (by_force && candidate.effect->in_series()) return {};
+  try {
+    const Model model(with_line(spec, candidate.probes.front().line));
+    check_instruments(model);
+    if (!by_force) return StateEquations(model).states() == 0 ? kPeriodicOnly : "";
+    if (!can_be_carried(model)) return kAlongMotion;
+    return model.needs_carrier() ? kPeriodicOnly : "";
+  } catch (const std::invalid_argument&) {
+    return kPeriodicOnly;
+  }
+}
+
+RunDatum datum_of(const std::shared_ptr<SampledRun>& run) {
+  RunDatum datum;
+  datum.name = run->name;
+  datum.kind = run->kind;
+  datum.role = run->role;
+  datum.by_force = run->kind == Kind::imposed_motion;
+  datum.response = CosineTransform(run->samples()).analyse(run->response, run->keep);
+  // At the upper end of what their own uncertainty allows: one level serves a whole run, and must
+  // not raise an alarm by itself.
+  const Eigen::ArrayXd unsure = 1.0 + 2.0 * (2.0 / run->freedom.array()).sqrt();
+  datum.error = (unsure * run->variance.array()).sqrt();
+  datum.freedom = run->freedom;
+  datum.sampled = run;
+  return datum;
+}
+
+}  // namespace
+
+RunDatum balance_of_forces(const RunDatum& response) {
+  RunDatum datum = response;
+  const SampledRun& run = *response.sampled;
+  datum.by_force = true;
+  if (run.excitation.size() > 0)
+    datum.response = CosineTransform(run.samples()).analyse(run.excitation, run.keep);
+  else
+    datum.response = VectorXd::Zero(run.keep);
+  for (Index k = 0; k < run.keep; ++k) {
+    const double omega = std::numbers::pi * static_cast<double>(k) / run.length();
+    datum.error[k] = std::sqrt(run.motion_noise[k]) * omega * omega;
+  }
+  const double inertia = run.a.norm() / std::sqrt(static_cast<double>(run.samples()));
+  // A floor in proportion to the forces, excitation and inertia, and no cosine surer than the others
+  // by orders: a zero or a drift of the sensor would hold a spring at nothing.
+  const double floor = 1e-3 * std::hypot(root_mean_square(datum.response), inertia) /
+                       std::sqrt(0.5 * static_cast<double>(run.keep));
+  const double middle = datum.error[run.keep / 2];
+  for (Index k = 0; k < run.keep; ++k)
+    datum.error[k] =
+        std::sqrt(datum.error[k] * datum.error[k] + floor * floor + 1e-4 * middle * middle + 1e-60);
+  return datum;
+}
+
+Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
+                                     const config::ModelSpec& spec) {
+  const Model model(spec);
+  auto sampled = sampled_runs(recordings);
+  if (!sampled) return sampled.error();
+  TransientRuns runs;
+  runs.warnings = sampled->left_out;
+  for (const auto& run : sampled->runs) {
+    runs.data.push_back(datum_of(run));
+    runs.warnings.insert(runs.warnings.end(), run->notes.begin(), run->notes.end());
+  }
+  const bool imposed = recordings.front().kind == Kind::imposed_motion;
+  if (!imposed) {
+    for (const RunDatum& datum : runs.data)
+      runs.forces.push_back(balance_of_forces(datum));
+    runs.by_force = !has_spring(model, *sampled->runs.front());
+    if (runs.by_force) {
+      runs.data = std::move(runs.forces);
+      runs.forces.clear();
+      runs.warnings.push_back(
+          "no force of the model depends on the stroke, so that a simulation would drift: the "
+          "forces along the measured motion are compared instead of the motion");
+    }
+  } else {
+    runs.by_force = true;
+  }
+  runs.warnings.push_back(
+      "there are no cycles whose scatter would be the noise: it is the floor of the spectrum above "
+      "all that moves, carried down to lower frequencies with its trend; noise that is only slow "
+      "is "
+      "not seen so, and two records of one excitation would show it");
+  return runs;
+}
+
+HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& runs,
+                          const FitOptions& options) {
+  if (runs.forces.empty()) return fit_harmonics(model, runs.data, {}, nullptr, options);
+  const HarmonicFit forces = fit_harmonics(model, runs.forces, {}, nullptr, options);
+  HarmonicFit best = fit_harmonics(model, runs.data, forces.theta, nullptr, options);
+  const bool near = best.chi_squared < kFarRecord * best.observations;
+  if (best.converged && forces.converged && near) return best;
+  HarmonicFit other = fit_harmonics(model, runs.data, {}, nullptr, options);
+  return other.chi_squared < best.chi_squared || !std::isfinite(best.chi_squared) ? std::move(other)
+                                                                                  : std::move(best);
+}
+
+Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit) {
+  std::set<std::size_t>& done = runs.repeated;
+  for (std::size_t i = 0; i < runs.data.size(); ++i) {
+    for (std::size_t j = i + 1; j < runs.data.size(); ++j) {
+      RunDatum& a = runs.data[i];
+      RunDatum& b = runs.data[j];
+      const SampledRun& one = *a.sampled;
+      const SampledRun& two = *b.sampled;
+      const VectorXd& first = a.kind == Kind::imposed_motion ? one.u : one.excitation;
+      const VectorXd& second = a.kind == Kind::imposed_motion ? two.u : two.excitation;
+      if (done.contains(i) || done.contains(j) || first.size() == 0 ||
+          first.size() != second.size() || std::fabs(one.dt / two.dt - 1.0) > 1e-6 ||
+          (first - second).norm() > kRepeated * first.norm())
+        continue;
+      const Index keep = std::min(a.response.size(), b.response.size());
+      const VectorXd apart = (a.response - fit.predictions[i].value()).head(keep) -
+                             (b.response - fit.predictions[j].value()).head(keep);
+      const double size = root_mean_square(a.response);
+      if (root_mean_square(apart) > kContradiction * size &&
+          root_mean_square(apart) > 10.0 * root_mean_square(a.error))
+        return Error{ErrorKind::invalid,
+                     fmt::format("runs {} and {} contradict each other: of one excitation, their "
+                                 "responses differ by {:.0f} %; something changed between them "
+                                 "(temperature, gas charge, the sensor's mounting): repeat one of "
+                                 "them or leave one out",
+                                 a.name, b.name, 100.0 * root_mean_square(apart) / size)};
+      done.insert({i, j});
+      // Power in bands that widen with frequency; half of the difference's is each run's.
+      for (Index from = 0; from < keep;) {
+        const Index to = std::min(keep, from + std::max<Index>(12, from / 4));
+        const auto count = static_cast<double>(to - from);
+        const double power = 0.5 * apart.segment(from, to - from).squaredNorm() / count;
+        for (RunDatum* datum : {&a, &b}) {
+          for (Index k = from; k < to; ++k) {
+            datum->error[k] = std::sqrt(power);
+            datum->freedom[k] = count;
+          }
+        }
+        from = to;
+      }
+      runs.warnings.push_back(
+          fmt::format("the noise of runs {} and {}, which are records of one "
+                      "excitation, is what one does that the other does not",
+                      a.name, b.name));
+    }
+  }
+  return {};
+}
+
+Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& spec, bool by_force) {
+  std::erase_if(all.tried, [&](const Candidate& candidate) {
+    std::string reason = not_shown(candidate, spec, by_force);
+    if (reason.empty()) return false;
+    all.not_tried.push_back({std::string(candidate.effect->name()), std::move(reason)});
+    return true;
+  });
+  for (Candidate& candidate : all.tried)
+    thin(candidate.probes);
+  return all;
+}
+
+}  // namespace shaker::estimator::diagnosis

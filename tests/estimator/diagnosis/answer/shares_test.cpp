@@ -1,0 +1,125 @@
+#include "estimator/diagnosis/answer/shares.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "estimator/diagnosis/answer/selection.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr int kObservations = 100, kBaseParameters = 4;
+
+Hypothesis leaving(const std::vector<std::string>& effects, double chi_squared,
+                   double log_evidence) {
+  HarmonicFit fit;
+  fit.chi_squared = chi_squared;
+  fit.observations = kObservations;
+  fit.free.resize(kBaseParameters + effects.size());
+  Hypothesis h;
+  h.effects = effects;
+  h.fit = std::make_shared<const HarmonicFit>(std::move(fit));
+  h.log_evidence = log_evidence;
+  return h;
+}
+
+// The result of a search over a catalogue of 31 effects.
+class Found {
+ public:
+  explicit Found(const std::vector<Hypothesis>& hypotheses, bool explained, double by_noise)
+      : catalogue_(31) {
+    naming_.base = leaving({}, 1e6, -4e5);
+    naming_.hypotheses = hypotheses;
+    const auto less = [](const Hypothesis& a, const Hypothesis& b) {
+      return a.log_evidence < b.log_evidence;
+    };
+    naming_.best = static_cast<std::size_t>(
+        std::max_element(hypotheses.begin(), hypotheses.end(), less) - hypotheses.begin());
+    naming_.explained = explained;
+    naming_.probability_best = by_noise;
+    for (const Candidate& candidate : catalogue_) {
+      Score score;
+      score.candidate = &candidate;
+      naming_.base_scoring.scores.push_back(score);
+    }
+  }
+  double probability_of(const std::string& effect) const {
+    const std::vector<RunDatum> none;
+    Selection selection(naming_, none);
+    return Shares(naming_, none, agree(naming_, none, selection)).probability_of(effect);
+  }
+
+ private:
+  std::vector<Candidate> catalogue_;
+  Naming naming_;
+};
+
+TEST(Shares, AskMoreOfASecondNameThanToBeTheBestOfManyPairs) {
+  const Hypothesis one = leaving({"viscous_damping"}, 105.0, -52.0);
+  // The prior probability of a pair is 2 x 0.1 / 30; exp(5.01) in its favour makes it as likely
+  // as the single effect.
+  const Found even({one, leaving({"tyre", "viscous_damping"}, 85.0, -52.0 + std::log(150.0))}, true,
+                   0.5);
+  EXPECT_NEAR(even.probability_of("tyre"), 0.49, 0.002);
+  EXPECT_NEAR(even.probability_of("viscous_damping"), 0.98, 0.001);
+  const Found doubtful({one, leaving({"tyre", "viscous_damping"}, 95.0, -49.0)}, true, 0.5);
+  EXPECT_LT(doubtful.probability_of("tyre"), 0.15);
+  EXPECT_GT(doubtful.probability_of("viscous_damping"), 0.97);
+  const Found sure({leaving({"viscous_damping"}, 900.0, -180.0),
+                    leaving({"tyre", "viscous_damping"}, 95.0, -49.0)},
+                   true, 0.5);
+  EXPECT_GT(sure.probability_of("tyre"), 0.95);
+  EXPECT_GT(sure.probability_of("viscous_damping"), 0.95);
+}
+
+TEST(Shares, DoubtANameBesideAnUnknownAsOftenAsTheUnknownIsImitated) {
+  // A quarter of the squared gap remains. An unknown effect alone is imitated so well in a
+  // quarter of all cases; that it stands beside the named effect is 0.1 times as frequent.
+  const Found quarter({leaving({"tyre"}, 2.5e5, -1e5)}, false, 0.0);
+  EXPECT_NEAR(quarter.probability_of("tyre"), 0.1 / 0.35, 1e-6);
+  // No effect imitates another to a millionth.
+  const Found nearly({leaving({"tyre"}, 250.0, -120.0)}, false, 0.0);
+  EXPECT_EQ(nearly.probability_of("tyre"), kMostUnexplained);
+  // The remaining gap may be chance.
+  const Found chance({leaving({"tyre"}, 2.5e5, -1e5)}, false, 0.009);
+  EXPECT_GT(chance.probability_of("tyre"), 0.8);
+}
+
+// Each of the two halves the gap more than once; together they imitate more easily than one.
+TEST(Shares, DoubtTheFirstOfTwoThatCloseAGapTogether) {
+  const Hypothesis one = leaving({"tyre"}, 3e5, -1.2e5);
+  const Found both({one, leaving({"cavitation", "tyre"}, 3e4, -1.2e4)}, false, 0.0);
+  EXPECT_NEAR(both.probability_of("tyre"), 0.1 / (0.1 + 0.03 * (1.0 - std::log(0.03))), 1e-6);
+  EXPECT_NEAR(both.probability_of("cavitation"), 0.1 / (0.1 + 0.1), 1e-6);
+}
+
+// By simulation: the remaining fractions are uniform on 0..1, one for each effect.
+TEST(Shares, ImitateAsOftenAsEvenSharesMultiplyToThat) {
+  std::mt19937_64 source(7);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  constexpr int kDraws = 200000;
+  for (const int effects : {1, 2, 3}) {
+    for (const double left : {0.02, 0.3}) {
+      int hits = 0;
+      for (int draw = 0; draw < kDraws; ++draw) {
+        double product = 1.0;
+        for (int e = 0; e < effects; ++e)
+          product *= share(source);
+        hits += product <= left ? 1 : 0;
+      }
+      const double p = chance_to_imitate(left, effects);
+      EXPECT_NEAR(static_cast<double>(hits) / kDraws, p, 4.0 * std::sqrt(p * (1.0 - p) / kDraws));
+    }
+  }
+  EXPECT_EQ(chance_to_imitate(0.0, 2), 0.0);
+  EXPECT_EQ(chance_to_imitate(1.0, 3), 1.0);
+}
+
+}  // namespace
+}  // namespace shaker::estimator::diagnosis

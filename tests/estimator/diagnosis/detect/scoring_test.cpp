@@ -1,0 +1,87 @@
+// What is scored, and what is not: no effect is passed by without a word.
+#include "estimator/diagnosis/detect/scoring.hpp"
+
+#include <cmath>
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimator/diagnosis/diagnose.hpp"
+#include "estimator/diagnosis/weigh/transient.hpp"
+#include "tests/estimator/diagnosis/free_decay.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using ::testing::HasSubstr;
+
+config::ModelSpec oscillator(double k) {
+  auto model = estimator::testing::linear_oscillator();
+  model.effects[0].parameters["c"].start = 0.2;
+  model.effects[1].parameters["k"].start = k;
+  return model;
+}
+
+// A model without an orifice may lack its drag.
+TEST(Scoring, NamesTheDragOfAModelThatHasNone) {
+  Campaign campaign;
+  campaign.runs.push_back(testing::decay_of(
+      [](double u, double v) { return 40.0 * u + 0.1 * v + 1.5 * std::fabs(v) * v; }, {}));
+  const auto d = diagnose(campaign, oscillator(42.0));
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_EQ(d->effects.size(), 1U);
+  EXPECT_EQ(d->effects[0].name, "orifice_damping");
+  EXPECT_GT(d->effects[0].probability, 0.9);
+  EXPECT_NEAR(d->effects[0].parameters.at(0).value, 1.5, 0.05);
+}
+
+// A pendulum in air, in radians: its sine is in the model's file.
+TEST(Scoring, NamesTheDragOfAPendulum) {
+  Campaign campaign;
+  campaign.runs.push_back(testing::decay_of(
+      [](double u, double v) { return 20.0 * std::sin(u) + 0.02 * v + 0.01 * std::fabs(v) * v; },
+      {.start = 1.0, .duration = 25.0, .rate = 100.0, .noise = 2e-4}));
+  auto model = estimator::testing::linear_oscillator();
+  model.length_unit = "rad";
+  model.effects[0].parameters["c"].start = 0.02;
+  auto& weight = model.effects[1];
+  weight = {};
+  weight.effect = "weight";
+  weight.formula = "k * sin(u)";
+  weight.parameters["k"].start = 19.0;
+  weight.parameters["k"].lower = 0.0;
+  weight.parameters["k"].upper = 1e3;
+  weight.parameters["k"].unit = "1/s^2";
+  const auto d = diagnose(campaign, model);
+  ASSERT_TRUE(d) << d.error().what;
+  ASSERT_FALSE(d->effects.empty());
+  EXPECT_EQ(d->effects[0].name, "orifice_damping");
+  EXPECT_GT(d->effects[0].probability, 0.9);
+}
+
+// What a grid lacks to the limit of zero width is known for one model. A signature is of another.
+TEST(Scoring, TakesNoLimitOfAnotherModel) {
+  auto runs =
+      transient_runs({testing::decay_of([](double u, double v) { return 40.0 * u + 0.5 * v; }, {})},
+                     oscillator(42.0));
+  ASSERT_TRUE(runs) << runs.error().what;
+  const HarmonicFit fit = fit_transient(oscillator(42.0), *runs, {});
+  ASSERT_TRUE(fit.converged) << fit.trouble;
+  Probe probe;
+  probe.line = estimator::testing::effect("cubic_stiffness");
+  const auto without = signatures_of(fit, runs->data, probe, {});
+  std::vector<RunDatum> limited = runs->data;
+  const auto size = limited[0].response.size();
+  limited[0].to_limit = std::make_shared<const ToLimit>(
+      ToLimit{fit.theta, Eigen::VectorXd::Ones(size), Eigen::MatrixXd::Ones(size, 2),
+              Eigen::VectorXd::Zero(size)});
+  const auto with = signatures_of(fit, limited, probe, {});
+  ASSERT_GT(without.columns.cols(), 0) << without.trouble;
+  EXPECT_EQ(with.columns, without.columns);
+}
+
+}  // namespace
+}  // namespace shaker::estimator::diagnosis

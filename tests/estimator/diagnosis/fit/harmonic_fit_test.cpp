@@ -1,0 +1,60 @@
+#include "estimator/diagnosis/fit/harmonic_fit.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "estimator/diagnosis/cycles/steady_cycles.hpp"
+#include "estimator/diagnosis/name/nesting.hpp"
+#include "estimator/diagnosis/weigh/weighing.hpp"
+#include "tests/estimator/diagnosis/campaigns.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+using estimator::testing::effect;
+
+// A search meets such fits and evaluates them like the others.
+TEST(HarmonicFit, KnowsNoErrorsWhereThereIsNoSolution) {
+  const Campaign campaign = testing::recorded({}, {{2.0, 1.5}}, 5);
+  Weighed weighed = weigh({steady_cycles(campaign.runs[0]).value()});
+  weighed.data[0].driver *= 10.0;  // the gas is compressed beyond its limit
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(effect("stribeck_friction"));
+  const HarmonicFit fit = fit_harmonics(model, weighed.data, {}, nullptr, {});
+  ASSERT_FALSE(std::isfinite(fit.chi_squared));
+  EXPECT_FALSE(fit.trouble.empty());
+  for (const int parameter : fit.free)
+    EXPECT_TRUE(std::isnan(fit.standard_error(parameter)));
+  EXPECT_FALSE(reduces(fit, "stribeck_friction"));
+}
+
+// The orifice and a metering pin have similar effects: chi-squared has a long curved valley.
+TEST(HarmonicFit, WalksABentValleyInFewSteps) {
+  const Campaign campaign =
+      testing::recorded({{"metering_k1", 0.5}}, testing::kSixRuns, 6, "oleo", 2e-6);
+  std::vector<SteadyRun> runs;
+  for (const Recording& run : campaign.runs)
+    runs.push_back(steady_cycles(run).value());
+  const Weighed weighed = weigh(runs);
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(effect("metering_pin"));
+  std::vector<double> start = estimator::testing::kOleoSi;
+  start[0] *= 1.5;
+  start.insert(start.end(), {0.0, 0.9});
+  const HarmonicFit far = fit_harmonics(model, weighed.data, start, nullptr, {});
+  const HarmonicFit near = fit_harmonics(model, weighed.data, Model(model).start(), nullptr, {});
+  ASSERT_TRUE(near.converged);
+  ASSERT_TRUE(far.converged);
+  // To the end of the valley, where the grid causes ripples of a tenth.
+  EXPECT_LE(far.chi_squared, near.chi_squared + 0.1);
+  for (const int k : far.free) {  // a tenth of chi-squared corresponds to this distance
+    const auto at = static_cast<std::size_t>(k);
+    EXPECT_NEAR(far.theta[at], near.theta[at], 0.32 * near.standard_error(k)) << k;
+  }
+  EXPECT_LE(far.iterations, 70);
+}
+
+}  // namespace
+}  // namespace shaker::estimator::diagnosis

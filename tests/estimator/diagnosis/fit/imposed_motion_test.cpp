@@ -1,0 +1,167 @@
+#include "estimator/diagnosis/fit/imposed_motion.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "estimator/diagnosis/diagnose.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+
+// Presliding friction, f_c z / z0 with z' = v - |v| z / z0, in small steps with its closed
+// form: while v is constant, z tends to +-z0 as exp(-distance / z0).
+std::vector<double> friction_force(const std::vector<double>& u, double f_c, double z0) {
+  std::vector<double> force(u.size());
+  double z = 0.0;
+  for (int lap = 0; lap < 3; ++lap) {
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const double step = u[i] - u[(i + u.size() - 1) % u.size()];
+      const double target = step >= 0.0 ? z0 : -z0;
+      z = target + (z - target) * std::exp(-std::fabs(step) / z0);
+      force[i] = f_c * z / z0;
+    }
+  }
+  return force;
+}
+
+TEST(ImposedMotion, CarriesTheMemoryAlongTheCycle) {
+  auto spec = estimator::testing::model_of({estimator::testing::effect("presliding_friction")});
+  const Model model(spec);
+  Eigen::VectorXd motion = Eigen::VectorXd::Zero(3);
+  motion[1] = 0.01;
+  ImposedMotion imposed(model, 1.0, motion, 512);
+  const std::vector<double> theta = {0.8, 1e-3};
+  ASSERT_TRUE(imposed.at(theta));
+  std::vector<double> u;
+  for (int i = 0; i < 51200; ++i)
+    u.push_back(0.01 * std::cos(kTwoPi * i / 51200.0));
+  const auto expected = friction_force(u, 0.8, 1e-3);
+  double worst = 0.0;
+  for (int i = 0; i < 512; ++i)
+    worst = std::max(worst,
+                     std::fabs(imposed.force()[i] - expected[static_cast<std::size_t>(100 * i)]));
+  EXPECT_LT(worst, 0.02);
+
+  // Compares the slopes with finite differences.
+  const Eigen::VectorXd force = imposed.force();
+  const Eigen::MatrixXd slope = imposed.slope();
+  for (int k = 0; k < 2; ++k) {
+    std::vector<double> moved = theta;
+    const double h = 1e-5 * theta[static_cast<std::size_t>(k)];
+    moved[static_cast<std::size_t>(k)] += h;
+    ASSERT_TRUE(imposed.at(moved));
+    const Eigen::VectorXd difference = (imposed.force() - force) / h;
+    EXPECT_LT((difference - slope.col(k)).norm(), 1e-3 * slope.col(k).norm()) << k;
+  }
+}
+
+// The Bouc-Wen loop in small steps of its slope over the stroke: 1 - (1 + gamma) |s| on the way
+// out and 1 + (1 - gamma) |s| on the way back.
+TEST(ImposedMotion, FollowsLoopsThatSoftenAndLoopsThatHarden) {
+  auto spec = estimator::testing::model_of({estimator::testing::effect("bouc_wen_hysteresis")});
+  spec.effects[0].constants = {{"e", 1e-5}, {"r", 1e-4}};
+  const Model model(spec);
+  constexpr int kPoints = 512, kSteps = 400;
+  const double amplitude = 2e-3, z0 = 1e-3;
+  Eigen::VectorXd motion = Eigen::VectorXd::Zero(3);
+  motion[1] = amplitude;
+  for (const double gamma : {1.0, 0.0, -1.0, -1.4}) {
+    ImposedMotion imposed(model, 1.0, motion, kPoints);
+    ASSERT_TRUE(imposed.at(std::vector<double>{10.0, z0, gamma, 1.0})) << gamma;
+    double s = 0.0, worst = 0.0, largest = 0.0;
+    for (int i = 1; i <= 3 * kPoints * kSteps; ++i) {
+      const auto stroke = [&](int at) { return std::cos(kTwoPi * at / (kPoints * kSteps)); };
+      const double step = amplitude * (stroke(i) - stroke(i - 1)) / z0;
+      s += step - std::fabs(step) * s - gamma * step * std::fabs(s);
+      largest = std::max(largest, std::fabs(s));
+      if (i <= 2 * kPoints * kSteps || i % kSteps != 0) continue;
+      worst = std::max(worst, std::fabs(imposed.force()[i / kSteps % kPoints] - 10.0 * s));
+    }
+    EXPECT_LT(worst, 0.01 * 10.0 * largest) << gamma;
+    const double length = 2.0 * amplitude / z0;
+    if (gamma < -1.0) {
+      EXPECT_LT(largest, std::expm1(-(1.0 + gamma) * length) / -(1.0 + gamma));
+    }
+  }
+}
+
+// A campaign on a dynamometer: viscous damping and the presliding friction of a seal.
+TEST(ImposedMotion, NamesTheHysteresisOfADynamometersDamper) {
+  std::mt19937_64 source(5);
+  std::normal_distribution<double> normal;
+  Campaign campaign;
+  struct Setting {
+    double frequency, amplitude;
+  };
+  for (const auto& [frequency, amplitude] :
+       std::vector<Setting>{{0.5, 0.02}, {1.0, 0.01}, {3.0, 0.004}}) {
+    Recording r;
+    r.name = "f" + std::to_string(campaign.runs.size());
+    r.kind = Kind::imposed_motion;
+    r.frequency_hz = frequency;
+    const int n = 400;
+    std::vector<double> u;
+    for (int i = 0; i < 100 * n; ++i)
+      u.push_back(amplitude * std::cos(kTwoPi * i / (100.0 * n)));
+    const auto friction = friction_force(u, 0.8, 1e-3);
+    for (int i = 0; i < 12 * n; ++i) {
+      const double v = -kTwoPi * frequency * amplitude * std::sin(kTwoPi * i / n);
+      r.t.push_back(i / (n * frequency));
+      r.displacement.push_back(u[static_cast<std::size_t>(100 * (i % n))]);
+      r.force.push_back(2.0 * v + friction[static_cast<std::size_t>(100 * (i % n))] +
+                        0.01 * normal(source));
+    }
+    campaign.runs.push_back(std::move(r));
+  }
+  const auto d = diagnose(
+      campaign, estimator::testing::model_of({estimator::testing::effect("viscous_damping")}));
+  ASSERT_TRUE(d) << d.error().what;
+  // Bouc-Wen hysteresis with n = 1 and c = 0 is equivalent, with two parameters more.
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_EQ(d->effects.size(), 1U);
+  EXPECT_EQ(d->effects[0].name, "presliding_friction");
+  for (const ParameterEstimate& p : d->effects[0].parameters) {
+    const double truth = p.name == "f_c" ? 0.8 : 1e-3;
+    EXPECT_NEAR(p.value, truth, 4.0 * p.standard_error) << p.name;
+  }
+  EXPECT_LT(d->gap.after, 1.1 * d->gap.noise_floor);
+}
+
+// The sensor of the motion is noisy too, and the damper turns this noise into force.
+TEST(ImposedMotion, TakesNoiseOfTheMotionsSensorForNothingElse) {
+  std::mt19937_64 source(7);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 4; ++trial) {
+    Campaign campaign;
+    for (const double frequency : {0.5, 1.0, 2.0, 4.0}) {
+      Recording r;
+      r.name = "f" + std::to_string(campaign.runs.size());
+      r.kind = Kind::imposed_motion;
+      r.frequency_hz = frequency;
+      for (int i = 0; i < 10 * 200; ++i) {
+        const double phase = kTwoPi * i / 200.0;
+        const double v = -kTwoPi * frequency * 0.02 * std::sin(phase);
+        r.t.push_back(i / (200.0 * frequency));
+        r.displacement.push_back(0.05 + 0.02 * std::cos(phase) + 1e-4 * normal(source));
+        r.force.push_back(3.0 * v + 40.0 * 0.02 * std::cos(phase) + 0.01 * normal(source));
+      }
+      campaign.runs.push_back(std::move(r));
+    }
+    auto spec = estimator::testing::model_of({estimator::testing::effect("viscous_damping"),
+                                              estimator::testing::effect("linear_stiffness")});
+    spec.effects[1].constants["u0"] = 0.05;
+    const auto d = diagnose(campaign, spec);
+    ASSERT_TRUE(d) << d.error().what;
+    EXPECT_EQ(d->verdict, Verdict::adequate) << trial;
+    EXPECT_LT(d->gap.before, 1.6 * d->gap.noise_floor) << trial;
+  }
+}
+
+}  // namespace
+}  // namespace shaker::estimator::diagnosis
