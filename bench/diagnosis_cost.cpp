@@ -19,7 +19,7 @@
 #include "estimator/diagnosis/detect/candidates.hpp"
 #include "estimator/diagnosis/diagnose.hpp"
 #include "estimator/diagnosis/name/naming.hpp"
-#include "estimator/diagnosis/weigh/weighing.hpp"
+#include "estimator/diagnosis/noise/weighing.hpp"
 #include "tests/blind/suite.hpp"
 
 namespace {

@@ -14,13 +14,13 @@
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/motion_range.hpp"
 #include "estimator/diagnosis/name/naming.hpp"
+#include "estimator/diagnosis/noise/above_noise.hpp"
+#include "estimator/diagnosis/noise/excitation_noise.hpp"
+#include "estimator/diagnosis/noise/extra_channels.hpp"
+#include "estimator/diagnosis/noise/first_look.hpp"
+#include "estimator/diagnosis/noise/transient.hpp"
+#include "estimator/diagnosis/noise/weighing.hpp"
 #include "estimator/diagnosis/searches.hpp"
-#include "estimator/diagnosis/weigh/above_noise.hpp"
-#include "estimator/diagnosis/weigh/excitation_noise.hpp"
-#include "estimator/diagnosis/weigh/extra_channels.hpp"
-#include "estimator/diagnosis/weigh/first_look.hpp"
-#include "estimator/diagnosis/weigh/transient.hpp"
-#include "estimator/diagnosis/weigh/weighing.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -10,7 +10,7 @@
 #include "estimator/diagnosis/name/model_error.hpp"
 #include "estimator/diagnosis/name/unknown_colour.hpp"
 #include "estimator/diagnosis/name/weighed_again.hpp"
-#include "estimator/diagnosis/weigh/run_constants.hpp"
+#include "estimator/diagnosis/noise/run_constants.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

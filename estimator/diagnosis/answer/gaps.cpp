@@ -4,7 +4,7 @@
 
 #include "estimator/diagnosis/answer/selection.hpp"
 #include "estimator/diagnosis/name/evidence.hpp"
-#include "estimator/diagnosis/weigh/noise_floor.hpp"
+#include "estimator/diagnosis/noise/noise_floor.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -10,7 +10,7 @@
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/name/centring.hpp"
-#include "estimator/diagnosis/weigh/above_noise.hpp"
+#include "estimator/diagnosis/noise/above_noise.hpp"
 #include "estimator/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {

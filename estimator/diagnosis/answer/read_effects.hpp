@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimator/diagnosis/diagnosis.hpp"
-#include "estimator/diagnosis/weigh/first_look.hpp"
+#include "estimator/diagnosis/noise/first_look.hpp"
 
 namespace shaker::estimator::diagnosis {
 

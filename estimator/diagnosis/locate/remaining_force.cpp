@@ -10,8 +10,8 @@
 #include "estimator/diagnosis/fit/imposed_motion_march.hpp"
 #include "estimator/diagnosis/locate/force_surface.hpp"
 #include "estimator/diagnosis/locate/remaining_words.hpp"
+#include "estimator/diagnosis/noise/transient.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
-#include "estimator/diagnosis/weigh/transient.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -10,7 +10,7 @@
 #include "estimator/diagnosis/name/centring.hpp"
 #include "estimator/diagnosis/name/evidence.hpp"
 #include "estimator/diagnosis/name/probe_starts.hpp"
-#include "estimator/diagnosis/weigh/first_fit.hpp"
+#include "estimator/diagnosis/noise/first_fit.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {

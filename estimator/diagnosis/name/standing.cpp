@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/diagnosis/name/nesting.hpp"
-#include "estimator/diagnosis/weigh/left_over.hpp"
+#include "estimator/diagnosis/noise/left_over.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

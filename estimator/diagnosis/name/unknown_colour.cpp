@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "estimator/diagnosis/weigh/noise_colour.hpp"
+#include "estimator/diagnosis/noise/noise_colour.hpp"
 #include "estimator/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -1,6 +1,6 @@
 // The noise of a record is read above its response; where the response is, it may be larger by
 // orders, and then everything seems to be missing. So what is left, by the base model or by the
-// best hypothesis, is tried as the noise's own spectrum (weigh/noise_colour.hpp): an effect that is
+// best hypothesis, is tried as the noise's own spectrum (noise/noise_colour.hpp): an effect that is
 // missing lies along the motion, noise does not.
 #pragma once
 

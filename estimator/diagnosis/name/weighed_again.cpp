@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/diagnosis/weigh/extra_channels.hpp"
-#include "estimator/diagnosis/weigh/weighing.hpp"
+#include "estimator/diagnosis/noise/extra_channels.hpp"
+#include "estimator/diagnosis/noise/weighing.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/weigh/transient.hpp"
+#include "estimator/diagnosis/noise/transient.hpp"
 #include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/fixtures.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
 #include "estimator/diagnosis/name/nesting.hpp"
-#include "estimator/diagnosis/weigh/weighing.hpp"
+#include "estimator/diagnosis/noise/weighing.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

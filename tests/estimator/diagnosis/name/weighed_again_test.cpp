@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/weigh/extra_channels.hpp"
-#include "estimator/diagnosis/weigh/weighing.hpp"
+#include "estimator/diagnosis/noise/extra_channels.hpp"
+#include "estimator/diagnosis/noise/weighing.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {

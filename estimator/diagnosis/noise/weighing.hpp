@@ -6,8 +6,8 @@
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/diagnosis/noise/noise.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
-#include "estimator/diagnosis/weigh/noise.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/weigh/first_look.hpp"
+#include "estimator/diagnosis/noise/first_look.hpp"
 
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/plausibility.hpp"
-#include "estimator/diagnosis/weigh/first_fit.hpp"
-#include "estimator/diagnosis/weigh/wrong_unit.hpp"
+#include "estimator/diagnosis/noise/first_fit.hpp"
+#include "estimator/diagnosis/noise/wrong_unit.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

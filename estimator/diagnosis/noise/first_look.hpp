@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "estimator/diagnosis/weigh/weighing.hpp"
-#include "estimator/diagnosis/weigh/zero_drift.hpp"
+#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/noise/zero_drift.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
-#include "estimator/diagnosis/weigh/transient.hpp"
+#include "estimator/diagnosis/noise/transient.hpp"
 
 namespace shaker::estimator::diagnosis {
 

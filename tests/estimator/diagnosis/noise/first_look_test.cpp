@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/weigh/first_look.hpp"
+#include "estimator/diagnosis/noise/first_look.hpp"
 
 #include <cmath>
 

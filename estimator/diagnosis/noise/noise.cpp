@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/weigh/noise.hpp"
+#include "estimator/diagnosis/noise/noise.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/weigh/run_constants.hpp"
+#include "estimator/diagnosis/noise/run_constants.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/weigh/transient.hpp"
+#include "estimator/diagnosis/noise/transient.hpp"
 
 #include <cmath>
 #include <numbers>

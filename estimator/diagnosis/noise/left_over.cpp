@@ -1,9 +1,9 @@
-#include "estimator/diagnosis/weigh/left_over.hpp"
+#include "estimator/diagnosis/noise/left_over.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/diagnosis/weigh/noise_floor.hpp"
+#include "estimator/diagnosis/noise/noise_floor.hpp"
 
 namespace shaker::estimator::diagnosis {
 

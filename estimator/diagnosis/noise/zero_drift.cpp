@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/weigh/zero_drift.hpp"
+#include "estimator/diagnosis/noise/zero_drift.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/cycles/cycle_line.hpp"
-#include "estimator/diagnosis/weigh/noise.hpp"
+#include "estimator/diagnosis/noise/noise.hpp"
 #include "estimator/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/weigh/weighing.hpp"
+#include "estimator/diagnosis/noise/weighing.hpp"
 
 #include <cmath>
 

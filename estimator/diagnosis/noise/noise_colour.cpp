@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/weigh/noise_colour.hpp"
+#include "estimator/diagnosis/noise/noise_colour.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/detect/scoring.hpp"
+#include "estimator/diagnosis/noise/excitation_noise.hpp"
 #include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/diagnosis/weigh/excitation_noise.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/statistics.hpp"
 

@@ -1,11 +1,11 @@
-#include "estimator/diagnosis/weigh/weighing.hpp"
+#include "estimator/diagnosis/noise/weighing.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/cycles/quantum.hpp"
-#include "estimator/diagnosis/weigh/remaining_transient.hpp"
+#include "estimator/diagnosis/noise/remaining_transient.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

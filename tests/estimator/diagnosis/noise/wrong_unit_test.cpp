@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/weigh/wrong_unit.hpp"
+#include "estimator/diagnosis/noise/wrong_unit.hpp"
 
 #include <algorithm>
 #include <cmath>
