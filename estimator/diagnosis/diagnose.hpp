@@ -14,8 +14,8 @@
 #include "base/result.hpp"
 #include "config/model.hpp"
 #include "estimator/diagnosis/campaign.hpp"
-#include "estimator/diagnosis/detect/calibration_cache.hpp"
 #include "estimator/diagnosis/diagnosis.hpp"
+#include "estimator/diagnosis/score/calibration_cache.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "estimator/diagnosis/detect/candidates.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
+#include "estimator/diagnosis/score/candidates.hpp"
 
 namespace shaker::estimator::diagnosis {
 

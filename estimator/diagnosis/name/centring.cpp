@@ -7,9 +7,9 @@
 #include <cmath>
 #include <optional>
 
-#include "estimator/diagnosis/detect/scoring.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/name/refits.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "estimator/diagnosis/detect/scoring.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -4,9 +4,9 @@
 #include <functional>
 #include <vector>
 
-#include "estimator/diagnosis/detect/calibration_cache.hpp"
-#include "estimator/diagnosis/detect/scoring.hpp"
 #include "estimator/diagnosis/name/hypothesis.hpp"
+#include "estimator/diagnosis/score/calibration_cache.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "config/model.hpp"
-#include "estimator/diagnosis/detect/candidates.hpp"
+#include "estimator/diagnosis/score/candidates.hpp"
 
 namespace shaker::estimator::diagnosis {
 

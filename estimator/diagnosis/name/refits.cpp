@@ -5,12 +5,12 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/detect/scoring.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/name/centring.hpp"
 #include "estimator/diagnosis/name/evidence.hpp"
 #include "estimator/diagnosis/name/probe_starts.hpp"
 #include "estimator/diagnosis/noise/first_fit.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/diagnosis/detect/candidates.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/name/hypothesis.hpp"
+#include "estimator/diagnosis/score/candidates.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/detect/scoring.hpp"
 #include "estimator/diagnosis/noise/excitation_noise.hpp"
 #include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/statistics.hpp"
 

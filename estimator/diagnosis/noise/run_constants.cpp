@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/detect/scoring.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/detect/scoring.hpp"
 #include "estimator/diagnosis/fit/imposed_motion_march.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/records/transient_seen.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/instrument/instrument.hpp"
 #include "estimator/time/state_equations.hpp"

@@ -13,9 +13,9 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
-#include "estimator/diagnosis/detect/candidates.hpp"
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
 #include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/score/candidates.hpp"
 
 namespace shaker::estimator::diagnosis {
 

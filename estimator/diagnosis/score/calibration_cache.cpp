@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/detect/calibration_cache.hpp"
+#include "estimator/diagnosis/score/calibration_cache.hpp"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/detect/candidates.hpp"
+#include "estimator/diagnosis/score/candidates.hpp"
 
 #include <algorithm>
 #include <cmath>

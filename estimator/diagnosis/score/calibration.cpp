@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/detect/calibration.hpp"
+#include "estimator/diagnosis/score/calibration.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -18,7 +18,7 @@
 #include <optional>
 #include <string>
 
-#include "estimator/diagnosis/detect/calibration.hpp"
+#include "estimator/diagnosis/score/calibration.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -1,5 +1,5 @@
 // What is scored, and what is not: no effect is passed by without a word.
-#include "estimator/diagnosis/detect/scoring.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 
 #include <cmath>
 #include <map>

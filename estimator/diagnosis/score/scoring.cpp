@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/detect/scoring.hpp"
+#include "estimator/diagnosis/score/scoring.hpp"
 
 #include <algorithm>
 #include <cmath>

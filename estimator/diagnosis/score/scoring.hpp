@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "estimator/diagnosis/detect/calibration.hpp"
-#include "estimator/diagnosis/detect/candidates.hpp"
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/diagnosis/score/calibration.hpp"
+#include "estimator/diagnosis/score/candidates.hpp"
 
 namespace shaker::estimator::diagnosis {
 
