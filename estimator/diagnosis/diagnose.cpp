@@ -13,7 +13,6 @@
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/motion_range.hpp"
-#include "estimator/diagnosis/name/naming.hpp"
 #include "estimator/diagnosis/noise/above_noise.hpp"
 #include "estimator/diagnosis/noise/excitation_noise.hpp"
 #include "estimator/diagnosis/noise/extra_channels.hpp"
@@ -21,6 +20,7 @@
 #include "estimator/diagnosis/noise/transient.hpp"
 #include "estimator/diagnosis/noise/weighing.hpp"
 #include "estimator/diagnosis/searches.hpp"
+#include "estimator/diagnosis/select/naming.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

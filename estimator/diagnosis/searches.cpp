@@ -6,11 +6,11 @@
 
 #include "estimator/diagnosis/answer/assemble.hpp"
 #include "estimator/diagnosis/answer/shares.hpp"
-#include "estimator/diagnosis/name/evidence.hpp"
-#include "estimator/diagnosis/name/model_error.hpp"
-#include "estimator/diagnosis/name/unknown_colour.hpp"
-#include "estimator/diagnosis/name/weighed_again.hpp"
 #include "estimator/diagnosis/noise/run_constants.hpp"
+#include "estimator/diagnosis/select/evidence.hpp"
+#include "estimator/diagnosis/select/model_error.hpp"
+#include "estimator/diagnosis/select/unknown_colour.hpp"
+#include "estimator/diagnosis/select/weighed_again.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

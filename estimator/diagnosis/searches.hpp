@@ -7,7 +7,7 @@
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/name/naming.hpp"
+#include "estimator/diagnosis/select/naming.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -17,7 +17,7 @@
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/locate/inverse_dynamics.hpp"
 #include "estimator/diagnosis/locate/remaining_force.hpp"
-#include "estimator/diagnosis/name/centring.hpp"
+#include "estimator/diagnosis/select/centring.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/scaled.hpp"
 

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "estimator/diagnosis/answer/selection.hpp"
-#include "estimator/diagnosis/name/evidence.hpp"
 #include "estimator/diagnosis/noise/noise_floor.hpp"
+#include "estimator/diagnosis/select/evidence.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

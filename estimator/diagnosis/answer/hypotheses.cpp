@@ -9,8 +9,8 @@
 #include "estimator/diagnosis/answer/estimates.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/diagnosis/name/centring.hpp"
 #include "estimator/diagnosis/noise/above_noise.hpp"
+#include "estimator/diagnosis/select/centring.hpp"
 #include "estimator/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/diagnosis/name/nesting.hpp"
+#include "estimator/diagnosis/select/nesting.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/diagnosis/name/naming.hpp"
+#include "estimator/diagnosis/select/naming.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "estimator/diagnosis/name/nesting.hpp"
+#include "estimator/diagnosis/select/nesting.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -5,7 +5,7 @@
 #include <functional>
 #include <set>
 
-#include "estimator/diagnosis/name/nesting.hpp"
+#include "estimator/diagnosis/select/nesting.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -36,7 +36,7 @@ constexpr const char* kTooLong =
     "the fit took all the work that one may take (its equations are stiff, or it creeps along a "
     "valley) and was stopped";
 
-// A constant of the model file that was fitted beside the parameters (name/friction_width.hpp).
+// A constant of the model file that was fitted beside the parameters (select/friction_width.hpp).
 struct FittedConstant {
   std::size_t line = 0;  // of the model file's effects
   std::string symbol, unit;

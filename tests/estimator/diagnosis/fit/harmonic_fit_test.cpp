@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/name/nesting.hpp"
 #include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/select/nesting.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

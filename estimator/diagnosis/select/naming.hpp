@@ -4,9 +4,9 @@
 #include <functional>
 #include <vector>
 
-#include "estimator/diagnosis/name/hypothesis.hpp"
 #include "estimator/diagnosis/score/calibration_cache.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/select/hypothesis.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/name/weighed_again.hpp"
+#include "estimator/diagnosis/select/weighed_again.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "estimator/diagnosis/name/naming.hpp"
-#include "estimator/diagnosis/name/refits.hpp"
+#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/refits.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/diagnosis/name/hypothesis.hpp"
 #include "estimator/diagnosis/score/candidates.hpp"
+#include "estimator/diagnosis/select/hypothesis.hpp"
 
 namespace shaker::estimator::diagnosis {
 

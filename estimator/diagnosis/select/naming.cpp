@@ -1,13 +1,13 @@
-#include "estimator/diagnosis/name/naming.hpp"
+#include "estimator/diagnosis/select/naming.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "estimator/diagnosis/name/nesting.hpp"
-#include "estimator/diagnosis/name/refits.hpp"
-#include "estimator/diagnosis/name/standing.hpp"
+#include "estimator/diagnosis/select/nesting.hpp"
+#include "estimator/diagnosis/select/refits.hpp"
+#include "estimator/diagnosis/select/standing.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/name/evidence.hpp"
+#include "estimator/diagnosis/select/evidence.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,9 +4,9 @@
 #include <limits>
 
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/diagnosis/name/friction_width.hpp"
-#include "estimator/diagnosis/name/nesting.hpp"
-#include "estimator/diagnosis/name/refits.hpp"
+#include "estimator/diagnosis/select/friction_width.hpp"
+#include "estimator/diagnosis/select/nesting.hpp"
+#include "estimator/diagnosis/select/refits.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/name/standing.hpp"
+#include "estimator/diagnosis/select/standing.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/diagnosis/name/nesting.hpp"
 #include "estimator/diagnosis/noise/left_over.hpp"
+#include "estimator/diagnosis/select/nesting.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

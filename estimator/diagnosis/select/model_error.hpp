@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/diagnosis/name/naming.hpp"
+#include "estimator/diagnosis/select/naming.hpp"
 
 namespace shaker::estimator::diagnosis {
 

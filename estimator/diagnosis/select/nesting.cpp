@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/name/nesting.hpp"
+#include "estimator/diagnosis/select/nesting.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,15 +1,15 @@
 // The place of rest of a force (k (u - u0)) is a constant of its line and has no derivative: it is
 // fitted by differences. A force about a wrong place is mended by others - a spring, a sensor that
 // is set off - which then would be named beside it.
-#include "estimator/diagnosis/name/centring.hpp"
+#include "estimator/diagnosis/select/centring.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/diagnosis/name/refits.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/select/refits.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {

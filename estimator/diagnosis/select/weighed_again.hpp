@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/name/naming.hpp"
+#include "estimator/diagnosis/select/naming.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/name/refits.hpp"
+#include "estimator/diagnosis/select/refits.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/diagnosis/name/centring.hpp"
-#include "estimator/diagnosis/name/evidence.hpp"
-#include "estimator/diagnosis/name/probe_starts.hpp"
 #include "estimator/diagnosis/noise/first_fit.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/select/centring.hpp"
+#include "estimator/diagnosis/select/evidence.hpp"
+#include "estimator/diagnosis/select/probe_starts.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {

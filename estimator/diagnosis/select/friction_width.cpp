@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/name/friction_width.hpp"
+#include "estimator/diagnosis/select/friction_width.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/name/unknown_colour.hpp"
+#include "estimator/diagnosis/select/unknown_colour.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
-#include "estimator/diagnosis/name/hypothesis.hpp"
+#include "estimator/diagnosis/select/hypothesis.hpp"
 
 namespace shaker::estimator::diagnosis {
 
