@@ -6,10 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/answer/estimates.hpp"
-#include "estimator/diagnosis/answer/read_effects.hpp"
-#include "estimator/diagnosis/answer/shares.hpp"
-#include "estimator/diagnosis/answer/stated.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/motion_range.hpp"
@@ -19,6 +15,10 @@
 #include "estimator/diagnosis/noise/first_look.hpp"
 #include "estimator/diagnosis/noise/transient.hpp"
 #include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/report/estimates.hpp"
+#include "estimator/diagnosis/report/read_effects.hpp"
+#include "estimator/diagnosis/report/shares.hpp"
+#include "estimator/diagnosis/report/stated.hpp"
 #include "estimator/diagnosis/searches.hpp"
 #include "estimator/diagnosis/select/naming.hpp"
 

@@ -4,9 +4,9 @@
 #include <optional>
 #include <utility>
 
-#include "estimator/diagnosis/answer/assemble.hpp"
-#include "estimator/diagnosis/answer/shares.hpp"
 #include "estimator/diagnosis/noise/run_constants.hpp"
+#include "estimator/diagnosis/report/assemble.hpp"
+#include "estimator/diagnosis/report/shares.hpp"
 #include "estimator/diagnosis/select/evidence.hpp"
 #include "estimator/diagnosis/select/model_error.hpp"
 #include "estimator/diagnosis/select/unknown_colour.hpp"

@@ -1,14 +1,14 @@
-#include "estimator/diagnosis/answer/read_effects.hpp"
+#include "estimator/diagnosis/report/read_effects.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/answer/estimates.hpp"
-#include "estimator/diagnosis/answer/gaps.hpp"
 #include "estimator/diagnosis/cycles/quantum.hpp"
 #include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/report/estimates.hpp"
+#include "estimator/diagnosis/report/gaps.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/statistics.hpp"
 

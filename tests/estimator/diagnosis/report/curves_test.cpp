@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/curves.hpp"
+#include "estimator/diagnosis/report/curves.hpp"
 
 #include <cmath>
 #include <numbers>

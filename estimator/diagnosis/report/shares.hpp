@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/diagnosis/answer/selection.hpp"
+#include "estimator/diagnosis/report/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "estimator/diagnosis/answer/shares.hpp"
 #include "estimator/diagnosis/diagnosis.hpp"
+#include "estimator/diagnosis/report/shares.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -1,11 +1,11 @@
-#include "estimator/diagnosis/answer/curves.hpp"
+#include "estimator/diagnosis/report/curves.hpp"
 
 #include <algorithm>
 
-#include "estimator/diagnosis/answer/selection.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/report/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 

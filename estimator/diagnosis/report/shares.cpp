@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/shares.hpp"
+#include "estimator/diagnosis/report/shares.hpp"
 
 #include <algorithm>
 #include <cmath>

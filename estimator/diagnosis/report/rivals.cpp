@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/rivals.hpp"
+#include "estimator/diagnosis/report/rivals.hpp"
 
 #include <algorithm>
 #include <cmath>

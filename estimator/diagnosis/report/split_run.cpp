@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/split_run.hpp"
+#include "estimator/diagnosis/report/split_run.hpp"
 
 #include <algorithm>
 #include <cmath>

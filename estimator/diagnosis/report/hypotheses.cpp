@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/hypotheses.hpp"
+#include "estimator/diagnosis/report/hypotheses.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 #include <optional>
 #include <utility>
 
-#include "estimator/diagnosis/answer/estimates.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/noise/above_noise.hpp"
+#include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
 #include "estimator/effects/scaled.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/stated.hpp"
+#include "estimator/diagnosis/report/stated.hpp"
 
 #include <algorithm>
 #include <string>

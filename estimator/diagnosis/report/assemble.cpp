@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/assemble.hpp"
+#include "estimator/diagnosis/report/assemble.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,17 +6,17 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "estimator/diagnosis/answer/curves.hpp"
-#include "estimator/diagnosis/answer/estimates.hpp"
-#include "estimator/diagnosis/answer/gaps.hpp"
-#include "estimator/diagnosis/answer/hypotheses.hpp"
-#include "estimator/diagnosis/answer/rivals.hpp"
-#include "estimator/diagnosis/answer/selection.hpp"
-#include "estimator/diagnosis/answer/shares.hpp"
-#include "estimator/diagnosis/answer/split_run.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/locate/inverse_dynamics.hpp"
 #include "estimator/diagnosis/locate/remaining_force.hpp"
+#include "estimator/diagnosis/report/curves.hpp"
+#include "estimator/diagnosis/report/estimates.hpp"
+#include "estimator/diagnosis/report/gaps.hpp"
+#include "estimator/diagnosis/report/hypotheses.hpp"
+#include "estimator/diagnosis/report/rivals.hpp"
+#include "estimator/diagnosis/report/selection.hpp"
+#include "estimator/diagnosis/report/shares.hpp"
+#include "estimator/diagnosis/report/split_run.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/scaled.hpp"

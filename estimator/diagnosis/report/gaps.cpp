@@ -1,9 +1,9 @@
-#include "estimator/diagnosis/answer/gaps.hpp"
+#include "estimator/diagnosis/report/gaps.hpp"
 
 #include <cmath>
 
-#include "estimator/diagnosis/answer/selection.hpp"
 #include "estimator/diagnosis/noise/noise_floor.hpp"
+#include "estimator/diagnosis/report/selection.hpp"
 #include "estimator/diagnosis/select/evidence.hpp"
 
 namespace shaker::estimator::diagnosis {

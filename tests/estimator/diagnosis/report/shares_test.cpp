@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/shares.hpp"
+#include "estimator/diagnosis/report/shares.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/answer/selection.hpp"
+#include "estimator/diagnosis/report/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

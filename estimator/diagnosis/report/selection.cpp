@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/selection.hpp"
+#include "estimator/diagnosis/report/selection.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/answer/estimates.hpp"
+#include "estimator/diagnosis/report/estimates.hpp"
 
 #include <algorithm>
 #include <cmath>
