@@ -7,8 +7,8 @@
 #include <fmt/ranges.h>
 
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/diagnosis/locate/inverse_dynamics.hpp"
-#include "estimator/diagnosis/locate/remaining_force.hpp"
+#include "estimator/diagnosis/force/inverse_dynamics.hpp"
+#include "estimator/diagnosis/force/remaining_force.hpp"
 #include "estimator/diagnosis/report/curves.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/report/gaps.hpp"

@@ -3,7 +3,7 @@
 
 #include "estimator/diagnosis/diagnosis.hpp"
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
-#include "estimator/diagnosis/locate/inverse_dynamics.hpp"
+#include "estimator/diagnosis/force/inverse_dynamics.hpp"
 
 namespace shaker::estimator::diagnosis {
 

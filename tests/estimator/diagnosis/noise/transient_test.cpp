@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/locate/inverse_dynamics.hpp"
+#include "estimator/diagnosis/force/inverse_dynamics.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/diagnosis/records.hpp"

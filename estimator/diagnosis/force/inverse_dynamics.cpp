@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/locate/inverse_dynamics.hpp"
+#include "estimator/diagnosis/force/inverse_dynamics.hpp"
 
 #include <algorithm>
 #include <cmath>

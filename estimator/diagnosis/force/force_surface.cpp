@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/locate/force_surface.hpp"
+#include "estimator/diagnosis/force/force_surface.hpp"
 
 #include <algorithm>
 #include <cmath>

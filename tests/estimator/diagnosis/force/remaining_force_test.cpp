@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/locate/remaining_force.hpp"
+#include "estimator/diagnosis/force/remaining_force.hpp"
 
 #include <cmath>
 #include <functional>

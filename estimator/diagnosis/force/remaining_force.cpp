@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/locate/remaining_force.hpp"
+#include "estimator/diagnosis/force/remaining_force.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/imposed_motion_march.hpp"
-#include "estimator/diagnosis/locate/force_surface.hpp"
-#include "estimator/diagnosis/locate/remaining_words.hpp"
+#include "estimator/diagnosis/force/force_surface.hpp"
+#include "estimator/diagnosis/force/remaining_words.hpp"
 #include "estimator/diagnosis/noise/transient.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/math/dense.hpp"
