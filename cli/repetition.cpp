@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::cli {
 namespace {

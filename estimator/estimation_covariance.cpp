@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/estimation_impl.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator {
 namespace {

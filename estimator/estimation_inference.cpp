@@ -9,7 +9,7 @@
 
 #include "estimator/estimation_impl.hpp"
 #include "estimator/math/numbers.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -9,7 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "estimator/math/dense.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::online {
 namespace {

@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/math/dense.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 #include "estimator/time/drop.hpp"
 
 namespace shaker::estimator {

@@ -10,7 +10,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 #include "estimator/time/drop_surrogate.hpp"
 #include "estimator/time/unnamed_force.hpp"
 

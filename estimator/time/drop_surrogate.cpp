@@ -9,7 +9,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/math/dense.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 #include "estimator/time/excitation.hpp"
 
 namespace shaker::estimator {

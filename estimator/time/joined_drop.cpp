@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "estimator/math/dense.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 #include "estimator/time/drop_mixture.hpp"
 #include "estimator/time/transient.hpp"
 

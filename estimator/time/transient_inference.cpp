@@ -9,7 +9,7 @@
 #include "estimator/inference/determination.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 #include "estimator/time/transient_impl.hpp"
 
 namespace shaker::estimator {

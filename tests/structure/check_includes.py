@@ -22,19 +22,19 @@ EXTRA = {"drivers/sim": {"sim"}, "drivers/replay": {"record"}}
 ROOT = "estimator"
 INNER_MAY_INCLUDE = {
     "math": set(),
+    ROOT: {"math", "effects", "formula", "periodic", "objectives", "inference", "online"},
     "effects": {"math"},
     "formula": {"math", "effects"},
-    "instrument": {"effects", ROOT},
-    "periodic": {"math", "instrument", ROOT},
-    "objectives": {"math", "instrument", "periodic", ROOT},
-    ROOT: {"math", "effects", "formula", "periodic", "objectives", "inference", "online"},
-    "inference": {"math", "periodic", "objectives", ROOT},
-    "online": {"math", "periodic", "inference", ROOT},
-    "design": {"math", "inference", ROOT},
-    "time": {"math", "inference", ROOT},
-    "diagnosis": {"math", "effects", "instrument", "periodic", "time", ROOT},
+    "instrument": {ROOT, "effects"},
+    "periodic": {"math", ROOT, "instrument"},
+    "objectives": {"math", ROOT, "instrument", "periodic"},
+    "inference": {"math", ROOT, "periodic", "objectives"},
+    "online": {"math", ROOT, "periodic", "inference"},
+    "design": {"math", ROOT, "inference"},
+    "time": {"math", ROOT, "inference"},
+    "diagnosis": {"math", ROOT, "effects", "instrument", "periodic", "time"},
     "optimise": {"math", ROOT},
-    "paper": {"math", "time", ROOT},
+    "paper": {"math", ROOT, "time"},
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([a-z_]+)/([^"]+)"')
 

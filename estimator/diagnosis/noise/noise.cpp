@@ -6,7 +6,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

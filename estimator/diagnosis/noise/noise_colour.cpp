@@ -12,7 +12,7 @@
 #include "estimator/diagnosis/records/transient_run.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

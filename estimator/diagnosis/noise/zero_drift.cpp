@@ -8,7 +8,7 @@
 
 #include "estimator/diagnosis/cycles/cycle_line.hpp"
 #include "estimator/diagnosis/noise/noise.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "estimator/diagnosis/noise/noise_colour.hpp"
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/statistics.hpp"
+#include "estimator/math/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
