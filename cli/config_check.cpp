@@ -16,7 +16,7 @@
 #include "config/campaign.hpp"
 #include "config/json_tree.hpp"
 #include "config/rig.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "protocol/can/database.hpp"
 
 namespace shaker::cli {

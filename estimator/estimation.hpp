@@ -27,7 +27,7 @@
 
 #include "base/result.hpp"
 #include "estimator/estimate.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::report {
 namespace {

@@ -13,7 +13,7 @@
 #include "cli/missing_runs.hpp"
 #include "cli/terminal.hpp"
 #include "config/campaign.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "report/estimate_table.hpp"
 #include "report/text_table.hpp"
 

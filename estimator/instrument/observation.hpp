@@ -10,7 +10,7 @@
 
 #include <string_view>
 
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator {
 

@@ -5,7 +5,7 @@
 #include <complex>
 #include <numbers>
 
-#include "estimator/model_arrays.hpp"
+#include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator::online {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "estimator/measured_cycle.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator {
 

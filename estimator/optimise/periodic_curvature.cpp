@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/model_arrays.hpp"
+#include "estimator/model/model_arrays.hpp"
 #include "estimator/optimise/periodic_problem.hpp"
 
 namespace shaker::estimator::optimise {

@@ -8,7 +8,7 @@
 
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/model_arrays.hpp"
+#include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator {
 namespace {

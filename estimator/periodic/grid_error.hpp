@@ -10,7 +10,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {

@@ -13,7 +13,7 @@
 
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/lanes.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "estimator/periodic/lane_kinks.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 

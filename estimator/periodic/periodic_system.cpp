@@ -11,7 +11,7 @@
 
 #include "estimator/math/lanes.hpp"
 #include "estimator/math/numbers.hpp"
-#include "estimator/model_arrays.hpp"
+#include "estimator/model/model_arrays.hpp"
 #include "estimator/periodic/dense.hpp"
 #include "estimator/periodic/observer.hpp"
 #include "estimator/periodic/scalar_step.hpp"

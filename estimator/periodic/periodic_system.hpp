@@ -25,7 +25,7 @@
 #include "estimator/instrument/observation.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/cyclic_banded_lu.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "estimator/periodic/kinks.hpp"
 #include "estimator/periodic/scheme.hpp"
 

@@ -21,7 +21,7 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "estimator/time/excitation.hpp"
 #include "estimator/time/state_equations.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "estimator/model_arrays.hpp"
+#include "estimator/model/model_arrays.hpp"
 #include "estimator/time/drop.hpp"
 #include "estimator/time/drop_curves.hpp"
 #include "estimator/time/falling_damper.hpp"

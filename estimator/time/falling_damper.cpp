@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator {
 namespace {

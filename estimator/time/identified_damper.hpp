@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "config/model.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator {
 

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "estimator/model.hpp"
-#include "estimator/model_arrays.hpp"
+#include "estimator/model/model.hpp"
+#include "estimator/model/model_arrays.hpp"
 #include "estimator/time/lane_inverse.hpp"
 
 namespace shaker::estimator {

@@ -21,7 +21,7 @@
 
 #include "estimator/estimate.hpp"
 #include "estimator/estimation.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "estimator/time/excitation.hpp"
 #include "estimator/time/integration.hpp"
 

@@ -22,18 +22,19 @@ EXTRA = {"drivers/sim": {"sim"}, "drivers/replay": {"record"}}
 ROOT = "estimator"
 INNER_MAY_INCLUDE = {
     "math": set(),
-    ROOT: {"math", "effects", "formula", "periodic", "objectives", "inference", "online"},
+    ROOT: {"math", "model", "periodic", "objectives", "inference", "online"},
     "effects": {"math"},
     "formula": {"math", "effects"},
-    "instrument": {ROOT, "effects"},
-    "periodic": {"math", ROOT, "instrument"},
+    "model": {"math", "effects", "formula"},
+    "instrument": {"effects", "model"},
+    "periodic": {"math", "model", "instrument"},
     "objectives": {"math", ROOT, "instrument", "periodic"},
     "inference": {"math", ROOT, "periodic", "objectives"},
-    "online": {"math", ROOT, "periodic", "inference"},
+    "online": {"math", ROOT, "model", "periodic", "inference"},
     "design": {"math", ROOT, "inference"},
-    "time": {"math", ROOT, "inference"},
-    "diagnosis": {"math", ROOT, "effects", "instrument", "periodic", "time"},
-    "optimise": {"math", ROOT},
+    "time": {"math", ROOT, "model", "inference"},
+    "diagnosis": {"math", ROOT, "effects", "model", "instrument", "periodic", "time"},
+    "optimise": {"math", ROOT, "model"},
     "paper": {"math", ROOT, "time"},
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([a-z_]+)/([^"]+)"')

@@ -20,13 +20,13 @@ class Includes(unittest.TestCase):
         return status, out.getvalue()
 
     def test_down_the_tables_is_allowed(self):
-        for file, include in (("daemon/a.cpp", "estimator/model.hpp"), ("drivers/sim/a.hpp", "sim/plant.hpp"),
+        for file, include in (("daemon/a.cpp", "estimator/model/model.hpp"), ("drivers/sim/a.hpp", "sim/plant.hpp"),
                               ("estimator/paper/a.cpp", "estimator/time/b.hpp"),
                               ("estimator/math/a.cpp", "estimator/math/b.hpp")):
             self.assertEqual(self.said_of(file, include)[0], 0, file)
 
     def test_up_between_rooms_is_refused(self):
-        self.assertEqual(self.said_of("sim/a.cpp", "estimator/model.hpp"),
+        self.assertEqual(self.said_of("sim/a.cpp", "estimator/model/model.hpp"),
                          (1, "sim/a.cpp:2: sim/ may not include estimator/\n"))
 
     def test_up_inside_the_estimator_is_refused(self):

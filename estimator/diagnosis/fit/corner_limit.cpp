@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -16,7 +16,7 @@
 #include "config/model.hpp"
 #include "estimator/diagnosis/fit/prediction.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator::diagnosis {
 

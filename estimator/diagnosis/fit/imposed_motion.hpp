@@ -14,8 +14,8 @@
 
 #include "estimator/diagnosis/fit/imposed_motion_march.hpp"
 #include "estimator/math/cyclic_banded_lu.hpp"
-#include "estimator/model.hpp"
-#include "estimator/model_arrays.hpp"
+#include "estimator/model/model.hpp"
+#include "estimator/model/model_arrays.hpp"
 #include "estimator/periodic/scheme.hpp"
 
 namespace shaker::estimator::diagnosis {

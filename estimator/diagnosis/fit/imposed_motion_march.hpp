@@ -12,8 +12,8 @@
 #include <Eigen/Dense>
 
 #include "estimator/diagnosis/effort.hpp"
-#include "estimator/model.hpp"
-#include "estimator/model_arrays.hpp"
+#include "estimator/model/model.hpp"
+#include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -9,7 +9,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/diagnosis/run_datum.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator::diagnosis {

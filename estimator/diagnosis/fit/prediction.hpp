@@ -17,7 +17,7 @@
 #include "estimator/diagnosis/fit/periodic_response.hpp"
 #include "estimator/diagnosis/fit/transient_response.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -14,7 +14,7 @@
 
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "estimator/time/integration.hpp"
 #include "estimator/time/state_equations.hpp"
 

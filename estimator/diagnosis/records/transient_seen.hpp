@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator::diagnosis {
 

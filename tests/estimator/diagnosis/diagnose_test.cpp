@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/report/stated.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 #include "tests/sanitized.hpp"

@@ -9,7 +9,7 @@
 
 #include "estimator/diagnosis/diagnose.hpp"
 #include "estimator/effects/catalogue.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "estimator/math/simd_math.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimator/math/aligned.hpp"
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 namespace shaker::estimator {
 

@@ -1,4 +1,4 @@
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 #include <stdexcept>
 

@@ -1,9 +1,9 @@
-#include "estimator/model.hpp"
+#include "estimator/model/model.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/model_builder.hpp"
+#include "estimator/model/model_builder.hpp"
 
 namespace shaker::estimator {
 
