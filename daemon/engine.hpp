@@ -24,7 +24,7 @@
 #include "drivers/exciter.hpp"
 #include "drivers/sensor.hpp"
 #include "estimator/estimate.hpp"
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 
 namespace shaker::daemon {
 

@@ -11,7 +11,7 @@
 #include "base/result.hpp"
 #include "config/campaign.hpp"
 #include "drivers/sensor.hpp"
-#include "estimator/measured_cycle.hpp"
+#include "estimator/online/measured_cycle.hpp"
 #include "protocol/documents.hpp"
 
 namespace shaker::daemon {

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 
 namespace shaker::daemon {
 namespace {

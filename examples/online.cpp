@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 #include <shaker/config/model.hpp>
-#include <shaker/estimator/online_estimator.hpp>
+#include <shaker/estimator/online/online_estimator.hpp>
 
 int main() {
   const auto spec =

@@ -24,7 +24,7 @@
 #include "daemon/cycles/channel_buffer.hpp"
 #include "daemon/cycles/harmonic_fit.hpp"
 #include "daemon/cycles/phase_tracker.hpp"
-#include "estimator/measured_cycle.hpp"
+#include "estimator/online/measured_cycle.hpp"
 #include "protocol/channel.hpp"
 
 namespace shaker::daemon {

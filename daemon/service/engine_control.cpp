@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "config/campaign.hpp"
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 
 namespace shaker::daemon {
 namespace {

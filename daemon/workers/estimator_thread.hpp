@@ -18,7 +18,7 @@
 #include "daemon/engine.hpp"
 #include "daemon/workers/waker.hpp"
 #include "daemon/workers/wave_box.hpp"
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 
 namespace shaker::daemon {
 

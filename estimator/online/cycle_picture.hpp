@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "estimator/measured_cycle.hpp"
 #include "estimator/model/model.hpp"
+#include "estimator/online/measured_cycle.hpp"
 
 namespace shaker::estimator {
 

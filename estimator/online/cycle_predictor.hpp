@@ -11,7 +11,7 @@
 
 #include <Eigen/Core>
 
-#include "estimator/measured_cycle.hpp"
+#include "estimator/online/measured_cycle.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator::online {

@@ -22,7 +22,7 @@ EXTRA = {"drivers/sim": {"sim"}, "drivers/replay": {"record"}}
 ROOT = "estimator"
 INNER_MAY_INCLUDE = {
     "math": set(),
-    ROOT: {"math", "model", "periodic", "objectives", "inference", "online"},
+    ROOT: {"math", "model", "periodic", "objectives", "inference"},
     "effects": {"math"},
     "formula": {"math", "effects"},
     "model": {"math", "effects", "formula"},

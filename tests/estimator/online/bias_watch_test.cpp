@@ -7,7 +7,7 @@
 
 #include "estimator/inference/monte_carlo.hpp"
 #include "estimator/inference/second_order.hpp"
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::online {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/measured_cycle.hpp"
+#include "estimator/online/measured_cycle.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 #include "tests/estimator/fixtures.hpp"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/online/change_watch.hpp"
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 #include "tests/estimator/online/cycles.hpp"
 
 namespace shaker::estimator::online {

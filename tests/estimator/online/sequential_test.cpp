@@ -6,7 +6,7 @@
 #include "estimator/estimation.hpp"
 #include "estimator/online/extended_kalman.hpp"
 #include "estimator/online/information_filter.hpp"
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 #include "tests/estimator/online/cycles.hpp"
 
 namespace shaker::estimator::online {

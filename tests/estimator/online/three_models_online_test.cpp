@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estimator/online/extended_kalman.hpp"
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 #include "tests/estimator/online/cycles.hpp"
 #include "tests/estimator/three_models.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/online_estimator.hpp"
+#include "estimator/online/online_estimator.hpp"
 
 #include <cmath>
 #include <random>

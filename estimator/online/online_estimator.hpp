@@ -13,8 +13,8 @@
 #include "base/result.hpp"
 #include "config/model.hpp"
 #include "estimator/estimate.hpp"
-#include "estimator/measured_cycle.hpp"
 #include "estimator/online/cycle_picture.hpp"
+#include "estimator/online/measured_cycle.hpp"
 
 namespace shaker::estimator {
 
