@@ -7,9 +7,9 @@
 
 #include "bench/oleo_in_feet.hpp"
 #include "config/model.hpp"
-#include "estimator/batch_estimation.hpp"
 #include "estimator/effects/catalogue.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/batch_estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/formula/formula_effect.hpp"
 #include "estimator/inference/profile.hpp"
 #include "estimator/math/aligned.hpp"

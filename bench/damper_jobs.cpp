@@ -24,7 +24,7 @@
 
 #include "bench/oleo_in_feet.hpp"
 #include "config/model.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/time/transient.hpp"
 #include "tests/estimator/benchmark_jobs.hpp"
 

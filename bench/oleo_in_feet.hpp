@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/paper/figures.hpp"
 
 namespace shaker::bench {

@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::bench {
 

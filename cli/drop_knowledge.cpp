@@ -13,7 +13,7 @@
 #include "cli/estimation_input.hpp"
 #include "cli/opened_campaign.hpp"
 #include "config/model.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/inference/second_order.hpp"
 #include "report/estimate_document.hpp"
 

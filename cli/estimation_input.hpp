@@ -10,7 +10,7 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::cli {
 

@@ -6,7 +6,7 @@
 
 #include "cli/refined_fit.hpp"
 #include "config/model.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::cli {
 

@@ -7,7 +7,7 @@
 
 #include "base/result.hpp"
 #include "estimator/diagnosis/campaign.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::cli {
 

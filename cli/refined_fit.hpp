@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "estimator/accurate_estimation.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/accurate_estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::cli {
 

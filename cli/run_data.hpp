@@ -10,7 +10,7 @@
 #include "cli/csv.hpp"
 #include "cli/periods_of_runs.hpp"
 #include "config/model.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::cli {
 

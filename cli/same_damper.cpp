@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::cli {

@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator {
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <numbers>
 #include <shaker/config/model.hpp>
-#include <shaker/estimator/estimation.hpp>
+#include <shaker/estimator/fit/estimation.hpp>
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include "cli/refined_fit.hpp"
 #include "cli/same_damper.hpp"
 #include "estimator/diagnosis/fit/corners.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/inference/intervals.hpp"
 #include "estimator/inference/posterior.hpp"
 #include "estimator/inference/second_order.hpp"

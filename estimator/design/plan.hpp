@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator {
 

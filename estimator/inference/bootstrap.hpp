@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator {
 

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "estimator/estimate.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator {
 

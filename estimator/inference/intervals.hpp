@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estimator/estimate.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/objectives/robust.hpp"
 
 namespace shaker::estimator {

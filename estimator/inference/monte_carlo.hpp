@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/inference/second_order.hpp"
 
 namespace shaker::estimator {

@@ -33,7 +33,7 @@
 #include <vector>
 
 #include "estimator/estimate.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator {
 

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/inference/posterior_draws.hpp"
 
 namespace shaker::estimator {

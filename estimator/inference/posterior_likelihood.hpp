@@ -7,7 +7,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 

@@ -26,7 +26,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/instrument/observation.hpp"
 
 namespace shaker::estimator {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator {
 

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/online/bias_watch.hpp"
 #include "estimator/online/change_watch.hpp"
 

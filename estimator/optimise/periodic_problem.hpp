@@ -19,7 +19,7 @@
 
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/optimise/problem.hpp"
 
 namespace shaker::estimator::optimise {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/paper/records.hpp"
 
 namespace shaker::estimator::paper {

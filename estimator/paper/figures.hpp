@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "config/model.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator::paper {
 

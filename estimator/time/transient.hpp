@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "estimator/estimate.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/time/excitation.hpp"
 #include "estimator/time/integration.hpp"

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::testing {

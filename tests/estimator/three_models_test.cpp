@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "estimator/accurate_estimation.hpp"
 #include "estimator/ceres_estimation.hpp"
+#include "estimator/fit/accurate_estimation.hpp"
 #include "estimator/inference/bootstrap.hpp"
 #include "estimator/inference/profile.hpp"
 #include "estimator/objectives/robust.hpp"

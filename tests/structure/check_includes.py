@@ -22,20 +22,21 @@ EXTRA = {"drivers/sim": {"sim"}, "drivers/replay": {"record"}}
 ROOT = "estimator"
 INNER_MAY_INCLUDE = {
     "math": set(),
-    ROOT: {"math", "model", "periodic", "objectives", "inference"},
+    ROOT: {"fit"},
     "effects": {"math"},
     "formula": {"math", "effects"},
     "model": {"math", "effects", "formula"},
     "instrument": {"effects", "model"},
     "periodic": {"math", "model", "instrument"},
-    "objectives": {"math", ROOT, "instrument", "periodic"},
-    "inference": {"math", ROOT, "periodic", "objectives"},
-    "online": {"math", ROOT, "model", "periodic", "inference"},
-    "design": {"math", ROOT, "inference"},
-    "time": {"math", ROOT, "model", "inference"},
+    "objectives": {"math", "instrument", "periodic", "fit"},
+    "fit": {"math", ROOT, "model", "periodic", "objectives", "inference"},
+    "inference": {"math", ROOT, "periodic", "objectives", "fit"},
+    "online": {"math", ROOT, "model", "periodic", "fit", "inference"},
+    "design": {"math", "fit", "inference"},
+    "time": {"math", ROOT, "model", "fit", "inference"},
     "diagnosis": {"math", ROOT, "effects", "model", "instrument", "periodic", "time"},
-    "optimise": {"math", ROOT, "model"},
-    "paper": {"math", ROOT, "time"},
+    "optimise": {"math", "model", "fit"},
+    "paper": {"math", "fit", "time"},
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([a-z_]+)/([^"]+)"')
 

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "config/model.hpp"
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/formula/formula_effect.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 #include "tests/estimator/fixtures.hpp"

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <gmock/gmock.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {

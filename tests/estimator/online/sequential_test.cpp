@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/online/extended_kalman.hpp"
 #include "estimator/online/information_filter.hpp"
 #include "estimator/online/online_estimator.hpp"

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/periodic/continuation.hpp"
 #include "tests/estimator/fixtures.hpp"
 #include "tests/estimator/periodic/duffing_in_time.hpp"

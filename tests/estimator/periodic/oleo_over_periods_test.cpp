@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/math/numbers.hpp"
 #include "estimator/periodic/continuation.hpp"
 #include "estimator/periodic/multi_period.hpp"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/periodic/newton_rate.hpp"
 #include "estimator/periodic/periodic_lanes.hpp"

@@ -1,7 +1,7 @@
 // Batches of runs with equal numbers of points, eight lanes each, for the lifted method.
 #include <algorithm>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 #include "estimator/math/numbers.hpp"
 #include "estimator/math/statistics.hpp"
 

@@ -6,7 +6,7 @@
 
 #include <gmock/gmock.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "tests/estimator/benchmark_jobs.hpp"
 #include "tests/estimator/fixtures.hpp"
 

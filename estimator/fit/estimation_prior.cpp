@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 
 namespace shaker::estimator {
 

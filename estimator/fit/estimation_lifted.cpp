@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 
 namespace shaker::estimator {
 // The iteration is trusted only while it contracts. An inadmissible point, a singular matrix or

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 #include "estimator/math/box_minimum.hpp"
 
 namespace shaker::estimator {

@@ -134,15 +134,15 @@ TEST(PeriodicSystem, KeepsTheOrderOfTheSensitivitiesAcrossTheKink) {
 }
 
 TEST(PeriodicSystem, ReachesTheReferenceStatesInSi) {
-  struct Row {
+  struct ReferenceRow {
     double f, a, u0, v0, low, high;
   };
-  const Row rows[] = {{2, 3.048, 0.17366052, 0.09943985, 0.141812, 0.174319},
-                      {2, 1.524, 0.16727874, 0.01596628, 0.150640, 0.167331},
-                      {1, 3.048, 0.16137094, 0.06608927, 0.140573, 0.169672},
-                      {2, 10.0, 0.12465722, 0.89644, 0.063441, 0.184512}};
+  const ReferenceRow rows[] = {{2, 3.048, 0.17366052, 0.09943985, 0.141812, 0.174319},
+                               {2, 1.524, 0.16727874, 0.01596628, 0.150640, 0.167331},
+                               {1, 3.048, 0.16137094, 0.06608927, 0.140573, 0.169672},
+                               {2, 10.0, 0.12465722, 0.89644, 0.063441, 0.184512}};
   const Model model(testing::oleo());
-  for (const Row& r : rows) {
+  for (const ReferenceRow& r : rows) {
     PeriodicSystem system(model, {Scheme::order6, 1024, true});
     system.set_excitation(r.f, r.a);
     ASSERT_EQ(system.solve_from_rest(kOleoSi).status, SolveStatus::converged);

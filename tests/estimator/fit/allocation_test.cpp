@@ -1,7 +1,7 @@
 // The inner loop does not allocate after its first run.
 #include <gtest/gtest.h>
 
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 #include "tests/estimator/benchmark_jobs.hpp"
 #include "tests/estimator/counting_allocator.hpp"
 #include "tests/estimator/fixtures.hpp"

@@ -1,4 +1,4 @@
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 #include "estimator/objectives/harmonic_data.hpp"
 
 namespace shaker::estimator {

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 #include "estimator/periodic/continuation.hpp"
 #include "estimator/periodic/floquet.hpp"
 #include "estimator/periodic/multi_period.hpp"

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/batch_estimation.hpp"
+#include "estimator/fit/batch_estimation.hpp"
 
 #include <bit>
 #include <cmath>

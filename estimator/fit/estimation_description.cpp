@@ -1,5 +1,5 @@
 // An estimate with names, units, intervals and warnings.
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 #include "estimator/inference/description.hpp"
 #include "estimator/inference/determination.hpp"
 

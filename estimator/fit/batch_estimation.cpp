@@ -1,4 +1,4 @@
-#include "estimator/batch_estimation.hpp"
+#include "estimator/fit/batch_estimation.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/estimation_impl.hpp"
+#include "estimator/fit/estimation_impl.hpp"
 #include "estimator/math/lane_cholesky.hpp"
 
 namespace shaker::estimator {

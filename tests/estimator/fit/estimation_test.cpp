@@ -1,4 +1,4 @@
-#include "estimator/estimation.hpp"
+#include "estimator/fit/estimation.hpp"
 
 #include <cmath>
 #include <complex>
