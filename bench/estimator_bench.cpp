@@ -13,10 +13,10 @@
 
 #include "bench/oleo_in_feet.hpp"
 #include "bench/plain_reference.hpp"
-#include "estimator/ceres_estimation.hpp"
 #include "estimator/fit/accurate_estimation.hpp"
 #include "estimator/fit/batch_estimation.hpp"
 #include "estimator/fit/estimation.hpp"
+#include "estimator/paper/ceres_estimation.hpp"
 #include "estimator/paper/figures.hpp"
 #include "estimator/periodic/accurate_solution.hpp"
 #include "estimator/periodic/sweep.hpp"

@@ -33,7 +33,7 @@ struct ProveOptions {
   double frequency_hz = 0.0, amplitude = 0.0;  // Hz, m/s^2
 };
 struct EstimateOptions : InputOptions {
-  int starts = 1;  // above 1: see estimator/optimise/several_starts.hpp
+  int starts = 1;  // above 1: see estimator/paper/optimisers/several_starts.hpp
   unsigned seed = 1;
   double accuracy = 0.0;  // relative, of the parameters; 0: a fixed grid
   // For a record that is not periodic.

@@ -33,7 +33,8 @@ foreach(room IN LISTS shaker_installed)
 endforeach()
 foreach(room IN ITEMS base config protocol estimator)
   install(DIRECTORY ${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/shaker COMPONENT development
-          FILES_MATCHING PATTERN "*.hpp" PATTERN examples EXCLUDE PATTERN schema EXCLUDE)
+          FILES_MATCHING PATTERN "*.hpp" PATTERN examples EXCLUDE PATTERN schema EXCLUDE
+          PATTERN paper EXCLUDE)
 endforeach()
 include(CMakePackageConfigHelpers)
 set(shaker_package ${CMAKE_INSTALL_LIBDIR}/cmake/Shaker)

@@ -8,22 +8,22 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "estimator/optimise/methods.hpp"
-#include "estimator/optimise/periodic_problem.hpp"
 #include "estimator/paper/figures.hpp"
+#include "estimator/paper/optimisers/methods.hpp"
+#include "estimator/paper/optimisers/periodic_problem.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::cli {
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
-namespace optimise = estimator::optimise;
+namespace optimisers = estimator::optimisers;
 
 constexpr int kMostEvaluations = 5000;
 
 struct Row {
-  const optimise::Method* method = nullptr;
-  optimise::Summary summary;
+  const optimisers::Method* method = nullptr;
+  optimisers::Summary summary;
   long solutions = 0;
   double seconds = 0.0;
 };
@@ -35,17 +35,17 @@ struct Comparison {
   std::vector<Row> rows;
 };
 
-std::vector<const optimise::Method*> wanted_methods(const std::vector<std::string>& names) {
-  std::vector<const optimise::Method*> list;
+std::vector<const optimisers::Method*> wanted_methods(const std::vector<std::string>& names) {
+  std::vector<const optimisers::Method*> list;
   if (names.empty()) {
-    for (const optimise::Method& method : optimise::methods())
+    for (const optimisers::Method& method : optimisers::methods())
       list.push_back(&method);
   }
   for (const std::string& name : names) {
-    const optimise::Method* method = optimise::find_method(name);
+    const optimisers::Method* method = optimisers::find_method(name);
     if (method == nullptr) {
       std::vector<std::string_view> known;
-      for (const optimise::Method& one : optimise::methods())
+      for (const optimisers::Method& one : optimisers::methods())
         known.push_back(one.name);
       throw std::invalid_argument(
           fmt::format("there is no method \"{}\"; choose from {}", name, fmt::join(known, ", ")));
@@ -58,7 +58,7 @@ std::vector<const optimise::Method*> wanted_methods(const std::vector<std::strin
 Comparison compare_all(const estimator::Model& model, const std::vector<estimator::RunData>& runs,
                        const estimator::EstimationOptions& grid, const CompareOptions& options,
                        const std::vector<double>& usual_start) {
-  optimise::PeriodicProblem problem(model, runs, grid);
+  optimisers::PeriodicProblem problem(model, runs, grid);
   Comparison out;
   for (const auto& parameter : model.parameters()) {
     if (!parameter.fixed) out.names.push_back(parameter.name);
@@ -76,9 +76,9 @@ Comparison compare_all(const estimator::Model& model, const std::vector<estimato
   }
   out.start.assign(start.data(), start.data() + start.size());
   out.observations = problem.observations();
-  optimise::Options limits;
+  optimisers::Options limits;
   limits.max_evaluations = kMostEvaluations;
-  for (const optimise::Method* method : wanted_methods(options.methods)) {
+  for (const optimisers::Method* method : wanted_methods(options.methods)) {
     problem.forget();
     const auto before = std::chrono::steady_clock::now();
     Row row{method, method->minimise(problem, start, limits), 0, 0.0};
@@ -99,7 +99,7 @@ void print_json(const Comparison& comparison) {
     rows.push_back({{"method", row.method->name},
                     {"equation", row.method->equation},
                     {"source", row.method->source},
-                    {"status", optimise::name(row.summary.status)},
+                    {"status", optimisers::name(row.summary.status)},
                     {"iterations", row.summary.iterations},
                     {"evaluations", row.summary.evaluations},
                     {"refused", row.summary.refused},
@@ -126,7 +126,7 @@ void print_table(const Comparison& comparison) {
   for (const Row& row : comparison.rows) {
     std::vector<std::string> cells = {std::string(row.method->name),
                                       std::string(row.method->source),
-                                      std::string(optimise::name(row.summary.status)),
+                                      std::string(optimisers::name(row.summary.status)),
                                       std::to_string(row.summary.iterations),
                                       std::to_string(row.solutions),
                                       std::to_string(row.summary.refused),
@@ -165,7 +165,7 @@ int compare(const Common& common, const CompareOptions& options) {
     }
     common.json ? print_json(comparison) : print_table(comparison);
     for (const Row& row : comparison.rows) {
-      if (row.summary.status == optimise::Status::converged) return kOk;
+      if (row.summary.status == optimisers::Status::converged) return kOk;
     }
     if (!common.json) fmt::print(stderr, "shakerctl: no method converged\n");
     return kNotUsable;

@@ -17,8 +17,8 @@
 #include "estimator/inference/intervals.hpp"
 #include "estimator/inference/posterior.hpp"
 #include "estimator/inference/second_order.hpp"
-#include "estimator/optimise/periodic_problem.hpp"
-#include "estimator/optimise/several_starts.hpp"
+#include "estimator/paper/optimisers/periodic_problem.hpp"
+#include "estimator/paper/optimisers/several_starts.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
@@ -27,13 +27,13 @@
 namespace shaker::cli {
 namespace {
 
-namespace optimise = estimator::optimise;
+namespace optimisers = estimator::optimisers;
 
 constexpr double kAccuracyOfFriction = 1e-4;  // of the parameters, relative
 constexpr int kScreeningPoints = 80;          // coarse: the final fit uses the full grid
 
 struct Search {
-  optimise::Minima minima;
+  optimisers::Minima minima;
   std::vector<double> best;  // all parameters
 };
 
@@ -41,38 +41,38 @@ Search search(const estimator::Model& model, const std::vector<estimator::RunDat
               const EstimateOptions& options) {
   estimator::EstimationOptions grid;
   grid.grid.points = kScreeningPoints;
-  optimise::PeriodicProblem problem(model, runs, grid);
-  optimise::StartOptions spread;
+  optimisers::PeriodicProblem problem(model, runs, grid);
+  optimisers::StartOptions spread;
   spread.starts = options.starts;
   spread.seed = options.seed;
   Search out;
   out.minima = several_starts(problem, problem.reduce(model.start()),
-                              *optimise::find_method("levenberg_marquardt"), {}, spread);
+                              *optimisers::find_method("levenberg_marquardt"), {}, spread);
   out.best = out.minima.found.empty() ? model.start()
                                       : problem.expand(out.minima.found.front().summary.theta);
   return out;
 }
 
-nlohmann::ordered_json to_json(const optimise::Minima& minima) {
+nlohmann::ordered_json to_json(const optimisers::Minima& minima) {
   auto list = nlohmann::ordered_json::array();
-  for (const optimise::Minimum& minimum : minima.found) {
-    const optimise::Summary& s = minimum.summary;
+  for (const optimisers::Minimum& minimum : minima.found) {
+    const optimisers::Summary& s = minimum.summary;
     list.push_back({{"theta", std::vector<double>(s.theta.data(), s.theta.data() + s.theta.size())},
                     {"sum_of_squares", s.sum_of_squares},
-                    {"status", optimise::name(s.status)},
+                    {"status", optimisers::name(s.status)},
                     {"starts", minimum.hits}});
   }
   return list;
 }
 
-std::string minima_table(const optimise::Minima& minima, const estimator::Model& model) {
+std::string minima_table(const optimisers::Minima& minima, const estimator::Model& model) {
   std::vector<std::vector<std::string>> rows = {{"starts", "ended", "sum of squares"}};
   for (const auto& parameter : model.parameters()) {
     if (!parameter.fixed) rows.front().push_back(parameter.name);
   }
-  for (const optimise::Minimum& minimum : minima.found) {
+  for (const optimisers::Minimum& minimum : minima.found) {
     rows.push_back({std::to_string(minimum.hits),
-                    std::string(optimise::name(minimum.summary.status)),
+                    std::string(optimisers::name(minimum.summary.status)),
                     fmt::format("{:.6g}", minimum.summary.sum_of_squares)});
     for (const double value : minimum.summary.theta)
       rows.back().push_back(fmt::format("{:.5g}", value));

@@ -9,13 +9,13 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "estimator/ceres_estimation.hpp"
 #include "estimator/fit/accurate_estimation.hpp"
 #include "estimator/inference/bootstrap.hpp"
 #include "estimator/inference/profile.hpp"
 #include "estimator/objectives/robust.hpp"
-#include "estimator/optimise/methods.hpp"
-#include "estimator/optimise/periodic_problem.hpp"
+#include "estimator/paper/ceres_estimation.hpp"
+#include "estimator/paper/optimisers/methods.hpp"
+#include "estimator/paper/optimisers/periodic_problem.hpp"
 #include "estimator/time/transient.hpp"
 
 namespace shaker::estimator {
@@ -104,15 +104,15 @@ TEST_P(ThreeModels, LeastSquaresByEveryEstimator) {  // (3.17), (3.27), (3.28)
 // docs/optimisers.md says; polytope and differences are left out where they would take minutes.
 TEST_P(ThreeModels, LeastSquaresByEveryMethodOfChapterFour) {
   const Model model(GetParam().spec());
-  optimise::PeriodicProblem problem(model, runs_, options_);
-  for (const optimise::Method& method : optimise::methods()) {
+  optimisers::PeriodicProblem problem(model, runs_, options_);
+  for (const optimisers::Method& method : optimisers::methods()) {
     SCOPED_TRACE(method.name);
     if (method.name == "conjugate_gradients" && model.parameter_count() > 2) continue;
     if (model.coordinates() > 1 &&
         (method.name == "polytope" || method.name == "bfgs" || method.name == "newton_differences"))
       continue;
     problem.forget();
-    const optimise::Summary found = method.minimise(problem, problem.reduce(start_), {});
+    const optimisers::Summary found = method.minimise(problem, problem.reduce(start_), {});
     const bool slow =
         method.name == "polytope" || method.name == "bfgs" || method.name == "conjugate_gradients";
     expect_theta(problem.expand(found.theta), "least_squares", errors("least_squares"),
@@ -228,14 +228,14 @@ TEST_P(ThreeModels, ABoundThatBinds) {
   const CeresFit theirs = ceres.fit(start_);
   expect_theta(theirs.theta, "bounded", error);
   EXPECT_EQ(theirs.theta[k], answer.at("lower").get<double>());
-  optimise::PeriodicProblem problem(model, runs_, options_);
-  for (const optimise::Method& method : optimise::methods()) {
+  optimisers::PeriodicProblem problem(model, runs_, options_);
+  for (const optimisers::Method& method : optimisers::methods()) {
     if (method.name != "gauss_newton" && method.name != "levenberg_marquardt" &&
         method.name != "trust_region")
       continue;
     SCOPED_TRACE(method.name);
     problem.forget();
-    const optimise::Summary found = method.minimise(problem, problem.reduce(start_), {});
+    const optimisers::Summary found = method.minimise(problem, problem.reduce(start_), {});
     expect_theta(problem.expand(found.theta), "bounded", error);
   }
 }

@@ -22,7 +22,7 @@ EXTRA = {"drivers/sim": {"sim"}, "drivers/replay": {"record"}}
 ROOT = "estimator"
 INNER_MAY_INCLUDE = {
     "math": set(),
-    ROOT: {"fit"},
+    ROOT: set(),
     "effects": {"math"},
     "formula": {"math", "effects"},
     "model": {"math", "effects", "formula"},
@@ -35,8 +35,7 @@ INNER_MAY_INCLUDE = {
     "design": {"math", "fit", "inference"},
     "time": {"math", ROOT, "model", "fit", "inference"},
     "diagnosis": {"math", ROOT, "effects", "model", "instrument", "periodic", "time"},
-    "optimise": {"math", "model", "fit"},
-    "paper": {"math", "fit", "time"},
+    "paper": {"math", "model", "fit", "time"},
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([a-z_]+)/([^"]+)"')
 

@@ -5,8 +5,8 @@
 
 #include <gmock/gmock.h>
 
-#include "estimator/ceres_estimation.hpp"
 #include "estimator/inference/monte_carlo.hpp"
+#include "estimator/paper/ceres_estimation.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
