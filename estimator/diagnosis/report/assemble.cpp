@@ -9,12 +9,12 @@
 #include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/force/inverse_dynamics.hpp"
 #include "estimator/diagnosis/force/remaining_force.hpp"
+#include "estimator/diagnosis/report/choice.hpp"
 #include "estimator/diagnosis/report/curves.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/report/gaps.hpp"
 #include "estimator/diagnosis/report/hypotheses.hpp"
 #include "estimator/diagnosis/report/rivals.hpp"
-#include "estimator/diagnosis/report/selection.hpp"
 #include "estimator/diagnosis/report/shares.hpp"
 #include "estimator/diagnosis/report/split_run.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
@@ -36,13 +36,12 @@ class Assembler {
         measured_(measured),
         runs_(runs),
         candidates_(candidates),
-        selection_(found, data),
-        shares_(found, data, agree(found, data, selection_)),
+        choice_(found, data),
+        shares_(found, data, agree(found, data, choice_)),
         before_(*found.base.fit),
-        after_(selection_.chosen() != nullptr ? *selection_.chosen()->fit : before_),
-        after_data_(selection_.chosen() != nullptr && selection_.chosen()->data
-                        ? *selection_.chosen()->data
-                        : data) {}
+        after_(choice_.chosen() != nullptr ? *choice_.chosen()->fit : before_),
+        after_data_(choice_.chosen() != nullptr && choice_.chosen()->data ? *choice_.chosen()->data
+                                                                          : data) {}
 
   Diagnosis run() {
     said_.verdict = found_.adequate    ? Verdict::adequate
@@ -66,21 +65,20 @@ class Assembler {
     forces();
     ranking();
     effects();
-    said_.damper = identified_damper(found_, data_, selection_, shares_, said_);
+    said_.damper = identified_damper(found_, data_, choice_, shares_, said_);
     return std::move(said_);
   }
 
  private:
   std::vector<FittedConstant> places() const {
-    const Hypothesis* best = selection_.chosen();
+    const Hypothesis* best = choice_.chosen();
     if (best == nullptr) return {};
     return places_of(*best, data_, before_.spec.effects.size());
   }
 
   // What the model that comes out was held against had corners of no width.
   bool at_limit() const {
-    const auto& data =
-        selection_.chosen() != nullptr ? selection_.chosen()->data : found_.base.data;
+    const auto& data = choice_.chosen() != nullptr ? choice_.chosen()->data : found_.base.data;
     return data && std::any_of(data->begin(), data->end(),
                                [](const RunDatum& datum) { return datum.to_limit != nullptr; });
   }
@@ -171,7 +169,7 @@ class Assembler {
   }
 
   void effects() {
-    const Hypothesis* best = selection_.chosen();
+    const Hypothesis* best = choice_.chosen();
     if (best == nullptr) return;
     for (const std::string& effect : best->effects) {
       NamedEffect named;
@@ -194,7 +192,7 @@ class Assembler {
       said_.effects.push_back(std::move(named));
     }
     // In the order in which they close the gap, then by what each closes alone.
-    const auto& way = selection_.path();
+    const auto& way = choice_.path();
     const auto rank = [&](const NamedEffect& e) {
       return std::find_if(way.begin(), way.end(), [&](const Hypothesis* h) {
         return std::find(h->effects.begin(), h->effects.end(), e.name) != h->effects.end();
@@ -217,7 +215,7 @@ class Assembler {
   const std::vector<RunDatum>& measured_;
   const std::vector<SteadyRun>& runs_;
   const std::vector<Candidate>& candidates_;
-  Selection selection_;
+  Choice choice_;
   const Shares shares_;
   double trusted_ = 1.0;  // of the probabilities
   const HarmonicFit& before_;

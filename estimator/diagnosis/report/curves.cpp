@@ -5,7 +5,7 @@
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/diagnosis/report/selection.hpp"
+#include "estimator/diagnosis/report/choice.hpp"
 
 namespace shaker::estimator::diagnosis {
 

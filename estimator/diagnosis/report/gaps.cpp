@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "estimator/diagnosis/noise/noise_floor.hpp"
-#include "estimator/diagnosis/report/selection.hpp"
+#include "estimator/diagnosis/report/choice.hpp"
 #include "estimator/diagnosis/select/evidence.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -157,7 +157,7 @@ double unnamed_force(const std::vector<RunDatum>& data, const Diagnosis& said) {
 }  // namespace
 
 IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDatum>& data,
-                                   const Selection& selection, const Shares& shares,
+                                   const Choice& choice, const Shares& shares,
                                    const Diagnosis& said) {
   IdentifiedDamper damper;
   damper.verdict = name(said.verdict);
@@ -165,7 +165,7 @@ IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDat
   std::vector<std::pair<double, const Hypothesis*>> all = {{shares.of_base(), &found.base}};
   for (std::size_t k = 0; k < found.hypotheses.size(); ++k)
     all.emplace_back(shares.of(k), &found.hypotheses[k]);
-  const Hypothesis* first = selection.chosen() != nullptr ? selection.chosen() : &found.base;
+  const Hypothesis* first = choice.chosen() != nullptr ? choice.chosen() : &found.base;
   std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) {
     if ((a.second == first) != (b.second == first)) return a.second == first;
     return a.first > b.first;

@@ -10,10 +10,10 @@
 namespace shaker::estimator::diagnosis {
 
 // `said`: verdict, curves, gap and remaining force of the diagnosis; its hypotheses are `found`,
-// fitted to `data`, of which `selection` has chosen by `shares`. The chosen one (or the base model)
+// fitted to `data`, of which `choice` has chosen by `shares`. The chosen one (or the base model)
 // is the first of the result. Models start at the estimates.
 IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDatum>& data,
-                                   const Selection& selection, const Shares& shares,
+                                   const Choice& choice, const Shares& shares,
                                    const Diagnosis& said);
 
 }  // namespace shaker::estimator::diagnosis

@@ -66,9 +66,9 @@ double scale_of(const Naming& found, const std::vector<RunDatum>& data, const Hy
 
 // Of each hypothesis; `before`: log of what it has beforehand.
 std::vector<double> weights(const Naming& found, const std::vector<RunDatum>& data,
-                            const Selection& selection,
+                            const Choice& choice,
                             const std::function<double(const Hypothesis&)>& before) {
-  const Hypothesis* best = selection.chosen();
+  const Hypothesis* best = choice.chosen();
   const double scale = scale_of(found, data, best);
   const auto log_weight = [&](const Hypothesis& h) { return h.log_evidence / scale + before(h); };
   // What is richer than the chosen one has been set aside for it; it stays among its rivals.
@@ -101,25 +101,25 @@ bool speaks_for(const Hypothesis& h, const std::string& effect) {
 
 // That what an effect of `h` closes is its own, where something is left that is not noise.
 double own_part(const Hypothesis& h, const std::string& effect, const Naming& found,
-                const Selection& selection) {
+                const Choice& choice) {
   const Hypothesis* without = &found.base;
-  for (const Hypothesis* step : selection.path()) {
+  for (const Hypothesis* step : choice.path()) {
     if (speaks_for(*step, effect)) break;
     if (std::includes(h.effects.begin(), h.effects.end(), step->effects.begin(),
                       step->effects.end()))
       without = step;
   }
-  const double left = std::min(1.0, selection.left_of(h, *without));
+  const double left = std::min(1.0, choice.left_of(h, *without));
   const auto steps = static_cast<int>(h.effects.size() - without->effects.size());
   return kUnknownBeside / (kUnknownBeside + chance_to_imitate(left, steps));
 }
 
 // Of all names together: with something left, the share of the gap's square that is closed.
-double most_of(const Naming& found, const Selection& selection) {
-  const Hypothesis* best = selection.chosen();
+double most_of(const Naming& found, const Choice& choice) {
+  const Hypothesis* best = choice.chosen();
   if (found.explained) return 1.0 - unknown_share(found.probability_best);
   if (found.adequate || best == nullptr) return 1.0;
-  return std::clamp(1.0 - selection.left_of(*best, found.base), 0.0, kMostUnexplained);
+  return std::clamp(1.0 - choice.left_of(*best, found.base), 0.0, kMostUnexplained);
 }
 
 }  // namespace
@@ -135,8 +135,7 @@ double chance_to_imitate(double left, int effects) {
   return std::min(1.0, sum);
 }
 
-const Selection& agree(const Naming& found, const std::vector<RunDatum>& data,
-                       Selection& selection) {
+const Choice& agree(const Naming& found, const std::vector<RunDatum>& data, Choice& choice) {
   std::vector<double> share;
   const auto probability = [&](const std::string& effect) {
     double sum = 0.0;
@@ -145,25 +144,25 @@ const Selection& agree(const Naming& found, const std::vector<RunDatum>& data,
     return sum;
   };
   do {
-    share = weights(found, data, selection, [](const Hypothesis&) { return 0.0; });
-    const double most = most_of(found, selection);
+    share = weights(found, data, choice, [](const Hypothesis&) { return 0.0; });
+    const double most = most_of(found, choice);
     for (double& of : share)
       of *= most;
-  } while (selection.drop_unlikely(probability, kWorthNaming));
-  return selection;
+  } while (choice.drop_unlikely(probability, kWorthNaming));
+  return choice;
 }
 
 std::optional<std::size_t> answer_of(const Naming& found, const std::vector<RunDatum>& data) {
-  Selection selection(found, data);
-  const Hypothesis* chosen = agree(found, data, selection).chosen();
+  Choice choice(found, data);
+  const Hypothesis* chosen = agree(found, data, choice).chosen();
   if (chosen == nullptr) return std::nullopt;
   return static_cast<std::size_t>(chosen - found.hypotheses.data());
 }
 
-Shares::Shares(const Naming& found, const std::vector<RunDatum>& data, const Selection& selection)
-    : found_(found), selection_(selection) {
+Shares::Shares(const Naming& found, const std::vector<RunDatum>& data, const Choice& choice)
+    : found_(found), choice_(choice) {
   const std::size_t catalogue = size_of_catalogue(found);
-  weight_ = weights(found, data, selection,
+  weight_ = weights(found, data, choice,
                     [&](const Hypothesis& h) { return log_before(h.effects.size(), catalogue); });
   unknown_ = found.adequate ? 0.0 : unknown_share(found.probability_best);
 }
@@ -181,7 +180,7 @@ double Shares::probability_of(const std::string& effect) const {
     const Hypothesis& h = found_.hypotheses[k];
     if (weight_[k] == 0.0 || !speaks_for(h, effect)) continue;
     const double beside_unknown =
-        found_.explained || found_.adequate ? 0.0 : own_part(h, effect, found_, selection_);
+        found_.explained || found_.adequate ? 0.0 : own_part(h, effect, found_, choice_);
     sum += weight_[k] * (1.0 - unknown_ * (1.0 - beside_unknown));
   }
   return found_.explained || found_.adequate ? sum : std::min(sum, kMostUnexplained);

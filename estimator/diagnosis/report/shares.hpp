@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/diagnosis/report/selection.hpp"
+#include "estimator/diagnosis/report/choice.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -23,8 +23,7 @@ inline constexpr double kMostUnexplained = 0.9;
 
 // The selection, once all effects of what is chosen are worth a name by the evidence alone: the
 // improved model and the names agree.
-const Selection& agree(const Naming& found, const std::vector<RunDatum>& data,
-                       Selection& selection);
+const Choice& agree(const Naming& found, const std::vector<RunDatum>& data, Choice& choice);
 
 // What is the answer then, of found.hypotheses; nothing where there is none.
 std::optional<std::size_t> answer_of(const Naming& found, const std::vector<RunDatum>& data);
@@ -37,7 +36,7 @@ double chance_to_imitate(double left, int effects);
 // Of what the selection has agreed on. Its arguments must outlive it.
 class Shares {
  public:
-  Shares(const Naming& found, const std::vector<RunDatum>& data, const Selection& selection);
+  Shares(const Naming& found, const std::vector<RunDatum>& data, const Choice& choice);
 
   // Of all hypotheses that hold the effect.
   double probability_of(const std::string& effect) const;
@@ -49,7 +48,7 @@ class Shares {
 
  private:
   const Naming& found_;
-  const Selection& selection_;
+  const Choice& choice_;
   std::vector<double> weight_;  // of each hypothesis
   double unknown_ = 0.0;        // that something unknown is there too
 };

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/report/selection.hpp"
+#include "estimator/diagnosis/report/choice.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -51,8 +51,8 @@ class Found {
   }
   double probability_of(const std::string& effect) const {
     const std::vector<RunDatum> none;
-    Selection selection(naming_, none);
-    return Shares(naming_, none, agree(naming_, none, selection)).probability_of(effect);
+    Choice choice(naming_, none);
+    return Shares(naming_, none, agree(naming_, none, choice)).probability_of(effect);
   }
 
  private:

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/selection.hpp"
+#include "estimator/diagnosis/report/choice.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +40,7 @@ bool counts(const Hypothesis& h) {
   return h.disqualified.empty() && std::isfinite(h.fit->chi_squared);
 }
 
-Selection::Selection(const Naming& found, const std::vector<RunDatum>& data)
+Choice::Choice(const Naming& found, const std::vector<RunDatum>& data)
     : found_(found), data_(data) {
   for (const Hypothesis* next = after(found_.base); next != nullptr; next = after(*next))
     path_.push_back(next);
@@ -55,7 +55,7 @@ Selection::Selection(const Naming& found, const std::vector<RunDatum>& data)
 }
 
 // An effect that the others do better without has not earned its place.
-void Selection::drop_idle() {
+void Choice::drop_idle() {
   const auto better_without = [&](const Hypothesis& h) {
     return chosen_ != nullptr && counts(h) && h.effects.size() + 1 == chosen_->effects.size() &&
            h.log_evidence >= chosen_->log_evidence &&
@@ -68,8 +68,8 @@ void Selection::drop_idle() {
   }
 }
 
-bool Selection::drop_unlikely(const std::function<double(const std::string&)>& probability,
-                              double least) {
+bool Choice::drop_unlikely(const std::function<double(const std::string&)>& probability,
+                           double least) {
   if (chosen_ == nullptr) return false;
   const Hypothesis& unsure = *chosen_;
   const std::size_t known = dropped_.size();
@@ -97,7 +97,7 @@ bool Selection::drop_unlikely(const std::function<double(const std::string&)>& p
 // richer one in the place of the simple one that it holds, where that closes nearly all. Of those
 // that close nearly as much, the one with the fewest parameters: friction before hysteresis that
 // can do what friction does.
-const Hypothesis* Selection::after(const Hypothesis& smallest) const {
+const Hypothesis* Choice::after(const Hypothesis& smallest) const {
   const double next_effect = found_.by_gap ? kOfGap : kHalved;
   const double limit = &smallest == &found_.base ? kFirstEffect : next_effect;
   const auto larger = [&](const Hypothesis& h) {
@@ -124,7 +124,7 @@ const Hypothesis* Selection::after(const Hypothesis& smallest) const {
   return next;
 }
 
-double Selection::left_of(const Hypothesis& one, const Hypothesis& other) const {
+double Choice::left_of(const Hypothesis& one, const Hypothesis& other) const {
   double mine = 0.0, theirs = 0.0;
   for (std::size_t r = 0; r < data_.size(); ++r) {
     if (data_[r].role != Role::fit) continue;
@@ -134,7 +134,7 @@ double Selection::left_of(const Hypothesis& one, const Hypothesis& other) const 
   return std::min(one.fit->chi_squared / other.fit->chi_squared, mine / theirs);
 }
 
-const std::vector<RunDatum>& Selection::data_of(const Hypothesis& h) const {
+const std::vector<RunDatum>& Choice::data_of(const Hypothesis& h) const {
   return h.data ? *h.data : data_;
 }
 

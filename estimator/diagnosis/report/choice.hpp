@@ -15,9 +15,9 @@ Eigen::VectorXd residual_of(const HarmonicFit& fit, const std::vector<RunDatum>&
                             std::size_t run);
 
 // Both must outlive it.
-class Selection {
+class Choice {
  public:
-  Selection(const Naming& found, const std::vector<RunDatum>& data);
+  Choice(const Naming& found, const std::vector<RunDatum>& data);
 
   // The best hypothesis; where something unknown is left, the smallest one of which no larger one
   // halves what it leaves: a known effect must not be made to mend an unknown one. Null: none.
