@@ -19,7 +19,7 @@
 #include "estimator/diagnosis/diagnose.hpp"
 #include "estimator/diagnosis/noise/weighing.hpp"
 #include "estimator/diagnosis/score/candidates.hpp"
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 #include "tests/blind/suite.hpp"
 
 namespace {
@@ -113,12 +113,12 @@ void over_catalogue(const config::ModelSpec& model) {
         for (std::size_t k = first; k < all.size(); k += share)
           some.push_back(all[k]);
         size = some.size();
-        sum += least_seconds([&] {
-                 auto copy =
-                     diagnosis::fit_harmonics(model, base.data, base.fit.theta, &base.fit, {});
-                 (void)diagnosis::name_effects(std::move(copy), base.data, some, {}, [](double) {});
-               }) /
-               static_cast<double>(share);
+        sum +=
+            least_seconds([&] {
+              auto copy = diagnosis::fit_harmonics(model, base.data, base.fit.theta, &base.fit, {});
+              (void)diagnosis::select_effects(std::move(copy), base.data, some, {}, [](double) {});
+            }) /
+            static_cast<double>(share);
       }
     }
     const double mean = sum / std::size(kHidden);

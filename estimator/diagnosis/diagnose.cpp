@@ -20,7 +20,7 @@
 #include "estimator/diagnosis/report/shares.hpp"
 #include "estimator/diagnosis/report/stated.hpp"
 #include "estimator/diagnosis/searches.hpp"
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -174,15 +174,15 @@ void tell_if_cut_short(Diagnosis& said) {
         "--thorough goes on");
 }
 
-NamingOptions naming_for(const DiagnoseOptions& options, const FitOptions& fitting) {
-  NamingOptions naming;
-  naming.fit = fitting;
-  naming.most_effects = options.most_effects;
-  naming.false_alarm_rate = options.false_alarm_rate;
-  naming.draws = options.draws;
-  naming.seed = options.seed;
-  naming.calibrations = options.calibrations;
-  return naming;
+SelectionOptions naming_for(const DiagnoseOptions& options, const FitOptions& fitting) {
+  SelectionOptions selection;
+  selection.fit = fitting;
+  selection.most_effects = options.most_effects;
+  selection.false_alarm_rate = options.false_alarm_rate;
+  selection.draws = options.draws;
+  selection.seed = options.seed;
+  selection.calibrations = options.calibrations;
+  return selection;
 }
 
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
@@ -225,11 +225,12 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
 
   const auto catalogue =
       candidates(model, range_of(weighed.data), campaign.runs.front().kind, warnings);
-  const NamingOptions naming = naming_for(options, fitting);
+  const SelectionOptions selection = naming_for(options, fitting);
   progress("scoring the catalogue", 0.2);
   const std::vector<double> theta = base.theta;
   const double left = base.chi_squared;
-  Diagnosis said = searched(std::move(base), weighed.data, runs, catalogue.tried, naming, progress);
+  Diagnosis said =
+      searched(std::move(base), weighed.data, runs, catalogue.tried, selection, progress);
   if (may_begin_anew) {
     if (const auto better = better_start(model, theta, left, weighed.data, said, first)) {
       auto anew = diagnose_cycles(campaign, *better, options, progress, effort, false);
@@ -298,11 +299,12 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
     return good.error();
   const auto catalogue = shown_by_transients(
       candidates(model, range_of(runs->data), kind, runs->warnings), model, runs->by_force);
-  NamingOptions naming = naming_for(options, fitting);
-  naming.draws = std::min(options.draws, kRecordDraws);
+  SelectionOptions selection = naming_for(options, fitting);
+  selection.draws = std::min(options.draws, kRecordDraws);
   progress("scoring the catalogue", 0.2);
   const std::vector<SteadyRun> none(runs->data.size());
-  Diagnosis said = searched(std::move(base), runs->data, none, catalogue.tried, naming, progress);
+  Diagnosis said =
+      searched(std::move(base), runs->data, none, catalogue.tried, selection, progress);
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
   said.gap.unit = unit;

@@ -41,11 +41,11 @@ double evidence_of(const HarmonicFit& fit, const WithRunConstants& with,
 
 // The runs may differ in their zero, preload, gas pressure or damping. Nothing where more than that
 // is missing, or where an effect explains the data better.
-std::optional<Diagnosis> said_of_run_constants(const Naming& searched,
+std::optional<Diagnosis> said_of_run_constants(const Selection& searched,
                                                const std::vector<RunDatum>& data,
                                                const std::vector<SteadyRun>& runs,
                                                const std::vector<Candidate>& catalogue,
-                                               const NamingOptions& options) {
+                                               const SelectionOptions& options) {
   if (searched.adequate) return std::nullopt;
   const HarmonicFit& base = *searched.base.fit;
   auto with =
@@ -55,7 +55,7 @@ std::optional<Diagnosis> said_of_run_constants(const Naming& searched,
     datum.effort = std::make_shared<Effort>();  // a fixed amount of work: the searches keep theirs
   HarmonicFit again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
   if (!again.trouble.empty()) return std::nullopt;
-  const Naming found = judge(std::move(again), with->data, catalogue, options);
+  const Selection found = judge(std::move(again), with->data, catalogue, options);
   if (!found.adequate) return std::nullopt;
   if (searched.explained &&
       searched.hypotheses[searched.best].log_evidence >= evidence_of(*found.base.fit, *with, data))
@@ -70,9 +70,10 @@ std::optional<Diagnosis> said_of_run_constants(const Naming& searched,
 }
 
 // Of a search by shares of the gap: it stays unexplained.
-Diagnosis said_of_gap(Naming by_gap, const Naming& first, const std::vector<RunDatum>& softened,
-                      const std::vector<RunDatum>& data, const std::vector<SteadyRun>& runs,
-                      const std::vector<Candidate>& catalogue, const FitOptions& options) {
+Diagnosis said_of_gap(Selection by_gap, const Selection& first,
+                      const std::vector<RunDatum>& softened, const std::vector<RunDatum>& data,
+                      const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
+                      const FitOptions& options) {
   by_gap.adequate = by_gap.explained = false;
   by_gap.by_gap = true;
   by_gap.probability_base = first.probability_base;
@@ -93,22 +94,22 @@ Diagnosis said_of_gap(Naming by_gap, const Naming& first, const std::vector<RunD
 
 Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
-                   const NamingOptions& naming, const Progress& progress) {
+                   const SelectionOptions& selection, const Progress& progress) {
   const auto named = [&](double from, double to) {
     return [&progress, from, to](double share) { progress("naming", from + (to - from) * share); };
   };
   const config::ModelSpec spec = base.spec;
   const std::vector<double> theta = base.theta;
-  NamingOptions by_noise = naming;
+  SelectionOptions by_noise = selection;
   by_noise.leave = kLeftByNoise;
-  Naming first = name_effects(std::move(base), data, catalogue, by_noise, named(0.2, 0.6));
-  if (const auto coloured = nothing_but_colour(first, data, catalogue, naming))
+  Selection first = select_effects(std::move(base), data, catalogue, by_noise, named(0.2, 0.6));
+  if (const auto coloured = nothing_but_colour(first, data, catalogue, selection))
     return said_of_colour(*coloured, runs, catalogue);
   if (const auto coloured =
-          explained_but_for_colour(first, data, catalogue, naming, named(0.6, 0.9)))
+          explained_but_for_colour(first, data, catalogue, selection, named(0.6, 0.9)))
     return said_of_colour(*coloured, runs, catalogue);
   if (first.explained) {
-    if (auto said = said_of_run_constants(first, data, runs, catalogue, naming)) return *said;
+    if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }
   const auto& effort = data.front().effort;
   const auto late = [&](double leave) {
@@ -120,7 +121,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
       first.cut_short = true;
       return std::nullopt;
     }
-    NamingOptions own = naming;
+    SelectionOptions own = selection;
     own.leave = leave;
     return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, own,
                                    named(0.6, 0.9), first.cut_short);
@@ -131,26 +132,27 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   };
   if (const auto again = by_own_errors(guide_of(first), kLeftByOwn)) return said_of_own(*again);
   if (!first.explained) {
-    if (auto said = said_of_run_constants(first, data, runs, catalogue, naming)) return *said;
+    if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }
   const auto softened = with_model_error(first, data);
   if (softened && late(kLeftByGap)) {
     first.cut_short = true;
   } else if (softened) {
-    HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), naming.fit);
+    HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), selection.fit);
     if (again.trouble.empty()) {
       first.hypotheses.clear();  // with their solutions: they take memory
-      NamingOptions by_gap = naming;
+      SelectionOptions by_gap = selection;
       by_gap.simple_first = true;
       by_gap.leave = kLeftByGap;
-      Naming second = name_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
+      Selection second =
+          select_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
       if (!second.hypotheses.empty())  // what a round corner leaves is not the noise's
-        take_to_no_width(second, second.best, *softened, naming.fit);
+        take_to_no_width(second, second.best, *softened, selection.fit);
       if (const auto own = by_own_errors(guide_near_noise(second, data), 0.0))
         return said_of_own(*own);
       progress("drawing up", 0.95);
       second.cut_short = second.cut_short || first.cut_short;
-      return said_of_gap(std::move(second), first, *softened, data, runs, catalogue, naming.fit);
+      return said_of_gap(std::move(second), first, *softened, data, runs, catalogue, selection.fit);
     }
   }
   progress("drawing up", 0.95);

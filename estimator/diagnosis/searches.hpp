@@ -7,13 +7,13 @@
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 // `base`: the base model's fit to `data`, which are of `runs`. Progress from 0.2 to 0.95.
 Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
-                   const NamingOptions& naming, const Progress& progress);
+                   const SelectionOptions& selection, const Progress& progress);
 
 }  // namespace shaker::estimator::diagnosis

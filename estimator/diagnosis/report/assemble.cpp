@@ -28,7 +28,7 @@ using Eigen::VectorXd;
 
 class Assembler {
  public:
-  Assembler(const Naming& found, const std::vector<RunDatum>& data,
+  Assembler(const Selection& found, const std::vector<RunDatum>& data,
             const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates,
             const std::vector<RunDatum>& measured)
       : found_(found),
@@ -210,7 +210,7 @@ class Assembler {
     });
   }
 
-  const Naming& found_;
+  const Selection& found_;
   const std::vector<RunDatum>& data_;
   const std::vector<RunDatum>& measured_;
   const std::vector<SteadyRun>& runs_;
@@ -227,7 +227,7 @@ class Assembler {
 
 }  // namespace
 
-Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
+Diagnosis assemble(const Selection& found, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates,
                    const std::vector<RunDatum>& measured) {
   if (data.size() == runs.size()) return Assembler(found, data, runs, candidates, measured).run();
@@ -236,7 +236,7 @@ Diagnosis assemble(const Naming& found, const std::vector<RunDatum>& data,
     return std::vector<RunDatum>(all.begin(),
                                  all.begin() + static_cast<std::ptrdiff_t>(runs.size()));
   };
-  Naming of_runs = found;
+  Selection of_runs = found;
   for (Hypothesis& h : of_runs.hypotheses) {
     if (h.data) h.data = std::make_shared<const std::vector<RunDatum>>(shown(*h.data));
   }

@@ -40,7 +40,7 @@ bool counts(const Hypothesis& h) {
   return h.disqualified.empty() && std::isfinite(h.fit->chi_squared);
 }
 
-Choice::Choice(const Naming& found, const std::vector<RunDatum>& data)
+Choice::Choice(const Selection& found, const std::vector<RunDatum>& data)
     : found_(found), data_(data) {
   for (const Hypothesis* next = after(found_.base); next != nullptr; next = after(*next))
     path_.push_back(next);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -17,7 +17,7 @@ Eigen::VectorXd residual_of(const HarmonicFit& fit, const std::vector<RunDatum>&
 // Both must outlive it.
 class Choice {
  public:
-  Choice(const Naming& found, const std::vector<RunDatum>& data);
+  Choice(const Selection& found, const std::vector<RunDatum>& data);
 
   // The best hypothesis; where something unknown is left, the smallest one of which no larger one
   // halves what it leaves: a known effect must not be made to mend an unknown one. Null: none.
@@ -37,7 +37,7 @@ class Choice {
   const Hypothesis* after(const Hypothesis& smallest) const;
   const std::vector<RunDatum>& data_of(const Hypothesis& h) const;
 
-  const Naming& found_;
+  const Selection& found_;
   const std::vector<RunDatum>& data_;
   std::vector<const Hypothesis*> path_;
   const Hypothesis* chosen_ = nullptr;

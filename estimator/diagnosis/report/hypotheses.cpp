@@ -79,7 +79,7 @@ double freedom_of(const std::vector<RunDatum>& data) {
   return std::max(2.0, count > 0.0 ? freedom / count : 0.0);
 }
 
-std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const Naming& found,
+std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const Selection& found,
                                                      const std::vector<RunDatum>& data,
                                                      const Diagnosis& said) {
   const HarmonicFit& fit = *h.fit;
@@ -156,7 +156,7 @@ double unnamed_force(const std::vector<RunDatum>& data, const Diagnosis& said) {
 
 }  // namespace
 
-IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDatum>& data,
+IdentifiedDamper identified_damper(const Selection& found, const std::vector<RunDatum>& data,
                                    const Choice& choice, const Shares& shares,
                                    const Diagnosis& said) {
   IdentifiedDamper damper;

@@ -12,7 +12,7 @@ namespace shaker::estimator::diagnosis {
 // `said`: verdict, curves, gap and remaining force of the diagnosis; its hypotheses are `found`,
 // fitted to `data`, of which `choice` has chosen by `shares`. The chosen one (or the base model)
 // is the first of the result. Models start at the estimates.
-IdentifiedDamper identified_damper(const Naming& found, const std::vector<RunDatum>& data,
+IdentifiedDamper identified_damper(const Selection& found, const std::vector<RunDatum>& data,
                                    const Choice& choice, const Shares& shares,
                                    const Diagnosis& said);
 

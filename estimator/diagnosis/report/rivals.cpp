@@ -14,7 +14,7 @@ constexpr double kGainInTheSet = 8.0;  // of chi-squared behind, for those that 
 
 }  // namespace
 
-std::vector<std::string> rivals(const std::string& effect, const Naming& found,
+std::vector<std::string> rivals(const std::string& effect, const Selection& found,
                                 const Hypothesis& best) {
   std::vector<std::string> others;
   for (const std::string& e : best.effects) {
@@ -50,7 +50,7 @@ std::vector<std::string> rivals(const std::string& effect, const Naming& found,
   return set;
 }
 
-std::vector<const HarmonicFit*> rival_fits(const std::string& effect, const Naming& found,
+std::vector<const HarmonicFit*> rival_fits(const std::string& effect, const Selection& found,
                                            const Hypothesis& best) {
   std::vector<const HarmonicFit*> fits;
   for (const std::string& rival : rivals(effect, found, best)) {

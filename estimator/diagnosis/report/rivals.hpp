@@ -4,18 +4,18 @@
 #include <string>
 #include <vector>
 
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 // Effects that would do in the place of `effect` as well, as far as this campaign says; `best` is
 // the answer, of `found.hypotheses`.
-std::vector<std::string> rivals(const std::string& effect, const Naming& found,
+std::vector<std::string> rivals(const std::string& effect, const Selection& found,
                                 const Hypothesis& best);
 
 // Fits in which a rival stands in the place of `effect`; not those that are reduced to it, which
 // no run tells apart.
-std::vector<const HarmonicFit*> rival_fits(const std::string& effect, const Naming& found,
+std::vector<const HarmonicFit*> rival_fits(const std::string& effect, const Selection& found,
                                            const Hypothesis& best);
 
 }  // namespace shaker::estimator::diagnosis

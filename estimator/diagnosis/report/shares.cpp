@@ -39,7 +39,7 @@ double log_before(std::size_t effects, std::size_t catalogue) {
   return sum;
 }
 
-std::size_t size_of_catalogue(const Naming& found) {
+std::size_t size_of_catalogue(const Selection& found) {
   std::set<const Candidate*> all;
   for (const Score& score : found.base_scoring.scores)
     all.insert(score.candidate);
@@ -47,7 +47,7 @@ std::size_t size_of_catalogue(const Naming& found) {
 }
 
 // What the evidence of all is divided by.
-double scale_of(const Naming& found, const std::vector<RunDatum>& data, const Hypothesis* best) {
+double scale_of(const Selection& found, const std::vector<RunDatum>& data, const Hypothesis* best) {
   double scale = 1.0;
   if (!found.explained && !found.adequate && best != nullptr) {
     const double freedom =
@@ -65,7 +65,7 @@ double scale_of(const Naming& found, const std::vector<RunDatum>& data, const Hy
 }
 
 // Of each hypothesis; `before`: log of what it has beforehand.
-std::vector<double> weights(const Naming& found, const std::vector<RunDatum>& data,
+std::vector<double> weights(const Selection& found, const std::vector<RunDatum>& data,
                             const Choice& choice,
                             const std::function<double(const Hypothesis&)>& before) {
   const Hypothesis* best = choice.chosen();
@@ -100,7 +100,7 @@ bool speaks_for(const Hypothesis& h, const std::string& effect) {
 }
 
 // That what an effect of `h` closes is its own, where something is left that is not noise.
-double own_part(const Hypothesis& h, const std::string& effect, const Naming& found,
+double own_part(const Hypothesis& h, const std::string& effect, const Selection& found,
                 const Choice& choice) {
   const Hypothesis* without = &found.base;
   for (const Hypothesis* step : choice.path()) {
@@ -115,7 +115,7 @@ double own_part(const Hypothesis& h, const std::string& effect, const Naming& fo
 }
 
 // Of all names together: with something left, the share of the gap's square that is closed.
-double most_of(const Naming& found, const Choice& choice) {
+double most_of(const Selection& found, const Choice& choice) {
   const Hypothesis* best = choice.chosen();
   if (found.explained) return 1.0 - unknown_share(found.probability_best);
   if (found.adequate || best == nullptr) return 1.0;
@@ -135,7 +135,7 @@ double chance_to_imitate(double left, int effects) {
   return std::min(1.0, sum);
 }
 
-const Choice& agree(const Naming& found, const std::vector<RunDatum>& data, Choice& choice) {
+const Choice& agree(const Selection& found, const std::vector<RunDatum>& data, Choice& choice) {
   std::vector<double> share;
   const auto probability = [&](const std::string& effect) {
     double sum = 0.0;
@@ -152,14 +152,14 @@ const Choice& agree(const Naming& found, const std::vector<RunDatum>& data, Choi
   return choice;
 }
 
-std::optional<std::size_t> answer_of(const Naming& found, const std::vector<RunDatum>& data) {
+std::optional<std::size_t> answer_of(const Selection& found, const std::vector<RunDatum>& data) {
   Choice choice(found, data);
   const Hypothesis* chosen = agree(found, data, choice).chosen();
   if (chosen == nullptr) return std::nullopt;
   return static_cast<std::size_t>(chosen - found.hypotheses.data());
 }
 
-Shares::Shares(const Naming& found, const std::vector<RunDatum>& data, const Choice& choice)
+Shares::Shares(const Selection& found, const std::vector<RunDatum>& data, const Choice& choice)
     : found_(found), choice_(choice) {
   const std::size_t catalogue = size_of_catalogue(found);
   weight_ = weights(found, data, choice,

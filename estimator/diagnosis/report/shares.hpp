@@ -23,10 +23,10 @@ inline constexpr double kMostUnexplained = 0.9;
 
 // The selection, once all effects of what is chosen are worth a name by the evidence alone: the
 // improved model and the names agree.
-const Choice& agree(const Naming& found, const std::vector<RunDatum>& data, Choice& choice);
+const Choice& agree(const Selection& found, const std::vector<RunDatum>& data, Choice& choice);
 
 // What is the answer then, of found.hypotheses; nothing where there is none.
-std::optional<std::size_t> answer_of(const Naming& found, const std::vector<RunDatum>& data);
+std::optional<std::size_t> answer_of(const Selection& found, const std::vector<RunDatum>& data);
 
 // That the best of the catalogue, one after another, closes all but the share `left` of a gap's
 // square that an unknown effect makes: the share that each of them leaves of it is any number
@@ -36,7 +36,7 @@ double chance_to_imitate(double left, int effects);
 // Of what the selection has agreed on. Its arguments must outlive it.
 class Shares {
  public:
-  Shares(const Naming& found, const std::vector<RunDatum>& data, const Choice& choice);
+  Shares(const Selection& found, const std::vector<RunDatum>& data, const Choice& choice);
 
   // Of all hypotheses that hold the effect.
   double probability_of(const std::string& effect) const;
@@ -47,7 +47,7 @@ class Shares {
   double of_unknown() const { return unknown_; }
 
  private:
-  const Naming& found_;
+  const Selection& found_;
   const Choice& choice_;
   std::vector<double> weight_;  // of each hypothesis
   double unknown_ = 0.0;        // that something unknown is there too

@@ -16,11 +16,11 @@ using Eigen::VectorXd;
 
 // Of the width that the catalogue states: the first beside none, and the ends.
 constexpr double kFirst = 0.2, kNarrowest = 0.06, kWidest = 4.0;
-constexpr double kWider = 0.1;      // of a width: for the slope over it
-constexpr double kStride = 3.0;     // times as wide, or as narrow, in one step at most
-constexpr double kPromised = 0.25;  // of chi-squared, left at most
-constexpr double kSettled = 0.1;    // of chi-squared: what another step would gain
-constexpr double kWorthIt = 10.0;   // of chi-squared
+constexpr double kWider = 0.1;               // of a width: for the slope over it
+constexpr double kStride = 3.0;              // times as wide, or as narrow, in one step at most
+constexpr double kPromised = 0.25;           // of chi-squared, left at most
+constexpr double kSettled = 0.1;             // of chi-squared: what another step would gain
+constexpr double kMinChiSquaredGain = 10.0;  // of chi-squared
 constexpr int kMostSteps = 6, kMostHalves = 2, kMostOfFit = 25;
 
 // What another width, with the parameters following it, would do to a fit.
@@ -132,7 +132,7 @@ class Widths {
 // The slope says that the width may be it.
 bool promising(const WidthStep& step, const HarmonicFit& fit, double most) {
   const double left = fit.chi_squared - step.gain;
-  return step.gain > kWorthIt && left < std::max(most, kPromised * fit.chi_squared);
+  return step.gain > kMinChiSquaredGain && left < std::max(most, kPromised * fit.chi_squared);
 }
 
 std::optional<Turning> only_turning(const HarmonicFit& fit) {

@@ -39,7 +39,7 @@ double left_of(const HarmonicFit& fit, const std::vector<RunDatum>& data, Quanti
 
 }  // namespace
 
-std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
+std::optional<std::vector<RunDatum>> with_model_error(const Selection& found,
                                                       const std::vector<RunDatum>& data) {
   if (found.adequate || found.explained) return std::nullopt;
   const HarmonicFit* best = found.base.fit.get();

@@ -8,13 +8,13 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 // The data with such errors; nothing when the first search was content, or what is left is near the
 // noise, or next to nothing beside what the base model leaves.
-std::optional<std::vector<RunDatum>> with_model_error(const Naming& found,
+std::optional<std::vector<RunDatum>> with_model_error(const Selection& found,
                                                       const std::vector<RunDatum>& data);
 
 }  // namespace shaker::estimator::diagnosis

@@ -11,21 +11,21 @@ namespace {
 
 constexpr double kChosenByChance = 1e-7;  // three effects of some forty may be chosen
 
-const Hypothesis* best_of(const Naming& found) {
+const Hypothesis* best_of(const Selection& found) {
   if (found.best >= found.hypotheses.size()) return nullptr;
   const Hypothesis& best = found.hypotheses[found.best];
   return best.disqualified.empty() ? &best : nullptr;
 }
 
 bool along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                  const NamingOptions& options) {
+                  const SelectionOptions& options) {
   const auto chance = chance_along_motion(fit, data, options.fit);
   return !chance || *chance <= options.false_alarm_rate;
 }
 
 // The best hypothesis leaves far less than the base model, by more than the choice among all of the
 // catalogue's sets does by chance.
-bool closed_by_effects(const Naming& searched, const std::vector<RunDatum>& data) {
+bool closed_by_effects(const Selection& searched, const std::vector<RunDatum>& data) {
   const Hypothesis* best = best_of(searched);
   if (best == nullptr) return false;
   const HarmonicFit& base = *searched.base.fit;
@@ -47,7 +47,7 @@ std::optional<OfUnknownColour> without_force(const HarmonicFit& left,
                                              const std::vector<RunDatum>& fitted,
                                              const std::vector<RunDatum>& data, ColourOf of,
                                              const std::vector<Candidate>& catalogue,
-                                             const NamingOptions& options) {
+                                             const SelectionOptions& options) {
   if (!may_be_noise(left, fitted)) return std::nullopt;
   OfUnknownColour out;
   out.data = with_spectrum_left(left, fitted, data, of);
@@ -60,10 +60,10 @@ std::optional<OfUnknownColour> without_force(const HarmonicFit& left,
 
 }  // namespace
 
-std::optional<OfUnknownColour> nothing_but_colour(const Naming& searched,
+std::optional<OfUnknownColour> nothing_but_colour(const Selection& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,
-                                                  const NamingOptions& options) {
+                                                  const SelectionOptions& options) {
   if (searched.adequate || searched.explained || !on_samples(data) ||
       closed_by_effects(searched, data))
     return std::nullopt;
@@ -75,8 +75,8 @@ std::optional<OfUnknownColour> nothing_but_colour(const Naming& searched,
 }
 
 std::optional<OfUnknownColour> explained_but_for_colour(
-    const Naming& searched, const std::vector<RunDatum>& data,
-    const std::vector<Candidate>& catalogue, const NamingOptions& options,
+    const Selection& searched, const std::vector<RunDatum>& data,
+    const std::vector<Candidate>& catalogue, const SelectionOptions& options,
     const std::function<void(double)>& progress) {
   const Hypothesis* best = best_of(searched);
   if (searched.adequate || searched.explained || !on_samples(data) || best == nullptr)
@@ -88,7 +88,7 @@ std::optional<OfUnknownColour> explained_but_for_colour(
     if (!out) continue;
     HarmonicFit again = fit_harmonics(base.spec, out->data, base.theta, &base, options.fit);
     if (!again.trouble.empty()) continue;
-    out->found = name_effects(std::move(again), out->data, catalogue, options, progress);
+    out->found = select_effects(std::move(again), out->data, catalogue, options, progress);
     if (!out->found.explained) continue;
     const Hypothesis& now = out->found.hypotheses[out->found.best];
     if (!along_motion(*now.fit, now.data ? *now.data : out->data, options)) return out;

@@ -8,27 +8,27 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 struct OfUnknownColour {
-  Naming found;                // adequate or explained
+  Selection found;             // adequate or explained
   std::vector<RunDatum> data;  // with such noise
 };
 
 // Nothing is missing, and what the base model leaves is noise. Nothing for runs with a period, and
 // where the noise above the response is enough. After the search: what bends the base model far may
 // have no gain where that fits best, and all of it elsewhere.
-std::optional<OfUnknownColour> nothing_but_colour(const Naming& searched,
+std::optional<OfUnknownColour> nothing_but_colour(const Selection& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,
-                                                  const NamingOptions& options);
+                                                  const SelectionOptions& options);
 
 // The search again with what its best hypothesis left as noise; nothing where that is a force.
 std::optional<OfUnknownColour> explained_but_for_colour(
-    const Naming& searched, const std::vector<RunDatum>& data,
-    const std::vector<Candidate>& catalogue, const NamingOptions& options,
+    const Selection& searched, const std::vector<RunDatum>& data,
+    const std::vector<Candidate>& catalogue, const SelectionOptions& options,
     const std::function<void(double)>& progress);
 
 }  // namespace shaker::estimator::diagnosis

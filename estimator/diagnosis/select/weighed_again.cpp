@@ -16,7 +16,7 @@ constexpr double kBetterGuide = 0.1;  // of chi-squared, that the best leaves at
 constexpr double kHopeless = 100.0;   // of chi-squared a datum: other errors alone do not mend that
 constexpr double kNearNoise = 3.0;    // root mean square of what is left, over the noise's
 
-const Hypothesis* admissible_best(const Naming& found) {
+const Hypothesis* admissible_best(const Selection& found) {
   if (found.best >= found.hypotheses.size()) return nullptr;
   const Hypothesis& best = found.hypotheses[found.best];
   return best.disqualified.empty() && std::isfinite(best.fit->chi_squared) ? &best : nullptr;
@@ -33,7 +33,7 @@ HarmonicFit copied(const Hypothesis& h, const std::vector<RunDatum>& data, FitOp
 
 }  // namespace
 
-const Hypothesis* guide_of(const Naming& searched) {
+const Hypothesis* guide_of(const Selection& searched) {
   if (searched.adequate || searched.explained) return nullptr;
   const Hypothesis* best = admissible_best(searched);
   if (best == nullptr) return nullptr;
@@ -42,7 +42,7 @@ const Hypothesis* guide_of(const Naming& searched) {
   return better && !hopeless ? best : nullptr;
 }
 
-const Hypothesis* guide_near_noise(const Naming& by_gap, const std::vector<RunDatum>& data) {
+const Hypothesis* guide_near_noise(const Selection& by_gap, const std::vector<RunDatum>& data) {
   const Hypothesis* best = admissible_best(by_gap);
   if (best == nullptr) return nullptr;
   const std::vector<RunDatum>& fitted = best->data ? *best->data : data;
@@ -58,7 +58,7 @@ const Hypothesis* guide_near_noise(const Naming& by_gap, const std::vector<RunDa
 std::optional<WeighedAgain> explained_by_own_errors(
     const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
     const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,
-    const NamingOptions& options, const std::function<void(double)>& progress, bool& cut_short) {
+    const SelectionOptions& options, const std::function<void(double)>& progress, bool& cut_short) {
   if (guide == nullptr || on_samples(data)) return std::nullopt;
   HarmonicFit fit = copied(*guide, data, options.fit);
   std::vector<RunDatum> own = weigh(runs, fit).data;
@@ -69,9 +69,9 @@ std::optional<WeighedAgain> explained_by_own_errors(
   std::move(more.begin(), more.end(), std::back_inserter(own));
   HarmonicFit again = fit_harmonics(base.spec, own, base.theta, &base, options.fit);
   if (!again.trouble.empty()) return std::nullopt;
-  NamingOptions with_guide = options;
+  SelectionOptions with_guide = options;
   with_guide.known = guide;
-  Naming found = name_effects(std::move(again), own, catalogue, with_guide, progress);
+  Selection found = select_effects(std::move(again), own, catalogue, with_guide, progress);
   cut_short = cut_short || found.cut_short;
   // Without all of its rivals a name would be surer than it is.
   if (!found.explained || found.cut_short) return std::nullopt;

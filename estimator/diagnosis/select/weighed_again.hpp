@@ -11,20 +11,20 @@
 #include <vector>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 struct WeighedAgain {
-  Naming found;                // explained
+  Selection found;             // explained
   std::vector<RunDatum> data;  // as the best hypothesis weighs them
 };
 
 // Hypotheses that are better guides than the base model; null for none. The best of a first search
 // that explains nothing, where it closes most of the gap; that of a search by the gap's shares,
 // where it leaves no more than a few times the noise of `data`.
-const Hypothesis* guide_of(const Naming& searched);
-const Hypothesis* guide_near_noise(const Naming& by_gap, const std::vector<RunDatum>& data);
+const Hypothesis* guide_of(const Selection& searched);
+const Hypothesis* guide_near_noise(const Selection& by_gap, const std::vector<RunDatum>& data);
 
 // The search again, with the errors that `guide` tells and with the guide among its hypotheses, by
 // the same test; nothing where that explains nothing either. `guide` may be null; `base`: the base
@@ -32,6 +32,6 @@ const Hypothesis* guide_near_noise(const Naming& by_gap, const std::vector<RunDa
 std::optional<WeighedAgain> explained_by_own_errors(
     const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
     const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,
-    const NamingOptions& options, const std::function<void(double)>& progress, bool& cut_short);
+    const SelectionOptions& options, const std::function<void(double)>& progress, bool& cut_short);
 
 }  // namespace shaker::estimator::diagnosis

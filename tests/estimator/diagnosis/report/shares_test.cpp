@@ -34,30 +34,30 @@ class Found {
  public:
   explicit Found(const std::vector<Hypothesis>& hypotheses, bool explained, double by_noise)
       : catalogue_(31) {
-    naming_.base = leaving({}, 1e6, -4e5);
-    naming_.hypotheses = hypotheses;
+    selection_.base = leaving({}, 1e6, -4e5);
+    selection_.hypotheses = hypotheses;
     const auto less = [](const Hypothesis& a, const Hypothesis& b) {
       return a.log_evidence < b.log_evidence;
     };
-    naming_.best = static_cast<std::size_t>(
+    selection_.best = static_cast<std::size_t>(
         std::max_element(hypotheses.begin(), hypotheses.end(), less) - hypotheses.begin());
-    naming_.explained = explained;
-    naming_.probability_best = by_noise;
+    selection_.explained = explained;
+    selection_.probability_best = by_noise;
     for (const Candidate& candidate : catalogue_) {
       Score score;
       score.candidate = &candidate;
-      naming_.base_scoring.scores.push_back(score);
+      selection_.base_scoring.scores.push_back(score);
     }
   }
   double probability_of(const std::string& effect) const {
     const std::vector<RunDatum> none;
-    Choice choice(naming_, none);
-    return Shares(naming_, none, agree(naming_, none, choice)).probability_of(effect);
+    Choice choice(selection_, none);
+    return Shares(selection_, none, agree(selection_, none, choice)).probability_of(effect);
   }
 
  private:
   std::vector<Candidate> catalogue_;
-  Naming naming_;
+  Selection selection_;
 };
 
 TEST(Shares, AskMoreOfASecondNameThanToBeTheBestOfManyPairs) {

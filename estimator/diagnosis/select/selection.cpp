@@ -1,21 +1,22 @@
-#include "estimator/diagnosis/select/naming.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "estimator/diagnosis/select/candidate_set.hpp"
 #include "estimator/diagnosis/select/nesting.hpp"
 #include "estimator/diagnosis/select/refits.hpp"
-#include "estimator/diagnosis/select/standing.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kWorthRefitting = 5.0;      // of chi-squared: less is chance
+constexpr double kMinRefitGain = 5.0;        // of chi-squared: less is chance
 constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
-constexpr double kNear = 4.0;                // of chi-squared, times the best one's
-constexpr double kWorthGoingOn = 0.5;  // of chi-squared, that one more effect must leave at most
+constexpr double kMaxNearRatio = 4.0;        // of chi-squared, times the best one's
+constexpr double kMaxRemainingShare =
+    0.5;  // of chi-squared, that one more effect must leave at most
 
 struct Ordered {
   const Candidate* candidate;
@@ -36,7 +37,7 @@ std::vector<Ordered> ordered(const Scoring& scoring) {
       found->gain = s.gain;
     }
   }
-  std::erase_if(best, [](const Ordered& o) { return o.gain < kWorthRefitting; });
+  std::erase_if(best, [](const Ordered& o) { return o.gain < kMinRefitGain; });
   std::stable_sort(best.begin(), best.end(),
                    [](const Ordered& a, const Ordered& b) { return a.gain > b.gain; });
   return best;
@@ -44,8 +45,8 @@ std::vector<Ordered> ordered(const Scoring& scoring) {
 
 class Search {
  public:
-  Search(Naming& found, const std::vector<RunDatum>& data, const std::vector<Candidate>& all,
-         const NamingOptions& options, const std::function<void(double)>& progress)
+  Search(Selection& found, const std::vector<RunDatum>& data, const std::vector<Candidate>& all,
+         const SelectionOptions& options, const std::function<void(double)>& progress)
       : found_(found),
         data_(data),
         all_(all),
@@ -53,7 +54,7 @@ class Search {
         progress_(progress),
         refits_(*found.base.fit, data, options.fit,
                 options.simple_first ? Errors::left_over : Errors::noise),
-        standing_(found, data, all, options, refits_) {}
+        candidate_set_(found, data, all, options, refits_) {}
 
   void judge_base() {
     // What has no coefficient is probed where it does something, which may be far away; later on
@@ -61,7 +62,7 @@ class Search {
     FitOptions far = options_.fit;
     far.from_rest = !options_.simple_first;
     found_.base_scoring = score(*found_.base.fit, data_, all_, far);
-    found_.probability_base = standing_.probability(found_.base_scoring);
+    found_.probability_base = candidate_set_.probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
     refits_.describe(found_.base);
     if (!found_.adequate) sharpen_base();
@@ -71,32 +72,33 @@ class Search {
     std::vector<std::size_t> level = begin_known();
     for (const std::size_t h : extend(found_.base, found_.base_scoring, options_.refits))
       level.push_back(h);
-    standing_.choose();
-    if (!options_.simple_first && begin_near_ones_elsewhere(level)) standing_.choose();
+    candidate_set_.choose();
+    if (!options_.simple_first && begin_near_ones_elsewhere(level)) candidate_set_.choose();
     if (options_.known != nullptr) prune();
-    if (!standing_.settled() && !options_.simple_first && standing_.goes_on()) {
+    if (!candidate_set_.settled() && !options_.simple_first && candidate_set_.goes_on()) {
       begin_elsewhere(level);
-      standing_.choose();
+      candidate_set_.choose();
     }
-    for (int size = 2; size <= options_.most_effects && !standing_.settled(); ++size) {
-      if (!standing_.goes_on()) break;
+    for (int size = 2; size <= options_.most_effects && !candidate_set_.settled(); ++size) {
+      if (!candidate_set_.goes_on()) break;
       progress_(0.4 + 0.2 * size);
       std::vector<std::size_t> next;
-      standing_.sort_by_evidence(level);
+      candidate_set_.sort_by_evidence(level);
       if (options_.simple_first) put_simple_first(level);
       for (std::size_t i = 0; i < level.size() && i < 2U; ++i) {
         // Not a reference: extending grows the vector.
         const Hypothesis parent = found_.hypotheses[level[i]];
-        const auto& scoring = standing_.scored(parent.rounded ? parent.rounded : parent.fit);
+        const auto& scoring = candidate_set_.scored(parent.rounded ? parent.rounded : parent.fit);
         for (const std::size_t h : extend(parent, scoring, size == 2 ? 5 : 3))
           next.push_back(h);
       }
       if (next.empty()) break;
       level = std::move(next);
-      const double before = standing_.left_by_best();
-      standing_.choose();
+      const double before = candidate_set_.left_by_best();
+      candidate_set_.choose();
       prune();
-      if (!options_.simple_first && standing_.left_by_best() > kWorthGoingOn * before) break;
+      if (!options_.simple_first && candidate_set_.left_by_best() > kMaxRemainingShare * before)
+        break;
     }
   }
 
@@ -107,8 +109,8 @@ class Search {
     Hypothesis sharp = found_.base;
     if (!refits_.sharpened(sharp) || sharp.fit->chi_squared >= found_.base.fit->chi_squared) return;
     found_.base = std::move(sharp);
-    found_.base_scoring = standing_.scored(found_.base);
-    found_.probability_base = standing_.probability(found_.base_scoring);
+    found_.base_scoring = candidate_set_.scored(found_.base);
+    found_.probability_base = candidate_set_.probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
   }
 
@@ -118,8 +120,8 @@ class Search {
     std::vector<std::size_t> made;
     if (options_.known == nullptr) return made;
     const Hypothesis known = refits_.again(*options_.known);
-    standing_.keep(known, made);
-    const double near = kNear * known.fit->observations;
+    candidate_set_.keep(known, made);
+    const double near = kMaxNearRatio * known.fit->observations;
     if (!known.disqualified.empty()) keep_without(known, made, near);
     std::erase_if(made, [&](std::size_t h) { return found_.hypotheses[h].effects.size() > 1; });
     return made;
@@ -133,7 +135,7 @@ class Search {
     for (std::size_t out = found_.base.fit->spec.effects.size();
          out < full.fit->spec.effects.size(); ++out) {
       Hypothesis less = refits_.without(full, out);
-      if (less.fit->chi_squared <= most) standing_.keep(std::move(less), made);
+      if (less.fit->chi_squared <= most) candidate_set_.keep(std::move(less), made);
     }
   }
 
@@ -155,9 +157,9 @@ class Search {
       if (std::any_of(parent.effects.begin(), parent.effects.end(), stands)) continue;
       std::vector<std::string> effects = parent.effects;
       effects.insert(std::upper_bound(effects.begin(), effects.end(), added), added);
-      if (standing_.find(effects) != nullptr) continue;
+      if (candidate_set_.find(effects) != nullptr) continue;
       // Single ones are each other's rivals: a name is no surer than all of them let it be.
-      if (!parent.effects.empty() && !standing_.goes_on()) break;
+      if (!parent.effects.empty() && !candidate_set_.goes_on()) break;
       tried += guessed ? 0 : 1;
       made.push_back(found_.hypotheses.size());
       found_.hypotheses.push_back(refits_.with(parent, *next.probe));
@@ -175,11 +177,12 @@ class Search {
     if (!off || full.effects.size() < 2) return;
     std::vector<std::string> effects = full.effects;
     std::erase(effects, full.fit->spec.effects[*off].effect);
-    const Hypothesis* known = standing_.find(effects);
-    if (known != nullptr && !(full.fit->chi_squared < kWorthGoingOn * rounded(*known).chi_squared))
+    const Hypothesis* known = candidate_set_.find(effects);
+    if (known != nullptr &&
+        !(full.fit->chi_squared < kMaxRemainingShare * rounded(*known).chi_squared))
       return;
-    standing_.keep(refits_.without(full, *off), made);
-    const Hypothesis* now = standing_.find(effects);  // none where it has no solution
+    candidate_set_.keep(refits_.without(full, *off), made);
+    const Hypothesis* now = candidate_set_.find(effects);  // none where it has no solution
     if (now == nullptr) return;
     const auto kept = static_cast<std::size_t>(now - found_.hypotheses.data());
     if (std::find(made.begin(), made.end(), kept) == made.end()) made.push_back(kept);
@@ -206,14 +209,15 @@ class Search {
   // its own: before two are believed, each one is tried from where it is at work.
   void begin_elsewhere(std::vector<std::size_t>& level) {
     for (const Candidate& candidate : all_) {
-      if (!standing_.goes_on()) return;
+      if (!candidate_set_.goes_on()) return;
       const std::string effect(candidate.effect->name());
-      const Hypothesis* known = standing_.find({effect});
+      const Hypothesis* known = candidate_set_.find({effect});
       if (known != nullptr && known->fit->stopped) continue;
-      const double own = known != nullptr ? known->fit->chi_squared : standing_.left_by_best();
+      const double own = known != nullptr ? known->fit->chi_squared : candidate_set_.left_by_best();
       const auto probe = candidate.probes[candidate.probes.size() / 2];
-      auto h = refits_.elsewhere(probe, kWorthGoingOn * std::min(own, standing_.left_by_best()));
-      if (h) standing_.keep(std::move(*h), level);
+      auto h = refits_.elsewhere(probe,
+                                 kMaxRemainingShare * std::min(own, candidate_set_.left_by_best()));
+      if (h) candidate_set_.keep(std::move(*h), level);
     }
   }
 
@@ -222,18 +226,19 @@ class Search {
   // more than noise, it and those that come near it are begun where they are at work too. False:
   // nothing is better.
   bool begin_near_ones_elsewhere(std::vector<std::size_t>& level) {
-    const double best = standing_.left_by_best();
-    if (!standing_.chosen() || best > kNear * found_.base.fit->observations) return false;
-    const double near = kNear * best;
+    const double best = candidate_set_.left_by_best();
+    if (!candidate_set_.chosen() || best > kMaxNearRatio * found_.base.fit->observations)
+      return false;
+    const double near = kMaxNearRatio * best;
     bool better = false;
     for (const Candidate& candidate : all_) {
-      const Hypothesis* known = standing_.find({std::string(candidate.effect->name())});
+      const Hypothesis* known = candidate_set_.find({std::string(candidate.effect->name())});
       if (known == nullptr || known->rounded || !(known->fit->chi_squared < near)) continue;
       const double own = known->fit->chi_squared;
       auto h =
-          refits_.elsewhere(candidate.probes[candidate.probes.size() / 2], own - kWorthRefitting);
+          refits_.elsewhere(candidate.probes[candidate.probes.size() / 2], own - kMinRefitGain);
       if (!h || !(h->fit->chi_squared < own)) continue;
-      standing_.keep(std::move(*h), level);
+      candidate_set_.keep(std::move(*h), level);
       better = true;
     }
     return better;
@@ -242,49 +247,49 @@ class Search {
   // Backward: an effect that a larger set does not need any more. A smaller set that was on the way
   // may have ended elsewhere: from the larger one's parameters it is fitted again.
   void prune() {
-    for (bool changed = standing_.chosen(); changed;) {
+    for (bool changed = candidate_set_.chosen(); changed;) {
       const std::size_t before = found_.best;
       const Hypothesis full = found_.hypotheses[found_.best];
-      if (full.effects.size() < 2 || full.fit == pruned_ || !standing_.goes_on()) return;
+      if (full.effects.size() < 2 || full.fit == pruned_ || !candidate_set_.goes_on()) return;
       pruned_ = full.fit;
       std::vector<std::size_t> made;
       keep_without(full, made);
-      standing_.choose();
+      candidate_set_.choose();
       changed = found_.best != before;
     }
   }
 
-  Naming& found_;
+  Selection& found_;
   const std::vector<RunDatum>& data_;
   const std::vector<Candidate>& all_;
-  const NamingOptions& options_;
+  const SelectionOptions& options_;
   const std::function<void(double)>& progress_;
   const Refits refits_;
-  Standing standing_;
+  CandidateSet candidate_set_;
   std::shared_ptr<const HarmonicFit> pruned_;  // of the hypothesis that was pruned last
 };
 
 }  // namespace
 
-Naming judge(HarmonicFit base, const std::vector<RunDatum>& data,
-             const std::vector<Candidate>& candidates, const NamingOptions& options) {
-  Naming found;
+Selection judge(HarmonicFit base, const std::vector<RunDatum>& data,
+                const std::vector<Candidate>& candidates, const SelectionOptions& options) {
+  Selection found;
   found.base.fit = std::make_shared<const HarmonicFit>(std::move(base));
   Search(found, data, candidates, options, {}).judge_base();
   return found;
 }
 
-Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
-                    const std::vector<Candidate>& candidates, const NamingOptions& options,
-                    const std::function<void(double)>& progress) {
-  Naming found = judge(std::move(base), data, candidates, options);
+Selection select_effects(HarmonicFit base, const std::vector<RunDatum>& data,
+                         const std::vector<Candidate>& candidates, const SelectionOptions& options,
+                         const std::function<void(double)>& progress) {
+  Selection found = judge(std::move(base), data, candidates, options);
   progress(0.2);
   if (!found.adequate || options.simple_first)
     Search(found, data, candidates, options, progress).run();
   return found;
 }
 
-void take_to_no_width(Naming& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
+void take_to_no_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
                       const FitOptions& options) {
   const Refits refits(*found.base.fit, data, options, Errors::left_over);
   Hypothesis& wide = found.hypotheses[hypothesis];

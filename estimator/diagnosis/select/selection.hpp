@@ -10,7 +10,7 @@
 
 namespace shaker::estimator::diagnosis {
 
-struct NamingOptions {
+struct SelectionOptions {
   FitOptions fit;
   int most_effects = 3;
   int refits = 8;  // of single effects
@@ -28,7 +28,7 @@ struct NamingOptions {
   CalibrationCache* calibrations = nullptr;  // null: drawn anew each time
 };
 
-struct Naming {
+struct Selection {
   Hypothesis base;
   Scoring base_scoring;
   double probability_base = 1.0;       // that noise alone makes the base model's gap
@@ -42,15 +42,15 @@ struct Naming {
 };
 
 // The base model only: whether anything is missing.
-Naming judge(HarmonicFit base, const std::vector<RunDatum>& data,
-             const std::vector<Candidate>& candidates, const NamingOptions& options);
+Selection judge(HarmonicFit base, const std::vector<RunDatum>& data,
+                const std::vector<Candidate>& candidates, const SelectionOptions& options);
 // And what is missing.
-Naming name_effects(HarmonicFit base, const std::vector<RunDatum>& data,
-                    const std::vector<Candidate>& candidates, const NamingOptions& options,
-                    const std::function<void(double)>& progress);
+Selection select_effects(HarmonicFit base, const std::vector<RunDatum>& data,
+                         const std::vector<Candidate>& candidates, const SelectionOptions& options,
+                         const std::function<void(double)>& progress);
 // A search by shares of a gap (simple_first) leaves corners as sharp as finer grids make them; this
 // takes those of one hypothesis to no width, where that leaves less and is admissible.
-void take_to_no_width(Naming& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
+void take_to_no_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
                       const FitOptions& options);
 
 }  // namespace shaker::estimator::diagnosis

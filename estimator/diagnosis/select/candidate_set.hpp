@@ -6,16 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "estimator/diagnosis/select/naming.hpp"
 #include "estimator/diagnosis/select/refits.hpp"
+#include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 // Its arguments must outlive it.
-class Standing {
+class CandidateSet {
  public:
-  Standing(Naming& found, const std::vector<RunDatum>& data, const std::vector<Candidate>& all,
-           const NamingOptions& options, const Refits& refits)
+  CandidateSet(Selection& found, const std::vector<RunDatum>& data,
+               const std::vector<Candidate>& all, const SelectionOptions& options,
+               const Refits& refits)
       : found_(found), data_(data), all_(all), options_(options), refits_(refits) {}
 
   // Finds the best admissible hypothesis of all, with corners as sharp as it needs.
@@ -49,10 +50,10 @@ class Standing {
                    const std::vector<std::string>& wanted);
   void judge_best();
 
-  Naming& found_;
+  Selection& found_;
   const std::vector<RunDatum>& data_;
   const std::vector<Candidate>& all_;
-  const NamingOptions& options_;
+  const SelectionOptions& options_;
   const Refits& refits_;
   std::map<std::shared_ptr<const HarmonicFit>, std::shared_ptr<const Scoring>> scored_;
   bool chosen_ = false;

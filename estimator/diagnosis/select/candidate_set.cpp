@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/standing.hpp"
+#include "estimator/diagnosis/select/candidate_set.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,10 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kWorthReplacing = 5.0;  // of chi-squared: less is chance
-constexpr double kRival = 400.0;         // of chi-squared, times the best one's
-constexpr double kNoRival = 4.0;      // the same, of one that sharper corners do not bring nearer
+constexpr double kMinReplacementGain = 5.0;   // of chi-squared: less is chance
+constexpr double kMaxSharpenedRatio = 400.0;  // of chi-squared, times the best one's
+constexpr double kMaxImprovedRatio =
+    4.0;                              // the same, of one that sharper corners do not bring nearer
 constexpr double kOtherValley = 2.0;  // of chi-squared, times that of what holds it
 constexpr std::size_t kMostRivals = 4;
 constexpr double kNoChance = 100.0;  // of chi-squared a datum: draws say 0 to the last digit
@@ -32,7 +33,7 @@ std::vector<std::string> simplified(std::vector<std::string> effects, const std:
 
 }  // namespace
 
-void Standing::choose() {
+void CandidateSet::choose() {
   const std::shared_ptr<const HarmonicFit> before =
       chosen_ ? found_.hypotheses[found_.best].fit : nullptr;
   if (!any_best()) return;
@@ -52,7 +53,7 @@ void Standing::choose() {
 
 // The test looks at all data together, in units of the noise; what is left in the response's own
 // unit is looked at too.
-void Standing::judge_best() {
+void CandidateSet::judge_best() {
   const Hypothesis& best = found_.hypotheses[found_.best];
   found_.probability_best = 0.0;
   found_.explained = small_gap_ = false;
@@ -65,13 +66,13 @@ void Standing::judge_best() {
                gap_over_floor({*best.fit, best.data ? *best.data : data_}, data_) <= kExplainedGap;
 }
 
-bool Standing::goes_on() {
+bool CandidateSet::goes_on() {
   const auto& effort = data_.front().effort;
   if (effort && effort->leaves_less_than(options_.leave)) found_.cut_short = true;
   return !found_.cut_short;
 }
 
-bool Standing::any_best() {
+bool CandidateSet::any_best() {
   bool any = false;
   for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
     const Hypothesis& now = found_.hypotheses[h];
@@ -84,9 +85,9 @@ bool Standing::any_best() {
 
 // Where the best would gain by sharper corners, so might those close behind: a rounded corner
 // must not decide between them.
-void Standing::sharpen_rivals() {
+void CandidateSet::sharpen_rivals() {
   const Hypothesis& best = found_.hypotheses[found_.best];
-  const double limit = kRival * best.fit->chi_squared;
+  const double limit = kMaxSharpenedRatio * best.fit->chi_squared;
   const std::size_t size = best.effects.size();
   std::vector<std::size_t> rivals;
   for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
@@ -100,13 +101,13 @@ void Standing::sharpen_rivals() {
     if (!goes_on()) return;
     any_best();  // the last one may be it, or was and is disqualified
     const double best_left = found_.hypotheses[found_.best].fit->chi_squared;
-    refits_.sharpened(found_.hypotheses[rivals[i]], kNoRival * best_left);
+    refits_.sharpened(found_.hypotheses[rivals[i]], kMaxImprovedRatio * best_left);
   }
 }
 
 // Of those close behind the best the simpler one may be the best. Shares of a gap have no such
 // order.
-void Standing::try_simpler_rivals() {
+void CandidateSet::try_simpler_rivals() {
   if (options_.simple_first) return;
   const std::vector<Hypothesis> all = found_.hypotheses;  // they may become more
   const double least = found_.hypotheses[found_.best].log_evidence - kReducedBehind;
@@ -119,8 +120,8 @@ void Standing::try_simpler_rivals() {
 
 // Where the richer effect's fit says that the simpler one would do, that is asked of it: the search
 // may have passed it by, or left it in another valley.
-void Standing::try_simpler(const Hypothesis& best, const std::string& effect,
-                           const std::vector<std::string>& wanted) {
+void CandidateSet::try_simpler(const Hypothesis& best, const std::string& effect,
+                               const std::vector<std::string>& wanted) {
   if (!reduces(*best.fit, effect)) return;
   const Hypothesis* known = find(wanted);
   const double near = kOtherValley * rounded(best).chi_squared;
@@ -134,7 +135,7 @@ void Standing::try_simpler(const Hypothesis& best, const std::string& effect,
 }
 
 // A richer effect gives way to the simpler one that it holds where the data do not exclude that.
-void Standing::prefer_simpler() {
+void CandidateSet::prefer_simpler() {
   for (bool changed = true; changed;) {
     changed = false;
     const Hypothesis best = found_.hypotheses[found_.best];  // they may become more
@@ -156,21 +157,21 @@ void Standing::prefer_simpler() {
 
 // Where shares of the gap are weighed, the errors are what a first search left, and a fit that
 // leaves no more than them says nothing.
-bool Standing::settled() const {
+bool CandidateSet::settled() const {
   return chosen_ && found_.explained && small_gap_ && !options_.simple_first;
 }
 
-double Standing::left_by_best() const {
+double CandidateSet::left_by_best() const {
   return chosen_ ? found_.hypotheses[found_.best].fit->chi_squared : found_.base.fit->chi_squared;
 }
 
-const Scoring& Standing::scored(const std::shared_ptr<const HarmonicFit>& fit) {
+const Scoring& CandidateSet::scored(const std::shared_ptr<const HarmonicFit>& fit) {
   auto& known = scored_[fit];
   if (!known) known = std::make_shared<const Scoring>(score(*fit, data_, all_, options_.fit));
   return *known;
 }
 
-Scoring Standing::scored(const Hypothesis& h) {
+Scoring CandidateSet::scored(const Hypothesis& h) {
   Scoring scoring = scored(h.rounded ? h.rounded : h.fit);
   if (!h.rounded) return scoring;
   const Projector project(scoring.design.jacobian);
@@ -183,7 +184,7 @@ Scoring Standing::scored(const Hypothesis& h) {
   return scoring;
 }
 
-double Standing::probability(const Scoring& scoring) const {
+double CandidateSet::probability(const Scoring& scoring) const {
   if (without_chance(scoring.chi_squared, scoring.residual.size())) return 0.0;
   if (options_.calibrations != nullptr)
     return options_.calibrations->get(scoring.design, options_.draws, options_.seed)
@@ -192,13 +193,13 @@ double Standing::probability(const Scoring& scoring) const {
   return calibration.combined(scoring.chi_squared, scoring.best_gain());
 }
 
-Hypothesis* Standing::find(const std::vector<std::string>& effects) {
+Hypothesis* CandidateSet::find(const std::vector<std::string>& effects) {
   const auto known = std::find_if(found_.hypotheses.begin(), found_.hypotheses.end(),
                                   [&](const Hypothesis& h) { return h.effects == effects; });
   return known == found_.hypotheses.end() ? nullptr : &*known;
 }
 
-void Standing::keep(Hypothesis h, std::vector<std::size_t>& made) {
+void CandidateSet::keep(Hypothesis h, std::vector<std::size_t>& made) {
   if (!std::isfinite(h.fit->chi_squared)) return;
   Hypothesis* known = find(h.effects);
   if (known == nullptr) {
@@ -207,11 +208,11 @@ void Standing::keep(Hypothesis h, std::vector<std::size_t>& made) {
     return;
   }
   const bool mends = h.disqualified.empty() && !known->disqualified.empty();
-  if (h.fit->chi_squared < rounded(*known).chi_squared - kWorthReplacing || mends)
+  if (h.fit->chi_squared < rounded(*known).chi_squared - kMinReplacementGain || mends)
     *known = std::move(h);
 }
 
-void Standing::sort_by_evidence(std::vector<std::size_t>& level) const {
+void CandidateSet::sort_by_evidence(std::vector<std::size_t>& level) const {
   std::stable_sort(level.begin(), level.end(), [&](std::size_t a, std::size_t b) {
     return found_.hypotheses[a].log_evidence > found_.hypotheses[b].log_evidence;
   });
