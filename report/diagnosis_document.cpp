@@ -53,12 +53,12 @@ ordered_json effects_json(const Diagnosis& d) {
     put(entry, "probability", e.probability);
     entry["parameters"] = parameters_json(e.parameters);
     entry["confusable_with"] = e.confusable_with;
-    if (e.split_by) {
+    if (e.discriminating_run) {
       ordered_json split;
-      put(split, "frequency_hz", e.split_by->frequency_hz);
-      put(split, "amplitude", e.split_by->amplitude);
-      put(split, "separation", e.split_by->separation);
-      if (!e.split_by->channel.empty()) split["channel"] = e.split_by->channel;
+      put(split, "frequency_hz", e.discriminating_run->frequency_hz);
+      put(split, "amplitude", e.discriminating_run->amplitude);
+      put(split, "separation", e.discriminating_run->separation);
+      if (!e.discriminating_run->channel.empty()) split["channel"] = e.discriminating_run->channel;
       entry["split_by"] = std::move(split);
     }
     entry["where"] = e.where;
@@ -216,13 +216,14 @@ std::string effect_lines(const NamedEffect& e, const std::string& driven) {
   if (!e.confusable_with.empty())
     text += fmt::format("  this campaign cannot tell it from: {}\n",
                         fmt::join(e.confusable_with, ", "));
-  if (e.split_by && !e.split_by->channel.empty())
-    text += fmt::format("  what would: the channel {}\n", e.split_by->channel);
-  else if (e.split_by)
+  if (e.discriminating_run && !e.discriminating_run->channel.empty())
+    text += fmt::format("  what would: the channel {}\n", e.discriminating_run->channel);
+  else if (e.discriminating_run)
     text += fmt::format(
         "  what would: a run at {:.3g} Hz with amplitude {} ({:.1f} standard "
         "errors)\n",
-        e.split_by->frequency_hz, size(e.split_by->amplitude, driven), e.split_by->separation);
+        e.discriminating_run->frequency_hz, size(e.discriminating_run->amplitude, driven),
+        e.discriminating_run->separation);
   if (e.held_out_gain)
     text += fmt::format("  closes {:.0f} % of the gap on runs that were not fitted\n",
                         100.0 * *e.held_out_gain);

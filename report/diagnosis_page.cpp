@@ -62,7 +62,7 @@ PageValues effect_values(const NamedEffect& effect, const Shown& driven) {
   add("cannot be told from", effect.confusable_with.empty()
                                  ? "nothing else in the catalogue"
                                  : fmt::format("{}", fmt::join(effect.confusable_with, ", ")));
-  if (const auto& split = effect.split_by) {
+  if (const auto& split = effect.discriminating_run) {
     add("what would tell", split->channel.empty()
                                ? fmt::format("one more run at {} Hz with an amplitude of {} {}",
                                              number(split->frequency_hz),

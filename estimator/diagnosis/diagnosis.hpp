@@ -19,7 +19,7 @@ constexpr const char* name(Verdict verdict) {
 }
 
 // The run that would tell an effect from its rivals best.
-struct SplitRun {
+struct DiscriminatingRun {
   double frequency_hz = 0.0, amplitude = 0.0;
   std::string channel;    // an extra channel that would do it where no run does; empty: none
   double separation = 0;  // in standard errors, from that run together with this campaign
@@ -30,7 +30,7 @@ struct NamedEffect {
   double probability = 0.0;
   std::vector<ParameterEstimate> parameters;
   std::vector<std::string> confusable_with;  // what this campaign cannot tell from it
-  std::optional<SplitRun> split_by;
+  std::optional<DiscriminatingRun> discriminating_run;
   std::string where;                    // in an operator's words
   std::optional<double> held_out_gain;  // share of the held-out gap that it closes
 };

@@ -6,7 +6,7 @@
 
 #include "estimator/diagnosis/noise/run_constants.hpp"
 #include "estimator/diagnosis/report/assemble.hpp"
-#include "estimator/diagnosis/report/shares.hpp"
+#include "estimator/diagnosis/report/model_probabilities.hpp"
 #include "estimator/diagnosis/select/evidence.hpp"
 #include "estimator/diagnosis/select/model_error.hpp"
 #include "estimator/diagnosis/select/unknown_colour.hpp"

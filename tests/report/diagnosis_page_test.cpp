@@ -39,7 +39,7 @@ Diagnosis friction_found() {
   level.upper = 0.202;
   effect.parameters = {level};
   effect.confusable_with = {"presliding_friction"};
-  effect.split_by = SplitRun{1.0, 0.5, "", 4.0};
+  effect.discriminating_run = DiscriminatingRun{1.0, 0.5, "", 4.0};
   d.effects = {effect};
   RunCurves curves;
   curves.name = "r01";

@@ -11,12 +11,12 @@
 #include "estimator/diagnosis/force/remaining_force.hpp"
 #include "estimator/diagnosis/report/choice.hpp"
 #include "estimator/diagnosis/report/curves.hpp"
+#include "estimator/diagnosis/report/discriminating_run.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/report/gaps.hpp"
 #include "estimator/diagnosis/report/hypotheses.hpp"
-#include "estimator/diagnosis/report/rivals.hpp"
-#include "estimator/diagnosis/report/shares.hpp"
-#include "estimator/diagnosis/report/split_run.hpp"
+#include "estimator/diagnosis/report/indistinguishable_set.hpp"
+#include "estimator/diagnosis/report/model_probabilities.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/scaled.hpp"
@@ -37,7 +37,7 @@ class Assembler {
         runs_(runs),
         candidates_(candidates),
         choice_(found, data),
-        shares_(found, data, agree(found, data, choice_)),
+        probabilities_(found, data, agree(found, data, choice_)),
         before_(*found.base.fit),
         after_(choice_.chosen() != nullptr ? *choice_.chosen()->fit : before_),
         after_data_(choice_.chosen() != nullptr && choice_.chosen()->data ? *choice_.chosen()->data
@@ -65,7 +65,7 @@ class Assembler {
     forces();
     ranking();
     effects();
-    said_.damper = identified_damper(found_, data_, choice_, shares_, said_);
+    said_.damper = identified_damper(found_, data_, choice_, probabilities_, said_);
     return std::move(said_);
   }
 
@@ -151,7 +151,7 @@ class Assembler {
         said_.not_tried.push_back({std::move(ranked.name), std::move(trouble), true});
         continue;
       }
-      ranked.probability = trusted_ * shares_.probability_of(ranked.name);
+      ranked.probability = trusted_ * probabilities_.probability_of(ranked.name);
       said_.ranking.push_back(std::move(ranked));
     }
     std::stable_sort(said_.ranking.begin(), said_.ranking.end(),
@@ -178,12 +178,13 @@ class Assembler {
         named.formula = std::string(known->formula());
         named.meaning = std::string(known->meaning());
       }
-      named.probability = trusted_ * shares_.probability_of(effect);
+      named.probability = trusted_ * probabilities_.probability_of(effect);
       for (const ParameterEstimate& p : said_.parameters_after) {
         if (p.effect == effect) named.parameters.push_back(p);
       }
-      named.confusable_with = rivals(effect, found_, *best);
-      named.split_by = splitting_run(rounded(*best), rival_fits(effect, found_, *best), data_);
+      named.confusable_with = indistinguishable_set(effect, found_, *best);
+      named.discriminating_run =
+          discriminating_run(rounded(*best), indistinguishable_fits(effect, found_, *best), data_);
       double share = 0.0;
       const std::string words = where(effect_force_, data_, &share);
       named.where = fmt::format("{} ({:.0f} % of its force)", words, 100.0 * share);
@@ -216,7 +217,7 @@ class Assembler {
   const std::vector<SteadyRun>& runs_;
   const std::vector<Candidate>& candidates_;
   Choice choice_;
-  const Shares shares_;
+  const ModelProbabilities probabilities_;
   double trusted_ = 1.0;  // of the probabilities
   const HarmonicFit& before_;
   const HarmonicFit& after_;

@@ -157,14 +157,14 @@ double unnamed_force(const std::vector<RunDatum>& data, const Diagnosis& said) {
 }  // namespace
 
 IdentifiedDamper identified_damper(const Selection& found, const std::vector<RunDatum>& data,
-                                   const Choice& choice, const Shares& shares,
+                                   const Choice& choice, const ModelProbabilities& probabilities,
                                    const Diagnosis& said) {
   IdentifiedDamper damper;
   damper.verdict = name(said.verdict);
   const bool explained = said.verdict != Verdict::unexplained;
-  std::vector<std::pair<double, const Hypothesis*>> all = {{shares.of_base(), &found.base}};
+  std::vector<std::pair<double, const Hypothesis*>> all = {{probabilities.of_base(), &found.base}};
   for (std::size_t k = 0; k < found.hypotheses.size(); ++k)
-    all.emplace_back(shares.of(k), &found.hypotheses[k]);
+    all.emplace_back(probabilities.of(k), &found.hypotheses[k]);
   const Hypothesis* first = choice.chosen() != nullptr ? choice.chosen() : &found.base;
   std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) {
     if ((a.second == first) != (b.second == first)) return a.second == first;
@@ -188,7 +188,8 @@ IdentifiedDamper identified_damper(const Selection& found, const std::vector<Run
     for (const ForceCell& cell : said.remaining->cells)
       damper.visited.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
   }
-  damper.unnamed_probability = explained ? std::max(kLeastUnnamed, shares.of_unknown()) : 1.0;
+  damper.unnamed_probability =
+      explained ? std::max(kLeastUnnamed, probabilities.of_unknown()) : 1.0;
   damper.unnamed_force = unnamed_force(data, said);
   return damper;
 }

@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "estimator/diagnosis/diagnosis.hpp"
-#include "estimator/diagnosis/report/shares.hpp"
+#include "estimator/diagnosis/report/model_probabilities.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 // `said`: verdict, curves, gap and remaining force of the diagnosis; its hypotheses are `found`,
-// fitted to `data`, of which `choice` has chosen by `shares`. The chosen one (or the base model)
-// is the first of the result. Models start at the estimates.
+// fitted to `data`, of which `choice` has chosen by `probabilities`. The chosen one (or the base
+// model) is the first of the result. Models start at the estimates.
 IdentifiedDamper identified_damper(const Selection& found, const std::vector<RunDatum>& data,
-                                   const Choice& choice, const Shares& shares,
+                                   const Choice& choice, const ModelProbabilities& probabilities,
                                    const Diagnosis& said);
 
 }  // namespace shaker::estimator::diagnosis

@@ -15,8 +15,8 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kCoarse = 1.0;  // against the noise: more governs the floor
-constexpr double kSure = 0.999;  // that a grid is one
+constexpr double kCoarse = 1.0;             // against the noise: more governs the floor
+constexpr double kGridProbability = 0.999;  // that a grid is one
 
 bool holds(const config::ModelSpec& model, std::string_view effect) {
   return std::any_of(model.effects.begin(), model.effects.end(),
@@ -124,7 +124,7 @@ double quantum_in(const std::vector<SteadyRun>& runs) {
 void name_grid(double quantum, const std::string& effect_of_it, const std::string& unit,
                Diagnosis& said) {
   NamedEffect effect = named("sensor_quantisation", quantum, 0.0, 0.0);
-  effect.probability = kSure;
+  effect.probability = kGridProbability;
   effect.where = fmt::format("in every sample: all stand on steps of {:.4g} {}, {}", quantum, unit,
                              effect_of_it);
   add(std::move(effect), 0.0, said);

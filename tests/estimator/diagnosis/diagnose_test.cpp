@@ -319,11 +319,12 @@ TEST(Diagnose, AsksForTheRunThatTellsRivalsApart) {
   const NamedEffect& unsure = few->effects[0];
   EXPECT_TRUE(holds(unsure, "coulomb_friction")) << unsure.name;
   EXPECT_GE(unsure.confusable_with.size(), 4U);
-  ASSERT_TRUE(unsure.split_by);
-  EXPECT_TRUE(unsure.split_by->channel.empty());
-  EXPECT_GE(unsure.split_by->separation, 3.0);
+  ASSERT_TRUE(unsure.discriminating_run);
+  EXPECT_TRUE(unsure.discriminating_run->channel.empty());
+  EXPECT_GE(unsure.discriminating_run->separation, 3.0);
 
-  settings.push_back({unsure.split_by->frequency_hz, unsure.split_by->amplitude});
+  settings.push_back(
+      {unsure.discriminating_run->frequency_hz, unsure.discriminating_run->amplitude});
   const auto more = diagnose(testing::recorded(truth, settings, 5), estimator::testing::oleo());
   ASSERT_TRUE(more && !more->effects.empty());
   EXPECT_TRUE(holds(more->effects[0], "coulomb_friction")) << more->effects[0].name;
@@ -336,8 +337,8 @@ TEST(Diagnose, AsksForAnAccelerometerWhereNoRunTells) {
   ASSERT_FALSE(d.effects.empty());
   EXPECT_TRUE(holds(d.effects[0], "sensor_gain")) << d.effects[0].name;
   EXPECT_TRUE(holds(d.effects[0], "added_mass")) << d.effects[0].name;
-  ASSERT_TRUE(d.effects[0].split_by);
-  EXPECT_EQ(d.effects[0].split_by->channel, "acceleration");
+  ASSERT_TRUE(d.effects[0].discriminating_run);
+  EXPECT_EQ(d.effects[0].discriminating_run->channel, "acceleration");
 }
 
 TEST(Diagnose, IsDeterministic) {

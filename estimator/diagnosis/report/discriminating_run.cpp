@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/split_run.hpp"
+#include "estimator/diagnosis/report/discriminating_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -82,20 +82,20 @@ VectorXd acceleration(const HarmonicFit& fit, std::size_t run) {
 
 class Search {
  public:
-  Search(const HarmonicFit& named, const std::vector<const HarmonicFit*>& rivals,
+  Search(const HarmonicFit& named, const std::vector<const HarmonicFit*>& indistinguishable,
          const std::vector<RunDatum>& data)
-      : named_(named), rivals_(rivals), data_(data) {
+      : named_(named), indistinguishable_(indistinguishable), data_(data) {
     for (const Prediction& p : named.predictions)
       been_.add(*p.response(), named.model->observed());
   }
 
-  SplitRun best_run() const {
+  DiscriminatingRun best_run() const {
     const auto [slowest, fastest] = std::minmax_element(
         data_.begin(), data_.end(),
         [](const auto& a, const auto& b) { return a.frequency_hz < b.frequency_hz; });
     const double from = kSlower * slowest->frequency_hz;
     const double ratio = kFaster * fastest->frequency_hz / from;
-    SplitRun best;
+    DiscriminatingRun best;
     Apart most;
     for (int i = 0; i < kFrequencies; ++i) {
       const double frequency = from * std::pow(ratio, static_cast<double>(i) / (kFrequencies - 1));
@@ -118,7 +118,7 @@ class Search {
   // By the acceleration of the damper in the runs that were made.
   double by_accelerometer() const {
     Apart all;
-    for (const HarmonicFit* rival : rivals_) {
+    for (const HarmonicFit* rival : indistinguishable_) {
       double apart = 0.0, size = 0.0;
       for (std::size_t r = 0; r < data_.size(); ++r) {
         const VectorXd mine = acceleration(named_, r), theirs = acceleration(*rival, r);
@@ -159,7 +159,7 @@ class Search {
   Apart separation_by(const Imagined& run, const Prediction& mine) const {
     Apart all;
     const MatrixXd own = open(named_, mine);
-    for (const HarmonicFit* rival : rivals_) {
+    for (const HarmonicFit* rival : indistinguishable_) {
       Prediction theirs = of(*rival, run);
       theirs.start_from(mine);
       if (!theirs.at(rival->theta, HowFar::patient)) continue;
@@ -172,7 +172,7 @@ class Search {
   }
 
   const HarmonicFit& named_;
-  const std::vector<const HarmonicFit*>& rivals_;
+  const std::vector<const HarmonicFit*>& indistinguishable_;
   const std::vector<RunDatum>& data_;
   Reach been_;
 };
@@ -184,16 +184,16 @@ bool periodic_response(const HarmonicFit& fit) {
 
 }  // namespace
 
-std::optional<SplitRun> splitting_run(const HarmonicFit& named,
-                                      const std::vector<const HarmonicFit*>& rivals,
-                                      const std::vector<RunDatum>& data) {
-  if (rivals.empty() || data.empty() || !periodic_response(named)) return {};
-  const Search search(named, rivals, data);
-  SplitRun best = search.best_run();
+std::optional<DiscriminatingRun> discriminating_run(
+    const HarmonicFit& named, const std::vector<const HarmonicFit*>& indistinguishable,
+    const std::vector<RunDatum>& data) {
+  if (indistinguishable.empty() || data.empty() || !periodic_response(named)) return {};
+  const Search search(named, indistinguishable, data);
+  DiscriminatingRun best = search.best_run();
   if (best.separation > 0.0) return best;
   const double by_channel = search.by_accelerometer();
   if (by_channel == 0.0) return {};
-  return SplitRun{0.0, 0.0, "acceleration", by_channel};
+  return DiscriminatingRun{0.0, 0.0, "acceleration", by_channel};
 }
 
 }  // namespace shaker::estimator::diagnosis

@@ -10,12 +10,13 @@ namespace shaker::estimator::diagnosis {
 
 // Effects that would do in the place of `effect` as well, as far as this campaign says; `best` is
 // the answer, of `found.hypotheses`.
-std::vector<std::string> rivals(const std::string& effect, const Selection& found,
-                                const Hypothesis& best);
+std::vector<std::string> indistinguishable_set(const std::string& effect, const Selection& found,
+                                               const Hypothesis& best);
 
 // Fits in which a rival stands in the place of `effect`; not those that are reduced to it, which
 // no run tells apart.
-std::vector<const HarmonicFit*> rival_fits(const std::string& effect, const Selection& found,
-                                           const Hypothesis& best);
+std::vector<const HarmonicFit*> indistinguishable_fits(const std::string& effect,
+                                                       const Selection& found,
+                                                       const Hypothesis& best);
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/shares.hpp"
+#include "estimator/diagnosis/report/model_probabilities.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kWorthNaming = 0.005;  // of probability
-constexpr double kUnknown = 0.02;       // that there is something unknown, before the data
+constexpr double kMinNamedProbability = 0.005;  // of probability
+constexpr double kUnknown = 0.02;               // that there is something unknown, before the data
 // That the unknown stands beside a named effect, over that the effect only imitates it. Dampers
 // that lack several things have the unknown beside the effects as a rule (docs/dirty_suite.md).
 constexpr double kUnknownBeside = 0.1;
@@ -148,7 +148,7 @@ const Choice& agree(const Selection& found, const std::vector<RunDatum>& data, C
     const double most = most_of(found, choice);
     for (double& of : share)
       of *= most;
-  } while (choice.drop_unlikely(probability, kWorthNaming));
+  } while (choice.drop_unlikely(probability, kMinNamedProbability));
   return choice;
 }
 
@@ -159,7 +159,8 @@ std::optional<std::size_t> answer_of(const Selection& found, const std::vector<R
   return static_cast<std::size_t>(chosen - found.hypotheses.data());
 }
 
-Shares::Shares(const Selection& found, const std::vector<RunDatum>& data, const Choice& choice)
+ModelProbabilities::ModelProbabilities(const Selection& found, const std::vector<RunDatum>& data,
+                                       const Choice& choice)
     : found_(found), choice_(choice) {
   const std::size_t catalogue = size_of_catalogue(found);
   weight_ = weights(found, data, choice,
@@ -167,14 +168,14 @@ Shares::Shares(const Selection& found, const std::vector<RunDatum>& data, const 
   unknown_ = found.adequate ? 0.0 : unknown_share(found.probability_best);
 }
 
-double Shares::of_base() const {
+double ModelProbabilities::of_base() const {
   double others = 0.0;
   for (const double w : weight_)
     others += w;
   return std::max(0.0, 1.0 - others);
 }
 
-double Shares::probability_of(const std::string& effect) const {
+double ModelProbabilities::probability_of(const std::string& effect) const {
   double sum = 0.0;
   for (std::size_t k = 0; k < weight_.size(); ++k) {
     const Hypothesis& h = found_.hypotheses[k];

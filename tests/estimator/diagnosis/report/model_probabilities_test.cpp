@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/shares.hpp"
+#include "estimator/diagnosis/report/model_probabilities.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -52,7 +52,8 @@ class Found {
   double probability_of(const std::string& effect) const {
     const std::vector<RunDatum> none;
     Choice choice(selection_, none);
-    return Shares(selection_, none, agree(selection_, none, choice)).probability_of(effect);
+    return ModelProbabilities(selection_, none, agree(selection_, none, choice))
+        .probability_of(effect);
   }
 
  private:
@@ -60,7 +61,7 @@ class Found {
   Selection selection_;
 };
 
-TEST(Shares, AskMoreOfASecondNameThanToBeTheBestOfManyPairs) {
+TEST(ModelProbabilities, AskMoreOfASecondNameThanToBeTheBestOfManyPairs) {
   const Hypothesis one = leaving({"viscous_damping"}, 105.0, -52.0);
   // The prior probability of a pair is 2 x 0.1 / 30; exp(5.01) in its favour makes it as likely
   // as the single effect.
@@ -78,7 +79,7 @@ TEST(Shares, AskMoreOfASecondNameThanToBeTheBestOfManyPairs) {
   EXPECT_GT(sure.probability_of("viscous_damping"), 0.95);
 }
 
-TEST(Shares, DoubtANameBesideAnUnknownAsOftenAsTheUnknownIsImitated) {
+TEST(ModelProbabilities, DoubtANameBesideAnUnknownAsOftenAsTheUnknownIsImitated) {
   // A quarter of the squared gap remains. An unknown effect alone is imitated so well in a
   // quarter of all cases; that it stands beside the named effect is 0.1 times as frequent.
   const Found quarter({leaving({"tyre"}, 2.5e5, -1e5)}, false, 0.0);
@@ -92,7 +93,7 @@ TEST(Shares, DoubtANameBesideAnUnknownAsOftenAsTheUnknownIsImitated) {
 }
 
 // Each of the two halves the gap more than once; together they imitate more easily than one.
-TEST(Shares, DoubtTheFirstOfTwoThatCloseAGapTogether) {
+TEST(ModelProbabilities, DoubtTheFirstOfTwoThatCloseAGapTogether) {
   const Hypothesis one = leaving({"tyre"}, 3e5, -1.2e5);
   const Found both({one, leaving({"cavitation", "tyre"}, 3e4, -1.2e4)}, false, 0.0);
   EXPECT_NEAR(both.probability_of("tyre"), 0.1 / (0.1 + 0.03 * (1.0 - std::log(0.03))), 1e-6);
@@ -100,7 +101,7 @@ TEST(Shares, DoubtTheFirstOfTwoThatCloseAGapTogether) {
 }
 
 // By simulation: the remaining fractions are uniform on 0..1, one for each effect.
-TEST(Shares, ImitateAsOftenAsEvenSharesMultiplyToThat) {
+TEST(ModelProbabilities, ImitateAsOftenAsEvenSharesMultiplyToThat) {
   std::mt19937_64 source(7);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   constexpr int kDraws = 200000;

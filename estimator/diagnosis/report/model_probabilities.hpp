@@ -34,9 +34,10 @@ std::optional<std::size_t> answer_of(const Selection& found, const std::vector<R
 double chance_to_imitate(double left, int effects);
 
 // Of what the selection has agreed on. Its arguments must outlive it.
-class Shares {
+class ModelProbabilities {
  public:
-  Shares(const Selection& found, const std::vector<RunDatum>& data, const Choice& choice);
+  ModelProbabilities(const Selection& found, const std::vector<RunDatum>& data,
+                     const Choice& choice);
 
   // Of all hypotheses that hold the effect.
   double probability_of(const std::string& effect) const;

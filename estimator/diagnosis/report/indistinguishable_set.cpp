@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/rivals.hpp"
+#include "estimator/diagnosis/report/indistinguishable_set.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@ constexpr double kGainInTheSet = 8.0;  // of chi-squared behind, for those that 
 
 }  // namespace
 
-std::vector<std::string> rivals(const std::string& effect, const Selection& found,
-                                const Hypothesis& best) {
+std::vector<std::string> indistinguishable_set(const std::string& effect, const Selection& found,
+                                               const Hypothesis& best) {
   std::vector<std::string> others;
   for (const std::string& e : best.effects) {
     if (e != effect) others.push_back(e);
@@ -50,10 +50,11 @@ std::vector<std::string> rivals(const std::string& effect, const Selection& foun
   return set;
 }
 
-std::vector<const HarmonicFit*> rival_fits(const std::string& effect, const Selection& found,
-                                           const Hypothesis& best) {
+std::vector<const HarmonicFit*> indistinguishable_fits(const std::string& effect,
+                                                       const Selection& found,
+                                                       const Hypothesis& best) {
   std::vector<const HarmonicFit*> fits;
-  for (const std::string& rival : rivals(effect, found, best)) {
+  for (const std::string& rival : indistinguishable_set(effect, found, best)) {
     std::vector<std::string> effects = best.effects;
     std::replace(effects.begin(), effects.end(), effect, rival);
     std::sort(effects.begin(), effects.end());
