@@ -12,7 +12,7 @@
 #include "estimator/diagnosis/noise/above_noise.hpp"
 #include "estimator/diagnosis/noise/excitation_noise.hpp"
 #include "estimator/diagnosis/noise/extra_channels.hpp"
-#include "estimator/diagnosis/noise/first_look.hpp"
+#include "estimator/diagnosis/noise/screening.hpp"
 #include "estimator/diagnosis/noise/transient.hpp"
 #include "estimator/diagnosis/noise/weighing.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
@@ -101,7 +101,8 @@ Result<void> agree(const std::vector<RunDatum>& data, HarmonicFit& fit) {
   return {};
 }
 
-void warn_of_design(const std::vector<SteadyRun>& runs, double carry_over, Diagnosis& said) {
+void warn_of_design(const std::vector<SteadyRun>& runs, double variance_inflation,
+                    Diagnosis& said) {
   const auto fitted =
       std::count_if(runs.begin(), runs.end(), [](const auto& r) { return r.role == Role::fit; });
   if (runs.size() == 1)
@@ -114,11 +115,11 @@ void warn_of_design(const std::vector<SteadyRun>& runs, double carry_over, Diagn
     said.warnings.push_back(
         "the excitation was not measured: delays and distortion of the exciter look like the "
         "damper's");
-  if (carry_over > 1.0)
+  if (variance_inflation > 1.0)
     said.warnings.push_back(
         fmt::format("the noise is correlated from cycle to cycle: means are {:.1f} times as "
                     "uncertain as their scatter says, which is taken into account",
-                    std::sqrt(carry_over)));
+                    std::sqrt(variance_inflation)));
 }
 
 // From start values that are far off the base model's fit may end in a valley of its own, and any
@@ -193,7 +194,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   const FitOptions fitting{options.points};
   FitOptions first = fitting;
   first.from_rest = true;
-  auto looked = first_look(campaign, model, first);
+  auto looked = screen_campaign(campaign, model, first);
   if (!looked) return looked.error();
   std::vector<SteadyRun>& runs = looked->look.runs;
   HarmonicFit& rough = looked->look.fit;
@@ -242,7 +243,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   said.false_alarm_rate = options.false_alarm_rate;
   said.gap.unit = unit;
   said.warnings.insert(said.warnings.begin(), warnings.begin(), warnings.end());
-  warn_of_design(runs, weighed.carry_over, said);
+  warn_of_design(runs, weighed.variance_inflation, said);
   tell_if_cut_short(said);
   name_read_effects(*looked, weighed.coarseness, said);
   put_sure_first(said);

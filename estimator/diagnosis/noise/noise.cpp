@@ -62,7 +62,7 @@ double freedom_of(const Scatter& run, Index component) {
   return std::max(kLeastFreedom, static_cast<double>(run.cycles.rows()) - 1.0 - taken);
 }
 
-double carry_over(const SlowShare& share) {
+double variance_inflation(const SlowShare& share) {
   if (share.slow_count < 4.0) return 1.0;
   const double ratio = (share.slow / share.slow_count) / (share.all / share.all_count);
   const double chance = 1.0 + 3.0 * std::sqrt(2.0 / share.slow_count);
@@ -156,9 +156,9 @@ CampaignNoise campaign_noise(const std::vector<Scatter>& runs) {
   }
   moderate(trend, variance, freedom);
   moderate(MatrixXd::Ones(count, 1), mean_variance, mean_freedom);
-  const double mean_carry = carry_over(of_means);
-  const double carry = carry_over(of_harmonics);
-  noise.carry_over = std::max(mean_carry, carry);
+  const double mean_carry = variance_inflation(of_means);
+  const double carry = variance_inflation(of_harmonics);
+  noise.variance_inflation = std::max(mean_carry, carry);
   g = 0;
   for (Index r = 0; r < count; ++r) {
     const Scatter& run = runs[static_cast<std::size_t>(r)];

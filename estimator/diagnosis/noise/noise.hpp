@@ -23,7 +23,8 @@ struct RunNoise {
 
 struct CampaignNoise {
   std::vector<RunNoise> runs;
-  double carry_over = 1.0;  // variance of the means over scatter / cycles; 1: cycles independent
+  double variance_inflation =
+      1.0;  // variance of the means over scatter / cycles; 1: cycles independent
 };
 
 struct Scatter {

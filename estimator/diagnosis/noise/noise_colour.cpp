@@ -22,8 +22,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Index kNarrowest =
-    12;                         // cosines of a band; a quarter of its frequency where that is more
-constexpr double kSame = 1e-9;  // of a direction, that is left of it beside the others
+    12;  // cosines of a band; a quarter of its frequency where that is more
+constexpr double kRankThreshold = 1e-9;  // of a direction, that is left of it beside the others
 
 constexpr double kMostNoise = 0.1;  // of a response
 
@@ -166,7 +166,7 @@ std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vec
   const VectorXd length = along.colwise().norm();
   along = project(along) * length.cwiseMax(1e-300).cwiseInverse().asDiagonal();
   PivotedQr qr(along);
-  qr.set_threshold(kSame);
+  qr.set_threshold(kRankThreshold);
   const auto shapes = static_cast<double>(qr.rank());
   const auto others = static_cast<double>(left.size() - jacobian.cols() - qr.rank());
   if (shapes < 1.0 || others < 1.0) return std::nullopt;

@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kFewestRuns = 3;
-constexpr double kWorthIt =
+constexpr double kMinLikelihoodGain =
     8.0;  // of the gain: four sizes at their bound have it by chance once in 1000
 constexpr double kMostDifference = 0.1;            // of what it moves, over the response
 constexpr double kLeastDifference = 1e-6;          // the same
@@ -209,7 +209,7 @@ std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
   WithRunConstants out;
   out.constants = {sizes[0], sizes[1], sizes[2], sizes[3],
                    likelihood.at(sizes) - likelihood.at({})};
-  if (!(out.constants.gain > kWorthIt)) return std::nullopt;
+  if (!(out.constants.gain > kMinLikelihoodGain)) return std::nullopt;
   out.data = data;
   const VectorXd size = Eigen::Map<const VectorXd>(sizes.data(), kComponents);
   for (const Run& run : runs) {

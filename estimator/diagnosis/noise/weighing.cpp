@@ -177,7 +177,7 @@ Weighed weigh(const std::vector<SteadyRun>& runs) {
   CampaignNoise noise = campaign_noise(scatter);
   Weighed weighed;
   weighed.coarseness = add_what_repeats(runs, noise);
-  weighed.carry_over = noise.carry_over;
+  weighed.variance_inflation = noise.variance_inflation;
   for (std::size_t r = 0; r < runs.size(); ++r)
     weighed.data.push_back(datum_of(runs[r], runs[r].mean(), noise.runs[r]));
   return weighed;
@@ -200,7 +200,7 @@ Weighed weigh(const std::vector<SteadyRun>& runs, HarmonicFit& fit) {
   const CampaignNoise driver = campaign_noise(of_driver);
   Weighed weighed;
   weighed.coarseness = add_what_repeats(runs, noise);
-  weighed.carry_over = noise.carry_over;
+  weighed.variance_inflation = noise.variance_inflation;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     RunDatum datum = datum_of(runs[r], scatter[r].cycles.colwise().mean(), noise.runs[r]);
     const auto shared = std::min(datum.response.size(), following[r].slope.rows());

@@ -13,7 +13,7 @@ namespace shaker::estimator::diagnosis {
 
 struct Weighed {
   std::vector<RunDatum> data;
-  double carry_over = 1.0;
+  double variance_inflation = 1.0;
   // What the response's rounding to its grid adds to the means, over their noise: root mean squares
   // of all runs together. It is in the errors.
   double coarseness = 0.0;

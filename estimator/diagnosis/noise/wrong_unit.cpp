@@ -17,11 +17,11 @@ namespace shaker::estimator::diagnosis {
 namespace {
 
 constexpr double kAnsweredOtherwise = 1.4;  // times what the fit says
-constexpr double kMuchLeft = 0.2;           // of the response's motion, that any look is worth it
+constexpr double kMinShareLeft = 0.2;       // of the response's motion, that any look is worth it
 constexpr double kTenth = 0.1;              // of what is left without the factor
 constexpr double kWithoutFit = 0.01;        // of the motion: a true factor leaves a thousandth
-constexpr double kApart = 15.0;             // times the other runs' response to what drives them
-constexpr double kNear = 2.5;               // times a conversion factor, of a run that stands apart
+constexpr double kMinApartRatio = 15.0;     // times the other runs' response to what drives them
+constexpr double kMaxFactorRatio = 2.5;     // times a conversion factor, of a run that stands apart
 
 constexpr double kOtherSize = 100.0;  // times what the start values give
 constexpr double kGivenBack = 0.1;    // of speed times force
@@ -139,7 +139,7 @@ std::string names_of(const std::vector<SteadyRun>& runs, const std::vector<std::
 // Below which a factor is believed. Where the model has no fit, only one that leaves next to
 // nothing.
 double believed_below(double left) {
-  return std::isfinite(left) ? std::min(kTenth * left, kMuchLeft) : kWithoutFit;
+  return std::isfinite(left) ? std::min(kTenth * left, kMinShareLeft) : kWithoutFit;
 }
 
 std::string as_it_is(double left) {
@@ -237,11 +237,12 @@ Result<void> some_excitations(const Look& look, const Trial& trial, double left)
 Result<void> some_runs(const Look& look, const Trial& trial, double left) {
   double times = 1.0;
   const auto apart = standing_apart(look.runs, times);
-  if (std::fabs(std::log(times)) < std::log(kApart)) return {};
+  if (std::fabs(std::log(times)) < std::log(kMinApartRatio)) return {};
   double least = believed_below(left);
   Result<void> said;
   for (const Misnomer& length : kLengths) {
-    if (std::fabs(std::log(times * length.factor())) > std::log(kApart * kNear)) continue;
+    if (std::fabs(std::log(times * length.factor())) > std::log(kMinApartRatio * kMaxFactorRatio))
+      continue;
     const double after = trial.response(length.factor(), apart);
     if (!(after < least)) continue;
     said = wrong("in run " + names_of(look.runs, apart), "displacement", length, left, after);
@@ -285,7 +286,7 @@ Result<void> force_as_said(const Look& look, const config::ModelSpec& spec,
                  "sign of the force, or that of the displacement"};
   const double left =
       look.fitted() ? left_by(data, look.fit) : std::numeric_limits<double>::infinity();
-  if (left > kMuchLeft) {
+  if (left > kMinShareLeft) {
     if (auto good = every_run(look, Trial(look, spec, options), left); !good) return good;
   }
   const double times = times_expected(look, Model(spec), options.points);
@@ -307,7 +308,7 @@ Result<void> in_one_unit(const Look& look, const config::ModelSpec& model,
   if (look.runs.front().kind != Kind::periodic || look.runs.size() < 2) return {};
   const double left = look.fitted() ? left_by(look.weighed.data, look.fit)
                                     : std::numeric_limits<double>::infinity();
-  if (!(left > kMuchLeft)) return {};
+  if (!(left > kMinShareLeft)) return {};
   const Trial trial(look, model, options);
   if (auto good = some_runs(look, trial, left); !good) return good;
   if (auto good = some_excitations(look, trial, left); !good) return good;

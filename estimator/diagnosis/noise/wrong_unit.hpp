@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.hpp"
-#include "estimator/diagnosis/noise/first_look.hpp"
+#include "estimator/diagnosis/noise/screening.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -17,12 +17,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kChance = 1e-4;       // of one drift in all runs
-constexpr double kChanceOfOne = 1e-6;  // of a drift in some run
-constexpr double kOneRate = 1e-4;      // probability below which runs do not share theirs
-constexpr double kTold = 9.0;          // of chi-squared between two readings
-constexpr double kShape = 0.5;         // of the means' chi-squared, by harmonics that move as well
-constexpr double kEffects = 40.0;      // that might be missing as well
+constexpr double kChance = 1e-4;             // of one drift in all runs
+constexpr double kChanceOfOne = 1e-6;        // of a drift in some run
+constexpr double kOneRate = 1e-4;            // probability below which runs do not share theirs
+constexpr double kMinChiSquaredApart = 9.0;  // of chi-squared between two readings
+constexpr double kShape = 0.5;     // of the means' chi-squared, by harmonics that move as well
+constexpr double kEffects = 40.0;  // that might be missing as well
 
 double two_sided(double t, double freedom) {
   return student_t_two_sided(t, std::max(freedom, 1.0));
@@ -143,7 +143,7 @@ ZeroDrift zero_drift(const std::vector<SteadyRun>& runs, HarmonicFit* fit) {
   const Readings readings = read(lines, fit);
   const double means = readings.all - readings.of_zero;
   const double apart = readings.of_parameter - readings.of_zero;
-  if (apart < -kTold) {
+  if (apart < -kMinChiSquaredApart) {
     drift.found = false;
     drift.instead = fmt::format(
         "the damper itself changes while it is measured: the cycles' mean and shape move together, "
@@ -160,7 +160,7 @@ ZeroDrift zero_drift(const std::vector<SteadyRun>& runs, HarmonicFit* fit) {
         "measured";
     return drift;
   }
-  if (apart < kTold) drift.rival = readings.parameter;
+  if (apart < kMinChiSquaredApart) drift.rival = readings.parameter;
   const double log_odds = 0.5 * (means - std::log(drift.freedom + 1.0)) - std::log(kEffects);
   const auto share = [](double log_ratio) { return 1.0 / (1.0 + std::exp(-log_ratio)); };
   drift.probability = std::min({0.999, share(log_odds), share(0.5 * std::min(apart, 100.0))});

@@ -30,8 +30,8 @@ std::vector<VectorXd> held_out(const HarmonicFit& fit, const std::vector<RunDatu
 void tell_gaps(const Fitted& before, const Fitted& after, const std::vector<RunDatum>& data,
                const std::vector<RunDatum>& measured, const std::vector<SteadyRun>& runs,
                Diagnosis& said) {
-  const auto all_before = left_over(before, data, data.size());
-  const auto all_after = left_over(after, data, data.size());
+  const auto all_before = fit_residuals(before, data, data.size());
+  const auto all_after = fit_residuals(after, data, data.size());
   const NoiseFloor noise = noise_floor(after.fit, measured, data.size());
   std::vector<VectorXd> left_before, left_after;
   for (std::size_t r = 0; r < data.size(); ++r) {

@@ -5,7 +5,7 @@
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
 #include "estimator/diagnosis/diagnosis.hpp"
-#include "estimator/diagnosis/noise/left_over.hpp"
+#include "estimator/diagnosis/noise/residual.hpp"
 
 namespace shaker::estimator::diagnosis {
 

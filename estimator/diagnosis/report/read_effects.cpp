@@ -53,7 +53,7 @@ std::vector<std::string> slow_changes(const std::string& rival, const HarmonicFi
   return {};
 }
 
-NamedEffect drift_named(const FirstLook& first, const std::string& unit) {
+NamedEffect drift_named(const Screening& first, const std::string& unit) {
   const ZeroDrift& drift = first.drift;
   NamedEffect one = named("sensor_drift", drift.rate, drift.standard_error,
                           student_t_quantile(0.975, std::max(drift.freedom, 1.0)));
@@ -100,7 +100,7 @@ void add(NamedEffect effect, double gain, Diagnosis& said) {
   said.effects.insert(place, std::move(effect));
 }
 
-void name_drift(const FirstLook& first, const std::string& unit, Diagnosis& said) {
+void name_drift(const Screening& first, const std::string& unit, Diagnosis& said) {
   NamedEffect effect = drift_named(first, unit);
   tell_before(*first.with_drift, said);
   said.probability_before = std::min(said.probability_before, first.drift.chance);
@@ -149,7 +149,7 @@ double noise_of_samples(const Recording& run, const SampledRun& sampled) {
 
 }  // namespace
 
-void name_read_effects(const FirstLook& first, double coarseness, Diagnosis& said) {
+void name_read_effects(const Screening& first, double coarseness, Diagnosis& said) {
   const config::ModelSpec& model = first.look.fit.spec;
   const std::size_t before = said.effects.size();
   if (first.with_drift && !holds(model, "sensor_drift")) name_drift(first, model.length_unit, said);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimator/diagnosis/diagnosis.hpp"
-#include "estimator/diagnosis/noise/first_look.hpp"
+#include "estimator/diagnosis/noise/screening.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -13,7 +13,7 @@ namespace shaker::estimator::diagnosis {
 // records without the drift; its gap before, and its parameters before, become those with it. The
 // verdict stays what the rest deserves: nothing else missing makes it `explained`.
 // `coarseness`: Weighed::coarseness. Nothing is named that the model holds already.
-void name_read_effects(const FirstLook& first, double coarseness, Diagnosis& said);
+void name_read_effects(const Screening& first, double coarseness, Diagnosis& said);
 
 // The same for records without a period, `data` of the recordings: the grid only. A drift is a
 // candidate there.

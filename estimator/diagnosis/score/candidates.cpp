@@ -156,7 +156,7 @@ bool imposable(const Effect& effect) {
                      [](const InternalInfo& info) { return info.order == 1; });
 }
 
-// Of periodic runs a drift and a grid are read from the records (first_look.hpp), which show them
+// Of periodic runs a drift and a grid are read from the records (screening.hpp), which show them
 // better than a mean cycle does.
 bool read_beforehand(const Effect& effect, Kind kind) {
   return kind == Kind::periodic &&

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/diagnosis/noise/left_over.hpp"
+#include "estimator/diagnosis/noise/residual.hpp"
 #include "estimator/diagnosis/select/nesting.hpp"
 
 namespace shaker::estimator::diagnosis {

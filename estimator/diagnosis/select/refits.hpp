@@ -15,7 +15,7 @@ namespace shaker::estimator::diagnosis {
 // What the data's errors are made of.
 enum class Errors {
   noise,
-  left_over  // what the best of a first search left besides: that of a corner is small beside it
+  residual  // what the best of a first search left besides: that of a corner is small beside it
 };
 
 // Its arguments must outlive it.

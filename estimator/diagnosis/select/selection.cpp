@@ -53,7 +53,7 @@ class Search {
         options_(options),
         progress_(progress),
         refits_(*found.base.fit, data, options.fit,
-                options.simple_first ? Errors::left_over : Errors::noise),
+                options.simple_first ? Errors::residual : Errors::noise),
         candidate_set_(found, data, all, options, refits_) {}
 
   void judge_base() {
@@ -291,7 +291,7 @@ Selection select_effects(HarmonicFit base, const std::vector<RunDatum>& data,
 
 void take_to_no_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
                       const FitOptions& options) {
-  const Refits refits(*found.base.fit, data, options, Errors::left_over);
+  const Refits refits(*found.base.fit, data, options, Errors::residual);
   Hypothesis& wide = found.hypotheses[hypothesis];
   Hypothesis sharp = wide;
   const bool better = refits.sharpened(sharp) && sharp.fit->chi_squared < wide.fit->chi_squared;

@@ -40,7 +40,7 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   if (h.rounded || known) return false;
   if (!has_corners(h.fit->spec)) return resolved(h);
   const bool record = on_samples(data_);
-  if (settled(*h.fit) && (record || errors_ == Errors::left_over)) return false;
+  if (settled(*h.fit) && (record || errors_ == Errors::residual)) return false;
   const bool by_width = !settled(*h.fit) && !record && errors_ == Errors::noise;
   const auto stated = by_width ? as_stated(h) : nullptr;
   if (stated && gentle(h, *stated)) {
@@ -50,7 +50,7 @@ bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   }
   Sharpening worth;
   worth.hopeless = hopeless;
-  if (errors_ == Errors::left_over) {
+  if (errors_ == Errors::residual) {
     worth.touched = kTouchedLeftOver;
     worth.on_grids = !record;
   }
@@ -78,7 +78,7 @@ void Refits::sharpen_as(const Hypothesis& known, Hypothesis& h) const {
 }
 
 void Refits::finish_sharpening(Hypothesis& h) const {
-  if (!h.rounded || errors_ != Errors::left_over || on_samples(data_) || !has_corners(h.fit->spec))
+  if (!h.rounded || errors_ != Errors::residual || on_samples(data_) || !has_corners(h.fit->spec))
     return;
   const auto sharp = to_limit(*h.rounded, {.touched = kTouchedLeftOver});
   if (!sharp || !(sharp->fit->chi_squared < h.fit->chi_squared)) return;

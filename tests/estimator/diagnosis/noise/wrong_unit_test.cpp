@@ -28,7 +28,7 @@ void times(std::vector<double>& values, double factor) {
 }
 
 std::string trouble_with(const Campaign& campaign) {
-  const auto look = first_look(campaign, estimator::testing::oleo(), from_rest_in_units());
+  const auto look = screen_campaign(campaign, estimator::testing::oleo(), from_rest_in_units());
   return look ? "" : look.error().what;
 }
 
@@ -98,7 +98,7 @@ TEST(WrongUnit, RefusesNoForcesForStartValuesThatAreFarOff) {
     auto model = estimator::testing::oleo();
     model.effects[0].parameters["theta1"].start = factor * 15.0;
     model.effects[1].parameters["theta2"].start = std::max(factor * 1.5, 1e-9);
-    const auto look = first_look(on_a_dynamometer(1.0), model, from_rest_in_units());
+    const auto look = screen_campaign(on_a_dynamometer(1.0), model, from_rest_in_units());
     EXPECT_TRUE(look) << factor << ": " << look.error().what;
   }
 }

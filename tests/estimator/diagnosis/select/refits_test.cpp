@@ -40,7 +40,7 @@ class Hidden {
   }
   const Hypothesis& base() const { return base_; }
   const Refits& refits() const { return *refits_; }
-  Refits refits_of_gap() const { return {*base_.fit, data_, options_, Errors::left_over}; }
+  Refits refits_of_gap() const { return {*base_.fit, data_, options_, Errors::residual}; }
   double observations() const { return base_.fit->observations; }
 
  private:

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/left_over.hpp"
+#include "estimator/diagnosis/noise/residual.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@ namespace shaker::estimator::diagnosis {
 
 using Eigen::VectorXd;
 
-std::vector<VectorXd> left_over(const Fitted& fitted, const std::vector<RunDatum>& given,
-                                std::size_t shown) {
+std::vector<VectorXd> fit_residuals(const Fitted& fitted, const std::vector<RunDatum>& given,
+                                    std::size_t shown) {
   const double clock = clock_error(fitted.fit, fitted.data);
   std::vector<VectorXd> all;
   for (std::size_t r = 0; r < shown; ++r) {
@@ -36,7 +36,7 @@ double gap_over_floor(const Fitted& fitted, const std::vector<RunDatum>& given) 
       static_cast<std::size_t>(std::count_if(given.begin(), given.end(), [](const RunDatum& datum) {
         return datum.quantity == Quantity::displacement;
       }));
-  const auto left = left_over(fitted, given, shown);
+  const auto left = fit_residuals(fitted, given, shown);
   std::vector<VectorXd> of_fitted;
   for (std::size_t r = 0; r < shown; ++r) {
     if (given[r].role == Role::fit) of_fitted.push_back(left[r]);

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/first_look.hpp"
+#include "estimator/diagnosis/noise/screening.hpp"
 
 #include <cmath>
 
@@ -15,12 +15,12 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-FirstLook looked(const Campaign& campaign) {
+Screening looked(const Campaign& campaign) {
   FitOptions options;
   options.from_rest = true;
-  auto first = first_look(campaign, estimator::testing::oleo(), options);
+  auto first = screen_campaign(campaign, estimator::testing::oleo(), options);
   EXPECT_TRUE(first) << first.error().what;
-  return first ? std::move(*first) : FirstLook{};
+  return first ? std::move(*first) : Screening{};
 }
 
 Campaign with(const std::map<std::string, double>& truth, std::uint64_t seed = 5) {
@@ -54,16 +54,16 @@ Diagnosis diagnosed_quickly(const Campaign& campaign) {
   return d ? *d : Diagnosis{};
 }
 
-TEST(FirstLook, ReadsADriftAndTakesItOut) {
+TEST(Screening, ReadsADriftAndTakesItOut) {
   Campaign campaign = with({});
   add_drift(campaign, 2e-5);
-  const FirstLook first = looked(campaign);
+  const Screening first = looked(campaign);
   ASSERT_TRUE(first.drift.found);
   EXPECT_NEAR(first.drift.rate, 2e-5, 4.0 * first.drift.standard_error);
   EXPECT_LT(first.drift.standard_error, 5e-7);
   EXPECT_TRUE(first.drift.rival.empty()) << first.drift.rival;
   ASSERT_TRUE(first.with_drift);
-  const FirstLook plain = looked(with({}));
+  const Screening plain = looked(with({}));
   for (std::size_t r = 0; r < plain.look.runs.size(); ++r) {
     EXPECT_EQ(first.look.runs[r].cycles(), plain.look.runs[r].cycles());
     const double time = first.look.runs[r].when.mean();
@@ -72,9 +72,9 @@ TEST(FirstLook, ReadsADriftAndTakesItOut) {
   }
 }
 
-TEST(FirstLook, TakesNoDriftOutWhereThereIsNone) {
+TEST(Screening, TakesNoDriftOutWhereThereIsNone) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const FirstLook first = looked(with({}, seed));
+    const Screening first = looked(with({}, seed));
     EXPECT_FALSE(first.drift.found) << seed;
     EXPECT_FALSE(first.with_drift);
   }
@@ -82,17 +82,17 @@ TEST(FirstLook, TakesNoDriftOutWhereThereIsNone) {
 
 // The pressure falls by about a per cent in a minute, so the damper sinks like a drifting
 // sensor.
-TEST(FirstLook, DoesNotBlameTheSensorForAGasThatLeaks) {
-  const FirstLook first = looked(with({{"gas_leak", 2e-4}}));
+TEST(Screening, DoesNotBlameTheSensorForAGasThatLeaks) {
+  const Screening first = looked(with({{"gas_leak", 2e-4}}));
   EXPECT_FALSE(first.drift.found);
   EXPECT_THAT(first.warnings, Contains(HasSubstr("the damper itself changes")));
 }
 
-TEST(FirstLook, DoesNotBlameTheSensorForOilThatWarms) {
+TEST(Screening, DoesNotBlameTheSensorForOilThatWarms) {
   EXPECT_FALSE(looked(with({{"oil_warming", 0.5}})).drift.found);
 }
 
-TEST(FirstLook, NamesTheDriftWithItsRate) {
+TEST(Screening, NamesTheDriftWithItsRate) {
   Campaign campaign = with({});
   add_drift(campaign, -3e-5);
   const Diagnosis d = diagnosed_quickly(campaign);
@@ -109,7 +109,7 @@ TEST(FirstLook, NamesTheDriftWithItsRate) {
   EXPECT_EQ(d.improved.effects.back().effect, "sensor_drift");
 }
 
-TEST(FirstLook, ADriftDoesNotHideFriction) {
+TEST(Screening, ADriftDoesNotHideFriction) {
   Campaign campaign = with({{"pressure_friction", 0.005}});
   add_drift(campaign, 3e-5);
   const Diagnosis d = diagnosed_quickly(campaign);
@@ -120,7 +120,7 @@ TEST(FirstLook, ADriftDoesNotHideFriction) {
   EXPECT_NEAR(friction->parameters.at(0).value, 0.005, 1e-4);
 }
 
-TEST(FirstLook, NamesACoarseSensorAndBlamesTheDamperForNothing) {
+TEST(Screening, NamesACoarseSensorAndBlamesTheDamperForNothing) {
   for (const double quantum : {2e-4, 5e-4}) {
     Campaign campaign = with({});
     round_off(campaign, quantum);
@@ -132,7 +132,7 @@ TEST(FirstLook, NamesACoarseSensorAndBlamesTheDamperForNothing) {
   }
 }
 
-TEST(FirstLook, NoiseBlursAFineGrid) {
+TEST(Screening, NoiseBlursAFineGrid) {
   Campaign campaign = with({});  // noise of 20 um
   round_off(campaign, 2e-5);
   const Diagnosis d = diagnosed_quickly(campaign);
@@ -140,7 +140,7 @@ TEST(FirstLook, NoiseBlursAFineGrid) {
   EXPECT_TRUE(d.effects.empty());
 }
 
-TEST(FirstLook, ACoarseSensorDoesNotHideFriction) {
+TEST(Screening, ACoarseSensorDoesNotHideFriction) {
   Campaign campaign = with({{"pressure_friction", 0.02}});
   round_off(campaign, 2e-4);
   const Diagnosis d = diagnosed_quickly(campaign);

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/first_look.hpp"
+#include "estimator/diagnosis/noise/screening.hpp"
 
 #include <cmath>
 
@@ -69,9 +69,9 @@ bool Look::fitted() const {
   return fit.trouble.empty() && std::isfinite(fit.chi_squared);
 }
 
-Result<FirstLook> first_look(const Campaign& campaign, const config::ModelSpec& model,
-                             const FitOptions& options) {
-  FirstLook first;
+Result<Screening> screen_campaign(const Campaign& campaign, const config::ModelSpec& model,
+                                  const FitOptions& options) {
+  Screening first;
   auto look = look_at(campaign, model, options, {}, first.warnings);
   if (!look) return look.error();
   first.look = std::move(*look);

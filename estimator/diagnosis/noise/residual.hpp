@@ -15,8 +15,8 @@ struct Fitted {
 
 // Of the first `shown` of the data as they were given, less what the time base and the grid's limit
 // leave open: the noise that one expects given the residual.
-std::vector<Eigen::VectorXd> left_over(const Fitted& fitted, const std::vector<RunDatum>& given,
-                                       std::size_t shown);
+std::vector<Eigen::VectorXd> fit_residuals(const Fitted& fitted, const std::vector<RunDatum>& given,
+                                           std::size_t shown);
 // Root mean square of what is left of runs.
 double mean_square(const std::vector<Eigen::VectorXd>& left);
 

@@ -20,7 +20,7 @@ struct Look {
   bool fitted() const;  // otherwise `fit` says its trouble
 };
 
-struct FirstLook {
+struct Screening {
   Look look;
   ZeroDrift drift;
   std::optional<Look> with_drift;  // as it was recorded; only where a drift was taken out
@@ -28,7 +28,7 @@ struct FirstLook {
 };
 
 // An Error as of cut_campaign and plausible.
-Result<FirstLook> first_look(const Campaign& campaign, const config::ModelSpec& model,
-                             const FitOptions& options);
+Result<Screening> screen_campaign(const Campaign& campaign, const config::ModelSpec& model,
+                                  const FitOptions& options);
 
 }  // namespace shaker::estimator::diagnosis
