@@ -10,8 +10,8 @@ namespace shaker::estimator::diagnosis {
 namespace {
 
 constexpr Eigen::Index kFewestCycles = 5;
-constexpr double kLeastSlip = 0.01;  // turns in all
-constexpr double kSure = 8.0;        // standard errors
+constexpr double kLeastSlip = 0.01;         // turns in all
+constexpr double kMinSlipDeviations = 8.0;  // standard errors
 
 constexpr std::size_t kFewestForSpikes = 32;
 constexpr std::size_t kMostSpikes = 3;
@@ -51,7 +51,7 @@ double clock_slip(const Eigen::MatrixXd& response) {
   const double slip = std::fabs(whole.slope);
   const bool even = std::fabs(early - late) < 0.3 * slip;
   const bool same_size = std::fabs(line_through(size).slope) < 0.2 * slip;
-  const bool sure = slip > kSure * whole.standard_error;
+  const bool sure = slip > kMinSlipDeviations * whole.standard_error;
   return even && same_size && sure && slip * static_cast<double>(kept) > kLeastSlip ? whole.slope
                                                                                     : 0.0;
 }

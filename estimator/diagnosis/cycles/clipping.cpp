@@ -8,7 +8,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/diagnosis/cycles/quantum.hpp"
+#include "estimator/diagnosis/cycles/quantisation_step.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 
@@ -90,7 +90,7 @@ double length_of(const std::vector<Flat>& flats) {
 double grid_beside(const Ended& end) {
   std::vector<double> others = end.y;
   std::erase(others, end.highest);
-  return quantum_of(others);
+  return quantisation_step_of(others);
 }
 
 // How steeply a channel comes to its flats on one side, a sample, and how it bends there: the
@@ -178,10 +178,10 @@ bool cut_off(const Shoulders& beside, double range, double step, double steps_cu
 }
 
 // Samples in a row at the end that a crest within a step does not explain.
-double longest_crest(const Ended& end, double samples_a_cycle, double quantum) {
+double longest_crest(const Ended& end, double samples_a_cycle, double quantisation_step) {
   const double flat = 2.0 * std::sqrt(2.0 * (end.highest - end.next) / (0.5 * end.range)) / kTwoPi;
   // A crest within one step of a coarse grid.
-  const double within = std::acos(std::max(-1.0, 1.0 - 2.0 * quantum / end.range)) / kPi;
+  const double within = std::acos(std::max(-1.0, 1.0 - 2.0 * quantisation_step / end.range)) / kPi;
   return std::max(4.0, std::max(3.0 * std::min(flat, 0.05), kWithin * within) * samples_a_cycle);
 }
 
@@ -287,12 +287,12 @@ double noise_beside(const Ended& end, const Shoulders& beside) {
 }  // namespace
 
 bool clipped(std::span<const double> y, double samples_a_cycle, double cycles, bool top,
-             Course course, double quantum) {
+             Course course, double quantisation_step) {
   const Ended end = ended(y, top);
   if (!(end.range > 0.0)) return true;  // it never moves
-  const double longest = longest_crest(end, samples_a_cycle, quantum);
+  const double longest = longest_crest(end, samples_a_cycle, quantisation_step);
   if (dwells(end, samples_a_cycle, cycles, std::max(longest, samples_a_cycle))) return true;
-  const double grid = quantum > 0.0 ? quantum : grid_beside(end);
+  const double grid = quantisation_step > 0.0 ? quantisation_step : grid_beside(end);
   const double step = grid > 0.0 ? grid : end.highest - end.next;
   const Shoulders beside = shoulders_of(end, samples_a_cycle, cycles);
   const bool cut = cut_off(beside, end.range, step);

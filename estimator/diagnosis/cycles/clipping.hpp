@@ -20,9 +20,9 @@ enum class Course {
 //   inert one also where noise lies on the flat; or
 // - has noise of more than a step beside the flat and none on it.
 // A kinked one is flat in truth within one step of a coarse grid.
-// `quantum`: step of the grid that the values stand on; 0: not known.
+// `quantisation_step`: step of the grid that the values stand on; 0: not known.
 bool clipped(std::span<const double> y, double samples_a_cycle, double cycles, bool top,
-             Course course, double quantum = 0.0);
+             Course course, double quantisation_step = 0.0);
 
 // Whether an imposed motion that stays at its end is held there: the force has come to rest too.
 // Behind a clipped sensor the motion turns round, and the force changes most where it comes back.

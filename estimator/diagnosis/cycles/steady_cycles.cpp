@@ -12,9 +12,9 @@
 #include "estimator/diagnosis/cycles/found_frequency.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/cycles/phase_fit.hpp"
-#include "estimator/diagnosis/cycles/quantum.hpp"
+#include "estimator/diagnosis/cycles/quantisation_step.hpp"
 #include "estimator/diagnosis/cycles/record_checks.hpp"
-#include "estimator/diagnosis/cycles/succession.hpp"
+#include "estimator/diagnosis/cycles/stationarity.hpp"
 #include "estimator/diagnosis/cycles/whole_cycles.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -73,7 +73,7 @@ SteadyRun begun(const Recording& r, const SteadyOptions& options) {
   run.role = r.role;
   run.driver_measured = !driver_of(r).empty();
   run.recorded_at = r.t.front();
-  run.quantum = quantum_of(response_of(r));
+  run.quantisation_step = quantisation_step_of(response_of(r));
   run.drift_taken = options.drift;
   return run;
 }
@@ -199,7 +199,7 @@ Result<void> on_one_clock(const Recording& r, const SteadyRun& run) {
 
 // Of a harmonic of one cycle, when its samples are rounded independently.
 double scatter_of_steps(const SteadyRun& run) {
-  return run.quantum / std::sqrt(6.0 * run.samples_a_cycle);
+  return run.quantisation_step / std::sqrt(6.0 * run.samples_a_cycle);
 }
 
 void drop_front(Eigen::MatrixXd& rows, Eigen::Index count) {
@@ -225,10 +225,10 @@ std::span<const double> steady_part(const WholeCycles& cycles, const std::vector
 
 // The end of the sensor's range that a channel meets: true for the upper one.
 std::optional<bool> end_met(const WholeCycles& cycles, const std::vector<double>& y, Course course,
-                            double quantum) {
+                            double quantisation_step) {
   for (const bool top : {true, false}) {
     if (clipped(steady_part(cycles, y), cycles.samples, static_cast<double>(cycles.count()), top,
-                course, quantum))
+                course, quantisation_step))
       return top;
   }
   return {};
@@ -237,7 +237,7 @@ std::optional<bool> end_met(const WholeCycles& cycles, const std::vector<double>
 Result<void> in_range(const Recording& r, const WholeCycles& cycles, const SteadyRun& run) {
   const bool imposed = r.kind == Kind::imposed_motion;
   const Course course = imposed ? Course::kinked : Course::inert;
-  if (const auto top = end_met(cycles, response_of(r), course, run.quantum))
+  if (const auto top = end_met(cycles, response_of(r), course, run.quantisation_step))
     return unfit(r, clipped_sentence(response_name(r), *top));
   if (!run.driver_measured) return {};
   const auto top = end_met(cycles, driver_of(r), Course::commanded, 0.0);
@@ -254,7 +254,7 @@ void leave_out_broken(const Recording& r, const WholeCycles& cycles, SteadyRun& 
     std::string why;
     if (!(range_of(y) > 0.0))
       why = fmt::format("the {} never changes; is the sensor alive?", name);
-    else if (const auto top = end_met(cycles, y, Course::kinked, quantum_of(y)))
+    else if (const auto top = end_met(cycles, y, Course::kinked, quantisation_step_of(y)))
       why = clipped_sentence(name, *top);
     if (why.empty()) return;
     run.warnings.push_back(fmt::format("run {}: {} (this channel is left out)", r.name, why));
@@ -313,7 +313,7 @@ void compare_amplitude(const Recording& r, const PhaseFit& phase, SteadyRun& run
 }
 
 void look_for_order(SteadyRun& run) {
-  const Succession after = examine(run.response, scatter_of_steps(run));
+  const Stationarity after = examine(run.response, scatter_of_steps(run));
   run.subharmonic = after.subharmonic;
   run.drifting = after.trend;
   run.dying = after.dying;

@@ -36,7 +36,7 @@ struct SteadyRun {
   bool driver_measured = true;          // false: the driver is the commanded pure cosine
   Eigen::VectorXd when;                 // middle of each cycle, s after the record's first sample
   double recorded_at = 0.0;             // that sample's time on the campaign's clock
-  double quantum = 0.0;                 // step of the grid on which the response is stored; 0: none
+  double quantisation_step = 0.0;       // step of the grid on which the response is stored; 0: none
   double drift_taken = 0.0;             // SteadyOptions::drift
   double zero_error = 0.0;              // of the mean, because the zero has moved
   int cycles_recorded = 0, cycles_dropped = 0;

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/cycles/quantum.hpp"
+#include "estimator/diagnosis/cycles/quantisation_step.hpp"
 #include "estimator/diagnosis/noise/remaining_transient.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -147,8 +147,8 @@ double noise_of_samples(const SteadyRun& run) {
   const MatrixXd centred = run.response.rowwise() - run.response.colwise().mean();
   const double variance = centred.rightCols(upper).squaredNorm() /
                           static_cast<double>(upper * (run.response.rows() - 1));
-  return std::sqrt(
-      std::max(0.0, 0.5 * run.samples_a_cycle * variance - run.quantum * run.quantum / 12.0));
+  return std::sqrt(std::max(0.0, 0.5 * run.samples_a_cycle * variance -
+                                     run.quantisation_step * run.quantisation_step / 12.0));
 }
 
 // What the scatter of the cycles does not show, as it is the same in all of them: adds it to the
@@ -159,7 +159,7 @@ double add_what_repeats(const std::vector<SteadyRun>& runs, CampaignNoise& noise
     VectorXd& variance = noise.runs[r].variance;
     scatter += variance.sum();
     const VectorXd rounded =
-        rounding_variance(runs[r].mean(), runs[r].quantum, noise_of_samples(runs[r]),
+        rounding_variance(runs[r].mean(), runs[r].quantisation_step, noise_of_samples(runs[r]),
                           {runs[r].samples_a_cycle, runs[r].cycles()});
     rounding += rounded.sum();
     variance += rounded;

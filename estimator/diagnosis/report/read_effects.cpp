@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/cycles/quantum.hpp"
+#include "estimator/diagnosis/cycles/quantisation_step.hpp"
 #include "estimator/diagnosis/records/transient_run.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/report/gaps.hpp"
@@ -114,19 +114,19 @@ void name_drift(const Screening& first, const std::string& unit, Diagnosis& said
 }
 
 // The coarsest grid of the runs.
-double quantum_in(const std::vector<SteadyRun>& runs) {
+double quantisation_step_in(const std::vector<SteadyRun>& runs) {
   double coarsest = 0.0;
   for (const SteadyRun& run : runs)
-    coarsest = std::max(coarsest, run.quantum);
+    coarsest = std::max(coarsest, run.quantisation_step);
   return coarsest;
 }
 
-void name_grid(double quantum, const std::string& effect_of_it, const std::string& unit,
+void name_grid(double quantisation_step, const std::string& effect_of_it, const std::string& unit,
                Diagnosis& said) {
-  NamedEffect effect = named("sensor_quantisation", quantum, 0.0, 0.0);
+  NamedEffect effect = named("sensor_quantisation", quantisation_step, 0.0, 0.0);
   effect.probability = kGridProbability;
-  effect.where = fmt::format("in every sample: all stand on steps of {:.4g} {}, {}", quantum, unit,
-                             effect_of_it);
+  effect.where = fmt::format("in every sample: all stand on steps of {:.4g} {}, {}",
+                             quantisation_step, unit, effect_of_it);
   add(std::move(effect), 0.0, said);
   said.warnings.push_back(
       "the displacement sensor's steps are too coarse for the noise to blur them: what they may do "
@@ -153,11 +153,11 @@ void name_read_effects(const Screening& first, double coarseness, Diagnosis& sai
   const config::ModelSpec& model = first.look.fit.spec;
   const std::size_t before = said.effects.size();
   if (first.with_drift && !holds(model, "sensor_drift")) name_drift(first, model.length_unit, said);
-  const double quantum = quantum_in(first.look.runs);
+  const double quantisation_step = quantisation_step_in(first.look.runs);
   if (coarseness > kCoarse && first.look.runs.front().kind == Kind::periodic &&
       !holds(model, "sensor_quantisation"))
     name_grid(
-        quantum,
+        quantisation_step,
         fmt::format("which moves a mean cycle {:.2g} times as much as the noise does", coarseness),
         model.length_unit, said);
   if (said.effects.size() > before) settle_verdict(said);
@@ -171,11 +171,11 @@ void name_grid_of_records(const std::vector<Recording>& recordings,
     const auto run = std::find_if(recordings.begin(), recordings.end(),
                                   [&](const Recording& r) { return r.name == datum.name; });
     if (datum.by_force || run == recordings.end()) continue;
-    const double quantum = quantum_of(run->displacement);
-    if (!(quantum > coarsest)) continue;
-    const double rounding = quantum * quantum / 12.0;
+    const double quantisation_step = quantisation_step_of(run->displacement);
+    if (!(quantisation_step > coarsest)) continue;
+    const double rounding = quantisation_step * quantisation_step / 12.0;
     const double rest = noise_of_samples(*run, *datum.sampled) - rounding;
-    coarsest = quantum;
+    coarsest = quantisation_step;
     coarseness = std::sqrt(rounding / std::max(rest, 1e-6 * rounding));
   }
   if (!(coarseness > kCoarse)) return;

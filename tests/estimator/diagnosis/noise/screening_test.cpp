@@ -34,10 +34,10 @@ void add_drift(Campaign& campaign, double rate) {
   }
 }
 
-void round_off(Campaign& campaign, double quantum) {
+void round_off(Campaign& campaign, double quantisation_step) {
   for (Recording& run : campaign.runs) {
     for (double& u : run.displacement)
-      u = quantum * std::round(u / quantum);
+      u = quantisation_step * std::round(u / quantisation_step);
   }
 }
 
@@ -121,14 +121,14 @@ TEST(Screening, ADriftDoesNotHideFriction) {
 }
 
 TEST(Screening, NamesACoarseSensorAndBlamesTheDamperForNothing) {
-  for (const double quantum : {2e-4, 5e-4}) {
+  for (const double quantisation_step : {2e-4, 5e-4}) {
     Campaign campaign = with({});
-    round_off(campaign, quantum);
+    round_off(campaign, quantisation_step);
     const Diagnosis d = diagnosed_quickly(campaign);
-    EXPECT_EQ(d.verdict, Verdict::explained) << quantum;
-    ASSERT_EQ(d.effects.size(), 1U) << quantum;
+    EXPECT_EQ(d.verdict, Verdict::explained) << quantisation_step;
+    ASSERT_EQ(d.effects.size(), 1U) << quantisation_step;
     EXPECT_EQ(d.effects[0].name, "sensor_quantisation");
-    EXPECT_NEAR(d.effects[0].parameters.at(0).value, quantum, 1e-9);
+    EXPECT_NEAR(d.effects[0].parameters.at(0).value, quantisation_step, 1e-9);
   }
 }
 

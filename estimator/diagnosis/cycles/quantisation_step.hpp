@@ -14,7 +14,7 @@ namespace shaker::estimator::diagnosis {
 
 // The step of which all values are whole multiples, from some origin; 0 when there is none. Digits
 // that were cut off in print are allowed for.
-double quantum_of(const std::vector<double>& values);
+double quantisation_step_of(const std::vector<double>& values);
 
 // Even sampling of a run. A whole number of samples a cycle meets the same steps in every cycle.
 struct Sampling {
@@ -22,10 +22,10 @@ struct Sampling {
   int cycles = 0;
 };
 
-// Variance of each harmonic of what rounding to steps of `quantum` adds to the mean of the cycles
-// of a curve, given by its harmonics. `noise`: standard deviation of a sample before it is rounded,
-// which blurs the steps; above three quarters of a quantum nothing is left of them.
-Eigen::VectorXd rounding_variance(const Eigen::VectorXd& curve, double quantum, double noise,
-                                  const Sampling& sampling);
+// Variance of each harmonic of what rounding to steps of `quantisation_step` adds to the mean of
+// the cycles of a curve, given by its harmonics. `noise`: standard deviation of a sample before it
+// is rounded, which blurs the steps; above three quarters of a step nothing is left of them.
+Eigen::VectorXd rounding_variance(const Eigen::VectorXd& curve, double quantisation_step,
+                                  double noise, const Sampling& sampling);
 
 }  // namespace shaker::estimator::diagnosis

@@ -14,11 +14,11 @@ namespace shaker::estimator::diagnosis {
 // Cycles at the beginning that are not yet like those of the last half; at most two thirds.
 int cycles_of_transient(const Eigen::MatrixXd& cycles, double least = 0.0);
 
-struct Succession {
+struct Stationarity {
   bool trend = false;
   int subharmonic = 0;
   bool dying = false;  // it is none: it shrinks
 };
-Succession examine(const Eigen::MatrixXd& cycles, double least = 0.0);
+Stationarity examine(const Eigen::MatrixXd& cycles, double least = 0.0);
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/succession.hpp"
+#include "estimator/diagnosis/cycles/stationarity.hpp"
 
 #include <algorithm>
 #include <array>
@@ -61,7 +61,7 @@ Recording simulated(const Drive& drive, const std::function<double(double, doubl
 }
 
 // A mode of 1.42 Hz that is driven at 3 Hz alternates from cycle to cycle while it decays.
-TEST(Succession, CallsRingingOfALightlyDampedModeNoSubharmonic) {
+TEST(Stationarity, CallsRingingOfALightlyDampedModeNoSubharmonic) {
   const auto linear = [](double u, double v) { return 1.6 * v + 80.0 * u; };
   for (unsigned draw = 0; draw < 20; ++draw) {
     const auto run = steady_cycles(simulated({3.0, 2.0, 0.5}, linear, 0.0, 17.37, 2e-5, draw));
@@ -71,7 +71,7 @@ TEST(Succession, CallsRingingOfALightlyDampedModeNoSubharmonic) {
 }
 
 // The Duffing oscillator with two wells, at amplitudes with a response of two periods.
-TEST(Succession, SeesAPeriodThatHasDoubled) {
+TEST(Stationarity, SeesAPeriodThatHasDoubled) {
   const auto duffing = [](double u, double v) { return 0.3 * v - u + u * u * u; };
   for (const double amplitude : {0.28, 0.65}) {
     for (const double cycles : {8.4, 20.4}) {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/quantum.hpp"
+#include "estimator/diagnosis/cycles/quantisation_step.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ constexpr double kFew = 1e-3;  // of a step, where few values must show the grid
 
 constexpr int kRegisters = 2, kPlaces = kRegisters * kLanes;  // of the grid under the motion
 constexpr double kMostSamples = 40000.0;
-constexpr double kOfSteps = 0.5;  // of a quantum: an amplitude that is the curve's own
+constexpr double kOfSteps = 0.5;  // of a step: an amplitude that is the curve's own
 constexpr Index kNeighbours = 2;
 constexpr double kSharp = 0.03, kBlurred = 0.75;  // noise over the step
 
@@ -94,9 +94,9 @@ SHAKER_SIMD_CLONES void add_rounding(const double* curve, int size, double noise
 
 // The curve that was rounded, as far as the rounded one tells: its harmonics that are no smaller
 // than the steps make them.
-VectorXd without_steps(VectorXd curve, double quantum) {
+VectorXd without_steps(VectorXd curve, double quantisation_step) {
   for (Index c = 3; c + 1 < curve.size(); c += 2) {
-    if (std::hypot(curve[c], curve[c + 1]) > kOfSteps * quantum) continue;
+    if (std::hypot(curve[c], curve[c + 1]) > kOfSteps * quantisation_step) continue;
     curve[c] = curve[c + 1] = 0.0;
   }
   return curve;
@@ -116,7 +116,7 @@ VectorXd spread_out(const VectorXd& variance) {
 
 }  // namespace
 
-double quantum_of(const std::vector<double>& values) {
+double quantisation_step_of(const std::vector<double>& values) {
   if (values.size() < kFewestSteps) return 0.0;
   std::vector<double> sorted = values;
   std::sort(sorted.begin(), sorted.end());
@@ -132,26 +132,27 @@ double quantum_of(const std::vector<double>& values) {
     levels += number[i] > number[i - 1] ? 1 : 0;
   }
   if (levels < kFewestSteps) return 0.0;
-  const double quantum = range / number.back();
-  const double allowed = (levels < kManySteps ? kFew : kOffGrid) * quantum + trifle;
+  const double quantisation_step = range / number.back();
+  const double allowed = (levels < kManySteps ? kFew : kOffGrid) * quantisation_step + trifle;
   for (std::size_t i = 0; i < sorted.size(); ++i) {
-    if (std::fabs(sorted[i] - sorted.front() - quantum * number[i]) > allowed) return 0.0;
+    if (std::fabs(sorted[i] - sorted.front() - quantisation_step * number[i]) > allowed) return 0.0;
   }
-  return quantum;
+  return quantisation_step;
 }
 
-VectorXd rounding_variance(const VectorXd& curve, double quantum, double noise,
+VectorXd rounding_variance(const VectorXd& curve, double quantisation_step, double noise,
                            const Sampling& sampling) {
   const Index size = curve.size();
-  if (!(quantum > 0.0) || noise > kBlurred * quantum) return VectorXd::Zero(size);
-  const VectorXd smooth = without_steps(curve, quantum) / quantum;
+  if (!(quantisation_step > 0.0) || noise > kBlurred * quantisation_step)
+    return VectorXd::Zero(size);
+  const VectorXd smooth = without_steps(curve, quantisation_step) / quantisation_step;
   const double cycles = std::clamp(std::floor(kMostSamples / sampling.samples_a_cycle), 1.0,
                                    static_cast<double>(sampling.cycles));
   const int points = static_cast<int>(cycles * sampling.samples_a_cycle);
   AlignedVector errors(static_cast<std::size_t>(size * kPlaces), 0.0);
-  add_rounding(smooth.data(), static_cast<int>(size), noise / quantum, sampling.samples_a_cycle,
-               points, as_lanes(errors.data()));
-  const double scale = 2.0 * quantum / points;
+  add_rounding(smooth.data(), static_cast<int>(size), noise / quantisation_step,
+               sampling.samples_a_cycle, points, as_lanes(errors.data()));
+  const double scale = 2.0 * quantisation_step / points;
   VectorXd variance =
       scale * scale *
       Eigen::Map<const Eigen::MatrixXd>(errors.data(), kPlaces, size).cwiseAbs2().colwise().mean();

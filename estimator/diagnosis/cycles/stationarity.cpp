@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/succession.hpp"
+#include "estimator/diagnosis/cycles/stationarity.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -170,8 +170,8 @@ int cycles_of_transient(const MatrixXd& cycles, double least) {
   return static_cast<int>(std::min(drop, most));
 }
 
-Succession examine(const MatrixXd& cycles, double least) {
-  Succession found;
+Stationarity examine(const MatrixXd& cycles, double least) {
+  Stationarity found;
   const Index n = cycles.rows();
   if (n < 5) return found;
   const VectorXd scale = scale_of(cycles, least);
