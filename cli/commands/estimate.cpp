@@ -12,7 +12,7 @@
 #include "cli/posterior_text.hpp"
 #include "cli/refined_fit.hpp"
 #include "cli/same_damper.hpp"
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/fit/estimation.hpp"
 #include "estimator/inference/intervals.hpp"
 #include "estimator/inference/posterior.hpp"

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/motion_range.hpp"
 #include "estimator/diagnosis/noise/above_noise.hpp"
 #include "estimator/diagnosis/noise/excitation_noise.hpp"
@@ -373,7 +373,7 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
     hold_against_file(model, *said);
     said->damper.campaign = said->campaign;
     if (!said->damper.hypotheses.empty())
-      said->damper.hypotheses.front().model = with_narrow_corners(said->improved);
+      said->damper.hypotheses.front().model = with_narrow_smoothing(said->improved);
     return said;
   } catch (const std::invalid_argument& error) {
     return invalid(error.what());

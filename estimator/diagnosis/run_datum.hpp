@@ -18,7 +18,7 @@ namespace shaker::estimator::diagnosis {
 struct SampledRun;
 
 // What one model's prediction on a grid lacks to corners of no width, near one theta
-// (corner_limit.hpp).
+// (smoothing_limit.hpp).
 struct ToLimit {
   std::vector<double> theta;
   Eigen::VectorXd value;  // of the harmonics, there

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/fit/predicted_runs.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/math/box_minimum.hpp"
 #include "estimator/math/dense.hpp"
 
@@ -18,8 +18,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNotWorthIt = 0.1;  // of chi-squared
-constexpr double kExact = 1e-6;      // of chi-squared: what predictions are exact to
+constexpr double kMaxNegligibleGain = 0.1;  // of chi-squared
+constexpr double kExact = 1e-6;             // of chi-squared: what predictions are exact to
 // Chi-squared a datum from where on nobody asks for more than three digits and a half of it.
 constexpr double kFar = 100.0, kExactFar = 3e-4;
 constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-6;  // of the unit diagonal
@@ -199,7 +199,7 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
     if (!std::isfinite(gain)) break;
     // Where the model is far off, no more can be asked than the prediction is exact to.
     const double exact = now.chi_squared * (is_far(fit, now.chi_squared) ? kExactFar : kExact);
-    const double trifle = std::max({kNotWorthIt, exact, options.tolerance});
+    const double trifle = std::max({kMaxNegligibleGain, exact, options.tolerance});
     if (gain < std::max(options.tolerance, exact) && refused == 0) {
       fit.converged = true;
       break;
@@ -296,7 +296,7 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
   for (int k = 0; k < fit.model->parameter_count(); ++k) {
     if (!fit.model->parameters()[static_cast<std::size_t>(k)].fixed) fit.free.push_back(k);
   }
-  const bool rounded = options.sharp && has_corners(spec);
+  const bool rounded = options.sharp && has_smoothing(spec);
   fit.predictions.reserve(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (const std::size_t first = first_of_response(data, r); first < r) {

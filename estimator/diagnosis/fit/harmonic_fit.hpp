@@ -26,7 +26,7 @@ struct FitOptions {
   double tolerance = 1e-2;   // of chi-squared
   bool from_rest = false;    // steps may go the long way to a periodic solution: dear
   bool from_near = false;  // no long way to a solution, where `near` has one: chi-squared infinite
-  bool sharp = false;      // corners as sharp as the points can follow (corners.hpp)
+  bool sharp = false;      // corners as sharp as the points can follow (smoothing.hpp)
   // Of the effort of its data, that one fit may take; what would take more is given up.
   double most_effort = std::numeric_limits<double>::infinity();
 };

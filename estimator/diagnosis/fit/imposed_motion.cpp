@@ -16,9 +16,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMaxMotionSteps = 60;
-constexpr int kLaps = 2;                // of a march: the first forgets how it began
+constexpr int kLaps = 2;                // of an integration: the first forgets how it began
 constexpr double kDifference = 1e-4;    // of the motion, for slopes over it
-constexpr int kStepsBetweenPoints = 2;  // steps of a march between two points
+constexpr int kStepsBetweenPoints = 2;  // steps of an integration between two points
 
 }  // namespace
 
@@ -48,7 +48,7 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
     const auto laps = [&](const VectorXd& harmonics) -> VectorXd {
       return (fine * harmonics).replicate(kLaps, 1);
     };
-    march_ = std::make_unique<MotionMarch>(
+    integrator_ = std::make_unique<MotionIntegrator>(
         model,
         Motion{1.0 / (frequency_ * kStepsBetweenPoints * n_), laps(motion), laps(rate),
                laps(derivative(rate, frequency_)), VectorXd()},
@@ -157,12 +157,12 @@ bool ImposedMotion::solve_memory(std::span<const double> theta) {
 
 bool ImposedMotion::at(std::span<const double> theta, bool slopes) {
   theta_.assign(theta.begin(), theta.end());
-  if (march_) {
-    if (!march_->at(theta, slopes)) return false;
+  if (integrator_) {
+    if (!integrator_->at(theta, slopes)) return false;
     const Index first = (kLaps - 1) * kStepsBetweenPoints * n_;
     for (int i = 0; i < n_; ++i) {
-      force_[i] = march_->force()[first + kStepsBetweenPoints * i];
-      if (slopes) slope_.row(i) = march_->slope().row(first + kStepsBetweenPoints * i);
+      force_[i] = integrator_->force()[first + kStepsBetweenPoints * i];
+      if (slopes) slope_.row(i) = integrator_->slope().row(first + kStepsBetweenPoints * i);
     }
     return true;
   }
@@ -198,7 +198,7 @@ MatrixXd ImposedMotion::over_motion() const {
     less[c] -= h;
     ImposedMotion high(*model_, frequency_, more, n_), low(*model_, frequency_, less, n_);
     for (ImposedMotion* nearby : {&high, &low}) {
-      if (march_) nearby->march_->begin_from(*march_);
+      if (integrator_) nearby->integrator_->begin_from(*integrator_);
     }
     if (high.at(theta_, false) && low.at(theta_, false))
       slope.col(c) = (high.force() - low.force()) / (2.0 * h);

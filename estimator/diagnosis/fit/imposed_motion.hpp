@@ -12,7 +12,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 #include "estimator/math/cyclic_banded_lu.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/model/model_arrays.hpp"
@@ -56,7 +56,7 @@ class ImposedMotion {
   ModelArrays at_;  // the motion, then the memories
   CyclicBandedLu band_;
   std::vector<double> rows_;
-  std::unique_ptr<MotionMarch> march_;  // of parts in series
+  std::unique_ptr<MotionIntegrator> integrator_;  // of parts in series
 };
 
 }  // namespace shaker::estimator::diagnosis

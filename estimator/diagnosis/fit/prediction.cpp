@@ -23,10 +23,10 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
     }
     check_instruments(model);
     const bool inertia = datum.kind == Kind::transient;
-    march_ = std::make_unique<MotionMarch>(
+    integrator_ = std::make_unique<MotionIntegrator>(
         model, Motion{sampled_->dt, sampled_->u, sampled_->v, sampled_->a, sampled_->excitation},
         inertia);
-    march_->spend(datum.effort);
+    integrator_->spend(datum.effort);
     transform_ = std::make_unique<CosineTransform>(sampled_->samples());
     // What is missing from the balance is missing from the excitation.
     if (inertia) excitation_ = datum.response;
@@ -56,9 +56,9 @@ bool Prediction::at_sampled(const std::vector<double>& theta) {
     jacobian_ = transient_->jacobian();
     return true;
   }
-  if (!march_->at(theta)) return false;
-  Eigen::MatrixXd all(points_, 1 + march_->slope().cols());
-  all << march_->force(), march_->slope();
+  if (!integrator_->at(theta)) return false;
+  Eigen::MatrixXd all(points_, 1 + integrator_->slope().cols());
+  all << integrator_->force(), integrator_->slope();
   const Eigen::MatrixXd series = transform_->analyse(all, sampled_->keep);
   value_ = series.col(0);
   if (excitation_.size() > 0) value_ += excitation_;

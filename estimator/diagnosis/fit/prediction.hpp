@@ -13,7 +13,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/imposed_motion.hpp"
-#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 #include "estimator/diagnosis/fit/periodic_response.hpp"
 #include "estimator/diagnosis/fit/transient_response.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
@@ -85,7 +85,7 @@ class Prediction {
   std::unique_ptr<ImposedMotion> imposed_;
   std::shared_ptr<const SampledRun> sampled_;
   std::unique_ptr<TransientResponse> transient_;  // of a sampled run: its response,
-  std::unique_ptr<MotionMarch> march_;            // or the force along its motion
+  std::unique_ptr<MotionIntegrator> integrator_;  // or the force along its motion
   std::unique_ptr<CosineTransform> transform_;
   std::shared_ptr<const ToLimit> to_limit_;
   Eigen::VectorXd excitation_;  // of a sampled run whose forces are compared, in cosines

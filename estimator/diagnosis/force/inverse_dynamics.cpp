@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 #include "estimator/diagnosis/records/transient_run.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -112,10 +112,10 @@ MissingForce missing_force(const Prediction& prediction, const std::vector<doubl
     const bool imposed = run->kind == Kind::imposed_motion;
     MissingForce missing{run->u, run->v, VectorXd::Zero(run->samples()), false};
     if (!can_be_carried(prediction.model())) return missing;
-    MotionMarch march(prediction.model(), Motion{run->dt, run->u, run->v, run->a, run->excitation},
-                      !imposed);
-    missing.ok = march.at(theta);
-    if (missing.ok) missing.force = -march.force();
+    MotionIntegrator integrator(prediction.model(),
+                                Motion{run->dt, run->u, run->v, run->a, run->excitation}, !imposed);
+    missing.ok = integrator.at(theta);
+    if (missing.ok) missing.force = -integrator.force();
     if (missing.ok && imposed) missing.force += run->response;
     return missing;
   }

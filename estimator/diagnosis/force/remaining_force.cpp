@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 #include "estimator/diagnosis/force/force_surface.hpp"
 #include "estimator/diagnosis/force/remaining_words.hpp"
 #include "estimator/diagnosis/noise/transient.hpp"
@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 constexpr int kCells = 24;        // of the stroke and of the velocity
 constexpr double kLinear = 0.02;  // of the largest force: what grid and linearisation leave open
-constexpr int kLaps = 2;          // of a march along a cycle: the first forgets how it began
+constexpr int kLaps = 2;          // of an integration along a cycle: the first forgets how it began
 
 // One run as it was measured, with what the model makes of it there.
 struct Course {
@@ -54,16 +54,16 @@ MatrixXd columns_of(const MatrixXd& all, const std::vector<int>& some) {
 std::optional<Course> of_record(const HarmonicFit& fit, const RunDatum& datum, std::size_t r) {
   const SampledRun& run = *datum.sampled;
   const bool imposed = run.kind == Kind::imposed_motion;
-  MotionMarch march(*fit.run_models[r], Motion{run.dt, run.u, run.v, run.a, run.excitation},
-                    !imposed);
-  if (!march.at(fit.theta)) return std::nullopt;
+  MotionIntegrator integrator(*fit.run_models[r],
+                              Motion{run.dt, run.u, run.v, run.a, run.excitation}, !imposed);
+  if (!integrator.at(fit.theta)) return std::nullopt;
   Course course;
   course.u = run.u;
   course.v = run.v;
-  course.slope = columns_of(march.slope(), fit.free);
+  course.slope = columns_of(integrator.slope(), fit.free);
   course.sampled = datum.sampled;
   course.error = datum.by_force ? datum.error : balance_of_forces(datum).error;
-  VectorXd left = -march.force();
+  VectorXd left = -integrator.force();
   if (imposed) left += run.response;
   course.residual = course.seen(left);
   course.jacobian = course.seen(course.slope);
@@ -109,12 +109,12 @@ std::optional<Course> of_cycle(const HarmonicFit& fit, const std::vector<RunDatu
   if (!imposed)
     x = Eigen::Map<const VectorXd>(prediction.response()->excitation().data(), n)
             .replicate(kLaps, 1);
-  MotionMarch march(*fit.run_models[r],
-                    Motion{1.0 / (datum.frequency_hz * n), course.u.replicate(kLaps, 1),
-                           course.v.replicate(kLaps, 1), a.replicate(kLaps, 1), x},
-                    !imposed);
-  if (!march.at(fit.theta)) return std::nullopt;
-  course.slope = columns_of(march.slope().bottomRows(n), fit.free);
+  MotionIntegrator integrator(*fit.run_models[r],
+                              Motion{1.0 / (datum.frequency_hz * n), course.u.replicate(kLaps, 1),
+                                     course.v.replicate(kLaps, 1), a.replicate(kLaps, 1), x},
+                              !imposed);
+  if (!integrator.at(fit.theta)) return std::nullopt;
+  course.slope = columns_of(integrator.slope().bottomRows(n), fit.free);
   course.residual = whitened_residual(fit, data, r);
   course.jacobian = whitened_jacobian(fit, data, r, fit.free);
   const MatrixXd reach = imposed ? analysis_matrix(datum.harmonics(), n)

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/records/transient_seen.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
@@ -31,9 +31,9 @@ bool has_spring(const Model& model, const SampledRun& run) {
   if (model.mechanical() > 1) return true;
   const std::vector<double> theta = model.start();
   Motion motion{run.dt, run.u, run.v, run.a, {}};
-  MotionMarch here(model, motion, false);
+  MotionIntegrator here(model, motion, false);
   motion.u.array() += 0.1 * (run.u.maxCoeff() - run.u.minCoeff());
-  MotionMarch there(model, motion, false);
+  MotionIntegrator there(model, motion, false);
   if (!here.at(theta) || !there.at(theta)) return true;
   return (here.force() - there.force()).norm() > 1e-9 * here.force().norm();
 }

@@ -4,7 +4,7 @@
 // What is compared is the response, by time integration (transient_response.hpp). Where no force of
 // the model depends on the stroke, a simulation drifts away from the truth whatever is missing (a
 // mass with friction, a positioning axis); then, and where the motion is imposed, the forces along
-// the measured motion are compared (imposed_motion_march.hpp).
+// the measured motion are compared (imposed_motion_bdf2.hpp).
 #pragma once
 
 #include <set>

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/force/inverse_dynamics.hpp"
 #include "estimator/diagnosis/force/remaining_force.hpp"
 #include "estimator/diagnosis/report/choice.hpp"

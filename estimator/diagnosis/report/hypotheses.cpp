@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/noise/above_noise.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
@@ -90,7 +90,7 @@ std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const 
   const auto& own = h.data ? *h.data : data;
   if (std::any_of(own.begin(), own.end(), [](const RunDatum& d) { return d.to_limit != nullptr; }))
     out.model = stated_sharp(out.model);
-  out.model = with_narrow_corners(out.model);
+  out.model = with_narrow_smoothing(out.model);
   state_scaled(out.model);
   std::vector<FittedConstant> constants = places_of(h, data, found.base.fit->spec.effects.size());
   if (fit.constant) constants.push_back(*fit.constant);

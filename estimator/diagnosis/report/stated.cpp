@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "base/unit.hpp"
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

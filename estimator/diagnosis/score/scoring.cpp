@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {

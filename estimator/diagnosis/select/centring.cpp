@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/diagnosis/select/refits.hpp"
 #include "estimator/math/dense.hpp"
@@ -58,7 +58,7 @@ HarmonicFit moved(const HarmonicFit& fit, std::size_t line, double place,
   FitOptions options;
   options.max_iterations = 0;
   options.points = fit.predictions.front().points();
-  options.sharp = has_corners(spec);
+  options.sharp = has_smoothing(spec);
   return fit_harmonics(spec, data, fit.theta, &fit, options);
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
 
 namespace shaker::estimator::diagnosis {

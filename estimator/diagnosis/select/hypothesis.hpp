@@ -15,7 +15,7 @@ struct Hypothesis {
   std::vector<std::string> effects;        // those added, sorted
   std::shared_ptr<const HarmonicFit> fit;  // never null
   // A hypothesis with a corner (dry friction) is refitted with sharper corners on finer grids once
-  // it matters (corners.hpp); `fit` is then that one, `rounded` the first, and `data` are those
+  // it matters (smoothing.hpp); `fit` is then that one, `rounded` the first, and `data` are those
   // that it was fitted to.
   std::shared_ptr<const HarmonicFit> rounded;
   std::shared_ptr<const std::vector<RunDatum>> data;  // null: as given

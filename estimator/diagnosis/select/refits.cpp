@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/noise/first_fit.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
@@ -283,7 +283,7 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
   std::shared_ptr<const HarmonicFit> fit;
   if (!has_edges(spec) && !on_samples(data_)) {
     FitOptions coarse = fine;
-    coarse.points /= has_corners(spec) ? kMemoryShare : kQuickShare;
+    coarse.points /= has_smoothing(spec) ? kMemoryShare : kQuickShare;
     const auto rough = fitted(start, near, coarse);
     if (std::isfinite(rough->chi_squared)) fit = fitted(rough->theta, rough.get(), fine);
     if (fit && (fit->converged || fit->iterations >= fine.max_iterations)) return fit;

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/score/candidates.hpp"
 #include "estimator/diagnosis/select/hypothesis.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/select/friction_width.hpp"
 #include "estimator/diagnosis/select/nesting.hpp"
 #include "estimator/diagnosis/select/refits.hpp"
@@ -38,7 +38,7 @@ bool settled(const HarmonicFit& fit) {
 bool Refits::sharpened(Hypothesis& h, double hopeless) const {
   const bool known = h.blunt == h.fit && hopeless <= h.blunt_above;
   if (h.rounded || known) return false;
-  if (!has_corners(h.fit->spec)) return resolved(h);
+  if (!has_smoothing(h.fit->spec)) return resolved(h);
   const bool record = on_samples(data_);
   if (settled(*h.fit) && (record || errors_ == Errors::residual)) return false;
   const bool by_width = !settled(*h.fit) && !record && errors_ == Errors::noise;
@@ -78,7 +78,7 @@ void Refits::sharpen_as(const Hypothesis& known, Hypothesis& h) const {
 }
 
 void Refits::finish_sharpening(Hypothesis& h) const {
-  if (!h.rounded || errors_ != Errors::residual || on_samples(data_) || !has_corners(h.fit->spec))
+  if (!h.rounded || errors_ != Errors::residual || on_samples(data_) || !has_smoothing(h.fit->spec))
     return;
   const auto sharp = to_limit(*h.rounded, {.touched = kTouchedLeftOver});
   if (!sharp || !(sharp->fit->chi_squared < h.fit->chi_squared)) return;

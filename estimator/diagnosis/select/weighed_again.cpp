@@ -5,7 +5,7 @@
 #include <iterator>
 #include <utility>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/noise/extra_channels.hpp"
 #include "estimator/diagnosis/noise/weighing.hpp"
 
@@ -27,7 +27,7 @@ HarmonicFit copied(const Hypothesis& h, const std::vector<RunDatum>& data, FitOp
   const HarmonicFit& near = rounded(h);
   options.max_iterations = 0;
   options.points = near.predictions.front().points();
-  options.sharp = has_corners(near.spec);
+  options.sharp = has_smoothing(near.spec);
   return fit_harmonics(near.spec, data, h.fit->theta, &near, options);
 }
 

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/fit/corner_limit.hpp"
-#include "estimator/diagnosis/fit/corners.hpp"
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/smoothing_limit.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -126,7 +126,7 @@ TEST(PeriodicResponse, BeginsWhereItBeganAfterAFailureWithoutASuccess) {
   EXPECT_TRUE(std::equal(begun.begin(), begun.end(), state.begin(), state.end()));
 }
 
-TEST(CornerLimits, OfTwoChannelsAreThoseOfEachAlone) {
+TEST(SmoothingLimits, OfTwoChannelsAreThoseOfEachAlone) {
   auto spec = estimator::testing::oleo();
   spec.effects.push_back(effect("coulomb_friction"));
   std::vector<double> theta = estimator::testing::kOleoSi;
@@ -138,9 +138,9 @@ TEST(CornerLimits, OfTwoChannelsAreThoseOfEachAlone) {
   displacement.response = round.value();
   const RunDatum load = channel_of(displacement, Quantity::damper_force, 8);
   AnalysisMatrices matrices;
-  const auto both = corner_limits(spec, {&displacement, &load}, theta, round, kPoints, matrices);
-  const auto one = corner_limits(spec, {&displacement}, theta, round, kPoints, matrices);
-  const auto other = corner_limits(spec, {&load}, theta, round, kPoints, matrices);
+  const auto both = smoothing_limits(spec, {&displacement, &load}, theta, round, kPoints, matrices);
+  const auto one = smoothing_limits(spec, {&displacement}, theta, round, kPoints, matrices);
+  const auto other = smoothing_limits(spec, {&load}, theta, round, kPoints, matrices);
   ASSERT_TRUE(both && one && other);
   ASSERT_EQ(both->size(), 2U);
   EXPECT_TRUE((*both)[0].value.isApprox(one->front().value, 1e-9));

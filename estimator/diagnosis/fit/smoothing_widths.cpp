@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/scaled.hpp"
 
@@ -89,7 +89,7 @@ bool has_edges(const config::ModelSpec& spec) {
   return !corners_of(spec).empty();
 }
 
-bool has_corners(const config::ModelSpec& spec) {
+bool has_smoothing(const config::ModelSpec& spec) {
   const Model model(spec);
   return has_edges(spec) || model.coordinates() > model.mechanical();
 }
@@ -148,7 +148,7 @@ config::ModelSpec stated_sharp(const config::ModelSpec& spec) {
   return sharp;
 }
 
-config::ModelSpec with_narrow_corners(const config::ModelSpec& spec) {
+config::ModelSpec with_narrow_smoothing(const config::ModelSpec& spec) {
   config::ModelSpec narrow = spec;
   for (const Corner& corner : corners_of(spec))
     narrow.effects[corner.line].constants[corner.symbol] = kNarrow * corner.width;

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/corner_limit.hpp"
+#include "estimator/diagnosis/fit/smoothing_limit.hpp"
 
 #include <cmath>
 #include <vector>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "sim/campaign_recorder.hpp"
 #include "tests/estimator/fixtures.hpp"
 
@@ -23,29 +23,29 @@ RunDatum datum_of(double error) {
   return datum;
 }
 
-TEST(CornerLimit, EliminatesAWidthItsLogarithmAndTheirSquares) {
+TEST(SmoothingLimit, EliminatesAWidthItsLogarithmAndTheirSquares) {
   std::vector<MatrixXd> rungs;
   for (double e = 0.1; e > 0.002; e *= 0.5) {
     const double y = 3.0 + 2.0 * e - 7.0 * e * std::log(e) + 5.0 * e * e - e * e * std::log(e);
     rungs.push_back(MatrixXd::Constant(1, 1, y));
   }
-  const CornerLimit limit = eliminated(rungs, datum_of(1e-3));
+  const SmoothingLimit limit = eliminated(rungs, datum_of(1e-3));
   EXPECT_NEAR(limit.value[0], 3.0, 1e-12);
   EXPECT_GT(std::fabs(rungs.back()(0, 0) - 3.0), 0.1);
 }
 
 // Values that no power law explains: the last elimination changes them more than the first.
-TEST(CornerLimit, StopsWhereEliminatingMakesItWorse) {
+TEST(SmoothingLimit, StopsWhereEliminatingMakesItWorse) {
   std::vector<MatrixXd> rungs;
   for (const double y : {1.0, -1.0, 1.0, -1.0, 1e-3})
     rungs.push_back(MatrixXd::Constant(1, 1, y));
-  const CornerLimit limit = eliminated(rungs, datum_of(1.0));
+  const SmoothingLimit limit = eliminated(rungs, datum_of(1.0));
   EXPECT_NEAR(limit.value[0], 1.002, 1e-12);
   EXPECT_NEAR(limit.open[0], 1.001, 1e-12);
 }
 
 // The damper sticks twice in a cycle; a smoothed friction creeps instead.
-TEST(CornerLimit, IsThePeriodicMotionOfADamperThatSticks) {
+TEST(SmoothingLimit, IsThePeriodicMotionOfADamperThatSticks) {
   sim::CampaignRecording clean;
   clean.rig.parameters = {{"coulomb_friction", 0.4}};
   clean.rig.noise_m = 1e-9;
@@ -75,9 +75,9 @@ TEST(CornerLimit, IsThePeriodicMotionOfADamperThatSticks) {
   Prediction round(model, datum, 256);
   ASSERT_TRUE(round.at(theta));
   AnalysisMatrices matrices;
-  const auto limits = corner_limits(spec, {&datum}, theta, round, 256, matrices);
+  const auto limits = smoothing_limits(spec, {&datum}, theta, round, 256, matrices);
   ASSERT_TRUE(limits);
-  const CornerLimit& limit = limits->front();
+  const SmoothingLimit& limit = limits->front();
   const double off = (round.value() - datum.response).norm();
   const double left = (limit.value - datum.response).norm();
   EXPECT_GT(off, 1e-4);

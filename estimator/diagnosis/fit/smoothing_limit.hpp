@@ -21,7 +21,7 @@ namespace shaker::estimator::diagnosis {
 
 constexpr double kLeftOpen = 0.3;  // of the noise, all harmonics of a run together
 
-struct CornerLimit {
+struct SmoothingLimit {
   Eigen::VectorXd value;  // of the run's harmonics
   Eigen::MatrixXd slope;  // over the parameters
   Eigen::VectorXd open;   // by how much the last elimination moved the values
@@ -30,16 +30,14 @@ struct CornerLimit {
 // The rungs of a ladder, the coarsest first, each of half the width of the one before: values, and
 // their slopes behind them. The entry of the scheme whose values the last elimination moved least,
 // in units of the datum's noise. Two at least.
-CornerLimit eliminated(const std::vector<Eigen::MatrixXd>& rungs, const RunDatum& datum);
+SmoothingLimit eliminated(const std::vector<Eigen::MatrixXd>& rungs, const RunDatum& datum);
 
 // Of a periodic run, seen by `channels`, each as far as its own noise asks for. `points`: of the
 // coarsest grid; `near`: a solution nearby; `matrices`: for all runs of one fit. Nothing where a
 // grid of the first few has no solution. `left_open`, of the noise: enough.
-std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& spec,
-                                                      const std::vector<const RunDatum*>& channels,
-                                                      const std::vector<double>& theta,
-                                                      const Prediction& near, int points,
-                                                      AnalysisMatrices& matrices,
-                                                      double left_open = kLeftOpen);
+std::optional<std::vector<SmoothingLimit>> smoothing_limits(
+    const config::ModelSpec& spec, const std::vector<const RunDatum*>& channels,
+    const std::vector<double>& theta, const Prediction& near, int points,
+    AnalysisMatrices& matrices, double left_open = kLeftOpen);
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/fit/corner_limit.hpp"
+#include "estimator/diagnosis/fit/smoothing_limit.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <memory>
 
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/model/model.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -32,7 +32,7 @@ struct Rung {
 struct Climb {
   const RunDatum& datum;
   std::vector<MatrixXd> values;
-  std::optional<CornerLimit> limit;
+  std::optional<SmoothingLimit> limit;
   bool settled = false;
 
   void see(const Prediction& prediction, double most) {
@@ -77,7 +77,7 @@ bool climb(Rung& rung, const Prediction& last, const Prediction* before,
 
 }  // namespace
 
-CornerLimit eliminated(const std::vector<MatrixXd>& rungs, const RunDatum& datum) {
+SmoothingLimit eliminated(const std::vector<MatrixXd>& rungs, const RunDatum& datum) {
   std::vector<MatrixXd> column = rungs;
   MatrixXd best = rungs.back();
   VectorXd open;
@@ -98,12 +98,10 @@ CornerLimit eliminated(const std::vector<MatrixXd>& rungs, const RunDatum& datum
   return {best.col(0), best.rightCols(best.cols() - 1), open};
 }
 
-std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& spec,
-                                                      const std::vector<const RunDatum*>& channels,
-                                                      const std::vector<double>& theta,
-                                                      const Prediction& near, int points,
-                                                      AnalysisMatrices& matrices,
-                                                      double left_open) {
+std::optional<std::vector<SmoothingLimit>> smoothing_limits(
+    const config::ModelSpec& spec, const std::vector<const RunDatum*>& channels,
+    const std::vector<double>& theta, const Prediction& near, int points,
+    AnalysisMatrices& matrices, double left_open) {
   std::vector<Climb> climbs;
   for (const RunDatum* channel : channels)
     climbs.push_back({*channel, {}, {}, false});
@@ -122,7 +120,7 @@ std::optional<std::vector<CornerLimit>> corner_limits(const config::ModelSpec& s
     before = std::move(last);
     last = std::move(finer);
   }
-  std::vector<CornerLimit> limits;
+  std::vector<SmoothingLimit> limits;
   for (Climb& one : climbs) {
     if (!one.limit) return std::nullopt;
     limits.push_back(std::move(*one.limit));

@@ -25,14 +25,14 @@ struct Motion {
 // The model parts its load path: some coordinate is the damper's own stroke behind a play.
 bool parts_in_series(const Model& model);
 
-// Whether a MotionMarch of it exists: one mechanical coordinate, and no memory with inertia.
+// Whether a MotionIntegrator of it exists: one mechanical coordinate, and no memory with inertia.
 bool can_be_carried(const Model& model);
 
-class MotionMarch {
+class MotionIntegrator {
  public:
   // `inertia`: M u'' counts. Throws std::invalid_argument for a model that cannot be carried. `model`
   // must outlive it.
-  MotionMarch(const Model& model, Motion motion, bool inertia);
+  MotionIntegrator(const Model& model, Motion motion, bool inertia);
 
   // False when a step cannot be solved, a point is inadmissible, or the task's effort is spent.
   // Without `slopes`, slope() keeps its old values.
@@ -43,7 +43,7 @@ class MotionMarch {
   // What it does counts there. Null: nobody asks.
   void spend(std::shared_ptr<Effort> effort) { effort_ = std::move(effort); }
   // Searches first near the course of the same model along a motion nearby.
-  void begin_from(const MotionMarch& other);
+  void begin_from(const MotionIntegrator& other);
 
  private:
   // Factors of w now, at the last step and at the one before it, in the rate w'.
@@ -57,7 +57,7 @@ class MotionMarch {
   bool solve_step(double now, const Eigen::VectorXd& history, std::span<const double> theta,
                   Eigen::VectorXd& w);
   void solve(const Eigen::MatrixXd& slope, Eigen::MatrixXd& right) const;
-  bool march(std::span<const double> theta);
+  bool integrate(std::span<const double> theta);
   void load_course();
   bool afford(int points);
   bool correct_course(std::span<const double> theta);

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/imposed_motion_march.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 constexpr int kMostNewton = 40;
 constexpr double kSolved = 1e-10;
-constexpr int kMostCorrections = 12;  // of a course; a march costs about as much as 30
+constexpr int kMostCorrections = 12;  // of a course; an integration costs about as much as 30
 
 // The coordinate's name says so.
 bool in_series(const Model& model, int coordinate) {
@@ -41,7 +41,7 @@ bool can_be_carried(const Model& model) {
   return true;
 }
 
-MotionMarch::MotionMarch(const Model& model, Motion motion, bool inertia)
+MotionIntegrator::MotionIntegrator(const Model& model, Motion motion, bool inertia)
     : model_(&model),
       motion_(std::move(motion)),
       inertia_(inertia),
@@ -76,15 +76,15 @@ MotionMarch::MotionMarch(const Model& model, Motion motion, bool inertia)
 }
 
 // w' = (3 w - 4 w_1 + w_2) / 2 dt; at the second step one of the first order, at the first none.
-MotionMarch::Difference MotionMarch::difference_at(int i) const {
+MotionIntegrator::Difference MotionIntegrator::difference_at(int i) const {
   if (i == 0) return {};
   if (i == 1) return {1.0 / motion_.dt, -1.0 / motion_.dt, 0.0};
   return {1.5 / motion_.dt, -2.0 / motion_.dt, 0.5 / motion_.dt};
 }
 
 // The equations of what is carried along, at the values w and the rates now * w + history.
-bool MotionMarch::residual(const VectorXd& w, double now, const VectorXd& history,
-                           std::span<const double> theta, VectorXd& h) {
+bool MotionIntegrator::residual(const VectorXd& w, double now, const VectorXd& history,
+                                std::span<const double> theta, VectorXd& h) {
   for (int d = 0; d < q_; ++d) {
     const auto c = static_cast<std::size_t>(d + 1);
     one_.u[c][0] = w[d];
@@ -97,7 +97,8 @@ bool MotionMarch::residual(const VectorXd& w, double now, const VectorXd& histor
 }
 
 // The derivative of these equations over w, from the i-th point of the arrays.
-void MotionMarch::slope_at(const ModelArrays& arrays, int i, double now, MatrixXd& slope) const {
+void MotionIntegrator::slope_at(const ModelArrays& arrays, int i, double now,
+                                MatrixXd& slope) const {
   for (int d = 0; d < q_; ++d) {
     for (int e = 0; e < q_; ++e) {
       const auto de = static_cast<std::size_t>((d + 1) * s_ + e + 1);
@@ -107,13 +108,13 @@ void MotionMarch::slope_at(const ModelArrays& arrays, int i, double now, MatrixX
 }
 
 // An evaluation gives the force, what is carried along and their slopes.
-bool MotionMarch::afford(int points) {
+bool MotionIntegrator::afford(int points) {
   return !effort_ || effort_->spend_rates(static_cast<double>(points) * s_ * (s_ + p_));
 }
 
 // Damped Newton for w at one step.
-bool MotionMarch::solve_step(double now, const VectorXd& history, std::span<const double> theta,
-                             VectorXd& w) {
+bool MotionIntegrator::solve_step(double now, const VectorXd& history,
+                                  std::span<const double> theta, VectorXd& w) {
   VectorXd h(q_), trial(q_), trial_h(q_);
   MatrixXd slope(q_, q_);
   if (!residual(w, now, history, theta, h)) return false;
@@ -137,14 +138,14 @@ bool MotionMarch::solve_step(double now, const VectorXd& history, std::span<cons
   return true;
 }
 
-void MotionMarch::begin_from(const MotionMarch& other) {
+void MotionIntegrator::begin_from(const MotionIntegrator& other) {
   if (other.n_ != n_ || other.q_ != q_) return;
   w_ = other.w_;
   has_course_ = other.has_course_;
 }
 
 // right = slope^-1 right, both with a row for each carried coordinate.
-void MotionMarch::solve(const MatrixXd& slope, MatrixXd& right) const {
+void MotionIntegrator::solve(const MatrixXd& slope, MatrixXd& right) const {
   if (q_ == 1)
     right /= slope(0, 0);
   else
@@ -152,7 +153,7 @@ void MotionMarch::solve(const MatrixXd& slope, MatrixXd& right) const {
 }
 
 // Carries w along the motion, step by step.
-bool MotionMarch::march(std::span<const double> theta) {
+bool MotionIntegrator::integrate(std::span<const double> theta) {
   VectorXd w = first_, history(q_);
   for (int i = 0; i < n_; ++i) {
     const Difference rate = difference_at(i);
@@ -172,7 +173,7 @@ bool MotionMarch::march(std::span<const double> theta) {
 }
 
 // Writes w and its rate into the arrays of all points.
-void MotionMarch::load_course() {
+void MotionIntegrator::load_course() {
   for (int d = 0; d < q_; ++d) {
     const auto c = static_cast<std::size_t>(d + 1);
     const auto w = w_.col(d);
@@ -187,8 +188,8 @@ void MotionMarch::load_course() {
 
 // Newton for all steps together, from the present course: nearby parameters have a nearby course.
 // Each step is a forward substitution. The points are evaluated together, which costs a small part
-// of what a march costs. Returns false if it does not converge; w is then undefined.
-bool MotionMarch::correct_course(std::span<const double> theta) {
+// of what an integration costs. Returns false if it does not converge; w is then undefined.
+bool MotionIntegrator::correct_course(std::span<const double> theta) {
   MatrixXd slope(q_, q_), now(q_, 1), last(q_, 1), before(q_, 1);
   w_.row(0) = first_.transpose();
   for (int round = 0; round < kMostCorrections; ++round) {
@@ -224,7 +225,7 @@ bool MotionMarch::correct_course(std::span<const double> theta) {
 
 // Carries w's derivatives over theta along the motion, from the derivatives of the model at all
 // points, and adds what they do to the force.
-bool MotionMarch::carry_slopes() {
+bool MotionIntegrator::carry_slopes() {
   MatrixXd slope(q_, q_), now = MatrixXd::Zero(q_, p_), last = now, before = now, history = now;
   for (int i = 1; i < n_; ++i) {
     const Difference rate = difference_at(i);
@@ -250,9 +251,9 @@ bool MotionMarch::carry_slopes() {
   return true;
 }
 
-bool MotionMarch::at(std::span<const double> theta, bool slopes) {
+bool MotionIntegrator::at(std::span<const double> theta, bool slopes) {
   if (q_ > 0) {
-    has_course_ = (has_course_ && correct_course(theta)) || march(theta);
+    has_course_ = (has_course_ && correct_course(theta)) || integrate(theta);
     if (!has_course_) return false;
   }
   if (!afford(n_) || !all_.evaluate(*model_, n_, theta.data())) return false;

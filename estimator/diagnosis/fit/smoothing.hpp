@@ -4,8 +4,8 @@
 // alone looks like one more effect. Here a width is a share of what the motion passes in one step
 // of the grid, run by run: that is resolved, and its influence is even and smooth in the width.
 // Two grids, the second of twice the points, lead to the parameters, and the solution of width 0 is
-// taken there with its slopes (corner_limit.hpp), as often as the parameters move; of a record, by
-// extrapolation from three widths.
+// taken there with its slopes (smoothing_limit.hpp), as often as the parameters move; of a record,
+// by extrapolation from three widths.
 #pragma once
 
 #include <limits>
@@ -20,7 +20,7 @@ namespace shaker::estimator::diagnosis {
 // Some effect of the model has a corner that no width is stated for.
 bool has_edges(const config::ModelSpec& spec);
 // The same, or a memory, whose grid error is treated alike.
-bool has_corners(const config::ModelSpec& spec);
+bool has_smoothing(const config::ModelSpec& spec);
 
 // The model with corners as sharp as `datum`'s motion allows in `points` steps; what the model file
 // itself states stays.
@@ -47,7 +47,7 @@ config::ModelSpec sharp_freed(const config::ModelSpec& spec, double speed);
 
 // The model with every corner narrow whose width no line states: fits are taken to corners of no
 // width, and a prediction in time has them too.
-config::ModelSpec with_narrow_corners(const config::ModelSpec& spec);
+config::ModelSpec with_narrow_smoothing(const config::ModelSpec& spec);
 
 // Twice as many points again and again, until no run passes more than half of the narrowest width
 // that the model's lines state in one step where its motion turns round; `points` where none does.

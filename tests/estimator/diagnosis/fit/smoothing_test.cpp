@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 
 #include <cmath>
 #include <map>

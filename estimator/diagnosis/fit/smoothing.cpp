@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/fit/corners.hpp"
+#include "estimator/diagnosis/fit/smoothing.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/corner_limit.hpp"
+#include "estimator/diagnosis/fit/smoothing_limit.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -67,8 +67,8 @@ MatrixXd value_and_slope(const Prediction& prediction) {
 }
 
 // A record has no finer grid than its samples: three widths, which go with 1, 2, 4.
-std::optional<CornerLimit> limit_on_samples(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
-                                            const HarmonicFit& at, std::size_t run) {
+std::optional<SmoothingLimit> limit_on_samples(
+    const std::vector<std::shared_ptr<HarmonicFit>>& fits, const HarmonicFit& at, std::size_t run) {
   std::vector<MatrixXd> y;
   for (std::size_t k = fits.size(); k-- > 0;) {
     if (!fits[k]->predictions[run].at(at.theta)) return std::nullopt;
@@ -79,11 +79,11 @@ std::optional<CornerLimit> limit_on_samples(const std::vector<std::shared_ptr<Ha
   const MatrixXd limit = two ? even : MatrixXd((8.0 * y[0] - 6.0 * y[1] + y[2]) / 3.0);
   const VectorXd open =
       two ? VectorXd(y[0].col(0) - y[1].col(0)) : VectorXd(limit.col(0) - even.col(0));
-  return CornerLimit{limit.col(0), limit.rightCols(limit.cols() - 1), open};
+  return SmoothingLimit{limit.col(0), limit.rightCols(limit.cols() - 1), open};
 }
 
 // What the grid of `near` lacks to a limit at theta; `near` may hold what it lacked to another one.
-std::shared_ptr<const ToLimit> lacking(const CornerLimit& limit, const Prediction& near,
+std::shared_ptr<const ToLimit> lacking(const SmoothingLimit& limit, const Prediction& near,
                                        const ToLimit* held, const std::vector<double>& theta) {
   auto lack = std::make_shared<ToLimit>();
   lack->theta = theta;
@@ -103,7 +103,7 @@ void set_limit(RunDatum& datum, std::shared_ptr<const ToLimit> limit) {
   datum.to_limit = std::move(limit);
 }
 
-using Limits = std::vector<CornerLimit>;  // of all runs; empty where none was asked for
+using Limits = std::vector<SmoothingLimit>;  // of all runs; empty where none was asked for
 
 // The data of one response, where data[r] is the first of them; none where it is not.
 std::vector<std::size_t> channels_of(const std::vector<RunDatum>& data, std::size_t r) {
@@ -134,7 +134,7 @@ std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& 
     for (const std::size_t k : channels)
       seen.push_back(&data[k]);
     auto limits =
-        corner_limits(at.spec, seen, at.theta, at.predictions[r], points, matrices, left_open);
+        smoothing_limits(at.spec, seen, at.theta, at.predictions[r], points, matrices, left_open);
     if (!limits) return std::nullopt;
     for (std::size_t k = 0; k < channels.size(); ++k)
       all[channels[k]] = std::move((*limits)[k]);
