@@ -70,7 +70,7 @@ std::vector<Scored> diagnosed(const std::vector<Case>& cases, int threads, bool 
                                          std::filesystem::temp_directory_path().string()));
   const std::filesystem::path folder = pattern;
   shaker::estimator::diagnosis::DiagnoseOptions options;
-  if (thorough) options.effort = shaker::estimator::diagnosis::kThorough;
+  if (thorough) options.evaluation_budget = shaker::estimator::diagnosis::kThorough;
   std::size_t done = 0;
   const auto tell = [&](const Scored& s) { print_case(s, ++done, cases.size()); };
   auto scored = run(cases, folder, threads, tell, options);

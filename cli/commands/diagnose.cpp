@@ -59,7 +59,7 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   }
   estimator::diagnosis::DiagnoseOptions wanted;
   wanted.false_alarm_rate = options.false_alarm_rate;
-  if (options.thorough) wanted.effort = estimator::diagnosis::kThorough;
+  if (options.thorough) wanted.evaluation_budget = estimator::diagnosis::kThorough;
   using estimator::diagnosis::CalibrationCache;
   CalibrationCache calibrations(CalibrationCache::user_folder());
   wanted.calibrations = &calibrations;

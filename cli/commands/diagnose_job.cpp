@@ -111,7 +111,7 @@ Result<Diagnosis> find(const Json& job, std::string& name, report::TitleBlock& t
   if (!campaign) return campaign.error();
   DiagnoseOptions options;
   options.false_alarm_rate = job.at("false_alarm_rate").get<double>();
-  if (job.at("thorough").get<bool>()) options.effort = kThorough;
+  if (job.at("thorough").get<bool>()) options.evaluation_budget = kThorough;
   CalibrationCache calibrations(calibration_folder());
   options.calibrations = &calibrations;
   return estimator::diagnosis::diagnose(

@@ -27,15 +27,15 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kWorthBeginningAnew = 5.0;  // times what is left a datum: less is chance
+constexpr double kMinRestartGain = 5.0;  // times what is left a datum: less is chance
 constexpr double kUsualRuns = 6.0;
 constexpr std::size_t kSpeeds =
     10000;                        // of a run: enough for its cycles, too few to show its noise
 constexpr int kRecordSteps = 40;  // of a fit: each integrates every sample
 // Of records, in efforts of periodic runs: what their search may take, and one more for so many
 // samples; in points: what one fit may take, and for each sample.
-constexpr double kRecordEffort = 4.0, kSamplesOfEffort = 250.0;
-constexpr double kFitEffort = 8e6, kFitEffortOfSample = 2500.0;
+constexpr double kRecordBudget = 4.0, kSamplesOfBudget = 250.0;
+constexpr double kFitBudget = 8e6, kFitBudgetOfSample = 2500.0;
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
 
 Error invalid(std::string why) {
@@ -57,8 +57,9 @@ Result<void> check(const Campaign& campaign, const DiagnoseOptions& options) {
   if (!(options.false_alarm_rate > 0.0 && options.false_alarm_rate < 0.5))
     return invalid(fmt::format("a false-alarm rate of {} makes no sense; it is between 0 and 0.5",
                                options.false_alarm_rate));
-  if (!(options.effort > 0.0))
-    return invalid(fmt::format("an effort of {} allows no search; it is above 0", options.effort));
+  if (!(options.evaluation_budget > 0.0))
+    return invalid(
+        fmt::format("an effort of {} allows no search; it is above 0", options.evaluation_budget));
   for (const Recording& run : campaign.runs) {
     if (run.kind != campaign.runs.front().kind)
       return invalid(fmt::format("runs {} and {} are of different kinds; diagnose them apart",
@@ -141,7 +142,7 @@ std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
   }
   const HarmonicFit fit = fit_harmonics(model, data, start, nullptr, options);
   const double a_datum = std::max(1.0, fit.chi_squared / std::max(1, fit.observations));
-  if (!fit.converged || left - fit.chi_squared < kWorthBeginningAnew * a_datum) return std::nullopt;
+  if (!fit.converged || left - fit.chi_squared < kMinRestartGain * a_datum) return std::nullopt;
   return at_estimates(fit);
 }
 
@@ -188,7 +189,7 @@ SelectionOptions naming_for(const DiagnoseOptions& options, const FitOptions& fi
 
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
                                   const DiagnoseOptions& options, const Progress& progress,
-                                  const std::shared_ptr<Effort>& effort,
+                                  const std::shared_ptr<EvaluationBudget>& budget,
                                   bool may_begin_anew = true) {
   progress("cutting cycles", 0.0);
   const FitOptions fitting{options.points};
@@ -204,7 +205,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   if (!looked->look.fitted()) return not_fitted(rough);
   Weighed weighed = weigh(runs, rough);
   for (RunDatum& datum : weighed.data)
-    datum.effort = effort;
+    datum.budget = budget;
   const std::string unit = campaign.runs.front().kind == Kind::imposed_motion
                                ? model.length_unit + "/s^2"
                                : model.length_unit;
@@ -234,7 +235,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
       searched(std::move(base), weighed.data, runs, catalogue.tried, selection, progress);
   if (may_begin_anew) {
     if (const auto better = better_start(model, theta, left, weighed.data, said, first)) {
-      auto anew = diagnose_cycles(campaign, *better, options, progress, effort, false);
+      auto anew = diagnose_cycles(campaign, *better, options, progress, budget, false);
       if (anew && says_more(*anew, said)) return anew;
       said.cut_short = said.cut_short || (anew && anew->cut_short);
     }
@@ -257,18 +258,18 @@ FitOptions bounded(TransientRuns& runs, const DiagnoseOptions& options) {
   double samples = 0.0;
   for (const RunDatum& datum : runs.data)
     samples += static_cast<double>(datum.sampled->samples());
-  const auto effort =
-      std::make_shared<Effort>(options.effort * (kRecordEffort + samples / kSamplesOfEffort));
+  const auto budget = std::make_shared<EvaluationBudget>(
+      options.evaluation_budget * (kRecordBudget + samples / kSamplesOfBudget));
   for (auto* data : {&runs.data, &runs.forces}) {
     for (RunDatum& datum : *data)
-      datum.effort = effort;
+      datum.budget = budget;
   }
   FitOptions fitting{options.points};
   fitting.max_iterations = kRecordSteps;
   // With more effort for the whole, a fit that creeps has no more.
-  const double usual = DiagnoseOptions{}.effort;
-  fitting.most_effort =
-      std::min(1.0, options.effort / usual) * (kFitEffort + kFitEffortOfSample * samples);
+  const double usual = DiagnoseOptions{}.evaluation_budget;
+  fitting.fit_budget = std::min(1.0, options.evaluation_budget / usual) *
+                       (kFitBudget + kFitBudgetOfSample * samples);
   return fitting;
 }
 
@@ -326,8 +327,9 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   return said;
 }
 
-double effort_of(const Campaign& campaign, const DiagnoseOptions& options) {
-  return options.effort * std::max(1.0, static_cast<double>(campaign.runs.size()) / kUsualRuns);
+double budget_of(const Campaign& campaign, const DiagnoseOptions& options) {
+  return options.evaluation_budget *
+         std::max(1.0, static_cast<double>(campaign.runs.size()) / kUsualRuns);
 }
 
 // Root mean square speed of the strokes that were recorded, times the square root of two; of the run
@@ -365,10 +367,11 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
     // A file whose friction turns round at once leaves the width to the grids.
     const config::ModelSpec freed = sharp_freed(model, swiftest(campaign));
     // Sines and earthquakes on one dynamometer: all of them as records.
-    auto said = std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic)
-                    ? diagnose_cycles(campaign, freed, options, report,
-                                      std::make_shared<Effort>(effort_of(campaign, options)))
-                    : diagnose_records(campaign, freed, options, report);
+    auto said =
+        std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic)
+            ? diagnose_cycles(campaign, freed, options, report,
+                              std::make_shared<EvaluationBudget>(budget_of(campaign, options)))
+            : diagnose_records(campaign, freed, options, report);
     if (!said) return said;
     hold_against_file(model, *said);
     said->damper.campaign = said->campaign;

@@ -19,17 +19,18 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Of periodic responses, in points of solutions that are linearised (effort.hpp), for six runs and
-// as much more for more runs: what is best where that ends is the answer, and a warning says so.
-// The usual effort is two seconds of one core. An imposed motion has no solution to be found.
+// Of periodic responses, in points of solutions that are linearised (evaluation_budget.hpp), for
+// six runs and as much more for more runs: what is best where that ends is the answer, and a
+// warning says so. The usual budget is two seconds of one core. An imposed motion has no solution
+// to be found.
 constexpr double kThorough = std::numeric_limits<double>::infinity();
 
 struct DiagnoseOptions {
-  double false_alarm_rate = 0.01;  // over the whole catalogue, 0 < rate < 0.5
-  int most_effects = 3;            // that may be missing at once
-  int points = 192;                // of a periodic solution
-  int draws = 4000;                // of the calibration
-  double effort = 12.5e6;          // kThorough: as long as there is more to try
+  double false_alarm_rate = 0.01;     // over the whole catalogue, 0 < rate < 0.5
+  int most_effects = 3;               // that may be missing at once
+  int points = 192;                   // of a periodic solution
+  int draws = 4000;                   // of the calibration
+  double evaluation_budget = 12.5e6;  // kThorough: as long as there is more to try
   std::uint64_t seed = 1;
   CalibrationCache* calibrations = nullptr;  // outlives the call; null: drawn anew each time
 };

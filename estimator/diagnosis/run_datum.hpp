@@ -10,7 +10,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/diagnosis/campaign.hpp"
-#include "estimator/diagnosis/effort.hpp"
+#include "estimator/diagnosis/evaluation_budget.hpp"
 #include "estimator/instrument/observation.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -53,7 +53,7 @@ struct RunDatum {
   // nothing.
   std::shared_ptr<const ToLimit> to_limit;
   // Where solving it counts. Null: nobody asks.
-  std::shared_ptr<Effort> effort;
+  std::shared_ptr<EvaluationBudget> budget;
   int harmonics() const { return static_cast<int>((response.size() - 1) / 2); }
 };
 

@@ -15,7 +15,7 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-// Shares of the effort that a search leaves to what comes after it: by noise, by own errors, and by
+// Shares of the budget that a search leaves to what comes after it: by noise, by own errors, and by
 // shares of the gap; and with how much less than that a search is not begun.
 constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.04, kEnough = 0.1;
 
@@ -52,7 +52,8 @@ std::optional<Diagnosis> said_of_run_constants(const Selection& searched,
       with_run_constants(base, searched.base.data ? *searched.base.data : data, data, options.fit);
   if (!with) return std::nullopt;
   for (RunDatum& datum : with->data)
-    datum.effort = std::make_shared<Effort>();  // a fixed amount of work: the searches keep theirs
+    datum.budget =
+        std::make_shared<EvaluationBudget>();  // a fixed amount of work: the searches keep theirs
   HarmonicFit again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
   if (!again.trouble.empty()) return std::nullopt;
   const Selection found = judge(std::move(again), with->data, catalogue, options);
@@ -111,9 +112,9 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (first.explained) {
     if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }
-  const auto& effort = data.front().effort;
+  const auto& budget = data.front().budget;
   const auto late = [&](double leave) {
-    return effort && effort->leaves_less_than(leave + kEnough);
+    return budget && budget->leaves_less_than(leave + kEnough);
   };
   const auto by_own_errors = [&](const Hypothesis* guide,
                                  double leave) -> std::optional<WeighedAgain> {

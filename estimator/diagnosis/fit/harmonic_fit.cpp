@@ -347,7 +347,7 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
 HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
                           const std::vector<double>& start, const HarmonicFit* near,
                           const FitOptions& options) {
-  const Task task(data.front().effort, options.most_effort);
+  const Task task(data.front().budget, options.fit_budget);
   HarmonicFit fit = fit_however_long(spec, data, start, near, options);
   if (!task.over()) return fit;
   lose(fit);

@@ -27,8 +27,8 @@ struct FitOptions {
   bool from_rest = false;    // steps may go the long way to a periodic solution: dear
   bool from_near = false;  // no long way to a solution, where `near` has one: chi-squared infinite
   bool sharp = false;      // corners as sharp as the points can follow (smoothing.hpp)
-  // Of the effort of its data, that one fit may take; what would take more is given up.
-  double most_effort = std::numeric_limits<double>::infinity();
+  // Of the budget of its data, that one fit may take; what would take more is given up.
+  double fit_budget = std::numeric_limits<double>::infinity();
 };
 
 // Why a computation was given up.
@@ -58,7 +58,7 @@ struct HarmonicFit {
   int observations = 0;
   int iterations = 0;
   bool converged = false;
-  bool stopped = false;       // it took all the effort that it may: nothing is known of it
+  bool stopped = false;       // it took all the budget that it may: nothing is known of it
   bool predicts_all = false;  // the runs that are held out too
   std::string trouble;        // sentence when it did not
   // Its share is in standard_error(), not in the covariance, which is that of the parameters alone.

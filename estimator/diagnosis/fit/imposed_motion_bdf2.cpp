@@ -109,7 +109,7 @@ void MotionIntegrator::slope_at(const ModelArrays& arrays, int i, double now,
 
 // An evaluation gives the force, what is carried along and their slopes.
 bool MotionIntegrator::afford(int points) {
-  return !effort_ || effort_->spend_rates(static_cast<double>(points) * s_ * (s_ + p_));
+  return !budget_ || budget_->spend_rates(static_cast<double>(points) * s_ * (s_ + p_));
 }
 
 // Damped Newton for w at one step.

@@ -11,7 +11,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/diagnosis/effort.hpp"
+#include "estimator/diagnosis/evaluation_budget.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/model/model_arrays.hpp"
 
@@ -41,7 +41,7 @@ class MotionIntegrator {
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
   const Motion& motion() const { return motion_; }
   // What it does counts there. Null: nobody asks.
-  void spend(std::shared_ptr<Effort> effort) { effort_ = std::move(effort); }
+  void spend(std::shared_ptr<EvaluationBudget> budget) { budget_ = std::move(budget); }
   // Searches first near the course of the same model along a motion nearby.
   void begin_from(const MotionIntegrator& other);
 
@@ -64,7 +64,7 @@ class MotionIntegrator {
   bool carry_slopes();
 
   const Model* model_;
-  std::shared_ptr<Effort> effort_;
+  std::shared_ptr<EvaluationBudget> budget_;
   Motion motion_;
   bool inertia_;
   int n_, s_, p_, q_;      // q: coordinates that are carried along

@@ -32,7 +32,7 @@ PeriodicResponse::PeriodicResponse(const Model& model, const RunDatum& datum, in
     : system_(model, GridOptions{Scheme::order6, points, true}),
       channels_{Quantity::displacement},
       same_theta_(static_cast<std::size_t>(model.parameter_count()), 0.0),
-      effort_(datum.effort) {
+      budget_(datum.budget) {
   Eigen::VectorXd x = synthesised(datum.driver, points);
   x.array() -= datum.driver[0];
   tolerance_ = kTolerance * x.cwiseAbs().maxCoeff();
@@ -64,8 +64,8 @@ bool PeriodicResponse::solve(const std::vector<double>& theta, HowFar search) {
 }
 
 bool PeriodicResponse::landed(const SolveReport& report) {
-  if (effort_)
-    effort_->spend((1 + report.iterations) * system_.points(), system_.model().coordinates());
+  if (budget_)
+    budget_->spend((1 + report.iterations) * system_.points(), system_.model().coordinates());
   if (report.status == SolveStatus::converged) system_.advance(1.0, same_theta_);
   return arrived(report);
 }

@@ -61,11 +61,11 @@ class PeriodicResponse {
   PeriodicSystem system_;
   double tolerance_ = 0.0;  // of the residual, m/s^2
   std::vector<Quantity> channels_;
-  std::vector<double> same_theta_;  // a change of none
-  std::vector<double> theta_;       // of the last success
-  bool solved_ = false;             // the state is one, if not of this system's model
-  std::shared_ptr<Effort> effort_;  // null: nobody asks
-  bool current_ = false;            // at theta_, linearised and seen through all channels
+  std::vector<double> same_theta_;            // a change of none
+  std::vector<double> theta_;                 // of the last success
+  bool solved_ = false;                       // the state is one, if not of this system's model
+  std::shared_ptr<EvaluationBudget> budget_;  // null: nobody asks
+  bool current_ = false;                      // at theta_, linearised and seen through all channels
   // States: where it began before any success, of the last one, and the one held.
   std::vector<double> begun_, kept_, held_;
 };

@@ -26,7 +26,7 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
     integrator_ = std::make_unique<MotionIntegrator>(
         model, Motion{sampled_->dt, sampled_->u, sampled_->v, sampled_->a, sampled_->excitation},
         inertia);
-    integrator_->spend(datum.effort);
+    integrator_->spend(datum.budget);
     transform_ = std::make_unique<CosineTransform>(sampled_->samples());
     // What is missing from the balance is missing from the excitation.
     if (inertia) excitation_ = datum.response;

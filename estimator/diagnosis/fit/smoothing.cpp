@@ -239,7 +239,7 @@ std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDa
 std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
                                  const FitOptions& stated, const Sharpening& worth) {
   FitOptions options = stated;
-  const Task task(data.front().effort, kWorkOfSharpening * options.most_effort);
+  const Task task(data.front().budget, kWorkOfSharpening * options.fit_budget);
   // Far from noise the long way to a solution on fine grids is not worth its time.
   options.from_near = first.chi_squared > kHopeless * first.observations;
   if (!worth_sharpening(first, data, 2 * options.points, worth.touched)) return std::nullopt;

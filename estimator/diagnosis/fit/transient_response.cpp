@@ -175,9 +175,9 @@ bool TransientResponse::integrate(const std::vector<double>& theta) {
     options.cut = model_->has_velocity_kink() && model_->coordinates() == 1
                       ? CutAtReversals::automatic
                       : CutAtReversals::never;
-    if (datum_.effort)
-      options.afford = [effort = datum_.effort](double numbers) {
-        return effort->spend_rates(numbers);
+    if (datum_.budget)
+      options.afford = [budget = datum_.budget](double numbers) {
+        return budget->spend_rates(numbers);
       };
     integration_ = stiff ? make_implicit_runge_kutta(equations_, options, free_)
                          : make_runge_kutta(equations_, options, free_);

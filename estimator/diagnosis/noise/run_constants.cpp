@@ -111,8 +111,8 @@ std::vector<Run> runs_of(const HarmonicFit& fit, const std::vector<RunDatum>& fi
   std::vector<RunDatum> alone = fitted;  // without the error of the time base, which all runs share
   for (RunDatum& datum : alone) {
     datum.clock.resize(0);
-    datum.to_limit.reset();                     // it is of the model without the force
-    datum.effort = std::make_shared<Effort>();  // a fixed amount of work
+    datum.to_limit.reset();                               // it is of the model without the force
+    datum.budget = std::make_shared<EvaluationBudget>();  // a fixed amount of work
   }
   const MatrixXd forces = to_constant_force(fit, alone, options);
   const std::array<int, 2> scaled = {parameter_of(*fit.model, "gas_spring", "theta2"),

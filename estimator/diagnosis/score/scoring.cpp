@@ -226,7 +226,7 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
   const bool whole = columns.empty();
   MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
   const HowFar search = options.from_rest ? HowFar::from_rest : HowFar::near;
-  const Task task(data.front().effort, kWorkOfProbe * options.most_effort);
+  const Task task(data.front().budget, kWorkOfProbe * options.fit_budget);
   std::vector<Seen> all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (fitted(data[r]))

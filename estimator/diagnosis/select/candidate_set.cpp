@@ -67,8 +67,8 @@ void CandidateSet::judge_best() {
 }
 
 bool CandidateSet::goes_on() {
-  const auto& effort = data_.front().effort;
-  if (effort && effort->leaves_less_than(options_.leave)) found_.cut_short = true;
+  const auto& budget = data_.front().budget;
+  if (budget && budget->leaves_less_than(options_.leave)) found_.cut_short = true;
   return !found_.cut_short;
 }
 

@@ -25,7 +25,7 @@ class CandidateSet {
   bool chosen() const { return chosen_; }
   // The search is over: the best leaves but noise, and no more of a gap than is called explained.
   bool settled() const;
-  // Not once this search has had its part of the effort: then it counts as cut short.
+  // Not once this search has had its part of the budget: then it counts as cut short.
   bool goes_on();
   double left_by_best() const;  // in chi-squared
 

@@ -19,7 +19,7 @@ struct SelectionOptions {
   bool simple_first = false;
   // Of an earlier search on the same runs: fitted again from where it was, before any other.
   const Hypothesis* known = nullptr;
-  // Share of the diagnosis' effort that is left to later searches: where no more is left, what is
+  // Share of the diagnosis' budget that is left to later searches: where no more is left, what is
   // best by then stands.
   double leave = 0.0;
   double false_alarm_rate = 0.01;

@@ -63,7 +63,7 @@ std::optional<WeighedAgain> explained_by_own_errors(
   HarmonicFit fit = copied(*guide, data, options.fit);
   std::vector<RunDatum> own = weigh(runs, fit).data;
   for (RunDatum& datum : own)
-    datum.effort = data.front().effort;
+    datum.budget = data.front().budget;
   // Not those that the base model refused: it is begun from its fit to `data`.
   auto more = same_channels(runs, fit, own, data);
   std::move(more.begin(), more.end(), std::back_inserter(own));

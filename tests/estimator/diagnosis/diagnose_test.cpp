@@ -394,7 +394,7 @@ TEST(Diagnose, RefusesAnEmptyCampaignAndASenselessRate) {
   EXPECT_FALSE(
       diagnose(testing::recorded({}, {{2.0, 3.0}}, 3), estimator::testing::oleo(), options));
   DiagnoseOptions idle;
-  idle.effort = 0.0;
+  idle.evaluation_budget = 0.0;
   EXPECT_FALSE(diagnose(testing::recorded({}, {{2.0, 3.0}}, 3), estimator::testing::oleo(), idle));
 }
 
@@ -403,8 +403,8 @@ TEST(Diagnose, EndsWhereItsEffortDoesAndSaysSo) {
   const std::map<std::string, double> truth = {
       {"coulomb_friction", 0.2}, {"rebound_factor", 1.5}, {"sensor_delay", 4e-3}};
   DiagnoseOptions brief, thorough;
-  brief.effort = 1e6;
-  thorough.effort = kThorough;
+  brief.evaluation_budget = 1e6;
+  thorough.evaluation_budget = kThorough;
   const auto goes_on = ::testing::Contains(::testing::HasSubstr("--thorough goes on"));
   const Diagnosis first = diagnosed(truth, 5, brief);
   EXPECT_TRUE(first.cut_short);

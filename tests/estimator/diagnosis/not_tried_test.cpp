@@ -104,7 +104,7 @@ TEST(NotTried, NamesWhatCouldNotBeComputed) {
 // its effect.
 TEST(NotTried, NamesWhatTookTooMuchWork) {
   DiagnoseOptions brief;
-  brief.effort *= 0.02;
+  brief.evaluation_budget *= 0.02;
   const Diagnosis d = of_decay(0.05, 1.0, 5.0, brief);
   expect_whole_catalogue(d);
   const auto found = std::find_if(d.not_tried.begin(), d.not_tried.end(),

@@ -11,9 +11,10 @@
 namespace shaker::estimator::diagnosis {
 
 // Of one diagnosis; its runs share it. One thread.
-class Effort {
+class EvaluationBudget {
  public:
-  explicit Effort(double limit = std::numeric_limits<double>::infinity()) : limit_(limit) {}
+  explicit EvaluationBudget(double limit = std::numeric_limits<double>::infinity())
+      : limit_(limit) {}
 
   // Several coordinates are solved by a banded factorisation with row exchanges: measured, two take
   // four times as long as one.
@@ -44,22 +45,22 @@ class Effort {
 class Task {
  public:
   // `effort`: null: nobody asks.
-  Task(std::shared_ptr<Effort> effort, double most) : effort_(std::move(effort)) {
-    if (!effort_) return;
-    before_ = effort_->task_ends_;
-    effort_->task_ends_ = std::min(before_, effort_->spent_ + most);
+  Task(std::shared_ptr<EvaluationBudget> budget, double most) : budget_(std::move(budget)) {
+    if (!budget_) return;
+    before_ = budget_->task_ends_;
+    budget_->task_ends_ = std::min(before_, budget_->spent_ + most);
   }
   ~Task() {
-    if (effort_) effort_->task_ends_ = before_;
+    if (budget_) budget_->task_ends_ = before_;
   }
   Task(const Task&) = delete;
   Task& operator=(const Task&) = delete;
 
   // What it has found by then is not known to be right.
-  bool over() const { return effort_ && effort_->task_is_over(); }
+  bool over() const { return budget_ && budget_->task_is_over(); }
 
  private:
-  std::shared_ptr<Effort> effort_;
+  std::shared_ptr<EvaluationBudget> budget_;
   double before_ = 0.0;
 };
 
