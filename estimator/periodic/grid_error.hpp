@@ -20,7 +20,7 @@ namespace shaker::estimator {
 // is then taken as 1, which makes the last difference itself the estimate.
 inline int trusted_order(const Model& model, const GridOptions& grid) {
   const bool corrected =
-      grid.correct_kink && grid.scheme != Scheme::fourier && model.coordinates() == 1;
+      grid.correct_reversals && grid.scheme != Scheme::fourier && model.coordinates() == 1;
   if (model.has_velocity_kink() && !corrected) return 1;
   return grid.scheme == Scheme::order2 ? 2 : grid.scheme == Scheme::order4 ? 4 : 6;
 }

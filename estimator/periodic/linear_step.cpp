@@ -33,17 +33,17 @@ SHAKER_SIMD_CLONES void fill_band(int n, int reach, const double* __restrict fir
 
 void PeriodicSystem::learn_jumps() {
   model_->velocity_kink_gradient(theta_, &kappa_theta_[1]);
-  kinks_->learn_sensitivities(rows_.data(), kappa_theta_.data());
+  reversals_->learn_sensitivities(rows_.data(), kappa_theta_.data());
 }
 
 void PeriodicSystem::fill_right_hand_sides() {
-  const bool corrected = kinks_ && kinks_->any();
+  const bool corrected = reversals_ && reversals_->any();
   if (corrected && rows_hold_sensitivities_) learn_jumps();
   if (s_ == 1 && groups_ <= kMostGroups)
     fill_scalar_rows({n_, 1 + p_, groups_, left_.data(), rows_.data()});
   else
     fill_rows();
-  if (corrected) kinks_->correct_right_hand_sides(g_v_[0], g_a_[0], rows_.data());
+  if (corrected) reversals_->correct_right_hand_sides(g_v_[0], g_a_[0], rows_.data());
   rows_hold_sensitivities_ = false;
 }
 
@@ -71,7 +71,7 @@ bool PeriodicSystem::solve_rows(bool with_sensitivities) {
   if (dense_) return solve_dense();
   // The scalar solver has the sensitivities in the same registers, and the corrections at kinks
   // need those of the previous step.
-  const bool all = with_sensitivities || s_ == 1 || kinks_;
+  const bool all = with_sensitivities || s_ == 1 || reversals_;
   if (s_ != 1 || groups_ > kMostGroups || !solve_scalar()) {
     if (!solve_banded(all ? 1 + p_ : 1)) return false;
   }

@@ -32,8 +32,8 @@ PeriodicLanes::PeriodicLanes(const Model& model, const GridOptions& options, boo
   kappa_theta_.resize(kLanes * p);
   own_kappa_.resize(p);
   own_theta_.resize(p);
-  if (options.correct_kink && model.has_velocity_kink())
-    kinks_ = std::make_unique<LaneKinks>(stencil_, n_, width_ - 1, columns_);
+  if (options.correct_reversals && model.has_velocity_kink())
+    reversals_ = std::make_unique<LaneReversals>(stencil_, n_, width_ - 1, columns_);
 }
 
 void PeriodicLanes::set_excitation(int lane, const PeriodicSystem& system) {
@@ -49,7 +49,7 @@ void PeriodicLanes::set_frequency(int lane, double frequency_hz) {
 
 void PeriodicLanes::begin() {
   rows_hold_sensitivities_ = false;
-  if (kinks_) kinks_->forget();
+  if (reversals_) reversals_->forget();
 }
 
 unsigned PeriodicLanes::linearise(unsigned moving) {
@@ -57,10 +57,11 @@ unsigned PeriodicLanes::linearise(unsigned moving) {
                    as_lanes(a_.data()));
   const Lanes& rate = *as_lanes(rate_.data());
   Lanes kappa{};
-  for (std::size_t lane = 0; kinks_ && lane < kLanes; ++lane) {
+  for (std::size_t lane = 0; reversals_ && lane < kLanes; ++lane) {
     if ((moving >> lane & 1U) != 0) kappa[lane] = model_->velocity_kink(theta_of(lane).data());
   }
-  if (kinks_) kinks_->correct_state(kappa, rate, moving, as_lanes(v_.data()), as_lanes(a_.data()));
+  if (reversals_)
+    reversals_->correct_state(kappa, rate, moving, as_lanes(v_.data()), as_lanes(a_.data()));
   const double* const u = z_.data();
   const double* const v = v_.data();
   const double* const a = a_.data();
@@ -76,9 +77,9 @@ unsigned PeriodicLanes::linearise(unsigned moving) {
   points.x = x_.data();
   const ModelForces forces{&g, &g_u, &g_v, &g_a, left_.data() + 1, nullptr};
   const unsigned sound = model_->evaluate_lanes(points, theta_.data(), forces);
-  if (kinks_)
-    kinks_->learn_slopes(moving, as_lanes(g_u_.data()), as_lanes(g_v_.data()),
-                         as_lanes(g_a_.data()), as_lanes(v_.data()));
+  if (reversals_)
+    reversals_->learn_slopes(moving, as_lanes(g_u_.data()), as_lanes(g_v_.data()),
+                             as_lanes(g_a_.data()), as_lanes(v_.data()));
   return sound & kAllLanes;
 }
 
@@ -89,20 +90,20 @@ std::span<double> PeriodicLanes::theta_of(std::size_t lane) {
 }
 
 void PeriodicLanes::learn_jumps(unsigned moving) {
-  if (!kinks_ || width_ == 1 || !rows_hold_sensitivities_) return;
+  if (!reversals_ || width_ == 1 || !rows_hold_sensitivities_) return;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     if ((moving >> lane & 1U) == 0) continue;
     model_->velocity_kink_gradient(theta_of(lane), own_kappa_.data());
     for (std::size_t k = 0; k < own_kappa_.size(); ++k)
       kappa_theta_[kLanes * k + lane] = own_kappa_[k];
   }
-  kinks_->learn_sensitivities(moving, as_lanes(rows_.data()), as_lanes(kappa_theta_.data()));
+  reversals_->learn_sensitivities(moving, as_lanes(rows_.data()), as_lanes(kappa_theta_.data()));
 }
 
 void PeriodicLanes::correct_jumps(unsigned moving) {
-  if (!kinks_ || width_ == 1) return;
+  if (!reversals_ || width_ == 1) return;
   learn_jumps(moving);
-  kinks_->correct_left(moving, as_lanes(g_v_.data()), as_lanes(g_a_.data()), left_.data() + 1);
+  reversals_->correct_left(moving, as_lanes(g_v_.data()), as_lanes(g_a_.data()), left_.data() + 1);
 }
 
 unsigned PeriodicLanes::solve_step(unsigned moving) {

@@ -14,7 +14,7 @@
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/lanes.hpp"
 #include "estimator/model/model.hpp"
-#include "estimator/periodic/lane_kinks.hpp"
+#include "estimator/periodic/lane_reversals.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {
@@ -69,7 +69,7 @@ class PeriodicLanes {
   int n_, width_, columns_;  // width: Newton step and sensitivities; columns: width + reach
   AlignedVector z_, v_, a_, x_, g_, g_u_, g_v_, g_a_, g_theta_, rows_, upper_, theta_, rate_;
   std::vector<double*> left_;                          // g, then a column for each parameter
-  std::unique_ptr<LaneKinks> kinks_;                   // null: no kinks to correct
+  std::unique_ptr<LaneReversals> reversals_;           // null: no kinks to correct
   AlignedVector kappa_theta_, own_kappa_, own_theta_;  // own: scratch for one lane
   bool rows_hold_sensitivities_ = false;
 };

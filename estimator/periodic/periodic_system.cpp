@@ -137,8 +137,8 @@ void PeriodicSystem::take_memory() {
   }
   if (!dense_) {
     if (s_ > 1) banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
-    if (options_.correct_kink && model_->has_velocity_kink()) {
-      kinks_ = std::make_unique<KinkCorrection>(stencil_, n_, p_, stride_);
+    if (options_.correct_reversals && model_->has_velocity_kink()) {
+      reversals_ = std::make_unique<ReversalCorrection>(stencil_, n_, p_, stride_);
       kappa_theta_.resize(stride_);
     }
     band_.resize(static_cast<std::size_t>(n_) * 8);
@@ -151,7 +151,7 @@ void PeriodicSystem::rest() {
   for (AlignedVector* v : {&saved_, &rows_, &store_, &band_, &upper_})
     AlignedVector().swap(*v);
   banded_.reset();
-  kinks_.reset();
+  reversals_.reset();
   observer_.reset();
   rows_hold_sensitivities_ = false;
 }
@@ -273,7 +273,7 @@ std::span<const double> PeriodicSystem::observed_row(int point, int channel) con
 
 void PeriodicSystem::begin() {
   rows_hold_sensitivities_ = false;
-  if (kinks_) kinks_->forget();
+  if (reversals_) reversals_->forget();
 }
 
 void PeriodicSystem::put(int point, double z, double v, double a, const double* row, int stride) {
@@ -289,12 +289,12 @@ bool PeriodicSystem::linearise(std::span<const double> theta) {
   if (store_.empty()) take_memory();
   differentiate();
   std::copy(theta.begin(), theta.end(), theta_.begin());
-  if (kinks_)
-    kinks_->correct_state(model_->velocity_kink(theta.data()), frequency_ * n_, v_[0], a_[0]);
+  if (reversals_)
+    reversals_->correct_state(model_->velocity_kink(theta.data()), frequency_ * n_, v_[0], a_[0]);
   const ModelForces forces{g_.data(),   g_u_.data(),     g_v_.data(),
                            g_a_.data(), g_theta_.data(), scratch_.data()};
   if (!model_->evaluate(model_points(), theta.data(), forces)) return false;
-  if (kinks_) kinks_->learn_slopes(g_u_[0], g_v_[0], g_a_[0], v_[0]);
+  if (reversals_) reversals_->learn_slopes(g_u_[0], g_v_[0], g_a_[0], v_[0]);
   residual_ = 0.0;
   for (int d = 0; d < s_; ++d)
     residual_ = std::max(residual_, largest(n_, g_[d]));

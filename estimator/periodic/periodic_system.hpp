@@ -11,8 +11,9 @@
 //
 // The grid has n equal steps; z_i is the state at tau = i / n. Damping such as |v| v has a kink at
 // v = 0: u'''' jumps there, and so does the third derivative of the sensitivities. With
-// `correct_kink` the differences are corrected for these jumps (kinks.hpp). The correction restores
-// about the declared order; without it the state is of third order, the sensitivities of second.
+// `correct_reversals` the differences are corrected for these jumps (velocity_reversals.hpp). The
+// correction restores about the declared order; without it the state is of third order, the
+// sensitivities of second.
 #pragma once
 
 #include <array>
@@ -26,15 +27,15 @@
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/cyclic_banded_lu.hpp"
 #include "estimator/model/model.hpp"
-#include "estimator/periodic/kinks.hpp"
 #include "estimator/periodic/scheme.hpp"
+#include "estimator/periodic/velocity_reversals.hpp"
 
 namespace shaker::estimator {
 
 struct GridOptions {
   Scheme scheme = Scheme::order4;
   int points = 256;
-  bool correct_kink = true;
+  bool correct_reversals = true;
 };
 
 enum class SolveStatus { converged, no_equilibrium, no_convergence, inadmissible, singular };
@@ -208,11 +209,11 @@ class PeriodicSystem {
   std::array<double, 2 * kCarriedHarmonics> harmonics_full_{}, harmonics_{};
   AlignedVector store_;  // all arrays of points
   std::vector<double*> u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_;
-  std::vector<const double*> left_;        // one coordinate: g, then its derivatives over theta
-  std::unique_ptr<KinkCorrection> kinks_;  // null: no kinks to correct
-  AlignedVector kappa_theta_;              // dkappa/dtheta_k in the lane of theta_k
-  std::vector<double> theta_;              // of the last linearisation
-  bool rows_hold_sensitivities_ = false;   // of the last solved linearisation
+  std::vector<const double*> left_;  // one coordinate: g, then its derivatives over theta
+  std::unique_ptr<ReversalCorrection> reversals_;  // null: no kinks to correct
+  AlignedVector kappa_theta_;                      // dkappa/dtheta_k in the lane of theta_k
+  std::vector<double> theta_;                      // of the last linearisation
+  bool rows_hold_sensitivities_ = false;           // of the last solved linearisation
   std::unique_ptr<CyclicBandedLu> banded_;
   struct Dense;
   std::unique_ptr<Dense> dense_;

@@ -67,11 +67,12 @@ SHAKER_SIMD_CLONES void refine_lanes(const CoarseLanes& coarse, int points, Lane
 
 void PeriodicSystem::interpolate_from(const PeriodicSystem& coarser) {
   begin();
-  if (kinks_ && coarser.kinks_) {
+  if (reversals_ && coarser.reversals_) {
     theta_ = coarser.theta_;
     model_->velocity_kink_gradient(theta_, &kappa_theta_[1]);
     const bool known = coarser.rows_hold_sensitivities_;
-    kinks_->inherit(*coarser.kinks_, known ? coarser.rows_.data() : nullptr, kappa_theta_.data());
+    reversals_->inherit(*coarser.reversals_, known ? coarser.rows_.data() : nullptr,
+                        kappa_theta_.data());
   }
   if (s_ == 1 && coarser.n_ <= n_ && model_->order(0) == 2 && !dense_ && !coarser.dense_)
     interpolate_quintic(coarser);
@@ -87,7 +88,7 @@ void PeriodicSystem::interpolate_quintic(const PeriodicSystem& coarser) {
   double *u = u_[0], *v = v_[0], *a = a_[0];
   std::copy_n(coarser.z_.begin(), m, u);
   take_differences(coarser.stencil_, rate, m, u, v, a);
-  if (coarser.kinks_) coarser.kinks_->add_jumps(v, a);
+  if (coarser.reversals_) coarser.reversals_->add_jumps(v, a);
   for (double* array : {u, v, a})
     array[m] = array[0];
   refine({m, 1.0 / rate, u, v, a}, n_, z_.data());
@@ -117,9 +118,9 @@ void PeriodicLanes::interpolate_from(const PeriodicLanes& coarser) {
   Lanes* v = as_lanes(v_.data());
   Lanes* a = as_lanes(a_.data());
   difference_lanes(m, coarser.stencil_, rate, u, v, a);
-  if (kinks_) {
-    kinks_->inherit(*coarser.kinks_);
-    coarser.kinks_->add_jumps(v, a);
+  if (reversals_) {
+    reversals_->inherit(*coarser.reversals_);
+    coarser.reversals_->add_jumps(v, a);
   }
   refine_lanes({m, 1.0 / rate, u, v, a}, n_, as_lanes(z_.data()));
 }

@@ -90,7 +90,7 @@ std::size_t FrequencySweep::run(std::span<const double> theta, double amplitude,
   status_.assign(frequencies.size(), SolveStatus::no_convergence);
   stretches_ = {};
   if (lanes_)
-    walk_abreast(frequencies);
+    walk_batch(frequencies);
   else
     walk_alone(frequencies);
   return static_cast<std::size_t>(
@@ -121,7 +121,7 @@ void FrequencySweep::remember(Stretch& stretch, double frequency) {
 
 // --- a batch of eight stretches
 
-void FrequencySweep::walk_abreast(std::span<const double> frequencies) {
+void FrequencySweep::walk_batch(std::span<const double> frequencies) {
   const std::size_t count = frequencies.size();
   const std::size_t length = (count + kLanes - 1) / kLanes;
   single_.set_excitation(1.0, amplitude_);

@@ -59,7 +59,7 @@ class FrequencySweep {
     std::array<double, kHistory> frequency{}, weight{};
     double error = 0.0;  // of the last prediction, relative to the stroke
   };
-  void walk_abreast(std::span<const double> frequencies);
+  void walk_batch(std::span<const double> frequencies);
   void walk(unsigned lanes, std::span<const double> frequencies);
   void step_lanes(unsigned lanes, std::span<const double> frequencies);
   void walk_alone(std::span<const double> frequencies);

@@ -70,10 +70,10 @@ TEST(PeriodicSystem, TakesNoStrokeForASolutionWhereTheEquationsDrownInRounding) 
 }
 
 // --- the oleo against independent numbers
-double stroke_error(Scheme scheme, int points, bool correct_kink) {
+double stroke_error(Scheme scheme, int points, bool correct_reversals) {
   const auto reference = testing::read_csv("oleo_j4_reference.csv", false);
   const Model model(testing::oleo(32.2));
-  PeriodicSystem system(model, {scheme, points, correct_kink});
+  PeriodicSystem system(model, {scheme, points, correct_reversals});
   system.set_excitation(2.0, 10.0);
   EXPECT_EQ(system.solve_from_rest(kOleoFeet).status, SolveStatus::converged);
   double worst = 0.0;
@@ -100,10 +100,10 @@ TEST(PeriodicSystem, LosesItsOrderToTheKinkUnlessItIsCorrected) {
 }
 
 // Largest error of each sensitivity, relative to the largest value of its column.
-double sensitivity_error(int points, bool correct_kink) {
+double sensitivity_error(int points, bool correct_reversals) {
   const auto reference = testing::read_csv("oleo_j4_reference.csv", false);
   const Model model(testing::oleo(32.2));
-  PeriodicSystem system(model, {Scheme::order6, points, correct_kink});
+  PeriodicSystem system(model, {Scheme::order6, points, correct_reversals});
   system.set_excitation(2.0, 10.0);
   EXPECT_EQ(system.solve_from_rest(kOleoFeet).status, SolveStatus::converged);
   double worst = 0.0;

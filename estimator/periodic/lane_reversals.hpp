@@ -1,5 +1,5 @@
-// The correction of kinks.hpp for a batch of eight solutions, one in each SIMD lane. The equations
-// are the same.
+// The correction of velocity_reversals.hpp for a batch of eight solutions, one in each SIMD lane.
+// The equations are the same.
 //
 // One LaneZero holds the c-th zero of the velocity of every lane, wherever it lies in the period.
 // Values around it are gathered and scattered lane by lane, or read directly if all lanes have that
@@ -17,8 +17,8 @@
 namespace shaker::estimator {
 
 // The neighbours that one row's stencil has across a zero: offsets from the zero's base, and the
-// stencil's coefficients with their signs. weigh() in lane_kink_location.cpp uses them.
-struct KinkPartners {
+// stencil's coefficients with their signs. weigh() in lane_reversal_location.cpp uses them.
+struct ReversalPartners {
   int count = 0;
   double offset[3] = {}, first[3] = {}, second[3] = {};
 };
@@ -38,13 +38,13 @@ struct LaneZero {
 
 // Nothing allocates after construction. Arrays hold one Lanes for each point. Rows hold `columns`
 // Lanes for each point: the Newton step, then the sensitivities. The functions are those of
-// KinkCorrection.
-class LaneKinks {
+// ReversalCorrection.
+class LaneReversals {
  public:
-  LaneKinks(const Stencil& stencil, int points, int sensitivities, int columns);
+  LaneReversals(const Stencil& stencil, int points, int sensitivities, int columns);
 
   void forget();
-  void inherit(const LaneKinks& coarser);
+  void inherit(const LaneReversals& coarser);
   void correct_state(const Lanes& kappa, const Lanes& rate, unsigned moving, Lanes* v, Lanes* a);
   // Adds the corrections of the zeros that were found last to velocity and acceleration.
   void add_jumps(Lanes* v, Lanes* a) const;
@@ -68,7 +68,7 @@ class LaneKinks {
 
   Stencil stencil_;
   int n_, sensitivities_, columns_;
-  std::array<KinkPartners, LaneZero::kRows> partners_{};
+  std::array<ReversalPartners, LaneZero::kRows> partners_{};
   Lanes rate_{}, kappa_{};
   std::array<int, kLanes> count_{};  // zeros of each lane
   std::array<int, kLanes> known_{};  // zeros of each lane with jumps of the sensitivities

@@ -1,13 +1,13 @@
-// The work of LaneKinks at one zero of the velocity, for all lanes: location and jumps of the state
-// (lane_kink_location.cpp), jumps of the sensitivities (lane_kink_sensitivities.cpp). Internal to
-// lane_kinks.cpp.
+// The work of LaneReversals at one zero of the velocity, for all lanes: location and jumps of the
+// state (lane_reversal_location.cpp), jumps of the sensitivities (lane_reversal_sensitivities.cpp).
+// Internal to lane_reversals.cpp.
 #pragma once
 
 #include <array>
 
-#include "estimator/periodic/lane_kinks.hpp"
+#include "estimator/periodic/lane_reversals.hpp"
 
-namespace shaker::estimator::lane_kinks {
+namespace shaker::estimator::lane_reversals {
 
 inline constexpr int kOrders = LaneZero::kOrders;
 inline constexpr int kRows = LaneZero::kRows;
@@ -42,18 +42,18 @@ SHAKER_INLINE void scatter_add(const Ring& ring, const LaneZero& zero, int offse
     values[ring.wrapped(zero.base[static_cast<std::size_t>(l)] + offset)][l] += change[l];
 }
 
-// --- lane_kink_location.cpp
+// --- lane_reversal_location.cpp
 
 struct Located {
   Ring ring;
-  const std::array<KinkPartners, kRows>* partners;
+  const std::array<ReversalPartners, kRows>* partners;
   Lanes rate, kappa;
   LaneMask moving;
   Lanes *v, *a;
 };
 
-// Locates the zero as the root of the cubic through v and a at both neighbours (see kinks.cpp), and
-// computes its jumps.
+// Locates the zero as the root of the cubic through v and a at both neighbours (see
+// velocity_reversals.cpp), and computes its jumps.
 void locate(const Located& in, LaneZero& zero);
 // Adds the corrections for the zero's jumps to velocity and acceleration around it.
 void put_jumps(const Located& in, const LaneZero& zero);
@@ -61,7 +61,7 @@ void put_jumps(const Located& in, const LaneZero& zero);
 // there is none. `lanes` gets the mask of these lanes.
 int next_change(int n, int from, const Lanes* v, unsigned& lanes);
 
-// --- lane_kink_sensitivities.cpp
+// --- lane_reversal_sensitivities.cpp
 
 // Takes inertia, stiffness and smooth damping at the zero.
 void take_slopes(const Ring& ring, const LaneMask& moving, const Lanes& kappa, const Lanes* g_u,
@@ -92,4 +92,4 @@ struct Corrected {
 // Corrects `left`, minus the right-hand sides, for the jumps.
 void correct(const Corrected& in, const LaneZero& zero);
 
-}  // namespace shaker::estimator::lane_kinks
+}  // namespace shaker::estimator::lane_reversals

@@ -1,4 +1,4 @@
-#include "estimator/periodic/kinks.hpp"
+#include "estimator/periodic/velocity_reversals.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -52,7 +52,7 @@ void set_jumps(Zero& zero, double kappa) {
 
 }  // namespace
 
-KinkCorrection::KinkCorrection(const Stencil& stencil, int points, int parameters, int row)
+ReversalCorrection::ReversalCorrection(const Stencil& stencil, int points, int parameters, int row)
     : stencil_(stencil),
       n_(points),
       p_(parameters),
@@ -62,14 +62,14 @@ KinkCorrection::KinkCorrection(const Stencil& stencil, int points, int parameter
   prepare_weights();
 }
 
-void KinkCorrection::forget() {
+void ReversalCorrection::forget() {
   for (int c = 0; c < used_; ++c)
     zeros_[static_cast<std::size_t>(c)] = Zero{};
   known_ = used_ = count_ = 0;
 }
 
-void KinkCorrection::inherit(const KinkCorrection& other, const double* rows,
-                             const double* kappa_theta) {
+void ReversalCorrection::inherit(const ReversalCorrection& other, const double* rows,
+                                 const double* kappa_theta) {
   forget();
   const int learnt = rows != nullptr ? other.count_ : other.known_;
   if (other.known_ == learnt)
@@ -87,7 +87,7 @@ void KinkCorrection::inherit(const KinkCorrection& other, const double* rows,
   }
 }
 
-void KinkCorrection::correct_state(double kappa, double rate, double* v, double* a) {
+void ReversalCorrection::correct_state(double kappa, double rate, double* v, double* a) {
   kappa_ = kappa;
   rate_ = rate;
   count_ = 0;
@@ -106,7 +106,7 @@ void KinkCorrection::correct_state(double kappa, double rate, double* v, double*
   add_jumps(v, a);
 }
 
-void KinkCorrection::add_jumps(double* v, double* a) const {
+void ReversalCorrection::add_jumps(double* v, double* a) const {
   const int reach = stencil_.reach;
   for (int c = 0; c < count_; ++c) {
     const Zero& zero = zeros_[static_cast<std::size_t>(c)];
@@ -121,7 +121,7 @@ void KinkCorrection::add_jumps(double* v, double* a) const {
 // Locates the zero as the root of the Hermite cubic through v and a at both neighbours. Both are
 // first corrected with the jumps known so far (from the previous step, or a first guess). The right
 // one is then shifted to the smooth continuation of the left side, so that the cubic has no kink.
-void KinkCorrection::locate(Zero& zero, const double* v, const double* a) const {
+void ReversalCorrection::locate(Zero& zero, const double* v, const double* a) const {
   const int reach = stencil_.reach;
   const double h = 1.0 / rate_;
   const double v0 = at(v, zero.base), a0 = at(a, zero.base);
@@ -149,7 +149,7 @@ void KinkCorrection::locate(Zero& zero, const double* v, const double* a) const 
 
 // Makes two Newton steps for the root of the Hermite cubic. Sets its derivatives there and the
 // jumps.
-void KinkCorrection::find_root(Zero& zero, double v0, double v1, double a0, double a1) const {
+void ReversalCorrection::find_root(Zero& zero, double v0, double v1, double a0, double a1) const {
   const double h = 1.0 / rate_;
   const double m0 = a0 * h;
   const double m1 = a1 * h;
@@ -202,7 +202,7 @@ SHAKER_SIMD_CLONES void weigh_rows(int partners, const double* offset, const dou
 }  // namespace
 
 // Prepares each row's neighbours across the zero, one row in each lane, with signs.
-void KinkCorrection::prepare_weights() {
+void ReversalCorrection::prepare_weights() {
   const int reach = stencil_.reach;
   offset_.resize(static_cast<std::size_t>(reach * kLanes));
   first_.resize(offset_.size());
@@ -221,13 +221,13 @@ void KinkCorrection::prepare_weights() {
   }
 }
 
-void KinkCorrection::weigh(Zero& zero) const {
+void ReversalCorrection::weigh(Zero& zero) const {
   weigh_rows(stencil_.reach, offset_.data(), first_.data(), second_.data(), zero.fraction, rate_,
              zero.first[0], zero.second[0]);
 }
 
-void KinkCorrection::learn_slopes(const double* g_u, const double* g_v, const double* g_a,
-                                  const double* v) {
+void ReversalCorrection::learn_slopes(const double* g_u, const double* g_v, const double* g_a,
+                                      const double* v) {
   for (int c = 0; c < count_; ++c) {
     Zero& zero = zeros_[static_cast<std::size_t>(c)];
     const auto between = [&](double left, double right) {
@@ -313,7 +313,7 @@ SHAKER_SIMD_CLONES void learn_group(const SensitivityZero& z, int group) {
 
 }  // namespace
 
-void KinkCorrection::learn(const double* rows, const double* kappa_theta, double* jumps) const {
+void ReversalCorrection::learn(const double* rows, const double* kappa_theta, double* jumps) const {
   for (int c = 0; c < count_; ++c) {
     const Zero& zero = zeros_[static_cast<std::size_t>(c)];
     SensitivityZero z{stencil_.reach,
@@ -343,7 +343,7 @@ void KinkCorrection::learn(const double* rows, const double* kappa_theta, double
   }
 }
 
-void KinkCorrection::learn_sensitivities(const double* rows, const double* kappa_theta) {
+void ReversalCorrection::learn_sensitivities(const double* rows, const double* kappa_theta) {
   if (known_ != count_) std::fill(jumps_.begin(), jumps_.end(), 0.0);
   known_ = count_;
   learn(rows, kappa_theta, jumps_.data());
@@ -373,8 +373,8 @@ SHAKER_SIMD_CLONES void take_jumps(const JumpTerms& z) {
 
 }  // namespace
 
-void KinkCorrection::correct_right_hand_sides(const double* g_v, const double* g_a,
-                                              double* rows) const {
+void ReversalCorrection::correct_right_hand_sides(const double* g_v, const double* g_a,
+                                                  double* rows) const {
   if (known_ != count_) return;
   for (int c = 0; c < count_; ++c) {
     const Zero& zero = zeros_[static_cast<std::size_t>(c)];

@@ -1,15 +1,15 @@
-#include "estimator/periodic/lane_kinks.hpp"
+#include "estimator/periodic/lane_reversals.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/periodic/lane_kink_parts.hpp"
+#include "estimator/periodic/lane_reversal_parts.hpp"
 
 namespace shaker::estimator {
 
-using lane_kinks::kOrders;
+using lane_reversals::kOrders;
 
-LaneKinks::LaneKinks(const Stencil& stencil, int points, int sensitivities, int columns)
+LaneReversals::LaneReversals(const Stencil& stencil, int points, int sensitivities, int columns)
     : stencil_(stencil),
       n_(points),
       sensitivities_(sensitivities),
@@ -18,7 +18,7 @@ LaneKinks::LaneKinks(const Stencil& stencil, int points, int sensitivities, int 
       jumps_(kMost * static_cast<std::size_t>(kOrders * sensitivities * kLanes)) {
   const int reach = stencil_.reach;
   for (int r = 0; r < 2 * reach; ++r) {
-    KinkPartners& row = partners_[static_cast<std::size_t>(r)];
+    ReversalPartners& row = partners_[static_cast<std::size_t>(r)];
     const int own = r - reach + 1;  // against base
     const bool before = own <= 0;
     for (int k = before ? 1 - own : -reach; k <= (before ? reach : -own); ++k, ++row.count) {
@@ -32,7 +32,7 @@ LaneKinks::LaneKinks(const Stencil& stencil, int points, int sensitivities, int 
   forget();
 }
 
-void LaneKinks::forget() {
+void LaneReversals::forget() {
   for (int c = 0; c < used_; ++c) {
     LaneZero& zero = zeros_[static_cast<std::size_t>(c)];
     zero.here = zero.known = LaneMask{};
@@ -44,7 +44,7 @@ void LaneKinks::forget() {
   used_ = 0;
 }
 
-void LaneKinks::inherit(const LaneKinks& coarser) {
+void LaneReversals::inherit(const LaneReversals& coarser) {
   forget();
   known_ = coarser.known_;
   used_ = *std::max_element(known_.begin(), known_.end());
@@ -61,17 +61,17 @@ void LaneKinks::inherit(const LaneKinks& coarser) {
   }
 }
 
-int LaneKinks::most_zeros() const {
+int LaneReversals::most_zeros() const {
   return *std::max_element(count_.begin(), count_.end());
 }
 
-void LaneKinks::find_zeros(unsigned moving, const Lanes* v) {
+void LaneReversals::find_zeros(unsigned moving, const Lanes* v) {
   for (std::size_t l = 0; l < kLanes; ++l) {
     if ((moving >> l & 1U) != 0) count_[l] = 0;
   }
   unsigned lanes = 0;
-  for (int i = lane_kinks::next_change(n_, 0, v, lanes); i < n_;
-       i = lane_kinks::next_change(n_, i + 1, v, lanes)) {
+  for (int i = lane_reversals::next_change(n_, 0, v, lanes); i < n_;
+       i = lane_reversals::next_change(n_, i + 1, v, lanes)) {
     for (std::size_t l = 0; l < kLanes; ++l) {
       if ((lanes & moving) >> l == 0) break;
       if (((lanes & moving) >> l & 1U) == 0 || count_[l] == static_cast<int>(kMost)) continue;
@@ -96,8 +96,8 @@ void LaneKinks::find_zeros(unsigned moving, const Lanes* v) {
   }
 }
 
-void LaneKinks::correct_state(const Lanes& kappa, const Lanes& rate, unsigned moving, Lanes* v,
-                              Lanes* a) {
+void LaneReversals::correct_state(const Lanes& kappa, const Lanes& rate, unsigned moving, Lanes* v,
+                                  Lanes* a) {
   kappa_ = kappa;
   rate_ = rate;
   unsigned kinked = 0;
@@ -107,31 +107,33 @@ void LaneKinks::correct_state(const Lanes& kappa, const Lanes& rate, unsigned mo
     if ((moving & ~kinked) >> l & 1U) count_[l] = 0;
   }
   find_zeros(moving & kinked, v);
-  const lane_kinks::Located in{{n_, stencil_.reach}, &partners_, rate, kappa,
-                               mask_of(moving),      v,          a};
+  const lane_reversals::Located in{{n_, stencil_.reach}, &partners_, rate, kappa,
+                                   mask_of(moving),      v,          a};
   const int most = most_zeros();
   for (int c = 0; c < most; ++c)
-    lane_kinks::locate(in, zeros_[static_cast<std::size_t>(c)]);
+    lane_reversals::locate(in, zeros_[static_cast<std::size_t>(c)]);
   for (int c = 0; c < most; ++c)
-    lane_kinks::put_jumps(in, zeros_[static_cast<std::size_t>(c)]);
+    lane_reversals::put_jumps(in, zeros_[static_cast<std::size_t>(c)]);
 }
 
-void LaneKinks::add_jumps(Lanes* v, Lanes* a) const {
-  const lane_kinks::Located in{{n_, stencil_.reach}, &partners_, rate_, kappa_, ~LaneMask{}, v, a};
+void LaneReversals::add_jumps(Lanes* v, Lanes* a) const {
+  const lane_reversals::Located in{{n_, stencil_.reach}, &partners_, rate_, kappa_,
+                                   ~LaneMask{},          v,          a};
   const int most = most_zeros();
   for (int c = 0; c < most; ++c)
-    lane_kinks::put_jumps(in, zeros_[static_cast<std::size_t>(c)]);
+    lane_reversals::put_jumps(in, zeros_[static_cast<std::size_t>(c)]);
 }
 
-void LaneKinks::learn_slopes(unsigned moving, const Lanes* g_u, const Lanes* g_v, const Lanes* g_a,
-                             const Lanes* v) {
+void LaneReversals::learn_slopes(unsigned moving, const Lanes* g_u, const Lanes* g_v,
+                                 const Lanes* g_a, const Lanes* v) {
   const int most = most_zeros();
   for (int c = 0; c < most; ++c)
-    lane_kinks::take_slopes({n_, stencil_.reach}, mask_of(moving), kappa_, g_u, g_v, g_a, v,
-                            zeros_[static_cast<std::size_t>(c)]);
+    lane_reversals::take_slopes({n_, stencil_.reach}, mask_of(moving), kappa_, g_u, g_v, g_a, v,
+                                zeros_[static_cast<std::size_t>(c)]);
 }
 
-void LaneKinks::learn_sensitivities(unsigned moving, const Lanes* rows, const Lanes* kappa_theta) {
+void LaneReversals::learn_sensitivities(unsigned moving, const Lanes* rows,
+                                        const Lanes* kappa_theta) {
   for (std::size_t l = 0; l < kLanes; ++l) {
     if ((moving >> l & 1U) == 0 || known_[l] == count_[l]) continue;
     const int values = count_[l] * kOrders * sensitivities_;
@@ -141,34 +143,34 @@ void LaneKinks::learn_sensitivities(unsigned moving, const Lanes* rows, const La
   }
   const int most = most_zeros();
   for (int c = 0; c < most; ++c)
-    lane_kinks::learn({{n_, stencil_.reach},
-                       &stencil_,
-                       rate_,
-                       kappa_,
-                       mask_of(moving),
-                       rows,
-                       columns_,
-                       sensitivities_,
-                       kappa_theta,
-                       jumps(c, 0)},
-                      zeros_[static_cast<std::size_t>(c)]);
+    lane_reversals::learn({{n_, stencil_.reach},
+                           &stencil_,
+                           rate_,
+                           kappa_,
+                           mask_of(moving),
+                           rows,
+                           columns_,
+                           sensitivities_,
+                           kappa_theta,
+                           jumps(c, 0)},
+                          zeros_[static_cast<std::size_t>(c)]);
 }
 
-void LaneKinks::correct_left(unsigned moving, const Lanes* g_v, const Lanes* g_a,
-                             double* const* left) const {
+void LaneReversals::correct_left(unsigned moving, const Lanes* g_v, const Lanes* g_a,
+                                 double* const* left) const {
   unsigned lanes = 0;
   for (std::size_t l = 0; l < kLanes; ++l)
     lanes |= known_[l] == count_[l] ? 1U << l : 0U;
   const int most = most_zeros();
   for (int c = 0; c < most; ++c)
-    lane_kinks::correct({{n_, stencil_.reach},
-                         mask_of(lanes & moving),
-                         g_v,
-                         g_a,
-                         jumps(c, 0),
-                         sensitivities_,
-                         left},
-                        zeros_[static_cast<std::size_t>(c)]);
+    lane_reversals::correct({{n_, stencil_.reach},
+                             mask_of(lanes & moving),
+                             g_v,
+                             g_a,
+                             jumps(c, 0),
+                             sensitivities_,
+                             left},
+                            zeros_[static_cast<std::size_t>(c)]);
 }
 
 }  // namespace shaker::estimator

@@ -1,13 +1,13 @@
-#include "estimator/periodic/lane_kink_parts.hpp"
+#include "estimator/periodic/lane_reversal_parts.hpp"
 
-namespace shaker::estimator::lane_kinks {
+namespace shaker::estimator::lane_reversals {
 namespace {
 
 struct Slopes {  // velocity and acceleration at both neighbours of a zero
   Lanes v0, v1, a0, a1;
 };
 
-// As in kinks.cpp, which gives the reason.
+// As in velocity_reversals.cpp, which gives the reason.
 constexpr double kSteepest = 2.0, kSharpest = 4.0;
 
 SHAKER_INLINE Lanes held_within(const Lanes& x, const Lanes& most) {
@@ -51,12 +51,12 @@ SHAKER_INLINE void find_root(const Slopes& at, const Lanes& start, const Lanes& 
 }
 
 // Computes what unit jumps add to the differences. Each neighbour's Taylor terms serve for both.
-SHAKER_INLINE void weigh(const std::array<KinkPartners, kRows>& partners, int rows,
+SHAKER_INLINE void weigh(const std::array<ReversalPartners, kRows>& partners, int rows,
                          const Lanes& rate, const LaneMask& where, LaneZero& zero) {
   const Lanes h = 1.0 / rate;
   const Lanes square = rate * rate;
   for (int r = 0; r < rows; ++r) {
-    const KinkPartners& row = partners[static_cast<std::size_t>(r)];
+    const ReversalPartners& row = partners[static_cast<std::size_t>(r)];
     Lanes sum1[kOrders] = {};
     Lanes sum2[kOrders] = {};
     for (int k = 0; k < row.count; ++k) {
@@ -156,4 +156,4 @@ SHAKER_SIMD_CLONES int next_change(int n, int from, const Lanes* v, unsigned& la
   return n;
 }
 
-}  // namespace shaker::estimator::lane_kinks
+}  // namespace shaker::estimator::lane_reversals

@@ -39,15 +39,15 @@ namespace shaker::estimator {
 // The correction for one solution of a model with one coordinate. One thread; no member function
 // allocates after construction. `rows` are right-hand sides or solutions: for each point the Newton
 // step, then the sensitivities, padded to whole Lanes, 64-byte aligned, `row` doubles apart.
-class KinkCorrection {
+class ReversalCorrection {
  public:
-  KinkCorrection(const Stencil& stencil, int points, int parameters, int row);
+  ReversalCorrection(const Stencil& stencil, int points, int parameters, int row);
 
   // Discards all zeros and jumps.
   void forget();
   // Starts from the zeros and jumps of `other`, another grid with the same solution. With `rows`
   // (solutions on that grid, may be null) the jumps are first updated from its sensitivities.
-  void inherit(const KinkCorrection& other, const double* rows, const double* kappa_theta);
+  void inherit(const ReversalCorrection& other, const double* rows, const double* kappa_theta);
 
   // Finds the zeros of the velocity and corrects velocity and acceleration. `rate` is frequency
   // times points, 1/s. `v` has n values and room for one more.
@@ -89,7 +89,7 @@ class KinkCorrection {
                    static_cast<std::size_t>(stride_)];
   }
   const double* jumps(int zero, int order) const {
-    return const_cast<KinkCorrection*>(this)->jumps(zero, order);
+    return const_cast<ReversalCorrection*>(this)->jumps(zero, order);
   }
   // Recomputes `jumps` (laid out as jumps_) from rows that were solved with their old values.
   void learn(const double* rows, const double* kappa_theta, double* jumps) const;

@@ -1,6 +1,6 @@
-#include "estimator/periodic/lane_kink_parts.hpp"
+#include "estimator/periodic/lane_reversal_parts.hpp"
 
-namespace shaker::estimator::lane_kinks {
+namespace shaker::estimator::lane_reversals {
 namespace {
 
 struct Slopes2 {
@@ -122,4 +122,4 @@ SHAKER_SIMD_CLONES void correct(const Corrected& in, const LaneZero& zero) {
   }
 }
 
-}  // namespace shaker::estimator::lane_kinks
+}  // namespace shaker::estimator::lane_reversals

@@ -36,7 +36,7 @@ void expect_sound(const PeriodicSystem& system) {
   }
 }
 
-TEST(KinkCorrection, DoesNotRunAwayOnAViolentTrialState) {
+TEST(ReversalCorrection, DoesNotRunAwayOnAViolentTrialState) {
   const Model model(testing::oleo(32.178));
   PeriodicSystem system(model, kGrid);
   system.set_excitation(1.0, 10.0);
@@ -48,7 +48,7 @@ TEST(KinkCorrection, DoesNotRunAwayOnAViolentTrialState) {
   expect_sound(system);
 }
 
-TEST(KinkCorrection, DoesNotRunAwayInLanesEither) {
+TEST(ReversalCorrection, DoesNotRunAwayInLanesEither) {
   const Model model(testing::oleo(32.178));
   PeriodicSystem system(model, kGrid);
   system.set_excitation(1.0, 10.0);
