@@ -41,8 +41,8 @@ struct BatchEstimator::Worker {
                 BatchFit& out);
   void start(const std::vector<double>& theta);
   void steps(bool approach);
-  unsigned step_abreast();
-  unsigned finish_abreast(unsigned arrived);
+  unsigned step_batch();
+  unsigned finish_batch(unsigned arrived);
   bool step_lane(std::size_t lane);
   void judge_lane(std::size_t lane, int iteration);
   void normal_equations_of(std::size_t lane);
@@ -198,7 +198,7 @@ void BatchEstimator::Worker::steps(bool approach) {
     lanes.sum_products(pack->data.data(), static_cast<int>(run.displacement.size()),
                        approach ? 1 : pack->every, pack->products.data());
     std::fill(pack->delta.begin(), pack->delta.end(), 0.0);
-    const unsigned stepped = step_abreast();
+    const unsigned stepped = step_batch();
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       if (is(moving & ~failed & ~stepped, lane) && !step_lane(lane)) failed |= 1U << lane;
     }
@@ -210,7 +210,7 @@ void BatchEstimator::Worker::steps(bool approach) {
       if (is(moving, lane)) judge_lane(lane, iteration);
     }
     if (approach && moving != before) lanes.learn_jumps(before & ~moving & ~failed);
-    const unsigned finished = finish_abreast(arrived);
+    const unsigned finished = finish_batch(arrived);
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       if (is(arrived & ~finished, lane) && !finish_lane(lane)) failed |= 1U << lane;
     }
@@ -221,7 +221,7 @@ void BatchEstimator::Worker::steps(bool approach) {
 
 // Computes the steps of all lanes together. Returns a bit for each lane whose step stays inside
 // its bounds. step_lane treats the other lanes.
-unsigned BatchEstimator::Worker::step_abreast() {
+unsigned BatchEstimator::Worker::step_batch() {
   if (!simple) return 0;
   const int q = static_cast<int>(impl.free.size());
   const Lanes* product = as_lanes(pack->products.data());
@@ -261,7 +261,7 @@ unsigned BatchEstimator::Worker::step_abreast() {
 // Stores the results of the lanes that converged, from the factors of their last step. Returns
 // a bit for each lane that is certainly well conditioned: with a unit diagonal of A,
 // q trace(A^-1) is an upper bound of the condition number of A. finish_lane treats the others.
-unsigned BatchEstimator::Worker::finish_abreast(unsigned lanes) {
+unsigned BatchEstimator::Worker::finish_batch(unsigned lanes) {
   constexpr double kMostCondition = 1e8;
   const double degrees =
       static_cast<double>(impl.observations) - static_cast<double>(impl.free.size());

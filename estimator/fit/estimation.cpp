@@ -100,7 +100,7 @@ std::optional<double> Estimator::excess_holding(int parameter, std::vector<doubl
   return excess;
 }
 
-void Estimator::predict(const std::vector<double>& change) {
+void Estimator::extrapolate_states(const std::vector<double>& change) {
   for (PeriodicSystem& system : impl_->systems)
     system.advance(0.0, change);
 }

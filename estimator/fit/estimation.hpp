@@ -152,7 +152,7 @@ class Estimator {
   std::optional<double> excess_holding(int parameter, std::vector<double>& theta);
   // Extrapolates the present solutions along `change` of theta (all parameters), to first order. It
   // gives the profile fit a start.
-  void predict(const std::vector<double>& change);
+  void extrapolate_states(const std::vector<double>& change);
   // Solves for the periodic solutions at the last fit's theta again.
   void recall();
 

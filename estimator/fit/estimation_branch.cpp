@@ -19,11 +19,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kFarFromData = 0.1;    // misfit above which another branch is considered
-constexpr double kClearlyBetter = 0.5;  // misfit ratio below which the other branch wins
-constexpr double kLost = 0.1;           // of the data's subharmonic share
-constexpr double kStill = 1e-12;        // of the mean square; a smaller variance is rounding
-constexpr double kNone = 1e300;         // misfit if there is no solution
+constexpr double kFarFromData = 0.1;          // misfit above which another branch is considered
+constexpr double kClearlyBetter = 0.5;        // misfit ratio below which the other branch wins
+constexpr double kMinSubharmonicShare = 0.1;  // of the data's subharmonic share
+constexpr double kMinRelativeVariance =
+    1e-12;                                   // of the mean square; a smaller variance is rounding
+constexpr double kNoSolutionMisfit = 1e300;  // misfit if there is no solution
 constexpr int kEquationSteps = 12;
 
 }  // namespace
@@ -37,7 +38,7 @@ double Estimator::Impl::motion_of_data(std::size_t r) const {
   }
   // A record without motion is on no branch.
   const double variance = square - mean * mean;
-  return variance > kStill * square ? std::sqrt(variance) : 0.0;
+  return variance > kMinRelativeVariance * square ? std::sqrt(variance) : 0.0;
 }
 
 double Estimator::Impl::misfit(std::size_t r, const PeriodicSystem& system) const {
@@ -59,7 +60,7 @@ bool Estimator::Impl::lost_subharmonic(std::size_t r, const PeriodicSystem& syst
   const RunState& run = runs[r];
   return run.data.periods > 1 && !run.harmonic() &&
          subharmonic_share(system, run.data.periods) <
-             kLost * subharmonic_share(run.data.displacement, run.data.periods) &&
+             kMinSubharmonicShare * subharmonic_share(run.data.displacement, run.data.periods) &&
          subharmonic_stands_out(run.data.displacement, run.data.periods);
 }
 
@@ -71,10 +72,10 @@ bool Estimator::Impl::fits_badly() const {
   return false;
 }
 
-// Starts at the solution computed from rest, whose misfit is `from_rest` (kNone: no solution), and
-// looks for one nearer to the data. Returns false and restores the state if there is none. With
-// wrong parameters the measured motion may be inadmissible for the model, for example an oleo
-// shorter than its stroke. The start then goes only part of the way from rest to the data.
+// Starts at the solution computed from rest, whose misfit is `from_rest` (kNoSolutionMisfit: no
+// solution), and looks for one nearer to the data. Returns false and restores the state if there is
+// none. With wrong parameters the measured motion may be inadmissible for the model, for example an
+// oleo shorter than its stroke. The start then goes only part of the way from rest to the data.
 bool Estimator::Impl::solve_near_data(std::size_t r, double from_rest) {
   PeriodicSystem& system = systems[r];
   const std::vector<double> rest(system.state().begin(), system.state().end());
@@ -83,7 +84,7 @@ bool Estimator::Impl::solve_near_data(std::size_t r, double from_rest) {
     const bool converged = system.solve(fit.theta).status == SolveStatus::converged;
     if (converged && misfit(r, system) < from_rest) return true;
     std::copy(rest.begin(), rest.end(), system.state().begin());
-    if (converged || from_rest == kNone) return false;
+    if (converged || from_rest == kNoSolutionMisfit) return false;
   }
   return false;
 }
@@ -96,7 +97,7 @@ SolveReport Estimator::Impl::solve_run(std::size_t r, bool warm) {
   }
   SolveReport report = system.solve_from_rest(fit.theta);
   const bool converged = report.status == SolveStatus::converged;
-  const double from_rest = converged ? misfit(r, system) : kNone;
+  const double from_rest = converged ? misfit(r, system) : kNoSolutionMisfit;
   if (from_rest <= kFarFromData && !lost_subharmonic(r, system)) return report;
   if (solve_near_data(r, from_rest)) return {};
   if (converged) return system.solve(fit.theta);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNearlyUndamped = 1e-5;
 constexpr int kEnoughAtBottom = 8;
-constexpr double kNothing = 1e-6;  // of the sum of squares
+constexpr double kMinRelativeDecrease = 1e-6;  // of the sum of squares
 // Factor on the iterations of the damped method. It follows a curved valley, along which two
 // parameters can hardly be told apart (figure 13), in hundreds of short steps. Full Gauss-Newton
 // steps converge soon or never.
@@ -143,7 +143,7 @@ bool Estimator::Impl::nothing_to_gain() {
   double gain = 0.0;
   for (std::size_t k = 0; k < free.size(); ++k)
     gain += delta[k] * gradient[k];
-  return gain <= std::max(kNothing * sum_of_squares,
+  return gain <= std::max(kMinRelativeDecrease * sum_of_squares,
                           options.tolerance * options.tolerance * squares_of_data());
 }
 

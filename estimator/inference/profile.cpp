@@ -52,7 +52,7 @@ class ProfileWalk {
       theta_[free_[l]] += change_[free_[l]];
     }
     theta_[parameter_] = value;
-    estimator_.predict(change_);
+    estimator_.extrapolate_states(change_);
     const auto excess = estimator_.excess_holding(static_cast<int>(parameter_), theta_);
     if (!excess) {
       theta_ = before;

@@ -7,7 +7,7 @@ namespace shaker::estimator {
 namespace {
 
 // A step of one batch costs as much as the steps of this many single systems.
-constexpr std::size_t kWorth = 3;
+constexpr std::size_t kSingleStepsPerBatch = 3;
 
 GridOptions with_points(GridOptions grid, int points) {
   grid.points = points;
@@ -33,7 +33,7 @@ void Estimator::Impl::make_packs() {
                         std::all_of(runs.begin(), runs.end(), [](const RunState& run) {
                           return run.every > 0 && !run.harmonic() && run.data.sample_weight.empty();
                         });
-  if (!possible || runs.size() < kWorth) return;
+  if (!possible || runs.size() < kSingleStepsPerBatch) return;
   const auto points = [&](std::size_t r) { return systems[r].points(); };
   const auto count = [&](std::size_t r) { return runs[r].data.displacement.size(); };
   for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -47,7 +47,7 @@ void Estimator::Impl::make_packs() {
     }
     pack->runs.push_back(r);
   }
-  if (packs.size() * kWorth > runs.size()) packs.clear();
+  if (packs.size() * kSingleStepsPerBatch > runs.size()) packs.clear();
 }
 
 void Estimator::Impl::load_pack(RunPack& pack) {
