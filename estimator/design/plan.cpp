@@ -24,7 +24,7 @@ constexpr int kGrid = 160;
 constexpr double kWeakPrior = 1e-6;
 // Least ratio of an eigenvalue of the unit-diagonal information to the largest one; below it the
 // eigenvalue is rounding.
-constexpr double kLost = 1e-12;
+constexpr double kMinEigenvalueShare = 1e-12;
 constexpr int kGreedyStarts = 6;
 // A plan with an aim weighs the logarithm of the volume by this, so that the set leaves no other
 // parameter open.
@@ -315,7 +315,7 @@ PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
   for (Eigen::Index i = 0; i < q; ++i) {
     const Eigen::VectorXd axis = root.cwiseInverse().asDiagonal() * eigen.vectors.col(i);
     const double share = eigen.values[i] / eigen.values[q - 1];
-    if (share > kLost && eigen.values[q - 1] > 0.0) {
+    if (share > kMinEigenvalueShare && eigen.values[q - 1] > 0.0) {
       inverse += axis * axis.transpose() / eigen.values[i];
       continue;
     }

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 constexpr double kMinEffectiveDraws =
     4.0;  // effective draws for each coefficient; with fewer the mean stays zero
-constexpr double kNothing = 1e-14;
+constexpr double kMinVariance = 1e-14;
 
 // The monomials 1, y_i and y_i y_j of the first `count` elements of y.
 VectorXd powers(const VectorXd& y, Index count) {
@@ -37,7 +37,7 @@ Bend::Bend(const Draws& draws) : mean_(draws.mean), scatter_(draws.mean.size()) 
   const VectorXd deviation = draws.covariance.diagonal().cwiseSqrt();
   const MatrixXd unit = deviation.cwiseInverse().asDiagonal();
   const Spectrum spectrum = spectrum_of(unit * draws.covariance * unit);
-  const VectorXd length = spectrum.values.reverse().cwiseMax(kNothing).cwiseSqrt();
+  const VectorXd length = spectrum.values.reverse().cwiseMax(kMinVariance).cwiseSqrt();
   const MatrixXd vectors = spectrum.vectors.rowwise().reverse();
   directions_ = deviation.asDiagonal() * vectors * length.asDiagonal();
   inverse_ = length.cwiseInverse().asDiagonal() * vectors.transpose() * unit;
@@ -69,7 +69,7 @@ void Bend::follow(Index k, const std::vector<VectorXd>& y, const Draws& draws) {
   }
   const VectorXd best = Ldlt(products).solve(right);
   const double left = (square - best.dot(right)) / freedom;
-  if (!best.allFinite() || !(left > kNothing)) return;
+  if (!best.allFinite() || !(left > kMinVariance)) return;
   coefficients_.back() = best;
   scatter_[k] = std::sqrt(left);
 }

@@ -20,10 +20,10 @@ constexpr int kMostIterations = 15;
 constexpr double kFirstStep = 0.1;      // along the valley, in marginal standard deviations
 constexpr double kSmallestStep = 1e-4;  // in the same unit
 constexpr double kLargestStep = 5.0;
-constexpr double kMostBend = 1.0;  // of the others from linear, in standard deviations
-constexpr double kMostFall = 1.0;  // change of log mass over a step
-constexpr double kGone = 16.0;     // log mass below the largest at which the walk ends
-constexpr int kMostNodes = 500;    // on each side
+constexpr double kMostBend = 1.0;         // of the others from linear, in standard deviations
+constexpr double kMostFall = 1.0;         // change of log mass over a step
+constexpr double kMaxLogMassDrop = 16.0;  // log mass below the largest at which the walk ends
+constexpr int kMostNodes = 500;           // on each side
 
 class ValleyWalk {
  public:
@@ -164,7 +164,7 @@ bool walk_out(ValleyWalk& walk, double unit, double side, double& most,
     most = std::max(most, next.log_mass);
     const bool easy = bend(next, expected) < 0.3 * kMostBend;
     nodes.push_back(std::move(next));
-    if (nodes.back().log_mass < most - kGone) return true;
+    if (nodes.back().log_mass < most - kMaxLogMassDrop) return true;
     if (easy) step = std::min(1.6 * step, kLargestStep * unit);
   }
   return false;

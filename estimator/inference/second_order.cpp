@@ -109,9 +109,10 @@ VectorXd bound(const Bent& b) {
 // True if the linearisations ended on another solution than they began with, as can happen at a
 // fold.
 bool strayed(const std::vector<double>& before, const std::vector<double>& after, double noise) {
-  constexpr double kSame = 1e-3;  // of the noise; the same solution returns much closer
+  constexpr double kMaxSolutionChange =
+      1e-3;  // of the noise; the same solution returns much closer
   for (std::size_t i = 0; i < before.size(); ++i) {
-    if (!(std::fabs(after[i] - before[i]) <= kSame * noise)) return true;
+    if (!(std::fabs(after[i] - before[i]) <= kMaxSolutionChange * noise)) return true;
   }
   return false;
 }

@@ -21,8 +21,8 @@ double student_t_quantile(double probability, double degrees) {
 double chi_squared_above(double value, double degrees) {
   // Many data without noise: the result differs from 1 by less than the smallest double, and
   // Boost cannot represent it.
-  constexpr double kMany = 1000.0, kNothing = 0.1;
-  if (degrees > kMany && value < kNothing * degrees) return 1.0;
+  constexpr double kMinDegreesForLimit = 1000.0, kMaxRatioForLimit = 0.1;
+  if (degrees > kMinDegreesForLimit && value < kMaxRatioForLimit * degrees) return 1.0;
   return boost::math::cdf(
       boost::math::complement(boost::math::chi_squared(degrees), std::max(value, 0.0)));
 }

@@ -17,7 +17,7 @@ namespace {
 constexpr std::array kBack = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};
 constexpr double kFelt = 1e-10;  // least eigenvalue that counts, relative to a unit diagonal
 // Number of cycles that the stated scatter counts for, beside the observed scatter.
-constexpr double kBelieved = 30.0;
+constexpr double kPriorCycles = 30.0;
 
 // threshold = a + b ln(cycles between false alarms), for 1 to 8 parameters. Fitted to simulated
 // run lengths of 300 to 30 000 cycles (bench_glr).
@@ -68,8 +68,8 @@ void ChangeDetector::watch_scatter(const Cycle& cycle) {
 
 // At least 1: a scatter below the stated one counts as chance.
 double ChangeDetector::excess(int parameter, double variance) const {
-  return std::max(1.0,
-                  (kBelieved + 0.5 * differences_[parameter] / variance) / (kBelieved + pairs_));
+  return std::max(
+      1.0, (kPriorCycles + 0.5 * differences_[parameter] / variance) / (kPriorCycles + pairs_));
 }
 
 std::optional<Change> ChangeDetector::add(const Eigen::VectorXd& score,

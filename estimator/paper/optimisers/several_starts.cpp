@@ -12,8 +12,10 @@ namespace shaker::estimator::optimisers {
 namespace {
 
 constexpr double kDecade = 10.0;
-constexpr double kSame = 1e-4;   // largest relative difference of two ends in one minimum
-constexpr double kApart = 0.05;  // of the unit cube's diagonal: least distance of two starts
+constexpr double kMaxEndDifference =
+    1e-4;  // largest relative difference of two ends in one minimum
+constexpr double kMinStartDistance =
+    0.05;  // of the unit cube's diagonal: least distance of two starts
 
 struct Range {
   double low = 0.0, high = 1.0;
@@ -76,7 +78,7 @@ std::vector<Eigen::VectorXd> best_apart(const std::vector<Look>& looks, int coun
   std::vector<const Look*> chosen;
   for (const Look& look : looks) {
     if (static_cast<int>(chosen.size()) >= count) break;
-    const double apart = kApart * std::sqrt(static_cast<double>(look.unit.size()));
+    const double apart = kMinStartDistance * std::sqrt(static_cast<double>(look.unit.size()));
     const bool fresh = std::all_of(chosen.begin(), chosen.end(), [&](const Look* other) {
       return (other->unit - look.unit).norm() > apart;
     });
@@ -89,7 +91,7 @@ std::vector<Eigen::VectorXd> best_apart(const std::vector<Look>& looks, int coun
 }
 
 bool same(const Summary& a, const Summary& b) {
-  return relative(a.theta - b.theta, a.theta) <= kSame;
+  return relative(a.theta - b.theta, a.theta) <= kMaxEndDifference;
 }
 
 void add(Minima& minima, const Summary& summary, const Eigen::VectorXd& from) {
