@@ -30,12 +30,16 @@ bool shown_by_motion(const Model& model) {
   return can_be_carried(model) && !model.needs_carrier();
 }
 
-bool better(const HarmonicFit& other, const HarmonicFit& fit) {
+}  // namespace
+
+bool is_near_noise(const HarmonicFit& fit) {
+  return fit.trouble.empty() && fit.chi_squared < kFarAboveNoise * fit.observations;
+}
+
+bool is_better(const HarmonicFit& other, const HarmonicFit& fit) {
   if (!other.trouble.empty() || !std::isfinite(other.chi_squared)) return false;
   return !fit.trouble.empty() || other.chi_squared < kOtherValley * fit.chi_squared;
 }
-
-}  // namespace
 
 RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
   const double f = response.frequency_hz;
@@ -76,12 +80,11 @@ std::vector<double> fitted_to_forces(const config::ModelSpec& spec,
 HarmonicFit first_fit(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
                       const FitOptions& options) {
   HarmonicFit fit = fit_harmonics(spec, data, {}, nullptr, options);
-  const bool near = fit.trouble.empty() && fit.chi_squared < kFarAboveNoise * fit.observations;
-  if (near) return fit;
+  if (is_near_noise(fit)) return fit;
   const std::vector<double> start = fitted_to_forces(spec, data, {}, options);
   if (start.empty()) return fit;
   HarmonicFit other = fit_harmonics(spec, data, start, nullptr, options);
-  return better(other, fit) ? std::move(other) : std::move(fit);
+  return is_better(other, fit) ? std::move(other) : std::move(fit);
 }
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,4 +1,4 @@
-// The first fit of the model to periodic runs, from start values that may be far off.
+// The first fit of the model, from start values that may be far off.
 #pragma once
 
 #include <vector>
@@ -20,7 +20,12 @@ std::vector<double> fitted_to_forces(const config::ModelSpec& model,
                                      const std::vector<RunDatum>& data,
                                      const std::vector<double>& start, const FitOptions& options);
 
-// From the model's own start values; where that does not settle, or leaves far more than noise,
+// Of two fits from different start values. Near noise: another start would not do better. Better:
+// by more than two fits that end in one valley differ.
+bool is_near_noise(const HarmonicFit& fit);
+bool is_better(const HarmonicFit& other, const HarmonicFit& fit);
+
+// For periodic runs: from the model's own start values; where that does not settle, or leaves far more than noise,
 // also from what the forces along the measured motion say, which are nearly linear in the
 // parameters: of a spring some times too stiff the response, driven below that model's resonance
 // and above its own, points the wrong way. The better of the two.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/noise/first_fit.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/records/transient_seen.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
@@ -24,7 +25,6 @@ using Eigen::VectorXd;
 constexpr std::size_t kMostProbes = 3;
 constexpr double kRepeated = 0.02;      // of an excitation, that two runs of it may differ by
 constexpr double kContradiction = 0.1;  // of a response
-constexpr double kFarRecord = 4.0;      // chi-squared a datum
 
 // Some force depends on the stroke, so that a simulation finds its way back.
 bool has_spring(const Model& model, const SampledRun& run) {
@@ -95,11 +95,9 @@ RunDatum balance_of_forces(const RunDatum& response) {
     const double omega = std::numbers::pi * static_cast<double>(k) / run.length();
     datum.error[k] = std::sqrt(run.motion_noise[k]) * omega * omega;
   }
-  const double inertia = run.a.norm() / std::sqrt(static_cast<double>(run.samples()));
-  // A floor in proportion to the forces, excitation and inertia, and no cosine surer than the others
-  // by orders: a zero or a drift of the sensor would hold a spring at nothing.
-  const double floor = 1e-3 * std::hypot(root_mean_square(datum.response), inertia) /
-                       std::sqrt(0.5 * static_cast<double>(run.keep));
+  // The excitation's own floor, and no cosine surer than the others by orders.
+  const double floor =
+      1e-3 * root_mean_square(datum.response) / std::sqrt(0.5 * static_cast<double>(run.keep));
   const double middle = datum.error[run.keep / 2];
   for (Index k = 0; k < run.keep; ++k)
     datum.error[k] =
@@ -146,11 +144,9 @@ HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& r
   if (runs.forces.empty()) return fit_harmonics(model, runs.data, {}, nullptr, options);
   const HarmonicFit forces = fit_harmonics(model, runs.forces, {}, nullptr, options);
   HarmonicFit best = fit_harmonics(model, runs.data, forces.theta, nullptr, options);
-  const bool near = best.chi_squared < kFarRecord * best.observations;
-  if (best.converged && forces.converged && near) return best;
+  if (best.converged && forces.converged && is_near_noise(best)) return best;
   HarmonicFit other = fit_harmonics(model, runs.data, {}, nullptr, options);
-  return other.chi_squared < best.chi_squared || !std::isfinite(best.chi_squared) ? std::move(other)
-                                                                                  : std::move(best);
+  return is_better(other, best) ? std::move(other) : std::move(best);
 }
 
 Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit) {
