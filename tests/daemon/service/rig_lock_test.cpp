@@ -16,8 +16,9 @@ using ::testing::HasSubstr;
 class RigLockTest : public ::testing::Test {
  protected:
   RigLockTest() {
-    config::ModbusExciter exciter;  // with an address that no other test uses
-    exciter.link.transport = config::ModbusTcp{fmt::format("192.0.2.{}", ::getpid() % 250 + 1),
+    // An address for documentation (RFC 5737), which neither this PC nor another test has.
+    config::ModbusExciter exciter;
+    exciter.link.transport = config::ModbusTcp{fmt::format("203.0.113.{}", ::getpid() % 250 + 1),
                                                ::getpid() / 250 % 65000 + 1};
     moving.exciter.device = exciter;
     simulated.exciter.device = config::SimulatedExciter{};
@@ -39,7 +40,7 @@ TEST_F(RigLockTest, RefusesASecondDaemonOnTheSameExciterWhateverItsFilesAre) {
   const auto second = take(moving, other_data);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().kind, ErrorKind::refused);
-  EXPECT_THAT(second.error().what, HasSubstr("192.0.2."));
+  EXPECT_THAT(second.error().what, HasSubstr("203.0.113."));
   EXPECT_THAT(second.error().what, HasSubstr("drives this exciter"));
 }
 
