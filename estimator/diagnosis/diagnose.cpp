@@ -32,7 +32,7 @@ constexpr double kUsualRuns = 6.0;
 constexpr std::size_t kSpeeds =
     10000;                        // of a run: enough for its cycles, too few to show its noise
 constexpr int kRecordSteps = 40;  // of a fit: each integrates every sample
-// Of records, in efforts of periodic runs: what their search may take, and one more for so many
+// Of records, in budgets of periodic runs: what their search may take, and one more for so many
 // samples; in points: what one fit may take, and for each sample.
 constexpr double kRecordBudget = 4.0, kSamplesOfBudget = 250.0;
 constexpr double kFitBudget = 8e6, kFitBudgetOfSample = 2500.0;
@@ -176,7 +176,7 @@ void tell_if_cut_short(Diagnosis& said) {
         "--thorough goes on");
 }
 
-SelectionOptions naming_for(const DiagnoseOptions& options, const FitOptions& fitting) {
+SelectionOptions selection_for(const DiagnoseOptions& options, const FitOptions& fitting) {
   SelectionOptions selection;
   selection.fit = fitting;
   selection.most_effects = options.most_effects;
@@ -227,7 +227,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
 
   const auto catalogue =
       candidates(model, range_of(weighed.data), campaign.runs.front().kind, warnings);
-  const SelectionOptions selection = naming_for(options, fitting);
+  const SelectionOptions selection = selection_for(options, fitting);
   progress("scoring the catalogue", 0.2);
   const std::vector<double> theta = base.theta;
   const double left = base.chi_squared;
@@ -253,7 +253,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   return said;
 }
 
-// Lets the records share their effort; returns how a model is fitted to them.
+// Lets the records share a budget; returns how a model is fitted to them.
 FitOptions bounded(TransientRuns& runs, const DiagnoseOptions& options) {
   double samples = 0.0;
   for (const RunDatum& datum : runs.data)
@@ -266,7 +266,7 @@ FitOptions bounded(TransientRuns& runs, const DiagnoseOptions& options) {
   }
   FitOptions fitting{options.points};
   fitting.max_iterations = kRecordSteps;
-  // With more effort for the whole, a fit that creeps has no more.
+  // With a larger budget for the whole, a fit that creeps has no more.
   const double usual = DiagnoseOptions{}.evaluation_budget;
   fitting.fit_budget = std::min(1.0, options.evaluation_budget / usual) *
                        (kFitBudget + kFitBudgetOfSample * samples);
@@ -301,7 +301,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
     return good.error();
   const auto catalogue = shown_by_transients(
       candidates(model, range_of(runs->data), kind, runs->warnings), model, runs->by_force);
-  SelectionOptions selection = naming_for(options, fitting);
+  SelectionOptions selection = selection_for(options, fitting);
   selection.draws = std::min(options.draws, kRecordDraws);
   progress("scoring the catalogue", 0.2);
   const std::vector<SteadyRun> none(runs->data.size());
