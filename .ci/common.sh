@@ -51,6 +51,13 @@ configure() {  # FOLDER [CMAKE OPTIONS]
   cmake -S "$root" -B "$folder" -G Ninja "$@"
 }
 
+# The best of x86-64-v4 and x86-64-v3 that this PC has, as the C library's loader finds it; else "all".
+own_instruction_set() {
+  local best
+  best=$(/lib64/ld-linux-x86-64.so.2 --help 2>/dev/null | sed -n 's/^ *\(x86-64-v[34]\) (supported.*/\1/p' | head -n 1)
+  echo "${best:-all}"
+}
+
 # ThreadSanitizer of g++ 12 cannot live with the address randomisation of newer kernels.
 # shellcheck disable=SC2034  # for who sources this
 fixed_addresses=()

@@ -1,5 +1,7 @@
-// One of the jobs J1, J6, J7, J7_640, J8a, J8b, as a line of JSON: the median and the least CPU
-// time of a fit from 5 % above the truth, and its error against the optimum.
+// One of the jobs J1, J6, J7, J7_640, J7_10240, J8a, J8b, as a line of JSON: the median and the
+// least CPU time of a fit from 5 % above the truth, and its error against the optimum. J1, J6 and
+// J7 are also fitted once from each corner of the box 20 % around the truth: how many of these fits
+// took the nested method, how many missed the optimum, and the longest of them.
 //
 //   build/bench/bench_jobs JOB FOLDER TIMES
 //
@@ -80,10 +82,13 @@ std::vector<double> five_percent_above(std::vector<double> truth) {
   return truth;
 }
 
-// A job made ready: `fit` runs it once. The reference may hold more than the parameters.
+// A job made ready: `fit` runs it once from a start. The reference may hold more than the
+// parameters. Without `corners` a job is only run from `start`.
 struct Job {
   std::vector<double> reference;
-  std::function<const Fit&()> fit;
+  std::vector<double> start;  // 5 % above the truth
+  std::function<const Fit&(const std::vector<double>&)> fit;
+  bool corners = false;
 };
 
 RunData run_of(double frequency, std::vector<double> displacement) {
@@ -98,10 +103,11 @@ Job periodic(Model model, std::vector<RunData> runs, int points, std::vector<dou
   const auto kept = std::make_shared<Model>(std::move(model));
   const auto estimator =
       std::make_shared<Estimator>(*kept, std::move(runs), bench::on_points(points));
-  return {std::move(reference),
-          [kept, estimator, start = five_percent_above(kept->start())]() -> const Fit& {
+  return {std::move(reference), five_percent_above(kept->start()),
+          [kept, estimator](const std::vector<double>& start) -> const Fit& {
             return estimator->fit(start);
-          }};
+          },
+          true};
 }
 
 Job transient(const Path& folder, const std::string& name) {
@@ -118,7 +124,8 @@ Job transient(const Path& folder, const std::string& name) {
   const auto estimator =
       std::make_shared<TransientEstimator>(*model, std::vector{std::move(record)}, options);
   return {column_of(rows_of(folder / (name + "_reference.txt")), 0),
-          [model, estimator, start = five_percent_above(model->start())]() -> const Fit& {
+          five_percent_above(model->start()),
+          [model, estimator](const std::vector<double>& start) -> const Fit& {
             return estimator->fit(start);
           }};
 }
@@ -127,8 +134,11 @@ Job job_of(const std::string& name, const Path& folder) {
   if (name == "J1") {
     const auto estimator = std::make_shared<Estimator>(
         bench::model(), std::vector{estimator::testing::job1()}, bench::on_points(80));
-    return {rows_of(Path(SHAKER_TEST_DATA) / "oleo_j1_reference.csv").front(),
-            [estimator]() -> const Fit& { return estimator->fit(bench::kStart); }};
+    return {rows_of(Path(SHAKER_TEST_DATA) / "oleo_j1_reference.csv").front(), bench::kStart,
+            [estimator](const std::vector<double>& start) -> const Fit& {
+              return estimator->fit(start);
+            },
+            true};
   }
   if (name == "J6") {
     const auto y = column_of(rows_of(folder / "oleo_j6.txt"), 0);
@@ -137,14 +147,14 @@ Job job_of(const std::string& name, const Path& folder) {
         {run_of(2.0, {y.begin(), y.begin() + 40}), run_of(4.0, {y.begin() + 40, y.end()})}, 160,
         column_of(rows_of(folder / "oleo_j6_reference.txt"), 0));
   }
-  if (name == "J7" || name == "J7_640") {
+  if (name == "J7" || name == "J7_640" || name == "J7_10240") {
     return periodic(example("model-oleo.json", true),
                     {run_of(2.0, column_of(rows_of(folder / "oleo_j7.txt"), 0))},
-                    name == "J7" ? 1600 : 640,
+                    name == "J7" ? 1600 : std::stoi(name.substr(3)),
                     column_of(rows_of(folder / "oleo_j7_reference.txt"), 0));
   }
   if (name == "J8a" || name == "J8b") return transient(folder, name);
-  throw std::runtime_error(name + ": no such job; J1, J6, J7, J7_640, J8a, J8b");
+  throw std::runtime_error(name + ": no such job; J1, J6, J7, J7_640, J7_10240, J8a, J8b");
 }
 
 double cpu_ms() {
@@ -153,24 +163,57 @@ double cpu_ms() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
+double error_of(const Fit& fit, const std::vector<double>& reference) {
+  double error = 0.0;
+  for (std::size_t k = 0; k < fit.theta.size(); ++k)
+    error = std::max(error, std::fabs(fit.theta[k] / reference.at(k) - 1.0));
+  return error;
+}
+
+// The fits from all corners of the box 20 % around the truth.
+struct Corners {
+  int fits = 0, nested = 0, missed = 0;
+  double longest_ms = 0.0;
+};
+
+Corners corners_of(const Job& job) {
+  Corners corners;
+  if (!job.corners) return corners;
+  for (corners.fits = 0; corners.fits < 1 << job.start.size(); ++corners.fits) {
+    std::vector<double> start = job.start;
+    for (std::size_t k = 0; k < start.size(); ++k)
+      start[k] *= ((corners.fits >> k & 1) != 0 ? 1.2 : 0.8) / 1.05;
+    const double began = cpu_ms();
+    const Fit& fit = job.fit(start);
+    corners.longest_ms = std::max(corners.longest_ms, cpu_ms() - began);
+    corners.nested += fit.nested ? 1 : 0;
+    corners.missed += error_of(fit, job.reference) < 1e-3 ? 0 : 1;
+  }
+  return corners;
+}
+
 void run(const std::string& name, const Path& folder, int times) {
   const Job job = job_of(name, folder);
   const Fit* fit = nullptr;
   std::vector<double> taken;
   for (int i = 0; i < times; ++i) {
     const double began = cpu_ms();
-    fit = &job.fit();
+    fit = &job.fit(job.start);
     taken.push_back(cpu_ms() - began);
   }
   std::sort(taken.begin(), taken.end());
-  double error = 0.0;
-  for (std::size_t k = 0; k < fit->theta.size(); ++k)
-    error = std::max(error, std::fabs(fit->theta[k] / job.reference.at(k) - 1.0));
   std::printf(
       "{\"job\": \"%s\", \"median_ms\": %.6g, \"least_ms\": %.6g, \"error\": %.3g, "
-      "\"iterations\": [%d], \"converged\": %s}\n",
-      name.c_str(), taken[taken.size() / 2], taken.front(), error, fit->iterations,
-      fit->status == FitStatus::converged ? "true" : "false");
+      "\"iterations\": [%d], \"converged\": %s, \"nested\": %s",
+      name.c_str(), taken[taken.size() / 2], taken.front(), error_of(*fit, job.reference),
+      fit->iterations, fit->status == FitStatus::converged ? "true" : "false",
+      fit->nested ? "true" : "false");
+  const Corners corners = corners_of(job);
+  if (corners.fits > 0)
+    std::printf(
+        ", \"corners\": {\"fits\": %d, \"nested\": %d, \"missed\": %d, \"longest_ms\": %.4g}",
+        corners.fits, corners.nested, corners.missed, corners.longest_ms);
+  std::printf("}\n");
 }
 
 }  // namespace

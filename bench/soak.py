@@ -4,8 +4,8 @@
     bench/soak.py BIN_FOLDER [--minutes 10] [--rate 10000]
 
 Starts `shakerd` on the simulated rig (displacement, excitation and auxiliary channels, eight
-together), runs one long dwell over its socket, and reports every sample, overflow and missing document, the resident memory over time, the
-share of a core and the latency. Status 0 when nothing was lost and memory grew by less than 10 %
+together), runs one long dwell over its socket, and reports every sample, overflow and missing
+document, the resident memory over time, the share of a core and the latency. Status 0 when nothing was lost and memory grew by less than 10 %
 after the first minute. Needs nothing but Python's own library.
 """
 import argparse
@@ -76,14 +76,47 @@ def main() -> int:
             daemon.wait(20)
 
 
-def watch(daemon, folder, campaign, given) -> int:
+def connected(path) -> socket.socket:
     stream = socket.socket(socket.AF_UNIX)
     for _ in range(100):
         try:
-            stream.connect(str(folder / "s"))
+            stream.connect(str(path))
             break
         except OSError:
             time.sleep(0.1)
+    return stream
+
+
+class Tally:
+    """What the stream said up to the end of the run."""
+
+    def __init__(self, pid: int):
+        self.pid, self.began = pid, time.monotonic()
+        self.memory, self.latencies, self.newest = [], [], None
+        self.gaps = self.accepted = self.estimates = 0
+        self.health, self.stop = {}, None
+
+    def count(self, document) -> None:
+        kind = document.get("type")
+        if kind in (None, "version"):
+            return
+        if self.newest is not None and document["seq"] > self.newest + 1:
+            self.gaps += document["seq"] - self.newest - 1
+        self.newest = max(self.newest or 0, document["seq"])
+        if kind == "health":
+            self.health = document
+            self.memory.append((time.monotonic() - self.began, resident_kib(self.pid)))
+        elif kind == "cycle":
+            self.accepted += document["accepted"]
+        elif kind == "estimate":
+            self.estimates += 1
+            self.latencies.append(document["latency_s"])
+        elif kind == "run_stop":
+            self.stop = document
+
+
+def watch(daemon, folder, campaign, given) -> int:
+    stream = connected(folder / "s")
     lines = stream.makefile("r")
 
     def ask(number, method, params=None):
@@ -92,58 +125,44 @@ def watch(daemon, folder, campaign, given) -> int:
 
     ask(1, "control.acquire")
     ask(2, "campaign.start", {"campaign": campaign})
-    began = time.monotonic()
-    done = threading.Event()
+    tally, done = Tally(daemon.pid), threading.Event()
 
     def renew():  # apart from the reading, so that a slow line costs no lease
         while not done.wait(0.3):
             ask(3, "lease.renew")
 
     threading.Thread(target=renew, daemon=True).start()
-    memory, latencies, newest, gaps, accepted, estimates = [], [], None, 0, 0, 0
-    health, stop = {}, None
     for text in lines:
         document = json.loads(text)
         if "error" in document:
             print(document["error"]["message"])
             return 1
-        kind = document.get("type")
-        if kind in (None, "version"):
-            continue
-        if newest is not None and document["seq"] > newest + 1:
-            gaps += document["seq"] - newest - 1
-        newest = max(newest or 0, document["seq"])
-        if kind == "health":
-            health = document
-            memory.append((time.monotonic() - began, resident_kib(daemon.pid)))
-        elif kind == "cycle":
-            accepted += document["accepted"]
-        elif kind == "estimate":
-            estimates += 1
-            latencies.append(document["latency_s"])
-        elif kind == "run_stop":
-            stop = document
+        tally.count(document)
+        if tally.stop:
             break
     done.set()
-    length = time.monotonic() - began
+    length = time.monotonic() - tally.began
     share = cpu_seconds(daemon.pid) / length
     daemon.terminate()
     daemon.wait(20)
-    database = next(folder.glob("soak_*.db"))
-    whole = sqlite3.connect(database).execute("PRAGMA integrity_check").fetchone()[0]
+    return report(tally, given, length, share, next(folder.glob("soak_*.db")))
 
-    settled = [kib for second, kib in memory if second > min(60.0, length / 2)]
+
+def report(tally, given, length, share, database) -> int:
+    whole = sqlite3.connect(database).execute("PRAGMA integrity_check").fetchone()[0]
+    health, stop = tally.health, tally.stop
+    settled = [kib for second, kib in tally.memory if second > min(60.0, length / 2)]
     growth = settled[-1] / settled[0] - 1.0
     print(f"{given.rate:g} Hz x {given.channels} channels for {length / 60.0:.1f} min: run {stop['status']}")
     print(f"samples {health['samples']}, lost {health['lost']}, ring overflows "
           f"{health['ring_overflows']}, cycles skipped {health['cycles_skipped']}")
-    print(f"cycles accepted {accepted}, estimates {estimates}, documents missing {gaps}")
+    print(f"cycles accepted {tally.accepted}, estimates {tally.estimates}, documents missing {tally.gaps}")
     print(f"memory {settled[0]} KiB -> {settled[-1]} KiB ({100.0 * growth:+.1f} %), "
           f"{100.0 * share:.0f} % of a core")
-    print(f"latency median {1e3 * statistics.median(latencies):.2f} ms, "
-          f"worst {1e3 * max(latencies):.2f} ms; database {database.stat().st_size >> 20} MiB, "
+    print(f"latency median {1e3 * statistics.median(tally.latencies):.2f} ms, "
+          f"worst {1e3 * max(tally.latencies):.2f} ms; database {database.stat().st_size >> 20} MiB, "
           f"integrity {whole}")
-    good = (stop["status"] == "success" and not gaps and accepted == estimates and
+    good = (stop["status"] == "success" and not tally.gaps and tally.accepted == tally.estimates and
             health["lost"] == health["ring_overflows"] == 0 and growth < 0.1 and whole == "ok")
     return 0 if good else 1
 

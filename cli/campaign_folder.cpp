@@ -30,8 +30,9 @@ using estimator::diagnosis::Recording;
 using estimator::diagnosis::recording_of;
 using estimator::diagnosis::Role;
 
-constexpr double kLargestGravity = 1000.0;  // m/s^2, the same limit as for a model file
-constexpr double kLargestNumber = 1e30;     // of a channel, so that fourth powers do not overflow
+constexpr double kLargestGravity = 1000.0;   // m/s^2, the same limit as for a model file
+constexpr double kMassOfADynamometer = 1.0;  // kg; any would do
+constexpr double kLargestNumber = 1e30;      // of a channel, so that fourth powers do not overflow
 
 Error invalid(const std::string& where, const std::string& why) {
   return {ErrorKind::invalid, where + ": " + why};
@@ -107,6 +108,7 @@ Described describe(const Node& node, const std::string& pointer, Findings& findi
   run.role = role == 1U ? Role::held_out : Role::fit;
   reader.optional("frequency_hz", run.frequency_hz);
   reader.optional("amplitude", run.amplitude);
+  config::read_condition(reader, findings, run.condition);
   described.file = run.name + ".csv";
   reader.optional("file", described.file);
   if (described.file.is_absolute() || described.file.string().find("..") != std::string::npos)
@@ -180,6 +182,22 @@ std::vector<Described> describe_runs(ObjectReader& document, Findings& findings)
   return runs;
 }
 
+// On a dynamometer the motion is imposed, so that no mass matters.
+bool all_imposed(const std::vector<Described>& runs) {
+  return std::all_of(runs.begin(), runs.end(), [](const Described& described) {
+    return described.run.kind == Kind::imposed_motion;
+  });
+}
+
+// The unit in which the campaign states its displacement where that is an angle, else m.
+std::string own_length_unit(const Node& root) {
+  const Node* units = root.find("units");
+  const Node* displacement = units == nullptr ? nullptr : units->find("displacement");
+  const bool turns = displacement != nullptr && displacement->kind == Node::Kind::string &&
+                     unit_called(displacement->text, Dimension::angle);
+  return turns ? displacement->text : "m";
+}
+
 Result<Campaign> read_document(const Node& root, const std::filesystem::path& file,
                                config::ModelSpec& model) {
   Findings findings(file.string());
@@ -192,11 +210,14 @@ Result<Campaign> read_document(const Node& root, const std::filesystem::path& fi
   std::optional<double> gravity;
   document.optional("gravity", gravity, config::at_least(0).at_most(kLargestGravity));
   ColumnFormat format;
+  if (model.length_unit.empty()) model.length_unit = own_length_unit(root);
   format.model.length = model.length_unit;
   document.optional("reference_mass", format.model.mass, config::above(0).at_most(1e6));
+  std::vector<Described> runs = describe_runs(document, findings);
+  const bool massless = format.model.mass == 0.0 && all_imposed(runs);
+  if (massless) format.model.mass = kMassOfADynamometer;
   format.factors = read_units(document, findings, format.model);
   format.names = read_column_names(document, findings);
-  std::vector<Described> runs = describe_runs(document, findings);
   document.finish();
   if (!findings.empty()) return findings.error();
   if (gravity) use_gravity(*gravity, model, campaign);
@@ -205,6 +226,11 @@ Result<Campaign> read_document(const Node& root, const std::filesystem::path& fi
     if (!run) return run.error();
     campaign.runs.push_back(std::move(*run));
   }
+  if (massless && format.factors.force)
+    campaign.warnings.push_back(
+        fmt::format("the campaign states no reference_mass: forces are counted over {:g} kg, so "
+                    "that 1 m/s^2 in the answer is {:g} N",
+                    kMassOfADynamometer, kMassOfADynamometer));
   return campaign;
 }
 

@@ -14,7 +14,8 @@ namespace shaker::cli {
 // `path`: a folder or a database (.db, .sqlite). The columns of a folder are converted to the
 // model's length unit and to seconds. A gravity in campaign.json replaces that of `model`. A
 // database is in m and s; its numbers are not converted. An Error names file, line, place and
-// remedy: for example units that do not match, a missing file, an unknown key or kind.
+// remedy: for example units that do not match, a missing file, an unknown key or kind. A model whose
+// length unit is empty receives that of the campaign: an angle's, or m.
 Result<estimator::diagnosis::Campaign> read_campaign(const std::filesystem::path& path,
                                                      config::ModelSpec& model);
 

@@ -61,8 +61,14 @@ Result<std::vector<std::filesystem::path>> databases_in(const std::filesystem::p
   for (const auto& entry : std::filesystem::directory_iterator(directory, trouble)) {
     if (is_database(entry.path())) files.push_back(entry.path());
   }
+  if (trouble == std::errc::not_a_directory)
+    return Error{ErrorKind::io,
+                 fmt::format("{0}: is a file; `shakerctl show {0}` shows a campaign, and this "
+                             "command wants the folder that holds them",
+                             directory.string())};
   if (trouble)
-    return Error{ErrorKind::io, fmt::format("{}: {}", directory.string(), trouble.message())};
+    return Error{ErrorKind::io, fmt::format("{}: {}; give the folder that holds the campaigns",
+                                            directory.string(), trouble.message())};
   std::ranges::sort(files);
   return files;
 }

@@ -18,7 +18,8 @@ void add_facts(const std::filesystem::path& campaign, TitleWords& words) {
     if (fact.kind == "specimen" && fact.name == "serial" && words.serial.empty())
       words.serial = fact.value;
     else if (fact.kind == "specimen")
-      specimen += (specimen.empty() ? "" : ", ") + fact.name + " " + fact.value;
+      specimen += (specimen.empty() ? "" : ", ") + (fact.name == "name" ? "" : fact.name + " ") +
+                  fact.value;
     if (fact.kind == "person" && fact.name == "started by" && words.operator_name.empty())
       words.operator_name = fact.value;
   }

@@ -32,6 +32,7 @@ struct Options {
   CheckOptions check;
   VerifyOptions verify;
   ReportOptions report;
+  PushOptions push;
   std::function<int()> action;
 };
 

@@ -33,7 +33,7 @@ struct ProveOptions {
   double frequency_hz = 0.0, amplitude = 0.0;  // Hz, m/s^2
 };
 struct EstimateOptions : InputOptions {
-  int starts = 1;  // above 1: see estimator/paper/optimisers/several_starts.hpp
+  int starts = 1;  // above 1: see estimator/fit/several_starts.hpp
   unsigned seed = 1;
   double accuracy = 0.0;  // relative, of the parameters; 0: a fixed grid
   // For a record that is not periodic.
@@ -100,6 +100,7 @@ struct PlanCommand {
   std::string aim = "all";           // or "drop", or the name of a free parameter
   std::optional<double> sink_speed;  // of that drop
   double lift = 0.0;
+  double prior_spread = 0.1;    // of a parameter without a prior, relative
   double minutes = 0.0;         // rig time of a set; 0: `cycles` in each run
   std::filesystem::path draw;   // HTML file; empty: none
   std::filesystem::path write;  // campaign file of the best set; empty: none
@@ -157,6 +158,13 @@ struct ReportOptions {
   std::string specimen, serial, rig, operator_name;
   bool force = false;  // replace a file that is there
 };
+struct PushOptions {
+  std::vector<std::filesystem::path> campaigns = {"/var/lib/shakerd"};  // databases and folders
+  std::string to;                 // connection string; empty: the environment of libpq
+  std::string schema = "shaker";  // of the tables
+  double patience_s = 30.0;       // the longest silence of the server
+  bool print_schema = false;      // print the tables' SQL and do nothing else
+};
 struct NoteOptions {
   std::filesystem::path file;
   std::string text;
@@ -174,6 +182,9 @@ int order(const Common& common, const std::string& method);  // "stop", "estop",
 int resume(const Common& common);
 int estimate(const Common& common, const EstimateOptions& options);
 int estimate_channels(const Common& common, const EstimateOptions& options);
+// True for folders that hold runs without a mean cycle; then the second one estimates.
+bool holds_records(const EstimateOptions& options);
+int estimate_records(const Common& common, const EstimateOptions& options);
 int estimate_transient(const Common& common, const EstimateOptions& options);
 int compare(const Common& common, const CompareOptions& options);
 int drop(const Common& common, const DropOptions& options);
@@ -193,6 +204,7 @@ int note(const Common& common, const NoteOptions& options);
 int check(const Common& common, const CheckOptions& options);
 int verify(const Common& common, const VerifyOptions& options);
 int report_campaign(const Common& common, const ReportOptions& options);
+int push(const Common& common, const PushOptions& options);
 
 // Reports an error: `sentence` to stderr and, with `json`, as an object to stdout. Returns
 // `code`.

@@ -18,6 +18,7 @@
 #include "config/rig.hpp"
 #include "estimator/model/model.hpp"
 #include "protocol/can/database.hpp"
+#include "report/text_table.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -279,11 +280,11 @@ void check_campaign(const fs::path& file, const config::Node& root, const fs::pa
                     CheckReport& report) {
   const auto campaign = config::load_campaign(file);
   if (!campaign) return add_lines(report.errors, campaign.error().what);
-  report.facts.push_back(
-      fmt::format("campaign {}: {} runs", campaign->name, campaign->runs.size()));
+  report.facts.push_back(fmt::format("campaign {}: {}", campaign->name,
+                                     report::counted(campaign->runs.size(), "run")));
   for (const config::RunSpec& run : campaign->runs) {
-    report.facts.push_back(fmt::format("  {}: {} Hz, {} m/s^2, {} cycles ({:.0f} s)", run.name,
-                                       run.frequency_hz, run.amplitude, run.cycles,
+    report.facts.push_back(fmt::format("  {}: {:.6g} Hz, {:.6g} m/s^2, {} cycles ({:.0f} s)",
+                                       run.name, run.frequency_hz, run.amplitude, run.cycles,
                                        run.cycles / run.frequency_hz));
   }
   const std::size_t before = report.warnings.size();
@@ -308,11 +309,12 @@ bool recorded(const config::Node& root) {
 void check_recorded(const fs::path& file, CheckReport& report) {
   using estimator::diagnosis::Kind;
   using estimator::diagnosis::Role;
-  config::ModelSpec any;  // the model of the later diagnosis is not known here
+  config::ModelSpec any;    // the model of the later diagnosis is not known here
+  any.length_unit.clear();  // an angle's, or m
   const auto campaign = read_campaign_file(file, any);
   if (!campaign) return add_lines(report.errors, campaign.error().what);
-  report.facts.push_back(
-      fmt::format("recorded campaign {}: {} runs", campaign->name, campaign->runs.size()));
+  report.facts.push_back(fmt::format("recorded campaign {}: {}", campaign->name,
+                                     report::counted(campaign->runs.size(), "run")));
   for (const auto& run : campaign->runs) {
     const double length = run.t.empty() ? 0.0 : run.t.back() - run.t.front();
     const std::string unit =
@@ -334,8 +336,8 @@ void check_database(const fs::path& file, CheckReport& report) {
   report.kind = "campaign database";
   const auto summary = summarise(file, true);
   if (!summary) return add_lines(report.errors, summary.error().what);
-  report.facts.push_back(
-      fmt::format("campaign {}: {} runs", summary->row.name, summary->runs.size()));
+  report.facts.push_back(fmt::format("campaign {}: {}", summary->row.name,
+                                     report::counted(summary->runs.size(), "run")));
   int accepted = 0;
   for (const RunSummary& run : summary->runs) {
     report.facts.push_back(fmt::format("  {}: {:g} Hz, {:g} m/s^2, {} accepted cycles",

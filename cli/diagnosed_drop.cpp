@@ -15,7 +15,8 @@
 namespace shaker::cli {
 namespace {
 
-Result<estimator::IdentifiedDamper> diagnosed_now(const DropOptions& options) {
+Result<estimator::IdentifiedDamper> diagnosed_now(const DropOptions& options,
+                                                  std::vector<std::string>& warnings) {
   keep_freed_memory();
   auto opened = open_campaigns(options.campaigns, options.model);
   if (!opened) return opened.error();
@@ -25,6 +26,7 @@ Result<estimator::IdentifiedDamper> diagnosed_now(const DropOptions& options) {
   wanted.calibrations = &calibrations;
   auto found = estimator::diagnosis::diagnose(opened->campaign, opened->model, wanted);
   if (!found) return found.error();
+  warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
   return std::move(found->damper);
 }
 
@@ -50,11 +52,12 @@ PredictedDrop DiagnosedDrop::predicted() const {
   return predicted;
 }
 
-Result<estimator::IdentifiedDamper> damper_for(const DropOptions& options) {
+Result<estimator::IdentifiedDamper> damper_for(const DropOptions& options,
+                                               std::vector<std::string>& warnings) {
   for (const auto& place : options.campaigns) {
     if (auto good = expect_campaign(place); !good) return good.error();
   }
-  return options.diagnosis.empty() ? diagnosed_now(options)
+  return options.diagnosis.empty() ? diagnosed_now(options, warnings)
                                    : report::read_damper(options.diagnosis);
 }
 
@@ -97,6 +100,8 @@ Result<DiagnosedDrop> predict_one(const DropOptions& options,
   auto drop = estimator::predict_drop(out.damper, out.output.sections.setup.conditions, how);
   if (!drop) return Error{ErrorKind::not_converged, drop.error().what};
   out.drop = std::move(*drop);
+  if (const auto& rule = out.output.sections.setup.rule; rule && !rule->remark.empty())
+    out.drop.warnings.push_back(rule->remark);
   out.output.sections.banded = true;
   const auto within = [&](std::size_t f, double limit) {
     return out.drop.probability_within(f, limit);
@@ -123,7 +128,7 @@ Result<std::optional<DropOptions>> options_of_measured(const DropOptions& option
   own.rule = own.condition = own.weight = own.wing_loading = "";
   own.limits.clear();
   for (auto* range : {&own.charge, &own.oil, &own.temperature})
-    range->clear();
+    if (range->size() == 2) range->clear();
   own.piston_area.reset();
   const auto choose = [&](const std::optional<double>& measured, std::optional<double>& value) {
     if (measured || by_rule) value = measured;
@@ -134,9 +139,10 @@ Result<std::optional<DropOptions>> options_of_measured(const DropOptions& option
   if (!own.shaker_mass) own.shaker_mass = options.mass;
   own.measured_sink_speed = own.measured_lift = own.measured_mass = std::nullopt;
   if (by_rule && (!own.sink_speed || !own.mass))
-    return Error{ErrorKind::invalid,
-                 "by a rule, a measured drop that fell otherwise needs --measured-sink-speed and "
-                 "--measured-mass"};
+    return Error{
+        ErrorKind::invalid,
+        "with a rule, a measured drop under other conditions needs --measured-sink-speed and "
+        "--measured-mass"};
   return std::optional(std::move(own));
 }
 

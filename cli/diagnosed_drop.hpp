@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/result.hpp"
 #include "cli/commands.hpp"
@@ -35,8 +36,10 @@ struct DiagnosedDrop {
   PredictedDrop predicted() const;
 };
 
-// The damper of options.diagnosis, or that of a diagnosis that is made now.
-Result<estimator::IdentifiedDamper> damper_for(const DropOptions& options);
+// The damper of options.diagnosis, or that of a diagnosis that is made now, whose warnings (runs that
+// are left out) are added to `warnings`.
+Result<estimator::IdentifiedDamper> damper_for(const DropOptions& options,
+                                               std::vector<std::string>& warnings);
 
 // `damper`: as it was on the shaker. An Error names the option and the remedy, or is that of a drop.
 // Throws std::invalid_argument as DropTest does.

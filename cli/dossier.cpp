@@ -226,6 +226,7 @@ std::string drop_words(const DropOptions& o) {
   if (o.index_spread > 0.0) number("--index-spread", o.index_spread);
   for (const auto& [option, ends] : {std::pair{"--charge", &o.charge}, std::pair{"--oil", &o.oil},
                                      std::pair{"--temperature", &o.temperature}}) {
+    if (ends->size() == 1) words += fmt::format(" {}={}", option, (*ends)[0]);
     if (ends->size() == 2) words += fmt::format(" {} {},{}", option, (*ends)[0], (*ends)[1]);
   }
   number("--tested-temperature", o.tested_temperature);

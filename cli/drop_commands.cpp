@@ -1,19 +1,48 @@
 // The commands about drops, with their options.
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+
 #include "cli/command_line.hpp"
 #include "cli/completion.hpp"
 
 namespace shaker::cli {
 namespace {
 
+// "0.9" or "0.9,1.1".
+std::vector<double> value_or_range(const std::string& option, const std::string& text) {
+  std::vector<double> values;
+  const char *at = text.data(), *end = text.data() + text.size();
+  for (;;) {
+    double value = 0.0;
+    const auto read = std::from_chars(at, end, value);
+    if (read.ec != std::errc() || !std::isfinite(value)) break;
+    values.push_back(value);
+    if (read.ptr == end && values.size() <= 2) return values;
+    if (read.ptr == end || *read.ptr != ',') break;
+    at = read.ptr + 1;
+  }
+  throw CLI::ValidationError(
+      option, fmt::format("\"{}\" is neither one value nor a range of two numbers FROM,TO; say for "
+                          "example {}=0.9 or {}=0.9,1.1",
+                          text, option, option));
+}
+
 void add_servicing(CLI::App* command, DropOptions& o) {
   const auto range = [&](const char* name, std::vector<double>& ends, const char* help) {
-    command->add_option(name, ends, help)->delimiter(',')->expected(2);
+    command->add_option_function<std::string>(
+        name, [name, &ends](const std::string& text) { ends = value_or_range(name, text); }, help);
   };
-  range("--charge", o.charge, "FROM,TO: servicing range of the charge, over that of the campaign");
-  range("--oil", o.oil, "FROM,TO: oil added, over the gas volume of the extended strut");
-  range("--temperature", o.temperature, "FROM,TO in degC, of gas and oil");
+  range("--charge", o.charge,
+        "Gas pressure of the extended strut in the drop, over that of the campaign: one value, or "
+        "the servicing range FROM,TO");
+  range("--oil", o.oil,
+        "Oil added, over the gas volume of the extended strut: one value, or FROM,TO");
+  range("--temperature", o.temperature,
+        "Temperature of gas and oil in the drop, degC: one value, or FROM,TO");
   command->add_option("--tested-temperature", o.tested_temperature,
-                      "Of the damper in the campaign, degC (default: 20)");
+                      "Temperature of the damper in the campaign, degC (default: 20)");
 }
 
 void add_measured(CLI::App* command, DropOptions& o) {
@@ -30,7 +59,7 @@ void add_measured(CLI::App* command, DropOptions& o) {
     return command->add_option(name, value, help)->needs(measured);
   };
   own("--measured-sink-speed", o.measured_sink_speed,
-      "Of the measured drop, m/s (default: as predicted)");
+      "Sink speed of the measured drop, m/s (default: as predicted)");
   own("--measured-lift", o.measured_lift, "Likewise, share of the weight");
   own("--measured-mass", o.measured_mass, "Likewise, above the damper, kg")
       ->check(CLI::PositiveNumber);
@@ -41,16 +70,19 @@ void add_measured(CLI::App* command, DropOptions& o) {
 void add_drop_conditions(CLI::App* command, DropOptions& o) {
   const auto positive = CLI::PositiveNumber;
   command->add_option("--sink-speed", o.sink_speed, "At touch-down, m/s");
-  command->add_option("--lift", o.lift,
-                      "Of the wing, share of the weight, 0 to 1 (default: 0; by a rule, the most "
-                      "that it allows)");
+  command->add_option(
+      "--lift", o.lift,
+      "Lift of the wing, share of the weight, 0 to 1 (default: 0; by a rule, the most "
+      "that it allows)");
   command->add_option("--mass", o.mass, "Above the damper, kg: loads in N, energy in J")
       ->check(positive);
   command
       ->add_option("--shaker-mass", o.shaker_mass,
-                   "That the damper carried on the shaker, kg (default: the same)")
+                   "Mass above the damper on the shaker, kg (default: the same)")
       ->check(positive);
-  command->add_option("--tyre-stiffness", o.tyre_stiffness, "Of a tyre below the damper, N/m")
+  command
+      ->add_option("--tyre-stiffness", o.tyre_stiffness,
+                   "Stiffness of a tyre below the damper, N/m")
       ->check(positive);
   command->add_option("--tyre-damping", o.tyre_damping, "N s/m (default: 0)")
       ->check(CLI::NonNegativeNumber);
@@ -63,8 +95,10 @@ void add_drop_conditions(CLI::App* command, DropOptions& o) {
   command->add_option("--condition", o.condition, "design, take-off or reserve (default: design)")
       ->check(CLI::IsMember({"design", "take-off", "reserve"}))
       ->needs(rule);
-  command->add_option("--weight", o.weight, "Static, on this gear, with its unit: 12kN, 2700lbf");
-  command->add_option("--wing-loading", o.wing_loading, "With its unit, for 23.725: 18lbf/ft^2");
+  command->add_option("--weight", o.weight,
+                      "Static weight on this gear, with its unit: 12kN, 2700lbf");
+  command->add_option("--wing-loading", o.wing_loading,
+                      "Wing loading for 23.725, with its unit: 18lbf/ft^2");
   command->add_option("--limit", o.limits,
                       "FIGURE=VALUE with its unit, as peak_load=120kN, peak_stroke=350mm or "
                       "load_factor=2.5: with which probability is it met?");
@@ -104,8 +138,10 @@ void add_drop(CLI::App& app, Options& o) {
   dropping->add_option("--model", o.drop.model, "Model file (default: the campaign's own)");
   dropping->add_option("--estimate", o.drop.estimate, "What `estimate --json` printed")
       ->excludes(campaign);
-  dropping->add_option("--duration", o.drop.duration, "s")->capture_default_str();
-  dropping->add_option("--samples", o.drop.samples, "Of the sampled band")->capture_default_str();
+  dropping->add_option("--duration", o.drop.duration, "Duration of the simulated drop, s")
+      ->capture_default_str();
+  dropping->add_option("--samples", o.drop.samples, "Number of samples of the band")
+      ->capture_default_str();
   dropping->add_option("--identified-speed", o.drop.identified_speed,
                        "Largest speed at which the model was identified, m/s");
   dropping->add_option("--identified-stroke", o.drop.identified_stroke,
@@ -131,13 +167,14 @@ void add_report(CLI::App& app, Options& o) {
       ->required();
   reporting->add_option("--model", r.drop.model, "Model file (default: the database's own)");
   reporting->add_option("--out", r.out, "The page (.html) or document (.pdf) to write")->required();
-  reporting->add_option("--specimen", r.specimen, "What was tested, for the title block");
-  reporting->add_option("--serial", r.serial, "Its serial number");
-  reporting->add_option("--rig-name", r.rig, "Where (default: what the database says)");
+  reporting->add_option("--specimen", r.specimen, "The specimen, for the title block");
+  reporting->add_option("--serial", r.serial, "Serial number of the specimen");
+  reporting->add_option("--rig-name", r.rig, "Name of the rig (default: that of the database)");
   reporting->add_option("--operator", r.operator_name, "Who measured");
   reporting->add_flag("--force", r.force, "Replace the file if it is there");
   add_drop_conditions(reporting, r.drop);
-  reporting->add_option("--duration", r.drop.duration, "Of the drop, s")->capture_default_str();
+  reporting->add_option("--duration", r.drop.duration, "Duration of the simulated drop, s")
+      ->capture_default_str();
   reporting->footer(
       "Without --sink-speed or --rule there is no drop on the page. A PDF needs weasyprint or\n"
       "Chromium.");

@@ -15,6 +15,7 @@
 #include "config/model.hpp"
 #include "estimator/fit/estimation.hpp"
 #include "estimator/inference/second_order.hpp"
+#include "estimator/model/run_models.hpp"
 #include "report/estimate_document.hpp"
 
 namespace shaker::cli {
@@ -72,6 +73,8 @@ Result<KnownBefore> fitted_now(const DropOptions& options, DropKnowledge& out) {
   if (!data) return data.error();
   KnownBefore known;
   known.spec = std::move(data->model);
+  if (auto why = estimator::taken_as_one(known.spec, "a drop without a diagnosis"); !why.empty())
+    out.warnings.push_back(std::move(why));
   const estimator::Model model(known.spec);
   estimator::Estimator fitted(model, std::move(data->runs));
   const auto& fit = fitted.fit(model.start());

@@ -33,14 +33,13 @@ estimator::ServicingRange servicing_range(const std::vector<double>& ends, doubl
 
 Result<void> find_envelope(const DropOptions& options, const PredictionOf& prediction,
                            DropSections& s) {
-  constexpr double kIcePoint = 273.15;
-  if (options.charge.empty() && options.oil.empty() && options.temperature.empty()) return {};
-  s.tested_temperature = options.tested_temperature.value_or(s.tested_temperature);
   estimator::ServicingRanges ranges;
   ranges.charge = servicing_range(options.charge, 1.0);
   ranges.oil = servicing_range(options.oil, 0.0);
-  ranges.temperature = servicing_range(options.temperature, 0.0, s.tested_temperature);
-  ranges.tested_temperature = s.tested_temperature + kIcePoint;
+  ranges.temperature = servicing_range(options.temperature, 0.0, s.setup.tested_temperature);
+  ranges.tested_temperature = s.setup.kelvin();
+  if (options.charge.size() < 2 && options.oil.size() < 2 && options.temperature.size() < 2)
+    return {};
   auto envelope = estimator::servicing_envelope(
       prediction.model, s.setup.conditions, ranges,
       {figure_called("peak_load"), figure_called("peak_stroke"), figure_called("efficiency")});

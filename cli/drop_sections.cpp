@@ -109,9 +109,11 @@ DropSection shares_section(const DropSections& s) {
   return section;
 }
 
-std::string state_words(const estimator::ServicingState& state, double tested) {
+// A state of the envelope, which is beside that in which the damper falls.
+std::string state_words(const DropSections& s, const estimator::ServicingState& beside) {
+  const estimator::ServicingState state = s.setup.state.with(beside);
   return fmt::format("charge {:.3g}, oil {:+.3g}, {:.3g} degC", state.charge, state.oil,
-                     tested + state.temperature);
+                     s.setup.tested_temperature + state.temperature);
 }
 
 // What a figure is in a corner of the ranges, and with which probability there is no drop.
@@ -139,33 +141,32 @@ DropSection envelope_section(const DropSections& s) {
     const double k = s.words.scale[f.figure];
     const std::string unit = s.words.unit[f.figure] == "-" ? "" : " " + s.words.unit[f.figure];
     const std::string& label = s.words.label[f.figure];
-    section.rows.emplace_back(
-        label + ", least",
-        fmt::format("{:.5g}{}{} at {}", k * f.least, unit, in_brackets(k, f.least_interval),
-                    state_words(f.least_at, s.tested_temperature)));
+    section.rows.emplace_back(label + ", least", fmt::format("{:.5g}{}{} at {}", k * f.least, unit,
+                                                             in_brackets(k, f.least_interval),
+                                                             state_words(s, f.least_at)));
     section.rows.emplace_back(
         label + ", greatest",
         fmt::format("{:.5g}{}{} at {}", k * f.greatest, unit, in_brackets(k, f.greatest_interval),
-                    state_words(f.greatest_at, s.tested_temperature)));
+                    state_words(s, f.greatest_at)));
     section.rows.emplace_back(label + ", 5, 50 and 95 % of states, at the estimates",
                               fmt::format("{:.5g}, {:.5g} and {:.5g}{}", k * f.quantiles[0],
                                           k * f.quantiles[1], k * f.quantiles[2], unit));
   }
   for (const estimator::ServicingBand& corner : s.envelope->corners)
-    section.rows.emplace_back(state_words(corner.state, s.tested_temperature),
-                              corner_words(s, corner));
+    section.rows.emplace_back(state_words(s, corner.state), corner_words(s, corner));
   if (s.envelope->without > 0)
     section.rows.emplace_back(
         "no drop", fmt::format("in {} of {} states, first at {}: the stroke ends before it turns",
                                s.envelope->without, s.envelope->drops,
-                               state_words(s.envelope->without_at, s.tested_temperature)));
+                               state_words(s, s.envelope->without_at)));
   return section;
 }
 
-OrderedJson state_json(const DropSections& s, const estimator::ServicingState& at) {
+OrderedJson state_json(const DropSections& s, const estimator::ServicingState& beside) {
+  const estimator::ServicingState at = s.setup.state.with(beside);
   return {{"charge", at.charge},
           {"oil", at.oil},
-          {"temperature_degC", s.tested_temperature + at.temperature}};
+          {"temperature_degC", s.setup.tested_temperature + at.temperature}};
 }
 
 OrderedJson corner_json(const DropSections& s, const estimator::ServicingBand& corner) {
@@ -241,6 +242,8 @@ std::optional<double> gas_pressure(const estimator::DropShares& shares, double m
 std::vector<DropSection> drop_sections(const DropSections& s) {
   std::vector<DropSection> sections;
   if (s.setup.rule) sections.push_back(rule_section(s));
+  if (!s.setup.state.as_tested())
+    sections.push_back({"Servicing", {{"the damper falls with", state_words(s, {})}}});
   if (!s.setup.limits.empty()) sections.push_back(limits_section(s));
   sections.push_back(margin_section(s));
   if (!s.shares.effects.empty()) sections.push_back(shares_section(s));
@@ -297,6 +300,7 @@ void add_drop_sections(const DropSections& s, OrderedJson& out) {
   out["energy_residual"] = s.shares.energy_residual;
   if (s.gas_pressure) out["gas_pressure_Pa"] = *s.gas_pressure;
   add_margin(s, out);
+  if (!s.setup.state.as_tested()) out["state"] = state_json(s, {});
   if (s.envelope) out["servicing"] = envelope_json(s);
   if (s.setup.mass) out["mass_kg"] = *s.setup.mass;
 }

@@ -30,7 +30,6 @@ struct DropSections {
   // That the stroke reaches its end, or a draw gives no drop; nothing without an end or a band.
   std::optional<double> bottoming;
   std::optional<estimator::ServicingEnvelope> envelope;
-  double tested_temperature = 20.0;  // degC
   ComparisonWords words;
 };
 

@@ -149,12 +149,30 @@ Result<void> read_stroke_limit(const DropOptions& options, const config::ModelSp
   if (options.stroke_limit.empty()) return {};
   const auto metre = unit_called(damper.length_unit, Dimension::length);
   if (!metre)
-    return set_up_refused(fmt::format("--stroke-limit: the model counts in {}, which has no size",
-                                      damper.length_unit));
+    return set_up_refused(fmt::format(
+        "--stroke-limit: the model's length unit {} is unknown, so it cannot be converted",
+        damper.length_unit));
   const auto stroke = quantity("--stroke-limit", options.stroke_limit, Dimension::length);
   if (!stroke) return stroke.error();
   setup.conditions.stroke_limit = *stroke / metre->scale;
   return {};
+}
+
+// One value of charge, oil or temperature is the state in which it falls; a range is for the
+// servicing envelope.
+Result<void> read_state(const DropOptions& options, DropSetup& setup) {
+  setup.tested_temperature = options.tested_temperature.value_or(setup.tested_temperature);
+  const auto one = [](const std::vector<double>& given, double& value) {
+    if (given.size() == 1) value = given[0];
+  };
+  double degrees = setup.tested_temperature;
+  one(options.charge, setup.state.charge);
+  one(options.oil, setup.state.oil);
+  one(options.temperature, degrees);
+  setup.state.temperature = degrees - setup.tested_temperature;
+  const estimator::ServicingState& s = setup.state;
+  return estimator::check_ranges(
+      {{s.charge, s.charge}, {s.oil, s.oil}, {s.temperature, s.temperature}, setup.kelvin()});
 }
 
 // The value of a limit in the units of `figure`.
@@ -167,7 +185,8 @@ Result<double> limit_value(const DropLimit& limit, const config::ModelSpec& damp
   if (figure.length == 0) return quantity(what, text, Dimension::time);
   if (!metre)
     return set_up_refused(
-        fmt::format("{}: the model counts in {}, which has no size", what, damper.length_unit));
+        fmt::format("{}: the model's length unit {} is unknown, so it cannot be converted", what,
+                    damper.length_unit));
   const bool is_load = figure_unit(limit.figure, "m", true) == "N";
   const auto dimension = figure.time == 0    ? Dimension::length
                          : figure.time == -1 ? Dimension::speed
@@ -221,6 +240,11 @@ Result<DropLimit> read_limit(const std::string& text, const DropSetup& setup,
                                       limit.name, names_of_limits()));
   const auto value = limit_value(limit, damper, setup.mass);
   if (!value) return value.error();
+  if (!(*value > 0.0))
+    return set_up_refused(
+        fmt::format("--limit {}: an upper limit must be above 0, for no drop stays "
+                    "below it",
+                    text));
   limit.value = *value;
   return limit;
 }
@@ -229,21 +253,28 @@ Result<DropLimit> read_limit(const std::string& text, const DropSetup& setup,
 
 config::ModelSpec DropSetup::falling(const config::ModelSpec& model) const {
   auto spec = estimator::with_mass(model, ratio);
+  if (!state.as_tested()) spec = estimator::in_state(std::move(spec), state, kelvin());
   return tyre ? estimator::on_tyre(std::move(spec), *tyre, *mass) : spec;
 }
 
 estimator::DamperHypothesis DropSetup::falling(estimator::DamperHypothesis hypothesis) const {
-  auto h = estimator::with_mass(std::move(hypothesis), ratio);
-  if (tyre) h.model = estimator::on_tyre(std::move(h.model), *tyre, *mass);
-  return h;
+  estimator::IdentifiedDamper damper;
+  damper.hypotheses.push_back(std::move(hypothesis));
+  return falling(damper).hypotheses.front();
 }
 
 estimator::IdentifiedDamper DropSetup::falling(const estimator::IdentifiedDamper& damper) const {
   auto out = estimator::with_mass(damper, ratio);
+  if (!state.as_tested()) out = estimator::in_state(std::move(out), state, kelvin());
   for (auto& h : out.hypotheses) {
     if (tyre) h.model = estimator::on_tyre(std::move(h.model), *tyre, *mass);
   }
   return out;
+}
+
+double DropSetup::kelvin() const {
+  constexpr double kIcePoint = 273.15;
+  return tested_temperature + kIcePoint;
 }
 
 Result<DropSetup> set_up_drop(const DropOptions& options, const config::ModelSpec& damper) {
@@ -251,6 +282,7 @@ Result<DropSetup> set_up_drop(const DropOptions& options, const config::ModelSpe
   setup.conditions.duration = options.duration;
   if (auto good = read_tyre(options, damper, setup); !good) return good.error();
   if (auto good = read_stroke_limit(options, damper, setup); !good) return good.error();
+  if (auto good = read_state(options, setup); !good) return good.error();
   auto good = options.rule.empty() ? set_up_by_hand(options, damper, setup)
                                    : set_up_by_rule(options, damper, setup);
   if (!good) return good.error();

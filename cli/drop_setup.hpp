@@ -11,6 +11,7 @@
 #include "estimator/time/drop.hpp"
 #include "estimator/time/drop_rule.hpp"
 #include "estimator/time/falling_damper.hpp"
+#include "estimator/time/servicing.hpp"
 
 namespace shaker::cli {
 
@@ -29,12 +30,15 @@ struct DropSetup {
   std::optional<estimator::FallingTyre> tyre;
   std::optional<estimator::RuleDrop> rule;
   std::vector<DropLimit> limits;
+  estimator::ServicingState state;   // in which it falls, over that of the campaign
+  double tested_temperature = 20.0;  // degC
 
   // A model, hypothesis or damper of the shaker as it falls. Throw std::invalid_argument as the
   // functions of estimator/time/falling_damper.hpp do.
   config::ModelSpec falling(const config::ModelSpec& model) const;
   estimator::DamperHypothesis falling(estimator::DamperHypothesis hypothesis) const;
   estimator::IdentifiedDamper falling(const estimator::IdentifiedDamper& damper) const;
+  double kelvin() const;  // the tested temperature
 };
 
 // `damper`: the model of the damper on the shaker, without the shaker's effects; its starts are the

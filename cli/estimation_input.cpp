@@ -12,17 +12,32 @@
 #include "cli/recorded_runs.hpp"
 #include "cli/run_data.hpp"
 #include "cli/run_over_periods.hpp"
+#include "estimator/model/run_models.hpp"
 
 namespace shaker::cli {
 namespace {
 
+// Runs of one name in two campaigns are told apart by the campaign's.
+void add_runs(std::vector<estimator::RunData> runs, const std::filesystem::path& place,
+              EstimationInput& input) {
+  const std::size_t before = input.runs.size();
+  for (estimator::RunData& run : runs) {
+    std::string& name = run.condition.run;
+    const bool taken =
+        std::any_of(input.runs.begin(), input.runs.begin() + static_cast<std::ptrdiff_t>(before),
+                    [&](const auto& other) { return other.condition.run == name; });
+    if (taken) name = fmt::format("{}/{}", place.stem().string(), name);
+    input.runs.push_back(std::move(run));
+  }
+}
+
 // Adds the runs of one database.
 Result<void> add_database(const std::filesystem::path& file, const InputOptions& options,
                           const PeriodsOfRuns& periods, EstimationInput& input) {
-  auto data = runs_from_database(file, options.harmonics, periods);
+  auto data =
+      runs_from_database(file, options.harmonics, periods, estimator::varies_by_run(input.model));
   if (!data) return data.error();
-  for (estimator::RunData& run : data->runs)
-    input.runs.push_back(std::move(run));
+  add_runs(std::move(data->runs), file, input);
   input.warnings.insert(input.warnings.end(), data->warnings.begin(), data->warnings.end());
   input.spoiled = input.spoiled || data->spoiled;
   if (periods.asked()) input.cycles = input.cycles.value_or(0) + data->cycles;
@@ -43,8 +58,7 @@ Result<void> add_folder(const std::filesystem::path& folder, const InputOptions&
   input.warnings.insert(input.warnings.end(), campaign->warnings.begin(), campaign->warnings.end());
   auto runs = runs_of_recordings(*campaign, folder.string(), options.harmonics, input.warnings);
   if (!runs) return runs.error();
-  for (estimator::RunData& run : *runs)
-    input.runs.push_back(std::move(run));
+  add_runs(std::move(*runs), folder, input);
   input.campaign = input.campaign ? *input.campaign + " + " + campaign->name : campaign->name;
   return {};
 }
@@ -81,6 +95,7 @@ Result<void> add_table(const CsvTable& table, const std::string& origin, const D
   }
   auto run = run_from_table(table, origin, dwell);
   if (!run) return run.error();
+  run->condition.run = "1";
   input.runs.push_back(std::move(*run));
   auto doubt = doubt_of_repetition(cycles_of(table, dwell.frequency_hz), origin);
   if (!doubt.sentence.empty()) input.warnings.push_back(std::move(doubt.sentence));
@@ -91,7 +106,9 @@ Result<void> add_table(const CsvTable& table, const std::string& origin, const D
 Result<EstimationInput> read_csv_run(const InputOptions& options, const PeriodsOfRuns& periods) {
   if (options.model.empty()) {
     return Error{ErrorKind::invalid,
-                 "a CSV file does not say which model; give --model MODEL.json"};
+                 fmt::format("{}: is neither a campaign database (.db) nor a campaign's folder; "
+                             "a CSV file does not say which model: give --model MODEL.json",
+                             options.files.empty() ? "" : options.files.front().string())};
   }
   if (!options.frequency_hz) {
     return Error{ErrorKind::invalid,

@@ -7,17 +7,18 @@ namespace {
 
 void add_input(CLI::App* command, InputOptions& o) {
   command->add_option("--model", o.model, "Model file (default: the database's own)");
-  command->add_option("--frequency", o.frequency_hz, "Of the excitation, Hz (CSV)");
-  command->add_option("--amplitude", o.amplitude,
-                      "Of the table's acceleration, m/s^2 (CSV without an excitation column)");
+  command->add_option("--frequency", o.frequency_hz, "Frequency of the excitation, Hz (CSV)");
+  command->add_option(
+      "--amplitude", o.amplitude,
+      "Amplitude of the table's acceleration, m/s^2 (CSV without an excitation column)");
 }
 
 void add_bias(CLI::App* command, std::string& rule) {
   command
       ->add_option(
           "--bias", rule,
-          "The bias that the model's bend gives the values: auto takes it off where it is 0.05 to "
-          "0.25 standard errors, off leaves the plain optimum, always takes it off unless "
+          "Bias of the values from the curvature of the model: auto removes it if it is 0.05 to "
+          "0.25 standard errors, off keeps the plain optimum, always removes it unless "
           "that crosses a bound")
       ->check(CLI::IsMember({"auto", "off", "always"}))
       ->capture_default_str();
@@ -26,15 +27,18 @@ void add_bias(CLI::App* command, std::string& rule) {
 void add_response(CLI::App& app, Options& o) {
   auto* responding = add(app, o, "response", "Response curve of a model, through folds",
                          [&o] { return response(o.common, o.response); });
-  responding->add_option("model", o.response.model, "Model file; its starts are the parameters")
+  responding
+      ->add_option("model", o.response.model, "Model file; its start values are the parameters")
       ->required();
   const auto positive = CLI::PositiveNumber;
-  responding->add_option("--amplitude", o.response.amplitude, "Of the table's acceleration")
+  responding
+      ->add_option("--amplitude", o.response.amplitude, "Amplitude of the table's acceleration")
       ->check(positive);
   responding->add_option("--from", o.response.from, "Frequency, Hz")->check(positive);
   responding->add_option("--to", o.response.to, "Frequency, Hz")->check(positive);
   responding
-      ->add_option("--at", o.response.frequency_hz, "Over the amplitude at this frequency, Hz")
+      ->add_option("--at", o.response.frequency_hz,
+                   "Response over the amplitude at this frequency, Hz")
       ->check(positive);
   responding->add_option("--amplitudes", o.response.amplitudes, "A1,A2: from and to")
       ->delimiter(',')
@@ -70,8 +74,7 @@ void add_weighing(CLI::App* command, EstimateOptions& o) {
                    "Known standard deviation of each channel's noise, in the file's units")
       ->check(CLI::PositiveNumber)
       ->delimiter(',');
-  command->add_option("--mass", o.mass, "That the load cell carries, kg")
-      ->check(CLI::PositiveNumber);
+  command->add_option("--mass", o.mass, "Mass on the load cell, kg")->check(CLI::PositiveNumber);
   command->add_flag("--stagewise", o.stagewise,
                     "Parameters and noise covariance in turn instead of together");
 }
@@ -100,7 +103,7 @@ void add_estimate(CLI::App& app, Options& o) {
       ->add_option("--starts", o.estimate.starts,
                    "From so many starts spread over the parameters' bounds; tells the minima apart")
       ->check(CLI::Range(1, 1000));
-  estimating->add_option("--seed", o.estimate.seed, "Of the spread of starts")
+  estimating->add_option("--seed", o.estimate.seed, "Seed of the random start values")
       ->capture_default_str();
   auto* accuracy =
       estimating
@@ -209,24 +212,44 @@ void add_import(CLI::App& app, Options& o) {
                         "acceleration, force");
   importing->add_option("--column", i.columns,
                         "CHANNEL=NAME, where the file calls a channel otherwise");
-  importing->add_option("--frequency", i.frequencies_hz, "Of all runs, or of each, Hz")
+  importing->add_option("--frequency", i.frequencies_hz, "Frequency of all runs, or of each, Hz")
       ->delimiter(',')
       ->check(CLI::PositiveNumber);
   importing
       ->add_option("--amplitude", i.amplitudes,
-                   "Of the table's acceleration, m/s^2: of all runs, or of each")
+                   "Amplitude of the table's acceleration, m/s^2: of all runs, or of each")
       ->delimiter(',')
       ->check(CLI::PositiveNumber);
-  importing->add_option("--kind", i.kind, "Of all runs (default: by their channels)")
+  importing->add_option("--kind", i.kind, "Kind of all runs (default: by their channels)")
       ->check(CLI::IsMember({"periodic", "imposed_motion", "transient"}));
-  importing->add_option("--reference-mass", i.reference_mass, "That the load cell carries, kg")
+  importing->add_option("--reference-mass", i.reference_mass, "Mass on the load cell, kg")
       ->check(CLI::PositiveNumber);
+}
+
+void add_push(CLI::App& app, Options& o) {
+  auto* pushing = add(app, o, "push", "Copy campaigns into the tables of a PostgreSQL server",
+                      [&o] { return push(o.common, o.push); });
+  pushing->add_option("campaigns", o.push.campaigns, "FILE.db, or folders of them")
+      ->capture_default_str();
+  pushing
+      ->add_option("--to", o.push.to,
+                   "Connection string or address (default: PGHOST, PGDATABASE, ... of libpq); the "
+                   "password belongs into ~/.pgpass")
+      ->type_name("CONNECTION");
+  pushing->add_option("--schema", o.push.schema, "Schema of the tables")->capture_default_str();
+  pushing
+      ->add_option("--patience", o.push.patience_s,
+                   "Longest time without an answer of the server, s")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->capture_default_str();
+  pushing->add_flag("--print-schema", o.push.print_schema,
+                    "Print the SQL that makes the tables, and do nothing else");
 }
 
 void add_campaigns(CLI::App& app, Options& o) {
   auto* listing = add(app, o, "campaigns", "List the campaigns of a directory, the newest last",
                       [&o] { return campaigns(o.common, o.campaigns); });
-  listing->add_option("directory", o.campaigns.directory, "Of campaign databases")
+  listing->add_option("directory", o.campaigns.directory, "Folder of campaign databases")
       ->type_name(kFolderType)
       ->capture_default_str();
   auto* showing =
@@ -250,7 +273,9 @@ void add_verify(CLI::App& app, Options& o) {
       ->required();
   auto* seal = verifying->add_flag("--seal", o.verify.seal,
                                    "If everything fits, write the SHA-256 of every file beside it");
-  verifying->add_option("--sha256", o.verify.sha256, "That the only campaign has, as a report says")
+  verifying
+      ->add_option("--sha256", o.verify.sha256,
+                   "SHA-256 of the only campaign, as a report states it")
       ->check(CLI::Validator(
           [](std::string& text) {
             const bool good = text.size() == 64 &&
@@ -264,7 +289,8 @@ void add_verify(CLI::App& app, Options& o) {
 void add_plan(CLI::App& app, Options& o) {
   auto* planning = add(app, o, "plan", "Which runs will determine the parameters best",
                        [&o] { return plan(o.common, o.plan); });
-  planning->add_option("model", o.plan.model, "Model file; its starts are where it is looked at")
+  planning
+      ->add_option("model", o.plan.model, "Model file; the runs are planned for its start values")
       ->required();
   planning->add_option("--rig", o.plan.rig, "Rig file, for its limits");
   planning->add_option("--frequencies", o.plan.frequencies_hz, "To choose from, Hz");
@@ -284,10 +310,15 @@ void add_plan(CLI::App& app, Options& o) {
       ->add_option("--for", o.plan.aim,
                    "all (the volume), drop (its peak load), or the name of a parameter")
       ->capture_default_str();
-  planning->add_option("--sink-speed", o.plan.sink_speed, "Of the drop, m/s")
+  planning->add_option("--sink-speed", o.plan.sink_speed, "Sink speed of the drop, m/s")
       ->check(CLI::PositiveNumber);
-  planning->add_option("--lift", o.plan.lift, "Of the drop, share of the weight")
+  planning->add_option("--lift", o.plan.lift, "Lift in the drop, share of the weight")
       ->check(CLI::Range(0.0, 1.0));
+  planning
+      ->add_option("--prior-spread", o.plan.prior_spread,
+                   "Relative standard deviation of a parameter whose model states no prior")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   planning
       ->add_option("--minutes", o.plan.minutes,
                    "Rig time of every set, settling included, in place of --cycles")
@@ -306,8 +337,8 @@ void add_monte_carlo(CLI::App& app, Options& o) {
   auto* model = repeating->add_option("model", m.model, "Model file; its starts are the truth");
   repeating->add_option("--figure", m.figure, "The paper's experiment 11, 12, 13 or 14 instead")
       ->excludes(model);
-  repeating->add_option("--frequency", m.frequencies_hz, "Of each run, Hz");
-  repeating->add_option("--amplitude", m.amplitudes, "Of each run, or one for all");
+  repeating->add_option("--frequency", m.frequencies_hz, "Frequency of each run, Hz");
+  repeating->add_option("--amplitude", m.amplitudes, "Amplitude of each run, or one for all");
   repeating->add_option("--noise", m.noise, "Standard deviation of one sample");
   repeating->add_flag("--uniform", m.uniform, "Uniform noise instead of normal");
   repeating->add_option("--points", m.points, "Samples a period")
@@ -319,7 +350,7 @@ void add_monte_carlo(CLI::App& app, Options& o) {
   repeating->add_option("--replications", m.replications, "How often")
       ->check(CLI::Range(2L, 10000000L))
       ->capture_default_str();
-  repeating->add_option("--seed", m.seed, "Of the noise")->capture_default_str();
+  repeating->add_option("--seed", m.seed, "Seed of the noise")->capture_default_str();
   repeating->add_option("--threads", m.threads, "0: all; the figures are the same for any number")
       ->check(CLI::Range(0U, 256U))
       ->capture_default_str();
@@ -338,6 +369,7 @@ void add_file_commands(CLI::App& app, Options& o) {
   add_drop_commands(app, o);
   add_export(app, o);
   add_import(app, o);
+  add_push(app, o);
   add_campaigns(app, o);
   add_verify(app, o);
   add_plan(app, o);

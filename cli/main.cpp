@@ -2,12 +2,15 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "cli/command_line.hpp"
 #include "cli/completion.hpp"
-#include "cli/unknown_command.hpp"
+#include "cli/usage_error.hpp"
 
 namespace {
 
@@ -25,6 +28,24 @@ Examples:
 
 Exit status: 0 done; 1 done, but the outcome is bad; 2 usage or a bad file; 3 no daemon;
 4 the daemon refused; 5 the estimate is not usable; 6 its intervals do not hold.)";
+
+void add_proof(CLI::App& app, Options& o) {
+  auto* proving = add(app, o, "prove-deadman",
+                      "Prove in motion that the exciter comes to rest without its heartbeat",
+                      [&o] { return prove_deadman(o.common, o.prove); });
+  add_socket(proving, o);
+  proving->add_option("--frequency", o.prove.frequency_hz, "Hz")->required();
+  proving
+      ->add_option("--amplitude", o.prove.amplitude,
+                   "m/s^2, at most a tenth of the rig's excitation_max_m_s2")
+      ->required();
+  proving->footer(
+      "For a drive whose heartbeat timeout cannot be read, and that does not trip at amplitude "
+      "zero.\n"
+      "The table moves gently, the heartbeat is withheld, and the table must come to rest within "
+      "the\n"
+      "rig file's deadman_max_s. The proof is kept with date and user until the rig file changes.");
+}
 
 void add_online(CLI::App& app, Options& o) {
   const auto order_of = [&o](const char* method) {
@@ -46,6 +67,9 @@ void add_online(CLI::App& app, Options& o) {
   running
       ->add_option("--resume", o.run.resume,
                    "Measure the runs that these databases of a campaign lack, into a new one")
+      ->check([](const std::string& word) {
+        return word.starts_with("--") ? "is an option; name the databases behind --resume" : "";
+      })
       ->excludes(campaign);
   running->add_option("--specimen", o.run.specimen,
                       "KEY=TEXT, kept with the measurement: name, serial, charge, oil, "
@@ -55,21 +79,7 @@ void add_online(CLI::App& app, Options& o) {
       "Takes control, starts, and keeps the lease: when this program ends or hangs, the\n"
       "daemon ramps down. Ctrl-C stops and waits for the ramp; a second one leaves.\n"
       "On a terminal, p pauses and r resumes.");
-  auto* proving = add(app, o, "prove-deadman",
-                      "Prove in motion that the exciter comes to rest without its heartbeat",
-                      [&o] { return prove_deadman(o.common, o.prove); });
-  add_socket(proving, o);
-  proving->add_option("--frequency", o.prove.frequency_hz, "Hz")->required();
-  proving
-      ->add_option("--amplitude", o.prove.amplitude,
-                   "m/s^2, at most a tenth of the rig's excitation_max_m_s2")
-      ->required();
-  proving->footer(
-      "For a drive whose heartbeat timeout cannot be read, and that does not trip at amplitude "
-      "zero.\n"
-      "The table moves gently, the heartbeat is withheld, and the table must come to rest within "
-      "the\n"
-      "rig file's deadman_max_s. The proof is kept with date and user until the rig file changes.");
+  add_proof(app, o);
   add_socket(add(app, o, "stop", "Ramp down; anyone may", order_of("stop")), o);
   add_socket(add(app, o, "pause", "Ramp to rest and keep the campaign open; anyone may",
                  order_of("pause")),
@@ -86,6 +96,19 @@ void add_online(CLI::App& app, Options& o) {
              o);
 }
 
+// What the program was given. "help run" is "run --help", and "version" is "--version".
+std::vector<std::string> words_of(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (words.empty()) return words;
+  if (words.front() == "help") {
+    words.erase(words.begin());
+    words.push_back("--help");
+  } else if (words.front() == "version") {
+    words.front() = "--version";
+  }
+  return words;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -98,19 +121,22 @@ int main(int argc, char** argv) {
   add_online(app, options);
   add_file_commands(app, options);
   add_completion(app, options.action);
-  if (argc > 1 && argv[1][0] != '-' && argv[1][0] != '\0') {
+  std::vector<std::string> words = words_of(argc, argv);
+  if (!words.empty() && !words.front().empty() && words.front().front() != '-') {
     std::vector<std::string> known;
     for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
       known.push_back(command->get_name());
-    if (std::ranges::find(known, std::string(argv[1])) == known.end()) {
-      return fail(options.common, kBadInput, unknown_command(argv[1], std::move(known)));
+    if (std::ranges::find(known, words.front()) == known.end()) {
+      return fail(options.common, kBadInput, unknown_command(words.front(), std::move(known)));
     }
   }
   try {
-    app.parse(argc, argv);
+    std::ranges::reverse(words);  // as CLI11 wants them
+    app.parse(std::move(words));
     return options.action();
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kOk : kBadInput;
+    if (error.get_exit_code() == 0) return app.exit(error);  // help, version
+    return fail(options.common, kBadInput, usage_error(error, app));
   } catch (const std::exception& error) {
     return fail(options.common, kNegative, fmt::format("unexpected: {}", error.what()));
   }

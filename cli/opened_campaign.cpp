@@ -8,6 +8,7 @@
 
 #include "cli/campaign_folder.hpp"
 #include "cli/campaign_place.hpp"
+#include "estimator/model/run_models.hpp"
 #include "record/campaign_files.hpp"
 
 namespace shaker::cli {
@@ -122,6 +123,8 @@ Result<OpenedCampaign> open_campaigns(const std::vector<fs::path>& places, const
     else
       join(opened.campaign, std::move(*next), own_name(place));
   }
+  if (auto why = estimator::taken_as_one(opened.model, "a diagnosis"); !why.empty())
+    opened.campaign.warnings.push_back(std::move(why));
   return opened;
 }
 

@@ -32,7 +32,7 @@ bool is_linear(const estimator::Model& model, const RunData& run) {
   double amplitude = run.amplitude;
   for (const double x : run.excitation)
     amplitude = std::max(amplitude, std::fabs(x));
-  estimator::PeriodicSystem system(model, {estimator::Scheme::order6, kPoints, true});
+  estimator::PeriodicSystem system(run.model_or(model), {estimator::Scheme::order6, kPoints, true});
   system.set_excitation(run.frequency_hz, amplitude);
   if (system.solve_from_rest(away_from_zero(model)).status != estimator::SolveStatus::converged)
     return false;

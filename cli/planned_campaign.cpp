@@ -22,11 +22,16 @@ const estimator::PlanSet* best_of_largest(const estimator::Plan& plan) {
   const estimator::PlanSet* best = nullptr;
   for (const estimator::PlanSet& set : plan.sets) {
     const bool better =
-        best == nullptr || (set.aim_error > 0.0 ? set.aim_error < best->aim_error
+        best == nullptr || (set.aim_error > 0.0 ? set.aim_over_prior < best->aim_over_prior
                                                 : set.runs.size() > best->runs.size());
     if (set.determined && better) best = &set;
   }
   return best;
+}
+
+// Without the last digits, which a change of the unit makes.
+double plain(double value) {
+  return std::stod(fmt::format("{:.10g}", value));
 }
 
 }  // namespace
@@ -55,9 +60,9 @@ Result<void> write_planned_campaign(const std::filesystem::path& file,
   campaign.points_per_cycle = options.points;
   for (std::size_t i = 0; i < set->runs.size(); ++i) {
     const estimator::PlanCandidate& candidate = plan.candidates[set->runs[i]];
-    campaign.runs.push_back({fmt::format("r{:02}", campaign.runs.size() + 1),
-                             candidate.frequency_hz, to_si->scale * candidate.amplitude,
-                             std::max(1, static_cast<int>(set->cycles[i]))});
+    campaign.runs.push_back(
+        {fmt::format("r{:02}", campaign.runs.size() + 1), plain(candidate.frequency_hz),
+         plain(to_si->scale * candidate.amplitude), std::max(1, static_cast<int>(set->cycles[i]))});
   }
   OutFile out(file);
   out.write("{}", config::to_json_text(campaign));

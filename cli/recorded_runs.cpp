@@ -9,6 +9,7 @@
 #include "cli/run_data.hpp"
 #include "cli/run_over_periods.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
+#include "estimator/diagnosis/cycles/record_checks.hpp"
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
 
 namespace shaker::cli {
@@ -52,6 +53,12 @@ Result<RunData> run_of(const diagnosis::SteadyRun& steady, const std::string& or
   return run;
 }
 
+config::RunCondition condition_of(const diagnosis::Recording& recording) {
+  config::RunCondition condition = recording.condition;
+  condition.run = recording.name;
+  return condition;
+}
+
 // All samples, where no cycles are found steady: too few, or put together by another program. An
 // Error where they do not repeat.
 Result<RunData> run_of_all_samples(const diagnosis::Recording& recording, const std::string& origin,
@@ -75,6 +82,7 @@ Result<std::vector<RunData>> runs_of_recordings(const diagnosis::Campaign& campa
                                                 const std::string& place, bool harmonics,
                                                 std::vector<std::string>& warnings) {
   std::vector<RunData> runs;
+  std::string trouble;  // of the first run that cannot be used
   for (const diagnosis::Recording& recording : campaign.runs) {
     const std::string origin = fmt::format("{}: run {}", place, recording.name);
     if (recording.kind != diagnosis::Kind::periodic)
@@ -89,18 +97,27 @@ Result<std::vector<RunData>> runs_of_recordings(const diagnosis::Campaign& campa
     }
     auto steady = diagnosis::steady_cycles(recording);
     if (!steady) {
+      const Error& why = steady.error();
       auto run = run_of_all_samples(recording, origin, harmonics);
-      if (!run)
-        return Error{steady.error().kind, fmt::format("{}: {}", place, steady.error().what)};
-      warnings.push_back(steady.error().what + "; all its samples are taken as they are");
+      if (!run && why.kind == ErrorKind::invalid) return Error{why.kind, place + ": " + why.what};
+      if (!run || why.what.find(diagnosis::kClipped) != std::string::npos) {
+        if (trouble.empty()) trouble = why.what;
+        warnings.push_back(why.what + " (this run is left out)");
+        continue;
+      }
+      warnings.push_back(why.what + "; all its samples are taken as they are");
+      run->condition = condition_of(recording);
       runs.push_back(std::move(*run));
       continue;
     }
     warnings.insert(warnings.end(), steady->warnings.begin(), steady->warnings.end());
     auto run = run_of(*steady, origin, harmonics);
     if (!run) return run.error();
+    run->condition = condition_of(recording);
     runs.push_back(std::move(*run));
   }
+  if (runs.empty() && !trouble.empty())
+    return Error{ErrorKind::not_converged, place + ": no run can be used: " + trouble};
   if (runs.empty())
     return Error{ErrorKind::invalid,
                  place + ": every run is held out; at least one must have the role \"fit\""};

@@ -25,7 +25,7 @@ constexpr double kRounding = 1e-6;  // relative to the motion; the scatter of no
 constexpr std::size_t kMostHarmonics = 64;
 
 // The residual of each cycle: the cycle minus the mean of the cycles that are `periods` apart.
-std::vector<double> left_over(const Cycles& cycles, int periods) {
+std::vector<double> residual_of(const Cycles& cycles, int periods) {
   const auto p = static_cast<std::size_t>(periods);
   const std::size_t n = cycles.points, count = cycles.count();
   std::vector<double> mean(p * n, 0.0), rest(cycles.y);
@@ -148,7 +148,7 @@ double scatter_after(const Cycles& cycles, int periods) {
   const std::size_t count = cycles.count();
   if (count < 2 * p) return std::numeric_limits<double>::infinity();
   const auto all = static_cast<double>(count);
-  return root_mean_square(left_over(cycles, periods)) * std::sqrt(all / (all - periods));
+  return root_mean_square(residual_of(cycles, periods)) * std::sqrt(all / (all - periods));
 }
 
 Result<void> check_repetition(const Cycles& cycles, int periods, const std::string& place,
@@ -169,7 +169,7 @@ Result<void> check_repetition(const Cycles& cycles, int periods, const std::stri
         "it does not repeat after {} periods but after {}: cycles {} apart differ {:.1f} times as "
         "much as cycles {} apart; {}",
         periods, best, periods, scatter / noticed(cycles, best), best, remedy(best, run)));
-  const double noise = white_part(left_over(cycles, periods), cycles.points);
+  const double noise = white_part(residual_of(cycles, periods), cycles.points);
   if (scatter > kNotNoise * noise && scatter > kOfMotion * motion(cycles))
     return bad(no_repetition(cycles, periods, noise));
   if (chance_of_gain(cycles, 1, periods, static_cast<double>(cycles.points)) > kProbability)

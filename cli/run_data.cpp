@@ -2,17 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <utility>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "base/unit.hpp"
 #include "cli/campaign_place.hpp"
 #include "cli/model_units.hpp"
 #include "cli/run_over_periods.hpp"
+#include "estimator/fit/harmonic_data.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/objectives/harmonic_data.hpp"
 #include "record/campaign_database.hpp"
 
 namespace shaker::cli {
@@ -157,7 +159,7 @@ Result<void> check_names(const PeriodsOfRuns& periods, const std::vector<record:
 void doubt_run(const std::vector<record::CycleRow>& cycles, const std::string& name, bool accepted,
                CampaignData& data) {
   constexpr std::size_t kLast = 24;  // the last cycles are settled when others are not
-  Cycles last = last_succession(cycles);
+  Cycles last = last_unbroken_cycles(cycles);
   if (last.count() > kLast)
     last.y.erase(last.y.begin(), last.y.end() - static_cast<std::ptrdiff_t>(kLast * last.points));
   const std::string place =
@@ -203,6 +205,35 @@ Result<void> add_run(const std::vector<record::CycleRow>& cycles, const std::str
   doubt_run(accepted.empty() ? cycles : accepted, name, !accepted.empty(), data);
   if (accepted.empty()) return {};
   return add_accepted(accepted, place, harmonics, data);
+}
+
+// What the campaign's file said of a run, and the means of the auxiliary channels where that does
+// not say more.
+Result<config::RunCondition> condition_of_run(const record::CampaignReader& reader,
+                                              const record::CampaignRow& campaign,
+                                              const record::RunRow& row, bool channel_means) {
+  config::RunCondition condition;
+  for (config::RunCondition& said : config::run_conditions(campaign.spec_json)) {
+    if (said.run == row.name) condition = std::move(said);
+  }
+  condition.run = row.name;
+  if (campaign.auxiliary.empty() || !channel_means) return condition;
+  const auto samples = reader.samples(row.index);
+  if (!samples) return samples.error();
+  std::map<protocol::Channel, std::pair<double, double>> sums;  // of values, and their count
+  for (const record::SampleRow& sample : *samples) {
+    if (!protocol::is_auxiliary(sample.channel) || !std::isfinite(sample.value)) continue;
+    sums[sample.channel].first += sample.value;
+    sums[sample.channel].second += 1.0;
+  }
+  for (const auto& [channel, sum] : sums) {
+    const auto label = campaign.auxiliary.find(channel);
+    if (label == campaign.auxiliary.end()) continue;
+    const auto unit = unit_called(label->second.unit);
+    const double mean = sum.first / sum.second;
+    condition.values.emplace(label->second.name, unit ? unit->to_si(mean) : mean);
+  }
+  return condition;
 }
 
 }  // namespace
@@ -290,7 +321,7 @@ Result<CsvTable> read_run_table(const std::filesystem::path& file, const std::st
 }
 
 Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics,
-                                        const PeriodsOfRuns& periods) {
+                                        const PeriodsOfRuns& periods, bool channel_means) {
   if (auto good = expect_file(file); !good) return good.error();
   const auto reader = record::CampaignReader::open(file);
   if (!reader) return reader.error();
@@ -305,10 +336,15 @@ Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool 
   for (const record::RunRow& row : *runs) {
     const auto cycles = reader->cycles(row.index);
     if (!cycles) return cycles.error();
+    const std::size_t before = data.runs.size();
     if (auto good =
             add_run(*cycles, row.name, file.string(), periods.of(row.name), harmonics, data);
         !good)
       return good.error();
+    if (data.runs.size() == before) continue;
+    auto condition = condition_of_run(*reader, *campaign, row, channel_means);
+    if (!condition) return condition.error();
+    data.runs.back().condition = std::move(*condition);
   }
   if (data.runs.empty()) {
     std::string why = "holds no accepted cycle, so there is nothing to estimate from";

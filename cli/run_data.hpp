@@ -52,7 +52,10 @@ struct CampaignData {
 };
 // Returns an Error when the file is not a campaign database or has no accepted cycle. Runs that
 // repeat only after several periods need no accepted cycle: see run_over_periods.hpp.
+// `channel_means`: the means of the auxiliary channels are conditions of the runs, which takes as
+// long as all samples take to read.
 Result<CampaignData> runs_from_database(const std::filesystem::path& file, bool harmonics = false,
-                                        const PeriodsOfRuns& periods = {});
+                                        const PeriodsOfRuns& periods = {},
+                                        bool channel_means = false);
 
 }  // namespace shaker::cli

@@ -202,7 +202,7 @@ void excite(const std::vector<record::CycleRow>& rows, std::size_t first, int pe
   run.excitation_error = std::sqrt(variance);
 }
 
-std::size_t succession_begins(const std::vector<record::CycleRow>& rows) {
+std::size_t begin_of_unbroken(const std::vector<record::CycleRow>& rows) {
   std::size_t first = rows.empty() ? 0 : rows.size() - 1;
   while (first > 0 && rows[first - 1].index + 1 == rows[first].index &&
          rows[first - 1].displacement.size() == rows.back().displacement.size() &&
@@ -262,11 +262,11 @@ Result<RunOverPeriods> run_over_periods(const CsvTable& table, const std::string
   return out;
 }
 
-Cycles last_succession(const std::vector<record::CycleRow>& rows) {
+Cycles last_unbroken_cycles(const std::vector<record::CycleRow>& rows) {
   Cycles out;
   if (rows.empty()) return out;
   out.points = rows.back().displacement.size();
-  for (std::size_t r = succession_begins(rows); r < rows.size(); ++r)
+  for (std::size_t r = begin_of_unbroken(rows); r < rows.size(); ++r)
     out.y.insert(out.y.end(), rows[r].displacement.begin(), rows[r].displacement.end());
   return out;
 }
@@ -275,7 +275,7 @@ Result<RunOverPeriods> run_over_periods(const std::vector<record::CycleRow>& row
                                         const std::string& place, const std::string& name,
                                         int periods) {
   const auto m = static_cast<std::size_t>(periods);
-  Cycles cycles = last_succession(rows);
+  Cycles cycles = last_unbroken_cycles(rows);
   // The last group ends with the last cycle.
   const auto drop = [&](std::size_t count) {
     cycles.y.erase(cycles.y.begin(),

@@ -36,6 +36,6 @@ Result<RunOverPeriods> run_over_periods(const std::vector<record::CycleRow>& row
                                         int periods);
 
 // The last cycles of a run with consecutive numbers.
-Cycles last_succession(const std::vector<record::CycleRow>& rows);
+Cycles last_unbroken_cycles(const std::vector<record::CycleRow>& rows);
 
 }  // namespace shaker::cli

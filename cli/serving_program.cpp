@@ -19,9 +19,9 @@ int say_why(const ServingProgram& program, const std::string& sentence, int stat
   return status;
 }
 
-int served(const ServingProgram& program, DaemonLink& link, int ending) {
+int served(const ServingProgram& program, DaemonLinks& links, int ending) {
   try {
-    const auto outcome = program.serve(link, ending);
+    const auto outcome = program.serve(links, ending);
     ::sd_notify(0, "STOPPING=1");
     return outcome ? kServed : say_why(program, outcome.error().what, kServingTrouble);
   } catch (const std::exception& trouble) {
@@ -35,8 +35,8 @@ int served(const ServingProgram& program, DaemonLink& link, int ending) {
                                 const std::filesystem::path& socket) {
   const UniqueFd ending = ending_signals();
   ::signal(SIGPIPE, SIG_IGN);
-  DaemonLink link(socket, program.reader, program.documents);
-  std::_Exit(served(program, link, ending.get()));
+  DaemonLinks links(socket, program.reader, program.documents);
+  std::_Exit(served(program, links, ending.get()));
 }
 
 }  // namespace

@@ -71,8 +71,8 @@ Result<void> StreamClient::greet(const std::string& socket) {
   }
   if (*wait != Wait::line) {
     return Error{ErrorKind::timeout,
-                 fmt::format("{}: no greeting within {} s; the daemon hangs, or "
-                             "something else listens there",
+                 fmt::format("{}: no greeting within {} s; the daemon is still starting, or "
+                             "hangs, or something else listens there",
                              socket, kGreetMs / 1000)};
   }
   version_ = nlohmann::json::parse(version_line_, nullptr, false);

@@ -2,8 +2,8 @@
 # shakerd, and python3-shakerd for clients in Python.
 include(GNUInstallDirs)
 
-foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis oleosim shakerd-stop-exciter shakerd-gateway
-        shakerd-mqtt)
+foreach(program IN ITEMS shakerd shakerctl shakerctl-analysis shakerctl-diagnosis shakerctl-push oleosim
+        shakerd-stop-exciter shakerd-gateway shakerd-mqtt)
   if(TARGET ${program})
     set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
     set(folder ${CMAKE_INSTALL_BINDIR})
@@ -26,15 +26,18 @@ endforeach()
 
 # The library for other programs, which examples/ use: find_package(Shaker COMPONENTS estimator
 # diagnosis), or pkg-config. It is not in the rig PC's package.
-set(shaker_installed base config estimator analysis time_steps diagnosis_campaign diagnosis)
+set(shaker_installed base config estimator decompositions analysis time_steps diagnosis_campaign diagnosis)
 foreach(room IN LISTS shaker_installed)
   set_target_properties(shaker_${room} PROPERTIES EXPORT_NAME ${room})
   install(TARGETS shaker_${room} EXPORT Shaker ARCHIVE COMPONENT development)
 endforeach()
-foreach(room IN ITEMS base config protocol estimator)
-  install(DIRECTORY ${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/shaker COMPONENT development
-          FILES_MATCHING PATTERN "*.hpp" PATTERN examples EXCLUDE PATTERN schema EXCLUDE
-          PATTERN paper EXCLUDE)
+file(STRINGS cmake/public_headers.txt shaker_public_headers REGEX "^INPUT ")
+list(TRANSFORM shaker_public_headers REPLACE "^INPUT \\+= " "")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS cmake/public_headers.txt)
+foreach(header IN LISTS shaker_public_headers)
+  cmake_path(GET header PARENT_PATH folder)
+  install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/shaker/${folder}
+          COMPONENT development)
 endforeach()
 include(CMakePackageConfigHelpers)
 set(shaker_package ${CMAKE_INSTALL_LIBDIR}/cmake/Shaker)
@@ -54,9 +57,9 @@ function(shaker_pkg_config name description)
           DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()
 shaker_pkg_config(shaker-estimator "Parameters of a damper from its periodic response"
-                  analysis estimator config base)
+                  analysis decompositions estimator config base)
 shaker_pkg_config(shaker-diagnosis "Names the effect that a damper's model lacks"
-                  diagnosis diagnosis_campaign time_steps analysis estimator config base)
+                  diagnosis diagnosis_campaign time_steps analysis decompositions estimator config base)
 
 install(DIRECTORY python/shakerd DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN py.typed)

@@ -63,6 +63,7 @@ void read_runs(ObjectReader& reader, Findings& findings, std::vector<RunSpec>& r
     const auto frequencies = read_steps(inner, "frequency_hz", above(0).at_most(1000), findings);
     const auto amplitudes = read_steps(inner, "amplitude", above(0).at_most(1000), findings);
     inner.optional("cycles", run.cycles, at_least(1).at_most(100000));
+    read_condition(inner, findings, run.condition);
     inner.finish();
     ++entry;
     if (frequencies.size() > 1 && amplitudes.size() > 1) {
@@ -165,6 +166,8 @@ std::string to_json_text(const CampaignSpec& campaign) {
                     {"frequency_hz", run.frequency_hz},
                     {"amplitude", run.amplitude},
                     {"cycles", run.cycles}});
+    if (!run.condition.group.empty()) runs.back()["group"] = run.condition.group;
+    if (!run.condition.values.empty()) runs.back()["conditions"] = run.condition.values;
   }
   Json root = {{"format", "shaker-campaign/1"},
                {"name", campaign.name},

@@ -9,6 +9,7 @@
 #include "base/result.hpp"
 #include "config/model.hpp"
 #include "config/origin.hpp"
+#include "config/run_condition.hpp"
 
 namespace shaker::config {
 
@@ -17,6 +18,8 @@ struct RunSpec {
   double frequency_hz = 0.0;
   double amplitude = 0.0;  // of the table's acceleration, m/s^2
   int cycles = 20;         // accepted cycles to measure
+  // For parameters that differ from run to run. The name in it is not used.
+  RunCondition condition = {};
 };
 
 // The online estimator's test for a parameter that changes during a run; one of the two rates

@@ -260,6 +260,10 @@ Result<std::string> read_text(const std::filesystem::path& file, std::size_t mos
     size += static_cast<std::size_t>(got);
   }
   text.resize(size);
+  if (text.starts_with("SQLite format 3"))
+    return Error{
+        ErrorKind::invalid,
+        fmt::format("{}: is a campaign database, and a JSON file is wanted here", file.string())};
   if (size <= most) return text;
   return Error{ErrorKind::invalid,
                fmt::format("{}: larger than {} bytes, which is too large for such a file",

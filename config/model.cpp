@@ -8,6 +8,7 @@
 
 #include "base/unit.hpp"
 #include "config/model_reader.hpp"
+#include "config/pin_table.hpp"
 
 namespace shaker::config {
 namespace {
@@ -16,8 +17,33 @@ constexpr double kLargestGravity = 1000.0;  // m/s^2
 // Far more than any model of a damper needs; all are compared with each other.
 constexpr std::size_t kCoordinatesMax = 100, kEffectsMax = 200;
 
+constexpr double kLargestSmoothness = 10.0;
+
 bool is_known_length(const std::string& unit) {
   return unit_called(unit, Dimension::length) || unit_called(unit, Dimension::angle);
+}
+
+// "per": "run", or "over": "gas_temperature" with its "reference".
+void read_variation(ObjectReader& reader, ParameterSpec& spec) {
+  static const std::string kinds[] = {"run", "group"};
+  RunVariation& variation = spec.variation;
+  if (const auto kind = reader.choice("per", kinds, false)) variation.per = kinds[*kind];
+  reader.optional("over", variation.over);
+  reader.optional("reference", variation.reference, above(0));
+  if (!variation.per.empty() && !variation.over.empty())
+    reader.complain("over", fmt::format("stands beside \"per\": \"{}\"; leave one of the two out: "
+                                        "values of their own have no law over a condition",
+                                        variation.per));
+  if (!variation.per.empty() && spec.fixed)
+    reader.complain("per",
+                    "stands beside \"fixed\": a parameter that is not estimated has no "
+                    "values to tell apart; leave one of the two out");
+  if (variation.reference && variation.over.empty())
+    reader.complain("reference",
+                    "stands beside \"over\" only: it is the condition at which the "
+                    "parameter is stated");
+  if (reader.member("over", false) != nullptr && variation.condition().empty())
+    reader.complain("over", "names no condition of the runs; say for example \"gas_temperature\"");
 }
 
 ParameterSpec read_parameter(const Node& node, const std::string& pointer, Findings& findings) {
@@ -30,6 +56,7 @@ ParameterSpec read_parameter(const Node& node, const std::string& pointer, Findi
   reader.optional("unit", spec.unit);
   reader.optional("prior_mean", spec.prior_mean);
   reader.optional("prior_standard_deviation", spec.prior_standard_deviation, above(0));
+  read_variation(reader, spec);
   reader.finish();
   if (spec.lower && spec.upper && *spec.upper <= *spec.lower) {
     reader.complain(
@@ -84,6 +111,21 @@ void read_formula(ObjectReader& reader, Findings& findings, EffectSpec& spec) {
   }
 }
 
+// A table of knots whose strokes increase, and whose areas change in one direction only.
+void read_table(ObjectReader& effect, Findings& findings, EffectSpec& spec) {
+  const Node* node = effect.member("table", false);
+  if (node == nullptr) return;
+  PinTable& table = spec.table.emplace();
+  ObjectReader reader(*node, effect.at("table"), findings);
+  reader.member("stroke", true);
+  table.stroke = read_numbers(reader, findings, "stroke");
+  table.area = read_numbers(reader, findings, "area");
+  reader.optional("smoothness", table.smoothness, above(0).at_most(kLargestSmoothness));
+  reader.finish();
+  if (table.stroke.empty()) return;
+  if (const std::string wrong = fault_of(table); !wrong.empty()) effect.complain("table", wrong);
+}
+
 EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& findings) {
   EffectSpec spec;
   ObjectReader reader(node, pointer, findings);
@@ -107,6 +149,7 @@ EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& f
   spec.sees = read_numbers(reader, findings, "sees");
   spec.acts = read_numbers(reader, findings, "acts");
   read_formula(reader, findings, spec);
+  read_table(reader, findings, spec);
   reader.finish();
   return spec;
 }
@@ -241,11 +284,15 @@ std::string to_json_text(const ModelSpec& model) {
       if (spec.prior_standard_deviation) {
         parameter["prior_standard_deviation"] = *spec.prior_standard_deviation;
       }
+      if (!spec.variation.per.empty()) parameter["per"] = spec.variation.per;
+      if (!spec.variation.over.empty()) parameter["over"] = spec.variation.over;
+      if (spec.variation.reference) parameter["reference"] = *spec.variation.reference;
     }
     for (const auto& [key, value] : effect.constants)
       item["constants"][key] = value;
     if (!effect.sees.empty()) item["sees"] = effect.sees;
     if (!effect.acts.empty()) item["acts"] = effect.acts;
+    if (effect.table) item["table"] = as_json(*effect.table);
     if (!effect.formula.empty()) item["formula"] = effect.formula;
     for (const auto& [symbol, state] : effect.states)
       item["states"][symbol] = {{"rate", state.rate}, {"start", state.start}};

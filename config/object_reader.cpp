@@ -43,6 +43,7 @@ std::string escaped(const std::string& key) {
 }  // namespace
 
 void Findings::add(const Node& at, const std::string& pointer, const std::string& sentence) {
+  if (closed_) return;
   if (lines_.size() == kFindingsMax) {
     ++left_out_;
     return;
@@ -270,6 +271,7 @@ void ObjectReader::format(const std::string& expected) {
       text.starts_with(family)
           ? fmt::format("\"{}\" is another version; this program reads \"{}\"", text, expected)
           : fmt::format("\"{}\" is another kind of file; \"{}\" is wanted here", text, expected));
+  if (!text.starts_with(family)) findings_.close();
 }
 
 void ObjectReader::finish() {

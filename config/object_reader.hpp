@@ -33,12 +33,14 @@ class Findings {
   void add(const Node& at, const std::string& pointer, const std::string& sentence);
   bool empty() const { return lines_.empty() && left_out_ == 0; }
   bool full() const { return lines_.size() == kFindingsMax; }  // further findings are only counted
-  Error error() const;  // all of them, one on each line. Precondition: !empty()
+  void close() { closed_ = true; }  // further findings would say the same: they are left out
+  Error error() const;              // all of them, one on each line. Precondition: !empty()
 
  private:
   std::string origin_;
   std::vector<std::string> lines_;
   std::size_t left_out_ = 0;
+  bool closed_ = false;
 };
 
 // The allowed numbers. Built by above, at_least, any_number and narrowed by the methods.

@@ -183,9 +183,7 @@ void Engine::Impl::accept(const AssembledCycle& cycle, const GateVerdict& verdic
   ++outstanding;
   if (measured()) {
     end_run("success",
-            fmt::format("{} cycles; a point differs from cycle to cycle by {:.2e} m, of which the "
-                        "sensor's own noise is {:.2e} m",
-                        run_accepted, noise.point_standard_deviation(), sensor_noise));
+            fmt::format("{} cycles; {}", run_accepted, repeatability(noise, sensor_noise)));
   }
   estimator.add(outgoing, cycle.last_sample);  // last, because the answer may come at once
 }

@@ -32,6 +32,7 @@ void common_headers(MHD_Response* response, const Reply& reply, bool report) {
   header(response, "Cross-Origin-Resource-Policy", "same-origin");
   header(response, "Cache-Control", reply.shared.empty() ? "no-store" : "no-cache");
   if (reply.status == 405) header(response, "Allow", "GET, HEAD");
+  if (!reply.location.empty()) header(response, "Location", reply.location);
   if (!reply.file_name.empty())
     header(response, "Content-Disposition", "attachment; filename=\"" + reply.file_name + "\"");
 }
@@ -63,17 +64,17 @@ std::optional<std::uint64_t> last_event_id(MHD_Connection* connection) {
 // A stream of events. Suspended while there is nothing to send.
 struct HttpServer::Connection {
   HttpServer* server;
+  const ShownRig* rig;  // null: the list of all
   MHD_Connection* http;
   Browser browser;
   bool suspended = false, given_up = false;
 };
 
-HttpServer::HttpServer(const HttpOptions& options, const Feed& feed, const Downloads& downloads)
-    : options_(options), feed_(feed), downloads_(downloads) {}
+HttpServer::HttpServer(const HttpOptions& options, const Rigs& rigs)
+    : options_(options), rigs_(rigs) {}
 
-Result<std::unique_ptr<HttpServer>> HttpServer::make(const HttpOptions& options, const Feed& feed,
-                                                     const Downloads& downloads) {
-  std::unique_ptr<HttpServer> server(new HttpServer(options, feed, downloads));
+Result<std::unique_ptr<HttpServer>> HttpServer::make(const HttpOptions& options, const Rigs& rigs) {
+  std::unique_ptr<HttpServer> server(new HttpServer(options, rigs));
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(options.port));
@@ -125,16 +126,25 @@ int HttpServer::wait_ms() const {
   return static_cast<int>(std::min<MHD_UNSIGNED_LONG_LONG>(wait, kLongestWaitMs));
 }
 
-void HttpServer::broadcast(const Event& event) {
+void HttpServer::broadcast(const Event& event, const ShownRig* rig) {
   for (auto& [key, connection] : connections_) {
-    if (connection->given_up) continue;
-    if (!connection->browser.offer(event)) {
-      ++figures_.given_up;
-      give_up(*connection);
-    } else if (connection->suspended && !connection->browser.empty()) {
-      connection->suspended = false;
-      MHD_resume_connection(connection->http);
-    }
+    if (connection->rig == rig) offer(*connection, event);
+  }
+}
+
+void HttpServer::broadcast_to_all(const Event& event) {
+  for (auto& [key, connection] : connections_)
+    offer(*connection, event);
+}
+
+void HttpServer::offer(Connection& connection, const Event& event) {
+  if (connection.given_up) return;
+  if (!connection.browser.offer(event)) {
+    ++figures_.given_up;
+    give_up(connection);
+  } else if (connection.suspended && !connection.browser.empty()) {
+    connection.suspended = false;
+    MHD_resume_connection(connection.http);
   }
 }
 
@@ -167,8 +177,8 @@ MHD_Result HttpServer::on_request(void* self, MHD_Connection* connection, const 
 }
 
 MHD_Result HttpServer::answer(MHD_Connection* connection, const PageRequest& request) {
-  Reply reply = answer_to(request, feed_, figures_, downloads_);
-  if (reply.events && request.method == "GET") return answer_events(connection);
+  Reply reply = answer_to(request, rigs_, figures_);
+  if (reply.events && request.method == "GET") return answer_events(connection, reply.rig);
   return send(connection, std::move(reply));
 }
 
@@ -193,7 +203,7 @@ MHD_Result HttpServer::send(MHD_Connection* connection, Reply reply) {
   return queued;
 }
 
-MHD_Result HttpServer::answer_events(MHD_Connection* connection) {
+MHD_Result HttpServer::answer_events(MHD_Connection* connection, const ShownRig* rig) {
   if (connections_.size() >= options_.max_browsers) {
     Reply full;
     full.status = 503;
@@ -202,8 +212,10 @@ MHD_Result HttpServer::answer_events(MHD_Connection* connection) {
     return send(connection, std::move(full));
   }
   ::setsockopt(socket_of(connection), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
-  auto owned = std::unique_ptr<Connection>(new Connection{
-      this, connection, Browser(options_.max_waiting, feed_.opening(last_event_id(connection)))});
+  const std::vector<Event> opening = rig == nullptr ? std::vector{rigs_.overview_event()}
+                                                    : rig->feed.opening(last_event_id(connection));
+  auto owned = std::unique_ptr<Connection>(
+      new Connection{this, rig, connection, Browser(options_.max_waiting, opening)});
   Connection* key = owned.get();
   MHD_Response* response = MHD_create_response_from_callback(
       MHD_SIZE_UNKNOWN, kBlock, &HttpServer::on_read, key, &HttpServer::on_gone);

@@ -1,7 +1,7 @@
 // HTTP on loopback, by libmicrohttpd with an epoll descriptor that the caller's loop watches.
 //
-// Every browser that asks for /events gets the feed's opening and then every event. Nobody waits
-// for a browser: each has a bounded queue (Browser) and is given up when that is full. One thread.
+// Every browser that asks for /events gets the opening of its rig's feed and then every event of that
+// rig; for /events of all rigs it gets their list again and again. Nobody waits for a browser: each has a bounded queue (Browser) and is given up when that is full. One thread.
 #pragma once
 
 #include <map>
@@ -19,14 +19,13 @@ struct HttpOptions {
   int port = 8420;     // on 127.0.0.1; 0: any free one
   int listening = -1;  // a listening socket from systemd instead; the server closes it
   std::size_t max_waiting = 1024 * 1024;  // bytes for one browser
-  unsigned max_browsers = 64;
+  unsigned max_browsers = 128;
 };
 
 class HttpServer {
  public:
-  // An Error says that the port is taken. `feed` and `downloads` outlive the server.
-  static Result<std::unique_ptr<HttpServer>> make(const HttpOptions& options, const Feed& feed,
-                                                  const Downloads& downloads);
+  // An Error says that the port is taken. `rigs` outlives the server.
+  static Result<std::unique_ptr<HttpServer>> make(const HttpOptions& options, const Rigs& rigs);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
@@ -36,14 +35,17 @@ class HttpServer {
   // Serves what is ready. Call it also when wait_ms() has passed.
   void run();
   int wait_ms() const;  // at most a second
-  void broadcast(const Event& event);
+  // To those who look at `rig`; null: at the list of all.
+  void broadcast(const Event& event, const ShownRig* rig);
+  void broadcast_to_all(const Event& event);
   const GatewayFigures& figures() const { return figures_; }
 
  private:
   struct Connection;
-  HttpServer(const HttpOptions& options, const Feed& feed, const Downloads& downloads);
+  HttpServer(const HttpOptions& options, const Rigs& rigs);
   MHD_Result answer(MHD_Connection* connection, const PageRequest& request);
-  MHD_Result answer_events(MHD_Connection* connection);
+  MHD_Result answer_events(MHD_Connection* connection, const ShownRig* rig);
+  void offer(Connection& connection, const Event& event);
   MHD_Result send(MHD_Connection* connection, Reply reply);
   void give_up(Connection& connection);
   static MHD_Result on_request(void* self, MHD_Connection* connection, const char* url,
@@ -53,8 +55,7 @@ class HttpServer {
   static void on_gone(void* connection);
 
   HttpOptions options_;
-  const Feed& feed_;
-  const Downloads& downloads_;
+  const Rigs& rigs_;
   GatewayFigures figures_;
   std::map<Connection*, std::unique_ptr<Connection>> connections_;  // of /events
   MHD_Daemon* daemon_ = nullptr;

@@ -1,8 +1,10 @@
 #include "gateway/metrics.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -39,30 +41,51 @@ std::string word_at(const Json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-// Families in order; a family without a sample is left out.
+// Families in the order in which they come first, each with the samples of every rig. A family
+// without a sample is left out.
 class Page {
  public:
+  void of_rig(const std::string& rig) { rig_ = rig; }
   void family(const char* name, const char* type, const char* help) {
-    name_ = name;
-    heading_ = fmt::format("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
+    const auto found = std::ranges::find(families_, std::string_view(name), &Family::name);
+    now_ = static_cast<std::size_t>(found - families_.begin());
+    if (now_ == families_.size())
+      families_.push_back(
+          {name, fmt::format("# HELP {0} {2}\n# TYPE {0} {1}\n", name, type, help)});
   }
   void sample(std::optional<double> value, const Labels& labels = {}) {
     if (!value || !std::isfinite(*value)) return;
-    text_ += std::exchange(heading_, {}) + name_;
     std::string inside;
-    for (const auto& [key, word] : labels)
+    const auto add = [&](const char* key, const std::string& word) {
       inside += fmt::format("{}{}=\"{}\"", inside.empty() ? "" : ",", key, escaped(word));
-    if (!inside.empty()) text_ += "{" + inside + "}";
-    text_ += fmt::format(" {}\n", *value);
+    };
+    if (!rig_.empty()) add("rig", rig_);
+    for (const auto& [key, word] : labels)
+      add(key, word);
+    Family& family = families_[now_];
+    family.samples += family.name;
+    if (!inside.empty()) family.samples += "{" + inside + "}";
+    family.samples += fmt::format(" {}\n", *value);
   }
   void one(const char* name, const char* type, const char* help, std::optional<double> value) {
     family(name, type, help);
     sample(value);
   }
-  std::string take() { return std::move(text_); }
+  std::string text() const {
+    std::string all;
+    for (const Family& family : families_) {
+      if (!family.samples.empty()) all += family.heading + family.samples;
+    }
+    return all;
+  }
 
  private:
-  std::string name_, heading_, text_;
+  struct Family {
+    std::string name, heading, samples = {};
+  };
+  std::vector<Family> families_;
+  std::size_t now_ = 0;
+  std::string rig_;
 };
 
 void add_state(Page& page, const Json& state) {
@@ -151,28 +174,34 @@ void add_estimate(Page& page, const Json& estimate) {
            number_at(estimate, "noise_floor"));
 }
 
-}  // namespace
-
-std::string metrics(const Feed& feed, const GatewayFigures& figures) {
-  Page page;
+void add_rig(Page& page, const Feed& feed, const std::string& name) {
+  page.of_rig(name);
   page.one("shaker_up", "gauge", "1 if the daemon answers the gateway.",
            feed.connected() ? 1.0 : 0.0);
-  page.one("shaker_gateway_browsers", "gauge", "Browsers that look on.", figures.browsers);
-  page.one("shaker_gateway_given_up_total", "counter", "Browsers that did not read.",
-           static_cast<double>(figures.given_up));
-  if (!feed.connected()) return page.take();  // what is old would look as if it were new
+  if (!feed.connected()) return;  // what is old would look as if it were new
   page.family("shaker_alarms", "gauge", "Alarms that are not yet acknowledged.");
   for (const char* severity : {"error", "warning", "info"})
     page.sample(feed.alarms(severity), {{"severity", severity}});
   if (const Json* version = feed.last("version")) {
     page.family("shaker_build_info", "gauge", "1; the daemon's version and its rig.");
-    page.sample(1.0,
-                {{"version", word_at(*version, "version")}, {"rig", word_at(*version, "rig")}});
+    page.sample(1.0, {{"version", word_at(*version, "version")},
+                      {name.empty() ? "rig" : "rig_name", word_at(*version, "rig")}});
   }
   if (const Json* state = feed.last("state")) add_state(page, *state);
   if (const Json* health = feed.last("health")) add_health(page, *health);
   if (const Json* estimate = feed.last("estimate")) add_estimate(page, *estimate);
-  return page.take();
+}
+
+}  // namespace
+
+std::string metrics(const std::vector<RigFeed>& rigs, const GatewayFigures& figures) {
+  Page page;
+  page.one("shaker_gateway_browsers", "gauge", "Browsers that look on.", figures.browsers);
+  page.one("shaker_gateway_given_up_total", "counter", "Browsers that did not read.",
+           static_cast<double>(figures.given_up));
+  for (const RigFeed& rig : rigs)
+    add_rig(page, *rig.feed, rig.name);
+  return page.text();
 }
 
 }  // namespace shaker::gateway

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "gateway/feed.hpp"
 
@@ -12,6 +13,11 @@ struct GatewayFigures {
   std::uint64_t given_up = 0;  // browsers that did not read
 };
 
-std::string metrics(const Feed& feed, const GatewayFigures& figures);
+struct RigFeed {
+  std::string name;  // the label "rig" of every figure of this rig; empty: there is no label
+  const Feed* feed = nullptr;
+};
+
+std::string metrics(const std::vector<RigFeed>& rigs, const GatewayFigures& figures);
 
 }  // namespace shaker::gateway

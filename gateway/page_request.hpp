@@ -1,5 +1,8 @@
 // What the gateway answers to one request. Knows no connection.
 //
+// /rig/NAME/ has the page of a rig and all that belongs to it. The root has the same where there is
+// one rig, and otherwise the list of them.
+//
 // A path is compared with the names that there are, and never becomes a file's path.
 #pragma once
 
@@ -8,8 +11,8 @@
 #include <string_view>
 
 #include "gateway/downloads.hpp"
-#include "gateway/feed.hpp"
 #include "gateway/metrics.hpp"
+#include "gateway/rigs.hpp"
 
 namespace shaker::gateway {
 
@@ -23,8 +26,10 @@ struct Reply {
   std::string_view shared;  // the body, if it is one of web_files
   std::string body;         // otherwise
   std::optional<Download> file = {};
-  std::string file_name = {};  // for a file to save
-  bool events = false;         // the stream of events
+  std::string file_name = {};     // for a file to save
+  bool events = false;            // the stream of events
+  const ShownRig* rig = nullptr;  // whose; null: what there is of all rigs
+  std::string location = {};      // where the browser is sent on to
 };
 
 // Every answer has it. The page fetches nothing from elsewhere and runs no inline script.
@@ -36,8 +41,7 @@ inline constexpr const char* kReportPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action "
     "'none'; frame-ancestors 'none'; sandbox";
 
-Reply answer_to(const PageRequest& request, const Feed& feed, const GatewayFigures& figures,
-                const Downloads& downloads);
+Reply answer_to(const PageRequest& request, const Rigs& rigs, const GatewayFigures& figures);
 
 // True for this PC's own names. A page of another site that has its name resolved to 127.0.0.1
 // sends its own.

@@ -168,10 +168,10 @@ int main(int argc, char** argv) {
        .add_options = [&options](CLI::App& app) { add_options(app, options); },
        .check = [&options] { return check(options); },
        .serve =
-           [&options, &bridge](DaemonLink& link, int ending) {
+           [&options, &bridge](shaker::cli::DaemonLinks& links, int ending) {
              bridge.emplace(options);
              ::sd_notify(0, "READY=1");
-             bridge->serve(link, ending);
+             bridge->serve(links.own(), ending);
              return shaker::Result<void>();
            }},
       argc, argv);

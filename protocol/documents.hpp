@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -212,6 +213,8 @@ struct PlannedCampaign {
   std::string campaign;
   double settle_tolerance = 0.0;  // allowed change between cycles, in units of the noise
   std::vector<PlannedRun> runs;
+  // What is tested, by the keys of the campaign file ("serial", "charge", ...): key and text.
+  std::vector<std::pair<std::string, std::string>> specimen = {};
 };
 struct RigDocument {
   std::string rig;

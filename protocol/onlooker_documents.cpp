@@ -30,9 +30,12 @@ void fill_plan(Filler& out, const PlannedCampaign& d) {
                     {"amplitude", run.amplitude},
                     {"cycles_wanted", run.cycles_wanted}});
   }
-  out.put("plan", OrderedJson{{"campaign", clip(d.campaign, kMaxName)},
-                              {"settle_tolerance", d.settle_tolerance},
-                              {"runs", std::move(runs)}});
+  OrderedJson plan = {{"campaign", clip(d.campaign, kMaxName)},
+                      {"settle_tolerance", d.settle_tolerance},
+                      {"runs", std::move(runs)}};
+  for (const auto& [key, text] : d.specimen)
+    plan["specimen"][key] = clip(text, kMaxText);
+  out.put("plan", plan);
   if (d.runs.size() > kMaxPlannedRuns)
     out.omit(fmt::format("plan/runs/{}", kMaxPlannedRuns),
              fmt::format("{} more", d.runs.size() - kMaxPlannedRuns));

@@ -17,6 +17,7 @@ using Json = nlohmann::ordered_json;
 using estimator::DamperHypothesis;
 using estimator::IdentifiedDamper;
 using estimator::ModelNumber;
+using estimator::VisitedCell;
 
 constexpr const char* kDamperFormat = "shaker-damper/1";
 
@@ -40,6 +41,21 @@ Json estimate_json(const DamperHypothesis& h) {
   return {{"degrees_of_freedom", h.degrees_of_freedom},
           {"parameters", std::move(numbers)},
           {"covariance", std::move(covariance)}};
+}
+
+Json cells_json(const std::vector<VisitedCell>& cells) {
+  Json list = Json::array();
+  for (const VisitedCell& cell : cells)
+    list.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
+  return list;
+}
+
+std::vector<VisitedCell> cells_from(const Json& list) {
+  std::vector<VisitedCell> cells;
+  for (const Json& cell : list)
+    cells.push_back({cell.at(0).get<double>(), cell.at(1).get<double>(), cell.at(2).get<double>(),
+                     cell.at(3).get<double>()});
+  return cells;
 }
 
 // Throws std::invalid_argument, or what the JSON library throws, for an entry that is wrong.
@@ -66,6 +82,7 @@ DamperHypothesis hypothesis_from(const Json& json, const std::string& origin) {
   }
   if (h.covariance.size() != h.numbers.size() * h.numbers.size())
     throw std::invalid_argument("the covariance does not have a row and a column a parameter");
+  if (json.contains("left")) h.left = cells_from(json.at("left"));
   return h;
 }
 
@@ -77,9 +94,7 @@ IdentifiedDamper damper_from(const Json& json, const std::string& origin) {
   damper.verdict = json.at("verdict").get<std::string>();
   damper.unnamed_probability = json.at("unnamed").at("probability").get<double>();
   damper.unnamed_force = json.at("unnamed").at("force").get<double>();
-  for (const Json& cell : json.at("visited"))
-    damper.visited.push_back({cell.at(0).get<double>(), cell.at(1).get<double>(),
-                              cell.at(2).get<double>(), cell.at(3).get<double>()});
+  damper.visited = cells_from(json.at("visited"));
   for (const Json& one : json.at("hypotheses"))
     damper.hypotheses.push_back(hypothesis_from(one, origin));
   if (damper.hypotheses.empty()) throw std::invalid_argument("it holds no hypothesis");
@@ -89,21 +104,21 @@ IdentifiedDamper damper_from(const Json& json, const std::string& origin) {
 }  // namespace
 
 std::string damper_json(const IdentifiedDamper& damper) {
-  Json hypotheses = Json::array(), visited = Json::array();
-  for (const DamperHypothesis& h : damper.hypotheses)
+  Json hypotheses = Json::array();
+  for (const DamperHypothesis& h : damper.hypotheses) {
     hypotheses.push_back({{"effects", h.effects},
                           {"probability", h.probability},
                           {"model", Json::parse(config::to_json_text(h.model))},
                           {"estimate", estimate_json(h)}});
-  for (const auto& cell : damper.visited)
-    visited.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
+    if (!h.left.empty()) hypotheses.back()["left"] = cells_json(h.left);
+  }
   const Json body = {
       {"format", kDamperFormat},
       {"campaign", damper.campaign},
       {"verdict", damper.verdict},
       {"unnamed", {{"probability", damper.unnamed_probability}, {"force", damper.unnamed_force}}},
       {"hypotheses", std::move(hypotheses)},
-      {"visited", std::move(visited)}};
+      {"visited", cells_json(damper.visited)}};
   return body.dump(1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -68,6 +68,18 @@ ordered_json effects_json(const Diagnosis& d) {
   return list;
 }
 
+ordered_json kinds_json(const Diagnosis& d) {
+  ordered_json list = ordered_json::array();
+  for (const KindShare& kind : d.kinds) {
+    ordered_json members = ordered_json::array();
+    for (const KindShare::Member& m : kind.members)
+      members.push_back({{"name", m.name}, {"probability", m.probability}});
+    list.push_back(
+        {{"name", kind.name}, {"probability", kind.probability}, {"effects", std::move(members)}});
+  }
+  return list;
+}
+
 ordered_json gap_json(const Gap& gap) {
   ordered_json entry;
   put(entry, "noise", gap.noise);
@@ -169,6 +181,33 @@ std::string size(double value, const std::string& unit) {
   return fmt::format("{:.4g} {}", value, unit);
 }
 
+// A named effect, or its kind where several of that kind may be it, with how sure that is.
+std::string missing_words(const Diagnosis& d) {
+  std::vector<std::string> words, told;
+  for (const NamedEffect& e : d.effects) {
+    const auto kind = std::find_if(d.kinds.begin(), d.kinds.end(), [&](const KindShare& k) {
+      return std::any_of(k.members.begin(), k.members.end(),
+                         [&](const KindShare::Member& m) { return m.name == e.name; });
+    });
+    if (kind == d.kinds.end())
+      words.push_back(fmt::format("{}, probability {:.2f}", e.name, e.probability));
+    else if (std::find(told.begin(), told.end(), kind->name) == told.end())
+      words.push_back(kind_sentence(*kind));
+    if (kind != d.kinds.end()) told.push_back(kind->name);
+  }
+  return fmt::format("{}", fmt::join(words, "; "));
+}
+
+// How much of the gap closes, on data that were not fitted where there are such.
+std::string closed_words(const Diagnosis& d) {
+  const bool held = d.gap.held_out_before && d.gap.held_out_after && *d.gap.held_out_before > 0.0;
+  const double left =
+      held ? *d.gap.held_out_after / *d.gap.held_out_before : d.gap.after / d.gap.before;
+  if (!(left < 1.0)) return "that does not close the gap";
+  return fmt::format("that closes {:.0f} % of the gap{}", 100.0 * (1.0 - left),
+                     held ? " on data that were not fitted" : "");
+}
+
 std::string verdict_sentence(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::adequate:
@@ -177,11 +216,14 @@ std::string verdict_sentence(const Diagnosis& d) {
                  ? "adequate: nothing is missing of what could be computed"
                  : "adequate: nothing is missing that these data could show";
     case Verdict::explained:
-      return "explained: with what is named below, the model leaves nothing but noise";
+      if (d.effects.empty()) return "explained: the model leaves nothing but noise";
+      return fmt::format("explained: missing is {}; {}, and nothing but noise is left",
+                         missing_words(d), closed_words(d));
     default:
-      return d.effects.empty() ? "unexplained: something is missing that cannot be named"
-                               : "unexplained: what is named below is missing, and something "
-                                 "else besides that cannot be named";
+      if (d.effects.empty()) return "unexplained: something is missing that cannot be named";
+      return fmt::format(
+          "unexplained: missing is {}; {}, and something is left that cannot be named",
+          missing_words(d), closed_words(d));
   }
 }
 
@@ -232,12 +274,21 @@ std::string effect_lines(const NamedEffect& e, const std::string& driven) {
 
 }  // namespace
 
+std::string kind_sentence(const KindShare& kind) {
+  std::vector<std::string> members;
+  for (const KindShare::Member& m : kind.members)
+    members.push_back(fmt::format("{} {:.2f}", m.name, m.probability));
+  return fmt::format("{}, probability {:.2f} ({})", kind.name, kind.probability,
+                     fmt::join(members, ", "));
+}
+
 std::string diagnosis_json(const Diagnosis& d) {
   ordered_json document{{"format", "shaker-diagnosis/1"},
                         {"verdict", name(d.verdict)},
                         {"campaign", d.campaign},
                         {"model", d.model}};
   document["effects"] = effects_json(d);
+  if (!d.kinds.empty()) document["kinds"] = kinds_json(d);
   document["gap"] = gap_json(d.gap);
   document["runs"] = runs_json(d);
   document["ranking"] = ranking_json(d);

@@ -13,4 +13,7 @@ std::string diagnosis_json(const estimator::diagnosis::Diagnosis& diagnosis);
 // For a terminal: verdict, effects, gap, warnings.
 std::string diagnosis_table(const estimator::diagnosis::Diagnosis& diagnosis);
 
+// "dry friction, probability 0.61 (coulomb_friction 0.40, presliding_friction 0.21)".
+std::string kind_sentence(const estimator::diagnosis::KindShare& kind);
+
 }  // namespace shaker::report

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "report/diagnosis_document.hpp"
 #include "report/diagnosis_pictures.hpp"
 #include "report/text_table.hpp"
 
@@ -243,7 +244,11 @@ PageValues diagnosis_values(const Diagnosis& d) {
   PageValues effects = PageValues::array();
   for (const NamedEffect& effect : d.effects)
     effects.push_back(effect_values(effect, shown_amplitude(d)));
+  std::vector<std::string> kinds;
+  for (const KindShare& kind : d.kinds)
+    kinds.push_back(kind_sentence(kind));
   PageValues values = {{"verdict", std::string(name(d.verdict))},
+                       {"kinds", std::move(kinds)},
                        {"sentence", diagnosis_sentence(d)},
                        {"warned", !d.warnings.empty()},
                        {"warnings", d.warnings},

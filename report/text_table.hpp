@@ -1,6 +1,7 @@
 // Tables and numbers as plain text for people. Pure; any thread.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -21,5 +22,8 @@ std::string rounded_to(double value, double scale);
 
 // "1 min 20 s", "35 s", "2 h 05 min".
 std::string duration(double seconds);
+
+// "1 run", "2 runs".
+std::string counted(std::size_t count, const std::string& what);
 
 }  // namespace shaker::report

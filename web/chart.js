@@ -3,7 +3,13 @@ import { element } from "./words.js";
 
 const charts = new Set();
 
-export const colour = name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const DARK = matchMedia("(prefers-color-scheme: dark)");
+let colours = new Map();  // asked of the page once: each question may cost it a layout
+export function colour(name) {
+  if (!colours.has(name)) colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+  return colours.get(name);
+}
+DARK.addEventListener("change", () => { colours = new Map(); });
 
 // series: [{ colour, dash, width, points, fill }]; bands: pairs of series to fill between.
 // whole: the horizontal quantity counts. range(low, high): the vertical range for the data's.
@@ -15,22 +21,24 @@ export class Chart {
     this.caption = element("div", { class: "caption" }, caption);
     this.canvas = element("div", { class: "canvas" });
     place.replaceChildren(this.caption, this.canvas);
-    this.data = [[], ...series.map(() => [])];
     charts.add(this);
-    new ResizeObserver(() => this.fit()).observe(place);
-    this.build();
+    // The browser says the size when it has laid the page out. A longer caption may take another line.
+    this.observer = new ResizeObserver(() => this.fit());
+    this.observer.observe(place);
+    this.observer.observe(this.caption);
   }
 
-  size() {
-    return { width: Math.max(120, this.place.clientWidth),
-             height: Math.max(60, this.place.clientHeight - this.caption.offsetHeight) };
-  }
   fit() {
-    const { width, height } = this.size();
-    if (width !== this.plot.width || height !== this.plot.height) this.plot.setSize({ width, height });
+    const width = Math.max(120, this.place.clientWidth);
+    const height = Math.max(60, this.place.clientHeight - this.caption.offsetHeight);
+    if (width === this.size?.width && height === this.size?.height) return;
+    this.size = { width, height };
+    this.plot ? this.plot.setSize(this.size) : this.build();
   }
 
+  // Once, as soon as there are a size and data.
   build() {
+    if (!this.size || !this.data) return;
     this.plot?.destroy();
     const axis = { stroke: colour("soft"), grid: { stroke: colour("line"), width: 1 }, ticks: { stroke: colour("line") },
                    font: "11px DejaVu Sans, sans-serif" };
@@ -38,7 +46,7 @@ export class Chart {
     const decades = (_, splits) => splits.map(at => Number.isInteger(+Math.log10(at).toFixed(6)) ? at : null);
     const vertical = how.log ? { filter: decades, grid: { ...axis.grid, filter: decades }, ticks: { ...axis.ticks, filter: decades } } : {};
     this.plot = new uPlot({
-      ...this.size(),
+      ...this.size,
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false } },
       scales: { x: { time: false, ...how.x }, y: { distr: how.log ? 3 : 1, range: (_, low, high) => this.range(low, high) } },
@@ -80,17 +88,16 @@ export class Chart {
 
   draw(data) {
     this.data = data;
-    this.plot.setData(data);
+    this.plot ? this.plot.setData(data) : this.build();
   }
   say(caption) {
-    if (this.caption.textContent === caption) return;
-    this.caption.textContent = caption;
-    this.fit();  // a longer caption may take another line
+    if (this.caption.textContent !== caption) this.caption.textContent = caption;
   }
   remove() {
     charts.delete(this);
-    this.plot.destroy();
+    this.observer.disconnect();
+    this.plot?.destroy();
   }
 }
 
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => charts.forEach(chart => chart.build()));
+DARK.addEventListener("change", () => charts.forEach(chart => chart.build()));

@@ -1,7 +1,6 @@
-// Parts six to nine: estimate, gate, map, sensors, files.
+// Parts six, seven and nine: estimate, gate, sensors, files.
 import { Chart } from "./chart.js";
-import { Plane } from "./plane.js";
-import { byId, bytes, clockTime, element, facts, figure, measured, table, unitText } from "./words.js";
+import { byId, bytes, dayAndTime, element, facts, figure, measured, table, unitText } from "./words.js";
 
 const GATE_CYCLES = 60, LEAST_CHANGE = 0.1;
 
@@ -76,30 +75,12 @@ export class Gate {
     const last = rig.cycles.slice(-GATE_CYCLES);
     const x = last.map((_, i) => i + 1 - last.length);
     const of = accepted => last.map(c => c.accepted === accepted && c.change !== undefined ? Math.max(LEAST_CHANGE, c.change) : null);
-    this.chart.say(`filled: accepted; hollow: left out${this.allowed ? `; dotted: ${figure(this.allowed)} is allowed` : ""}`);
+    const uncompared = last.some(c => !c.accepted && !(c.change > 0));
+    this.chart.say(`filled: accepted; hollow: left out${this.allowed ? `; dotted: ${figure(this.allowed)} is allowed` : ""}` +
+      (uncompared ? `; hollow at ${LEAST_CHANGE}: left out for another reason` : ""));
     this.chart.draw([x, of(true), of(false)]);
     const left = rig.cycles.findLast(c => !c.accepted);
     byId("gate-why").textContent = left ? `Last left out: cycle ${left.cycle} of ${left.run}: ${left.why ?? ""}` : "";
-  }
-}
-
-export class Places {
-  constructor() { this.plane = new Plane(byId("map-plot"), { x: "frequency, Hz" }); }
-
-  draw(rig) {
-    const plan = rig.rig?.plan, limits = rig.rig;
-    const done = rig.runs.filter(run => run.accepted > 0);
-    const planned = plan && plan.campaign === (rig.state?.campaign ?? plan.campaign) ? plan.runs : [];
-    const now = rig.moving ? rig.state : undefined;
-    const points = [
-      ...planned.map(run => ({ x: run.frequency_hz, y: run.amplitude, colour: "soft", label: run.run })),
-      ...done.map(run => ({ x: run.frequency_hz, y: run.amplitude, colour: "measured", filled: true })),
-      ...now?.amplitude > 0 ? [{ x: now.frequency_hz, y: now.amplitude, colour: "model", large: true }] : []];
-    this.plane.say("amplitude of the table, m/s², over frequency, Hz. Filled: measured. Hollow: planned. Ring: now. Frame: limits.");
-    this.plane.draw({ points, box: limits ? [[0, 1.05 * limits.frequency_max_hz], [0, 1.05 * limits.excitation_max_m_s2]] : undefined,
-      curves: limits ? [{ colour: "limit", dash: [2, 4], closed: true,
-        x: [limits.frequency_min_hz, limits.frequency_max_hz, limits.frequency_max_hz, limits.frequency_min_hz],
-        y: [0, 0, limits.excitation_max_m_s2, limits.excitation_max_m_s2] }] : [] });
   }
 }
 
@@ -136,7 +117,7 @@ export class Files {
     const link = (href, text) => element("a", { href }, text);
     const rows = this.list.map(one => [
       one.recording ? `${one.name} (being recorded)` : link(`campaigns/${encodeURIComponent(one.name)}.db`, one.name),
-      `${new Date(one.modified_utc).toLocaleDateString()} ${clockTime(one.modified_utc)}`, bytes(one.bytes),
+      dayAndTime(one.modified_utc), bytes(one.bytes),
       one.report ? link(`reports/${encodeURIComponent(one.name)}.html`, "report") : ""]);
     table(byId("campaigns"), rows.length ? [["campaign", "written", "size", "diagnosis"], ...rows] : [], [1, 3]);
   }

@@ -2,9 +2,16 @@
 import { derivative } from "./rig.js";
 import { byId, clockTime, duration, element, facts, figure, table } from "./words.js";
 
-const SIGNS = { IDLE: "■", CHECK: "◌", RAMP: "▲", SETTLE: "≈", MEASURE: "●", RAMP_DOWN: "▼", PAUSE: "‖", FAULT: "✖" };
-const KINDS = { RAMP: "moves", SETTLE: "moves", RAMP_DOWN: "moves", MEASURE: "good", FAULT: "fault" };
+export const SIGNS = { IDLE: "■", CHECK: "◌", RAMP: "▲", SETTLE: "≈", MEASURE: "●", RAMP_DOWN: "▼", PAUSE: "‖", FAULT: "✖" };
+export const KINDS = { RAMP: "moves", SETTLE: "moves", RAMP_DOWN: "moves", MEASURE: "good", FAULT: "fault" };
 const NEAR = 0.05;  // of the room between the limits
+
+// "left main gear, serial N-042, charge 18 bar, oil MIL-PRF-5606, 21 degC"; nothing of what is not stated.
+export function specimenText(specimen = {}) {
+  const named = (name, value) => value && `${name} ${value}`;
+  const { name, serial, charge, oil, temperature } = specimen;
+  return [name, named("serial", serial), named("charge", charge), named("oil", oil), temperature].filter(Boolean).join(", ");
+}
 
 export function drawState(rig) {
   const state = rig.state;
@@ -17,6 +24,8 @@ export function drawState(rig) {
   facts(byId("identity"), [
     ["rig", rig.rig?.rig ?? rig.version?.rig],
     ["campaign", state?.campaign],
+    ["specimen", specimenText(rig.specimen)],
+    ["notes", rig.specimen?.notes],
     ["in control", control],
     ["shakerd", rig.version?.version],
     ["protection", state?.unprotected ? "UNPROTECTED: no detector ends the motion" : undefined],
@@ -29,6 +38,7 @@ export function drawAlarms(rig) {
     element("span", { class: "tag" }, alarm.severity),
     element("time", { datetime: alarm.t_utc }, clockTime(alarm.t_utc)),
     ` ${alarm.code}: ${alarm.text}${alarm.times > 1 ? ` (${alarm.times} times)` : ""}`)));
+  byId("alarm-remedy").textContent = shown.length ? "they stay until somebody acknowledges them: shakerctl ack" : "";
   if (!shown.length) byId("alarm-list").append(element("li", { class: "none" }, "none"));
 }
 

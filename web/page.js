@@ -1,6 +1,7 @@
 // Puts the page together: documents in, pictures out. Draws at most once a frame, and only the
 // parts whose documents have come.
-import { Convergence, Files, Gate, Places, drawHealth } from "./findings.js";
+import { Convergence, Files, Gate, drawHealth } from "./findings.js";
+import { Places } from "./map.js";
 import { drawAlarms, drawMotion, drawState } from "./overview.js";
 import { Cycle, Scope } from "./pictures.js";
 import { Rig } from "./rig.js";
@@ -8,7 +9,7 @@ import { Stream } from "./stream.js";
 import { byId } from "./words.js";
 
 const rig = new Rig();
-const scope = new Scope(), cycle = new Cycle(), convergence = new Convergence(), gate = new Gate(), places = new Places();
+const scope = new Scope(), cycle = new Cycle(), convergence = new Convergence(), gate = new Gate();
 const files = new Files();
 const parts = {
   state: () => drawState(rig), alarms: () => drawAlarms(rig), motion: () => drawMotion(rig), scope: () => scope.draw(rig),
@@ -22,6 +23,9 @@ const shownBy = {
   diagnosis_progress: ["files"], diagnosis_result: ["files"],
 };
 
+const ofSeveral = /\/rig\/[^/]+\/[^/]*$/.test(location.pathname);
+byId("all-rigs").hidden = !ofSeveral;
+
 const CLOSING_MS = 5000;  // by then a campaign's file is closed
 const due = new Set();
 let opening = true, asked = false;
@@ -30,7 +34,10 @@ function draw() {
   asked = false;
   for (const part of due) parts[part]();
   due.clear();
-  window.firstPicture ??= performance.now();
+  if (!window.firstPicture) {
+    window.firstPicture = performance.now();
+    setTimeout(() => places.recall());
+  }
   document.body.dataset.frames = String(1 + Number(document.body.dataset.frames ?? 0));
 }
 function ask(names) {
@@ -39,6 +46,7 @@ function ask(names) {
   asked = true;
   requestAnimationFrame(draw);
 }
+const places = new Places(() => ask(["map"]));
 const lookForFiles = () => files.fetch().then(() => ask(["files"]));
 const everything = () => ask(Object.keys(parts));
 
@@ -62,6 +70,10 @@ new Stream({
     opening = false;
     everything();
     lookForFiles();
+  },
+  // Several rigs, and the root has the list of them. A page below rig/NAME/ stays.
+  rigs() {
+    if (!ofSeveral) location.reload();
   },
   live(why) {
     byId("lost").hidden = why === "";

@@ -1,9 +1,31 @@
-// A plane of two quantities: closed curves and points. uPlot wants one of them to grow.
+// A plane of two quantities: closed curves, and points with names. uPlot wants one of them to grow.
 import { colour } from "./chart.js";
 import { element } from "./words.js";
 
 const MARGIN = { left: 58, right: 10, top: 8, bottom: 34 };
+const LABEL_HEIGHT = 12, AWAY = 9;  // px
 const planes = new Set();
+
+const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
+
+// The boxes of the labels of points [{ x, y, width }] in px, in their order: about its point where it covers no point and
+// no label before it, and is nearest to its own; undefined where there is no such place.
+export function placesOfLabels(points, marks, frame) {
+  const taken = marks.map(({ x, y, size = 5 }) => ({ left: x - size, right: x + size, top: y - size, bottom: y + size }));
+  const away = (box, { x, y }) => Math.hypot((box.left + box.right) / 2 - x, (box.top + box.bottom) / 2 - y);
+  return points.map(point => {
+    const { x, y, width } = point;
+    const at = (left, top) => ({ left, right: left + width, top, bottom: top + LABEL_HEIGHT });
+    const above = y - AWAY - LABEL_HEIGHT, below = y + AWAY, right = x + AWAY, left = x - AWAY - width;
+    const box = [at(right, above), at(left, above), at(x - width / 2, above), at(x - width / 2, below), at(right, below),
+                 at(left, below), at(right, y - 6), at(left, y - 6)]
+      .find(one => one.left >= frame.left && one.right <= frame.right && one.top >= frame.top && one.bottom <= frame.bottom &&
+                   taken.every(other => apart(one, other)) &&
+                   marks.every(other => away(one, other) >= away(one, point)));
+    if (box) taken.push(box);
+    return box;
+  });
+}
 
 // Round steps of about a sixth of the span.
 function ticks(low, high) {
@@ -23,10 +45,12 @@ export class Plane {
     place.replaceChildren(this.caption, this.canvas);
     this.content = { curves: [], points: [], box: undefined };
     planes.add(this);
-    new ResizeObserver(() => this.paint()).observe(place);
+    const observer = new ResizeObserver(() => this.fit());
+    observer.observe(place);
+    observer.observe(this.caption);
   }
 
-  // curves: [{ x, y, colour, dash }]; points: [{ x, y, colour, filled, label }]; box: [[x0, x1], [y0, y1]].
+  // curves: [{ x, y, colour, dash }]; points: [{ x, y, colour, filled, large, diamond, label }]; box: [[x0, x1], [y0, y1]].
   draw(content) {
     this.content = { curves: [], points: [], ...content };
     this.paint();
@@ -44,9 +68,15 @@ export class Plane {
     return [low - room, high + room];
   }
 
+  fit() {
+    this.width = Math.max(120, this.place.clientWidth);
+    this.height = Math.max(80, this.place.clientHeight - this.caption.offsetHeight);
+    this.paint();
+  }
+
   paint() {
-    const width = Math.max(120, this.place.clientWidth);
-    const height = Math.max(80, this.place.clientHeight - this.caption.offsetHeight);
+    const { width, height } = this;
+    if (!width) return;  // the browser has not laid the page out
     const scale = devicePixelRatio || 1;
     this.canvas.width = width * scale;
     this.canvas.height = height * scale;
@@ -69,6 +99,7 @@ export class Plane {
     }
     context.setLineDash([]);
     for (const point of this.content.points) this.paintPoint(context, point, px(point.x), py(point.y));
+    this.paintLabels(context, px, py, { left: MARGIN.left, right: width, top: 0, bottom: height - MARGIN.bottom });
   }
 
   paintAxes(context, { px, py, x0, x1, y0, y1, width, height }) {
@@ -99,13 +130,23 @@ export class Plane {
     context.strokeStyle = context.fillStyle = colour(point.colour);
     context.lineWidth = 2;
     context.beginPath();
-    context.arc(x, y, point.large ? 9 : 5, 0, 2 * Math.PI);
+    if (point.diamond) [[0, -7], [7, 0], [0, 7], [-7, 0]].forEach(([right, down]) => context.lineTo(x + right, y + down));
+    else context.arc(x, y, point.large ? 9 : 5, 0, 2 * Math.PI);
+    context.closePath();
     if (point.filled) context.fill();
     else context.stroke();
-    if (!point.label) return;
+  }
+
+  // A name that would cover another one is left out.
+  paintLabels(context, px, py, frame) {
+    const named = this.content.points.filter(point => point.label);
+    const at = point => ({ x: px(point.x), y: py(point.y), size: point.large ? 9 : 5,
+                           width: context.measureText(point.label ?? "").width });
     context.fillStyle = colour("ink");
     context.textAlign = "left";
-    context.fillText(point.label, x + 11, y - 5);
+    placesOfLabels(named.map(at), this.content.points.map(at), frame).forEach((box, i) => {
+      if (box) context.fillText(named[i].label, box.left, box.bottom - 2);
+    });
   }
 }
 

@@ -97,6 +97,11 @@ export class Rig {
   get run() { return this.runs.at(-1); }
   get cycle() { return this.cycles.at(-1); }
   get estimate() { return this.estimates.at(-1); }
+  // What the campaign says of what is tested; undefined at rest.
+  get specimen() {
+    const plan = this.rig?.plan;
+    return plan && plan.campaign === this.state?.campaign ? plan.specimen : undefined;
+  }
   get moving() { return MOVING.includes(this.state?.state); }
 
   // Smallest and largest value of a channel in the last second; undefined without samples.

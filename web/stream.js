@@ -4,7 +4,7 @@
 const SILENCE_MS = 3500;  // the gateway says something every second
 
 export class Stream {
-  // on: { document(doc), reset(), ready(), live(why) }; `why` is empty while all is live.
+  // on: { document(doc), reset(), ready(), rigs(list), live(why) }; `why` is empty while all is live.
   constructor(on) {
     this.on = on;
     this.life = undefined;
@@ -25,6 +25,10 @@ export class Stream {
     listen("daemon", event => this.greet(JSON.parse(event.data)));
     listen("reset", () => this.on.reset());
     listen("ready", () => this.on.ready());
+    listen("rigs", event => {
+      this.tell();
+      this.on.rigs(JSON.parse(event.data));
+    });
     listen("beat", () => this.tell());
     this.source.onerror = () => {
       this.tell("The gateway does not answer: the program shakerd-gateway has ended, or the network is down. " +

@@ -47,10 +47,17 @@ export function bytes(count) {
   return `${count >= 100 || power === 0 ? Math.round(count) : count.toFixed(1)} ${units[power]}`;
 }
 
-// The time of day of a time stamp, on this PC's clock.
-export function clockTime(utc) {
-  const time = new Date(utc);
-  return Number.isNaN(time.getTime()) ? "" : time.toLocaleTimeString();
+// "2026-11-27 02:42:53", on the clock of the browser's PC.
+export function dayAndTime(utc) {
+  const t = new Date(utc), two = number => String(number).padStart(2, "0");
+  if (Number.isNaN(t.getTime())) return "";
+  return `${t.getFullYear()}-${two(t.getMonth() + 1)}-${two(t.getDate())} ${two(t.getHours())}:${two(t.getMinutes())}:${two(t.getSeconds())}`;
+}
+
+// The time of day where that is today, and the day with it where it is not.
+export function clockTime(utc, now = Date.now()) {
+  const [day, time] = dayAndTime(utc).split(" ");
+  return dayAndTime(now).startsWith(day) ? time ?? "" : `${day} ${time}`;
 }
 
 // Name and value pairs of a <dl>, without the empty ones.

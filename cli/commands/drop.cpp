@@ -197,6 +197,8 @@ int predict_undiagnosed(const Common& common, const DropOptions& options) {
   const auto prediction = estimator::predict_drop(test, test.model().start(), uncertainty);
   if (!prediction) return fail(common, kNotUsable, prediction.error().what);
   auto& warnings = known->warnings;
+  if (const auto& rule = output.sections.setup.rule; rule && !rule->remark.empty())
+    warnings.push_back(rule->remark);
   warn_of_extrapolation(*known, *prediction, falling.model.length_unit, warnings);
   if (prediction->lost > 0)
     warnings.push_back(fmt::format(

@@ -3,6 +3,8 @@
 #include <fstream>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -145,13 +147,16 @@ int drop_diagnosed(const Common& common, const DropOptions& options) {
     if (!options.estimate.empty())
       return fail(common, kBadInput,
                   "a diagnosis has its own estimates; leave --estimate or the campaign out");
-    const auto damper = damper_for(options);
+    std::vector<std::string> warnings;
+    const auto damper = damper_for(options, warnings);
     if (!damper) return fail(common, drop_exit_code(damper.error()), damper.error().what);
     auto prediction = predict_diagnosed(options, *damper);
     if (!prediction)
       return fail(common, drop_exit_code(prediction.error()), prediction.error().what);
+    auto& told = prediction->drop.warnings;
+    told.insert(told.begin(), warnings.begin(), warnings.end());
     if (auto apart = disagreement(options.campaigns, options.model); apart)
-      prediction->drop.warnings.push_back(std::move(*apart));
+      told.push_back(std::move(*apart));
     if (auto drawn = write_drop_picture(options, prediction->output, prediction->drop.run,
                                         prediction->drop.history, nullptr, prediction->length);
         !drawn)

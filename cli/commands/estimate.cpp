@@ -9,16 +9,17 @@
 #include "cli/commands.hpp"
 #include "cli/over_periods_fit.hpp"
 #include "cli/periods_of_runs.hpp"
+#include "cli/pin_areas.hpp"
 #include "cli/posterior_text.hpp"
 #include "cli/refined_fit.hpp"
 #include "cli/same_damper.hpp"
+#include "cli/values_in_runs.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/fit/estimation.hpp"
+#include "estimator/fit/several_starts.hpp"
 #include "estimator/inference/intervals.hpp"
 #include "estimator/inference/posterior.hpp"
 #include "estimator/inference/second_order.hpp"
-#include "estimator/paper/optimisers/periodic_problem.hpp"
-#include "estimator/paper/optimisers/several_starts.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
@@ -27,54 +28,53 @@
 namespace shaker::cli {
 namespace {
 
-namespace optimisers = estimator::optimisers;
-
 constexpr double kAccuracyOfFriction = 1e-4;  // of the parameters, relative
 constexpr int kScreeningPoints = 80;          // coarse: the final fit uses the full grid
 
-struct Search {
-  optimisers::Minima minima;
-  std::vector<double> best;  // all parameters
-};
-
-Search search(const estimator::Model& model, const std::vector<estimator::RunData>& runs,
-              const EstimateOptions& options) {
-  estimator::EstimationOptions grid;
-  grid.grid.points = kScreeningPoints;
-  optimisers::PeriodicProblem problem(model, runs, grid);
-  optimisers::StartOptions spread;
+estimator::Minima search(const estimator::Model& model, const std::vector<estimator::RunData>& runs,
+                         const EstimateOptions& options) {
+  estimator::EstimationOptions coarse;
+  coarse.grid.points = kScreeningPoints;
+  estimator::StartOptions spread;
   spread.starts = options.starts;
   spread.seed = options.seed;
-  Search out;
-  out.minima = several_starts(problem, problem.reduce(model.start()),
-                              *optimisers::find_method("levenberg_marquardt"), {}, spread);
-  out.best = out.minima.found.empty() ? model.start()
-                                      : problem.expand(out.minima.found.front().summary.theta);
-  return out;
+  return several_starts(model, runs, coarse, model.start(), spread);
 }
 
-nlohmann::ordered_json to_json(const optimisers::Minima& minima) {
+std::string_view word_of(estimator::FitStatus status) {
+  constexpr std::string_view words[] = {"converged", "not converged", "no solution",
+                                        "undetermined"};
+  return words[static_cast<int>(status)];
+}
+
+std::vector<double> free_ones(const std::vector<double>& theta, const estimator::Model& model) {
+  std::vector<double> some;
+  for (std::size_t k = 0; k < theta.size(); ++k) {
+    if (!model.parameters()[k].fixed) some.push_back(theta[k]);
+  }
+  return some;
+}
+
+nlohmann::ordered_json to_json(const estimator::Minima& minima, const estimator::Model& model) {
   auto list = nlohmann::ordered_json::array();
-  for (const optimisers::Minimum& minimum : minima.found) {
-    const optimisers::Summary& s = minimum.summary;
-    list.push_back({{"theta", std::vector<double>(s.theta.data(), s.theta.data() + s.theta.size())},
-                    {"sum_of_squares", s.sum_of_squares},
-                    {"status", optimisers::name(s.status)},
-                    {"starts", minimum.hits}});
+  for (const estimator::Minimum& minimum : minima.found) {
+    list.push_back({{"theta", free_ones(minimum.theta, model)},
+                    {"sum_of_squares", minimum.sum_of_squares},
+                    {"status", word_of(minimum.status)},
+                    {"starts", minimum.from.size()}});
   }
   return list;
 }
 
-std::string minima_table(const optimisers::Minima& minima, const estimator::Model& model) {
+std::string minima_table(const estimator::Minima& minima, const estimator::Model& model) {
   std::vector<std::vector<std::string>> rows = {{"starts", "ended", "sum of squares"}};
   for (const auto& parameter : model.parameters()) {
     if (!parameter.fixed) rows.front().push_back(parameter.name);
   }
-  for (const optimisers::Minimum& minimum : minima.found) {
-    rows.push_back({std::to_string(minimum.hits),
-                    std::string(optimisers::name(minimum.summary.status)),
-                    fmt::format("{:.6g}", minimum.summary.sum_of_squares)});
-    for (const double value : minimum.summary.theta)
+  for (const estimator::Minimum& minimum : minima.found) {
+    rows.push_back({std::to_string(minimum.from.size()), std::string(word_of(minimum.status)),
+                    fmt::format("{:.6g}", minimum.sum_of_squares)});
+    for (const double value : free_ones(minimum.theta, model))
       rows.back().push_back(fmt::format("{:.5g}", value));
   }
   return fmt::format("\nWhere the starts ended ({} of {} points looked at had a solution):\n\n{}",
@@ -159,7 +159,7 @@ double motion(const std::vector<double>& y) {
 std::string unit_doubt(const estimator::Model& model, const estimator::RunData& run) {
   constexpr double kFar = 50.0;
   if (run.displacement.empty() || run.periods > 1) return {};
-  estimator::PeriodicSystem system(model, {estimator::Scheme::order4, 160, false});
+  estimator::PeriodicSystem system(run.model_or(model), {estimator::Scheme::order4, 160, false});
   if (run.excitation.empty())
     system.set_excitation(run.frequency_hz, run.amplitude);
   else
@@ -173,7 +173,8 @@ std::string unit_doubt(const estimator::Model& model, const estimator::RunData& 
       (measured < kFar * expected && measured > expected / kFar))
     return {};
   return fmt::format(
-      "the measured displacement moves by {:.3g} (standard deviation), the model at its starts by "
+      "the measured displacement moves by {:.3g} (standard deviation), the model at its start "
+      "values by "
       "{:.3g} {}: do the units match? The model wants {} and {}/s^2",
       measured, expected, model.length_unit(), model.length_unit(), model.length_unit());
 }
@@ -252,14 +253,17 @@ std::string contradiction(const EstimateOptions& options) {
 
 // What is printed of a fit beside its estimate.
 struct Beside {
-  std::optional<Search> searched;
+  std::optional<estimator::Minima> searched;
   std::optional<estimator::Posterior> sampled;
+  std::vector<ValueInRun> in_runs;
+  std::vector<AreaAtKnot> pin;
 };
 
 void print_json(const protocol::EstimateDocument& document, const EstimateOptions& options,
-                const EstimationInput& input, const RefinedFit& fitted, const Beside& beside) {
+                const EstimationInput& input, const estimator::Model& model,
+                const RefinedFit& fitted, const Beside& beside) {
   auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
-  if (beside.searched) json["minima"] = to_json(beside.searched->minima);
+  if (beside.searched) json["minima"] = to_json(*beside.searched, model);
   if (fitted.refined()) json["grid"] = fitted.grid();
   json["objective"] = objective_name(options, input.model);
   json["intervals"] = options.intervals;
@@ -269,15 +273,19 @@ void print_json(const protocol::EstimateDocument& document, const EstimateOption
     json["posterior"] = posterior_json(*beside.sampled, document.covariance_order);
     json["posterior_sampling"] = sampling_of(*beside.sampled);
   }
+  if (!beside.in_runs.empty()) json["in_runs"] = in_runs_json(beside.in_runs);
+  if (!beside.pin.empty()) json["pin_table"] = pin_areas_json(beside.pin);
   fmt::print("{}\n", json.dump());
 }
 
 void print_text(const protocol::EstimateDocument& document, const estimator::Model& model,
                 const RefinedFit& fitted, const Beside& beside) {
   fmt::print("{}", report::estimate_table(document));
+  fmt::print("{}", in_runs_table(beside.in_runs));
+  fmt::print("{}", pin_areas_text(beside.pin, model.length_unit()));
   if (fitted.refined()) fmt::print("{}\n", fitted.sentence());
   if (beside.sampled) fmt::print("{}", posterior_table(*beside.sampled, document.covariance_order));
-  if (beside.searched) fmt::print("{}", minima_table(beside.searched->minima, model));
+  if (beside.searched) fmt::print("{}", minima_table(*beside.searched, model));
 }
 
 // The estimate of a fit with the loss, the bias and the intervals that were asked for; an Error
@@ -307,7 +315,7 @@ Result<estimator::Estimate> described(RefinedFit& fitted, const estimator::Fit& 
   if (fit.status != estimator::FitStatus::converged)
     return Error{ErrorKind::not_converged,
                  "there is no single best estimate to sample the posterior around; see "
-                 "`--intervals linear` for what the data leave open"};
+                 "`--intervals linear` for what the data do not determine"};
   sampled = estimator::posterior(model, estimator, input.runs, how);
   replace_by_posterior(estimate, *sampled);
   return estimate;
@@ -318,21 +326,30 @@ Result<estimator::Estimate> described(RefinedFit& fitted, const estimator::Fit& 
 int estimate(const Common& common, const EstimateOptions& options) {
   if (auto why = contradiction(options); !why.empty()) return fail(common, kBadInput, why);
   if (wants_channels(options)) return estimate_channels(common, options);
+  if (holds_records(options)) return estimate_records(common, options);
   InputOptions reading = options;
   reading.harmonics = options.objective == "harmonics";
   auto input = read_estimation_input(reading);
   if (!input) return fail(common, kBadInput, input.error().what);
-  if (auto apart = disagreement(reading)) input->warnings.insert(input->warnings.begin(), *apart);
+  const bool varies = estimator::varies_by_run(input->model);
+  if (auto apart = varies ? std::nullopt : disagreement(reading))
+    input->warnings.insert(input->warnings.begin(), *apart);
   const auto how = apply_objective(options, *input);
   if (!how) return fail(common, kBadInput, how.error().what);
   try {
-    const estimator::Model model(input->model);
+    const estimator::Model single(input->model);
+    const auto own =
+        varies ? give_own_models(*input) : Result<estimator::RunModels>(estimator::RunModels{});
+    if (!own) return fail(common, kBadInput, own.error().what);
+    const estimator::Model& model = varies ? own->joint() : single;
     if (auto why = cannot_repeat_later(model, input->runs); !why.empty())
       return fail(common, kBadInput, why);
     Beside beside;
     if (options.starts > 1) beside.searched = search(model, input->runs, options);
     RefinedFit fitted(model, input->runs, *how, accuracy_for(options, *input));
-    const std::vector<double> start = beside.searched ? beside.searched->best : model.start();
+    const std::vector<double> start = beside.searched && !beside.searched->found.empty()
+                                          ? beside.searched->found.front().theta
+                                          : model.start();
     const estimator::Fit& fit = over_periods(input->runs)
                                     ? fit_over_periods(fitted, model, input->runs, start)
                                     : fitted.fit(start);
@@ -343,8 +360,10 @@ int estimate(const Common& common, const EstimateOptions& options) {
     protocol::EstimateDocument document = report::to_document(*estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";
+    beside.in_runs = values_in_runs(*own, *input, *estimate);
+    beside.pin = pin_areas(input->model, *estimate);
     if (common.json)
-      print_json(document, options, *input, fitted, beside);
+      print_json(document, options, *input, model, fitted, beside);
     else
       print_text(document, model, fitted, beside);
     if (document.usable) return document.intervals_hold ? kOk : kIntervals;

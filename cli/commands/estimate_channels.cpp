@@ -7,7 +7,8 @@
 
 #include "cli/channel_data.hpp"
 #include "cli/commands.hpp"
-#include "estimator/inference/description.hpp"
+#include "estimator/fit/description.hpp"
+#include "estimator/model/run_models.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
@@ -115,6 +116,8 @@ int estimate_channels(const Common& common, const EstimateOptions& options) {
     estimator::Estimate estimate = estimator::describe(model, found.fit);
     estimate.runs = static_cast<int>(runs);
     estimate.cycles = std::lround(cycles);
+    if (auto why = estimator::taken_as_one(input->model, "an estimate of channels"); !why.empty())
+      estimate.warnings.push_back(std::move(why));
     protocol::EstimateDocument document = report::to_document(estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";

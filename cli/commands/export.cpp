@@ -23,6 +23,10 @@ int export_runs(const Common& common, const ExportOptions& options) {
   if (!data) return fail(common, kBadInput, data.error().what);
   std::error_code code;
   std::filesystem::create_directories(options.directory, code);
+  if (code)
+    return fail(common, kBadInput,
+                fmt::format("{}: cannot be written: {}; give a folder with --directory",
+                            options.directory.string(), code.message()));
   const auto written = write(*data, options);
   if (!written) return fail(common, kBadInput, written.error().what);
   const char* what = options.format == "csv" && options.samples ? "samples" : "cycles";

@@ -11,10 +11,11 @@
 
 #include "cli/commands.hpp"
 #include "cli/made_by.hpp"
+#include "cli/plan_aim.hpp"
 #include "cli/planned_campaign.hpp"
 #include "config/model.hpp"
 #include "config/rig.hpp"
-#include "estimator/time/drop.hpp"
+#include "estimator/model/run_models.hpp"
 #include "report/plan_page.hpp"
 #include "report/text_table.hpp"
 
@@ -25,14 +26,25 @@ using OrderedJson = nlohmann::ordered_json;
 namespace est = shaker::estimator;
 
 constexpr double kDefaultNoise = 2e-5;  // m; of a good stroke transducer
-constexpr double kHalfOf95 = 1.96;
 constexpr int kDefaultFrequencies = 12, kDefaultAmplitudes = 6;
+constexpr int kRefinements = 2;  // of the default setpoints
 
-void spread_setpoints(const config::Limits& limits, est::PlanOptions& options) {
+std::vector<double> spread_frequencies(const config::Limits& limits) {
   const double low = limits.frequency_min_hz, high = limits.frequency_max_hz;
-  for (int i = 0; options.frequencies_hz.size() < kDefaultFrequencies && i < kDefaultFrequencies;
-       ++i)
-    options.frequencies_hz.push_back(low * std::pow(high / low, i / (kDefaultFrequencies - 1.0)));
+  std::vector<double> all;
+  for (int i = 0; i < kDefaultFrequencies; ++i) {
+    const double between = low * std::pow(high / low, i / (kDefaultFrequencies - 1.0));
+    all.push_back(std::clamp(est::settable(between), low, high));
+  }
+  return all;
+}
+
+std::vector<double> spread_amplitudes(const config::Limits& limits) {
+  const double most = limits.excitation_max_m_s2;
+  std::vector<double> all;
+  for (int i = 1; i <= kDefaultAmplitudes; ++i)
+    all.push_back(std::min(est::settable(most * i / kDefaultAmplitudes), most));
+  return all;
 }
 
 OrderedJson to_json(const est::Model& model, const est::Plan& plan, const est::PlanSet& set) {
@@ -97,7 +109,8 @@ void print(const est::Model& model, const est::PlanOptions& options, const est::
           ? fmt::format("{:g} minutes of rig time a set, of which each run settles {:g} cycles",
                         options.minutes, options.settle_cycles)
           : fmt::format("{} cycles a run", options.cycles));
-  std::vector<std::vector<std::string>> rows = {{"runs", "spread", "measuring"}};
+  std::vector<std::vector<std::string>> rows = {
+      {fmt::format("runs: Hz and {}/s^2", model.length_unit()), "spread", "measuring"}};
   for (const int k : plan.free)
     rows[0].push_back(model.parameters()[static_cast<std::size_t>(k)].name);
   const std::vector<double> theta = model.start();
@@ -127,94 +140,6 @@ void print(const est::Model& model, const est::PlanOptions& options, const est::
   }
 }
 
-// What a plan aims at: its name, its value at the starts, and its derivatives; no derivatives: the
-// volume of all parameters.
-struct PlanAim {
-  std::string label, unit;
-  double value = 0.0;
-  std::vector<double> derivatives;
-};
-
-// The peak load's derivatives are those of the load at its time, since it is largest there.
-Result<PlanAim> aim_at_drop(const PlanCommand& command, const config::ModelSpec& spec) {
-  if (!command.sink_speed)
-    return Error{ErrorKind::invalid, "--for drop needs --sink-speed, in m/s"};
-  estimator::DropConditions conditions;
-  conditions.sink_speed = *command.sink_speed;
-  conditions.lift = command.lift;
-  const est::DropTest test(spec, conditions);
-  const auto run = test.run(test.model().start(), true);
-  if (!run) return run.error();
-  const auto& load = run->history.load;
-  const auto peak =
-      static_cast<std::size_t>(std::max_element(load.begin(), load.end()) - load.begin());
-  const auto p = static_cast<std::size_t>(test.model().parameter_count());
-  PlanAim aim = {fmt::format("peak load at {:g} {}/s", *command.sink_speed, spec.length_unit),
-                 spec.length_unit + "/s^2",
-                 load[peak],
-                 {}};
-  for (std::size_t k = 0; k < p; ++k)
-    aim.derivatives.push_back(run->load_derivatives[peak * p + k]);
-  return aim;
-}
-
-Result<PlanAim> aim_of(const PlanCommand& command, const config::ModelSpec& spec,
-                       const est::Model& model) {
-  if (command.aim == "drop") return aim_at_drop(command, spec);
-  if (command.sink_speed) return Error{ErrorKind::invalid, "--sink-speed belongs to --for drop"};
-  PlanAim aim;
-  if (command.aim == "all") return aim;
-  std::string names;
-  for (const auto& p : model.parameters()) {
-    aim.derivatives.push_back(p.name == command.aim ? 1.0 : 0.0);
-    if (p.fixed) continue;
-    if (p.name == command.aim) {
-      aim.label = p.name;
-      aim.unit = p.unit;
-      aim.value = p.start;
-    }
-    names += (names.empty() ? "" : ", ") + p.name;
-  }
-  if (!aim.label.empty()) return aim;
-  return Error{ErrorKind::invalid, fmt::format("--for {}: there is no such free parameter; say "
-                                               "all, drop, or one of {}",
-                                               command.aim, names)};
-}
-
-// Half of the 95 % interval in per cent.
-std::string aim_percent(const PlanAim& aim, const est::PlanSet& set) {
-  return report::percent(100.0 * kHalfOf95 * set.aim_error /
-                         (aim.value != 0.0 ? std::fabs(aim.value) : 1.0));
-}
-
-void print_aim(const est::Plan& plan, const PlanAim& aim) {
-  if (aim.derivatives.empty()) return;
-  std::vector<std::vector<std::string>> rows = {{"runs", "half of 95 % of " + aim.label}};
-  for (const est::PlanSet& set : plan.sets)
-    rows.push_back({report::names_of(plan, set), aim_percent(aim, set)});
-  for (const est::PlanSet& set : plan.by_volume)
-    rows.push_back({"best for the volume: " + report::names_of(plan, set), aim_percent(aim, set)});
-  fmt::print("{}\n", report::text_table(rows, {false, true}));
-}
-
-void add_aim(const est::Plan& plan, const PlanAim& aim, OrderedJson& json) {
-  if (aim.derivatives.empty()) return;
-  const auto entries = [&](const std::vector<est::PlanSet>& sets) {
-    OrderedJson out = OrderedJson::array();
-    for (const est::PlanSet& set : sets)
-      out.push_back({{"runs", report::names_of(plan, set)},
-                     {"cycles", set.cycles},
-                     {"determined", set.determined},
-                     {"standard_error", set.aim_error}});
-    return out;
-  };
-  json["aim"] = {{"label", aim.label},
-                 {"unit", aim.unit},
-                 {"value", aim.value},
-                 {"sets", entries(plan.sets)},
-                 {"by_volume", entries(plan.by_volume)}};
-}
-
 // `rig_name`: receives the name of the rig, if there is one.
 Result<est::PlanOptions> options_of(const PlanCommand& command, std::string& rig_name) {
   est::PlanOptions options;
@@ -237,9 +162,10 @@ Result<est::PlanOptions> options_of(const PlanCommand& command, std::string& rig
     const config::Limits& l = rig->limits;
     options.limits = {l.stroke_min_m,        l.stroke_max_m,     l.stroke_rate_max_m_s,
                       l.excitation_max_m_s2, l.frequency_min_hz, l.frequency_max_hz};
-    if (options.frequencies_hz.empty()) spread_setpoints(l, options);
-    for (int i = 1; command.amplitudes.empty() && i <= kDefaultAmplitudes; ++i)
-      options.amplitudes.push_back(l.excitation_max_m_s2 * i / kDefaultAmplitudes);
+    if (options.frequencies_hz.empty() && command.amplitudes.empty())
+      options.refinements = kRefinements;
+    if (options.frequencies_hz.empty()) options.frequencies_hz = spread_frequencies(l);
+    if (options.amplitudes.empty()) options.amplitudes = spread_amplitudes(l);
     for (const auto& sensor : rig->sensors) {
       if (const auto* simulated = std::get_if<config::SimulatedSensor>(&sensor);
           simulated != nullptr && options.noise == 0.0)
@@ -269,7 +195,7 @@ int plan(const Common& common, const PlanCommand& command) {
     if (!aim)
       return fail(common, aim.error().kind == ErrorKind::not_converged ? kNotUsable : kBadInput,
                   aim.error().what);
-    options->aim = aim->derivatives;
+    const std::string lost = take_aim(*aim, model, *options);
     const auto made = est::make_plan(model, *options);
     if (!made) return fail(common, kBadInput, made.error().what);
     if (!command.draw.empty()) {
@@ -283,10 +209,14 @@ int plan(const Common& common, const PlanCommand& command) {
     if (common.json) {
       auto json = to_json(model, *options, *made);
       add_aim(*made, *aim, json);
+      if (!lost.empty()) json["aim"]["warning"] = lost;
       fmt::print("{}\n", json.dump());
     } else {
       print(model, *options, *made);
-      print_aim(*made, *aim);
+      print_aim(*made, *aim, options->prior.size());
+      if (!lost.empty()) fmt::print("{}\n", lost);
+      if (const auto why = est::taken_as_one(*spec, "a plan"); !why.empty())
+        fmt::print("{}\n", why);
     }
     if (!command.write.empty()) {
       const auto written = write_planned_campaign(command.write, *spec, *made, *options);

@@ -246,22 +246,40 @@ int Campaign::run(const char* method, const Json& params, bool estimates,
   return finish(estimates, earlier);
 }
 
-Result<config::CampaignSpec> wanted_campaign(const RunOptions& options) {
+// Of --resume, with the rig that measured the rest; of a campaign file, without a rig.
+Result<MissingRuns> campaign_to_run(const RunOptions& options) {
   if (options.campaign.empty() == options.resume.empty())
     return Error{ErrorKind::invalid, "give a campaign file, or --resume FILE.db"};
-  auto campaign = options.resume.empty() ? config::load_campaign(options.campaign)
-                                         : missing_runs(options.resume);
-  if (!campaign) return campaign;
+  if (!options.resume.empty()) return missing_runs(options.resume);
+  auto campaign = config::load_campaign(options.campaign);
+  if (!campaign) return campaign.error();
+  return MissingRuns{std::move(*campaign), {}};
+}
+
+Result<MissingRuns> wanted_campaign(const RunOptions& options) {
+  auto wanted = campaign_to_run(options);
+  if (!wanted) return wanted;
   for (const std::string& entry : options.specimen) {
     const auto equals = entry.find('=');
     if (equals == std::string::npos)
       return Error{ErrorKind::invalid, fmt::format("--specimen {}: give KEY=TEXT", entry)};
-    if (auto set = config::set_entry(campaign->specimen, entry.substr(0, equals),
+    if (auto set = config::set_entry(wanted->campaign.specimen, entry.substr(0, equals),
                                      entry.substr(equals + 1));
         !set)
       return set.error();
   }
-  return campaign;
+  return wanted;
+}
+
+// The rest of a campaign belongs to the rig that measured its beginning.
+Result<void> expect_rig(const StreamClient& client, const Common& common, const std::string& rig) {
+  const std::string here = text_of(client.version(), "rig");
+  if (rig.empty() || here == rig) return {};
+  return Error{
+      ErrorKind::invalid,
+      fmt::format("the campaign was measured on the rig \"{}\", and the daemon at {} moves "
+                  "\"{}\"; give that rig's --socket, or start the campaign anew",
+                  printable(rig), common.socket.string(), printable(here))};
 }
 
 int nothing_missing(const Common& common, const RunOptions& options) {
@@ -279,19 +297,22 @@ int nothing_missing(const Common& common, const RunOptions& options) {
 }  // namespace
 
 int run(const Common& common, const RunOptions& options) {
-  auto campaign = wanted_campaign(options);
-  if (!campaign) return fail(common, kBadInput, campaign.error().what);
-  if (campaign->runs.empty()) return nothing_missing(common, options);
+  const auto wanted = wanted_campaign(options);
+  if (!wanted) return fail(common, kBadInput, wanted.error().what);
+  const config::CampaignSpec& campaign = wanted->campaign;
+  if (campaign.runs.empty()) return nothing_missing(common, options);
   try {
-    const estimator::Model model(campaign->model);
+    const estimator::Model model(campaign.model);
   } catch (const std::invalid_argument& error) {
     return fail(common, kBadInput, error.what());
   }
   auto client = StreamClient::connect(common.socket);
   if (!client) return unreachable(common, client.error());
+  if (auto same = expect_rig(*client, common, wanted->rig); !same)
+    return fail(common, kBadInput, same.error().what);
   count_interrupts();
-  const Json spec = Json::parse(config::to_json_text(*campaign));
-  return Campaign(common, *client, *campaign, options.quiet)
+  const Json spec = Json::parse(config::to_json_text(campaign));
+  return Campaign(common, *client, campaign, options.quiet)
       .run("campaign.start", {{"campaign", spec}}, true, options.resume);
 }
 

@@ -11,6 +11,7 @@
 #include "cli/file_seal.hpp"
 #include "cli/opened_campaign.hpp"
 #include "record/verification.hpp"
+#include "report/text_table.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -26,7 +27,8 @@ Result<void> verify_database(const fs::path& file, Verdict& verdict) {
   const auto found = record::verify_campaign(file);
   if (!found) return found.error();
   verdict.running = found->running;
-  verdict.facts.push_back(fmt::format("{} runs, {} samples, {} cycles, {} documents", found->runs,
+  verdict.facts.push_back(fmt::format("{}, {} samples, {} cycles, {} documents",
+                                      report::counted(static_cast<std::size_t>(found->runs), "run"),
                                       found->samples, found->cycles, found->documents));
   if (!found->summed)
     verdict.facts.emplace_back("its rows have no checksums: a file of an earlier version");

@@ -13,6 +13,7 @@
 #include "cli/commands/daemon_error.hpp"
 #include "cli/live_view.hpp"
 #include "cli/terminal.hpp"
+#include "cli/watched_socket.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -106,7 +107,7 @@ Result<void> draw(StreamClient& first, const Common& common, double seconds, Liv
       if (seconds > 0.0 && Clock::now() - begin > std::chrono::duration<double>(seconds)) return {};
       redraw();
       std::this_thread::sleep_for(kReconnect);
-      if (auto found = StreamClient::connect(common.socket)) again = std::move(*found);
+      if (auto found = connect_to_watch(common.socket)) again = std::move(*found);
     }
     if (!again) return {};
     client = &*again;
@@ -147,7 +148,7 @@ Result<void> copy(StreamClient& client, double seconds) {
 }  // namespace
 
 int watch(const Common& common, const WatchOptions& options) {
-  auto client = StreamClient::connect(common.socket);
+  auto client = connect_to_watch(common.socket);
   if (!client) return unreachable(common, client.error());
   count_interrupts();
   Result<void> outcome;

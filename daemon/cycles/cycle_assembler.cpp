@@ -74,7 +74,7 @@ HarmonicFit CycleAssembler::fit_reference(Nanoseconds begin, Nanoseconds end) {
     const HarmonicFit fit = fitter_.fit(smooth, value, tracker_.frequency_hz());
     if (fit.ok && fit.noise < kClearlyBetter * best.noise) best = fit;
   }
-  const double phase_error = best.noise * std::sqrt(2.0 / static_cast<double>(best.used + 1));
+  const double phase_error = best.noise * std::sqrt(2.0 / static_cast<double>(best.used));
   if (best.ok && best.amplitude() < kPhaseSigmas * phase_error) best.ok = false;
   return best;
 }

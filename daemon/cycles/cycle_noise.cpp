@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <fmt/format.h>
+
 namespace shaker::daemon {
 
 namespace {
@@ -106,6 +108,21 @@ CycleNoise::Covariance CycleNoise::covariance(std::size_t harmonic) const {
   if (harmonic == 0) return {.along = all[0][0]};
   const std::size_t along = 2 * harmonic - 1, across = 2 * harmonic;
   return {.along = all[along][along], .across = all[across][across], .mixed = all[along][across]};
+}
+
+std::string repeatability(const CycleNoise& noise, double sensor) {
+  if (noise.cycles() < 2) return "one alone does not tell how well they repeat";
+  const double scatter = noise.point_standard_deviation();
+  if (scatter <= sensor) {
+    return fmt::format(
+        "they repeat as well as the sensor can tell: a point differs from cycle to cycle by {:.2e} "
+        "m",
+        scatter);
+  }
+  return fmt::format(
+      "a point differs from cycle to cycle by {:.2e} m, of which the sensor's own noise is {:.2e} "
+      "m",
+      scatter, sensor);
 }
 
 }  // namespace shaker::daemon

@@ -10,6 +10,7 @@
 #include <array>
 #include <complex>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace shaker::daemon {
@@ -47,5 +48,8 @@ class CycleNoise {
   std::array<std::complex<double>, kStrokeHarmonics> harmonic_mean_{};
   Matrix products_{};  // of the deviations: mean, then real and imaginary parts
 };
+
+// For people: how well the cycles repeat. `sensor` is the noise of one point in a cycle, m.
+std::string repeatability(const CycleNoise& noise, double sensor);
 
 }  // namespace shaker::daemon

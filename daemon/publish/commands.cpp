@@ -281,7 +281,10 @@ Answer Commands::done(const Result<void>& outcome) const {
 
 Answer Commands::started(const Result<void>& outcome) const {
   Answer answer = done(outcome);
-  if (auto* result = std::get_if<Json>(&answer)) (*result)["database"] = rig_.database();
+  if (auto* result = std::get_if<Json>(&answer)) {
+    (*result)["database"] = rig_.database();
+    if (auto remark = rig_.remark(); !remark.empty()) (*result)["warning"] = std::move(remark);
+  }
   return answer;
 }
 

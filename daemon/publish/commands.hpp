@@ -39,6 +39,8 @@ class RigControl {
                              const std::string& origin, const std::string& directory) = 0;
   // Path of the database of the campaign that was started last; empty before the first.
   virtual std::string database() const = 0;
+  // What the operator should know of that campaign; empty if there is nothing.
+  virtual std::string remark() const = 0;
   // Begins the proof of the exciter's dead-man: motion at `amplitude` (m/s^2), then no
   // heartbeat.
   virtual Result<void> prove_deadman(const std::string& who, double frequency_hz,

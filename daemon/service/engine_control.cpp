@@ -13,6 +13,11 @@ namespace {
 
 constexpr double kSmallPart = 0.1;  // of the rig's largest excitation, limit of a proof in motion
 
+// Takes back a motion that begins although its client was told that it does not.
+Result<void> stop_again(Engine& engine) {
+  return engine.stop("shakerd, because its answer to the client would have come too late");
+}
+
 // Refuses a model that cannot be built, before any motion.
 Result<void> prove_model(const config::CampaignSpec& campaign) {
   try {
@@ -43,6 +48,10 @@ Result<void> EngineControl::start(const std::string& who, const std::string& tex
   return begin(std::make_shared<const config::CampaignSpec>(std::move(*campaign)), &Engine::start);
 }
 
+std::string EngineControl::remark() const {
+  return last_campaign_ ? daemon::remark(*last_campaign_) : std::string();
+}
+
 Result<void> EngineControl::prove_deadman(const std::string& who, double frequency_hz,
                                           double amplitude) {
   if (auto may = may_start(); !may) return may;
@@ -66,29 +75,30 @@ Result<void> EngineControl::begin(std::shared_ptr<const config::CampaignSpec> wa
   const auto admitted = rig_.ask([wanted](Engine& engine) { return engine.admit(*wanted); });
   if (!admitted) return admitted;
   if (auto made = recorder_.prepare(*wanted, starter_); !made) return made;
-  const auto begun = rig_.ask([wanted, how](Engine& engine) { return (engine.*how)(*wanted); });
+  const auto begun =
+      rig_.ask([wanted, how](Engine& engine) { return (engine.*how)(*wanted); }, stop_again);
   if (begun) last_campaign_ = wanted;
   if (!begun) recorder_.discard();
   return begun;
 }
 
 Result<void> EngineControl::stop(const std::string& who) {
-  return rig_.ask([who](Engine& engine) { return engine.stop(who); }, true);
+  return rig_.ask_urgently([who](Engine& engine) { return engine.stop(who); });
 }
 
-// A late pause does no harm; a late resumption is dropped.
+// A late pause does no harm; a late resumption is taken back.
 Result<void> EngineControl::pause(const std::string& who) {
-  return rig_.ask([who](Engine& engine) { return engine.pause(who); }, true);
+  return rig_.ask_urgently([who](Engine& engine) { return engine.pause(who); });
 }
 
 Result<void> EngineControl::resume(const std::string& who) {
-  return rig_.ask([who](Engine& engine) { return engine.resume(who); });
+  return rig_.ask([who](Engine& engine) { return engine.resume(who); }, stop_again);
 }
 
 // Stops the exciter first, so that a stuck engine does not keep the table moving.
 Result<void> EngineControl::emergency_stop(const std::string& who) {
   exciter_.emergency_stop();
-  return rig_.ask([who](Engine& engine) { return engine.emergency_stop(who); }, true);
+  return rig_.ask_urgently([who](Engine& engine) { return engine.emergency_stop(who); });
 }
 
 Result<void> EngineControl::acknowledge(const std::string& who) {

@@ -32,6 +32,7 @@ class EngineControl final : public RigControl {
   Result<void> start(const std::string& who, const std::string& text, const std::string& origin,
                      const std::string& directory) override;
   std::string database() const override { return recorder_.prepared_file().string(); }
+  std::string remark() const override;
   Result<void> prove_deadman(const std::string& who, double frequency_hz,
                              double amplitude) override;
   Result<void> stop(const std::string& who) override;

@@ -66,7 +66,8 @@ void Onlookers::show_rig() {
   rig_.in_control = std::move(in_control);
   if (planned != planned_) {
     planned_ = std::move(planned);
-    protocol::PlannedCampaign plan{planned_->name, planned_->settle_tolerance, {}};
+    protocol::PlannedCampaign plan{
+        planned_->name, planned_->settle_tolerance, {}, config::entries(planned_->specimen)};
     for (const config::RunSpec& run : planned_->runs)
       plan.runs.push_back({run.name, run.frequency_hz, run.amplitude, run.cycles});
     rig_.plan = std::move(plan);

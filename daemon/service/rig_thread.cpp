@@ -5,7 +5,9 @@
 #include <ctime>
 #include <exception>
 #include <optional>
+#include <tuple>
 
+#include <fmt/format.h>
 #include <poll.h>
 
 #include "daemon/service/supervision.hpp"
@@ -25,11 +27,10 @@ constexpr Nanoseconds kAnswer = 500ms;
 
 // A task of another thread, and its answer.
 struct RigThread::Question {
-  Task task;
-  bool urgent = false;
+  Task task, undo;
   std::mutex mutex;
   std::condition_variable answered;
-  bool given_up = false;
+  bool begun = false, given_up = false;
   std::optional<Result<void>> answer;
 };
 
@@ -53,10 +54,18 @@ RigThread::~RigThread() {
   thread_.join();
 }
 
-Result<void> RigThread::ask(Task task, bool urgent) {
+Result<void> RigThread::ask(Task task, Task undo) {
+  return wait_for_answer(std::move(task), std::move(undo), false);
+}
+
+Result<void> RigThread::ask_urgently(Task task) {
+  return wait_for_answer(std::move(task), {}, true);
+}
+
+Result<void> RigThread::wait_for_answer(Task task, Task undo, bool urgent) {
   auto question = std::make_shared<Question>();
   question->task = std::move(task);
-  question->urgent = urgent;
+  question->undo = std::move(undo);
   {
     const std::lock_guard lock(mutex_);
     questions_.push_back(question);
@@ -66,11 +75,14 @@ Result<void> RigThread::ask(Task task, bool urgent) {
   if (question->answered.wait_for(lock, kAnswer, [&] { return question->answer.has_value(); })) {
     return *question->answer;
   }
-  question->given_up = !urgent;
+  const bool cannot_be_taken_back = question->begun && !question->undo;
+  question->given_up = !urgent && !cannot_be_taken_back;
   return Error{
       ErrorKind::timeout,
-      "The engine does not answer within 0.5 s; the exciter is stopped without it. Use the "
-      "hardware stop if the table moves."};
+      fmt::format("The engine does not answer within 0.5 s; the exciter is stopped without "
+                  "it. {} Use the hardware stop if the table moves.",
+                  question->given_up ? "The request is given up and takes no effect later."
+                                     : "The request takes effect when it runs again.")};
 }
 
 void RigThread::tell(std::function<void(Engine&)> task) {
@@ -219,23 +231,41 @@ void RigThread::watch_the_others() {
   if (reason) engine_.end_motion(reason->code, reason->why);
 }
 
+// Takes the questions one by one, so that an exception of one loses no other.
 void RigThread::answer() {
-  std::vector<std::shared_ptr<Question>> asked;
-  {
-    const std::lock_guard lock(mutex_);
-    asked.swap(questions_);
-  }
-  for (const auto& question : asked) {
+  for (std::size_t left = questions(); left > 0; --left) {
+    std::shared_ptr<Question> question;
+    {
+      const std::lock_guard lock(mutex_);
+      question = std::move(questions_.front());
+      questions_.pop_front();
+    }
     {
       const std::lock_guard lock(question->mutex);
       if (question->given_up) continue;
+      question->begun = true;
     }
     auto said = question->task(engine_);
     show_state();
-    const std::lock_guard lock(question->mutex);
-    question->answer = std::move(said);
-    question->answered.notify_one();
+    if (!answer(*question, said) && said) {
+      std::ignore = question->undo(engine_);
+      show_state();
+    }
   }
+}
+
+// Returns false if nobody waits for the answer any more.
+bool RigThread::answer(Question& question, const Result<void>& said) {
+  const std::lock_guard lock(question.mutex);
+  if (question.given_up) return false;
+  question.answer = said;
+  question.answered.notify_one();
+  return true;
+}
+
+std::size_t RigThread::questions() const {
+  const std::lock_guard lock(mutex_);
+  return questions_.size();
 }
 
 void RigThread::show_state() {

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -35,9 +36,12 @@ class RigThread {
 
   // --- any other thread
   // Runs `task` between two ticks and waits for its result, at most half a second; then returns
-  // an Error (timeout). A task that has not begun by then is dropped, unless it is urgent.
+  // an Error (timeout) that says what becomes of it. A task that has not begun by then is dropped.
+  // Of one that has begun and ends well later, `undo` takes back the effect before the next tick;
+  // without `undo` the effect stays.
   using Task = std::function<Result<void>(Engine&)>;
-  Result<void> ask(Task task, bool urgent = false);
+  Result<void> ask(Task task, Task undo = {});
+  Result<void> ask_urgently(Task task);          // never dropped
   void tell(std::function<void(Engine&)> task);  // does not wait
 
   State state() const { return engine_.state(); }
@@ -61,6 +65,9 @@ class RigThread {
   void drain_workers();
   void watch_the_others();
   void answer();
+  static bool answer(Question& question, const Result<void>& said);
+  std::size_t questions() const;
+  Result<void> wait_for_answer(Task task, Task undo, bool urgent);
   void show_state();
 
   Engine& engine_;
@@ -74,7 +81,7 @@ class RigThread {
   std::atomic<double> ramp_s_{0.0};
   std::atomic<int> clients_{0};
   mutable std::mutex mutex_;
-  std::vector<std::shared_ptr<Question>> questions_;
+  std::deque<std::shared_ptr<Question>> questions_;
   std::shared_ptr<const protocol::StateDocument> shown_;
   std::optional<Engine::DeadmanSeen> deadman_seen_;
 

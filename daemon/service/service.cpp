@@ -349,7 +349,7 @@ void Service::Parts::complete(protocol::HealthDocument& health) {
   health.log_drops = dropped_log_lines();
   health.exciter_connected = exciter.connected();
   health.loop_late_max_s = seconds(rig_thread.take_latest());
-  if (const auto free = recorder.disk_free_bytes(); free > 0) health.disk_free_bytes = free;
+  health.disk_free_bytes = recorder.disk_free_bytes();
 }
 
 void Service::block_signals() {

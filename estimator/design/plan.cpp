@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <map>
-#include <set>
+#include <utility>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include "estimator/inference/determination.hpp"
+#include "estimator/design/plan_candidates.hpp"
+#include "estimator/design/plan_criteria.hpp"
+#include "estimator/design/plan_search.hpp"
+#include "estimator/fit/determination.hpp"
 #include "estimator/inference/parallel.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
@@ -18,235 +20,12 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kGrid = 160;
-// Weak prior for ranking sets that do not determine all parameters: a relative standard
-// deviation of 1000 for every parameter.
-constexpr double kWeakPrior = 1e-6;
 // Least ratio of an eigenvalue of the unit-diagonal information to the largest one; below it the
 // eigenvalue is rounding.
 constexpr double kMinEigenvalueShare = 1e-12;
-constexpr int kGreedyStarts = 6;
-// A plan with an aim weighs the logarithm of the volume by this, so that the set leaves no other
-// parameter open.
-constexpr double kShareOfVolume = 0.05;
-
-std::vector<double> point_of(const Model& model, const PlanOptions& options) {
-  return options.theta.empty() ? model.start() : options.theta;
-}
-
-std::string refusal_of_setpoint(const PlanOptions& options, double frequency, double amplitude) {
-  const PlanLimits& l = options.limits;
-  if ((l.frequency_min_hz > 0.0 && frequency < l.frequency_min_hz) ||
-      (l.frequency_max_hz > 0.0 && frequency > l.frequency_max_hz))
-    return fmt::format("the rig allows {:g} to {:g} Hz", l.frequency_min_hz, l.frequency_max_hz);
-  if (l.excitation_max > 0.0 && amplitude > l.excitation_max)
-    return fmt::format("the rig allows an excitation of {:g}", l.excitation_max);
-  // A set of most_runs runs must leave each of them a cycle.
-  if (options.minutes > 0.0 &&
-      60.0 * options.minutes / options.most_runs * frequency < options.settle_cycles + 1.0)
-    return fmt::format("{:g} min do not suffice to settle and measure in each of {} runs",
-                       options.minutes, options.most_runs);
-  return {};
-}
-
-std::string refusal_of_motion(const PlanLimits& l, const PlanCandidate& c) {
-  if (l.stroke_max > l.stroke_min && c.stroke_low < l.stroke_min)
-    return fmt::format("the stroke would go down to {:.4g}; the rig allows {:g}", c.stroke_low,
-                       l.stroke_min);
-  if (l.stroke_max > l.stroke_min && c.stroke_high > l.stroke_max)
-    return fmt::format("the stroke would go up to {:.4g}; the rig allows {:g}", c.stroke_high,
-                       l.stroke_max);
-  if (l.stroke_rate_max > 0.0 && c.rate > l.stroke_rate_max)
-    return fmt::format("the stroke rate would be {:.3g}; the rig allows {:g}", c.rate,
-                       l.stroke_rate_max);
-  return {};
-}
-
-void examine(const Model& model, const PlanOptions& options, const std::vector<double>& theta,
-             const std::vector<int>& free, PlanCandidate& c) {
-  c.refused = refusal_of_setpoint(options, c.frequency_hz, c.amplitude);
-  if (!c.refused.empty()) return;
-  const int every = (kGrid + options.points - 1) / options.points;
-  PeriodicSystem system(model, {Scheme::order6, every * options.points, true});
-  system.set_excitation(c.frequency_hz, c.amplitude);
-  const SolveReport report = system.solve_from_rest(theta);
-  if (report.status != SolveStatus::converged) {
-    c.refused = report.sentence();
-    return;
-  }
-  c.stroke_low = c.stroke_high = system.value(0, model.observed());
-  for (int i = 0; i < system.points(); ++i) {
-    const double u = system.value(i, model.observed());
-    c.stroke_low = std::min(c.stroke_low, u);
-    c.stroke_high = std::max(c.stroke_high, u);
-    c.rate = std::max(c.rate, std::fabs(system.velocity(i, model.observed())));
-  }
-  c.refused = refusal_of_motion(options.limits, c);
-  if (!c.refused.empty()) return;
-  const std::size_t q = free.size();
-  c.information.assign(q * q, 0.0);
-  const double weight = options.cycles / (options.noise * options.noise);
-  for (int i = 0; i < options.points; ++i) {
-    const auto row = system.observed_row(i * every);
-    for (std::size_t k = 0; k < q; ++k) {
-      for (std::size_t l = 0; l < q; ++l)
-        c.information[k * q + l] += weight * row[static_cast<std::size_t>(1 + free[k])] *
-                                    row[static_cast<std::size_t>(1 + free[l])];
-    }
-  }
-}
-
-// The cycles that a run of a set of `runs` runs measures.
-double cycles_of(const PlanOptions& options, double frequency_hz, std::size_t runs) {
-  if (!(options.minutes > 0.0)) return options.cycles;
-  const double seconds = 60.0 * options.minutes / static_cast<double>(runs);
-  return std::max(0.0, seconds * frequency_hz - options.settle_cycles);
-}
-
-// Evaluates sets by their information in relative parameters, including the model's priors.
-class Judge {
- public:
-  Judge(const Model& model, const PlanOptions& options,
-        const std::vector<PlanCandidate>& candidates, const std::vector<int>& free,
-        const std::vector<double>& theta)
-      : options_(options), candidates_(candidates), q_(static_cast<Eigen::Index>(free.size())) {
-    scale_.resize(q_);
-    aim_ = Eigen::VectorXd::Zero(q_);
-    prior_ = Eigen::MatrixXd::Zero(q_, q_);
-    for (Eigen::Index k = 0; k < q_; ++k) {
-      const auto at = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
-      scale_[k] = size_of(theta[at]);
-      const auto& sigma = model.parameters()[at].prior_standard_deviation;
-      if (sigma) prior_(k, k) = scale_[k] * scale_[k] / (*sigma * *sigma);
-      if (!options.aim.empty()) aim_[k] = options.aim[at] * scale_[k];
-    }
-  }
-
-  Eigen::MatrixXd information(const std::vector<std::size_t>& runs) const {
-    Eigen::MatrixXd sum = prior_;
-    for (const std::size_t r : runs) {
-      const Eigen::Map<const Eigen::MatrixXd> own(candidates_[r].information.data(), q_, q_);
-      const double share =
-          cycles_of(options_, candidates_[r].frequency_hz, runs.size()) / options_.cycles;
-      sum += share * (scale_.asDiagonal() * own * scale_.asDiagonal());
-    }
-    return sum;
-  }
-
-  // Logarithm of the relative errors' geometric mean; a smaller value is better.
-  double d_criterion(const std::vector<std::size_t>& runs) const {
-    const Eigen::MatrixXd m = with_weak_prior(runs);
-    const Eigen::VectorXd root = Cholesky(m).root().diagonal();
-    double sum = 0.0;
-    for (Eigen::Index k = 0; k < q_; ++k)
-      sum += std::log(root[k]);
-    return -sum / static_cast<double>(q_);
-  }
-  double error_of(const std::vector<std::size_t>& runs, Eigen::Index k) const {
-    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(q_, k);
-    return Cholesky(with_weak_prior(runs)).solve(unit)[k];
-  }
-
-  // The standard error of what is aimed at.
-  double aim_error(const std::vector<std::size_t>& runs) const {
-    return std::sqrt(std::max(0.0, aim_.dot(Cholesky(with_weak_prior(runs)).solve(aim_))));
-  }
-  bool aims() const { return !options_.aim.empty(); }
-  double criterion(const std::vector<std::size_t>& runs) const {
-    const double volume = d_criterion(runs);
-    return aims() ? std::log(aim_error(runs)) + kShareOfVolume * volume : volume;
-  }
-
-  const Eigen::VectorXd& scale() const { return scale_; }
-
- private:
-  Eigen::MatrixXd with_weak_prior(const std::vector<std::size_t>& runs) const {
-    return information(runs) + kWeakPrior * Eigen::MatrixXd::Identity(q_, q_);
-  }
-  const PlanOptions& options_;
-  const std::vector<PlanCandidate>& candidates_;
-  Eigen::Index q_;
-  Eigen::VectorXd scale_, aim_;
-  Eigen::MatrixXd prior_;
-};
-
-using Criterion = std::function<double(const std::vector<std::size_t>&)>;
-
-// Replaces one run at a time by the best other one until no exchange helps. A run may occur
-// twice, which means twice as many cycles of it.
-void exchange(std::vector<std::size_t>& runs, const std::vector<std::size_t>& possible,
-              const Criterion& criterion) {
-  double best = criterion(runs);
-  for (bool better = true; better;) {
-    better = false;
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      const std::size_t before = runs[i];
-      std::size_t chosen = before;
-      for (const std::size_t other : possible) {
-        runs[i] = other;
-        const double value = criterion(runs);
-        if (value < best - 1e-12 * std::fabs(best)) {
-          best = value;
-          chosen = other;
-          better = true;
-        }
-      }
-      runs[i] = chosen;
-    }
-  }
-  std::sort(runs.begin(), runs.end());
-}
-
-// The best sets of `size` runs: those that greedy search from several single runs and exchange
-// find, and their neighbours that differ by one run.
-std::vector<std::vector<std::size_t>> best_sets(int size, int keep,
-                                                const std::vector<std::size_t>& possible,
-                                                const Criterion& criterion) {
-  std::vector<std::size_t> singles = possible;
-  std::sort(singles.begin(), singles.end(),
-            [&](std::size_t a, std::size_t b) { return criterion({a}) < criterion({b}); });
-  std::map<std::vector<std::size_t>, double> found;
-  for (std::size_t s = 0; s < std::min<std::size_t>(singles.size(), kGreedyStarts); ++s) {
-    std::vector<std::size_t> runs = {singles[s]};
-    while (static_cast<int>(runs.size()) < size) {
-      runs.push_back(possible.front());
-      double best = std::numeric_limits<double>::infinity();
-      std::size_t chosen = possible.front();
-      for (const std::size_t other : possible) {
-        runs.back() = other;
-        const double value = criterion(runs);
-        if (value < best) {
-          best = value;
-          chosen = other;
-        }
-      }
-      runs.back() = chosen;
-    }
-    exchange(runs, possible, criterion);
-    found[runs] = criterion(runs);
-  }
-  const auto optima = found;
-  for (const auto& entry : optima) {
-    for (std::size_t i = 0; i < entry.first.size(); ++i) {
-      for (const std::size_t other : possible) {
-        std::vector<std::size_t> runs = entry.first;
-        runs[i] = other;
-        std::sort(runs.begin(), runs.end());
-        found[runs] = criterion(runs);
-      }
-    }
-  }
-  std::vector<std::pair<double, std::vector<std::size_t>>> ranked;
-  for (const auto& entry : found)
-    ranked.emplace_back(entry.second, entry.first);
-  std::sort(ranked.begin(), ranked.end());
-  std::vector<std::vector<std::size_t>> out;
-  for (const auto& entry : ranked) {
-    if (static_cast<int>(out.size()) >= keep) break;
-    out.push_back(entry.second);
-  }
-  return out;
-}
+// A run that is worth its settling.
+constexpr double kFewestCycles = 0.9;
+constexpr double kTooFewCycles = std::numeric_limits<double>::infinity();
 
 Result<void> check(const Model& model, const PlanOptions& o, const std::vector<int>& free) {
   const auto bad = [](std::string why) { return Error{ErrorKind::invalid, std::move(why)}; };
@@ -286,24 +65,45 @@ Error no_candidate(const Plan& plan) {
                       plan.candidates.size(), commonest)};
 }
 
+// The runs ascending, each with its share; equal shares where none are given.
+RunShares in_order(std::vector<std::size_t> runs, std::vector<double> share) {
+  if (share.empty()) {
+    std::sort(runs.begin(), runs.end());
+    return equally(std::move(runs));
+  }
+  std::vector<std::pair<std::size_t, double>> pairs;
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    pairs.emplace_back(runs[i], share[i]);
+  std::sort(pairs.begin(), pairs.end());
+  RunShares set;
+  for (const auto& [run, part] : pairs) {
+    set.runs.push_back(run);
+    set.share.push_back(part);
+  }
+  return set;
+}
+
 }  // namespace
 
 PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
-              std::vector<std::size_t> runs) {
+              std::vector<std::size_t> runs, std::vector<double> share) {
   const std::vector<double> theta = point_of(model, options);
-  const Judge judge(model, options, plan.candidates, plan.free, theta);
+  const PlanCriteria criteria(model, options, plan.candidates, plan.free);
   const auto q = static_cast<Eigen::Index>(plan.free.size());
   PlanSet set;
-  std::sort(runs.begin(), runs.end());
-  set.runs = std::move(runs);
-  for (const std::size_t r : set.runs) {
-    const double frequency = plan.candidates[r].frequency_hz;
-    set.cycles.push_back(cycles_of(options, frequency, set.runs.size()));
-    set.seconds += set.cycles.back() / frequency;
+  const RunShares parts = in_order(std::move(runs), std::move(share));
+  set.runs = parts.runs;
+  if (options.minutes > 0.0) set.share = parts.share;
+  for (std::size_t i = 0; i < set.runs.size(); ++i) {
+    set.cycles.push_back(criteria.cycles(parts, i));
+    set.seconds += set.cycles.back() / plan.candidates[set.runs[i]].frequency_hz;
   }
-  if (judge.aims()) set.aim_error = judge.aim_error(set.runs);
-  set.spread = std::exp(judge.d_criterion(set.runs));
-  const Eigen::MatrixXd m = judge.information(set.runs);
+  if (criteria.aims()) {
+    set.aim_error = criteria.aim_error(parts);
+    set.aim_over_prior = criteria.aim_over_prior(parts);
+  }
+  set.spread = std::exp(criteria.volume(parts));
+  const Eigen::MatrixXd m = criteria.information(parts);
   const Eigen::VectorXd root = m.diagonal().cwiseMax(1e-300).cwiseSqrt();
   const Eigen::MatrixXd unit =
       root.cwiseInverse().asDiagonal() * m * root.cwiseInverse().asDiagonal();
@@ -314,8 +114,8 @@ PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(q, q);
   for (Eigen::Index i = 0; i < q; ++i) {
     const Eigen::VectorXd axis = root.cwiseInverse().asDiagonal() * eigen.vectors.col(i);
-    const double share = eigen.values[i] / eigen.values[q - 1];
-    if (share > kMinEigenvalueShare && eigen.values[q - 1] > 0.0) {
+    const double weight = eigen.values[i] / eigen.values[q - 1];
+    if (weight > kMinEigenvalueShare && eigen.values[q - 1] > 0.0) {
       inverse += axis * axis.transpose() / eigen.values[i];
       continue;
     }
@@ -324,22 +124,94 @@ PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
     for (Eigen::Index k = 0; k < q; ++k) {
       if (std::fabs(eigen.vectors(k, i)) <= 0.05) continue;
       const auto at = static_cast<std::size_t>(plan.free[static_cast<std::size_t>(k)]);
-      lost[at] = axis[k] * judge.scale()[k];
+      lost[at] = axis[k] * criteria.scale()[k];
       fit.determined[at] = 0;
     }
     fit.lost.push_back(std::move(lost));
   }
   for (Eigen::Index k = 0; k < q; ++k) {
     const auto at = static_cast<std::size_t>(plan.free[static_cast<std::size_t>(k)]);
-    set.error.push_back(fit.determined[at] ? judge.scale()[k] * std::sqrt(inverse(k, k)) : kNaN);
+    set.error.push_back(fit.determined[at] ? criteria.scale()[k] * std::sqrt(inverse(k, k)) : kNaN);
   }
   for (Eigen::Index k = 0; k < q; ++k) {
     for (Eigen::Index l = 0; l < q; ++l)
-      fit.covariance.push_back(inverse(k, l) * judge.scale()[k] * judge.scale()[l]);
+      fit.covariance.push_back(inverse(k, l) * criteria.scale()[k] * criteria.scale()[l]);
   }
   set.warnings = determination_warnings(model, fit);
   return set;
 }
+
+namespace {
+
+std::vector<std::size_t> possible_in(const Plan& plan) {
+  std::vector<std::size_t> possible;
+  for (std::size_t i = 0; i < plan.candidates.size(); ++i) {
+    if (plan.candidates[i].refused.empty()) possible.push_back(i);
+  }
+  return possible;
+}
+
+void examine_from(std::size_t first, const Model& model, const PlanOptions& options, Plan& plan) {
+  in_parallel(
+      static_cast<long>(plan.candidates.size() - first), options.threads, [] { return 0; },
+      [&](int, long i) {
+        examine(model, options, plan.free, plan.candidates[first + static_cast<std::size_t>(i)]);
+      });
+}
+
+// The best sets of every size up to most_runs for the plan's own criterion. With an aim and a rig
+// time, the time is shared as serves the aim best.
+std::vector<PlanSet> ranked_sets(const Model& model, const PlanOptions& options, const Plan& plan) {
+  const PlanCriteria criteria(model, options, plan.candidates, plan.free);
+  const bool shared = criteria.aims() && options.minutes > 0.0;
+  const Criterion worth = [&](const RunShares& set) {
+    for (std::size_t i = 0; shared && i < set.runs.size(); ++i) {
+      if (criteria.cycles(set, i) < kFewestCycles) return kTooFewCycles;
+    }
+    return criteria.criterion(set);
+  };
+  std::vector<PlanSet> sets;
+  for (int size = 1; size <= options.most_runs; ++size) {
+    std::vector<std::pair<double, RunShares>> found;
+    for (auto& runs : best_sets(size, options.keep, possible_in(plan), worth)) {
+      RunShares set = shared ? best_shares(std::move(runs), worth) : equally(std::move(runs));
+      const double value = worth(set);
+      found.emplace_back(value, std::move(set));
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (auto& entry : found)
+      sets.push_back(
+          judge(model, options, plan, std::move(entry.second.runs), std::move(entry.second.share)));
+  }
+  return sets;
+}
+
+PlanSet best_by_volume(const Model& model, const PlanOptions& options, const Plan& plan) {
+  const PlanCriteria criteria(model, options, plan.candidates, plan.free);
+  const auto runs = best_sets(options.most_runs, 1, possible_in(plan),
+                              [&](const RunShares& set) { return criteria.volume(set); });
+  return judge(model, options, plan, runs.front());
+}
+
+// Further candidates about the best sets for the aim, and as many about the best for the volume.
+void refine(const Model& model, const PlanOptions& options, Plan& plan) {
+  for (int round = 1; round <= options.refinements; ++round) {
+    std::vector<PlanSet> about = {best_by_volume(model, options, plan)};
+    std::size_t size = 0;
+    for (PlanSet& set : ranked_sets(model, options, plan)) {
+      if (set.runs.size() == size) continue;  // only the best set of each size
+      size = set.runs.size();
+      about.push_back(std::move(set));
+    }
+    const std::size_t first = plan.candidates.size();
+    for (PlanCandidate& c : candidates_about(about, plan, options, round))
+      plan.candidates.push_back(std::move(c));
+    examine_from(first, model, options, plan);
+  }
+}
+
+}  // namespace
 
 Result<Plan> make_plan(const Model& model, const PlanOptions& options) {
   Plan plan;
@@ -347,44 +219,20 @@ Result<Plan> make_plan(const Model& model, const PlanOptions& options) {
     if (!model.parameters()[static_cast<std::size_t>(k)].fixed) plan.free.push_back(k);
   }
   if (const auto good = check(model, options, plan.free); !good) return good.error();
-  const std::vector<double> theta = point_of(model, options);
-  for (const double frequency : options.frequencies_hz) {
-    for (const double amplitude : options.amplitudes) {
-      PlanCandidate candidate;
-      candidate.frequency_hz = frequency;
-      candidate.amplitude = amplitude;
-      plan.candidates.push_back(std::move(candidate));
-    }
-  }
-  in_parallel(
-      static_cast<long>(plan.candidates.size()), options.threads, [] { return 0; },
-      [&](int, long i) {
-        examine(model, options, theta, plan.free, plan.candidates[static_cast<std::size_t>(i)]);
-      });
-  std::vector<std::size_t> possible;
-  for (std::size_t i = 0; i < plan.candidates.size(); ++i) {
-    if (plan.candidates[i].refused.empty()) possible.push_back(i);
-  }
-  if (possible.empty()) return no_candidate(plan);
-  const Judge criteria(model, options, plan.candidates, plan.free, theta);
-  for (int size = 1; size <= options.most_runs; ++size) {
-    const auto best = [&](const std::vector<std::size_t>& runs) {
-      return criteria.criterion(runs);
-    };
-    for (auto& runs : best_sets(size, options.keep, possible, best))
-      plan.sets.push_back(judge(model, options, plan, std::move(runs)));
-  }
-  if (criteria.aims()) {
-    const auto d = [&](const std::vector<std::size_t>& runs) { return criteria.d_criterion(runs); };
-    auto runs = best_sets(options.most_runs, 1, possible, d).front();
-    plan.by_volume.push_back(judge(model, options, plan, std::move(runs)));
-  }
+  plan.candidates = grid_of(options);
+  examine_from(0, model, options, plan);
+  if (possible_in(plan).empty()) return no_candidate(plan);
+  const bool aims = !options.aim.empty();
+  if (aims) refine(model, options, plan);
+  plan.sets = ranked_sets(model, options, plan);
+  if (aims) plan.by_volume.push_back(best_by_volume(model, options, plan));
+  const PlanCriteria criteria(model, options, plan.candidates, plan.free);
   for (std::size_t k = 0; k < plan.free.size(); ++k) {
-    const auto sharp = [&](const std::vector<std::size_t>& runs) {
-      return criteria.error_of(runs, static_cast<Eigen::Index>(k));
+    const auto sharp = [&](const RunShares& set) {
+      return criteria.error_of(set, static_cast<Eigen::Index>(k));
     };
-    plan.sharpest.push_back(
-        judge(model, options, plan, best_sets(options.most_runs, 1, possible, sharp).front()));
+    const auto runs = best_sets(options.most_runs, 1, possible_in(plan), sharp).front();
+    plan.sharpest.push_back(judge(model, options, plan, runs));
   }
   return plan;
 }

@@ -9,8 +9,10 @@
 //
 // Instead of the volume, a plan may aim at one quantity of the parameters (the peak load of a drop,
 // a parameter): sets are then ranked by its standard error (C-criterion), linearised, and by a
-// twentieth of the volume, so that no other parameter stays open. With a given
-// rig time the runs of a set share it, and each gives up `settle_cycles` of its own.
+// twentieth of the volume, so that no other parameter stays open. An aim is averaged over the
+// dampers that the prior allows: the logarithm of its standard error at each. With a given rig time
+// the runs of a set share it, and each gives up `settle_cycles` of its own. With an aim they share it
+// as serves it best, and further candidates are tried about the runs of the best sets.
 #pragma once
 
 #include <string>
@@ -28,6 +30,11 @@ struct PlanLimits {
   double frequency_min_hz = 0.0, frequency_max_hz = 0.0;  // 0: no limit
 };
 
+// A damper that the prior allows: all parameters, and the derivatives of the aim at it.
+struct PlanPoint {
+  std::vector<double> theta, aim;
+};
+
 struct PlanOptions {
   std::vector<double> frequencies_hz, amplitudes;  // all pairs are candidates
   PlanLimits limits;
@@ -39,15 +46,18 @@ struct PlanOptions {
   int keep = 5;               // number of sets of each size
   unsigned threads = 0;       // 0: one for each core
   std::vector<double> aim;    // derivatives of one quantity over all parameters; empty: the volume
-  double minutes = 0.0;       // rig time of every set, in place of `cycles`; 0: `cycles` each
-  double settle_cycles = 10;  // that the rig takes before it measures, with `minutes`
+  std::vector<PlanPoint> prior;  // over which an aim is averaged; empty: `theta` alone
+  int refinements = 0;           // rounds of further candidates about the best sets, with an aim
+  double minutes = 0.0;          // rig time of every set, in place of `cycles`; 0: `cycles` each
+  double settle_cycles = 10;     // that the rig takes before it measures, with `minutes`
 };
 
 struct PlanCandidate {
   double frequency_hz = 0.0, amplitude = 0.0;
   double stroke_low = 0.0, stroke_high = 0.0, rate = 0.0;  // extremes of the predicted motion
-  std::string refused;              // reason why the rig cannot do it; empty: it can
-  std::vector<double> information;  // free x free; empty if refused
+  std::string refused;                          // reason why the rig cannot do it; empty: it can
+  std::vector<double> information;              // free x free; empty if refused
+  std::vector<std::vector<double>> over_prior;  // the same at each point of the prior
 };
 
 struct PlanSet {
@@ -59,7 +69,9 @@ struct PlanSet {
   std::vector<double> error;          // standard errors of the free parameters; NaN if undetermined
   double seconds = 0.0;               // measuring time, without settling
   std::vector<double> cycles;         // of each run
-  double aim_error = 0.0;             // standard error of the aim; 0 without one
+  std::vector<double> share;          // of the rig time, of each run; empty: equal ones
+  double aim_error = 0.0;             // standard error of the aim, at theta; 0 without one
+  double aim_over_prior = 0.0;        // its median over the prior; the same without a prior
   std::vector<std::string> warnings;  // names the combinations that the set does not determine
 };
 
@@ -71,13 +83,18 @@ struct Plan {
   std::vector<PlanSet> by_volume;  // with an aim: the best set of most_runs runs by the volume
 };
 
+// A positive frequency or amplitude, rounded to three significant digits: one that can be read, and
+// that a rig can be set to.
+double settable(double value);
+
 // Makes a plan. It blocks until all candidates are examined on `threads` threads. Returns an
 // Error if options are invalid, or if the rig can do no candidate (with the most frequent
 // reason).
 Result<Plan> make_plan(const Model& model, const PlanOptions& options);
 
 // Evaluates one set that the caller chooses. `runs`: indices of candidates that are not refused.
+// `share`: of the rig time, one for each run, in their order; empty: equal ones.
 PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
-              std::vector<std::size_t> runs);
+              std::vector<std::size_t> runs, std::vector<double> share = {});
 
 }  // namespace shaker::estimator

@@ -10,8 +10,10 @@
 #include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/diagnosis/motion_range.hpp"
 #include "estimator/diagnosis/noise/above_noise.hpp"
+#include "estimator/diagnosis/noise/agreement.hpp"
 #include "estimator/diagnosis/noise/excitation_noise.hpp"
 #include "estimator/diagnosis/noise/extra_channels.hpp"
+#include "estimator/diagnosis/noise/run_constants.hpp"
 #include "estimator/diagnosis/noise/screening.hpp"
 #include "estimator/diagnosis/noise/transient.hpp"
 #include "estimator/diagnosis/noise/weighing.hpp"
@@ -25,15 +27,13 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-using Eigen::VectorXd;
-
 constexpr double kMinRestartGain = 5.0;  // times what is left a datum: less is chance
 constexpr double kUsualRuns = 6.0;
 constexpr std::size_t kSpeeds =
     10000;                        // of a run: enough for its cycles, too few to show its noise
 constexpr int kRecordSteps = 40;  // of a fit: each integrates every sample
-// Of records, in budgets of periodic runs: what their search may take, and one more for so many
-// samples; in points: what one fit may take, and for each sample.
+// For records. In units of the budget of periodic runs: the share of a search, and the number of
+// samples that adds one more. In points: the budget of one fit, and its increase for each sample.
 constexpr double kRecordBudget = 4.0, kSamplesOfBudget = 250.0;
 constexpr double kFitBudget = 8e6, kFitBudgetOfSample = 2500.0;
 constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many data as a cycle
@@ -42,7 +42,7 @@ Error invalid(std::string why) {
   return {ErrorKind::invalid, std::move(why)};
 }
 
-// Without a fit of the base model there is nothing to compare with.
+// Nothing can be compared without a fit of the base model.
 Error not_fitted(const HarmonicFit& fit) {
   return {ErrorKind::not_converged,
           fit.trouble +
@@ -58,8 +58,8 @@ Result<void> check(const Campaign& campaign, const DiagnoseOptions& options) {
     return invalid(fmt::format("a false-alarm rate of {} makes no sense; it is between 0 and 0.5",
                                options.false_alarm_rate));
   if (!(options.evaluation_budget > 0.0))
-    return invalid(
-        fmt::format("an effort of {} allows no search; it is above 0", options.evaluation_budget));
+    return invalid(fmt::format("an evaluation budget of {} allows no search; it must be above 0",
+                               options.evaluation_budget));
   for (const Recording& run : campaign.runs) {
     if (run.kind != campaign.runs.front().kind)
       return invalid(fmt::format("runs {} and {} are of different kinds; diagnose them apart",
@@ -68,37 +68,6 @@ Result<void> check(const Campaign& campaign, const DiagnoseOptions& options) {
   if (std::none_of(campaign.runs.begin(), campaign.runs.end(),
                    [](const Recording& r) { return r.role == Role::fit; }))
     return invalid("every run is held out; at least one must have the role \"fit\"");
-  return {};
-}
-
-// Two runs that were driven alike and answered differently cannot both be right.
-Result<void> agree(const std::vector<RunDatum>& data, HarmonicFit& fit) {
-  for (std::size_t a = 0; a < data.size(); ++a) {
-    for (std::size_t b = a + 1; b < data.size(); ++b) {
-      const auto size = std::min(data[a].driver.size(), data[b].driver.size());
-      const VectorXd drive = data[b].driver.head(size) - data[a].driver.head(size);
-      if (std::fabs(data[a].frequency_hz / data[b].frequency_hz - 1.0) > 2e-3 ||
-          drive.norm() > 0.02 * data[a].driver.norm())
-        continue;
-      const auto shared = std::min(data[a].response.size(), data[b].response.size());
-      const Eigen::MatrixXd slope =
-          fit.predictions[a].over_excitation(static_cast<int>((size - 1) / 2));
-      const VectorXd expected = slope.topRows(shared) * drive.tail(size - 1);
-      const VectorXd apart =
-          data[b].response.head(shared) - data[a].response.head(shared) - expected;
-      const VectorXd error = (data[a].error.head(shared).cwiseAbs2() +
-                              data[b].error.head(shared).cwiseAbs2() + 1e-3 * expected.cwiseAbs2())
-                                 .cwiseSqrt();
-      const double distance = apart.cwiseQuotient(error).squaredNorm();
-      const auto n = static_cast<double>(shared);
-      if (distance < n + 12.0 * std::sqrt(2.0 * n)) continue;
-      return invalid(fmt::format(
-          "runs {} and {} contradict each other: driven alike at {:.4g} Hz, they answer {:.2g} "
-          "standard errors apart; something changed between them (temperature, gas charge, the "
-          "sensor's mounting): repeat one of them or leave one out",
-          data[a].name, data[b].name, data[a].frequency_hz, std::sqrt(distance / n)));
-    }
-  }
   return {};
 }
 
@@ -123,10 +92,10 @@ void warn_of_design(const std::vector<SteadyRun>& runs, double variance_inflatio
                     std::sqrt(variance_inflation)));
 }
 
-// From start values that are far off the base model's fit may end in a valley of its own, and any
-// effect mends that: fitted again from what it is with the effects that were named. Nothing where
-// that is no better, beside what the model leaves in any case: a fit far from noise ends a little
-// lower or higher in the same valley.
+// From distant start values the fit of the base model may end in a wrong valley, and any effect
+// then improves it. Fits the base model again, from the parameters that it has together with the
+// named effects. Returns a model with the new start values, or nothing if the fit is no better. Two
+// fits far from the noise that end in one valley differ a little; such a difference does not count.
 std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
                                               const std::vector<double>& theta, double left,
                                               const std::vector<RunDatum>& data,
@@ -146,8 +115,8 @@ std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
   return at_estimates(fit);
 }
 
-// What could not be scored stands behind what could not be computed. A drift and a grid are read
-// from the records: where they are named, they were tried.
+// Appends the effects that could not be scored to those that could not be computed. Drift and
+// quantisation are read from the records: if they are named, they were tried.
 void tell_not_tried(const std::vector<NotTried>& not_tried, Diagnosis& said) {
   for (const NotTried& n : not_tried) {
     if (std::none_of(said.effects.begin(), said.effects.end(),
@@ -156,13 +125,8 @@ void tell_not_tried(const std::vector<NotTried>& not_tried, Diagnosis& said) {
   }
 }
 
-// What is sure comes first: a drift is read from the records.
-void put_sure_first(Diagnosis& said) {
-  std::stable_partition(said.effects.begin(), said.effects.end(),
-                        [](const NamedEffect& e) { return e.probability > kMostUnexplained; });
-}
-
-// Whether what was said after a new beginning is to stand: it explains more, or leaves less.
+// True if the second diagnosis is the better one: it explains the data and the first does not, or
+// leaves a smaller gap.
 bool says_more(const Diagnosis& anew, const Diagnosis& first) {
   const auto explains = [](const Diagnosis& d) { return d.verdict != Verdict::unexplained; };
   if (explains(anew) != explains(first)) return explains(anew);
@@ -185,6 +149,33 @@ SelectionOptions selection_for(const DiagnoseOptions& options, const FitOptions&
   selection.seed = options.seed;
   selection.calibrations = options.calibrations;
   return selection;
+}
+
+// The catalogue, or an empty one if no effect may be added: then the answer is about the model as
+// it is.
+Catalogue tried_by(const DiagnoseOptions& options, const config::ModelSpec& model,
+                   const MotionRange& range, Kind kind, std::vector<std::string>& warnings) {
+  if (options.most_effects == 0) return {};
+  return candidates(model, range, kind, warnings);
+}
+
+// Fits the model to the stroke. For periodic runs it appends the further channels to `data` and
+// fits again.
+Result<HarmonicFit> fit_all_channels(const config::ModelSpec& model, Kind kind,
+                                     const std::vector<SteadyRun>& runs,
+                                     const std::vector<double>& start, const FitOptions& options,
+                                     std::vector<RunDatum>& data,
+                                     std::vector<std::string>& warnings) {
+  HarmonicFit base = fit_harmonics(model, data, start, nullptr, options);
+  if (!base.trouble.empty()) return not_fitted(base);
+  if (kind != Kind::periodic) return base;
+  if (auto good = check_agreement(data, base); !good) return good.error();
+  auto more = extra_channels(runs, base, data, warnings);
+  if (more.empty()) return base;
+  data.insert(data.end(), more.begin(), more.end());
+  base = fit_harmonics(model, data, base.theta, nullptr, options);
+  if (!base.trouble.empty()) return not_fitted(base);
+  return base;
 }
 
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
@@ -213,20 +204,13 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   for (std::size_t r = 0; r < runs.size(); ++r)
     motions.push_back(motion_of(runs[r].mean().head(weighed.data[r].error.size())));
   if (auto good = above_noise(weighed.data, motions, unit, warnings); !good) return good.error();
-  HarmonicFit base = fit_harmonics(model, weighed.data, rough.theta, nullptr, first);
-  if (!base.trouble.empty()) return not_fitted(base);
-  if (campaign.runs.front().kind == Kind::periodic) {
-    if (auto good = agree(weighed.data, base); !good) return good.error();
-    auto more = extra_channels(runs, base, weighed.data, warnings);
-    if (!more.empty()) {
-      weighed.data.insert(weighed.data.end(), more.begin(), more.end());
-      base = fit_harmonics(model, weighed.data, base.theta, nullptr, first);
-      if (!base.trouble.empty()) return not_fitted(base);
-    }
-  }
+  auto fitted = fit_all_channels(model, campaign.runs.front().kind, runs, rough.theta, first,
+                                 weighed.data, warnings);
+  if (!fitted) return fitted.error();
+  HarmonicFit& base = *fitted;
 
   const auto catalogue =
-      candidates(model, range_of(weighed.data), campaign.runs.front().kind, warnings);
+      tried_by(options, model, range_of(weighed.data), campaign.runs.front().kind, warnings);
   const SelectionOptions selection = selection_for(options, fitting);
   progress("scoring the catalogue", 0.2);
   const std::vector<double> theta = base.theta;
@@ -247,13 +231,12 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   warn_of_design(runs, weighed.variance_inflation, said);
   tell_if_cut_short(said);
   name_read_effects(*looked, weighed.coarseness, said);
-  put_sure_first(said);
   tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
   return said;
 }
 
-// Lets the records share a budget; returns how a model is fitted to them.
+// Gives the records one common budget, and returns the options of a fit to them.
 FitOptions bounded(TransientRuns& runs, const DiagnoseOptions& options) {
   double samples = 0.0;
   for (const RunDatum& datum : runs.data)
@@ -266,14 +249,14 @@ FitOptions bounded(TransientRuns& runs, const DiagnoseOptions& options) {
   }
   FitOptions fitting{options.points};
   fitting.max_iterations = kRecordSteps;
-  // With a larger budget for the whole, a fit that creeps has no more.
+  // A larger budget for the whole diagnosis gives no more to a single fit that creeps.
   const double usual = DiagnoseOptions{}.evaluation_budget;
   fitting.fit_budget = std::min(1.0, options.evaluation_budget / usual) *
                        (kFitBudget + kFitBudgetOfSample * samples);
   return fitting;
 }
 
-// A campaign of runs that are not periodic.
+// Diagnoses a campaign of runs without a period.
 Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::ModelSpec& model,
                                    const DiagnoseOptions& options, const Progress& progress) {
   progress("reading records", 0.0);
@@ -285,7 +268,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   HarmonicFit base = fit_transient(model, *runs, fitting);
   if (!base.trouble.empty() || !std::isfinite(base.chi_squared)) return not_fitted(base);
   if (auto good = use_repetitions(*runs, base); !good) return good.error();
-  // Twice: how the response follows the excitation depends on the fit.
+  // Done twice, because the response to the excitation depends on the fit.
   const std::vector<RunDatum> own = runs->data;
   for (int round = 0; round < 2; ++round) {
     const bool counted = count_excitation_noise(*runs, own, base);
@@ -294,13 +277,18 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
     if (!counted) break;
   }
   const std::string unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
+  if (const std::string differ = let_zeros_differ(base, unit, runs->data); !differ.empty()) {
+    runs->warnings.push_back(differ);
+    base = fit_harmonics(model, runs->data, base.theta, nullptr, fitting);
+    if (!base.trouble.empty()) return not_fitted(base);
+  }
   std::vector<double> motions;
   for (const RunDatum& datum : runs->data)
     motions.push_back(motion_of(datum.response));
   if (auto good = above_noise(runs->data, motions, unit, runs->warnings); !good)
     return good.error();
   const auto catalogue = shown_by_transients(
-      candidates(model, range_of(runs->data), kind, runs->warnings), model, runs->by_force);
+      tried_by(options, model, range_of(runs->data), kind, runs->warnings), model, runs->by_force);
   SelectionOptions selection = selection_for(options, fitting);
   selection.draws = std::min(options.draws, kRecordDraws);
   progress("scoring the catalogue", 0.2);
@@ -321,7 +309,6 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (runs->data.size() == 1)
     said.warnings.push_back("there is one run only, and nothing can be held out");
   tell_if_cut_short(said);
-  put_sure_first(said);
   tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
   return said;
@@ -332,8 +319,8 @@ double budget_of(const Campaign& campaign, const DiagnoseOptions& options) {
          std::max(1.0, static_cast<double>(campaign.runs.size()) / kUsualRuns);
 }
 
-// Root mean square speed of the strokes that were recorded, times the square root of two; of the run
-// in which it is largest. Rough: what noise adds is not taken off.
+// Estimates the speed of the fastest run: the root mean square of the recorded strokes' velocity,
+// times the square root of two. It is rough, since it includes the noise.
 double swiftest(const Campaign& campaign) {
   double speed = 0.0;
   for (const Recording& run : campaign.runs) {
@@ -364,9 +351,9 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
   if (auto good = check(campaign, options); !good) return good.error();
   const Progress report = progress ? progress : [](std::string_view, double) {};
   try {
-    // A file whose friction turns round at once leaves the width to the grids.
+    // If the file states that a friction reverses at once, the grids choose the width.
     const config::ModelSpec freed = sharp_freed(model, swiftest(campaign));
-    // Sines and earthquakes on one dynamometer: all of them as records.
+    // If one run of a dynamometer has no period, all its runs are treated as records.
     auto said =
         std::all_of(campaign.runs.begin(), campaign.runs.end(), periodic)
             ? diagnose_cycles(campaign, freed, options, report,
@@ -375,8 +362,6 @@ Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& mo
     if (!said) return said;
     hold_against_file(model, *said);
     said->damper.campaign = said->campaign;
-    if (!said->damper.hypotheses.empty())
-      said->damper.hypotheses.front().model = with_narrow_smoothing(said->improved);
     return said;
   } catch (const std::invalid_argument& error) {
     return invalid(error.what());

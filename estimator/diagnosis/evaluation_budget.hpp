@@ -1,6 +1,6 @@
-// What a diagnosis spends, so that it ends in a given time: counted in points that are linearised, of
-// periodic solutions and of integrated records, and not in seconds. A campaign goes the same way
-// however slow the machine is and whatever else runs there.
+// The evaluation budget of a diagnosis. It counts linearised points of periodic solutions and of
+// integrated records, and not seconds. Therefore the answer does not depend on the speed or the
+// load of the machine.
 #pragma once
 
 #include <algorithm>
@@ -10,24 +10,24 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Of one diagnosis; its runs share it. One thread.
+// The budget of one diagnosis, shared by its runs. Use it from one thread.
 class EvaluationBudget {
  public:
   explicit EvaluationBudget(double limit = std::numeric_limits<double>::infinity())
       : limit_(limit) {}
 
-  // Several coordinates are solved by a banded factorisation with row exchanges: measured, two take
-  // four times as long as one.
+  // Several coordinates need a banded factorisation with row exchanges. Measured: two coordinates
+  // take four times as long as one.
   void spend(int points, int coordinates) {
     spent_ += static_cast<double>(points) * (coordinates == 1 ? 1.0 : 2.0 * coordinates);
   }
-  // Of an integration: states and sensitivities whose rates were computed. False: the task at hand
-  // has taken all that it may.
+  // Counts an integration. `numbers`: how many rates of states and sensitivities it has computed.
+  // Returns false when the present task has used its share.
   bool spend_rates(double numbers) {
     spent_ += kPointsPerRate * numbers;
     return !task_is_over();
   }
-  // So much of the limit is left to those who come later.
+  // True if less than `share` of the limit is left.
   bool leaves_less_than(double share) const { return spent_ > (1.0 - share) * limit_; }
   bool task_is_over() const { return spent_ > task_ends_; }
 
@@ -40,11 +40,11 @@ class EvaluationBudget {
   double task_ends_ = std::numeric_limits<double>::infinity();
 };
 
-// A piece of the work that may take so much at most, and no more than is left of the task that it
-// is part of. While it lives, what is spent is its own.
+// Limits a part of the work to `most` points, and to what the enclosing task has left. The limit
+// holds while the object lives.
 class Task {
  public:
-  // `effort`: null: nobody asks.
+  // `budget` may be null: then there is no limit.
   Task(std::shared_ptr<EvaluationBudget> budget, double most) : budget_(std::move(budget)) {
     if (!budget_) return;
     before_ = budget_->task_ends_;
@@ -56,7 +56,7 @@ class Task {
   Task(const Task&) = delete;
   Task& operator=(const Task&) = delete;
 
-  // What it has found by then is not known to be right.
+  // True when the limit is reached. The result at that moment need not be right.
   bool over() const { return budget_ && budget_->task_is_over(); }
 
  private:

@@ -1,4 +1,4 @@
-// The size of the motion that was measured, which the catalogue's ranges follow.
+// The range of the measured motion, which scales the ranges of the catalogue.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Of all runs together, in the model's own length unit, its unit per s and per s^2.
+// Returns the range over all runs, in the model's length unit, and that unit per s and per s^2.
 MotionRange range_of(const std::vector<RunDatum>& data);
 
 }  // namespace shaker::estimator::diagnosis

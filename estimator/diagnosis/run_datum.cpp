@@ -46,6 +46,11 @@ std::size_t first_of_response(const std::vector<RunDatum>& data, std::size_t k) 
   return first;
 }
 
+VectorXd without_own_zero(const RunDatum& datum, VectorXd harmonics) {
+  if (datum.own_zero > 0.0 && harmonics.size() > 0) harmonics[0] = 0.0;
+  return harmonics;
+}
+
 double root_mean_square(const VectorXd& harmonics) {
   if (harmonics.size() == 0) return 0.0;
   return std::sqrt(harmonics[0] * harmonics[0] +

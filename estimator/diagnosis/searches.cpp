@@ -1,6 +1,7 @@
 #include "estimator/diagnosis/searches.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -15,8 +16,9 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-// Shares of the budget that a search leaves to what comes after it: by noise, by own errors, and by
-// shares of the gap; and with how much less than that a search is not begun.
+// Shares of the budget that each search leaves for the later ones: the search with errors from
+// noise, from the best hypothesis, and by shares of the gap. A search does not begin with less than
+// kEnough above its share.
 constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.04, kEnough = 0.1;
 
 Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>& runs,
@@ -29,7 +31,8 @@ Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>
   return said;
 }
 
-// Comparable with that of a hypothesis: each size is a number that was fitted.
+// Evidence of a fit with run constants, comparable with that of a hypothesis: each standard
+// deviation counts as a fitted parameter.
 double evidence_of(const HarmonicFit& fit, const WithRunConstants& with,
                    const std::vector<RunDatum>& data) {
   double evidence = log_evidence(fit, with.data, with.constants.count());
@@ -39,8 +42,8 @@ double evidence_of(const HarmonicFit& fit, const WithRunConstants& with,
   return evidence;
 }
 
-// The runs may differ in their zero, preload, gas pressure or damping. Nothing where more than that
-// is missing, or where an effect explains the data better.
+// Tries whether the runs only differ in their zero, preload, gas pressure or damping. Returns a
+// diagnosis if nothing else is missing and no effect explains the data better.
 std::optional<Diagnosis> said_of_run_constants(const Selection& searched,
                                                const std::vector<RunDatum>& data,
                                                const std::vector<SteadyRun>& runs,
@@ -70,7 +73,7 @@ std::optional<Diagnosis> said_of_run_constants(const Selection& searched,
   return said;
 }
 
-// Of a search by shares of the gap: it stays unexplained.
+// The diagnosis of a search by shares of the gap. Its verdict stays `unexplained`.
 Diagnosis said_of_gap(Selection by_gap, const Selection& first,
                       const std::vector<RunDatum>& softened, const std::vector<RunDatum>& data,
                       const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
@@ -79,16 +82,28 @@ Diagnosis said_of_gap(Selection by_gap, const Selection& first,
   by_gap.by_gap = true;
   by_gap.probability_base = first.probability_base;
   by_gap.probability_best = first.probability_best;
-  // Chosen by what is shown, as the answer is (assemble).
+  // Chooses by the runs that the report shows, as assemble does.
   const auto shown = static_cast<std::ptrdiff_t>(runs.size());
   if (const auto answer = answer_of(by_gap, {softened.begin(), softened.begin() + shown}))
-    take_to_no_width(by_gap, *answer, softened, options);
+    take_to_zero_width(by_gap, *answer, softened, options);
   Diagnosis said = assemble(by_gap, softened, runs, catalogue, data);
   said.chi_squared_before = first.base.fit->chi_squared;
+  if (catalogue.empty()) return said;
   said.warnings.push_back(
       "the model is far from the data even with the best that the catalogue offers: effects "
       "are weighed by the share of the gap that they close, and not by the noise");
   return said;
+}
+
+// Maps the progress of a search to the part from `from` to `to` of the whole.
+std::function<void(double)> naming_between(const Progress& progress, double from, double to) {
+  return [&progress, from, to](double share) { progress("naming", from + (to - from) * share); };
+}
+
+// True if too little of the budget is left to begin a search that must leave the share `leave`.
+bool is_late(const std::vector<RunDatum>& data, double leave) {
+  const auto& budget = data.front().budget;
+  return budget && budget->leaves_less_than(leave + kEnough);
 }
 
 }  // namespace
@@ -96,9 +111,7 @@ Diagnosis said_of_gap(Selection by_gap, const Selection& first,
 Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
                    const SelectionOptions& selection, const Progress& progress) {
-  const auto named = [&](double from, double to) {
-    return [&progress, from, to](double share) { progress("naming", from + (to - from) * share); };
-  };
+  const auto named = [&](double from, double to) { return naming_between(progress, from, to); };
   const config::ModelSpec spec = base.spec;
   const std::vector<double> theta = base.theta;
   SelectionOptions by_noise = selection;
@@ -112,13 +125,9 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (first.explained) {
     if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }
-  const auto& budget = data.front().budget;
-  const auto late = [&](double leave) {
-    return budget && budget->leaves_less_than(leave + kEnough);
-  };
   const auto by_own_errors = [&](const Hypothesis* guide,
                                  double leave) -> std::optional<WeighedAgain> {
-    if (guide != nullptr && late(leave)) {
+    if (guide != nullptr && is_late(data, leave)) {
       first.cut_short = true;
       return std::nullopt;
     }
@@ -136,7 +145,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
     if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }
   const auto softened = with_model_error(first, data);
-  if (softened && late(kLeftByGap)) {
+  if (softened && is_late(data, kLeftByGap)) {
     first.cut_short = true;
   } else if (softened) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), selection.fit);
@@ -148,7 +157,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
       Selection second =
           select_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
       if (!second.hypotheses.empty())  // what a round corner leaves is not the noise's
-        take_to_no_width(second, second.best, *softened, selection.fit);
+        take_to_zero_width(second, second.best, *softened, selection.fit);
       if (const auto own = by_own_errors(guide_near_noise(second, data), 0.0))
         return said_of_own(*own);
       progress("drawing up", 0.95);

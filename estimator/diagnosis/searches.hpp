@@ -1,6 +1,6 @@
-// The searches of a diagnosis, one after the other, and what the last of them says: by the noise;
-// where even the best leaves more than that, with errors as the best tells them; and where it
-// leaves far more, by shares of the gap.
+// The searches of a diagnosis in their order, and the diagnosis from the last of them. The first
+// search uses the errors from the noise. If its best hypothesis leaves more, the second uses errors
+// from that hypothesis. If far more is left, the third counts shares of the gap.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,8 @@
 
 namespace shaker::estimator::diagnosis {
 
-// `base`: the base model's fit to `data`, which are of `runs`. Progress from 0.2 to 0.95.
+// `base`: fit of the base model to `data`, which are the data of `runs`. Reports progress from 0.2
+// to 0.95.
 Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
                    const SelectionOptions& selection, const Progress& progress);

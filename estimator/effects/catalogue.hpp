@@ -1,4 +1,5 @@
-// All effects by name. A new effect is one file here and one row in catalogue.cpp.
+/// \file
+/// All effects by name. A new effect is one file here and one row in catalogue.cpp.
 #pragma once
 
 #include <span>
@@ -8,13 +9,17 @@
 
 namespace shaker::estimator {
 
+/// \return all effects, in a fixed order; they live as long as the program
 std::span<const Effect* const> catalogue();
 
-// Returns nullptr if no effect has that name.
+/// Finds an effect by its name.
+/// \param name name of the effect in model files
+/// \return the effect, or nullptr if none has that name
 const Effect* find_effect(std::string_view name);
 
-// One function for each file. It returns the only instance of the effect, which lives as long
-// as the program. Effects of the damper:
+/// The effect of the damper with this name: one function for each file.
+/// \return the only instance, which lives as long as the program
+/// @{
 const Effect& orifice_damping();
 const Effect& gas_spring();
 const Effect& gravity();
@@ -27,6 +32,7 @@ const Effect& viscous_damping();
 const Effect& laminar_orifice();
 const Effect& rebound_damping();
 const Effect& metering_pin();
+const Effect& tabulated_pin();
 const Effect& relief_valve();
 const Effect& oil_compressibility();
 const Effect& gas_heat_transfer();
@@ -37,18 +43,25 @@ const Effect& end_stop();
 const Effect& free_play();
 const Effect& cavitation();
 const Effect& linear_stiffness();
+const Effect& quadratic_stiffness();
 const Effect& cubic_stiffness();
 const Effect& added_mass();
 const Effect& series_compliance();
 const Effect& tyre();
+/// @}
 
-// Effects of the exciter:
+/// The effect of the exciter with this name: one function for each file.
+/// \return the only instance, which lives as long as the program
+/// @{
 const Effect& exciter_gain();
 const Effect& exciter_phase();
 const Effect& exciter_delay();
 const Effect& exciter_distortion();
+/// @}
 
-// Effects of the instrument (instrument/):
+/// The effect of the instrument with this name: one function for each file (instrument/).
+/// \return the only instance, which lives as long as the program
+/// @{
 const Effect& sensor_gain();
 const Effect& sensor_offset();
 const Effect& sensor_delay();
@@ -56,5 +69,6 @@ const Effect& sensor_lag();
 const Effect& sensor_quantisation();
 const Effect& sensor_nonlinearity();
 const Effect& sensor_drift();
+/// @}
 
 }  // namespace shaker::estimator

@@ -1,17 +1,20 @@
-// Base class of an effect that consists of its formula only. The partial derivatives come from
-// forward automatic differentiation. A derived class states what the formula sees and defines
-// it as a template:
-//   class EndStop final : public DualEffect<EndStop, kSeesU | kSeesV, 3> {
-//     ...
-//     template <class T>
-//     static bool formula(const Local<T, 0>& at, const T* theta, const double* constants, T& f,
-//                         T*) {
-//       f = theta[0] * smooth_ramp(at.u - theta[1], constants[0]);
-//       return true;
-//     }
-//   };
-//
-// `Parameters` counts own and borrowed ones. A formula returns false at an inadmissible point.
+/// \file
+/// Base class of an effect that consists of its formula only. The partial derivatives come from
+/// forward automatic differentiation. A derived class states what the formula sees and defines
+/// it as a template:
+/// \code
+///   class EndStop final : public DualEffect<EndStop, kSeesU | kSeesV, 3> {
+///     ...
+///     template <class T>
+///     static bool formula(const Local<T, 0>& at, const T* theta, const double* constants, T& f,
+///                         T*) {
+///       f = theta[0] * smooth_ramp(at.u - theta[1], constants[0]);
+///       return true;
+///     }
+///   };
+/// \endcode
+///
+/// `Parameters` counts own and borrowed ones. A formula returns false at an inadmissible point.
 #pragma once
 
 #include <array>
@@ -22,26 +25,51 @@
 
 namespace shaker::estimator {
 
-// What a formula sees. Derivatives are computed over these quantities only.
+/// What a formula sees: stroke (U), velocity (V), acceleration (A), excitation (X), internal
+/// coordinates (W), their first and second derivatives over time (WDot, WDdot). Derivatives are
+/// computed over these quantities only.
+/// @{
 inline constexpr unsigned kSeesU = 1, kSeesV = 2, kSeesA = 4, kSeesX = 8, kSeesW = 16,
                           kSeesWDot = 32, kSeesWDdot = 64;
+/// @}
 
+/// The harmonics of an excitation that has none.
 inline constexpr std::array<double, 2 * kCarriedHarmonics> kNoHarmonics{};
 
+/// What a formula sees at one point. T is double, or a Dual with its derivatives.
 template <class T, int Internals>
 struct Local {
+  /// Stroke, velocity, acceleration and excitation: units as in Points.
+  /// @{
   T u, v, a, x;
+  /// @}
+  /// Internal coordinates and their first and second derivatives over time.
+  /// @{
   std::array<T, (Internals > 0 ? Internals : 1)> w, w_dot, w_ddot;
+  /// @}
+  /// The excitation's other data, as in Points.
+  /// @{
   double x_quadrature = 0.0, carrier_cos = 0.0, carrier_sin = 0.0, carrier_amplitude = 0.0,
          carrier_omega = 0.0;
-  const double* harmonics = kNoHarmonics.data();
+  /// @}
+  const double* harmonics = kNoHarmonics.data();  ///< 2 * kCarriedHarmonics coefficients, m/s^2
 };
 
+/// An effect that consists of its formula. Formula: the derived class. Sees: the sum of the
+/// kSees... flags. Parameters: own and borrowed ones. Internals: internal coordinates. Immutable;
+/// all threads may use one object.
 template <class Formula, unsigned Sees, int Parameters, int Internals = 0>
 class DualEffect : public Effect {
  public:
+  /// \return true if the formula sees the excitation
   bool sees_excitation() const override { return (Sees & kSeesX) != 0; }
 
+  /// Adds the effect at all points, as Effect::evaluate().
+  /// \param at n points
+  /// \param theta own, then borrowed parameters
+  /// \param constants in the order of constants()
+  /// \param out arrays of n values
+  /// \return true if all points are admissible
   bool evaluate(const Points& at, const double* theta, const double* constants,
                 const Forces& out) const final {
     return over_points(at, theta, constants, out);

@@ -18,7 +18,7 @@ class LaminarOrifice final : public DualEffect<LaminarOrifice, kSeesV, 2> {
     return "theta1 v (sqrt((v^2 + sqrt(v^4 + 4 v_c^4)) / 2) - |v|)";
   }
   std::string_view meaning() const override {
-    return "oil that flows laminar through the orifice when slow";
+    return "laminar flow through the orifice at low speed";
   }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   std::span<const Borrowed> borrows() const override { return kBorrowed; }

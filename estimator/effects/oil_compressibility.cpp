@@ -13,7 +13,7 @@ class OilCompressibility final
     : public DualEffect<OilCompressibility, kSeesV | kSeesW | kSeesWDot, 3, 1> {
  public:
   static constexpr ParameterInfo kParameters[] = {
-      {"k_o", "1/s^2", 2e4, 1e3, 1e6, "stiffness of the oil over mass"},
+      {"k_o", "1/s^2", 2e4, 2e2, 1e6, "stiffness of the oil over mass"},
       {"q_l", "m/s", 0.01, 1e-4, 0.1, "speed below which the flow is laminar"},
   };
   static constexpr InternalInfo kInternals[] = {

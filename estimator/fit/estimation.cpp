@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/fit/estimation_impl.hpp"
-#include "estimator/objectives/harmonic_data.hpp"
+#include "estimator/fit/harmonic_data.hpp"
 
 namespace shaker::estimator {
 
@@ -46,7 +46,8 @@ const Fit& Estimator::fit(const std::vector<double>& start, bool warm) {
   fit.iterations = 0;
   fit.status = FitStatus::not_converged;
   const bool lifted = impl.options.method == Method::lifted;
-  if (!lifted || !impl.fit_lifted(warm)) {
+  fit.nested = !lifted || !impl.fit_lifted(warm);
+  if (fit.nested) {
     fit.theta = start;
     fit.iterates.clear();
     impl.fit_nested(start, warm && !lifted, impl.options.method != Method::gauss_newton);
@@ -58,12 +59,12 @@ const Fit& Estimator::fit(const std::vector<double>& start, bool warm) {
   return fit;
 }
 
-std::optional<double> Estimator::excess_holding(int parameter, std::vector<double>& theta) {
+std::optional<double> Estimator::profile_fit(int parameter, std::vector<double>& theta) {
   Impl& impl = *impl_;
   const std::size_t q = impl.free.size();
   const auto found = std::find(impl.free.begin(), impl.free.end(), parameter);
   if (found == impl.free.end())
-    throw std::invalid_argument("excess_holding: the parameter is not a free one");
+    throw std::invalid_argument("profile_fit: the parameter is not a free one");
   const auto at = static_cast<std::size_t>(found - impl.free.begin());
   // Variance of an observation as it counts for this parameter, including Rao's factors and the
   // error of the excitation.
@@ -105,11 +106,11 @@ void Estimator::extrapolate_states(const std::vector<double>& change) {
     system.advance(0.0, change);
 }
 
-void Estimator::recall() {
+void Estimator::restore_solutions() {
   impl_->solve_all(true);
 }
 
-bool Estimator::look_at(const std::vector<double>& theta) {
+bool Estimator::linearise_at(const std::vector<double>& theta) {
   const std::vector<double> unchanged(theta.size(), 0.0);
   for (std::size_t r = 0; r < impl_->systems.size(); ++r) {
     PeriodicSystem& system = impl_->systems[r];
@@ -146,7 +147,7 @@ std::vector<double> Estimator::predicted(std::size_t run) const {
       y.push_back(system.observed(i));
     return fourier_coefficients(y, state.whitened.size());
   }
-  for (const Reading& reading : state.readings) {
+  for (const GridReading& reading : state.readings) {
     double sum = 0.0;
     for (int k = 0; k < reading.count; ++k)
       sum += reading.weight[k] * system.observed((reading.base + k) % system.points());

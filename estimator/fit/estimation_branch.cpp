@@ -47,7 +47,7 @@ double Estimator::Impl::misfit(std::size_t r, const PeriodicSystem& system) cons
   if (run.harmonic() || !(motion > 0.0)) return 0.0;
   double sum = 0.0;
   for (std::size_t j = 0; j < run.readings.size(); ++j) {
-    const Reading& reading = run.readings[j];
+    const GridReading& reading = run.readings[j];
     double left = run.data.displacement[j];
     for (int k = 0; k < reading.count; ++k)
       left -= reading.weight[k] * system.observed((reading.base + k) % system.points());
@@ -169,7 +169,8 @@ void Estimator::Impl::refit_on_data_branch(const std::vector<double>& start) {
     fit.trouble.clear();
     fit.iterates.clear();
     fit.status = FitStatus::not_converged;
-    if (!fit_lifted(false)) {
+    fit.nested = !fit_lifted(false);
+    if (fit.nested) {
       fit.theta = from_equations;
       fit_nested(from_equations, false, true);
     }
@@ -205,7 +206,7 @@ std::vector<std::string> Estimator::Impl::branch_warnings() {
           where, run.data.periods));
     const double here = misfit(r, systems[r]);
     if (!(here > kFarFromData)) continue;
-    PeriodicSystem other(model, systems[r].options());
+    PeriodicSystem other(runs[r].data.model_or(model), systems[r].options());
     other.set_excitation_points(systems[r].frequency(), systems[r].excitation());
     if (start_from_data(r, other) && other.solve(fit.theta).status == SolveStatus::converged &&
         misfit(r, other) < kClearlyBetter * here)

@@ -59,7 +59,7 @@ void Estimator::Impl::add_excitation_error(const std::vector<double>& inverse) {
         for (int i = 0; i < n; ++i)
           add(i, run.projector[static_cast<std::size_t>(i) * run.count() + j]);
       } else {
-        const Reading& reading = run.readings[j];
+        const GridReading& reading = run.readings[j];
         for (int k = 0; k < reading.count; ++k)
           add((reading.base + k) % n, reading.weight[k]);
       }

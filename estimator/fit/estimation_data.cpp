@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kStartHarmonics = 3;  // higher ones would bring noise into the accelerations
 constexpr std::size_t kFewestCoarse = 24;
+constexpr int kFewestWithMemory = 64;
 
 // Number of grid points, at least `least`. For data on equal steps: the smallest such multiple of
 // the number of data.
@@ -24,6 +25,21 @@ int grid_points(const RunData& run, int least) {
   if (!run.tau.empty()) return least;
   const int count = static_cast<int>(run.displacement.size());
   return count * ((least + count - 1) / count);
+}
+
+// Steps of the coarse grid between two data: one, but an internal state of first order, which may
+// change fast, needs more points than a motion. They divide those of the fine grid.
+int coarse_steps(const Model& model, const RunState& run) {
+  bool fast = false;
+  for (int c = 0; c < model.coordinates(); ++c)
+    fast = fast || model.order(c) == 1;
+  if (!fast) return 1;
+  const int count = static_cast<int>(run.data.displacement.size());
+  for (int steps = 1; steps < run.every; ++steps) {
+    if (run.every % steps == 0 && count * steps >= kFewestWithMemory * run.data.periods)
+      return steps;
+  }
+  return 1;
 }
 
 Eigen::MatrixXd covariance_of(const RunData& run) {
@@ -95,7 +111,7 @@ Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, Estimat
                       covariances ? "Fourier coefficients with their covariance" : "samples"));
     GridOptions grid = options.grid;
     grid.points = grid_points(data[r], grid.points * data[r].periods);
-    systems.emplace_back(model, grid);
+    systems.emplace_back(data[r].model_or(model), grid);
     runs.emplace_back();
     runs[r].data = std::move(data[r]);
     if (runs[r].harmonic())
@@ -141,10 +157,12 @@ void Estimator::Impl::make_coarse_level() {
                         });
   if (!possible) return;
   coarse.reserve(runs.size());
-  for (const RunState& run : runs) {
+  for (RunState& run : runs) {
     GridOptions grid = options.grid;
-    grid.points = static_cast<int>(run.data.displacement.size());
-    coarse.emplace_back(model, grid);
+    const auto count = static_cast<int>(run.data.displacement.size());
+    run.coarse_every = coarse_steps(run.data.model_or(model), run);
+    grid.points = count * run.coarse_every;
+    coarse.emplace_back(run.data.model_or(model), grid);
   }
 }
 
@@ -178,25 +196,13 @@ void Estimator::Impl::prepare_readings(RunState& run, int points) {
   const std::size_t count = run.data.displacement.size();
   run.readings.resize(count);
   for (std::size_t j = 0; j < count; ++j) {
-    Reading& reading = run.readings[j];
+    GridReading& reading = run.readings[j];
     if (run.data.tau.empty()) {
       run.every = points / static_cast<int>(count);
       reading.base = static_cast<int>(j) * run.every;
       continue;
     }
-    // Lagrange interpolation of degree 5 on the six points around tau.
-    double at = run.data.tau[j] - std::floor(run.data.tau[j]);
-    at *= points;
-    const int first = static_cast<int>(std::floor(at)) - 2;
-    reading.base = (first + points) % points;
-    reading.count = 6;
-    for (int k = 0; k < 6; ++k) {
-      double w = 1.0;
-      for (int m = 0; m < 6; ++m) {
-        if (m != k) w *= (at - (first + m)) / (k - m);
-      }
-      reading.weight[k] = w;
-    }
+    reading = grid_reading_at(run.data.tau[j], points);
   }
 }
 

@@ -1,7 +1,7 @@
 // An estimate with names, units, intervals and warnings.
+#include "estimator/fit/description.hpp"
+#include "estimator/fit/determination.hpp"
 #include "estimator/fit/estimation_impl.hpp"
-#include "estimator/inference/description.hpp"
-#include "estimator/inference/determination.hpp"
 
 namespace shaker::estimator {
 

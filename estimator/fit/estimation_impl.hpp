@@ -7,6 +7,7 @@
 
 #include "estimator/fit/estimation.hpp"
 #include "estimator/math/aligned.hpp"
+#include "estimator/math/grid_reading.hpp"
 #include "estimator/periodic/newton_rate.hpp"
 #include "estimator/periodic/periodic_lanes.hpp"
 
@@ -18,18 +19,12 @@ void check_run(const RunData& run, std::size_t index);
 // The lifted method leaves the coarse grid (the data's own points) at this relative step.
 inline constexpr double kCloseEnough = 1e-2;
 
-// How to read a datum from the grid: one grid point, or six neighbours with weights.
-struct Reading {
-  int base = 0;   // first point
-  int count = 1;  // 1 or 6
-  double weight[6] = {1, 0, 0, 0, 0, 0};
-};
-
 struct RunState {
   RunData data;
   double inverse_variance = 1.0;  // relative: cycles * weight
   int every = 0;                  // data on every so many-th grid point; 0: between grid points
-  std::vector<Reading> readings;
+  int coarse_every = 1;           // the same on the coarse grid
+  std::vector<GridReading> readings;
   // Tables for a start from the data: samples -> first harmonics -> state on the grid.
   std::vector<double> analysis;
   std::vector<double> synthesis;
@@ -50,7 +45,7 @@ struct RunPack {
   std::unique_ptr<PeriodicLanes> coarse;
   std::vector<std::size_t> runs;
   int every = 1;
-  AlignedVector data, weight, products, delta, newton_step;
+  AlignedVector data, weight, products, delta, newton_step, saved;
 };
 
 struct Estimator::Impl {
@@ -60,14 +55,14 @@ struct Estimator::Impl {
   EstimationOptions options;
   std::vector<RunState> runs;
   std::vector<PeriodicSystem> systems;
-  std::vector<PeriodicSystem> coarse;  // on the data's own points, for the first steps; or empty
+  std::vector<PeriodicSystem> coarse;  // on few points, for the first steps; or empty
   std::vector<RunPack> packs;          // all runs in batches; empty: one system after another
   std::vector<int> free;               // indices of the free parameters
   Fit fit;
 
   // Normal equations at the last linearisation: gram * delta = gradient over the free parameters.
   std::vector<double> gram, gradient, scratch_matrix, scratch_vector, delta, delta_full, factors;
-  std::vector<double> theta_saved, products;
+  std::vector<double> theta_saved, lifted_start, products;
   std::vector<char> held;            // free parameters at a bound that the gradient pushes outwards
   std::vector<char> pinned;          // free parameters that a profile fit holds
   std::vector<double> inverse_gram;  // of the last fit, free x free
@@ -104,7 +99,11 @@ struct Estimator::Impl {
   double relative_step() const;
 
   bool fit_lifted(bool warm);
-  bool lifted_steps(bool approach);
+  // The steps on one level. `first`: the start may be far, see estimation_lifted.cpp.
+  bool lifted_steps(bool approach, bool first);
+  bool start_along_data(double share);
+  void save_before_step(bool approach);
+  void shorten_last_step(bool approach, double share);
   // linearise_all linearises all solutions and sums the normal equations. advance_all moves the
   // solutions along `delta_full` and returns the largest relative Newton step. Both work on the
   // batches if there are any, otherwise on one system after another.
@@ -119,6 +118,7 @@ struct Estimator::Impl {
   void step_back();
   std::string why_not_converged(const SolveReport& last, std::size_t run) const;
   bool cap_step(const std::vector<double>& start);
+  double share_within(const std::vector<double>& start, double most) const;
   bool nothing_to_gain();
   double squares_of_data() const;
   bool solve_all(bool warm);
@@ -208,7 +208,7 @@ void Estimator::Impl::for_each_datum(std::size_t r, bool with_newton, Visit visi
   const double* sample = run.data.sample_weight.empty() ? nullptr : run.data.sample_weight.data();
   const int n = system.points();
   for (std::size_t j = 0; j < run.readings.size(); ++j) {
-    const Reading& reading = run.readings[j];
+    const GridReading& reading = run.readings[j];
     const double weight = run.inverse_variance * (sample != nullptr ? sample[j] : 1.0);
     if (reading.count == 1) {
       const double* row = system.observed_row(reading.base).data();

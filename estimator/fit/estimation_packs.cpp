@@ -25,13 +25,15 @@ RunPack::RunPack(const Model& model, const GridOptions& grid, int data_points, b
   products.resize((1 + p) * (2 + p) / 2 * kLanes);
   delta.resize(p * kLanes);
   newton_step.resize(kLanes);
+  saved.resize(static_cast<std::size_t>(grid.points) * kLanes);
 }
 
 void Estimator::Impl::make_packs() {
   const bool possible = options.method == Method::lifted &&
                         PeriodicLanes::possible(model, options.grid) &&
                         std::all_of(runs.begin(), runs.end(), [](const RunState& run) {
-                          return run.every > 0 && !run.harmonic() && run.data.sample_weight.empty();
+                          return run.every > 0 && !run.harmonic() && !run.data.model &&
+                                 run.data.sample_weight.empty();
                         });
   if (!possible || runs.size() < kSingleStepsPerBatch) return;
   const auto points = [&](std::size_t r) { return systems[r].points(); };

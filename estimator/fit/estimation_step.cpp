@@ -18,7 +18,7 @@ void Estimator::Impl::accumulate(std::vector<PeriodicSystem>& level, bool with_n
   std::fill(products.begin(), products.end(), 0.0);
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const RunState& run = runs[r];
-    const int every = &level == &coarse ? 1 : run.every;
+    const int every = &level == &coarse ? run.coarse_every : run.every;
     const bool plain = every > 0 && !run.harmonic() && run.data.sample_weight.empty();
     if (plain && level[r].add_products(run.data.displacement, every, with_newton,
                                        run.inverse_variance, products.data()))
@@ -168,16 +168,22 @@ double Estimator::Impl::relative_step() const {
   return worst;
 }
 
-// Shortens the step so that no parameter moves by more than its present or its starting value. Far
-// from the optimum the linearisation moves badly determined parameters by orders of magnitude, into
-// valleys from which the iteration returns slowly. Returns true if it shortened the step.
-bool Estimator::Impl::cap_step(const std::vector<double>& start) {
+// The share of the step in which no parameter moves by more than `most` of its present or its
+// starting value. Far from the optimum the linearisation moves badly determined parameters by
+// orders of magnitude, into valleys from which the iteration returns slowly.
+double Estimator::Impl::share_within(const std::vector<double>& start, double most) const {
   double share = 1.0;
   for (std::size_t k = 0; k < delta_full.size(); ++k) {
-    const double most = std::max(std::fabs(fit.theta[k]), std::fabs(start[k]));
-    if (std::fabs(delta_full[k]) * share > most && most > 0.0)
-      share = most / std::fabs(delta_full[k]);
+    const double size = most * std::max(std::fabs(fit.theta[k]), std::fabs(start[k]));
+    if (std::fabs(delta_full[k]) * share > size && size > 0.0)
+      share = size / std::fabs(delta_full[k]);
   }
+  return share;
+}
+
+// Shortens the step to share_within(start, 1). Returns true if it did.
+bool Estimator::Impl::cap_step(const std::vector<double>& start) {
+  const double share = share_within(start, 1.0);
   for (double& d : delta_full)
     d *= share;
   for (double& d : delta)

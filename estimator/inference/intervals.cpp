@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "estimator/fit/determination.hpp"
 #include "estimator/inference/bootstrap.hpp"
-#include "estimator/inference/determination.hpp"
 #include "estimator/inference/profile.hpp"
 
 namespace shaker::estimator {

@@ -118,7 +118,8 @@ Posterior summarise(const Sampled& sampled, const VectorXd& mode, double confide
 
 MatrixXd square(const std::vector<double>& rows, Index size) {
   if (rows.size() != static_cast<std::size_t>(size * size))
-    throw std::invalid_argument("a posterior needs a covariance as large as its mode");
+    throw std::invalid_argument(
+        "the covariance of a posterior needs a row for each element of its mode");
   return Eigen::Map<const MatrixXd>(rows.data(), size, size);
 }
 

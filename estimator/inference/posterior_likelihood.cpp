@@ -75,7 +75,7 @@ void PosteriorLikelihood::add(const RunData& run, const PeriodicSystem& fitted) 
   GridOptions grid = how_.grid;
   const auto count = static_cast<int>(run.displacement.size());
   if (count > 0 && run.tau.empty()) grid.points = count * ((grid.points + count - 1) / count);
-  PeriodicSystem& system = systems_.emplace_back(model_, grid);
+  PeriodicSystem& system = systems_.emplace_back(run.model_or(model_), grid);
   if (run.excitation.empty())
     system.set_excitation(run.frequency_hz, run.amplitude);
   else

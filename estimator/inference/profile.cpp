@@ -53,10 +53,10 @@ class ProfileWalk {
     }
     theta_[parameter_] = value;
     estimator_.extrapolate_states(change_);
-    const auto excess = estimator_.excess_holding(static_cast<int>(parameter_), theta_);
+    const auto excess = estimator_.profile_fit(static_cast<int>(parameter_), theta_);
     if (!excess) {
       theta_ = before;
-      estimator_.recall();
+      estimator_.restore_solutions();
       theta_ = fit_.theta;
       return std::nullopt;
     }
@@ -148,7 +148,7 @@ ProfileInterval profile_interval(Estimator& estimator, const Model& model, int p
   interval.points.push_back({estimator.last().theta[static_cast<std::size_t>(parameter)], 0.0});
   for (const double side : {-1.0, 1.0}) {
     End end = walk_out(estimator, model, parameter, side);
-    estimator.recall();
+    estimator.restore_solutions();
     (side < 0 ? interval.lower : interval.upper) = end.value;
     (side < 0 ? interval.lower_open : interval.upper_open) = end.open;
     interval.points.insert(interval.points.end(), end.points.begin(), end.points.end());
@@ -178,11 +178,11 @@ bool profile_contains(Estimator& estimator, const Model& model, int parameter, d
   auto t = walk.t_at(value);
   if (!t) {
     // The step is too long for one fit: search for the end instead.
-    estimator.recall();
+    estimator.restore_solutions();
     const ProfileInterval interval = profile_interval(estimator, model, parameter);
     return value >= interval.lower && value <= interval.upper;
   }
-  estimator.recall();
+  estimator.restore_solutions();
   return *t <= wanted;
 }
 

@@ -43,7 +43,7 @@ class Looker {
     std::vector<double> theta = all_;
     for (Index k = 0; k < count(); ++k)
       theta[index(k)] += change[k];
-    if (!estimator_.look_at(theta)) return false;
+    if (!estimator_.linearise_at(theta)) return false;
     const Linearised at = estimator_.linearised();
     const auto data = static_cast<Index>(at.residual.size());
     const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
@@ -127,7 +127,7 @@ Correction correction(const std::optional<SecondOrder>& effect, Bias rule) {
 }
 
 std::string why_left_in(const std::optional<SecondOrder>& effect) {
-  if (!effect) return "the bias could not be told at this estimate; it was left in";
+  if (!effect) return "the bias could not be computed at this estimate; it was left in";
   if (!effect->inside)
     return "the estimate without its bias would be beyond a bound; the bias was left in";
   return fmt::format(
@@ -148,13 +148,13 @@ std::optional<SecondOrder> second_order(Estimator& estimator, const Model& model
   const Fit& fit = estimator.last();
   if (!has_second_order(fit)) return std::nullopt;
   // The fit's own solutions are less accurate. Solve them again for the comparison below.
-  estimator.recall();
+  estimator.restore_solutions();
   const std::vector<double> before = estimator.linearised().residual;
   Looker look(estimator, model);
   const Index q = look.count();
   const MatrixXd covariance = Eigen::Map<const MatrixXd>(fit.covariance.data(), q, q);
   const std::optional<Bent> b = bent(look, covariance, estimator.unit_noise());
-  estimator.recall();
+  estimator.restore_solutions();
   if (!b || strayed(before, estimator.linearised().residual, estimator.unit_noise()))
     return std::nullopt;
   VectorXd trace = VectorXd::Zero(b->slope.rows());

@@ -15,7 +15,7 @@ class SeriesCompliance final : public InstrumentEffect {
   std::string_view name() const override { return "series_compliance"; }
   std::string_view formula() const override { return "y = u + f / k_n, f = load of the damper"; }
   std::string_view meaning() const override {
-    return "joints that give under the load, inside of what is measured";
+    return "joints within the measured length that yield under load";
   }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   Group group() const override { return Group::damper; }

@@ -1,11 +1,12 @@
-// LU factorisation of a cyclic block-banded matrix, with row exchanges, in O(n).
-//
-// The unknowns of each point of a ring couple to those of its neighbours only; the first and
-// the last point are neighbours. The order 0, n-1, 1, n-2, ... (folding) moves the two corners
-// of the matrix into an ordinary band of twice the width, which Gaussian elimination with row
-// exchanges keeps. Rows are exchanged if the pivot is less than a tenth of the largest element
-// of its column. That is nearly as stable as a dense LU, unless the rows differ in scale by
-// many orders of magnitude.
+/// \file
+/// LU factorisation of a cyclic block-banded matrix, with row exchanges, in O(n).
+///
+/// The unknowns of each point of a ring couple to those of its neighbours only; the first and
+/// the last point are neighbours. The order 0, n-1, 1, n-2, ... (folding) moves the two corners
+/// of the matrix into an ordinary band of twice the width, which Gaussian elimination with row
+/// exchanges keeps. Rows are exchanged if the pivot is less than a tenth of the largest element
+/// of its column. That is nearly as stable as a dense LU, unless the rows differ in scale by
+/// many orders of magnitude.
 #pragma once
 
 #include <cstddef>
@@ -16,24 +17,38 @@
 
 namespace shaker::estimator {
 
-// Only the constructor allocates. One thread at a time may use it.
+/// Only the constructor allocates. One thread at a time may use it.
 class CyclicBandedLu {
  public:
-  // n >= 2 * reach + 1 blocks of size `block`. Block row i couples to the columns of blocks
-  // i - reach .. i + reach (mod n).
+  /// n >= 2 * reach + 1 blocks of size `block`. Block row i couples to the columns of blocks
+  /// i - reach .. i + reach (mod n).
+  /// \param n number of blocks
+  /// \param block unknowns of a block
+  /// \param reach blocks to each side that a block couples to
   CyclicBandedLu(int n, int block, int reach);
 
+  /// Sets the matrix to zero.
   void clear();
-  // Adds 2 * reach + 1 values to the matrix: equation `row` of block i, unknown `column` of the
-  // blocks i - reach .. i + reach (mod n).
+  /// Adds 2 * reach + 1 values to the matrix: equation `row` of block i, unknown `column` of the
+  /// blocks i - reach .. i + reach (mod n).
+  /// \param i block row
+  /// \param row equation in the block
+  /// \param column unknown in the block
+  /// \param values 2 * reach + 1 values
   void add(int i, int row, int column, const double* values);
-  // Returns false if a pivot is zero (or not finite).
+  /// \return false if a pivot is zero (or not finite)
   bool factorise();
-  // Solves for `width` right-hand sides at once, in place. `rows` holds n * block rows of
-  // `stride` doubles. Row i * block + c is equation c of block i on input, its unknown c on
-  // output.
+  /// Solves for `width` right-hand sides at once, in place. `rows` holds n * block rows of
+  /// `stride` doubles. Row i * block + c is equation c of block i on input, its unknown c on
+  /// output.
+  /// \param rows right-hand sides on entry, solutions on return
+  /// \param stride distance of the rows, doubles
+  /// \param width number of right-hand sides
   void solve(double* rows, int stride, int width);
-  // The same with the transposed matrix: unknowns on input, equations on output.
+  /// The same with the transposed matrix: unknowns on input, equations on output.
+  /// \param rows right-hand sides on entry, solutions on return
+  /// \param stride distance of the rows, doubles
+  /// \param width number of right-hand sides
   void solve_transposed(double* rows, int stride, int width);
 
  private:

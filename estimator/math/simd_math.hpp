@@ -1,33 +1,43 @@
-// Logarithm and exponential that the compiler can vectorise, and macros that build one loop for
-// several instruction sets.
-//
-// A periodic solution evaluates the gas force at every point of the period. With scalar calls
-// of libm this takes two thirds of the time of an estimate. These are branch-free series on the
-// reduced argument (atanh series for the logarithm, Taylor for the exponential), within 2 ulp
-// of libm on the range that the models use (tests/estimator/simd_math_test). They do not treat
-// special values: the caller must ensure positive and finite arguments.
+/// \file
+/// Logarithm and exponential that the compiler can vectorise, and macros that build one loop for
+/// several instruction sets.
+///
+/// A periodic solution evaluates the gas force at every point of the period. With scalar calls
+/// of libm this takes two thirds of the time of an estimate. These are branch-free series on the
+/// reduced argument (atanh series for the logarithm, Taylor for the exponential), within 2 ulp
+/// of libm on the range that the models use (tests/estimator/simd_math_test). They do not treat
+/// special values: the caller must ensure positive and finite arguments.
 #pragma once
 
 #include <bit>
 #include <cstdint>
 
-// Compiles the following loop once for each instruction set; the loader selects one at program
-// start. Not with sanitizers, which do not work with the indirect functions of the loader.
+/// Compiles the following loop once for each instruction set; the loader selects one at program
+/// start. Not with sanitizers, which do not work with the indirect functions of the loader. A build
+/// for one instruction set (cmake -DSHAKER_INSTRUCTION_SET) compiles them for that one only.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifdef SHAKER_INSTRUCTION_SET
+#define SHAKER_SIMD_CLONES __attribute__((target(SHAKER_INSTRUCTION_SET)))
+#else
 #define SHAKER_SIMD_CLONES \
   __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#endif
 #define SHAKER_HAS_SIMD_CLONES true
 #else
 #define SHAKER_SIMD_CLONES
+/// Whether SHAKER_SIMD_CLONES does anything.
 #define SHAKER_HAS_SIMD_CLONES false
 #endif
+/// A function that is inlined into a loop under SHAKER_SIMD_CLONES.
 #define SHAKER_INLINE __attribute__((always_inline)) inline
 
 namespace shaker::estimator {
 
-// Real is double with Bits = std::uint64_t, or vectors of both.
-// Precondition: x positive, finite and normal.
+/// Real is double with Bits = std::uint64_t, or vectors of both.
+/// Precondition: x positive, finite and normal.
+/// \param x argument
+/// \param out receives the natural logarithm
 template <class Real, class Bits>
 SHAKER_INLINE void logarithm_of(const Real& x, Real& out) {
   // x = 2^k m with m in [sqrt(1/2), sqrt(2)).
@@ -57,7 +67,9 @@ SHAKER_INLINE void logarithm_of(const Real& x, Real& out) {
   out = k * kLn2High + (2.0 * s + (2.0 * s * q * p + k * kLn2Low));
 }
 
-// Precondition: |x| < 700.
+/// Precondition: |x| < 700.
+/// \param x exponent
+/// \param out receives the exponential
 template <class Real, class Bits>
 SHAKER_INLINE void exponential_of(const Real& x, Real& out) {
   constexpr double kLog2e = 1.44269504088896340736;
@@ -84,12 +96,18 @@ SHAKER_INLINE void exponential_of(const Real& x, Real& out) {
   out = p * __builtin_bit_cast(Real, scale);
 }
 
+/// Natural logarithm.
+/// \param x positive, finite and normal
+/// \return the logarithm
 SHAKER_INLINE double fast_log(double x) {
   double out;
   logarithm_of<double, std::uint64_t>(x, out);
   return out;
 }
 
+/// Exponential.
+/// \param x of a magnitude below 700
+/// \return the exponential
 SHAKER_INLINE double fast_exp(double x) {
   double out;
   exponential_of<double, std::uint64_t>(x, out);

@@ -19,18 +19,30 @@ std::vector<double> Model::start() const {
 }
 
 void Model::Term::gather(const double* theta, double* local) const {
-  const std::size_t own = effect->parameters().size();
-  for (std::size_t k = 0; k < own; ++k)
-    local[k] = theta[first_parameter + static_cast<int>(k)];
+  const std::size_t count = effect->parameters().size();
+  for (std::size_t k = 0; k < count; ++k)
+    local[k] = factor(k) * theta[parameter(k)];
   for (std::size_t k = 0; k < borrowed.size(); ++k)
-    local[own + k] = borrowed[k] >= 0 ? theta[borrowed[k]] : effect->borrows()[k].otherwise;
+    local[count + k] =
+        borrowed[k] >= 0 ? factor(count + k) * theta[borrowed[k]] : effect->borrows()[k].otherwise;
+}
+
+bool Model::evaluate(const ModelPoints& at, const double* theta, const ModelForces& out) const {
+  return plain_ ? evaluate_plain(at, theta, out) : evaluate_general(at, theta, out);
+}
+
+bool Model::lanes_possible() const {
+  return plain_ && !needs_carrier_ && instruments_.empty() && exciter_parameters_ == 0 &&
+         std::all_of(terms_.begin(), terms_.end(), [](const Term& term) {
+           return term.borrowed.empty() && term.own.empty() && !term.effect->sees_excitation();
+         });
 }
 
 double Model::velocity_kink(const double* theta, double u) const {
   if (!plain_) return 0.0;
   double kink = 0.0;
   for (const Term& term : terms_) {
-    if (term.borrowed.empty()) {
+    if (term.borrowed.empty() && term.own.empty()) {
       kink += term.effect->velocity_kink(theta + term.first_parameter, term.constants.data(), u);
     } else {
       double local[kMostParameters];

@@ -60,6 +60,14 @@ struct ModelArrays {
   bool evaluate(const Model& model, int n, const double* theta, const double* excitation) const {
     return model.evaluate(first_points(n, excitation), theta, outputs(g_theta.data()));
   }
+  // With stroke and velocity from elsewhere, which may be these arrays.
+  bool evaluate(const Model& model, int n, const double* theta, const double* excitation,
+                const double* const* stroke, const double* const* velocity) const {
+    ModelPoints at = first_points(n, excitation);
+    at.u = stroke;
+    at.v = velocity;
+    return model.evaluate(at, theta, outputs(g_theta.data()));
+  }
   // Evaluates the internal coordinates' equations at the first n points, without g_theta.
   bool evaluate_internal(const Model& model, int n, const double* theta) const {
     return model.evaluate_internal(first_points(n, x), theta, outputs(nullptr));

@@ -11,6 +11,7 @@
 #include "base/unit.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/scaled.hpp"
+#include "estimator/effects/tabulated_pin.hpp"
 #include "estimator/formula/formula_effect.hpp"
 
 namespace shaker::estimator {
@@ -111,10 +112,15 @@ void ModelBuilder::read_coordinates() {
 
 void ModelBuilder::add_effect(const config::EffectSpec& spec, std::size_t index) {
   const auto place = fmt::format("/effects/{}", index);
-  const Effect* effect = spec.formula.empty() ? find_effect(spec.effect) : own_effect(spec, place);
+  const Effect* effect = spec.table             ? table_effect(spec, place)
+                         : spec.formula.empty() ? find_effect(spec.effect)
+                                                : own_effect(spec, place);
   if (effect == nullptr)
     reject(fmt::format("{}: there is no effect '{}'; there are {}", place, spec.effect,
                        known_effects()));
+  if (effect == &tabulated_pin())
+    reject(fmt::format("{}: {} wants a \"table\" with the strokes of its {} to {} knots", place,
+                       spec.effect, config::kFewestKnots, config::kMostKnots));
   Model::Term term;
   term.effect = effect;
   term.first_parameter = model_.parameter_count();
@@ -134,6 +140,13 @@ const Effect* ModelBuilder::own_effect(const config::EffectSpec& spec, const std
   } catch (const std::invalid_argument& error) {
     reject(fmt::format("{}/{}", place, error.what()));
   }
+  return model_.own_effects_.back().get();
+}
+
+const Effect* ModelBuilder::table_effect(const config::EffectSpec& spec, const std::string& place) {
+  if (spec.effect != tabulated_pin().name())
+    reject(fmt::format("{}/table: it stands in the effect {} only", place, tabulated_pin().name()));
+  model_.own_effects_.push_back(make_tabulated_pin(*spec.table));
   return model_.own_effects_.back().get();
 }
 
@@ -213,9 +226,13 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
     p.upper = said.upper.value_or(info.upper);
     p.start = said.start.value_or(std::clamp(info.start, p.lower, p.upper));
     p.fixed = said.fixed;
+    p.variation = said.variation;
     if (said.prior_mean && said.prior_standard_deviation) {
       p.prior_mean = said.prior_mean;
       p.prior_standard_deviation = said.prior_standard_deviation;
+    } else if (info.spread > 0.0) {
+      p.prior_mean = info.start;
+      p.prior_standard_deviation = info.spread;
     }
     if (!(p.lower <= p.upper))
       reject(fmt::format("{}/parameters/{}: lower bound {} is above the upper bound {}", place,

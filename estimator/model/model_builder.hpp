@@ -19,6 +19,7 @@ class ModelBuilder {
   void read_coordinates();
   void add_effect(const config::EffectSpec& spec, std::size_t index);
   const Effect* own_effect(const config::EffectSpec& spec, const std::string& place);
+  const Effect* table_effect(const config::EffectSpec& spec, const std::string& place);
   void add_constants(const config::EffectSpec& spec, const std::string& place, Model::Term& term);
   void add_parameters(const config::EffectSpec& spec, std::size_t index, const std::string& place,
                       const Effect& effect);

@@ -1,6 +1,5 @@
 // The residual of a model and its partial derivatives: loops over the points.
 #include <algorithm>
-#include <cmath>
 
 #include "estimator/math/simd_math.hpp"
 #include "estimator/model/model.hpp"
@@ -13,6 +12,18 @@ SHAKER_SIMD_CLONES void add(int n, double weight, const double* __restrict sourc
                             double* __restrict target) {
   for (int i = 0; i < n; ++i)
     target[i] += weight * source[i];
+}
+
+// A march in time evaluates one point after the other, for which a call to clear memory is dear.
+inline void set_zero(int n, double* values) {
+  if (n == 1) *values = 0.0;
+  if (n > 1) std::fill_n(values, n, 0.0);
+}
+
+void multiply(int n, double factor, double* values) {
+  if (factor == 1.0) return;
+  for (int i = 0; i < n; ++i)
+    values[i] *= factor;
 }
 
 Points local_points(const ModelPoints& at, const double* u, const double* v, const double* a) {
@@ -77,10 +88,6 @@ struct Model::Share {
   double local[kMostParameters];
 };
 
-bool Model::evaluate(const ModelPoints& at, const double* theta, const ModelForces& out) const {
-  return plain_ ? evaluate_plain(at, theta, out) : evaluate_general(at, theta, out);
-}
-
 // For one coordinate: the effects add directly to the output.
 bool Model::evaluate_plain(const ModelPoints& at, const double* theta,
                            const ModelForces& out) const {
@@ -88,12 +95,14 @@ bool Model::evaluate_plain(const ModelPoints& at, const double* theta,
   begin_plain(at, mass_[0], excitation_[0], out);
   for (const Term& term : instruments_) {
     for (std::size_t k = 0; k < term.effect->parameters().size(); ++k)
-      std::fill_n(out.g_theta[static_cast<std::size_t>(term.first_parameter) + k], n, 0.0);
+      std::fill_n(out.g_theta[term.parameter(k)], n, 0.0);
   }
+  for (const int other : idle_)
+    std::fill_n(out.g_theta[other], n, 0.0);
   const Points points = local_points(at, at.u[0], at.v[0], at.a[0]);
   for (const Term& term : terms_) {
     Forces forces = plain_forces(out);
-    if (term.borrowed.empty()) {
+    if (term.borrowed.empty() && term.own.empty()) {
       forces.f_theta = out.g_theta + term.first_parameter;
       if (!term.effect->evaluate(points, theta + term.first_parameter, term.constants.data(),
                                  forces))
@@ -105,23 +114,19 @@ bool Model::evaluate_plain(const ModelPoints& at, const double* theta,
     term.gather(theta, local);
     const std::size_t own = term.effect->parameters().size();
     for (std::size_t k = 0; k < own; ++k)
-      columns[k] = out.g_theta[static_cast<std::size_t>(term.first_parameter) + k];
+      columns[k] = out.g_theta[term.parameter(k)];
     for (std::size_t k = 0; k < term.borrowed.size(); ++k)
       columns[own + k] = out.scratch[k];
     forces.f_theta = columns;
     if (!term.effect->evaluate(points, local, term.constants.data(), forces)) return false;
+    for (std::size_t k = 0; k < own; ++k)
+      multiply(n, term.factor(k), columns[k]);
     for (std::size_t k = 0; k < term.borrowed.size(); ++k) {
-      if (term.borrowed[k] >= 0) add(n, 1.0, out.scratch[k], out.g_theta[term.borrowed[k]]);
+      if (term.borrowed[k] >= 0)
+        add(n, term.factor(own + k), out.scratch[k], out.g_theta[term.borrowed[k]]);
     }
   }
   return true;
-}
-
-bool Model::lanes_possible() const {
-  return plain_ && !needs_carrier_ && instruments_.empty() && exciter_parameters_ == 0 &&
-         std::all_of(terms_.begin(), terms_.end(), [](const Term& term) {
-           return term.borrowed.empty() && !term.effect->sees_excitation();
-         });
 }
 
 unsigned Model::evaluate_lanes(const ModelPoints& at, const double* theta,
@@ -194,19 +199,19 @@ bool Model::evaluate_part(Part part, const ModelPoints& at, const double* theta,
 void Model::clear(const ModelPoints& at, const double* theta, const ModelForces& out) const {
   const int s = coordinates();
   for (int d = 0; d < s; ++d) {
-    std::fill_n(out.g[d], at.n, 0.0);
+    set_zero(at.n, out.g[d]);
     for (int e = 0; e < s; ++e) {
       for (double* const* slopes : {out.g_u, out.g_v, out.g_a})
-        std::fill_n(slopes[d * s + e], at.n, 0.0);
+        set_zero(at.n, slopes[d * s + e]);
     }
     for (int k = 0; out.g_theta != nullptr && k < parameter_count(); ++k)
-      std::fill_n(out.g_theta[d * parameter_count() + k], at.n, 0.0);
+      set_zero(at.n, out.g_theta[d * parameter_count() + k]);
   }
   if (exciter_parameters_ == 0) return;
   std::copy_n(at.x, at.n, out.scratch[kTrueX]);
   for (const Term& term : terms_) {
     if (term.effect->group() != Group::exciter) continue;
-    std::fill_n(out.scratch[kForce], at.n, 0.0);
+    set_zero(at.n, out.scratch[kForce]);
     const Share share = share_of(term, theta, out);
     term.effect->evaluate(local_points(at, at.u[0], at.v[0], at.a[0]), share.local,
                           term.constants.data(), share.forces);
@@ -226,7 +231,7 @@ Model::Share Model::share_of(const Term& term, const double* theta, const ModelF
   share.own = static_cast<int>(term.effect->parameters().size());
   share.all = share.own + static_cast<int>(term.borrowed.size());
   for (int k = 0; k < share.all; ++k)
-    share.parameter[k] = k < share.own ? term.first_parameter + k : term.borrowed[k - share.own];
+    share.parameter[k] = k < share.own ? term.parameter(k) : term.borrowed[k - share.own];
   term.gather(theta, share.local);
 
   double* const* force = out.scratch + kForce;
@@ -264,7 +269,7 @@ bool Model::add_term(const Term& term, const ModelPoints& at, const double* thet
   const int n = at.n;
   const bool exciter = term.effect->group() == Group::exciter;
   for (int k = 0; k < kTrueX; ++k)
-    std::fill_n(out.scratch[k], n, 0.0);
+    set_zero(n, out.scratch[k]);
   for (int e = 0; e < coordinates(); ++e) {
     const double c = term.sees[e];
     if (c == 0.0) continue;
@@ -309,7 +314,8 @@ void Model::spread_force(const Share& share, const ModelForces& out) const {
     add(share.n, w, f.f, out.g[d]);
     for (int k = 0; out.g_theta != nullptr && k < share.all; ++k) {
       if (share.parameter[k] >= 0)
-        add(share.n, w, f.f_theta[k], out.g_theta[d * share.p + share.parameter[k]]);
+        add(share.n, w * term.factor(k), f.f_theta[k],
+            out.g_theta[d * share.p + share.parameter[k]]);
     }
     for (int e = 0; e < s; ++e) {
       const double c = w * term.sees[e];
@@ -339,7 +345,7 @@ void Model::spread_rows(const Share& share, const ModelForces& out) const {
     }
     for (int k = 0; out.g_theta != nullptr && k < share.all; ++k) {
       if (share.parameter[k] >= 0)
-        add(share.n, 1.0, share.forces.h_theta[r * share.all + k],
+        add(share.n, share.term->factor(k), share.forces.h_theta[r * share.all + k],
             out.g_theta[d * share.p + share.parameter[k]]);
     }
   }
@@ -356,14 +362,15 @@ void Model::spread_excitation(const Share& share, const ModelForces& out) const 
     if (term.effect->group() != Group::exciter) continue;
     for (int k = 0; k < static_cast<int>(term.effect->parameters().size()); ++k) {
       const double* column = exciter_column(term, k, out);
-      const int parameter = term.first_parameter + k;
+      const int parameter = term.parameter(k);
+      const double factor = term.factor(k);
       for (int d = 0; d < share.s; ++d) {
         const double w = share.term->acts[d];
         if (w != 0.0)
-          add_product(w, share.forces.f_x, column, out.g_theta[d * share.p + parameter]);
+          add_product(w * factor, share.forces.f_x, column, out.g_theta[d * share.p + parameter]);
       }
       for (int r = 0; r < share.internals; ++r)
-        add_product(1.0, share.forces.h_x[r], column,
+        add_product(factor, share.forces.h_x[r], column,
                     out.g_theta[(share.first + r) * share.p + parameter]);
     }
   }
@@ -381,10 +388,12 @@ void Model::true_excitation(const ModelPoints& at, const double* theta, double* 
     forces.f = scratch[0];
     forces.f_theta = scratch + 1;
     const Points points = local_points(at, at.u[0], at.v[0], at.a[0]);
-    term.effect->evaluate(points, theta + term.first_parameter, term.constants.data(), forces);
+    double local[kMostParameters];
+    term.gather(theta, local);
+    term.effect->evaluate(points, local, term.constants.data(), forces);
     add(at.n, -1.0, scratch[0], x);
     for (std::size_t k = 0; k < term.effect->parameters().size(); ++k)
-      add(at.n, -1.0, scratch[1 + k], x_theta[static_cast<std::size_t>(term.first_parameter) + k]);
+      add(at.n, -term.factor(k), scratch[1 + k], x_theta[term.parameter(k)]);
   }
 }
 

@@ -85,21 +85,6 @@ ChannelProblem::ChannelProblem(const Model& model, std::span<const Quantity> qua
   }
 }
 
-ChannelProblem::Reader ChannelProblem::reader_at(double tau, int points) {
-  Reader reader;
-  const double where = (tau - std::floor(tau)) * points;
-  const int first = static_cast<int>(std::floor(where)) - 2;
-  reader.base = (first + points) % points;
-  reader.count = 6;
-  for (int k = 0; k < 6; ++k) {
-    reader.weight[k] = 1.0;
-    for (int l = 0; l < 6; ++l) {
-      if (l != k) reader.weight[k] *= (where - (first + l)) / (k - l);
-    }
-  }
-  return reader;
-}
-
 void ChannelProblem::add_system(std::size_t r, std::span<const Quantity> quantities) {
   const ChannelRun& run = runs_[r];
   const auto count = static_cast<int>(run.channels.front().size());
@@ -111,12 +96,12 @@ void ChannelProblem::add_system(std::size_t r, std::span<const Quantity> quantit
     system.set_excitation(run.frequency_hz, run.amplitude);
   else
     system.set_excitation(run.frequency_hz, run.excitation, options_.excitation_harmonics);
-  auto& readers = readers_.emplace_back();
+  auto& readings = readings_.emplace_back();
   for (int i = 0; i < count; ++i) {
     if (run.tau.empty()) {
-      readers.push_back({i * (grid.points / count), 1, {1, 0, 0, 0, 0, 0}});
+      readings.push_back({i * (grid.points / count), 1, {1, 0, 0, 0, 0, 0}});
     } else {
-      readers.push_back(reader_at(run.tau[static_cast<std::size_t>(i)], grid.points));
+      readings.push_back(grid_reading_at(run.tau[static_cast<std::size_t>(i)], grid.points));
     }
   }
   points_ += count * (run.scatter.empty() ? 1.0 : run.cycles);
@@ -143,11 +128,11 @@ bool ChannelProblem::solve(const std::vector<double>& theta) {
   return true;
 }
 
-double ChannelProblem::predicted(std::size_t r, const Reader& reader, Index channel) const {
+double ChannelProblem::predicted(std::size_t r, const GridReading& reading, Index channel) const {
   double sum = 0.0;
-  for (int k = 0; k < reader.count; ++k)
-    sum += reader.weight[k] * systems_[r].observed((reader.base + k) % systems_[r].points(),
-                                                   static_cast<int>(channel));
+  for (int k = 0; k < reading.count; ++k)
+    sum += reading.weight[k] * systems_[r].observed((reading.base + k) % systems_[r].points(),
+                                                    static_cast<int>(channel));
   return sum;
 }
 
@@ -159,20 +144,20 @@ bool ChannelProblem::look(const std::vector<double>& theta, ChannelLook& out) {
   out.moment = MatrixXd::Zero(m_, m_);
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     const ChannelRun& run = runs_[r];
-    const auto n = static_cast<Index>(readers_[r].size());
+    const auto n = static_cast<Index>(readings_[r].size());
     const double root = std::sqrt(run.cycles);
     out.e[r].setZero(n, m_);
     out.j[r].setZero(n * m_, q);
     for (Index i = 0; i < n; ++i) {
-      const Reader& reader = readers_[r][at(i)];
+      const GridReading& reading = readings_[r][at(i)];
       for (Index b = 0; b < m_; ++b) {
-        for (int k = 0; k < reader.count; ++k) {
-          const int point = (reader.base + k) % systems_[r].points();
+        for (int k = 0; k < reading.count; ++k) {
+          const int point = (reading.base + k) % systems_[r].points();
           const auto row = systems_[r].observed_row(point, static_cast<int>(b));
           for (Index l = 0; l < q; ++l)
-            out.j[r](i * m_ + b, l) += root * reader.weight[k] * row[1 + index(l)];
+            out.j[r](i * m_ + b, l) += root * reading.weight[k] * row[1 + index(l)];
         }
-        out.e[r](i, b) = root * (run.channels[at(b)][at(i)] - predicted(r, reader, b));
+        out.e[r](i, b) = root * (run.channels[at(b)][at(i)] - predicted(r, reading, b));
       }
     }
     out.moment += out.e[r].transpose() * out.e[r];
@@ -201,7 +186,7 @@ MatrixXd ChannelProblem::moved_by_excitation(std::size_t r, const std::vector<do
   const int harmonics = std::max(options_.excitation_harmonics, kExcitationHarmonics);
   const double root = std::sqrt(run.cycles);
   MatrixXd out =
-      MatrixXd::Zero(static_cast<Index>(readers_[r].size()) * m_, 2 * kExcitationHarmonics);
+      MatrixXd::Zero(static_cast<Index>(readings_[r].size()) * m_, 2 * kExcitationHarmonics);
   const auto restore = [&] { std::copy(good_[r].begin(), good_[r].end(), system.state().begin()); };
   bool good = true;
   for (int part = 0; good && part < 2 * kExcitationHarmonics; ++part) {
@@ -211,9 +196,9 @@ MatrixXd ChannelProblem::moved_by_excitation(std::size_t r, const std::vector<do
       good = system.solve(theta).status == SolveStatus::converged;
       if (!good) break;
       system.advance(1.0, unchanged_);
-      for (Index i = 0; i < static_cast<Index>(readers_[r].size()); ++i) {
+      for (Index i = 0; i < static_cast<Index>(readings_[r].size()); ++i) {
         for (Index b = 0; b < m_; ++b)
-          out(i * m_ + b, part) += 0.5 * side * root * predicted(r, readers_[r][at(i)], b);
+          out(i * m_ + b, part) += 0.5 * side * root * predicted(r, readings_[r][at(i)], b);
       }
     }
   }

@@ -9,6 +9,7 @@
 
 #include <Eigen/Dense>
 
+#include "estimator/math/grid_reading.hpp"
 #include "estimator/objectives/channels.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
@@ -54,16 +55,9 @@ class ChannelProblem {
   const ModelParameter& parameter(Eigen::Index k) const { return model_.parameters()[index(k)]; }
 
  private:
-  // Weights to read one point of a run from its grid: Lagrange interpolation on six neighbours, or
-  // the grid point itself.
-  struct Reader {
-    int base = 0, count = 1;
-    double weight[6] = {1, 0, 0, 0, 0, 0};
-  };
-  static Reader reader_at(double tau, int points);
   void add_system(std::size_t r, std::span<const Quantity> quantities);
   bool solve(const std::vector<double>& theta);
-  double predicted(std::size_t r, const Reader& reader, Eigen::Index channel) const;
+  double predicted(std::size_t r, const GridReading& reading, Eigen::Index channel) const;
 
   const Model& model_;
   ChannelOptions options_;
@@ -72,7 +66,7 @@ class ChannelProblem {
   std::vector<int> free_;
   std::vector<double> unchanged_;  // zeros: no change of theta
   std::vector<PeriodicSystem> systems_;
-  std::vector<std::vector<Reader>> readers_;
+  std::vector<std::vector<GridReading>> readings_;
   std::vector<AlignedVector> good_;  // last good solutions
   double points_ = 0.0;
   std::string trouble_;

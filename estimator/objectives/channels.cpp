@@ -185,7 +185,8 @@ class Search {
         return;
     }
     fit.status = FitStatus::not_converged;
-    fit.trouble = fmt::format("the noise's covariance does not settle in {} stages", kMostStages);
+    fit.trouble =
+        fmt::format("the covariance of the noise does not converge in {} stages", kMostStages);
   }
 
   ChannelOptions options_;

@@ -175,7 +175,7 @@ void Continuation::walk(SolutionArc& arc, ArcPoint first, ArcPoint direction, Br
     if (out) {
       branch.complete = std::fabs(point.value - branch.to) < std::fabs(point.value - branch.from);
       branch.ended = fmt::format("{} at {}", branch.complete ? "got" : "came back", here());
-      if (!branch.complete) branch.ended += "; beyond the last fold nothing hangs on this curve";
+      if (!branch.complete) branch.ended += "; beyond the last fold this curve has no solution";
     } else if (joins) {
       branch.ended = fmt::format("joins the solutions of half the period again at {}", here());
     } else if (branch.points.size() > 10 && arc.dot(home, home) < length * length &&

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include <Eigen/Dense>
-
 #include "estimator/math/simd_math.hpp"
 #include "estimator/periodic/dense.hpp"
 
@@ -70,17 +68,6 @@ void PeriodicSystem::differentiate() {
     take_differences(stencil_of(c), frequency_ * n_, n_, u, v_[c], a_[c]);
     for (int i = n_; i < padded_; ++i)
       u[i] = u[n_ - 1];  // admissible values in the padding too
-  }
-}
-
-void PeriodicSystem::differentiate_fourier() {
-  for (int c = 0; c < s_; ++c) {
-    for (int i = 0; i < n_; ++i)
-      u_[c][i] = z_[i * s_ + c];
-    const Eigen::Map<const Eigen::VectorXd> u(u_[c], n_);
-    Eigen::Map<Eigen::VectorXd>(v_[c], n_).noalias() = frequency_ * (dense_->first * u);
-    Eigen::Map<Eigen::VectorXd>(a_[c], n_).noalias() =
-        frequency_ * frequency_ * (dense_->second * u);
   }
 }
 

@@ -1,5 +1,5 @@
 // Solves a batch of eight linearised rings with equally many points. The elimination is that of
-// scalar_step.hpp with one whole system in each SIMD lane: every operation acts lane by lane.
+// ring_step.hpp with one whole system in each SIMD lane: every operation acts lane by lane.
 //
 //          inner unknowns      | border
 //     [ x x x x               | b b b ]     A row of the matrix has one Lanes for each of its

@@ -1,14 +1,13 @@
-// Newton step and sensitivities of a linearised system: scalar, banded or dense solver.
+// Newton step and sensitivities of a linearised system. Its solver is that of rings, that of bands
+// with row exchanges, or the dense one of fourier_collocation.cpp.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Dense>
-
 #include "estimator/math/lanes.hpp"
 #include "estimator/periodic/dense.hpp"
 #include "estimator/periodic/observer.hpp"
-#include "estimator/periodic/scalar_step.hpp"
+#include "estimator/periodic/ring_step.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -17,11 +16,11 @@ SHAKER_SIMD_CLONES void fill_band(int n, int reach, const double* __restrict fir
                                   const double* __restrict second, const double* __restrict g_u,
                                   const double* __restrict g_v, const double* __restrict g_a,
                                   double* __restrict band) {
-  Lanes over_v;
-  Lanes over_a;
+  Lanes over_v{};
+  Lanes over_a{};
   Lanes over_u{};
   over_u[reach] = 1.0;
-  for (int k = 0; k < kLanes; ++k) {
+  for (int k = 0; k < kMostAcross; ++k) {
     over_v[k] = first[k];
     over_a[k] = second[k];
   }
@@ -39,8 +38,10 @@ void PeriodicSystem::learn_jumps() {
 void PeriodicSystem::fill_right_hand_sides() {
   const bool corrected = reversals_ && reversals_->any();
   if (corrected && rows_hold_sensitivities_) learn_jumps();
-  if (s_ == 1 && groups_ <= kMostGroups)
-    fill_scalar_rows({n_, 1 + p_, groups_, left_.data(), rows_.data()});
+  if (ring_)
+    for (int d = 0; d < s_; ++d)
+      fill_ring_rows(
+          {n_, 1 + p_, groups_, left_.data() + d * (1 + p_), rows_.data() + d * stride_, s_});
   else
     fill_rows();
   if (corrected) reversals_->correct_right_hand_sides(g_v_[0], g_a_[0], rows_.data());
@@ -69,28 +70,33 @@ bool PeriodicSystem::observe() {
 
 bool PeriodicSystem::solve_rows(bool with_sensitivities) {
   if (dense_) return solve_dense();
-  // The scalar solver has the sensitivities in the same registers, and the corrections at kinks
+  // The solver for rings has the sensitivities in the same registers, and the corrections at kinks
   // need those of the previous step.
-  const bool all = with_sensitivities || s_ == 1 || reversals_;
-  if (s_ != 1 || groups_ > kMostGroups || !solve_scalar()) {
+  const bool all = with_sensitivities || ring_ || reversals_;
+  if (!ring_ || !solve_ring()) {
     if (!solve_banded(all ? 1 + p_ : 1)) return false;
   }
   rows_hold_sensitivities_ = all;
   return true;
 }
 
-bool PeriodicSystem::solve_scalar() {
-  double first[8] = {};
-  double second[8] = {};
+bool PeriodicSystem::solve_ring() {
   const double f1 = frequency_ * n_;
-  for (int k = 0; k <= 2 * stencil_.reach; ++k) {
-    first[k] = stencil_.first[k] * f1;
-    second[k] = stencil_.second[k] * f1 * f1;
+  double first[kMostBlock][kMostAcross], second[kMostBlock][kMostAcross];
+  for (int c = 0; c < s_; ++c) {
+    for (std::size_t k = 0; k < kMostAcross; ++k) {
+      first[c][k] = stencil_of(c).first[k] * f1;
+      second[c][k] = stencil_of(c).second[k] * f1 * f1;
+    }
   }
-  fill_band(n_, stencil_.reach, first, second, g_u_[0], g_v_[0], g_a_[0], band_.data());
+  if (s_ == 1)
+    fill_band(n_, stencil_.reach, first[0], second[0], g_u_[0], g_v_[0], g_a_[0], band_.data());
+  else
+    fill_block_band({n_, s_, stencil_.reach, g_u_.data(), g_v_.data(), g_a_.data(), first, second,
+                     band_.data()});
   fill_right_hand_sides();
-  return solve_scalar_step(
-      {n_, stencil_.reach, 1 + p_, groups_, band_.data(), upper_.data(), rows_.data()});
+  return solve_ring_step(
+      {n_, stencil_.reach, 1 + p_, groups_, band_.data(), upper_.data(), rows_.data(), s_});
 }
 
 bool PeriodicSystem::solve_banded(int columns) {
@@ -122,33 +128,6 @@ bool PeriodicSystem::factorise_banded() {
   return banded_->factorise();
 }
 
-void PeriodicSystem::fill_dense() {
-  Eigen::MatrixXd& j = dense_->jacobian;
-  for (int d = 0; d < s_; ++d) {
-    for (int e = 0; e < s_; ++e) {
-      const int de = d * s_ + e;
-      for (int i = 0; i < n_; ++i) {
-        for (int k = 0; k < n_; ++k)
-          j(i * s_ + d, k * s_ + e) = g_a_[de][i] * frequency_ * frequency_ * dense_->second(i, k) +
-                                      g_v_[de][i] * frequency_ * dense_->first(i, k) +
-                                      (i == k ? g_u_[de][i] : 0.0);
-      }
-    }
-  }
-}
-
-bool PeriodicSystem::solve_dense() {
-  fill_dense();
-  fill_right_hand_sides();
-  using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
-                          Eigen::OuterStride<>>;
-  Rows rows(rows_.data(), n_ * s_, 1 + p_, Eigen::OuterStride<>(stride_));
-  dense_->lu.compute(dense_->jacobian);
-  dense_->right = dense_->lu.solve(rows);
-  rows = dense_->right;
-  return dense_->right.allFinite();
-}
-
 bool PeriodicSystem::excitation_response(int harmonics, std::vector<double>& out) {
   const int width = 2 * harmonics;
   out.assign(static_cast<std::size_t>(n_ * s_) * width, 0.0);
@@ -170,37 +149,34 @@ bool PeriodicSystem::excitation_response(int harmonics, std::vector<double>& out
 bool PeriodicSystem::factorise() {
   if (!dense_) return factorise_banded();
   fill_dense();
-  dense_->lu.compute(dense_->jacobian);
+  dense_->factorise();
   return true;
 }
 
 void PeriodicSystem::solve_factorised(std::span<double> rows, int width) {
-  if (!dense_) return banded_->solve(rows.data(), width, width);
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> map(
-      rows.data(), n_ * s_, width);
-  map = dense_->lu.solve(map).eval();
+  if (dense_) return dense_->solve(rows, width);
+  banded_->solve(rows.data(), width, width);
 }
 
 void PeriodicSystem::solve_transposed(std::span<double> rows, int width) {
-  if (!dense_) return banded_->solve_transposed(rows.data(), width, width);
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> map(
-      rows.data(), n_ * s_, width);
-  map = dense_->lu.transpose().solve(map).eval();
+  if (dense_) return dense_->solve_transposed(rows, width);
+  banded_->solve_transposed(rows.data(), width, width);
 }
 
 bool PeriodicSystem::add_products(std::span<const double> data, int every, bool with_newton,
                                   double weight, double* products) const {
-  if (s_ != 1 || groups_ > kMostGroups || !observer_->direct(0)) return false;
-  shaker::estimator::add_products({static_cast<int>(data.size()), every, p_, groups_, with_newton,
-                                   rows_.data(), z_.data(), data.data(), weight, products});
+  if (groups_ > kMostGroups || !observer_->direct(0)) return false;
+  const int observed = model_->observed();
+  shaker::estimator::add_products({static_cast<int>(data.size()), every * s_, p_, groups_,
+                                   with_newton, rows_.data() + observed * stride_,
+                                   z_.data() + observed, data.data(), weight, products});
   return true;
 }
 
 double PeriodicSystem::advance(double newton, std::span<const double> delta_theta) {
-  const double step = s_ == 1 && groups_ <= kMostGroups
-                          ? advance_scalar({n_, 1 + p_, groups_, newton, rows_.data(),
-                                            delta_theta.data(), z_.data()})
-                          : advance_rows(newton, delta_theta);
+  const double step = ring_ ? advance_ring({n_ * s_, 1 + p_, groups_, newton, rows_.data(),
+                                            delta_theta.data(), z_.data(), s_, model_->observed()})
+                            : advance_rows(newton, delta_theta);
   if (!observer_->idle()) observer_->advance(newton, delta_theta);
   return step;
 }

@@ -45,7 +45,6 @@ PeriodicSystem::Observer::Observer(const PeriodicSystem& system,
   curve_.resize(n_);
   spectrum_.resize(n_ / 2 + 1);
   changed_.resize(n_ / 2 + 1);
-  fourier_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
 }
 
 void PeriodicSystem::Observer::resize(Series& series) const {
@@ -117,7 +116,9 @@ void PeriodicSystem::Observer::add_rows(int c, int derivative, const double* slo
     } else if (system_->dense_) {
       const auto& matrix = derivative == 1 ? system_->dense_->first : system_->dense_->second;
       for (int j = 0; j < n_; ++j)
-        add(i, j, slope[i] * (derivative == 1 ? f : f * f) * matrix(i, j));
+        add(i, j,
+            slope[i] * (derivative == 1 ? f : f * f) *
+                matrix[static_cast<std::size_t>(j) * n_ + i]);
     } else {
       const auto& weights = derivative == 1 ? stencil.first : stencil.second;
       const double scale = slope[i] * (derivative == 1 ? f * n_ : f * f * n_ * n_);
@@ -148,7 +149,7 @@ void PeriodicSystem::Observer::pointwise(const Model::Term& stage, std::span<con
       if (signal.load != nullptr) row[m] += workspace_[1][i] * load[m];
     }
     for (int k = 0; k < own; ++k)
-      row[1 + stage.first_parameter + k] += y_theta[k][i];
+      row[1 + stage.parameter(k)] += stage.factor(k) * y_theta[k][i];
   }
 }
 
@@ -184,14 +185,15 @@ void PeriodicSystem::Observer::filter(const Model::Term& stage, std::span<const 
       std::copy_n(curve_.data(), n_, series.y.data());
       continue;
     }
-    const std::size_t column = stage.first_parameter + m;
+    const std::size_t column = 1 + stage.parameter(m - 1);
     for (int i = 0; i < n_; ++i)
-      series.rows[static_cast<std::size_t>(i) * stride_ + column] += curve_[i];
+      series.rows[static_cast<std::size_t>(i) * stride_ + column] +=
+          stage.factor(m - 1) * curve_[i];
   }
 }
 
 void PeriodicSystem::Observer::to_harmonics() {
-  fourier_.fwd(spectrum_.data(), curve_.data(), n_);
+  fourier_.forward(curve_.data(), n_, spectrum_.data());
 }
 
 // Transforms back the harmonics times the factors that begin at `first`. The highest harmonic of a
@@ -203,7 +205,7 @@ void PeriodicSystem::Observer::from_harmonics(std::size_t first) {
   changed_[0] = changed_[0].real();
   if (n_ % 2 == 0)
     changed_[harmonics - 1] = spectrum_[harmonics - 1] * factors_[first + harmonics - 1].real();
-  fourier_.inv(curve_.data(), changed_.data(), n_);
+  fourier_.backward(changed_.data(), n_, curve_.data());
 }
 
 void PeriodicSystem::Observer::advance(double newton, std::span<const double> delta_theta) {

@@ -5,9 +5,9 @@
 
 #include <complex>
 #include <span>
-#include <unsupported/Eigen/FFT>
 #include <vector>
 
+#include "estimator/math/fourier.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {
@@ -57,7 +57,7 @@ class PeriodicSystem::Observer {
   std::vector<std::complex<double>> factors_;  // a filter's response, then its derivatives
   std::vector<double> curve_;                  // a signal over the ring; spectrum_: its harmonics
   std::vector<std::complex<double>> spectrum_, changed_;
-  Eigen::FFT<double> fourier_;
+  FourierTransform fourier_;
 };
 
 }  // namespace shaker::estimator

@@ -4,47 +4,19 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <unsupported/Eigen/FFT>
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "estimator/math/fourier.hpp"
 #include "estimator/math/lanes.hpp"
 #include "estimator/math/numbers.hpp"
 #include "estimator/model/model_arrays.hpp"
 #include "estimator/periodic/dense.hpp"
 #include "estimator/periodic/observer.hpp"
-#include "estimator/periodic/scalar_step.hpp"
+#include "estimator/periodic/ring_step.hpp"
 
 namespace shaker::estimator {
 namespace {
-
-// Differentiation matrices of the trigonometric interpolant on n equal steps of [0, 1).
-void fourier_matrices(int n, Eigen::MatrixXd& first, Eigen::MatrixXd& second) {
-  first.setZero(n, n);
-  second.setZero(n, n);
-  const double pi = std::numbers::pi;
-  const bool even = n % 2 == 0;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      const int k = i - j;
-      if (k == 0) {
-        second(i, j) = even ? -(pi * pi) * (n * n + 2.0) / 3.0 : -(pi * pi) * (n * n - 1.0) / 3.0;
-        continue;
-      }
-      const double sign = k % 2 == 0 ? 1.0 : -1.0;
-      const double angle = pi * k / n;
-      if (even) {
-        first(i, j) = pi * sign / std::tan(angle);
-        second(i, j) = -2.0 * pi * pi * sign / (std::sin(angle) * std::sin(angle));
-      } else {
-        first(i, j) = pi * sign / std::sin(angle);
-        second(i, j) =
-            -2.0 * pi * pi * sign * std::cos(angle) / (std::sin(angle) * std::sin(angle));
-      }
-    }
-  }
-}
 
 SHAKER_SIMD_CLONES double largest(int n, const double* g) {
   Lanes worst{};
@@ -97,17 +69,13 @@ PeriodicSystem::PeriodicSystem(const Model& model, GridOptions options)
                     "needs at least {}",
                     n_, shaker::estimator::name(options.scheme), least));
   padded_ = (n_ + 7) / 8 * 8;
-  groups_ = lane_groups(1 + p_, stencil_.reach);
+  groups_ = lane_groups(1 + p_, stencil_.reach, s_);
+  ring_ = options.scheme != Scheme::fourier && ring_step_exists(s_, stencil_.reach, groups_);
   stride_ = groups_ * kLanes;
   z_.resize(static_cast<std::size_t>(n_) * s_);
   x_.resize(padded_);
   x_full_.resize(padded_);
-  if (options.scheme == Scheme::fourier) {
-    dense_ = std::make_unique<Dense>();
-    fourier_matrices(n_, dense_->first, dense_->second);
-    dense_->jacobian.resize(n_ * s_, n_ * s_);
-    dense_->right.resize(n_ * s_, 1 + p_);
-  }
+  if (options.scheme == Scheme::fourier) dense_ = std::make_unique<Dense>(n_, n_ * s_, 1 + p_);
   if (model.needs_carrier()) {
     for (AlignedVector* v : {&quadrature_full_, &quadrature_, &carrier_cos_, &carrier_sin_})
       v->resize(padded_);
@@ -131,18 +99,20 @@ void PeriodicSystem::take_memory() {
   cut_point_arrays(*model_, store_.data() + halo, padded_ + 2 * halo,
                    {u_, v_, a_, g_, g_u_, g_v_, g_a_, g_theta_, scratch_});
   left_.clear();
-  if (s_ == 1) {
-    left_.push_back(g_[0]);
-    left_.insert(left_.end(), g_theta_.begin(), g_theta_.end());
+  for (int d = 0; d < s_; ++d) {
+    left_.push_back(g_[d]);
+    left_.insert(left_.end(), g_theta_.begin() + d * p_, g_theta_.begin() + (d + 1) * p_);
   }
   if (!dense_) {
-    if (s_ > 1) banded_ = std::make_unique<CyclicBandedLu>(n_, s_, stencil_.reach);
     if (options_.correct_reversals && model_->has_velocity_kink()) {
       reversals_ = std::make_unique<ReversalCorrection>(stencil_, n_, p_, stride_);
       kappa_theta_.resize(stride_);
     }
-    band_.resize(static_cast<std::size_t>(n_) * 8);
-    upper_.resize(static_cast<std::size_t>(n_) * 4);
+    if (ring_) {
+      const auto places = static_cast<std::size_t>(n_ * s_ * packed(s_));
+      band_.resize(places * 8);
+      upper_.resize(places * 4);
+    }
   }
   observer_ = std::make_unique<Observer>(*this, channels_);
 }
@@ -200,13 +170,13 @@ void PeriodicSystem::analyse_excitation() {
     return;
   }
   // The analytic signal, whose real part is the excitation: only positive harmonics.
-  Eigen::FFT<double> fft;
+  FourierTransform fourier;
   std::vector<std::complex<double>> spectrum(static_cast<std::size_t>(n_)), analytic = spectrum;
-  fft.fwd(spectrum.data(), x_full_.data(), n_);
+  fourier.forward(x_full_.data(), n_, spectrum.data());
   const auto harmonics = static_cast<std::size_t>((n_ - 1) / 2);
   for (std::size_t h = 0; h < spectrum.size(); ++h)
     spectrum[h] *= h > 0 && h <= harmonics ? 2.0 : 0.0;
-  fft.inv(analytic.data(), spectrum.data(), n_);
+  fourier.backward(spectrum.data(), n_, analytic.data());
   for (int i = 0; i < n_; ++i)
     quadrature_full_[i] = analytic[static_cast<std::size_t>(i)].imag();
   const auto harmonic = [&](std::size_t h) { return spectrum[h] / static_cast<double>(n_); };

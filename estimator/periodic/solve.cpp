@@ -11,7 +11,8 @@ namespace shaker::estimator {
 namespace {
 
 constexpr double kSmallestDamping = 1.0 / 1024;
-constexpr double kClose = 1e-4;  // of the state: the largest Newton step that may end a search
+constexpr int kMostFollowed = 8;  // coordinates with a size of their own; further ones share
+constexpr double kClose = 1e-4;   // of the state: the largest Newton step that may end a search
 
 // Uses four independent maxima because each maximum waits for the previous one.
 double largest(const double* values, std::size_t count, std::size_t stride) {
@@ -80,6 +81,41 @@ SolveReport PeriodicSystem::solve(std::span<const double> theta, int max_iterati
   const bool arrived = residual_ <= tolerance && solve_step();  // by the last step that was allowed
   report.status = arrived ? SolveStatus::converged : SolveStatus::no_convergence;
   return report;
+}
+
+bool PeriodicSystem::follow_observed(std::span<const double> theta) {
+  constexpr int kMostSteps = 8;
+  constexpr double kEnough = 1e-2;  // of the state
+  if (s_ == 1) return true;
+  const int held = model_->observed();
+  for (int i = 0; i < n_ * s_; ++i) {
+    if (i % s_ != held) z_[i] = model_->rest(i % s_);
+  }
+  begin();
+  for (int step = 0; step < kMostSteps; ++step) {
+    if (!linearise(theta)) return false;
+    // "It does not move" replaces the equation of the observed coordinate.
+    std::fill_n(g_[held], n_, 0.0);
+    for (int e = 0; e < s_; ++e) {
+      std::fill_n(g_u_[held * s_ + e], n_, e == held ? 1.0 : 0.0);
+      std::fill_n(g_v_[held * s_ + e], n_, 0.0);
+      std::fill_n(g_a_[held * s_ + e], n_, 0.0);
+    }
+    if (!solve_rows(false)) return false;
+    double moved[kMostFollowed] = {}, size[kMostFollowed] = {};
+    for (int i = 0; i < n_ * s_; ++i) {
+      const int c = std::min(i % s_, kMostFollowed - 1);
+      const double change = i % s_ == held ? 0.0 : rows_[static_cast<std::size_t>(i) * stride_];
+      z_[i] += change;
+      moved[c] = std::max(moved[c], std::fabs(change));
+      size[c] = std::max(size[c], std::fabs(z_[i]));
+    }
+    bool arrived = true;
+    for (int c = 0; c < kMostFollowed; ++c)
+      arrived = arrived && moved[c] <= kEnough * size[c];
+    if (arrived) return true;
+  }
+  return false;
 }
 
 // Evaluates the model at rest at the first point's state. All points of a constant solution are

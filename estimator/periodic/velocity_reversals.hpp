@@ -1,30 +1,31 @@
-// Correction of the finite differences for velocity reversals, where |v| v has a kink.
-//
-// At a zero t* of the velocity the second derivative of the force over v jumps by kappa
-// (Effect::velocity_kink). The fourth derivative of the state u therefore jumps, and the third
-// derivative of its sensitivities s = dz/dtheta_k. Let m be the inertia, d the smooth part of the
-// damping, a and j the acceleration and the jerk, kappa_k = dkappa/dtheta_k, all at t*. A tilde
-// (x~) marks the mean of both sides. Then
-//
-//   [u'''' ] = -kappa a|a| / m
-//   [u^(5)]  = -(3 kappa |a| j + d [u'''']) / m
-//   [s''' ]  = -kappa |a| s' / m
-//   [s'''' ] = -(kappa (sgn(a) j s' + 2 |a| s'') + kappa_k a|a| + d [s''']) / m
-//   [s^(5)]  = -(kappa (sgn(a) u''''~ s' + 3 sgn(a) j s'' + 3 |a| s'''~) + 3 kappa_k |a| j
-//                + d [s''''] + g_u [s''']) / m
-//
-// This follows by differentiating g = 0 and g_a s'' + g_v s' + g_u s + g_theta = 0. A difference
-// whose stencil contains t* uses the smooth continuation of its own side: the neighbours on the
-// other side are shifted by the Taylor terms of the jumps. Without the correction every fixed grid
-// is of third order in u and of second order in s, however high the order of its stencil is.
-//
-//            own side  |  other side
-//      o-----o-----o---|-o- - -o- - -o      neighbours right of t*:
-//                      t*                   minus sum [u^(m)] (t - t*)^m / m!
-//
-// The jumps of s depend on s itself. They are computed from the sensitivities of the previous
-// Newton step, so they converge together with Newton's method. A finer grid starts with the jumps
-// from the last sensitivities of the coarser grid.
+/// \file
+/// Correction of the finite differences for velocity reversals, where |v| v has a kink.
+///
+/// At a zero t* of the velocity the second derivative of the force over v jumps by kappa
+/// (Effect::velocity_kink). The fourth derivative of the state u therefore jumps, and the third
+/// derivative of its sensitivities s = dz/dtheta_k. Let m be the inertia, d the smooth part of the
+/// damping, a and j the acceleration and the jerk, kappa_k = dkappa/dtheta_k, all at t*. A tilde
+/// (x~) marks the mean of both sides. Then
+///
+///   [u'''' ] = -kappa a|a| / m
+///   [u^(5)]  = -(3 kappa |a| j + d [u'''']) / m
+///   [s''' ]  = -kappa |a| s' / m
+///   [s'''' ] = -(kappa (sgn(a) j s' + 2 |a| s'') + kappa_k a|a| + d [s''']) / m
+///   [s^(5)]  = -(kappa (sgn(a) u''''~ s' + 3 sgn(a) j s'' + 3 |a| s'''~) + 3 kappa_k |a| j
+///                + d [s''''] + g_u [s''']) / m
+///
+/// This follows by differentiating g = 0 and g_a s'' + g_v s' + g_u s + g_theta = 0. A difference
+/// whose stencil contains t* uses the smooth continuation of its own side: the neighbours on the
+/// other side are shifted by the Taylor terms of the jumps. Without the correction every fixed grid
+/// is of third order in u and of second order in s, however high the order of its stencil is.
+///
+///            own side  |  other side
+///      o-----o-----o---|-o- - -o- - -o      neighbours right of t*:
+///                      t*                   minus sum [u^(m)] (t - t*)^m / m!
+///
+/// The jumps of s depend on s itself. They are computed from the sensitivities of the previous
+/// Newton step, so they converge together with Newton's method. A finer grid starts with the jumps
+/// from the last sensitivities of the coarser grid.
 #pragma once
 
 #include <array>
@@ -36,32 +37,56 @@
 
 namespace shaker::estimator {
 
-// The correction for one solution of a model with one coordinate. One thread; no member function
-// allocates after construction. `rows` are right-hand sides or solutions: for each point the Newton
-// step, then the sensitivities, padded to whole Lanes, 64-byte aligned, `row` doubles apart.
+/// The correction for one solution of a model with one coordinate. One thread; no member function
+/// allocates after construction. `rows` are right-hand sides or solutions: for each point the
+/// Newton step, then the sensitivities, padded to whole Lanes, 64-byte aligned, `row` doubles
+/// apart.
 class ReversalCorrection {
  public:
+  /// \param stencil the differences that are corrected
+  /// \param points number n of points
+  /// \param parameters number of parameters
+  /// \param row distance of the rows, doubles
   ReversalCorrection(const Stencil& stencil, int points, int parameters, int row);
 
-  // Discards all zeros and jumps.
+  /// Discards all zeros and jumps.
   void forget();
-  // Starts from the zeros and jumps of `other`, another grid with the same solution. With `rows`
-  // (solutions on that grid, may be null) the jumps are first updated from its sensitivities.
+  /// Starts from the zeros and jumps of `other`, another grid with the same solution. With `rows`
+  /// (solutions on that grid, may be null) the jumps are first updated from its sensitivities.
+  /// \param other the correction on the other grid
+  /// \param rows solutions on that grid, or nullptr
+  /// \param kappa_theta as in learn_sensitivities()
   void inherit(const ReversalCorrection& other, const double* rows, const double* kappa_theta);
 
-  // Finds the zeros of the velocity and corrects velocity and acceleration. `rate` is frequency
-  // times points, 1/s. `v` has n values and room for one more.
+  /// Finds the zeros of the velocity and corrects velocity and acceleration. `rate` is frequency
+  /// times points, 1/s. `v` has n values and room for one more.
+  /// \param kappa the jump at a reversal, 1 over the length unit
+  /// \param rate frequency times points, 1/s
+  /// \param v n velocities and room for one more
+  /// \param a n accelerations
   void correct_state(double kappa, double rate, double* v, double* a);
-  // Adds the corrections of the zeros that were found last to velocity and acceleration.
+  /// Adds the corrections of the zeros that were found last to velocity and acceleration.
+  /// \param v n velocities
+  /// \param a n accelerations
   void add_jumps(double* v, double* a) const;
+  /// \return true if the velocity has a zero
   bool any() const { return count_ > 0; }
-  // Takes inertia, smooth damping and stiffness at the zeros from the evaluated model.
+  /// Takes inertia, smooth damping and stiffness at the zeros from the evaluated model.
+  /// \param g_u stiffness at n points
+  /// \param g_v damping at n points
+  /// \param g_a inertia at n points
+  /// \param v n velocities
   void learn_slopes(const double* g_u, const double* g_v, const double* g_a, const double* v);
-  // Updates the jumps from the sensitivities in `rows`. Call it before new right-hand sides
-  // overwrite them. `kappa_theta`: dkappa/dtheta_k at [1 + k], 64-byte aligned, padded to a
-  // multiple of 8.
+  /// Updates the jumps from the sensitivities in `rows`. Call it before new right-hand sides
+  /// overwrite them. `kappa_theta`: dkappa/dtheta_k at [1 + k], 64-byte aligned, padded to a
+  /// multiple of 8.
+  /// \param rows solutions of the last step
+  /// \param kappa_theta derivatives of kappa
   void learn_sensitivities(const double* rows, const double* kappa_theta);
-  // Corrects the right-hand sides of the sensitivities for the jumps.
+  /// Corrects the right-hand sides of the sensitivities for the jumps.
+  /// \param g_v damping at n points
+  /// \param g_a inertia at n points
+  /// \param rows right-hand sides to correct
   void correct_right_hand_sides(const double* g_v, const double* g_a, double* rows) const;
 
  private:

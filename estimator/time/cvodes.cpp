@@ -16,7 +16,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr long kMaxIntegrationSteps = 50000, kBdfSteps = 10;  // of BDF; and times those of Adams
+constexpr long kMaxIntegrationSteps = 50000, kBdfSteps = 100;  // of BDF; and times those of Adams
 // Inadmissible evaluations between two samples after which the motion itself counts as
 // inadmissible. Without a limit CVODES would repeat with smaller steps down to the rounding level.
 constexpr int kMostRefusals = 60;
@@ -55,7 +55,7 @@ void need(bool good, const char* what) {
 class Cvodes final : public TimeIntegration {
  public:
   Cvodes(const StateEquations& equations, const TimeOptions& options, std::vector<int> free)
-      : equations_(equations),
+      : TimeIntegration(equations),
         options_(options),
         free_(std::move(free)),
         m_(static_cast<std::size_t>(equations.states())),
@@ -318,7 +318,6 @@ class Cvodes final : public TimeIntegration {
     }
   }
 
-  const StateEquations& equations_;
   TimeOptions options_;
   std::vector<int> free_;
   std::size_t m_, p_, k_, size_;

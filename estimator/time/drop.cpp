@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kSteps = 3000;  // in a history
 constexpr double kTolerance = 1e-9;
-constexpr long kMaxAdamsSteps = 300;  // of a stiff model between two times: BDF is quicker then
+constexpr long kMaxAdamsSteps = 30;  // of a stiff model between two times: BDF is quicker then
 
 double row_of(const std::vector<double>& given, std::size_t at, double otherwise) {
   return at < given.size() ? given[at] : otherwise;

@@ -12,10 +12,17 @@
 
 #include "estimator/math/statistics.hpp"
 #include "estimator/time/drop_surrogate.hpp"
+#include "estimator/time/ended_table.hpp"
 #include "estimator/time/unnamed_force.hpp"
 
 namespace shaker::estimator {
 namespace {
+
+constexpr double kLittle = 0.05;  // probability of a part that one treatment is enough for
+constexpr double kNegligibleUnnamed = 0.01;  // of hypotheses beside a force that acts for certain
+constexpr std::size_t kUnnamedModes = 6;     // of the unnamed force: each takes two drops
+constexpr double kUnnamedLeft = 3e-3;        // of its variance, that they leave
+constexpr double kNegligible = 1e-3;  // probability: less than the tail quantiles' scatter by draws
 
 // A part of the mixture: a hypothesis with its parameters alone, or with an unnamed force too.
 struct Component {
@@ -73,10 +80,13 @@ class Mixer {
   // Makes the components. A hypothesis without a drop is left out with a warning, and the next one is
   // the first; an Error where none is left.
   Result<void> gather() {
+    const double least = least_probability();
     for (std::size_t h = 0; h < damper_.hypotheses.size(); ++h) {
-      const DamperHypothesis one = without_instruments(damper_.hypotheses[h]);
-      auto drop = with_priors(one);
       const bool first = components_.empty();
+      if (!first && damper_.hypotheses[h].probability < least) continue;
+      const DamperHypothesis one = without_instruments(damper_.hypotheses[h]);
+      const bool unnamed = damper_.unnamed_probability > 0.0 && (first || !one.left.empty());
+      auto drop = with_priors(one, first || !unnamed ? one.probability : 0.0);
       if (!drop && h + 1 == damper_.hypotheses.size() && first) return drop.error();
       if (!drop) {
         warnings_.push_back(
@@ -84,14 +94,33 @@ class Mixer {
                         name_of(one), one.probability, drop.error().what));
         continue;
       }
-      double weight = one.probability * (1.0 - (first ? damper_.unnamed_probability : 0.0));
-      if (first && damper_.unnamed_probability > 0.0) add_unnamed(*drop, one);
+      double weight = one.probability;
+      if (unnamed) weight -= add_unnamed(*drop, one);
+      if (!first && !(weight > 0.0)) continue;
+      if (!first && unnamed) drop = with_priors(one, weight);
+      if (!drop) continue;
       weight -= add_held(one, weight);
       weight -= add_zeroed(damper_.hypotheses[h], one, weight);
+      weight -= add_ended(one, *drop, weight);
       components_.insert(first ? components_.begin() : components_.end(),
                          Component{weight, std::move(*drop)});
     }
     return {};
+  }
+
+  // All hypotheses below it are together less probable than draws can show.
+  double least_probability() const {
+    const double negligible = damper_.unnamed_probability < 1.0 ? kNegligible : kNegligibleUnnamed;
+    std::vector<double> sorted;
+    for (const DamperHypothesis& h : damper_.hypotheses)
+      sorted.push_back(h.probability);
+    std::sort(sorted.begin(), sorted.end());
+    double below = 0.0;
+    for (const double probability : sorted) {
+      below += probability;
+      if (below > negligible) return probability;
+    }
+    return 0.0;
   }
 
   double tested_speed() const {
@@ -102,14 +131,14 @@ class Mixer {
   }
 
   // The drop of a hypothesis, with the priors as independent forces beside its parameters.
-  Result<DropSurrogate> with_priors(const DamperHypothesis& one) {
-    auto drop = DropSurrogate::make(one, conditions_);
+  Result<DropSurrogate> with_priors(const DamperHypothesis& one, double weight) {
+    auto drop = DropSurrogate::make(one, conditions_, weight);
     if (!drop || !options_.priors.any()) return drop;
     std::vector<double> stroke, speed, t;
     drop->path(t, stroke, speed);
     const ForceAlongPath force = prior_forces(one, conditions_, options_.priors, tested_speed(), t);
     if (force.modes.empty()) return drop;
-    return DropSurrogate::make(one, conditions_, &force, &t);
+    return DropSurrogate::make(one, conditions_, weight, &force, &t);
   }
 
   static std::string name_of(const DamperHypothesis& one) {
@@ -124,10 +153,23 @@ class Mixer {
   // weight of what was added.
   double add_zeroed(const DamperHypothesis& measured, const DamperHypothesis& one, double weight) {
     const auto zeroed = zeroed_under_weight(measured, conditions_);
-    if (!zeroed) return 0.0;
-    auto drop = DropSurrogate::make(one, *zeroed);
+    if (!zeroed || !(weight > 0.0)) return 0.0;
+    auto drop = DropSurrogate::make(one, *zeroed, 0.5 * weight);
     if (!drop) return 0.0;
     components_.push_back({0.5 * weight, std::move(*drop)});
+    return 0.5 * weight;
+  }
+
+  // Beyond its knots a table goes on with its last taper, or ends. One is as likely as the other.
+  // Returns the weight of what was added.
+  double add_ended(const DamperHypothesis& one, const DropSurrogate& drop, double weight) {
+    const auto& strokes = drop.center().history.stroke;
+    const auto [low, high] = std::minmax_element(strokes.begin(), strokes.end());
+    const auto ended = ended_table(one, *low, *high);
+    if (!ended || !(weight > 0.0)) return 0.0;
+    auto made = with_priors(*ended, 0.5 * weight);
+    if (!made) return 0.0;
+    components_.push_back({0.5 * weight, std::move(*made)});
     return 0.5 * weight;
   }
 
@@ -136,30 +178,48 @@ class Mixer {
   double add_held(const DamperHypothesis& one, double weight) {
     const auto held = held_at_bounds(one);
     if (!held) return 0.0;
-    auto drop = with_priors(*held);
+    const double share = weight * held->probability / one.probability;
+    if (!(share > kNegligible)) return 0.0;
+    auto drop = with_priors(*held, share);
     if (!drop) return 0.0;
-    components_.push_back({weight * held->probability / one.probability, std::move(*drop)});
-    return components_.back().weight;
+    components_.push_back({share, std::move(*drop)});
+    return share;
   }
 
-  // The share of the unnamed force, of all hypotheses, goes to the first.
-  void add_unnamed(const DropSurrogate& drop, const DamperHypothesis& one) {
+  // With the force that the hypothesis leaves, or that all leave. Either the parameters have taken a
+  // part of it, as of a smooth force, or none, as of a rough one: both count alike, and the first
+  // alone where both are worth little. Returns the weight of what was added.
+  double add_unnamed(const DropSurrogate& drop, const DamperHypothesis& one) {
     std::vector<double> stroke, speed, t;
     drop.path(t, stroke, speed);
-    ForceAlongPath force = unnamed_force_along(damper_, stroke, speed);
-    if (force.modes.empty()) {
-      warnings_.push_back(
-          "it is not known which strokes and velocities the campaign visited, so the band holds no "
-          "unnamed force");
-      return;
+    const auto& left = one.left.empty() ? damper_.visited : one.left;
+    const double weight = one.probability * damper_.unnamed_probability;
+    const auto along = [&](const DamperHypothesis* bent) {
+      return unnamed_force_along(left, damper_.unnamed_force, stroke, speed, bent, kUnnamedModes,
+                                 kUnnamedLeft);
+    };
+    std::vector<ForceAlongPath> forces = {along(&one)};
+    if (!forces.front().shifts.empty() && weight > kLittle) forces.push_back(along(nullptr));
+    double added = 0.0;
+    for (ForceAlongPath& force : forces) {
+      if (force.modes.empty()) {
+        warnings_.push_back(
+            "it is not known which strokes and velocities the campaign visited, so the band holds "
+            "no unnamed force");
+        break;
+      }
+      for (auto& mode : prior_forces(one, conditions_, options_.priors, tested_speed(), t).modes)
+        force.modes.push_back(std::move(mode));
+      const double share = weight / static_cast<double>(forces.size());
+      auto with = DropSurrogate::make(one, conditions_, share, &force, &t);
+      if (!with) {
+        warnings_.push_back("with an unnamed force the drop gives no answer: " + with.error().what);
+        continue;
+      }
+      components_.push_back({share, std::move(*with)});
+      added += share;
     }
-    for (auto& mode : prior_forces(one, conditions_, options_.priors, tested_speed(), t).modes)
-      force.modes.push_back(std::move(mode));
-    auto with = DropSurrogate::make(one, conditions_, &force, &t);
-    if (with)
-      components_.push_back({one.probability * damper_.unnamed_probability, std::move(*with)});
-    else
-      warnings_.push_back("with an unnamed force the drop gives no answer: " + with.error().what);
+    return added;
   }
 
   void draw(DropMixture& out) {

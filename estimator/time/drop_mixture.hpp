@@ -1,10 +1,10 @@
 // The honest band of a drop: a mixture over the hypotheses that a campaign does not exclude.
 //
 // Each hypothesis has its own parameters and covariance, and a drop of its own. With the probability
-// that something unnamed acts, the first one also has a random force (unnamed_force.hpp). Draws of
-// all together give the interval. Of each hypothesis the figures are taken as quadratic along the
-// principal axes of its covariance, from drops at two standard errors on either side; where that is
-// not enough, each draw is a drop of its own.
+// that something unnamed acts, the first one also has a random force (unnamed_force.hpp), and so has
+// each one that is known to leave a force. Draws of all together give the interval. The figures of
+// each hypothesis are quadratic along the principal axes of its covariance, from drops at two
+// standard errors on either side. Where that is not enough, each draw is a drop of its own.
 //
 // The effects of sensors and exciter stay on the shaker: they are taken off first.
 #pragma once

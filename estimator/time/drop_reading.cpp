@@ -88,9 +88,13 @@ Result<void> DropTest::read_off(DropRun& run, const std::vector<double>& theta) 
   const std::size_t n = h.t.size();
   const CurvePlace peak = deepest_turn(h.t, h.stroke, h.speed);
   if (peak.before == n)
-    return Error{ErrorKind::not_converged,
-                 fmt::format("the stroke is still growing after {} s; give a longer duration",
-                             conditions_.duration)};
+    return Error{
+        ErrorKind::not_converged,
+        fmt::format("the drop does not turn: after {:g} s the stroke is {:.4g} {} and still "
+                    "grows by {:.3g} {}/s; check that the model has a spring that stops it, "
+                    "its start values and units, or give a longer duration (--duration)",
+                    conditions_.duration, h.stroke.back(), model_.length_unit(), h.speed.back(),
+                    model_.length_unit())};
   const CurvePlace rebound = turn_after(h.speed, peak.before + 1, -1.0);
   const bool rebounds = rebound.before < n;
   const std::size_t last = rebounds ? rebound.before + 1 : n - 1;

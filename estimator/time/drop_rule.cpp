@@ -35,7 +35,23 @@ Error refused_by_rule(std::string why) {
   return {ErrorKind::invalid, std::move(why)};
 }
 
-Result<double> height_of(const RuleRow& row, const RuleData& data) {
+// A height in inches inside the rule's range; `remark` says where it was not. `by`: what asks for it.
+double inside_of(const RuleRow& row, double inches, const std::string& by, std::string& remark) {
+  const bool open = !(row.most_height > 0.0);
+  const double taken = open ? std::max(inches, row.least_height)
+                            : std::clamp(inches, row.least_height, row.most_height);
+  if (taken != inches)
+    remark = fmt::format(
+        "{} asks for a height of {:.4g} in; {} drops from {}, so {:g} in is taken: "
+        "check the number and its unit",
+        by, inches, row.rule,
+        open ? fmt::format("at least {:g} in", row.least_height)
+             : fmt::format("{:g} to {:g} in", row.least_height, row.most_height),
+        taken);
+  return taken;
+}
+
+Result<double> height_of(const RuleRow& row, const RuleData& data, std::string& remark) {
   switch (row.by) {
     case HeightBy::speed: {
       if (data.sink_speed)
@@ -56,7 +72,7 @@ Result<double> height_of(const RuleRow& row, const RuleData& data) {
       if (!(*data.wing_loading > 0.0) || !std::isfinite(*data.wing_loading))
         return refused_by_rule("the wing loading must be above 0");
       const double inches = 3.6 * std::sqrt(*data.wing_loading / kPoundPerFoot2);
-      return kRuleInch * std::clamp(inches, row.least_height, row.most_height);
+      return kRuleInch * inside_of(row, inches, "the wing loading", remark);
     }
     case HeightBy::sinking:
       break;
@@ -66,12 +82,11 @@ Result<double> height_of(const RuleRow& row, const RuleData& data) {
         fmt::format("{} knows no wing loading; leave --wing-loading out", row.rule));
   if (data.sink_speed && !(*data.sink_speed > 0.0))
     return refused_by_rule("the sink speed must be above 0");
-  const double otherwise = row.most_height > 0.0 ? row.most_height : row.least_height;
-  double inches = data.sink_speed
-                      ? *data.sink_speed * *data.sink_speed / (2.0 * data.gravity) / kRuleInch
-                      : otherwise;
-  inches = std::max(inches, row.least_height);
-  return kRuleInch * (row.most_height > 0.0 ? std::min(inches, row.most_height) : inches);
+  if (!data.sink_speed)
+    return kRuleInch * (row.most_height > 0.0 ? row.most_height : row.least_height);
+  const double inches = *data.sink_speed * *data.sink_speed / (2.0 * data.gravity) / kRuleInch;
+  return kRuleInch *
+         inside_of(row, inches, fmt::format("a sink speed of {:g} m/s", *data.sink_speed), remark);
 }
 
 Result<double> lift_by(const RuleRow& row, const RuleData& data) {
@@ -140,11 +155,11 @@ Result<RuleDrop> drop_by_rule(const RuleData& given, const DescentOfDrop& descen
     return refused_by_rule("the weight on the gear must be above 0");
   if (!(data.gravity > 0.0))
     return refused_by_rule("the model has no gravity; a rule's drop needs one");
-  const auto height = height_of(*row, data);
+  RuleDrop drop;
+  const auto height = height_of(*row, data, drop.remark);
   if (!height) return height.error();
   const auto lift = lift_by(*row, data);
   if (!lift) return lift.error();
-  RuleDrop drop;
   drop.rule = data.rule;
   drop.condition = data.condition;
   drop.height = *height * (data.condition == "reserve" ? row->reserve_height : 1.0);

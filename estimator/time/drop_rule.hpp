@@ -42,6 +42,7 @@ struct RuleDrop {
   double descent = 0.0;                         // m: d of the drop
   int drops = 0;                                // that the iteration took
   double gravity = 9.80665;
+  std::string remark;  // where the data ask for a height beyond the rule's; otherwise empty
 
   double acting_lift() const { return free_drop ? 0.0 : lift; }
   // n, of a deceleration of the mass above the damper (m/s^2). Linear in it.

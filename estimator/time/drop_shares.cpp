@@ -73,8 +73,8 @@ const std::vector<Family>& families() {
   static const std::vector<Family> all = {
       {"gas", {"gas_spring", "real_gas", "gas_heat_transfer", "dissolved_gas", "second_chamber"}},
       {"orifice",
-       {"orifice_damping", "laminar_orifice", "metering_pin", "rebound_damping", "relief_valve",
-        "cavitation"}},
+       {"orifice_damping", "laminar_orifice", "metering_pin", "tabulated_pin", "rebound_damping",
+        "relief_valve", "cavitation"}},
       {"friction",
        {"coulomb_friction", "pressure_friction", "stribeck_friction", "presliding_friction",
         "bouc_wen_hysteresis"}}};

@@ -6,18 +6,12 @@
 #include <numeric>
 #include <utility>
 
-#include <Eigen/Dense>
-
-#include "estimator/math/dense.hpp"
 #include "estimator/math/statistics.hpp"
+#include "estimator/time/covariance_axes.hpp"
 #include "estimator/time/excitation.hpp"
 
 namespace shaker::estimator {
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr double kStep = 2.0;            // standard deviations at which the drops beside are taken
 constexpr double kCurved = 0.5;          // of the slope's part, that the bend's may be there
@@ -29,41 +23,12 @@ constexpr int kMostRedraws = 200;
 // pooled count says. With this the blind suite's intervals hold (docs/drop.md).
 constexpr double kMostFreedom = 10.0;
 constexpr double kPastRebound = 1.3;    // times until the rebound ends
-constexpr double kLittleWeight = 0.05;  // of a part of the mixture that is drawn by its quadratic
+constexpr double kLittleWeight = 0.05;  // of a part of the mixture that is worth few drops
+constexpr double kLinearStep = 1.0;     // standard deviations, of an axis with one drop
+constexpr int kFewestExactDraws = 25;
 
 double freedom_of(const DamperHypothesis& damper) {
   return std::max(2.0, damper.degrees_of_freedom);
-}
-
-// A number that the data leave open is held by its bounds: they count as a normal prior of half
-// their distance.
-void hold_by_bounds(const std::vector<double>& half_range, MatrixXd& v) {
-  for (Index k = 0; k < v.rows(); ++k) {
-    const double prior = half_range[static_cast<std::size_t>(k)];
-    if (!(v(k, k) > 1e-4 * prior * prior) || !std::isfinite(prior)) continue;
-    const VectorXd along = v.col(k);
-    v -= along * along.transpose() / (v(k, k) + prior * prior);
-  }
-}
-
-// Principal axes of the covariance, in units of the standard errors so that no unit counts.
-std::vector<std::vector<double>> axes_of(const DamperHypothesis& damper,
-                                         const std::vector<double>& half_range) {
-  const auto size = static_cast<Index>(damper.numbers.size());
-  std::vector<std::vector<double>> axes;
-  if (size == 0 || damper.covariance.size() != static_cast<std::size_t>(size * size)) return axes;
-  MatrixXd v = Eigen::Map<const MatrixXd>(damper.covariance.data(), size, size);
-  hold_by_bounds(half_range, v);
-  const VectorXd error = v.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const VectorXd inverse = error.unaryExpr([](double e) { return e > 0.0 ? 1.0 / e : 0.0; });
-  v = inverse.asDiagonal() * v * inverse.asDiagonal();
-  const Spectrum eigen = spectrum_of(0.5 * (v + v.transpose()));
-  for (Index k = 0; k < size; ++k) {
-    if (!(eigen.values[k] > 0.0)) continue;
-    const VectorXd axis = std::sqrt(eigen.values[k]) * error.asDiagonal() * eigen.vectors.col(k);
-    axes.emplace_back(axis.data(), axis.data() + size);
-  }
-  return axes;
 }
 
 }  // namespace
@@ -88,12 +53,13 @@ void HistoryDraws::ends(const std::vector<std::vector<double>>& curve, double ta
 }
 
 Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
-                                          const DropConditions& conditions,
+                                          const DropConditions& conditions, double weight,
                                           const ForceAlongPath* force,
                                           const std::vector<double>* t) {
   DropSurrogate out;
   out.damper_ = damper;
   out.conditions_ = conditions;
+  out.weight_ = weight;
   out.test_ = std::make_shared<const DropTest>(damper.model, conditions);
   if (force != nullptr && t != nullptr) {
     out.force_ = *force;
@@ -106,6 +72,7 @@ Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
     });
     out.parameter_of_.push_back(at == places.end() ? -1 : static_cast<int>(at - places.begin()));
   }
+  out.keep_within_bounds();
   auto center = out.run_at({});
   if (!center) return center.error();
   // What follows the rebound has no figure: the drops beside this one are shorter.
@@ -116,6 +83,7 @@ Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
   if (!shorter) return shorter.error();
   out.whole_ = std::move(*center);
   out.center_ = std::move(*shorter);
+  if (!(weight > 0.0)) return out;
   std::vector<double> half_range;
   for (const int k : out.parameter_of_) {
     const ModelParameter* p =
@@ -123,22 +91,33 @@ Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
     half_range.push_back(p == nullptr ? std::numeric_limits<double>::infinity()
                                       : 0.5 * (p->upper - p->lower));
   }
-  for (auto& numbers : axes_of(damper, half_range)) {
+  for (auto& numbers : covariance_axes(damper, half_range)) {
     Axis axis;
     axis.numbers = std::move(numbers);
     out.add_axis(std::move(axis));
   }
   for (std::size_t m = 0; m < out.force_.modes.size(); ++m) {
     Axis axis;
-    axis.mode = m;
+    axis.mode = static_cast<int>(m);
+    if (m < out.force_.shifts.size()) axis.numbers = out.force_.shifts[m];
     out.add_axis(std::move(axis));
   }
   return out;
 }
 
+// The numbers with the mean force are no farther than at their bounds.
+void DropSurrogate::keep_within_bounds() {
+  for (std::size_t k = 0; k < force_.mean_shift.size(); ++k) {
+    if (parameter_of_[k] < 0) continue;
+    const ModelParameter& p =
+        test_->model().parameters()[static_cast<std::size_t>(parameter_of_[k])];
+    force_.mean_shift[k] = std::clamp(force_.mean_shift[k], p.lower - p.start, p.upper - p.start);
+  }
+}
+
 // How far a number is from the estimate.
 double DropSurrogate::step_of(std::size_t number, const std::vector<double>& variates) const {
-  double step = 0.0;
+  double step = force_.mean_shift.empty() ? 0.0 : force_.mean_shift[number];
   for (std::size_t a = 0; a < variates.size(); ++a) {
     if (!axes_[a].numbers.empty()) step += variates[a] * axes_[a].numbers[number];
   }
@@ -182,7 +161,8 @@ Result<DropRun> DropSurrogate::run_at(const std::vector<double>& variates) const
     for (std::size_t i = 0; i < x.size(); ++i) {
       x[i] = -force_.mean[i];
       for (std::size_t a = 0; a < variates.size(); ++a) {
-        if (axes_[a].numbers.empty()) x[i] -= variates[a] * force_.modes[axes_[a].mode][i];
+        const int mode = axes_[a].mode;
+        if (mode >= 0) x[i] -= variates[a] * force_.modes[static_cast<std::size_t>(mode)][i];
       }
     }
   }
@@ -196,30 +176,44 @@ Result<DropRun> DropSurrogate::run_at(const std::vector<double>& variates) const
 }
 
 // Drops at the variates `first` and `second` (of the newest axis; the centre is 0) give slope and
-// bend of everything along it.
+// bend of everything along it; the first alone gives the slope.
 void DropSurrogate::fit_axis(Axis& own, double first, const DropRun& one, double second,
-                             const DropRun& other) const {
+                             const DropRun* other) const {
   const auto both = [&](double centre, double a, double b, double& slope, double& bend) {
     const double da = (a - centre) / first, db = (b - centre) / second;
-    bend = 2.0 * (da - db) / (first - second);
+    bend = other == nullptr ? 0.0 : 2.0 * (da - db) / (first - second);
     slope = da - 0.5 * bend * first;
   };
+  const DropRun& beyond = other == nullptr ? one : *other;
   for (std::size_t f = 0; f < kDropFigureCount; ++f) {
     double slope = 0.0, bend = 0.0;
-    both(center_.figures[f], one.figures[f], other.figures[f], slope, bend);
+    both(center_.figures[f], one.figures[f], beyond.figures[f], slope, bend);
     own.slope.push_back(slope);
     own.bend.push_back(bend);
   }
   double unused = 0.0;
   for (std::size_t i = 0; i < center_.history.t.size(); i += kHistoryEvery) {
     double slope = 0.0;
-    both(center_.history.stroke[i], one.history.stroke[i], other.history.stroke[i], slope, unused);
+    both(center_.history.stroke[i], one.history.stroke[i], beyond.history.stroke[i], slope, unused);
     own.stroke.push_back(slope);
-    both(center_.history.speed[i], one.history.speed[i], other.history.speed[i], slope, unused);
+    both(center_.history.speed[i], one.history.speed[i], beyond.history.speed[i], slope, unused);
     own.speed.push_back(slope);
-    both(center_.history.load[i], one.history.load[i], other.history.load[i], slope, unused);
+    both(center_.history.load[i], one.history.load[i], beyond.history.load[i], slope, unused);
     own.load.push_back(slope);
   }
+}
+
+// One drop at a standard deviation, on the side that has one.
+bool DropSurrogate::add_linear_axis(Axis& own, std::vector<double> at) const {
+  for (const double step : {kLinearStep, -kLinearStep}) {
+    at.back() = step;
+    const auto drop = run_at(at);
+    if (!drop) continue;
+    own.reach = kLinearStep;
+    fit_axis(own, step, *drop, -step, nullptr);
+    return true;
+  }
+  return false;
 }
 
 // Takes drops on either side of the estimate, or two on one side where the other has none (a bound,
@@ -228,6 +222,7 @@ void DropSurrogate::add_axis(Axis axis) {
   axes_.push_back(std::move(axis));
   Axis& own = axes_.back();
   std::vector<double> at(axes_.size(), 0.0);
+  if (weight_ < kLittleWeight && add_linear_axis(own, at)) return;
   const auto drop_at = [&](double variate) {
     at.back() = variate;
     return run_at(at);
@@ -236,11 +231,11 @@ void DropSurrogate::add_axis(Axis axis) {
     const auto up = drop_at(step), down = drop_at(-step);
     if (!up && !down) continue;
     own.reach = step;
-    if (up && down) return fit_axis(own, step, *up, -step, *down);
+    if (up && down) return fit_axis(own, step, *up, -step, &*down);
     own.one_sided = true;
     const double side = up ? step : -step;
     const auto half = drop_at(0.5 * side);
-    if (half) return fit_axis(own, side, up ? *up : *down, 0.5 * side, *half);
+    if (half) return fit_axis(own, side, up ? *up : *down, 0.5 * side, &*half);
   }
   axes_.pop_back();
 }
@@ -261,7 +256,7 @@ void DropSurrogate::path(std::vector<double>& t, std::vector<double>& stroke,
 double DropSurrogate::linear_error(std::size_t figure) const {
   double squares = 0.0;
   for (const Axis& axis : axes_) {
-    if (!axis.numbers.empty()) squares += axis.slope[figure] * axis.slope[figure];
+    if (axis.mode < 0) squares += axis.slope[figure] * axis.slope[figure];
   }
   return std::sqrt(squares);
 }
@@ -277,7 +272,7 @@ std::vector<double> DropSurrogate::variates(std::mt19937_64& random) const {
   const double spread = std::sqrt(freedom / chi(random));
   std::vector<double> z;
   for (const Axis& axis : axes_)
-    z.push_back((axis.numbers.empty() ? 1.0 : spread) * normal(random));
+    z.push_back((axis.mode >= 0 ? 1.0 : spread) * normal(random));
   return z;
 }
 
@@ -319,7 +314,9 @@ DrawnFigures DropSurrogate::draw(double weight, int draws, int exact_draws,
                                  std::mt19937_64& random) const {
   DrawnFigures out;
   const bool exact = weight > kLittleWeight && !quadratic_enough();
-  const int wanted = exact ? exact_draws : draws;
+  const int worth =
+      std::max(kFewestExactDraws, static_cast<int>(std::lround(weight * exact_draws)));
+  const int wanted = exact ? worth : draws;
   int lost = 0;
   for (int i = 0; i < wanted; ++i) {
     const auto z = admissible_variates(random);

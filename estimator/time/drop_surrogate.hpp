@@ -31,9 +31,10 @@ struct HistoryDraws {
 class DropSurrogate {
  public:
   // `force`: an unnamed force beside the parameters, at the times `t`; null: none. An Error where
-  // the drop at the estimates fails. Integrates two drops an axis.
+  // the drop at the estimates fails. `weight`: of this part in the mixture. Integrates two drops an
+  // axis, or one where the weight is little, and that axis is linear then; none without a weight.
   static Result<DropSurrogate> make(const DamperHypothesis& damper,
-                                    const DropConditions& conditions,
+                                    const DropConditions& conditions, double weight = 1.0,
                                     const ForceAlongPath* force = nullptr,
                                     const std::vector<double>* t = nullptr);
 
@@ -46,25 +47,27 @@ class DropSurrogate {
   double linear_error(std::size_t figure) const;  // standard error of the parameters alone
   double quantile(double probability) const;      // of Student's t behind the covariance
 
-  // `draws` from the quadratic; `exact_draws` drops of their own instead where it is not enough, and
-  // this part has enough `weight` in the mixture to be worth them.
+  // `draws` from the quadratic. Where it is not enough, and this part has enough `weight` in the
+  // mixture to be worth them, drops of their own instead: its share of `exact_draws`.
   DrawnFigures draw(double weight, int draws, int exact_draws, std::mt19937_64& random) const;
   void draw_history(double weight, std::mt19937_64& random, HistoryDraws& into) const;
 
  private:
   struct Axis {
-    std::vector<double> numbers;  // of the covariance, per unit variate; empty: a mode of the force
-    std::size_t mode = 0;
+    std::vector<double> numbers;              // per unit variate; empty: they stay
+    int mode = -1;                            // of the force; -1: of the covariance
     std::vector<double> slope, bend;          // of the figures
     std::vector<double> stroke, speed, load;  // slopes of the curves at the thinned times
     double reach = 0.0;                       // variates to which it was followed
     bool one_sided = false;                   // no drop is beyond the estimate on one side
   };
 
+  void keep_within_bounds();
   Result<DropRun> run_at(const std::vector<double>& variates) const;
   void add_axis(Axis axis);
   void fit_axis(Axis& own, double first, const DropRun& one, double second,
-                const DropRun& other) const;
+                const DropRun* other) const;
+  bool add_linear_axis(Axis& own, std::vector<double> at) const;
   double step_of(std::size_t number, const std::vector<double>& variates) const;
   bool admissible(const std::vector<double>& variates) const;
   std::vector<double> admissible_variates(std::mt19937_64& random) const;
@@ -79,6 +82,7 @@ class DropSurrogate {
   ForceAlongPath force_;
   std::vector<double> force_t_;
   DropRun whole_, center_;
+  double weight_ = 1.0;
   std::vector<Axis> axes_;
 };
 

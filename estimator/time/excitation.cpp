@@ -79,6 +79,13 @@ double Excitation::interpolated(double t) const {
   }
   const std::size_t count = std::min<std::size_t>(4, n);
   const std::size_t first = std::min(left > 0 ? left - 1 : 0, n - count);
+  if (rate_ > 0.0 && count == 4) {
+    const double s = (t - t_[first]) * rate_;  // samples after the first
+    const double* x = &x_[first];
+    const double a = s * (s - 3.0), b = (s - 1.0) * (s - 2.0);
+    return (a * ((s - 2.0) * x[1] - (s - 1.0) * x[2])) * 0.5 +
+           b * (s * x[3] - (s - 3.0) * x[0]) * (1.0 / 6.0);
+  }
   double sum = 0.0;
   for (std::size_t i = first; i < first + count; ++i) {
     double weight = 1.0;

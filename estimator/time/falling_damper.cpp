@@ -22,6 +22,13 @@ void scale(std::vector<double>& values, double factor) {
     value *= factor;
 }
 
+void scale_forces(std::vector<VisitedCell>& cells, double factor) {
+  for (VisitedCell& cell : cells) {
+    cell.force *= factor;
+    cell.standard_error *= factor;
+  }
+}
+
 // The masses below the damper keep their size, and count over the new mass on it.
 void scale_lower_bodies(config::ModelSpec& spec, double factor) {
   const std::size_t s = coordinates_of(spec);
@@ -129,12 +136,11 @@ DamperHypothesis with_mass(DamperHypothesis h, double ratio) {
 
 IdentifiedDamper with_mass(const IdentifiedDamper& damper, double ratio) {
   IdentifiedDamper falling = damper;
-  for (DamperHypothesis& h : falling.hypotheses)
+  for (DamperHypothesis& h : falling.hypotheses) {
     h = with_mass(std::move(h), ratio);
-  for (VisitedCell& cell : falling.visited) {
-    cell.force /= ratio;
-    cell.standard_error /= ratio;
+    scale_forces(h.left, 1.0 / ratio);
   }
+  scale_forces(falling.visited, 1.0 / ratio);
   falling.unnamed_force /= ratio;
   return falling;
 }

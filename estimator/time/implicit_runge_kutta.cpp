@@ -32,7 +32,7 @@ class ImplicitRungeKutta final : public TimeIntegration {
  public:
   ImplicitRungeKutta(const StateEquations& equations, const TimeOptions& options,
                      std::vector<int> free)
-      : equations_(equations),
+      : TimeIntegration(equations),
         options_(options),
         free_(std::move(free)),
         m_(static_cast<std::size_t>(equations.states())),
@@ -113,17 +113,21 @@ class ImplicitRungeKutta final : public TimeIntegration {
         substeps_[i] = std::max(substeps_[i], static_cast<int>(std::ceil(parts - 1e-9)));
       }
     }
-    for (Arc& arc : arcs) {
+    nodes_.resize(arcs.size());
+    for (std::size_t lane = 0; lane < arcs.size(); ++lane) {
+      Arc& arc = arcs[lane];
+      std::vector<double>& nodes = nodes_[lane];
       std::size_t count = 0;
       for (std::size_t i = 0; i + 1 < arc.times.size(); ++i)
         count += kStages * static_cast<std::size_t>(substeps_[i]);
-      if (arc.nodes.size() == count) continue;
-      arc.nodes.clear();
+      if (nodes.size() == count && !arc.changed) continue;
+      arc.changed = false;
+      nodes.clear();
       for (std::size_t i = 0; i + 1 < arc.times.size(); ++i) {
         const double h = (arc.times[i + 1] - arc.times[i]) / substeps_[i];
         for (int part = 0; part < substeps_[i]; ++part) {
           for (const double at : kTimes)
-            arc.nodes.push_back(arc.excitation->value(arc.times[i] + h * (part + at)));
+            nodes.push_back(arc.excitation->value(arc.times[i] + h * (part + at)));
         }
       }
     }
@@ -150,7 +154,7 @@ class ImplicitRungeKutta final : public TimeIntegration {
       const Arc& arc = arcs[lane];
       const bool on = interval + 1 < arc.times.size();
       h_[lane] = on ? (arc.times[interval + 1] - arc.times[interval]) / substeps_[interval] : 0.0;
-      x_[lane] = arc.nodes[std::min(node, arc.nodes.size() - 1)];
+      x_[lane] = nodes_[lane][std::min(node, nodes_[lane].size() - 1)];
     }
   }
 
@@ -275,7 +279,6 @@ class ImplicitRungeKutta final : public TimeIntegration {
     }
   }
 
-  const StateEquations& equations_;
   TimeOptions options_;
   std::vector<int> free_;
   std::size_t m_, p_, k_;
@@ -285,6 +288,7 @@ class ImplicitRungeKutta final : public TimeIntegration {
   int n_ = 0;
   std::size_t stride_ = 0;
   std::vector<int> substeps_;
+  std::vector<std::vector<double>> nodes_;  // of each arc: the excitation at the stages
   AlignedVector store_;
   // States: at the step's begin, a stage's known part, the stage; rate and Newton's step there.
   Arrays y_, base_, point_, rate_, residual_, moved_;

@@ -20,7 +20,8 @@ class Differences final : public TimeIntegration {
  public:
   Differences(const StateEquations& equations, std::unique_ptr<TimeIntegration> inner,
               std::vector<int> free)
-      : m_(static_cast<std::size_t>(equations.states())),
+      : TimeIntegration(equations),
+        m_(static_cast<std::size_t>(equations.states())),
         inner_(std::move(inner)),
         free_(std::move(free)) {}
 

@@ -64,9 +64,34 @@ struct Arc {
   // Results, row by row: states (times x m) and sensitivities (times x m x columns). The columns
   // are the m initial states, then the free parameters.
   std::vector<double> states, sensitivities;
-  // Private to the integrator: the excitation at its nodes. Clear it when times or excitation
-  // change.
-  std::vector<double> nodes;
+  // For sums(): what the observed coordinate is compared with, at the nodes from `first_measured` on.
+  std::span<const double> measured;
+  std::size_t first_measured = 0;
+  // Set it when what the spans or the excitation refer to has changed; the integrator resets it.
+  bool changed = true;
+};
+
+// Of arcs that are only compared, not kept: the state at the end of each arc, its derivatives (states
+// x columns, row by row), and the products of all its rows. A row has the derivatives of the observed
+// coordinate and then the measured value less that coordinate. Products are symmetric, in full.
+struct ArcSums {
+  std::size_t states = 0, columns = 0;
+  std::vector<double> numbers;  // arc by arc
+
+  std::size_t size() const { return states * (1 + columns) + (columns + 1) * (columns + 1); }
+  double* end(std::size_t arc) { return &numbers[arc * size()]; }
+  const double* end(std::size_t arc) const { return &numbers[arc * size()]; }
+  double* derivatives(std::size_t arc) { return end(arc) + states; }
+  const double* derivatives(std::size_t arc) const { return end(arc) + states; }
+  double* products(std::size_t arc) { return end(arc) + states * (1 + columns); }
+  const double* products(std::size_t arc) const { return end(arc) + states * (1 + columns); }
+};
+
+// How sums() goes. What is left of an arc after its last whole step is left out.
+struct SumOptions {
+  std::size_t stride = 1;  // samples in a step, and from one that is compared to the next
+  bool between = false;    // compares the samples between too, by cubics, where it can
+  bool cut = true;         // as TimeOptions::cut says; else steps are not cut at reversals
 };
 
 struct IntegrationReport {
@@ -87,12 +112,22 @@ class TimeIntegration {
   // CVODES cannot be set up.
   static std::unique_ptr<TimeIntegration> make(const StateEquations& equations,
                                                const TimeOptions& options, std::vector<int> free);
+  explicit TimeIntegration(const StateEquations& equations) : equations_(equations) {}
   virtual ~TimeIntegration() = default;
 
   // Fills the results of all arcs. If `sensitivities` is false, those of the arcs do not change.
   // Stops at the first failure; the results are then unspecified.
   virtual IntegrationReport run(std::span<Arc> arcs, std::span<const double> theta,
                                 bool sensitivities) = 0;
+
+  // The same with sensitivities, without any results in the arcs: sums them up.
+  virtual IntegrationReport sums(std::span<Arc> arcs, std::span<const double> theta,
+                                 const SumOptions& options, ArcSums& out);
+  // Whether sums() can take strides above 1.
+  virtual bool strides() const { return false; }
+
+ protected:
+  const StateEquations& equations_;
 };
 
 }  // namespace shaker::estimator

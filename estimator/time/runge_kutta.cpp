@@ -1,56 +1,26 @@
-// Classical Runge-Kutta of order four for a batch of arcs: each component has one array with a lane
-// for each arc.
+// Classical Runge-Kutta of order four for many arcs, in batches with one arc in each SIMD lane.
 //
 // Where a velocity changes its sign within a step, the second derivative of |v| v jumps, and the
-// step loses its order. Such a lane repeats the step in pieces, cut at the zero of the cubic
+// step loses its order. Such lanes repeat the step in pieces, cut at the zero of the cubic
 // through both ends. This needs the rate at the end of a step, which is also the first of the next
 // step.
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 #include "estimator/time/integration_impl.hpp"
+#include "estimator/time/lane_block.hpp"
+#include "estimator/time/lane_plan.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-constexpr std::size_t kAlign = 8;
-constexpr double kNoCut = 1e-6;  // a zero this close to an end of the step needs no cut
-constexpr int kMostCuts = 4;     // in one step and lane; several velocities may reverse in it
-
-// State and sensitivities of some lanes, with all arrays of a step.
-struct Block {
-  int n = 0;
-  std::size_t stride = 0;
-  AlignedVector numbers;
-  std::vector<double*> y, base, rate, next, sum, h_s, h_theta;
-  double *h = nullptr, *x_begin = nullptr, *x_middle = nullptr, *x_end = nullptr;
-  StateEquations::Workspace work;
-
-  void shape(int lanes, std::size_t components, std::size_t m, std::size_t p) {
-    n = lanes;
-    stride = (static_cast<std::size_t>(lanes) + kAlign - 1) / kAlign * kAlign;
-    numbers.assign(stride * (5 * components + m * m + m * p + 4), 0.0);
-    double* at = numbers.data();
-    const auto take = [&](std::vector<double*>& arrays, std::size_t count) {
-      arrays.resize(count);
-      for (double*& array : arrays) {
-        array = at;
-        at += stride;
-      }
-    };
-    take(y, components);
-    take(base, components);
-    take(rate, components);
-    take(next, components);
-    take(sum, components);
-    take(h_s, m * m);
-    take(h_theta, m * p);
-    for (double** array : {&h, &x_begin, &x_middle, &x_end}) {
-      *array = at;
-      at += stride;
-    }
-  }
-};
+constexpr int kLanesAbreast = 32;  // their numbers fit the first cache
+constexpr double kNoCut = 1e-6;    // a zero this close to an end of the step needs no cut
+constexpr int kMostCuts = 4;       // in one step and lane; several velocities may reverse in it
 
 // Returns the zero in (0, 1) of the cubic with values v0, v1 (of different sign) and slopes d0, d1
 // at its ends. Newton's method, safeguarded by bisection.
@@ -74,287 +44,346 @@ double zero_of_cubic(double v0, double v1, double d0, double d1) {
   return s;
 }
 
+// The states whose rates are other states: coordinates with a mass.
+std::vector<int> followed_states(const StateEquations& equations) {
+  std::vector<int> follows(static_cast<std::size_t>(equations.states()), -1);
+  for (int e = 0; e < equations.coordinates(); ++e)
+    follows[static_cast<std::size_t>(e)] = equations.velocity_of(e);
+  return follows;
+}
+
 class RungeKutta final : public TimeIntegration {
  public:
   RungeKutta(const StateEquations& equations, const TimeOptions& options, std::vector<int> free)
-      : equations_(equations),
+      : TimeIntegration(equations),
         options_(options),
         free_(std::move(free)),
         m_(static_cast<std::size_t>(equations.states())),
         p_(static_cast<std::size_t>(equations.parameters())),
-        k_(m_ + free_.size()) {}
+        seen_(equations.model().observed()),
+        follows_(followed_states(equations)) {
+    if (m_ > kMostLaneStates)
+      throw std::invalid_argument(
+          fmt::format("the model has {} states; the integrators with fixed steps take at most {}",
+                      m_, kMostLaneStates));
+  }
 
   IntegrationReport run(std::span<Arc> arcs, std::span<const double> theta,
                         bool sensitivities) override {
-    const std::size_t components = sensitivities ? m_ * (1 + k_) : m_;
-    if (block_.n != static_cast<int>(arcs.size()) || block_.y.size() != components) {
-      block_.shape(static_cast<int>(arcs.size()), components, m_, p_);
-      single_.shape(1, components, m_, p_);
+    k_ = sensitivities ? m_ + free_.size() : 0;
+    cut_ = options_.cut != CutAtReversals::never;
+    stride_ = 1;
+    between_ = false;
+    out_ = nullptr;
+    for (Arc& arc : arcs) {
+      arc.states.resize(arc.times.size() * m_);
+      if (sensitivities) arc.sensitivities.resize(arc.times.size() * m_ * k_);
     }
-    theta_ = theta.data();
-    sensitivities_ = sensitivities;
-    stopped_ = false;
-    plan(arcs);
-    begin(arcs);
-    if (!rates(block_, block_.y, block_.x_begin, block_.rate)) return where(arcs, block_.y, 0, 0.0);
-    std::size_t node = 0;
-    for (std::size_t i = 0; i < substeps_.size(); ++i) {
-      for (int part = 0; part < substeps_[i]; ++part, node += 2) {
-        const double share = 1.0 / substeps_[i];
-        load(arcs, i, node, share);
-        if (!step(block_) || !cut(arcs, i, part, share))
-          return where(arcs, block_.base, i, part * share);
-        std::swap(block_.rate, block_.next);
-      }
-      write(arcs, i + 1);
-    }
-    IntegrationReport good;
-    good.ok = true;
-    return good;
+    return all(arcs, theta);
   }
+
+  IntegrationReport sums(std::span<Arc> arcs, std::span<const double> theta,
+                         const SumOptions& options, ArcSums& out) override {
+    k_ = m_ + free_.size();
+    cut_ = options.cut && options_.cut != CutAtReversals::never;
+    stride_ = options.stride;
+    between_ = options.between && follows_[static_cast<std::size_t>(seen_)] >= 0;
+    out_ = &out;
+    out.states = m_;
+    out.columns = k_;
+    out.numbers.resize(arcs.size() * out.size());
+    return all(arcs, theta);
+  }
+
+  bool strides() const override { return true; }
 
  private:
-  // Sets the number of steps between samples, and the excitation at their ends and middles.
-  void plan(std::span<Arc> arcs) {
-    std::size_t intervals = 0;
-    for (const Arc& arc : arcs)
-      intervals = std::max(intervals, arc.times.size() - 1);
-    substeps_.assign(intervals, 1);
-    if (options_.step > 0.0) {
-      for (const Arc& arc : arcs) {
-        for (std::size_t i = 0; i + 1 < arc.times.size(); ++i) {
-          const double parts = (arc.times[i + 1] - arc.times[i]) / options_.step;
-          substeps_[i] = std::max(substeps_[i], static_cast<int>(std::ceil(parts - 1e-9)));
-        }
-      }
+  IntegrationReport all(std::span<Arc> arcs, std::span<const double> theta) {
+    theta_ = theta.data();
+    stopped_ = false;
+    const std::size_t blocks = (arcs.size() + kLanesAbreast - 1) / kLanesAbreast;
+    plans_.resize(blocks);
+    std::size_t first = 0;
+    for (LanePlan& plan : plans_) {
+      const auto lanes =
+          static_cast<int>(std::min<std::size_t>(kLanesAbreast, arcs.size() - first));
+      if (!plan.is_of(arcs, first, lanes)) plan.lay(arcs, first, lanes, options_.step);
+      first += static_cast<std::size_t>(lanes);
     }
-    for (Arc& arc : arcs) {
-      std::size_t count = 1;
-      for (std::size_t i = 0; i + 1 < arc.times.size(); ++i)
-        count += 2 * static_cast<std::size_t>(substeps_[i]);
-      if (arc.nodes.size() == count) continue;
-      arc.nodes.clear();
-      arc.nodes.push_back(arc.excitation->value(arc.times[0]));
-      for (std::size_t i = 0; i + 1 < arc.times.size(); ++i) {
-        const double dt = arc.times[i + 1] - arc.times[i];
-        for (int half = 1; half <= 2 * substeps_[i]; ++half)
-          arc.nodes.push_back(arc.excitation->value(arc.times[i] + dt * half / (2 * substeps_[i])));
-      }
+    for (Arc& arc : arcs)
+      arc.changed = false;
+    IntegrationReport report;
+    for (const LanePlan& plan : plans_) {
+      report = through(plan, arcs);
+      if (!report.ok) break;
     }
+    return report;
   }
 
-  void begin(std::span<Arc> arcs) {
-    const bool all = sensitivities_;
-    for (std::size_t lane = 0; lane < arcs.size(); ++lane) {
-      for (std::size_t j = 0; j < m_; ++j)
-        block_.y[j][lane] = arcs[lane].start[j];
-      for (std::size_t c = m_; all && c < block_.y.size(); ++c) {
-        const std::size_t row = (c - m_) / k_, column = (c - m_) % k_;
-        block_.y[c][lane] = row == column ? 1.0 : 0.0;
+  IntegrationReport through(const LanePlan& plan, std::span<Arc> arcs) {
+    if (block_.n != plan.lanes() || block_.components != m_ * (1 + k_))
+      block_.shape(plan.lanes(), m_, k_, follows_, free_, p_);
+    LaneBlock& b = block_;
+    const auto n = static_cast<std::size_t>(b.n);
+    begin(plan, arcs);
+    std::copy_n(plan.excitation(0), n, b.x_end);
+    if (!rates(b, b.x_end, 0)) return where(plan, arcs, b.x_end, 0, 0.0);
+    const std::size_t stride = plan.uniform() ? stride_ : 1;
+    for (std::size_t i = 0; i + stride <= plan.intervals(); i += stride) {
+      const int parts = plan.parts(i);
+      for (int part = 0; part < parts; ++part) {
+        const std::size_t node =
+            plan.first_half_step(i) + 2 * stride * static_cast<std::size_t>(part);
+        lane_steps(plan.times(i), plan.times(i + stride), plan.last(),
+                   static_cast<double>(i + stride), 1.0 / parts, b.n, b.h);
+        std::copy_n(plan.excitation(node + stride), n, b.x_middle);
+        std::copy_n(plan.excitation(node + 2 * stride), n, b.x_end);
+        cut_lanes_.clear();
+        if (!step(b) || !cut(plan, arcs, i, part))
+          return where(plan, arcs, b.x_end, i, static_cast<double>(part) / parts);
       }
-      block_.x_begin[lane] = arcs[lane].nodes[0];
-      arcs[lane].states.resize(arcs[lane].times.size() * m_);
-      if (all) arcs[lane].sensitivities.resize(arcs[lane].times.size() * m_ * k_);
+      compare_between(plan, i, stride);
+      see(plan, arcs, i + stride);
     }
-    write(arcs, 0);
+    return out_ != nullptr ? close(plan, arcs) : IntegrationReport{.ok = true};
   }
 
-  // Loads step length and excitation. A lane whose record has ended gets a step of 0.
-  void load(std::span<Arc> arcs, std::size_t interval, std::size_t node, double share) {
-    for (std::size_t lane = 0; lane < arcs.size(); ++lane) {
-      const Arc& arc = arcs[lane];
-      const bool on = interval + 1 < arc.times.size();
-      block_.h[lane] = on ? (arc.times[interval + 1] - arc.times[interval]) * share : 0.0;
-      const std::size_t last = arc.nodes.size() - 1;
-      block_.x_begin[lane] = arc.nodes[std::min(node, last)];
-      block_.x_middle[lane] = arc.nodes[std::min(node + 1, last)];
-      block_.x_end[lane] = arc.nodes[std::min(node + 2, last)];
+  void begin(const LanePlan& plan, std::span<Arc> arcs) {
+    LaneBlock& b = block_;
+    std::fill_n(b.step.y, b.components * b.stride, 0.0);
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(b.n); ++lane) {
+      for (std::size_t j = 0; j < m_; ++j) {
+        b.y[j][lane] = arcs[plan.first() + lane].start[j];
+        if (k_ > 0) b.component(b.step.y, m_ + j * k_ + j)[lane] = 1.0;
+      }
     }
+    if (out_ != nullptr) products_.assign((k_ + 1) * (k_ + 2) / 2 * b.stride, 0.0);
+    see(plan, arcs, 0);
   }
 
-  bool rates(Block& b, const std::vector<double*>& y, const double* x,
-             const std::vector<double*>& rate) {
-    stopped_ =
-        stopped_ || (options_.afford && !options_.afford(static_cast<double>(b.stride * y.size())));
+  // The rates at b.y, with their derivatives where sensitivities are wanted, as those of `stage`.
+  bool rates(LaneBlock& b, const double* x, std::size_t stage) {
+    stopped_ = stopped_ ||
+               (options_.afford && !options_.afford(static_cast<double>(b.stride * b.components)));
     if (stopped_) return false;
-    if (!sensitivities_)
-      return equations_.rates(b.n, y.data(), x, theta_, b.work, rate.data(), nullptr, nullptr);
-    if (!equations_.rates(b.n, y.data(), x, theta_, b.work, rate.data(), b.h_s.data(),
-                          b.h_theta.data()))
-      return false;
-    // (5.10): S' = h_s S + h_theta, the latter in the parameters' columns only.
+    const bool slopes = k_ > 0;
+    return equations_.rates(b.n, b.y.data(), x, theta_, b.work, b.rate.data(),
+                            slopes ? b.h_s[stage].data() : nullptr,
+                            slopes ? b.h_theta[stage].data() : nullptr);
+  }
+
+  // Makes one step from b.y with the rates there. Afterwards b.y is the new state, with its rates,
+  // and b.base the old one, with b.first_rate.
+  bool step(LaneBlock& b) {
+    b.turn();
+    for (std::size_t i = 0; i < m_ && cut_; ++i) {
+      if (follows_[i] < 0) std::copy_n(b.rate[i], b.n, b.first_rate[i]);
+    }
+    advance(b.step, 0);
+    for (int stage = 1; stage < kClassicStages; ++stage) {
+      if (!rates(b, stage < 3 ? b.x_middle : b.x_end, static_cast<std::size_t>(stage)))
+        return false;
+      advance(b.step, stage);
+    }
+    if (k_ > 0) advance_derivatives(b.step);
+    return rates(b, b.x_end, 0);
+  }
+
+  // Repeats the step in pieces in the lanes in which a velocity changed its sign.
+  bool cut(const LanePlan& plan, std::span<Arc> arcs, std::size_t interval, int part) {
+    if (!cut_) return true;
+    std::uint64_t reversed = 0;
     for (std::size_t i = 0; i < m_; ++i) {
-      for (std::size_t k = 0; k < k_; ++k) {
-        double* __restrict to = rate[m_ + i * k_ + k];
-        if (k >= m_) {
-          std::copy_n(b.h_theta[i * p_ + static_cast<std::size_t>(free_[k - m_])], b.stride, to);
-        } else {
-          std::fill_n(to, b.stride, 0.0);
-        }
-        for (std::size_t j = 0; j < m_; ++j) {
-          const double* __restrict slope = b.h_s[i * m_ + j];
-          const double* __restrict from = y[m_ + j * k_ + k];
-          for (std::size_t lane = 0; lane < b.stride; ++lane)
-            to[lane] += slope[lane] * from[lane];
-        }
+      if (follows_[i] >= 0) {
+        const auto v = static_cast<std::size_t>(follows_[i]);
+        reversed |= sign_changes(block_.base[v], block_.y[v], static_cast<int>(block_.stride));
       }
     }
+    for (; reversed != 0; reversed &= reversed - 1)
+      cut_lanes_.push_back(static_cast<std::size_t>(std::countr_zero(reversed)));
+    return cut_lanes_.empty() || in_pieces(plan, arcs, interval, part);
+  }
+
+  bool in_pieces(const LanePlan& plan, std::span<Arc> arcs, std::size_t interval, int part) {
+    LaneBlock& s = few_;
+    s.shape(static_cast<int>(cut_lanes_.size()), m_, k_, follows_, free_, p_);
+    std::vector<double>&begin = cut_begin_, &left = cut_left_;
+    begin.clear();
+    left.clear();
+    for (std::size_t at = 0; at < cut_lanes_.size(); ++at) {
+      const std::size_t lane = cut_lanes_[at];
+      copy_lane(block_, lane, s, at);
+      left.push_back(block_.h[lane]);
+      begin.push_back(plan.times(interval)[lane] + part * left.back());
+    }
+    for (int piece = 0; piece < kMostCuts; ++piece) {
+      bool any = false;
+      for (std::size_t at = 0; at < left.size(); ++at) {
+        const double share = first_zero(s, at, left[at]);
+        any = any || share < 1.0;
+        s.h[at] = share * left[at];
+      }
+      if (!any) break;
+      s.turn();  // back to the beginning of this piece
+      for (std::size_t at = 0; at < left.size(); ++at)
+        s.x_end[at] = excitation(plan, arcs, at)->value(begin[at]);
+      if (!rates(s, s.x_end, 0) || !take(plan, arcs, s)) return false;
+      for (std::size_t at = 0; at < left.size(); ++at) {
+        begin[at] += s.h[at];
+        left[at] -= s.h[at];
+        s.h[at] = left[at];
+      }
+      if (!take(plan, arcs, s)) return false;
+    }
+    for (std::size_t at = 0; at < cut_lanes_.size(); ++at)
+      copy_lane(s, at, block_, cut_lanes_[at]);
     return true;
   }
 
-  // Makes one step from b.y with the rate b.rate. Afterwards b.y is the new state, b.base the old
-  // one, and b.next the rate at the new state.
-  bool step(Block& b) {
-    std::swap(b.y, b.base);
-    const auto towards = [&](const std::vector<double*>& rate, double share) {
-      for (std::size_t c = 0; c < b.y.size(); ++c) {
-        double* __restrict y = b.y[c];
-        const double* __restrict from = b.base[c];
-        const double* __restrict slope = rate[c];
-        for (std::size_t lane = 0; lane < b.stride; ++lane)
-          y[lane] = from[lane] + share * b.h[lane] * slope[lane];
-      }
+  // All of a lane, at both ends of its step.
+  void copy_lane(const LaneBlock& from, std::size_t lane, LaneBlock& to, std::size_t at) const {
+    const auto copy = [&](const double* source, double* target, std::size_t count) {
+      for (std::size_t c = 0; c < count; ++c)
+        target[c * to.stride + at] = source[c * from.stride + lane];
     };
-    const auto add = [&](double weight) {
-      for (std::size_t c = 0; c < b.y.size(); ++c) {
-        double* __restrict sum = b.sum[c];
-        const double* __restrict slope = b.next[c];
-        for (std::size_t lane = 0; lane < b.stride; ++lane)
-          sum[lane] += weight * slope[lane];
-      }
-    };
-    for (std::size_t c = 0; c < b.y.size(); ++c)
-      std::copy_n(b.rate[c], b.stride, b.sum[c]);
-    towards(b.rate, 0.5);
-    if (!rates(b, b.y, b.x_middle, b.next)) return false;
-    add(2.0);
-    towards(b.next, 0.5);
-    if (!rates(b, b.y, b.x_middle, b.next)) return false;
-    add(2.0);
-    towards(b.next, 1.0);
-    if (!rates(b, b.y, b.x_end, b.next)) return false;
-    add(1.0);
-    towards(b.sum, 1.0 / 6.0);
-    return rates(b, b.y, b.x_end, b.next);
+    copy(from.step.y, to.step.y, from.components);
+    copy(from.step.base, to.step.base, from.components);
+    for (std::size_t i = 0; i < m_; ++i) {
+      if (follows_[i] >= 0) continue;
+      copy(from.rate[i], to.rate[i], 1);
+      copy(from.first_rate[i], to.first_rate[i], 1);
+    }
+    if (k_ == 0) return;
+    copy(from.slopes, to.slopes, m_ * m_ + m_ * p_);
   }
 
-  // Repeats the step in pieces for every lane in which a velocity changed its sign.
-  bool cut(std::span<Arc> arcs, std::size_t interval, int part, double share) {
-    if (options_.cut == CutAtReversals::never) return true;
-    for (std::size_t lane = 0; lane < arcs.size(); ++lane) {
-      if (!reverses(lane)) continue;
-      const Arc& arc = arcs[lane];
-      const double begin =
-          arc.times[interval] + (arc.times[interval + 1] - arc.times[interval]) * part * share;
-      if (!in_pieces(arc, lane, begin)) return false;
-    }
-    return true;
+  const Excitation* excitation(const LanePlan& plan, std::span<Arc> arcs, std::size_t at) const {
+    return arcs[plan.first() + cut_lanes_[at]].excitation;
   }
 
-  bool reverses(std::size_t lane) const {
-    for (int e = 0; e < equations_.coordinates(); ++e) {
-      const int v = equations_.velocity_of(e);
-      if (v >= 0 && block_.base[static_cast<std::size_t>(v)][lane] *
-                            block_.y[static_cast<std::size_t>(v)][lane] <
-                        0.0)
-        return true;
+  // A step of s.h from cut_begin_, with the rates there.
+  bool take(const LanePlan& plan, std::span<Arc> arcs, LaneBlock& s) {
+    for (std::size_t at = 0; at < cut_lanes_.size(); ++at) {
+      const Excitation* x = excitation(plan, arcs, at);
+      s.x_middle[at] = x->value(cut_begin_[at] + 0.5 * s.h[at]);
+      s.x_end[at] = x->value(cut_begin_[at] + s.h[at]);
     }
-    return false;
+    return step(s);
   }
 
-  bool in_pieces(const Arc& arc, std::size_t lane, double begin) {
-    Block& s = single_;
-    for (std::size_t c = 0; c < s.y.size(); ++c) {
-      s.y[c][0] = block_.base[c][lane];
-      s.rate[c][0] = block_.rate[c][lane];
-    }
-    const double end = begin + block_.h[lane];
-    double t = begin;
-    for (int piece = 0;; ++piece) {
-      s.h[0] = end - t;
-      if (!take(arc, t)) return false;
-      const double share = piece < kMostCuts ? first_zero(s) : 1.0;
-      if (share == 1.0) break;
-      std::swap(s.y, s.base);
-      s.h[0] *= share;
-      if (!take(arc, t)) return false;
-      t += s.h[0];
-      std::swap(s.rate, s.next);
-    }
-    for (std::size_t c = 0; c < s.y.size(); ++c) {
-      block_.y[c][lane] = s.y[c][0];
-      block_.next[c][lane] = s.next[c][0];
-    }
-    return true;
-  }
-
-  // Returns the share of the single lane's step at the first velocity reversal; 1 if there is none.
-  double first_zero(const Block& s) const {
+  // The share of a lane's step of `h` s at the first velocity reversal; 1 if there is none.
+  double first_zero(const LaneBlock& s, std::size_t lane, double h) const {
     double share = 1.0;
-    for (int e = 0; e < equations_.coordinates(); ++e) {
-      if (equations_.velocity_of(e) < 0) continue;
-      const auto v = static_cast<std::size_t>(equations_.velocity_of(e));
-      if (!(s.base[v][0] * s.y[v][0] < 0.0)) continue;
+    for (std::size_t i = 0; i < m_; ++i) {
+      if (follows_[i] < 0) continue;
+      const auto v = static_cast<std::size_t>(follows_[i]);
+      const double before = s.base[v][lane], after = s.y[v][lane];
+      if (!(before * after < 0.0)) continue;
       const double zero =
-          zero_of_cubic(s.base[v][0], s.y[v][0], s.h[0] * s.rate[v][0], s.h[0] * s.next[v][0]);
+          zero_of_cubic(before, after, h * s.first_rate[v][lane], h * s.rate[v][lane]);
       if (zero > kNoCut && zero < 1.0 - kNoCut) share = std::min(share, zero);
     }
     return share;
   }
 
-  bool take(const Arc& arc, double t) {
-    Block& s = single_;
-    s.x_middle[0] = arc.excitation->value(t + 0.5 * s.h[0]);
-    s.x_end[0] = arc.excitation->value(t + s.h[0]);
-    return step(s);
-  }
-
-  void write(std::span<Arc> arcs, std::size_t node) const {
-    for (std::size_t lane = 0; lane < arcs.size(); ++lane) {
-      Arc& arc = arcs[lane];
+  // What is wanted of sample `node`.
+  void see(const LanePlan& plan, std::span<Arc> arcs, std::size_t node) {
+    LaneBlock& b = block_;
+    if (out_ != nullptr) return compare(plan, seen_rows(b.step, seen_), node, false);
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(b.n); ++lane) {
+      Arc& arc = arcs[plan.first() + lane];
       if (node >= arc.times.size()) continue;
       for (std::size_t j = 0; j < m_; ++j)
-        arc.states[node * m_ + j] = block_.y[j][lane];
-      if (!sensitivities_) continue;
-      double* to = &arc.sensitivities[node * m_ * k_];
+        arc.states[node * m_ + j] = b.y[j][lane];
+      double* to = k_ > 0 ? &arc.sensitivities[node * m_ * k_] : nullptr;
       for (std::size_t c = 0; c < m_ * k_; ++c)
-        to[c] = block_.y[m_ + c][lane];
+        to[c] = b.component(b.step.y, m_ + c)[lane];
     }
   }
 
-  // Finds the lane that failed: repeats the step of each lane alone.
-  IntegrationReport where(std::span<Arc> arcs, const std::vector<double*>& y, std::size_t interval,
-                          double share) {
+  void compare(const LanePlan& plan, const SeenRows& rows, std::size_t node, bool moving) {
+    std::copy_n(plan.measured(node), block_.n, block_.measured);
+    add_products(block_.step, rows,
+                 {block_.measured, plan.from(), plan.to(), static_cast<double>(node), moving},
+                 products_.data());
+  }
+
+  // The samples within the step of `stride` samples that began at sample `node`.
+  void compare_between(const LanePlan& plan, std::size_t node, std::size_t stride) {
+    if (!between_ || stride == 1 || plan.parts(node) > 1) return;
+    LaneBlock& b = block_;
+    between_rows_.resize((k_ + 1) * b.stride);
+    for (std::size_t i = 1; i < stride; ++i) {
+      const double share = static_cast<double>(i) / static_cast<double>(stride);
+      see_between(b.step, seen_, follows_[static_cast<std::size_t>(seen_)], share,
+                  between_rows_.data());
+      compare(plan, {between_rows_.data(), between_rows_.data() + k_ * b.stride}, node + i, true);
+    }
+  }
+
+  // The sums of a block's arcs. A number that is not finite is a failure.
+  IntegrationReport close(const LanePlan& plan, std::span<Arc> arcs) {
+    const LaneBlock& b = block_;
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(b.n); ++lane) {
+      const std::size_t arc = plan.first() + lane;
+      double* to = out_->end(arc);
+      double check = 0.0;
+      for (std::size_t c = 0; c < b.components; ++c) {
+        to[c] = b.component(b.step.y, c)[lane];
+        check += 0.0 * to[c];
+      }
+      double* products = out_->products(arc);
+      const double* from = products_.data() + lane;
+      for (std::size_t i = 0; i <= k_; ++i) {
+        for (std::size_t j = i; j <= k_; ++j, from += b.stride) {
+          products[i * (k_ + 1) + j] = products[j * (k_ + 1) + i] = *from;
+          check += 0.0 * *from;
+        }
+      }
+      if (check != 0.0) return {.arc = arc, .reached = arcs[arc].times.back()};
+    }
+    return {.ok = true};
+  }
+
+  // Finds the lane that failed at the block's states: tries each alone, or that of a cut.
+  IntegrationReport where(const LanePlan& plan, std::span<Arc> arcs, const double* x,
+                          std::size_t interval, double share) {
     IntegrationReport report;
     report.inadmissible = !stopped_;
     report.stopped = stopped_;
-    bool found = false;
-    for (std::size_t lane = 0; lane < arcs.size() && !found; ++lane) {
-      const Arc& arc = arcs[lane];
-      const bool on = interval + 1 < arc.times.size();
-      if (!on) continue;
-      report.arc = lane;
-      const double dt = arc.times[interval + 1] - arc.times[interval];
-      report.reached = arc.times[interval] + dt * share;
-      for (std::size_t c = 0; c < y.size(); ++c)
-        single_.y[c][0] = y[c][lane];
-      single_.h[0] = dt / substeps_[interval];
-      single_.x_begin[0] = arc.excitation->value(report.reached);
-      found = stopped_ || !rates(single_, single_.y, single_.x_begin, single_.rate) ||
-              !take(arc, report.reached);
+    LaneBlock& s = few_;
+    for (std::size_t lane = 0; lane < static_cast<std::size_t>(block_.n); ++lane) {
+      const Arc& arc = arcs[plan.first() + lane];
+      if (interval + 1 >= arc.times.size()) continue;
+      if (!cut_lanes_.empty() && lane != cut_lanes_[0]) continue;
+      report.arc = plan.first() + lane;
+      report.reached =
+          arc.times[interval] + (arc.times[interval + 1] - arc.times[interval]) * share;
+      if (!cut_lanes_.empty()) break;
+      s.shape(1, m_, k_, follows_, free_, p_);
+      copy_lane(block_, lane, s, 0);
+      s.x_end[0] = x[lane];
+      if (stopped_ || !rates(s, s.x_end, 0)) break;
     }
     return report;
   }
 
-  const StateEquations& equations_;
   TimeOptions options_;
   std::vector<int> free_;
-  std::size_t m_, p_, k_;
+  std::size_t m_, p_;
+  int seen_;  // state
+  std::vector<int> follows_;
+  std::vector<LanePlan> plans_;
+  LaneBlock block_, few_;
+  AlignedVector products_, between_rows_;
+  // Of the present call.
   const double* theta_ = nullptr;
-  bool sensitivities_ = false;
-  bool stopped_ = false;  // not afforded any longer
-  std::vector<int> substeps_;
-  Block block_, single_;
+  std::size_t k_ = 0, stride_ = 1;
+  bool cut_ = true, between_ = false;
+  ArcSums* out_ = nullptr;  // null: results go to the arcs
+  bool stopped_ = false;    // not afforded any longer
+  std::vector<std::size_t> cut_lanes_;
+  std::vector<double> cut_begin_, cut_left_;
 };
 
 }  // namespace

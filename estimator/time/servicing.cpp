@@ -19,7 +19,7 @@ constexpr double kBeyond = std::numeric_limits<double>::infinity();
 
 const std::set<std::string_view>& turbulent() {
   static const std::set<std::string_view> names = {"orifice_damping", "metering_pin",
-                                                   "rebound_damping"};
+                                                   "tabulated_pin", "rebound_damping"};
   return names;
 }
 
@@ -74,6 +74,8 @@ std::vector<ServicingState> states_of(const ServicingRanges& r) {
   return states;
 }
 
+}  // namespace
+
 Result<void> check_ranges(const ServicingRanges& r) {
   const auto refused = [](const char* what, const char* range) {
     return Error{ErrorKind::invalid, fmt::format("the range of the {} must be {}", what, range)};
@@ -89,8 +91,6 @@ Result<void> check_ranges(const ServicingRanges& r) {
     return refused("campaign's temperature", "from -73 to 126 degC");
   return {};
 }
-
-}  // namespace
 
 config::ModelSpec in_state(config::ModelSpec spec, const ServicingState& state, double tested) {
   const Model model(spec);

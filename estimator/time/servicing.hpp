@@ -35,7 +35,16 @@ struct ServicingRanges {
 
 struct ServicingState {
   double charge = 1.0, oil = 0.0, temperature = 0.0;
+  bool as_tested() const { return charge == 1.0 && oil == 0.0 && temperature == 0.0; }
+  // This state, with `other` on top of it.
+  ServicingState with(const ServicingState& other) const {
+    return {charge * other.charge, 1.0 - (1.0 - oil) * (1.0 - other.oil),
+            temperature + other.temperature};
+  }
 };
+
+// An Error for ranges out of order or beyond sense.
+Result<void> check_ranges(const ServicingRanges& ranges);
 
 // The model in that state. Throws std::invalid_argument for a model without a gas spring.
 config::ModelSpec in_state(config::ModelSpec spec, const ServicingState& state, double tested);

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/simd_math.hpp"
+
 namespace shaker::estimator {
 namespace {
 
@@ -15,6 +17,23 @@ constexpr int kProbes = 3;         // states at which derivatives_know_accelerat
 
 std::size_t index(int i) {
   return static_cast<std::size_t>(i);
+}
+
+// to = -from / g_a, for `count` arrays; false where g_a is 0. `over` is scratch.
+SHAKER_SIMD_CLONES bool over_inertia(int n, const double* __restrict g_a, double* __restrict over,
+                                     int count, const double* const* from, double* const* to) {
+  int none = 0;
+  for (int i = 0; i < n; ++i) {
+    none += g_a[i] == 0.0 ? 1 : 0;
+    over[i] = -1.0 / g_a[i];
+  }
+  for (int k = 0; k < count; ++k) {
+    const double* __restrict one = from[k];
+    double* __restrict other = to[k];
+    for (int i = 0; i < n; ++i)
+      other[i] = over[i] * one[i];
+  }
+  return none == 0;
 }
 
 }  // namespace
@@ -87,11 +106,11 @@ bool StateEquations::derivatives_know_accelerations() const {
 bool StateEquations::evaluate(int n, const double* const* s, const double* x, const double* theta,
                               Workspace& work) const {
   const int c = coordinates_;
+  work.v.assign(work.at.v.begin(), work.at.v.end());
   for (int e = 0; e < c; ++e) {
-    std::copy_n(s[e], n, work.at.u[index(e)]);
-    if (velocity_of(e) >= 0) std::copy_n(s[velocity_of(e)], n, work.at.v[index(e)]);
+    if (velocity_of(e) >= 0) work.v[index(e)] = s[velocity_of(e)];
   }
-  if (!work.at.evaluate(model_, n, theta, x)) return false;
+  if (!work.at.evaluate(model_, n, theta, x, s, work.v.data())) return false;
   for (int d = 0; d < c; ++d) {
     if (force_[index(d)] == 0.0) continue;
     for (int i = 0; i < n; ++i)
@@ -136,9 +155,9 @@ void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
   const int c = coordinates_, m = states_, p = parameters();
   for (int e = 0; e < c; ++e) {
     if (velocity_of(e) < 0) continue;
-    for (int k = 0; h_s != nullptr && k < m; ++k)
+    for (int k = 0; h_s != nullptr && h_s[e * m] != nullptr && k < m; ++k)
       std::fill_n(h_s[e * m + k], n, k == velocity_of(e) ? 1.0 : 0.0);
-    for (int k = 0; h_theta != nullptr && k < p; ++k)
+    for (int k = 0; h_theta != nullptr && k < p && h_theta[e * p] != nullptr; ++k)
       std::fill_n(h_theta[e * p + k], n, 0.0);
   }
   for (int e = 0; e < c; ++e) {
@@ -153,41 +172,41 @@ void StateEquations::derivatives(int n, Workspace& work, double* const* h_s,
   }
 }
 
+// Of one coordinate (the oleo), from its evaluation: no matrices.
+bool StateEquations::single_rates(int n, const double* const* s, Workspace& work,
+                                  double* const* rate, double* const* h_s,
+                                  double* const* h_theta) const {
+  const int p = parameters();
+  if (rate[0] != nullptr) std::copy_n(s[1], n, rate[0]);
+  work.from.assign({work.at.g[0]});
+  work.to.assign({rate[1]});
+  if (h_s != nullptr) {
+    work.from.insert(work.from.end(), {work.at.g_u[0], work.at.g_v[0]});
+    work.to.insert(work.to.end(), {h_s[2], h_s[3]});
+    for (int k = 0; k < 2 && h_s[k] != nullptr; ++k)
+      std::fill_n(h_s[k], n, k);
+  }
+  for (int k = 0; h_theta != nullptr && k < p; ++k) {
+    work.from.push_back(work.at.g_theta[index(k)]);
+    work.to.push_back(h_theta[p + k]);
+    if (h_theta[k] != nullptr) std::fill_n(h_theta[k], n, 0.0);
+  }
+  return over_inertia(n, work.at.g_a[0], work.change.data(), static_cast<int>(work.from.size()),
+                      work.from.data(), work.to.data());  // false: no inertia, no acceleration
+}
+
 bool StateEquations::rates(int n, const double* const* s, const double* x, const double* theta,
                            Workspace& work, double* const* rate, double* const* h_s,
                            double* const* h_theta) const {
   reserve(n, work);
   const int c = coordinates_;
   for (int e = 0; e < c; ++e) {
-    std::fill_n(work.at.a[index(e)], n, 0.0);
+    if (c > 1 || !once_) std::fill_n(work.at.a[index(e)], n, 0.0);
     if (velocity_of(e) < 0) std::fill_n(work.at.v[index(e)], n, 0.0);
   }
   if (!evaluate(n, s, x, theta, work)) return false;
 
-  if (c == 1 && once_) {  // one coordinate (the oleo): no matrices
-    const double* g = work.at.g[0];
-    const double* g_a = work.at.g_a[0];
-    if (std::count(g_a, g_a + n, 0.0) > 0) return false;  // no inertia: no acceleration
-    std::copy_n(s[1], n, rate[0]);
-    for (int i = 0; i < n; ++i)
-      rate[1][i] = -g[i] / g_a[i];
-    if (h_s != nullptr) {
-      std::fill_n(h_s[0], n, 0.0);
-      std::fill_n(h_s[1], n, 1.0);
-      for (int i = 0; i < n; ++i) {
-        h_s[2][i] = -work.at.g_u[0][i] / g_a[i];
-        h_s[3][i] = -work.at.g_v[0][i] / g_a[i];
-      }
-    }
-    const int p = parameters();
-    for (int k = 0; h_theta != nullptr && k < p; ++k) {
-      std::fill_n(h_theta[k], n, 0.0);
-      const double* column = work.at.g_theta[index(k)];
-      for (int i = 0; i < n; ++i)
-        h_theta[p + k][i] = -column[i] / g_a[i];
-    }
-    return true;
-  }
+  if (c == 1 && once_) return single_rates(n, s, work, rate, h_s, h_theta);
 
   double change = 0.0, scale = 0.0;
   for (int step = 0; step < kNewtonSteps; ++step) {
@@ -198,7 +217,7 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
   }
   for (int e = 0; e < c; ++e) {
     if (velocity_of(e) >= 0) {
-      std::copy_n(s[velocity_of(e)], n, rate[e]);
+      if (rate[e] != nullptr) std::copy_n(s[velocity_of(e)], n, rate[e]);
       std::copy_n(work.at.a[index(e)], n, rate[velocity_of(e)]);
     } else {
       std::copy_n(work.at.v[index(e)], n, rate[e]);

@@ -46,10 +46,14 @@ class StateEquations {
     ModelArrays at;
     LaneInverse inverse;   // of g_q
     AlignedVector change;  // of an unknown, in one Newton step
+    std::vector<const double*> v, from;
+    std::vector<double*> to;
   };
 
   // Computes `rate` (`states` arrays of n) and, unless nullptr, `h_s` (states * states arrays, row
-  // by row) and `h_theta` (states * parameters arrays). `x`: the excitation of each lane, m/s^2.
+  // by row) and `h_theta` (states * parameters arrays). Rows of coordinates with a mass are known (1
+  // at the velocity); their arrays and
+  // that of their rate may be null. `x`: the excitation of each lane, m/s^2.
   // Returns false when a lane is inadmissible (1 - theta3 u <= 0) or its equations are singular;
   // the output is then unspecified. Several threads may call it, each with its own workspace.
   bool rates(int n, const double* const* s, const double* x, const double* theta, Workspace& work,
@@ -62,6 +66,8 @@ class StateEquations {
                 Workspace& work) const;
   bool solve_lanes(int n, Workspace& work, double* largest, double* scale) const;
   bool invert(int n, Workspace& work) const;
+  bool single_rates(int n, const double* const* s, Workspace& work, double* const* rate,
+                    double* const* h_s, double* const* h_theta) const;
   void derivatives(int n, Workspace& work, double* const* h_s, double* const* h_theta) const;
   void reserve(int n, Workspace& work) const;
 

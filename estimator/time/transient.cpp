@@ -6,15 +6,21 @@
 
 #include <fmt/format.h>
 
-#include "estimator/math/dense.hpp"
 #include "estimator/time/transient_impl.hpp"
 
 namespace shaker::estimator {
 namespace {
 
 constexpr std::size_t kShort = 400;       // samples: shorter records are one trajectory
-constexpr std::size_t kMostArcs = 64;     // in a record, unless the options ask for more
+constexpr std::size_t kMostArcs = 4096;   // in a record, unless the options ask for more
+constexpr std::size_t kFewestInArc = 24;  // samples
+constexpr std::size_t kRound = 8;         // samples in an arc are a multiple of it
+constexpr double kNaturalTimes = 1.2;     // in an arc
 constexpr std::size_t kSlopeSamples = 4;  // to either side, for a velocity from the data
+constexpr std::size_t kMostSlopeSamples = 64;
+constexpr double kSlopeTimes = 0.3;    // natural times to either side, likewise
+constexpr std::size_t kSeveral = 300;  // places at which the natural time is found
+constexpr double kEvenTimes = 1e-6;    // of a step
 constexpr double kSmallestScale = 1e-12;
 
 std::string name_of(const TransientRecord& record, std::size_t index) {
@@ -51,25 +57,70 @@ void check(const TransientRecord& record, std::size_t index, std::size_t states)
   }
 }
 
-// Fits a parabola by least squares to the samples around `at`. Returns value and slope there.
+// Fits a polynomial by least squares to `half` samples to either side of `at`: a parabola, or a cubic
+// through many. Returns value and slope there.
 std::pair<double, double> local_fit(const std::vector<double>& t, const std::vector<double>& y,
-                                    std::size_t at) {
-  const std::size_t first = at > kSlopeSamples ? at - kSlopeSamples : 0;
-  const std::size_t last = std::min(t.size(), at + kSlopeSamples + 1);
-  const auto n = static_cast<Eigen::Index>(last - first);
-  const Eigen::Index terms = std::min<Eigen::Index>(3, n);
+                                    std::size_t at, std::size_t half) {
+  const std::size_t first = at > half ? at - half : 0;
+  const std::size_t last = std::min(t.size(), at + half + 1);
+  const int terms = std::min(half > kSlopeSamples ? 4 : 3, static_cast<int>(last - first));
   const double span = std::max(t[last - 1] - t[first], 1e-300);
-  Eigen::MatrixXd a(n, terms);
-  Eigen::VectorXd b(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t k = first + static_cast<std::size_t>(i);
+  double powers[7] = {}, moments[4] = {};
+  for (std::size_t i = first; i < last; ++i) {
+    const double x = (t[i] - t[at]) / span, value = y[i] - y[at];
     double power = 1.0;
-    for (Eigen::Index j = 0; j < terms; ++j, power *= (t[k] - t[at]) / span)
-      a(i, j) = power;
-    b[i] = y[k];
+    for (int j = 0; j < 7; ++j, power *= x) {
+      powers[j] += power;
+      if (j < 4) moments[j] += power * value;
+    }
   }
-  const Eigen::VectorXd c = least_squares(a, b);
-  return {c[0], terms > 1 ? c[1] / span : 0.0};
+  Eigen::Matrix4d a = Eigen::Matrix4d::Identity();
+  Eigen::Vector4d b = Eigen::Vector4d::Zero();
+  for (int j = 0; j < terms; ++j) {
+    b[j] = moments[j];
+    for (int k = 0; k < terms; ++k)
+      a(j, k) = powers[j + k];
+  }
+  const Eigen::Vector4d c = a.ldlt().solve(b);
+  return {y[at] + c[0], terms > 1 ? c[1] / span : 0.0};
+}
+
+std::size_t slope_samples(double natural_time, double step) {
+  const double wanted = kSlopeTimes * natural_time / step;
+  return std::clamp(static_cast<std::size_t>(std::min(wanted, 1e6)), kSlopeSamples,
+                    kMostSlopeSamples);
+}
+
+// The size of the motion over that of its velocity: 1 / omega of an oscillation. The velocity is
+// found over a share of that time, lest it be the noise's.
+double natural_time_of(const std::vector<double>& t, const std::vector<double>& y) {
+  const std::size_t n = t.size(), apart = std::max<std::size_t>(1, n / kSeveral);
+  const double step = (t.back() - t.front()) / static_cast<double>(n - 1);
+  double mean = 0.0, motion = 0.0, time = 0.0;
+  for (const double value : y)
+    mean += value / static_cast<double>(n);
+  for (const double value : y)
+    motion += (value - mean) * (value - mean) / static_cast<double>(n);
+  for (int round = 0; round < 5; ++round) {
+    double squares = 0.0;
+    std::size_t count = 0;
+    for (std::size_t at = apart / 2; at < n; at += apart, ++count)
+      squares += std::pow(local_fit(t, y, at, slope_samples(time, step)).second, 2);
+    const double found = squares > 0.0 ? std::sqrt(motion * static_cast<double>(count) / squares)
+                                       : t.back() - t.front();
+    if (found < 1.1 * time) break;
+    time = found;
+  }
+  return time;
+}
+
+// The step of times that are even, else 0.
+double even_step(const std::vector<double>& t) {
+  const double step = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    if (std::fabs(t[i] - t[0] - step * static_cast<double>(i)) > kEvenTimes * step) return 0.0;
+  }
+  return step;
 }
 
 std::vector<int> free_of(const Model& model) {
@@ -125,6 +176,11 @@ void TransientEstimator::Impl::add_record(TransientRecord given, std::size_t num
       record.scale[static_cast<std::size_t>(equations.velocity_of(e))] =
           std::max(fastest, kSmallestScale);
   }
+  record.step = even_step(record.times);
+  if (record.times.size() > kShort) record.natural_time = natural_time_of(record.data.t, y);
+  observations += static_cast<double>(y.size());
+  for (const double value : y)
+    data_size += record.data.weight * value * value;
   add_unknowns(record);
   records.push_back(std::move(record));
 }
@@ -145,8 +201,13 @@ void TransientEstimator::Impl::add_unknowns(RecordState& record) {
 void TransientEstimator::Impl::cut_into_arcs(std::size_t index, std::size_t segment) {
   RecordState& record = records[index];
   const std::size_t n = record.times.size();
-  if (segment == 0)
-    segment = n <= kShort ? n : std::max<std::size_t>(kShort / 4, (n + kMostArcs - 1) / kMostArcs);
+  if (segment == 0 && n <= kShort) segment = n;
+  if (segment == 0) {
+    const double step = (record.times.back() - record.times.front()) / static_cast<double>(n - 1);
+    const double wanted = kNaturalTimes * record.natural_time / step;
+    segment = static_cast<std::size_t>(std::clamp(wanted, 1.0 * kFewestInArc, 1.0 * double(n)));
+    segment = std::max(segment, (n + kMostArcs - 1) / kMostArcs) / kRound * kRound;
+  }
   record.first_arc = arcs.size();
   for (std::size_t first = 0; first + 1 < n; first += segment) {
     const std::size_t end = std::min(n - 1, first + segment);
@@ -156,6 +217,10 @@ void TransientEstimator::Impl::cut_into_arcs(std::size_t index, std::size_t segm
     arc.start.assign(m, 0.0);
     for (int e = 0; e < equations.coordinates(); ++e)
       arc.start[static_cast<std::size_t>(e)] = model.rest(e);
+    arc.first_measured = first == 0 ? record.offset : 0;
+    const std::size_t from = first + arc.first_measured, to = end + (end + 1 == n ? 1 : 0);
+    arc.measured =
+        std::span<const double>(record.data.displacement).subspan(from - record.offset, to - from);
     arcs.push_back(std::move(arc));
     record_of.push_back(index);
     first_node.push_back(first);
@@ -163,20 +228,29 @@ void TransientEstimator::Impl::cut_into_arcs(std::size_t index, std::size_t segm
   record.arcs = arcs.size() - record.first_arc;
 }
 
-void TransientEstimator::Impl::begin(const std::vector<double>& start, std::size_t segment) {
-  fit.theta = start;
+void TransientEstimator::Impl::cut(std::size_t segment) {
+  if (cut_as == segment) return;
+  cut_as = segment;
   arcs.clear();
   record_of.clear();
   first_node.clear();
-  for (std::size_t r_ = 0; r_ < records.size(); ++r_) {
-    cut_into_arcs(r_, std::min(segment, records[r_].times.size()));
-    begin_from_data(r_);
-    if (records[r_].arcs > 1) simulate_starts(r_);
+  for (std::size_t index = 0; index < records.size(); ++index) {
+    cut_into_arcs(index, std::min(segment, records[index].times.size()));
+    begin_from_data(index);
   }
-  const std::size_t q = unknowns.size();
-  moves.assign(arcs.size(),
-               Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(q)));
-  closes.assign(arcs.size(), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(m)));
+  data_starts = present_starts();
+}
+
+void TransientEstimator::Impl::begin(const std::vector<double>& start, std::size_t segment) {
+  cut(segment);
+  fit.status = FitStatus::not_converged;
+  fit.iterations = 0;
+  shrinking = {};
+  restore(start, data_starts);
+  for (std::size_t index = 0; index < records.size(); ++index) {
+    if (records[index].arcs > 1) simulate_starts(index);
+  }
+  shooting.assign(records.size(), Shooting(m, m + free.size()));
 }
 
 // The data give the observed coordinate at every segment's start, and its velocity by a local fit.
@@ -184,10 +258,13 @@ void TransientEstimator::Impl::begin_from_data(std::size_t index) {
   RecordState& record = records[index];
   const auto seen = static_cast<std::size_t>(model.observed());
   const int velocity = equations.velocity_of(model.observed());
+  const auto n = static_cast<double>(record.times.size() - 1);
+  const std::size_t half =
+      slope_samples(record.natural_time, (record.times.back() - record.times.front()) / n);
   for (std::size_t a = record.first_arc; a < record.first_arc + record.arcs; ++a) {
     const std::size_t node = first_node[a];
     const std::size_t datum = node >= record.offset ? node - record.offset : 0;
-    const auto [value, slope] = local_fit(record.data.t, record.data.displacement, datum);
+    const auto [value, slope] = local_fit(record.data.t, record.data.displacement, datum, half);
     arcs[a].start[seen] = value;
     if (velocity >= 0) arcs[a].start[static_cast<std::size_t>(velocity)] = slope;
   }
@@ -231,6 +308,7 @@ const StateEquations& TransientEstimator::equations() const {
 }
 
 std::vector<double> TransientEstimator::states(std::size_t index) const {
+  impl_->keep();
   const Impl& impl = *impl_;
   const RecordState& record = impl.records.at(index);
   std::vector<double> out;

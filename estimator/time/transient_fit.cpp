@@ -13,13 +13,17 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kGapWeight = 10.0;  // of a gap in the merit, relative to its segment's residuals
 constexpr double kGapClosed = 1e-8;  // relative to the states' size
 constexpr double kNearlyUndamped = 1e-5;
-constexpr double kSmallest = 1e-10;  // singular value relative to the largest, for undamped steps
-constexpr double kFirstLambda = 1e-4;
+constexpr double kSmallest = 1e-10;    // singular value relative to the largest, for undamped steps
+constexpr double kFirstLambda = 1e-4;  // of a search that begins far from the solution
 constexpr double kLastLambda = 1e12;
 constexpr std::size_t kShorter[] = {40, 12};  // samples in a segment of further attempts
+// Far from the solution a sample in eight says what a step needs, and reversals need no cut.
+constexpr std::size_t kCoarse = 8, kMedium = 4;
+constexpr std::size_t kFewestCoarse = 2000;  // samples of all records, for which that pays
+constexpr int kApproach = 15;                // iterations
+constexpr double kNear = 3e-2;               // last step of a parameter of that approach, relative
 constexpr std::size_t kOneTrajectory = std::numeric_limits<std::size_t>::max();
 constexpr double kLeastLambda = 1e-12;     // damping of directions that the data do not determine
 constexpr double kAccuracy = 10.0;         // error of a CVODES trajectory, in relative tolerances
@@ -28,79 +32,11 @@ constexpr double kOfStandardError = 1e-7;  // a step with a smaller effect is ne
 
 }  // namespace
 
-IntegrationReport TransientEstimator::Impl::integrate() {
-  return integration->run(arcs, fit.theta, true);
-}
-
 std::string TransientEstimator::Impl::where(const IntegrationReport& report) const {
   const std::size_t index = record_of[report.arc];
   const std::string& name = records[index].data.name;
   return fmt::format("{}: {}", name.empty() ? fmt::format("record {}", index + 1) : name,
                      report.sentence());
-}
-
-void TransientEstimator::Impl::linearise(double closing) {
-  information.clear();
-  sum_of_squares = gaps = 0.0;
-  fit.largest_gap = 0.0;
-  for (std::size_t index = 0; index < records.size(); ++index)
-    linearise_record(index, closing);
-  linearise_prior();
-  information.finish();
-  r = information.r();
-  right = information.right();
-}
-
-// Linearises (5.8) along a record, with condensed states of the segments. The initial state of an
-// arc changes by moves * step + closes. This closes the share `closing` of the gap between the end
-// of an arc and the start of the next one.
-void TransientEstimator::Impl::linearise_record(std::size_t index, double closing) {
-  using Row = Eigen::Map<const Eigen::RowVectorXd>;
-  const RecordState& record = records[index];
-  const auto size = static_cast<Eigen::Index>(m);
-  const auto parameters = static_cast<Eigen::Index>(free.size());
-  const std::size_t columns = m + free.size();
-  const auto seen = static_cast<std::size_t>(model.observed());
-  const double root = std::sqrt(record.data.weight);
-  Eigen::MatrixXd& first = moves[record.first_arc];
-  first.setZero();
-  for (std::size_t j = 0; j < m; ++j) {
-    if (record.unknown[j] >= 0) first(static_cast<Eigen::Index>(j), record.unknown[j]) = 1.0;
-  }
-  closes[record.first_arc].setZero();
-  const std::size_t end = record.first_arc + record.arcs;
-  for (std::size_t a = record.first_arc; a < end; ++a) {
-    const Arc& arc = arcs[a];
-    const std::size_t nodes = arc.times.size() - (a + 1 < end ? 1 : 0);
-    for (std::size_t i = a == record.first_arc ? record.offset : 0; i < nodes; ++i) {
-      const double* sensitivity = &arc.sensitivities[(i * m + seen) * columns];
-      const Row over_start(sensitivity, size);
-      const double residual =
-          record.data.displacement[first_node[a] + i - record.offset] - arc.states[i * m + seen];
-      sum_of_squares += record.data.weight * residual * residual;
-      auto row = information.row();
-      row.head(moves[a].cols()) = root * (over_start * moves[a]);
-      row.head(parameters) += root * Row(sensitivity + m, parameters);
-      row[moves[a].cols()] = root * (residual - over_start.dot(closes[a]));
-    }
-    if (a + 1 == end) break;
-    const std::size_t last = arc.times.size() - 1;
-    using Matrix =
-        Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-    const Matrix whole(&arc.sensitivities[last * m * columns], size,
-                       static_cast<Eigen::Index>(columns));
-    moves[a + 1].noalias() = whole.leftCols(size) * moves[a];
-    moves[a + 1].leftCols(parameters) += whole.rightCols(parameters);
-    closes[a + 1].noalias() = whole.leftCols(size) * closes[a];
-    for (std::size_t j = 0; j < m; ++j) {
-      const double gap = arc.states[last * m + j] - arcs[a + 1].start[j];
-      closes[a + 1][static_cast<Eigen::Index>(j)] += closing * gap;
-      const double relative = gap / record.scale[j];
-      fit.largest_gap = std::max(fit.largest_gap, std::fabs(relative));
-      gaps += kGapWeight * record.data.weight * static_cast<double>(nodes) *
-              std::pow(relative * record.scale[seen], 2);
-    }
-  }
 }
 
 double TransientEstimator::Impl::merit() const {
@@ -109,31 +45,26 @@ double TransientEstimator::Impl::merit() const {
 }
 
 void TransientEstimator::Impl::move(const Eigen::VectorXd& step) {
+  kept = false;
   for (std::size_t k = 0; k < free.size(); ++k)
     fit.theta[static_cast<std::size_t>(free[k])] += step[static_cast<Eigen::Index>(k)];
-  for (std::size_t a = 0; a < arcs.size(); ++a) {
-    const Eigen::VectorXd moved = moves[a] * step + closes[a];
-    for (std::size_t j = 0; j < m; ++j)
-      arcs[a].start[j] += moved[static_cast<Eigen::Index>(j)];
+  std::vector<double> own(m + free.size());
+  for (std::size_t index = 0; index < records.size(); ++index) {
+    const RecordState& record = records[index];
+    for (std::size_t c = 0; c < own.size(); ++c) {
+      const int unknown = unknown_of(record, c);
+      own[c] = unknown >= 0 ? step[unknown] : 0.0;
+    }
+    for (std::size_t a = 0; a < record.arcs; ++a)
+      shooting[index].follow(a, own, arcs[record.first_arc + a].start);
   }
-}
-
-double TransientEstimator::Impl::observations() const {
-  double count = 0.0;
-  for (const RecordState& record : records)
-    count += static_cast<double>(record.data.t.size());
-  return count;
 }
 
 // The integration error of the whole prediction. Smaller effects of a step cannot be judged.
 double TransientEstimator::Impl::accuracy() const {
-  double sum = 0.0;
-  for (const RecordState& record : records) {
-    for (const double y : record.data.displacement)
-      sum += record.data.weight * y * y;
-  }
   const bool fixed_steps = options.time.integrator == Integrator::runge_kutta4;
-  return (fixed_steps ? kRounding : kAccuracy * options.time.relative_tolerance) * std::sqrt(sum);
+  return (fixed_steps ? kRounding : kAccuracy * options.time.relative_tolerance) *
+         std::sqrt(data_size);
 }
 
 double TransientEstimator::Impl::value(std::size_t unknown) const {
@@ -147,15 +78,10 @@ double TransientEstimator::Impl::value(std::size_t unknown) const {
 }
 
 bool TransientEstimator::Impl::small(const Eigen::VectorXd& step) const {
-  if (fit.largest_gap > kGapClosed) return false;
+  if (fit.largest_gap > std::min(kGapClosed, options.tolerance)) return false;
   const double effect = (r * step).norm();
-  if (effect <= kOfStandardError * std::sqrt(sum_of_squares / observations())) return true;
-  if (effect <= accuracy()) return true;
-  for (std::size_t k = 0; k < unknowns.size(); ++k) {
-    const double size = std::max({std::fabs(value(k)), unknowns[k].scale, 1e-12});
-    if (!(std::fabs(step[static_cast<Eigen::Index>(k)]) <= options.tolerance * size)) return false;
-  }
-  return true;
+  if (effect <= kOfStandardError * std::sqrt(sum_of_squares / observations)) return true;
+  return effect <= accuracy() || relative_size(step) <= options.tolerance;
 }
 
 // (4.7), by singular values, without the directions that the data do not determine.
@@ -247,38 +173,86 @@ void TransientEstimator::Impl::restore(const std::vector<double>& theta,
     arcs[a].start = starts[a];
 }
 
-void TransientEstimator::Impl::iterate(bool damped) {
+double TransientEstimator::Impl::relative_size(const Eigen::VectorXd& step) const {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    const double size = std::max({std::fabs(value(k)), unknowns[k].scale, 1e-12});
+    largest = std::max(largest, std::fabs(step[static_cast<Eigen::Index>(k)]) / size);
+  }
+  return largest;
+}
+
+// Whether `step` is the last one. After a full step, the next one and the gaps left go with its
+// square, as the steps before have shown.
+bool TransientEstimator::Impl::enough(const Level& level, const Eigen::VectorXd& step) const {
+  const double size = relative_size(step);
+  if (!level.last) return size <= level.enough;
+  return small(step) || (shrinking.step * size * size < options.tolerance &&
+                         shrinking.gap * size * size < std::min(kGapClosed, options.tolerance));
+}
+
+Eigen::VectorXd TransientEstimator::Impl::step_of(double lambda,
+                                                  const std::vector<double>& start) const {
+  Eigen::VectorXd step = lambda > 0.0 ? damped_step(lambda) : pure_step();
+  if (leaves_the_box(step)) step = box_step(lambda);
+  if (options.method == Method::levenberg_marquardt) cap(step, start);
+  return step;
+}
+
+// Makes the last step. What it does to the squares is known without another integration.
+void TransientEstimator::Impl::end(const Eigen::VectorXd& step) {
+  const double size = relative_size(step);
+  fit.largest_gap = std::min(fit.largest_gap, shrinking.gap * size * size);
+  move(step);
+  keep_iterate();
+  const double noise = options.prior ? options.prior->noise : 0.0;
+  prior_rows();
+  sum_of_squares =
+      std::max(0.0, closed_squares - right.squaredNorm() + (right - r * step).squaredNorm() -
+                        noise * noise * fit.prior_sum);
+}
+
+bool TransientEstimator::Impl::iterate(const Level& level, double lambda) {
+  const bool damped = lambda > 0.0;
   const std::vector<double> start = fit.theta;
-  IntegrationReport report = integrate();
-  if (!report.ok) return no_solution(report);
-  double lambda = damped ? kFirstLambda : 0.0, grow = 2.0, closing = 1.0;
+  IntegrationReport report = integrate(level);
+  if (!report.ok) {
+    no_solution(report);
+    return false;
+  }
+  double grow = 2.0, closing = 1.0;
   int refused = 0;
+  double size_before = 0.0;  // of a full step just made
   linearise(closing);
-  for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
-    fit.iterations = iteration;
-    Eigen::VectorXd step = damped ? damped_step(lambda) : pure_step();
-    if (leaves_the_box(step)) step = box_step(lambda);
-    if (damped) cap(step, start);
-    const double before = merit();
+  for (int iteration = 0; iteration < level.most && refused <= 40 && lambda <= kLastLambda;
+       ++iteration) {
+    ++fit.iterations;
+    const Eigen::VectorXd step = step_of(lambda, start);
+    const double before = merit(), size = relative_size(step);
+    if (size_before > 0.0)
+      shrinking = {size / (size_before * size_before),
+                   fit.largest_gap / (size_before * size_before)};
+    if ((!damped || lambda <= kNearlyUndamped || !level.last) && enough(level, step)) {
+      end(step);
+      return true;
+    }
     const auto theta = fit.theta;
     const auto starts = present_starts();
-    const bool done = (!damped || lambda <= kNearlyUndamped) && small(step);
+    std::swap(sums, sums_before);
     move(step);
-    report = integrate();
+    report = integrate(level);
     bool accepted = report.ok;
     if (accepted) {
       linearise(closing);
       const double unsure = accuracy();
       if (damped) accepted = merit() <= before + 2.0 * std::sqrt(before) * unsure + unsure * unsure;
     } else if (!damped) {
-      return no_solution(report);
+      no_solution(report);
+      return false;
     }
     if (accepted) {
       keep_iterate();
-      if (done) {
-        fit.status = FitStatus::converged;
-        return;
-      }
+      size_before = lambda <= kLeastLambda && closing == 1.0 ? size : 0.0;
       refused = 0;
       grow = 2.0;
       if (damped) lambda = std::max(lambda / 8.0, kLeastLambda);
@@ -286,23 +260,58 @@ void TransientEstimator::Impl::iterate(bool damped) {
       continue;
     }
     restore(theta, starts);
-    if (integrate(); done || ++refused > 40) {
-      linearise(1.0);
-      fit.status = done ? FitStatus::converged : FitStatus::not_converged;
-      break;
-    }
-    lambda *= grow;
+    std::swap(sums, sums_before);
+    kept = false;
+    ++refused;
+    lambda = std::max(lambda, 0.1 * kFirstLambda) * grow;
     grow *= 2.0;
     closing = std::max(0.05, 0.5 * closing);
     linearise(closing);
-    if (lambda > kLastLambda) break;
   }
-  if (fit.status == FitStatus::converged) return;
-  fit.status = FitStatus::not_converged;
+  return false;
+}
+
+// The approach of records in segments, from the data's starts: full steps, which mostly do best, and
+// damped ones where those fail; then a step on all samples.
+bool TransientEstimator::Impl::approach(const std::vector<double>& start, std::size_t segment) {
+  const bool even = std::all_of(records.begin(), records.end(),
+                                [](const RecordState& record) { return record.step > 0.0; });
+  const bool whole = std::all_of(records.begin(), records.end(), [&](const RecordState& record) {
+    return (arcs[record.first_arc].times.size() - 1) % kCoarse == 0;
+  });
+  const bool coarse = even && whole && integration->strides() && observations >= kFewestCoarse;
+  for (const double lambda : {0.0, kFirstLambda}) {
+    const Level far{{coarse ? kCoarse : 1, false, false}, kApproach, kNear, false};
+    if (iterate(far, lambda)) {
+      if (!coarse || iterate({{kMedium, true, false}, 1, 1e300, false}, 0.0)) return true;
+    }
+    begin(start, segment);
+  }
+  return false;
+}
+
+bool TransientEstimator::Impl::attempt(const std::vector<double>& start, std::size_t segment) {
+  const bool damped = options.method == Method::levenberg_marquardt;
+  fit.iterates.clear();
+  fit.trouble.clear();
+  begin(start, segment);
+  const bool near = damped && arcs.size() > records.size() && approach(start, segment);
+  const Level level{{}, options.max_iterations, 0.0, true};
+  bool done = iterate(level, !damped ? 0.0 : near ? kLeastLambda : kFirstLambda);
+  if (!done && near) {
+    begin(start, segment);
+    done = iterate(level, kFirstLambda);
+  }
+  if (done) {
+    fit.status = FitStatus::converged;
+    fit.trouble.clear();
+  }
+  if (done || fit.status == FitStatus::no_solution) return done;
   fit.trouble = fmt::format("no convergence in {} iterations", fit.iterations);
   if (fit.largest_gap > kGapClosed)
     fit.trouble += fmt::format("; the segments still do not meet, by {:.1e} of the motion's size",
                                fit.largest_gap);
+  return false;
 }
 
 const TransientFit& TransientEstimator::fit(const std::vector<double>& start) {
@@ -314,26 +323,17 @@ const TransientFit& TransientEstimator::fit(const std::vector<double>& start) {
   if (impl.options.method == Method::lifted)
     throw std::invalid_argument(
         "the method 'lifted' is for periodic runs; segments do its work on records");
-  const bool damped = impl.options.method == Method::levenberg_marquardt;
-  const auto attempt = [&](std::size_t segment) {
-    fit.iterates.clear();
-    fit.trouble.clear();
-    fit.iterations = 0;
-    fit.status = FitStatus::not_converged;
-    impl.begin(start, segment);
-    impl.iterate(damped);
-    return fit.status == FitStatus::converged;
-  };
-  // If a trajectory cannot be integrated with the start's parameters, shorter segments that start
-  // from the data are tried. If segments fail, one trajectory is tried.
-  if (!attempt(impl.options.segment)) {
+  // Segments of another length than asked for are tried if those fail; shorter ones, that start from
+  // the data, if a trajectory cannot be integrated with the start's parameters; then one trajectory.
+  if (!impl.attempt(start, impl.options.segment)) {
     const std::string first = fit.trouble;
     const bool cut = impl.arcs.size() > impl.records.size();
-    bool done = !damped;
+    bool done = impl.options.method != Method::levenberg_marquardt;
+    if (!done && cut && impl.options.segment != 0) done = impl.attempt(start, 0);
     for (const std::size_t shorter : kShorter) {
-      if (!done && fit.iterations == 0) done = attempt(shorter);
+      if (!done && fit.iterations == 0) done = impl.attempt(start, shorter);
     }
-    if (!done && cut) done = attempt(kOneTrajectory);
+    if (!done && cut) done = impl.attempt(start, kOneTrajectory);
     if (fit.status != FitStatus::converged) fit.trouble = first;
   }
   impl.finish();

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "estimator/inference/determination.hpp"
+#include "estimator/fit/determination.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 #include "estimator/math/statistics.hpp"
@@ -108,6 +108,7 @@ void TransientEstimator::Impl::finish_inference() {
 }
 
 std::vector<double> TransientEstimator::sensitivities(std::size_t index) const {
+  impl_->keep();
   const Impl& impl = *impl_;
   const RecordState& record = impl.records.at(index);
   const std::size_t m = impl.m, p = impl.free.size(), columns = m + p;
@@ -120,11 +121,12 @@ std::vector<double> TransientEstimator::sensitivities(std::size_t index) const {
          i < arc.times.size() - (last ? 0 : 1); ++i) {
       const double* row = &arc.sensitivities[(i * m + seen) * columns];
       const Eigen::RowVectorXd total =
-          Eigen::Map<const Eigen::RowVectorXd>(row, static_cast<Eigen::Index>(m)) * impl.moves[a];
-      for (std::size_t k = 0; k < p; ++k)
-        out.push_back(total[static_cast<Eigen::Index>(k)] + row[m + k]);
+          Eigen::Map<const Eigen::RowVectorXd>(row, static_cast<Eigen::Index>(m)) *
+          impl.shooting[index].move(a - record.first_arc);
+      for (std::size_t k = m; k < columns; ++k)
+        out.push_back(total[static_cast<Eigen::Index>(k)] + row[k]);
       for (std::size_t j = 0; j < m; ++j) {
-        if (record.unknown[j] >= 0) out.push_back(total[record.unknown[j]]);
+        if (record.unknown[j] >= 0) out.push_back(total[static_cast<Eigen::Index>(j)]);
       }
     }
   }

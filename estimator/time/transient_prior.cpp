@@ -35,21 +35,21 @@ void TransientEstimator::Impl::set_prior() {
                eigen.vectors.transpose() * inverse.asDiagonal();
 }
 
-void TransientEstimator::Impl::linearise_prior() {
+Eigen::MatrixXd TransientEstimator::Impl::prior_rows() {
   fit.prior_sum = 0.0;
-  if (prior_root.size() == 0) return;
+  const auto q = static_cast<Eigen::Index>(unknowns.size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(prior_root.rows(), q + 1);
+  if (prior_root.size() == 0) return rows;
   const TransientPrior& prior = *options.prior;
   Eigen::VectorXd off(prior_root.cols());
   for (std::size_t k = 0; k < free.size(); ++k)
     off[static_cast<Eigen::Index>(k)] =
         prior.mean[k] - fit.theta[static_cast<std::size_t>(free[k])];
-  for (Eigen::Index i = 0; i < prior_root.rows(); ++i) {
-    const double distance = prior_root.row(i).dot(off);
-    auto row = information.row();
-    row.head(prior_root.cols()) = prior.noise * prior_root.row(i);
-    row[row.size() - 1] = prior.noise * distance;
-    fit.prior_sum += distance * distance;
-  }
+  rows.leftCols(prior_root.cols()) = prior.noise * prior_root;
+  const Eigen::VectorXd distance = prior_root * off;
+  rows.col(q) = prior.noise * distance;
+  fit.prior_sum = distance.squaredNorm();
+  return rows;
 }
 
 }  // namespace shaker::estimator

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "estimator/math/dense.hpp"
+#include "estimator/time/force_slopes.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -20,6 +21,8 @@ constexpr double kJumpShare = 0.4;     // of the variance
 constexpr double kLengthStroke = 0.7;  // of the visited stroke
 constexpr double kLengthVelocity = 0.7;  // of the velocity's axis
 constexpr std::size_t kMostCells = 150;  // that are conditioned on
+constexpr double kHidden = 0.3;          // of the least force, in a cell
+constexpr double kLeastKept = 0.02;      // of the force's variance, by the parameters
 
 struct ForceProcess {
   double low = 0.0, high = 0.0, fastest = 0.0, size = 0.0;
@@ -54,18 +57,18 @@ struct ForceProcess {
   }
 };
 
-ForceProcess process_of(const IdentifiedDamper& damper) {
+ForceProcess process_of(const std::vector<VisitedCell>& cells, double least) {
   ForceProcess process;
   process.low = 1e300;
   process.high = -1e300;
   double squares = 0.0;
-  for (const VisitedCell& cell : damper.visited) {
+  for (const VisitedCell& cell : cells) {
     process.low = std::min(process.low, cell.stroke);
     process.high = std::max(process.high, cell.stroke);
     process.fastest = std::max(process.fastest, std::fabs(cell.velocity));
-    squares += cell.force * cell.force / static_cast<double>(damper.visited.size());
+    squares += cell.force * cell.force / static_cast<double>(cells.size());
   }
-  process.size = std::max(damper.unnamed_force, std::sqrt(squares));
+  process.size = std::max(least, std::sqrt(squares));
   return process;
 }
 
@@ -87,6 +90,33 @@ MatrixXd covariance_between(const ForceProcess& process, const std::vector<Visit
   return k;
 }
 
+// How an unnamed force bends the numbers of a damper that was fitted without it: they move by
+// `taken` times the force in the cells, and the damper's force by `cells` and `path` times that.
+struct Bending {
+  MatrixXd taken, cells, path;
+};
+
+// The fit of least squares over the cells, each with the noise `error`. A number may move by as much
+// as it is, so far as the force does not tell.
+Bending bending_of(const DamperHypothesis* bent, const std::vector<VisitedCell>& cells,
+                   const std::vector<VisitedCell>& path, double error) {
+  const auto count = static_cast<Index>(cells.size());
+  const Bending none{MatrixXd(0, count), MatrixXd(count, 0),
+                     MatrixXd(static_cast<Index>(path.size()), 0)};
+  if (bent == nullptr || bent->numbers.empty()) return none;
+  const auto at_cells = force_slopes(*bent, cells), at_path = force_slopes(*bent, path);
+  if (!at_cells || !at_path) return none;
+  VectorXd scale(at_cells->cols());
+  for (Index k = 0; k < scale.size(); ++k)
+    scale[k] = std::fabs(value_of(bent->model, bent->numbers[static_cast<std::size_t>(k)]));
+  const MatrixXd scaled = *at_cells * scale.asDiagonal();
+  MatrixXd normal = scaled.transpose() * scaled;
+  normal.diagonal().array() += error * error + 1e-12 * normal.trace();
+  const Cholesky factor(normal);
+  if (!factor.positive()) return none;
+  return {scale.asDiagonal() * factor.solve(MatrixXd(scaled.transpose())), *at_cells, *at_path};
+}
+
 std::vector<double> listed(const VectorXd& values) {
   return {values.data(), values.data() + values.size()};
 }
@@ -98,40 +128,61 @@ double turn_of(const VisitedCell& a, const VisitedCell& b, double stroke, double
 
 }  // namespace
 
-ForceAlongPath unnamed_force_along(const IdentifiedDamper& damper,
+ForceAlongPath unnamed_force_along(const std::vector<VisitedCell>& visited, double least,
                                    const std::vector<double>& stroke,
-                                   const std::vector<double>& velocity, std::size_t most,
-                                   double left) {
-  ForceAlongPath force;
-  const ForceProcess process = process_of(damper);
-  if (damper.visited.size() < 3 || !(process.high > process.low) || !(process.fastest > 0.0))
-    return force;
+                                   const std::vector<double>& velocity,
+                                   const DamperHypothesis* bent, std::size_t most, double left) {
+  const ForceProcess process = process_of(visited, least);
+  if (visited.size() < 3 || !(process.high > process.low) || !(process.fastest > 0.0)) return {};
   std::vector<VisitedCell> path;
   for (std::size_t i = 0; i < stroke.size(); ++i)
     path.push_back({stroke[i], velocity[i]});
-  const auto cells = thinned_cells(damper.visited);
-  MatrixXd seen = covariance_between(process, cells, cells);
-  VectorXd found(static_cast<Index>(cells.size()));
+  const auto cells = thinned_cells(visited);
+  VectorXd found(static_cast<Index>(cells.size())), variance(found.size());
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    const auto at = static_cast<Index>(c);
     // A cell in which nothing was estimated is known to hold no more than noise hides.
-    const double error = std::max(cells[c].standard_error, 0.3 * damper.unnamed_force);
-    found[at] = cells[c].force;
-    seen(at, at) += error * error + 1e-9 * process.size * process.size;
+    const double error = std::max(cells[c].standard_error, kHidden * least);
+    found[static_cast<Index>(c)] = cells[c].force;
+    variance[static_cast<Index>(c)] = error * error + 1e-9 * process.size * process.size;
   }
-  const Cholesky factor(seen);
-  if (!factor.positive()) return force;
-  const MatrixXd across = covariance_between(process, cells, path);
-  const MatrixXd weights = factor.solve(across);
-  force.mean = listed(weights.transpose() * found);
-  const MatrixXd spread = covariance_between(process, path, path) - across.transpose() * weights;
-  const Spectrum eigen = spectrum_of(0.5 * (spread + spread.transpose()));
-  const double all = eigen.values.cwiseMax(0.0).sum();
+  const Bending bending = bending_of(bent, cells, path, kHidden * least);
+  const MatrixXd all = covariance_between(process, cells, cells);
+  // The force, less what the parameters take of it, is what the campaign left.
+  const MatrixXd remain =
+      MatrixXd::Identity(all.rows(), all.cols()) - bending.cells * bending.taken;
+  const double kept = (remain * all * remain.transpose()).trace() / all.trace();
+  const double larger = 1.0 / std::max(kLeastKept, kept);
+  const MatrixXd taken_part = larger * all * remain.transpose();
+  const Cholesky factor(MatrixXd(remain * taken_part) + MatrixXd(variance.asDiagonal()));
+  if (!factor.positive()) return {};
+  // Rows: the force along the path, then how far the numbers are from the estimates.
+  const auto points = static_cast<Index>(path.size());
+  const Index size = points + bending.taken.rows();
+  const MatrixXd between = larger * covariance_between(process, path, cells);
+  MatrixXd across(size, all.cols()), whole(size, size);
+  across << between * remain.transpose(), -bending.taken * taken_part;
+  const MatrixXd mixed = -between * bending.taken.transpose();
+  whole << larger * covariance_between(process, path, path), mixed, mixed.transpose(),
+      larger * bending.taken * all * bending.taken.transpose();
+  const VectorXd mean = across * factor.solve(found);
+  whole -= across * factor.solve(MatrixXd(across.transpose()));
+  ForceAlongPath force;
+  force.mean = listed(mean.head(points));
+  force.mean_shift = listed(mean.tail(size - points));
+  // What acts is the force and what the numbers make of theirs.
+  MatrixXd acts(points, size);
+  acts << MatrixXd::Identity(points, points), bending.path;
+  const MatrixXd spread = whole * acts.transpose();
+  const MatrixXd total = acts * spread;
+  const Spectrum eigen = spectrum_of(0.5 * (total + total.transpose()));
+  const double sum = eigen.values.cwiseMax(0.0).sum();
   double held = 0.0;
   for (Index k = eigen.values.size() - 1; k >= 0 && force.modes.size() < most; --k) {
-    if (!(eigen.values[k] > 0.0) || all - held < left * all) break;
+    if (!(eigen.values[k] > 0.0) || sum - held < left * sum) break;
     held += eigen.values[k];
-    force.modes.push_back(listed(std::sqrt(eigen.values[k]) * eigen.vectors.col(k)));
+    const VectorXd mode = spread * eigen.vectors.col(k) / std::sqrt(eigen.values[k]);
+    force.modes.push_back(listed(mode.head(points)));
+    if (size > points) force.shifts.push_back(listed(mode.tail(size - points)));
   }
   return force;
 }

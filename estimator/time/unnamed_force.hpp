@@ -5,6 +5,10 @@
 // there. Away from there it widens: with the square of the velocity, as the forces of oil do, and
 // in proportion to the distance in stroke. A part of it may jump where the velocity reverses, as
 // friction does.
+//
+// What the campaign left is what no parameter could take. The parameters were fitted without the
+// force, and have taken the rest of it: so much that force and parameters together are what was
+// measured. Therefore each possible force has parameters of its own.
 #pragma once
 
 #include <vector>
@@ -16,13 +20,20 @@ namespace shaker::estimator {
 struct ForceAlongPath {
   std::vector<double> mean;                // at the points of the path, m/s^2
   std::vector<std::vector<double>> modes;  // independent, each times a standard normal variate
+  // How far the damper's numbers are from the estimates with it, and a list more with each mode.
+  // Empty: not at all.
+  std::vector<double> mean_shift;
+  std::vector<std::vector<double>> shifts;
 };
 
 // The force along a path of strokes (m) and velocities (m/s), at most `most` modes that together
-// hold all but `left` of its variance. Empty where the damper has no visited cells.
-ForceAlongPath unnamed_force_along(const IdentifiedDamper& damper,
+// hold all but `left` of its variance. `cells`: where the campaign was, with what is left there;
+// empty where there are none. `least`: its standard deviation there at least, m/s^2. `bent`: the
+// damper whose numbers it has bent; null: none.
+ForceAlongPath unnamed_force_along(const std::vector<VisitedCell>& cells, double least,
                                    const std::vector<double>& stroke,
-                                   const std::vector<double>& velocity, std::size_t most = 10,
+                                   const std::vector<double>& velocity,
+                                   const DamperHypothesis* bent = nullptr, std::size_t most = 10,
                                    double left = 1e-3);
 
 // Whether a point lies within the hull of what was visited.

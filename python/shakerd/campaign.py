@@ -80,6 +80,8 @@ class Campaign:
 
     def __init__(self, file: PathLike) -> None:
         self.file = pathlib.Path(file)
+        if self.file.is_dir():
+            raise NotACampaign(f"{self.file}: is a folder; give one of its databases (.db), or use open_folder")
         if not self.file.is_file():
             raise FileNotFoundError(f"{self.file}: there is no such file")
         self._database = sqlite3.connect(f"{self.file.absolute().as_uri()}?mode=ro", uri=True)

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/blind/suite.hpp"
+#include "tests/sanitized.hpp"
 
 namespace shaker::blind {
 namespace {
@@ -66,7 +67,7 @@ TEST_F(Blind, NamesFrictionAndDampingFirst) {
 TEST_F(Blind, NamesDryFrictionWhereARoundCornerLooksLikeAStaticPeak) {
   const Case friction = cases_of({"coulomb_friction"}, "medium").at(0);
   std::vector<Case> draws;
-  for (const std::uint64_t seed : {1401U, 1429U, 1439U}) {
+  for (const std::uint64_t seed : some({1401U, 1429U, 1439U})) {
     draws.push_back(friction);
     draws.back().seed = seed;
   }
@@ -102,7 +103,7 @@ TEST_F(Blind, ExplainsALargeEffectByTheErrorsThatItTellsItself) {
 // residual. The forces along the measured motion lead to the true minimum, or a candidate set
 // with the other effect switched off does.
 TEST_F(Blind, ExplainsGasThatExchangesHeat) {
-  for (const char* size : {"small", "medium"}) {
+  for (const char* size : some({"small", "medium"})) {
     for (const Scored& s : ask({"gas_heat_transfer"}, size, 1, 0)) {
       EXPECT_EQ(s.answer.verdict, "explained") << s.hidden.label() << s.answer.trouble;
       EXPECT_TRUE(s.named_first) << s.hidden.label();

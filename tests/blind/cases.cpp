@@ -6,12 +6,8 @@ namespace {
 // This is RigOptions::quantum_m and not a parameter of the plant.
 constexpr const char* kQuantum = "sensor_quantum";
 
-}  // namespace
-
-// The sizes are those of a laboratory: small ones move the stroke by some micrometres to some
-// tens of micrometres, large ones by tenths of a millimetre to millimetres.
-std::span<const Kind> kinds() {
-  static const std::vector<Kind> all = {
+std::vector<Kind> frictions() {
+  return {
       {"coulomb_friction",
        true,
        {{{"coulomb_friction", 0.02}}, {{"coulomb_friction", 0.1}}, {{"coulomb_friction", 0.4}}}},
@@ -35,6 +31,11 @@ std::span<const Kind> kinds() {
        {{{"bouc_wen_stiffness", 20}, {"bouc_wen_b", 200}, {"bouc_wen_c", 100}},
         {{"bouc_wen_stiffness", 60}, {"bouc_wen_b", 200}, {"bouc_wen_c", 100}},
         {{"bouc_wen_stiffness", 150}, {"bouc_wen_b", 300}, {"bouc_wen_c", 100}}}},
+  };
+}
+
+std::vector<Kind> orifices_gas_and_stops() {
+  return {
       {"viscous_damping",
        true,
        {{{"viscous_damping", 0.1}}, {{"viscous_damping", 0.4}}, {{"viscous_damping", 1.5}}}},
@@ -74,6 +75,11 @@ std::span<const Kind> kinds() {
       {"cavitation",
        true,
        {{{"cavitation_force", 0.7}}, {{"cavitation_force", 0.4}}, {{"cavitation_force", 0.2}}}},
+  };
+}
+
+std::vector<Kind> springs_and_masses() {
+  return {
       {"cubic_stiffness",
        true,
        {{{"cubic_stiffness", 500}, {"cubic_stiffness_centre", 0.16}},
@@ -93,6 +99,11 @@ std::span<const Kind> kinds() {
       {"series_compliance",
        true,
        {{{"series_stiffness", 2e4}}, {{"series_stiffness", 7e3}}, {{"series_stiffness", 2e3}}}},
+  };
+}
+
+std::vector<Kind> instruments() {
+  return {
       {"sensor_gain",
        true,
        {{{"sensor_gain", 1.01}}, {{"sensor_gain", 1.03}}, {{"sensor_gain", 1.1}}}},
@@ -129,6 +140,12 @@ std::span<const Kind> kinds() {
        {{{"excitation_h3", 0.003}, {"excitation_unrecorded", 1}},
         {{"excitation_h3", 0.02}, {"excitation_unrecorded", 1}},
         {{"excitation_h2", 0.08}, {"excitation_h3", 0.05}, {"excitation_unrecorded", 1}}}},
+  };
+}
+
+// Effects that the catalogue does not have.
+std::vector<Kind> outside_the_catalogue() {
+  return {
       {"detent",
        false,
        {{{"detent_force", 0.05}, {"detent_pitch", 0.008}},
@@ -143,7 +160,22 @@ std::span<const Kind> kinds() {
        false,
        {{{"leaning_friction", 10}, {"leaning_middle", 0.16}},
         {{"leaning_friction", 30}, {"leaning_middle", 0.16}},
-        {{"leaning_friction", 60}, {"leaning_middle", 0.16}}}}};
+        {{"leaning_friction", 60}, {"leaning_middle", 0.16}}}},
+  };
+}
+
+}  // namespace
+
+// The sizes are those of a laboratory: small ones move the stroke by some micrometres to some
+// tens of micrometres, large ones by tenths of a millimetre to millimetres.
+std::span<const Kind> kinds() {
+  static const std::vector<Kind> all = [] {
+    std::vector<Kind> joined;
+    for (const auto& part : {frictions(), orifices_gas_and_stops(), springs_and_masses(),
+                             instruments(), outside_the_catalogue()})
+      joined.insert(joined.end(), part.begin(), part.end());
+    return joined;
+  }();
   return all;
 }
 

@@ -69,6 +69,11 @@ TEST(DocumentsIn, NarrateEachKindInOneLine) {
   EXPECT_EQ(line(protocol::AlarmDocument{"error", "stale", "No sample.", "ramp_down", {}, {}, {}}),
             "error: No sample. (action: ramp_down)");
   EXPECT_EQ(line(protocol::HealthDocument{}), "");
+  protocol::StateDocument state;
+  state.state = "IDLE";
+  EXPECT_EQ(line(state), "state IDLE");
+  state.unprotected = true;
+  EXPECT_EQ(line(state), "state IDLE (UNPROTECTED: no detector ends the motion)");
 }
 
 TEST(DocumentsIn, LetNothingSteerTheTerminal) {

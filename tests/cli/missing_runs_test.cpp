@@ -23,9 +23,12 @@ class MissingRuns : public ::testing::Test {
     record::RunRow run;
     int accepted = 0;
   };
-  std::filesystem::path file_with(const std::vector<Measured>& measured) {
+  std::filesystem::path file_with(const std::vector<Measured>& measured,
+                                  const std::string& spec = kThreeRuns,
+                                  const std::string& rig = "rig A") {
     record::CampaignRow row = record::testing::example_campaign();
-    row.spec_json = kThreeRuns;
+    row.spec_json = spec;
+    row.rig = rig;
     auto writer = record::CampaignWriter::create(scratch_.path(), row);
     EXPECT_TRUE(writer);
     for (const Measured& one : measured) {
@@ -51,10 +54,11 @@ TEST_F(MissingRuns, AreThoseThatAStopCutShortAndThoseBehindIt) {
   const auto file = file_with({{{0, "slow", 1, 2, 3}, 3}, {{1, "middle", 2, 2, 3}, 2}});
   const auto campaign = missing_runs({file});
   ASSERT_TRUE(campaign) << campaign.error().what;
-  EXPECT_THAT(names(*campaign), ElementsAre("middle", "fast"));
-  EXPECT_EQ(campaign->runs[0].cycles, 3) << "from its first cycle";
-  EXPECT_EQ(campaign->resumes, file.filename());
-  EXPECT_EQ(campaign->reference_mass, 5.0);
+  EXPECT_THAT(names(campaign->campaign), ElementsAre("middle", "fast"));
+  EXPECT_EQ(campaign->campaign.runs[0].cycles, 3) << "from its first cycle";
+  EXPECT_EQ(campaign->campaign.resumes, file.filename());
+  EXPECT_EQ(campaign->campaign.reference_mass, 5.0);
+  EXPECT_EQ(campaign->rig, "rig A");
 }
 
 TEST_F(MissingRuns, AreThoseThatNoneOfSeveralFilesHolds) {
@@ -62,15 +66,31 @@ TEST_F(MissingRuns, AreThoseThatNoneOfSeveralFilesHolds) {
   const auto second = file_with({{{0, "middle", 2, 2, 3}, 3}});
   const auto campaign = missing_runs({first, second});
   ASSERT_TRUE(campaign) << campaign.error().what;
-  EXPECT_THAT(names(*campaign), ElementsAre("fast"));
-  EXPECT_EQ(campaign->resumes, first.filename().string() + ", " + second.filename().string());
+  EXPECT_THAT(names(campaign->campaign), ElementsAre("fast"));
+  EXPECT_EQ(campaign->campaign.resumes,
+            first.filename().string() + ", " + second.filename().string());
   const auto third = file_with({{{0, "fast", 3, 2, 3}, 4}});
-  EXPECT_TRUE(missing_runs({first, second, third})->runs.empty());
+  EXPECT_TRUE(missing_runs({first, second, third})->campaign.runs.empty());
 }
 
 TEST_F(MissingRuns, IsARunOfTheSameNameAtAnotherAmplitudeToo) {
   const auto campaign = missing_runs({file_with({{{0, "slow", 1, 1.5, 3}, 3}})});
-  EXPECT_THAT(names(*campaign), ElementsAre("slow", "middle", "fast"));
+  EXPECT_THAT(names(campaign->campaign), ElementsAre("slow", "middle", "fast"));
+}
+
+TEST_F(MissingRuns, AreNotFoundInAnotherCampaignNorRigNorDamper) {
+  const std::string rest = std::string(kThreeRuns).substr(std::string(R"({"name": "c")").size());
+  const std::vector<Measured> all = {
+      {{0, "slow", 1, 2, 3}, 3}, {{1, "middle", 2, 2, 3}, 3}, {{2, "fast", 3, 2, 3}, 3}};
+  const auto first = file_with({}, R"({"name": "c", "specimen": {"serial": "N-1"})" + rest);
+  EXPECT_THAT(missing_runs({first, file_with(all, R"({"name": "d")" + rest)}).error().what,
+              HasSubstr(R"(holds the campaign "d", and the first database has "c")"));
+  EXPECT_THAT(missing_runs({first, file_with(all, kThreeRuns, "rig B")}).error().what,
+              HasSubstr(R"(was measured on the rig "rig B", and the first database has "rig A")"));
+  const auto another = file_with(all, R"({"name": "c", "specimen": {"serial": "N-2"})" + rest);
+  EXPECT_THAT(missing_runs({first, another}).error().what,
+              HasSubstr(R"(has the serial number "N-2", and the first database has "N-1")"));
+  EXPECT_TRUE(missing_runs({first, file_with(all)})) << "a number that nobody has stated";
 }
 
 TEST_F(MissingRuns, NeedADatabaseThatHoldsACampaign) {

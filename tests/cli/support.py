@@ -3,10 +3,12 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
 EXAMPLES = ROOT / "config" / "examples"
 DATA = ROOT / "tests" / "data"
 SHAKERCTL = os.environ["SHAKERCTL"]

@@ -57,14 +57,22 @@ class Completion(Scratch):
         driver = self.write("ask.zsh", r"""
 zmodload zsh/zpty
 zpty -b shell zsh -f -i
-say() { zpty -w -n shell $1$'\t'; sleep 0.5; zpty -w -n shell $'\x15' }
-zpty -w shell "PS1= ; LISTMAX=1000; fpath=($PWD/zsh \$fpath); autoload -U compinit; compinit -u -d $PWD/dump"
-sleep 1
-say 'shakerctl prove-d'
-say 'shakerctl estimate --stag'
-say 'shakerctl export --format u'
-sleep 0.5
-while zpty -r -t shell line; do print -r -- $line; done
+# Reads until the shell has said so, at most 15 s.
+until_said() {
+  integer tries=150
+  while (( tries-- )) && [[ $said != *$1* ]]; do
+    while zpty -r -t shell line; do said+=$line; done
+    sleep 0.1
+  done
+}
+# Types $1 and Tab, waits for $2, clears the line.
+say() { zpty -w -n shell $1$'\t'; until_said $2; zpty -w -n shell $'\x15' }
+zpty -w shell "PS1='RE''ADY '; LISTMAX=1000; fpath=($PWD/zsh \$fpath); autoload -U compinit; compinit -u -d $PWD/dump"
+until_said READY
+say 'shakerctl prove-d' 'prove-deadman '
+say 'shakerctl estimate --stag' '--stagewise '
+say 'shakerctl export --format u' '--format uff '
+print -r -- $said
 """)
         (self.path / "zsh").mkdir()
         (self.path / "complete.zsh").rename(self.path / "zsh" / "_shakerctl")

@@ -185,7 +185,7 @@ class Estimate(Scratch):
 
     def test_several_starts_cure_a_start_that_ends_where_nothing_moves(self):
         bad = json.loads(self.model.read_text())
-        for effect, name, value in ((0, "theta1", 0.1), (1, "theta2", 60), (1, "theta3", 0.2)):
+        for effect, name, value in ((0, "theta1", 3000), (1, "theta2", 60), (1, "theta3", 0.2)):
             bad["effects"][effect]["parameters"][name]["start"] = value
         words = ("estimate", DATA / "oleo_j1.csv", "--model", self.write("bad.json", json.dumps(bad)),
                  "--frequency", 2, "--amplitude", 10)

@@ -91,6 +91,8 @@ class Plan(unittest.TestCase):
             self.assertEqual([(r["frequency_hz"], r["amplitude"], r["cycles"]) for r in written["runs"]],
                              [(r["frequency_hz"], r["amplitude"], 7) for r in best["runs"]])
             self.assertEqual(written["model"]["name"], "oleo")
+            table = run(*words[:-2]).stdout  # says what the file sets, digit by digit
+            self.assertIn(", ".join(f"{r['frequency_hz']:.12g} Hz {r['amplitude']:.12g}" for r in written["runs"]), table)
             check = run("check", file, "--rig", rig)
             self.assertEqual(check.returncode, 0, check.stdout + check.stderr)
             before = file.read_bytes()
@@ -105,7 +107,7 @@ class Plan(unittest.TestCase):
             result = run("plan", model, "--frequencies", 1, 2, "--amplitudes", 3, "--runs", 2, "--write", other)
             self.assertEqual(result.returncode, 0, result.stderr)
             for each in json.loads(other.read_text())["runs"]:
-                self.assertAlmostEqual(each["amplitude"], 3 * 0.3048, delta=1e-12)
+                self.assertEqual(each["amplitude"], 0.9144)
 
     def test_says_what_is_wrong(self):
         oleo = EXAMPLES / "model-oleo.json"

@@ -3,12 +3,13 @@ and what the aim is worth."""
 import json
 import math
 import random
+import re
 import statistics
 import unittest
 
 import closed_form
 from closed_form import FREQUENCY, inverse, product, transfer, transposed, wave
-from support import Scratch, run
+from support import EXAMPLES, Scratch, run
 
 C, K, NOISE = 3.0, 150.0, 2e-5
 
@@ -88,9 +89,27 @@ class PlanFor(Scratch):
         written = self.path / "campaign.json"
         self.plan(*rig, "--for", "drop", "--sink-speed", 3, "--write", written, model=model)
         runs = json.loads(written.read_text())["runs"]
-        chosen = min((s for s in aim["sets"] if s["determined"]), key=lambda s: s["standard_error"])
+        chosen = min((s for s in aim["sets"] if s["determined"]), key=lambda s: s["over_prior"])
         self.assertEqual([r["cycles"] for r in runs], [int(c) for c in chosen["cycles"]])
+        for value in (r[key] for r in runs for key in ("frequency_hz", "amplitude")):
+            self.assertEqual(value, float(f"{value:.3g}"))  # a rig can be set to it, also between the grid's
         self.assertEqual(run("check", written).returncode, 0)
+
+    def test_dampers_without_a_run_leave_the_prior(self):
+        # A wide prior of the gas has dampers that rest too near an end of the rig's stroke for any run.
+        oleo = EXAMPLES / "model-oleo.json"
+        rig = ("--rig", EXAMPLES / "rig-oleosim-modbus.json", "--frequencies", 1, 1.5, 2, 3, "--amplitudes", 0.5, 1,
+               "--minutes", 15, "--for", "drop", "--sink-speed", 2)
+        narrow = self.plan(*rig, "--prior-spread", 0.001, model=oleo)["aim"]
+        self.assertNotIn("warning", narrow)
+        wide = self.plan(*rig, "--prior-spread", 0.1, model=oleo)["aim"]
+        left_out, dampers = map(int, re.match(r"(\d+) of the (\d+) dampers", wide["warning"]).groups())
+        self.assertEqual(dampers, 12)
+        self.assertGreater(left_out, 0)
+        self.assertLess(left_out, 12)
+        self.assertTrue(any(s["determined"] for s in wide["sets"]))
+        text = run("plan", oleo, "--noise", NOISE, *rig).stdout
+        self.assertEqual(text.count(wide["warning"]), 1)
 
     def test_bad_input_gets_one_sentence(self):
         rig = ("--frequencies", 2, "--amplitudes", 1)

@@ -7,8 +7,9 @@ import subprocess
 import unittest
 
 from support import EXAMPLES, MAKE_CAMPAIGN, Scratch, run
+from sanitized import SANITIZED
 
-TAMPERED = 1000
+TAMPERED = 20 if SANITIZED else 1000
 
 
 class Verify(Scratch):
@@ -24,7 +25,7 @@ class Verify(Scratch):
         self.assertEqual(result.returncode, code, result.stdout + result.stderr)
         return result
 
-    def test_a_thousand_of_a_thousand_tampered_bytes_are_found(self):
+    def test_every_tampered_byte_is_found(self):
         self.verified(self.file, "--seal")
         sound, draw = self.file.read_bytes(), random.Random(4)
         for _ in range(TAMPERED):

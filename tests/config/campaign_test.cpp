@@ -92,6 +92,30 @@ TEST(Campaign, SurvivesBeingWrittenAndReadAgain) {
   EXPECT_EQ(again->ramp_s, 1.5);
 }
 
+TEST(Campaign, KeepsGroupAndConditionsOfARun) {
+  const auto campaign = with_runs(
+      R"({"name": "x", "frequency_hz": 2, "amplitude": 3, "group": "warm",
+          "conditions": {"gas_temperature": "35 degC", "charge": 1.02}},
+         {"name": "y", "frequency_hz": 2, "amplitude": 3})");
+  const std::string text = to_json_text(campaign);
+  const auto again = parse_campaign(text, "again", ".");
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(again->runs.at(0).condition.group, "warm");
+  EXPECT_NEAR(again->runs.at(0).condition.values.at("gas_temperature"), 308.15, 1e-9);
+  EXPECT_EQ(again->runs.at(0).condition.values.at("charge"), 1.02);
+  const auto found = run_conditions(text);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].run, "x");
+  EXPECT_EQ(found[0].values.size(), 2u);
+  EXPECT_TRUE(run_conditions("[1").empty());
+  const auto wrong = parse_campaign(
+      R"({"name": "c", "model": {"name": "m", "effects": [{"effect": "gravity"}]},
+          "runs": [{"frequency_hz": 2, "amplitude": 3, "conditions": {"gas_temperature": "5 turnips"}}]})",
+      "c.json", ".");
+  ASSERT_FALSE(wrong);
+  EXPECT_THAT(wrong.error().what, testing::HasSubstr("/runs/0/conditions/gas_temperature"));
+}
+
 TEST(Campaign, SaysNoReferenceMassWhereThereIsNone) {
   EXPECT_EQ(reference_mass("{}"), 0.0);
   EXPECT_EQ(reference_mass(R"({"reference_mass": "heavy"})"), 0.0);

@@ -61,7 +61,9 @@ TEST(Model, SurvivesBeingWrittenAndReadAgain) {
   parameter.prior_standard_deviation = 0.01;
   EffectSpec gas;
   gas.effect = "gas_spring";
-  gas.parameters = {{"theta2", parameter}, {"theta3", {}}};
+  gas.parameters = {{"theta2", parameter}, {"theta3", {}}, {"theta4", {}}};
+  gas.parameters["theta3"].variation.per = "group";
+  gas.parameters["theta4"].variation = {"", "1/gas_temperature", 293.15};
   gas.constants = {{"u0", 0.25}};
   gas.sees = {1, -1};
   gas.acts = {0.5, 0};
@@ -88,6 +90,11 @@ TEST(Model, SurvivesBeingWrittenAndReadAgain) {
   EXPECT_EQ(read.prior_mean, parameter.prior_mean);
   EXPECT_EQ(read.prior_standard_deviation, parameter.prior_standard_deviation);
   EXPECT_FALSE(again->effects[0].parameters.at("theta3").start.has_value());
+  EXPECT_EQ(again->effects[0].parameters.at("theta3").variation.per, "group");
+  const RunVariation& variation = again->effects[0].parameters.at("theta4").variation;
+  EXPECT_EQ(variation.condition(), "gas_temperature");
+  EXPECT_TRUE(variation.inverse());
+  EXPECT_EQ(variation.reference, 293.15);
   EXPECT_EQ(again->effects[0].constants.at("u0"), 0.25);
   EXPECT_EQ(again->effects[0].sees, gas.sees);
   EXPECT_EQ(again->effects[0].acts, gas.acts);

@@ -56,6 +56,19 @@ TEST(Engine, DocumentsOfARunComeInOrder) {
 }
 
 // A client that reads IDLE and then asks for a diagnosis must not be told that the rig still moves.
+TEST(Engine, EveryStateSaysThatTheRigIsUnprotected) {
+  for (const bool unprotected : {false, true}) {
+    auto rig = testing::bench_rig();
+    rig.unprotected = unprotected;
+    EngineBench bench(rig);
+    ASSERT_TRUE(bench.idle_after_a_campaign());
+    const auto states = bench.outlet.all<protocol::StateDocument>();
+    ASSERT_GT(states.size(), 5u);
+    for (const auto& state : states)
+      EXPECT_EQ(state.unprotected, unprotected) << state.state;
+  }
+}
+
 TEST(Engine, TheStateIsTheOneThatAClientWasTold) {
   EngineBench bench;
   std::string differences;
@@ -135,6 +148,46 @@ std::vector<double> progress_of(const EngineBench& bench) {
     if (s.progress) out.push_back(*s.progress);
   }
   return out;
+}
+
+TEST(Engine, ProgressGrowsInTheRampAndNotInTheCheck) {
+  auto campaign = bench_campaign(1, 3);
+  campaign.ramp_s = 3.0;
+  EngineBench bench;
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.start(campaign).ok());
+  ASSERT_TRUE(bench.run_until(State::idle, 60.0));
+  double check = 0.0, ramp = 0.0, settle = 0.0;
+  for (const auto& s : bench.outlet.all<protocol::StateDocument>()) {
+    if (s.state == "CHECK") check = std::max(check, s.progress.value_or(0.0));
+    if (s.state == "RAMP") ramp = std::max(ramp, s.progress.value_or(0.0));
+    if (s.state == "SETTLE") settle = std::max(settle, s.progress.value_or(0.0));
+  }
+  EXPECT_EQ(check, 0.0);
+  EXPECT_GT(ramp, 0.2);  // of two ramps of 3 s and some 4 s of cycles
+  EXPECT_LT(ramp, 0.7);
+  EXPECT_GT(settle, 0.6);
+  EXPECT_LT(settle, 0.97);
+}
+
+TEST(Engine, SaysHowLongTheWayDownStillTakes) {
+  auto campaign = bench_campaign(1, 1000);
+  campaign.ramp_s = 3.0;
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring(campaign));
+  ASSERT_TRUE(bench.engine.stop("anna"));
+  ASSERT_EQ(bench.engine.state(), State::ramp_down);
+  EXPECT_NEAR(bench.engine.state_document().eta_s.value_or(0.0), 3.0, 0.1);
+  bench.run(2.0);
+  EXPECT_NEAR(bench.engine.state_document().eta_s.value_or(0.0), 1.0, 0.1);
+}
+
+TEST(Engine, ACampaignOfASingleCycleIsNoMistake) {
+  EngineBench bench;
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.start(bench_campaign(1, 1)).ok());
+  ASSERT_TRUE(bench.run_until(State::idle, 60.0));
+  EXPECT_EQ(bench.outlet.recorded.size(), 1u);
 }
 
 TEST(Engine, ProgressOfEveryCampaignStartsAtZeroAndEndsAtOne) {

@@ -6,9 +6,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/dirty/campaign.hpp"
+#include "tests/sanitized.hpp"
 
 namespace shaker::dirty {
 namespace {
+
+constexpr const char* kOfTheTests = "the dirty world is one of the tests, not of the product";
 
 Run decay(double from, double duration) {
   Run run;
@@ -58,6 +61,7 @@ TEST(DirtyWorld, ATyreCarriesBothMassesAtRest) {
 }
 
 TEST(DirtyWorld, ACampaignFollowsFromItsSeedAndPlaceAlone) {
+  if (kSanitized) GTEST_SKIP() << kOfTheTests;
   const Campaign first = drawn(7, 16);
   drawn(7, 3);
   const Campaign again = drawn(7, 16);
@@ -68,6 +72,7 @@ TEST(DirtyWorld, ACampaignFollowsFromItsSeedAndPlaceAlone) {
 
 // The unknown is smaller than the largest effect, and each effect shows above the noise.
 TEST(DirtyWorld, WhatIsHiddenIsOfTheIntendedSize) {
+  if (kSanitized) GTEST_SKIP() << kOfTheTests;
   for (const long index : {13L, 21L}) {
     const Campaign c = drawn(1, index);
     ASSERT_EQ(c.unknown.size(), 1U) << index;

@@ -11,9 +11,11 @@ import tempfile
 import unittest
 
 BUILD = pathlib.Path(os.environ["SHAKER_BUILD"])
-sys.path.insert(0, str(pathlib.Path(os.environ["SHAKER_SOURCE"]) / "bench"))
+SOURCE = pathlib.Path(os.environ["SHAKER_SOURCE"])
+sys.path[:0] = [str(SOURCE / "bench"), str(SOURCE / "tests")]
 
 import dirty_suite  # noqa: E402
+from sanitized import SANITIZED, some  # noqa: E402
 
 
 def line(index: int, name: str, probability: float, seconds: float = 1.0) -> dict:
@@ -30,12 +32,14 @@ class Campaigns(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         with tempfile.TemporaryDirectory() as folder:
-            cls.lines = [dirty_suite.one(BUILD, pathlib.Path(folder), 1, index, False) for index in (10, 16, 20, 21)]
+            cls.lines = [dirty_suite.one(BUILD, pathlib.Path(folder), 1, index, False)
+                         for index in some((10, 16, 20, 21))]
 
     def test_what_is_hidden_most_is_named_first(self):
         for x in self.lines:
             self.assertTrue(dirty_suite.in_set(x), x)
-        self.assertGreaterEqual(sum(map(dirty_suite.first_right, self.lines)), 3, self.lines)
+        if not SANITIZED:  # too few campaigns for a share
+            self.assertGreaterEqual(sum(map(dirty_suite.first_right, self.lines)), 3, self.lines)
 
     def test_nothing_is_called_adequate_and_no_wrong_name_is_sure(self):
         for x in self.lines:
@@ -56,9 +60,9 @@ class RunsThatDiffer(unittest.TestCase):
             return json.loads(said), json.loads((folder / f"{index:06}.truth.json").read_text())
 
     def test_raises_no_alarm_and_is_told_by_how_much(self):
-        for seed, index, differs, pattern in ((5, 0, "zero", r"the zero, by ([\d.e-]+) m"),
-                                              (6, 50, "temperature", r"the gas pressure, by ([\d.e-]+) %"),
-                                              (6, 51, "temperature", r"the gas pressure, by ([\d.e-]+) %")):
+        for seed, index, differs, pattern in some(((5, 0, "zero", r"the zero, by ([\d.e-]+) m"),
+                                                   (6, 50, "temperature", r"the gas pressure, by ([\d.e-]+) %"),
+                                                   (6, 51, "temperature", r"the gas pressure, by ([\d.e-]+) %"))):
             answer, truth = self.answer(seed, index)
             self.assertEqual((truth["holds"], truth["changes"]), ("nothing", differs))
             self.assertEqual(answer["verdict"], "adequate", answer["warnings"])

@@ -62,8 +62,9 @@ TEST_F(CanBusWatch, SeesThatNothingGetsOntoTheBus) {
   EXPECT_FALSE(watch.unheard(1200ms)) << "0.2 s are allowed";
   EXPECT_TRUE(watch.unheard(1201ms));
   EXPECT_TRUE(watch.is_ours(frame(3, 1), 1202ms));
-  EXPECT_FALSE(watch.unheard(1210ms)) << "it is back";
-  watch.silent(1300ms);
+  for (int look = 0; look < 5; ++look)
+    EXPECT_FALSE(watch.unheard(1300ms)) << "it is back since 98 ms";
+  watch.silent(1301ms);
   EXPECT_FALSE(watch.unheard(5s)) << "silence is what was asked for";
 }
 

@@ -181,7 +181,10 @@ TEST(CanReceiver, SaysBusOffAndRecoversTwiceInARow) {
     bench.take("181#40E20100FFFF", t + 200ms);
     EXPECT_THAT(bench.receiver.health().trouble, HasSubstr("restarted")) << "still worth reading";
     bench.block.count = 0;
-    bench.take("181#40E20100FFFF", t + 3s);
+    bench.take("181#40E20100FFFF", t + 100ms + 2s);
+    EXPECT_THAT(bench.receiver.health().trouble, HasSubstr("restarted")) << "for two seconds";
+    bench.block.count = 0;
+    bench.take("181#40E20100FFFF", t + 100ms + 2s + 1ns);
     EXPECT_EQ(bench.receiver.health().trouble, "");
     EXPECT_EQ(bench.receiver.health().errors, 2u * static_cast<unsigned>(round));
   }

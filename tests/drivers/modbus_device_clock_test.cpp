@@ -200,5 +200,21 @@ TEST(DeviceClock, GivesASampleOnce) {
   EXPECT_FALSE(clock.stamp(9000, 26ms, 27ms)) << "nor by way of a new connection";
 }
 
+// What a lost link was like says nothing about the next one.
+TEST(DeviceClock, ForgetsEverythingAtARestart) {
+  const auto poll = [](DeviceClock& clock, int k, double device_rate) {
+    const Nanoseconds received = 4ms * k + 10us * (k * k % 7);
+    return clock.stamp(static_cast<std::uint32_t>(4000.0 * device_rate * k), received - 1ms,
+                       received);
+  };
+  DeviceClock used({}), fresh({});
+  for (int k = 1; k < 5000; ++k)
+    ASSERT_TRUE(poll(used, k, 1.0002));  // its offset falls
+  used.restart();
+  for (int k = 5000; k < 10000; ++k)
+    ASSERT_EQ(poll(used, k, 1.0), poll(fresh, k, 1.0)) << k;
+  EXPECT_EQ(used.beginnings(), 2u);
+}
+
 }  // namespace
 }  // namespace shaker::drivers::modbus

@@ -1,4 +1,5 @@
 // Which links are accepted, and what happens when no server answers.
+#include <array>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -8,6 +9,7 @@
 
 #include "base/unique_fd.hpp"
 #include "drivers/modbus/connection.hpp"
+#include "drivers/modbus/poll_decoder.hpp"
 
 namespace shaker::drivers::modbus {
 namespace {
@@ -40,6 +42,40 @@ TEST(ModbusConnect, GivesUpAHandshakeThatIsNotAnswered) {
   ASSERT_FALSE(outcome);
   EXPECT_THAT(outcome.error().what, HasSubstr("Connection timed out"));
   EXPECT_FALSE((*connection)->connected());
+}
+
+// The kernel refuses the broadcast address at once, without a handshake.
+TEST(ModbusConnect, ReportsAnAddressThatTheKernelRefuses) {
+  RealClock clock;
+  config::ModbusLink link;
+  link.transport = config::ModbusTcp{"255.255.255.255", 502};
+  link.response_timeout_s = 0.1;
+  auto connection = ModbusConnection::make(link, clock);
+  ASSERT_TRUE(connection);
+  EXPECT_FALSE((*connection)->connect());
+  EXPECT_FALSE((*connection)->connected());
+}
+
+TEST(ModbusPolls, TakeAStampThatWrapsAfterTwoSecondsAndNoneThatWrapsSooner) {
+  protocol::modbus::RegisterSpec stroke, stamp;
+  stamp.address = static_cast<decltype(stamp.address)>(stroke.address + 1);
+  stamp.type = protocol::modbus::RegisterType::u16;
+  stamp.unit = "us";
+  const auto taken = [&](double scale) {
+    stamp.scale = scale;
+    return PollDecoder::make({{protocol::Channel::displacement, stroke}}, stamp).ok();
+  };
+  EXPECT_TRUE(taken(2e6 / 65536.0)) << "2 s exactly";
+  EXPECT_FALSE(taken(1.99e6 / 65536.0));
+}
+
+TEST(ModbusPolls, WithoutAStampAreOfTheMiddleBetweenRequestAndAnswer) {
+  protocol::modbus::RegisterSpec stroke;
+  auto decoder = PollDecoder::make({{protocol::Channel::displacement, stroke}}, std::nullopt);
+  ASSERT_TRUE(decoder) << decoder.error().what;
+  std::array<Sample, 1> out;
+  ASSERT_EQ(decoder->decode(std::chrono::milliseconds(10), std::chrono::milliseconds(30), out), 1u);
+  EXPECT_EQ(out[0].t, std::chrono::milliseconds(20));
 }
 
 TEST(ModbusLinkSettings, AreRefusedWithTheValueAndWhatIsAllowed) {

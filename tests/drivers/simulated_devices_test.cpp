@@ -103,6 +103,51 @@ TEST(SimulatedSensor, GivesTheAuxiliaryQuantitiesOnTheChannelsThatTheRigFileName
   EXPECT_NEAR(samples[3].value, 0.0, 1e-3);
 }
 
+TEST(SimulatedSensor, IsAsNoisyAsTheRigFileSays) {
+  auto rig = simulated_rig();
+  auto& sensor = std::get<config::SimulatedSensor>(rig.sensors[0]);
+  sensor.noise_m = 1e-3;
+  sensor.noise_m_s2 = 0.5;
+  SimulatedClock clock;
+  const auto devices = make_devices(rig, clock);
+  ASSERT_TRUE(devices) << devices.error().what;
+  ASSERT_TRUE(devices->sensors[0]->connect());
+  clock.advance(2s);
+  std::array<Sample, 4000> samples{};
+  ASSERT_EQ(*devices->sensors[0]->read(samples, 0ns), 4000u);
+  for (const Channel channel : {Channel::displacement, Channel::excitation}) {
+    double sum = 0.0, square = 0.0;
+    for (const auto& s : samples) {
+      if (s.channel != channel) continue;
+      sum += s.value / 2000.0;
+      square += s.value * s.value / 2000.0;
+    }
+    const double wanted = channel == Channel::displacement ? 1e-3 : 0.5;
+    EXPECT_NEAR(std::sqrt(square - sum * sum) / wanted, 1.0, 0.1);
+  }
+}
+
+TEST(SimulatedSensor, JittersAsTheRigFileSays) {
+  for (const double jitter : {0.0, 0.2}) {
+    auto rig = simulated_rig();
+    std::get<config::SimulatedSensor>(rig.sensors[0]).jitter_fraction = jitter;
+    SimulatedClock clock;
+    const auto devices = make_devices(rig, clock);
+    ASSERT_TRUE(devices) << devices.error().what;
+    ASSERT_TRUE(devices->sensors[0]->connect());
+    clock.advance(200ms);
+    std::array<Sample, 400> samples{};
+    ASSERT_GT(*devices->sensors[0]->read(samples, 0ns), 390u);
+    Nanoseconds longest{}, last{};
+    for (const auto& s : std::span(samples).first(390)) {
+      if (s.channel != Channel::displacement) continue;
+      if (last > 0ns) longest = std::max(longest, s.t - last);
+      last = s.t;
+    }
+    EXPECT_EQ(longest > 1100us, jitter > 0.0) << longest.count();
+  }
+}
+
 TEST(SimulatedSensor, WaitsOnTheClockForTheNextSampleOrTheTimeout) {
   Bench bench;
   ASSERT_TRUE(bench.sensor.connect());

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <stdlib.h>
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -50,6 +51,25 @@ TEST_F(DownloadsTest, AreTheWholeCampaignsAndTheirReports) {
     EXPECT_EQ(one["recording"], one["name"] == "running");
     EXPECT_EQ(one["report"], one["name"] == "first");
   }
+}
+
+// The writer empties its log before it changes the header of the file.
+TEST_F(DownloadsTest, GiveNoCampaignWhoseWriterIsNotDoneWithIt) {
+  const fs::path file = directory / "folding.db";
+  const Downloads downloads(directory);
+  {
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    database.exec("PRAGMA journal_mode=WAL; CREATE TABLE run (idx); INSERT INTO run VALUES (1)");
+    EXPECT_FALSE(downloads.campaign("folding.db"));
+    database.exec("PRAGMA wal_checkpoint(TRUNCATE)");
+    ASSERT_EQ(fs::file_size(file.string() + "-wal"), 0U);
+    EXPECT_FALSE(downloads.campaign("folding.db"));
+    database.exec("PRAGMA journal_mode=DELETE");
+    EXPECT_TRUE(downloads.campaign("folding.db"));
+    database.exec("PRAGMA journal_mode=WAL");
+  }
+  EXPECT_TRUE(downloads.campaign("folding.db"))
+      << "a file that no program has open changes no more";
 }
 
 TEST_F(DownloadsTest, LeadNowhereElse) {

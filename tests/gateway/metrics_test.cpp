@@ -16,7 +16,7 @@ TEST(Metrics, OfADaemonThatIsAwaySayOnlyThat) {
   feed.begin("1");
   feed.take(testing::state(1, "MEASURE"));
   feed.lose("away");
-  const std::string text = metrics(feed, {3, 1});
+  const std::string text = metrics({{"", &feed}}, {3, 1});
   EXPECT_THAT(text, HasSubstr("\nshaker_up 0\n"));
   EXPECT_THAT(text, HasSubstr("\nshaker_gateway_browsers 3\n"));
   EXPECT_THAT(text, Not(HasSubstr("shaker_state")));
@@ -40,7 +40,7 @@ TEST(Metrics, HaveEachFamilyOnceAndEscapeWhatComesFromOutside) {
                   {"parameters",
                    {{{"name", "theta1"}, {"unit", "1/m"}, {"value", 16.5}, {"standard_error", 0.5}},
                     {{"name", "g"}, {"unit", "m/s^2"}, {"value", 9.80665}}}}}));
-  const std::string text = metrics(feed, {});
+  const std::string text = metrics({{"", &feed}}, {});
   EXPECT_THAT(text, HasSubstr("rig=\"a \\\"b\\\"\\\\c\\nd\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("shaker_state{state=\"MEASURE\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("shaker_state{state=\"FAULT\"} 0\n"));

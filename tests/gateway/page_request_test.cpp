@@ -11,9 +11,12 @@ using ::testing::HasSubstr;
 
 Reply ask(std::string_view path, std::string_view method = "GET",
           std::string_view host = "127.0.0.1:8420") {
-  static const Feed feed;
-  static const Downloads downloads({});
-  return answer_to({method, path, host}, feed, {}, downloads);
+  static const Rigs one = [] {
+    Rigs rigs;
+    rigs.add("shakerd", {});
+    return rigs;
+  }();
+  return answer_to({method, path, host}, one, {});
 }
 
 TEST(PageRequest, ServesEveryFileOfThePageByItsName) {

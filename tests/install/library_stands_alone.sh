@@ -6,6 +6,11 @@ stage=$(realpath "$1")
 examples=$(realpath "$(dirname "$0")/../../examples")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+
+# The installed headers are the public ones and no others.
+sed -n 's/^INPUT += //p' "$examples/../cmake/public_headers.txt" | sort >"$work/public"
+(cd "$stage/usr/include/shaker" && find . -type f | sed 's|^\./||' | sort) | diff "$work/public" -
+
 cmake -S "$examples" -B "$work" -G Ninja -DCMAKE_PREFIX_PATH="$stage/usr"
 nice ninja -C "$work" -j 1  # beside tests that want their time
 

@@ -19,8 +19,8 @@ fail() {
   echo "$*"
   exit 1
 }
-for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter,shakerd-gateway,shakerd-mqtt} usr/libexec/shakerd/shakerctl-{analysis,diagnosis} usr/lib/systemd/system/shakerd{,@}.service \
-  usr/lib/systemd/system/shakerd-{view{,@}.socket,gateway{,@}.socket,{gateway,mqtt}{,@}.service} usr/share/doc/shakerd/{LICENSE.uPlot,bridges.md} usr/share/shakerd/grafana-dashboard.json \
+for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter,shakerd-gateway,shakerd-mqtt} usr/libexec/shakerd/shakerctl-{analysis,diagnosis,push} usr/lib/systemd/system/shakerd{,@}.service \
+  usr/lib/systemd/system/shakerd-{view{,@}.socket,gateway{,@}.socket,{gateway,mqtt,push}{,@}.service,push{,@}.timer} usr/share/doc/shakerd/{LICENSE.uPlot,bridges.md} usr/share/shakerd/grafana-dashboard.json \
   usr/lib/systemd/system/shakerd{,@}.socket usr/lib/sysusers.d/shakerd.conf \
   usr/lib/tmpfiles.d/shakerd.conf etc/shakerd/rig.json \
   usr/share/man/man1/{shakerctl,shakerctl-{run,estimate,campaigns},oleosim}.1.gz \
@@ -30,7 +30,7 @@ for file in usr/bin/{shakerd,shakerctl,oleosim,shakerd-stop-exciter,shakerd-gate
 done
 ! grep -v ' root/root ' "$folder/contents" || fail "these files are not root's"
 depends=$(dpkg-deb --field "$package" Depends)
-for library in libc6 libstdc++6 libmicrohttpd12 libmodbus5 libmosquitto1 libsqlite3-0 libsystemd0; do
+for library in libc6 libstdc++6 libmicrohttpd12 libmodbus5 libmosquitto1 libpq5 libsqlite3-0 libsystemd0; do
   grep -q "\b$library\b" <<<"${depends//+/+}" || fail "Depends lacks $library: $depends"
 done
 dpkg-deb --ctrl-tarfile "$package" | tar -xO ./conffiles | grep -qx /etc/shakerd/rig.json ||

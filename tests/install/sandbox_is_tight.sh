@@ -1,6 +1,6 @@
 #!/bin/bash
 # Usage: sandbox_is_tight.sh STAGE: holds the unit's exposure to 1.4, with a drop-in to 1.6, and those of
-# gateway and bridge to 1.3.
+# gateway, bridge and push to 1.3.
 set -euo pipefail
 stage=$1
 units=$(mktemp -d)
@@ -24,5 +24,7 @@ exposure 16 shakerd realtime.conf
 exposure 16 shakerd serial-port.conf
 exposure 13 shakerd-gateway
 exposure 13 shakerd-mqtt
+exposure 13 shakerd-push
+exposure 13 shakerd-push@
 exposure 13 shakerd-gateway@
 exposure 13 shakerd-mqtt@

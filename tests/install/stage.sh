@@ -4,7 +4,7 @@ set -euo pipefail
 rm -rf "$2"
 DESTDIR=$2 cmake --install "$1" --prefix /usr --strip >"$2.log" 2>&1 || { cat "$2.log" && exit 1; }
 for file in usr/lib/systemd/system/shakerd{,@}.{service,socket} \
-  usr/lib/systemd/system/shakerd-{view{,@}.socket,{gateway,mqtt}{,@}.service,gateway{,@}.socket} usr/lib/sysusers.d/shakerd.conf \
+  usr/lib/systemd/system/shakerd-{view{,@}.socket,{gateway,mqtt,push}{,@}.service,gateway{,@}.socket,push{,@}.timer} usr/lib/sysusers.d/shakerd.conf \
   usr/lib/tmpfiles.d/shakerd.conf usr/lib/systemd/network/80-can0.network; do
   [ -s "$2/$file" ] || { echo "$file was not installed" && exit 1; }
 done

@@ -21,6 +21,10 @@ for unit in "$1"/usr/lib/systemd/system/shakerd-{gateway,mqtt}.service; do
   grep -q "^$(sed -n 's/^User=//p' "$unit"):[^:]*:[0-9]*:$view_gid:" "$root/etc/passwd"
 done
 [ "$view_gid" != "$gid" ]
+# What copies campaigns reads them as a member of the group to which they belong.
+unit=$1/usr/lib/systemd/system/shakerd-push.service
+[ "$(sed -n 's/^Group=//p' "$unit")" = "$group" ]
+grep -q "^$(sed -n 's/^User=//p' "$unit"):[^:]*:[0-9]*:$gid:" "$root/etc/passwd"
 
 [ "$(id -u)" = 0 ] || { echo "folders are only made as root" && exit 0; }
 mkdir -p "$root/usr/lib/tmpfiles.d"

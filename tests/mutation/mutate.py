@@ -24,6 +24,7 @@ import time
 
 from places_to_change import sample
 from programs import NEED_CAN, ROOMS, Programs, run_tests
+from together import Together
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 NOT_COUNTED = ("not compiled", "same program")
@@ -40,17 +41,21 @@ def run(command):
 class Clone:
     """A checkout of one commit under the work folder, and a build of it."""
 
-    def __init__(self, work, commit, jobs, lock):
-        self.tree, self.build, self.jobs, self.lock = work / "tree", work / "build", jobs, lock
+    def __init__(self, work, commit, options):
+        self.tree, self.jobs, self.lock = work / "tree", options.jobs, options.lock
+        # Inside the tree as a developer's, so that ccache knows what has not changed.
+        self.build = work / "build" if options.apart else self.tree / "build"
         if not (self.tree / ".git").exists():
             git("clone", "--quiet", "--no-checkout", str(SOURCE), str(self.tree))
         git("-C", str(self.tree), "fetch", "--quiet", "origin")
         git("-C", str(self.tree), "checkout", "--quiet", "--force", "--detach", commit)
-        # Each file for itself: what a mutation touches is compiled, and no more. -O1 compiles twice as
-        # fast as -O2, and the tests are no slower than that gains.
-        configure = ["cmake", "-S", str(self.tree), "-B", str(self.build), "-G", "Ninja", "-DSHAKER_BATCH=1",
-                     "-DSHAKER_WERROR=OFF", "-DSHAKER_BENCH=OFF", "-DCMAKE_BUILD_TYPE=Mutation",
-                     "-DCMAKE_CXX_FLAGS_MUTATION=-O1", "-DCMAKE_C_FLAGS_MUTATION=-O1"]
+        configure = ["cmake", "-S", str(self.tree), "-B", str(self.build), "-G", "Ninja"]
+        if options.apart:
+            # Each file for itself: what a mutation touches is compiled, and no more. -O1 compiles twice as
+            # fast as -O2, and the tests are no slower than that gains.
+            configure += ["-DSHAKER_BATCH=1", "-DSHAKER_WERROR=OFF", "-DSHAKER_BENCH=OFF",
+                          "-DCMAKE_BUILD_TYPE=Mutation", "-DCMAKE_CXX_FLAGS_MUTATION=-O1",
+                          "-DCMAKE_C_FLAGS_MUTATION=-O1"]
         if not (self.build / "build.ninja").exists() and run(configure) != 0:
             sys.exit(f"failed: {' '.join(configure)}")
 
@@ -110,7 +115,7 @@ class Session:
     def __init__(self, options):
         self.options = options
         self.commit = git("-C", str(SOURCE), "rev-parse", options.commit)
-        self.clone = Clone(options.work, self.commit, options.jobs, options.lock)
+        self.clone = Clone(options.work, self.commit, options)
         self.programs = Programs(self.clone.build, options.work / "run")
         self.table, self.noting = Table(options.table), threading.Lock()
 
@@ -138,6 +143,20 @@ class Session:
             file.write_text(text)
 
     def attempt(self, mutations, note):
+        """All in one build, or each in its own."""
+        if self.options.apart:
+            self.baseline(self.options.rooms)
+            return self.attempt_apart(mutations, note)
+        rooms = [room for room in self.options.rooms if any(m[0] == room for _, m in mutations)]
+        together = Together(self, mutations)
+        together.make(rooms)
+        together.trace(rooms)
+        numbers = [number for number in together.numbered if number not in together.left_out]
+        with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as testers:
+            list(testers.map(lambda n: self.noted(mutations[n - 1][0], time.monotonic(), note, *together.judge(n)),
+                             numbers))
+
+    def attempt_apart(self, mutations, note):
         """Compiles one while the tests of those before it run."""
         with concurrent.futures.ThreadPoolExecutor(self.options.jobs) as testers:
             waiting = []
@@ -156,6 +175,9 @@ class Session:
             result, by = "same program", ""
         else:
             result, by = run_tests(copies, self.options)
+        self.noted(row, began, note, result, by)
+
+    def noted(self, row, began, note, result, by):
         print(f"{result:12} {row['file']}:{row['line']}: {row['kind']}: {row['before']} -> {row['after']}  {by}",
               flush=True)
         with self.noting:
@@ -196,6 +218,8 @@ def arguments():
     parser.add_argument("--commit", default="HEAD")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=10)
+    parser.add_argument("--apart", action="store_true", help="a build for each mutation, also of constants that the "
+                        "compiler needs")
     parser.add_argument("--again", action="store_true", help="try the table's survivors again at --commit")
     parser.add_argument("--table", type=pathlib.Path, default=SOURCE / "docs" / "soak" / "mutations.jsonl")
     parser.add_argument("--timeout", type=float, default=120, help="of a part of a test program, s")
@@ -222,7 +246,6 @@ def main():
     options.work.mkdir(parents=True, exist_ok=True)
     os.environ.setdefault("GTEST_COLOR", "no")
     session = Session(options)
-    session.baseline(options.rooms)
     if options.again:
         session.survivors_again()
     else:

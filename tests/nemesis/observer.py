@@ -27,22 +27,28 @@ LOOK_S = 0.1  # between two looks at who waits for a core
 USUAL_S = 0.02  # of waiting in that time
 
 
+def waited(pids):
+    """{thread: ns for which it could run and waited for a core}, by the kernel's own count (schedstat)."""
+    found = {}
+    for pid in pids:
+        try:
+            for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
+                found[task.name] = int((task / "schedstat").read_text().split()[1])
+        except (OSError, IndexError):
+            continue  # it has ended, or this kernel does not count
+    return found
+
+
 class Queue:
-    """How long threads that could run wait for a core, by the kernel's own count (schedstat)."""
+    """How long threads that could run wait for a core."""
 
     def __init__(self):
         self.before = {}
         self.waits = []  # (t, s): by how much the thread that waited longest since the last look did so
 
     def look(self, pids):
-        now, longest = {}, 0.0
-        for pid in pids:
-            try:
-                for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
-                    now[task.name] = int((task / "schedstat").read_text().split()[1])
-                    longest = max(longest, now[task.name] - self.before.get(task.name, now[task.name]))
-            except (OSError, IndexError):
-                continue  # it has ended, or this kernel does not count
+        now = waited(pids)
+        longest = max((ns - self.before.get(thread, ns) for thread, ns in now.items()), default=0)
         self.before = now
         self.waits.append((time.monotonic(), longest * 1e-9))
 

@@ -93,7 +93,7 @@ def missing(acknowledged, files):
 
 def integrity(file):
     """SQLite's own word on a file."""
-    database = sqlite3.connect(file, timeout=5)
+    database = sqlite3.connect(file, timeout=20)
     try:
         return database.execute("PRAGMA integrity_check").fetchone()[0]
     finally:

@@ -116,6 +116,11 @@ TEST(Signal, HoldsTheLargestUnsignedValueAndNoMore) {
   std::array<std::uint8_t, 4> four{};
   EXPECT_TRUE(encode(make(0, 32, ByteOrder::intel, NumberFormat::float32), -largest, four).ok());
   EXPECT_EQ(four, (std::array<std::uint8_t, 4>{0xFF, 0xFF, 0x7F, 0xFF}));
+  auto scaled = make(0, 32, ByteOrder::intel, NumberFormat::float32);
+  scaled.factor = 2.0;
+  scaled.offset = 9.0;
+  EXPECT_TRUE(encode(scaled, 11.0, four).ok());  // as 1.0
+  EXPECT_EQ(four, (std::array<std::uint8_t, 4>{0x00, 0x00, 0x80, 0x3F}));
 }
 
 TEST(Signal, IsInRangeWithinHalfAStep) {

@@ -46,6 +46,7 @@ inline RigDocument plain_rig() {
   rig.channels = {{"displacement", "displacement", "m"}, {"aux1", "oil", "degC"}};
   rig.in_control = "anna (pid 4711)";
   rig.plan = PlannedCampaign{"first light", 3.0, {{"r01", 2.5, 3.0, 20}}};
+  rig.plan->specimen = {{"serial", "N-042"}, {"charge", "18 bar"}};
   return rig;
 }
 
@@ -89,72 +90,98 @@ inline std::vector<Document> plain_documents() {
       plain_rig()};
 }
 
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+// Text that is not UTF-8, and strings beyond every limit.
+struct NastyText {
+  std::string rubbish = std::string("\xff\xfe\xc3(\xed\xa0\x80 \"quoted\"\n\t\\") + '\0' + "end";
+  std::string huge = std::string(5000, '\x01');
+  std::string wide;
+  NastyText() {
+    while (wide.size() < 5000)
+      wide += "\xe2\x82\xac";  // the euro sign: three bytes
+  }
+};
+
+inline void add_nasty_estimates(const NastyText& text, std::vector<Document>& all) {
+  EstimateDocument undetermined = plain_estimate();
+  undetermined.parameters[0].standard_error = undetermined.parameters[0].lower = kNan;
+  undetermined.covariance[3] = kInfinite;
+  undetermined.condition = kInfinite;
+  all.push_back(undetermined);
+  EstimateDocument worst = plain_estimate();
+  worst.parameters.assign(
+      300, {text.huge, text.huge, text.huge, kNan, kNan, kNan, kNan, false, false, false});
+  worst.warnings.assign(300, text.huge);
+  worst.covariance_order.assign(100, text.huge);
+  worst.covariance.assign(10'000, -1.0 / 3.0);
+  all.push_back(worst);
+  worst.covariance_order.assign(64, text.huge);
+  worst.covariance.assign(64 * 64, -1.2345678901234567e-300);
+  all.push_back(worst);
+}
+
+inline HealthDocument nasty_health() {
+  HealthDocument health;
+  health.state = "FAULT";
+  health.channels.assign(1000, {"force", "bad", kNan, kNan, kNan});
+  health.loop_late_max_s = kNan;
+  health.samples = 1ULL << 62U;
+  return health;
+}
+
+inline AlarmDocument nasty_change(const NastyText& text) {
+  AlarmDocument changed{"warning", "parameter_change", text.wide, "indicate", {}, -0.05, {}};
+  changed.parameter = "theta1";
+  changed.run = text.rubbish;
+  changed.cycle = 51;
+  changed.standard_error = kNan;
+  changed.alone = false;
+  changed.alternatives = {"theta2", text.huge};
+  return changed;
+}
+
+inline RigDocument nasty_rig(const NastyText& text) {
+  RigDocument odd{text.huge, kNan, kNan, kNan, kInfinite, kNan,         kNan, kNan,
+                  kNan,      kNan, true, {},   {},        text.rubbish, {}};
+  odd.detectors.assign(100, {text.huge, text.rubbish});
+  odd.channels.assign(100, {text.wide, text.huge, text.rubbish});
+  odd.plan =
+      PlannedCampaign{text.huge, 3.0, std::vector<PlannedRun>(1000, {text.rubbish, 2.5, 3.0, 20})};
+  odd.plan->specimen = {{"serial", text.huge}, {"notes", text.rubbish}};
+  return odd;
+}
+
 // NaN and infinite numbers, text that is not UTF-8, lists and strings beyond every limit.
 inline std::vector<Document> nasty_documents() {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const double infinite = std::numeric_limits<double>::infinity();
-  const std::string rubbish =
-      std::string("\xff\xfe\xc3(\xed\xa0\x80 \"quoted\"\n\t\\") + '\0' + "end";
-  const std::string huge(5000, '\x01');
-  std::string wide;
-  while (wide.size() < 5000)
-    wide += "\xe2\x82\xac";  // the euro sign: three bytes
-
+  const NastyText text;
+  const auto& [rubbish, huge, wide] = text;
   std::vector<Document> all = plain_documents();
   all.push_back(VersionDocument{rubbish, huge, 1, wide});
   all.push_back(
-      StateDocument{"IDLE", huge, rubbish, wide, 0, 1, nan, infinite, nan, -infinite, false});
-  all.push_back(RunStartDocument{rubbish, wide, 0, 1, nan, infinite, 20});
+      StateDocument{"IDLE", huge, rubbish, wide, 0, 1, kNan, kInfinite, kNan, -kInfinite, false});
+  all.push_back(RunStartDocument{rubbish, wide, 0, 1, kNan, kInfinite, 20});
   all.push_back(CycleDocument{
-      huge, "r", 1, false, rubbish, nan, nan, nan, nan, infinite, 0, 0, nan, {}, nan, nan});
-  EstimateDocument undetermined = plain_estimate();
-  undetermined.parameters[0].standard_error = undetermined.parameters[0].lower = nan;
-  undetermined.covariance[3] = infinite;
-  undetermined.condition = infinite;
-  all.push_back(undetermined);
-  EstimateDocument worst = plain_estimate();
-  worst.parameters.assign(300, {huge, huge, huge, nan, nan, nan, nan, false, false, false});
-  worst.warnings.assign(300, huge);
-  worst.covariance_order.assign(100, huge);
-  worst.covariance.assign(10'000, -1.0 / 3.0);
-  all.push_back(worst);
-  worst.covariance_order.assign(64, huge);
-  worst.covariance.assign(64 * 64, -1.2345678901234567e-300);
-  all.push_back(worst);
-  all.push_back(AlarmDocument{"info", rubbish, huge, "none", rubbish, nan, -infinite});
-  HealthDocument health;
-  health.state = "FAULT";
-  health.channels.assign(1000, {"force", "bad", nan, nan, nan});
-  health.loop_late_max_s = nan;
-  health.samples = 1ULL << 62U;
-  all.push_back(health);
+      huge, "r", 1, false, rubbish, kNan, kNan, kNan, kNan, kInfinite, 0, 0, kNan, {}, kNan, kNan});
+  add_nasty_estimates(text, all);
+  all.push_back(AlarmDocument{"info", rubbish, huge, "none", rubbish, kNan, -kInfinite});
+  all.push_back(nasty_health());
   all.push_back(RunStopDocument{rubbish, huge, "fail", huge, 0, 0});
-  AlarmDocument changed{"warning", "parameter_change", wide, "indicate", {}, -0.05, {}};
-  changed.parameter = "theta1";
-  changed.run = rubbish;
-  changed.cycle = 51;
-  changed.standard_error = nan;
-  changed.alone = false;
-  changed.alternatives = {"theta2", huge};
-  all.push_back(changed);
-  all.push_back(DiagnosisProgressDocument{rubbish, huge, nan});
+  all.push_back(nasty_change(text));
+  all.push_back(DiagnosisProgressDocument{rubbish, huge, kNan});
   all.push_back(WaveDocument{0,
                              1,
                              false,
-                             nan,
+                             kNan,
                              std::vector<double>(5000, -1.234567890123e-300),
-                             {1.0, infinite},
+                             {1.0, kInfinite},
                              {},
-                             {nan}});
+                             {kNan}});
   const std::vector<std::int64_t> late(5000, 1LL << 60);
   all.push_back(ScopeDocument{
-      infinite, std::vector<ScopeChannel>(100, {huge, late, {nan}, {1.0, -infinite}})});
-  RigDocument odd{huge, nan, nan,  nan, infinite, nan,     nan, nan,
-                  nan,  nan, true, {},  {},       rubbish, {}};
-  odd.detectors.assign(100, {huge, rubbish});
-  odd.channels.assign(100, {wide, huge, rubbish});
-  odd.plan = PlannedCampaign{huge, 3.0, std::vector<PlannedRun>(1000, {rubbish, 2.5, 3.0, 20})};
-  all.push_back(odd);
+      kInfinite, std::vector<ScopeChannel>(100, {huge, late, {kNan}, {1.0, -kInfinite}})});
+  all.push_back(nasty_rig(text));
   all.push_back(DiagnosisResultDocument{rubbish, huge, "failed", rubbish, {}, {}});
   const std::string endless = "[\"" + std::string(1'000'000, 'x') + "\"]";
   all.push_back(DiagnosisResultDocument{rubbish, huge, "done", huge, huge, endless});

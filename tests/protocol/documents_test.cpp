@@ -140,6 +140,78 @@ TEST(DocumentLine, CarriesEveryMemberOfAnAlarm) {
     EXPECT_EQ(d[key], value) << key;
 }
 
+TEST(DocumentLine, OfAnEstimateSaysWhetherItsIntervalsHoldAndTheGap) {
+  EstimateDocument estimate;
+  EXPECT_EQ(parsed(estimate)["parameters"], json::array());
+  EXPECT_EQ(parsed(estimate)["intervals_hold"], true);
+  EXPECT_FALSE(parsed(estimate).contains("gap"));
+  estimate.intervals_hold = false;
+  estimate.gap = 0.25;
+  estimate.noise_floor = 0.125;
+  EXPECT_EQ(parsed(estimate)["intervals_hold"], false);
+  EXPECT_EQ(parsed(estimate)["gap"], 0.25);
+  EXPECT_EQ(parsed(estimate)["noise_floor"], 0.125);
+}
+
+TEST(DocumentLine, HasTheCovarianceOf64ParametersAndNotOf65) {
+  EstimateDocument estimate;
+  for (const std::size_t n : {64, 65}) {
+    estimate.covariance_order.assign(n, "p");
+    estimate.covariance.assign(n * n, 0.5);
+    EXPECT_EQ(parsed(estimate).contains("covariance"), n == 64) << n;
+  }
+  EXPECT_THAT(parsed(estimate)["omitted"].dump(), HasSubstr("more than 64 parameters"));
+}
+
+TEST(DocumentLine, OfARigHasEachOfItsLimits) {
+  RigDocument rig;
+  rig.stroke_min_m = 1.0;
+  rig.stroke_max_m = 2.0;
+  rig.stroke_rate_max_m_s = 3.0;
+  rig.excitation_max_m_s2 = 4.0;
+  rig.frequency_min_hz = 5.0;
+  rig.frequency_max_hz = 6.0;
+  rig.stale_s = 7.0;
+  rig.ramp_s = 8.0;
+  rig.client_lease_s = 9.0;
+  rig.unprotected = true;
+  const json d = parsed(rig);
+  int k = 0;
+  for (const char* key :
+       {"stroke_min_m", "stroke_max_m", "stroke_rate_max_m_s", "excitation_max_m_s2",
+        "frequency_min_hz", "frequency_max_hz", "stale_s", "ramp_s", "client_lease_s"})
+    EXPECT_EQ(d.value(key, 0.0), ++k) << key;
+  EXPECT_EQ(d["unprotected"], true);
+}
+
+TEST(DocumentLine, OfARigHasTheSpecimenThatThereIs) {
+  RigDocument rig = testing::plain_rig();
+  EXPECT_EQ(parsed(rig)["plan"]["specimen"], json({{"serial", "N-042"}, {"charge", "18 bar"}}));
+  rig.plan->specimen.clear();
+  EXPECT_FALSE(parsed(rig)["plan"].contains("specimen"));
+}
+
+TEST(DocumentLine, OfAScopeHasTheLengthOfABin) {
+  EXPECT_EQ(parsed(ScopeDocument{0.02, {}})["bin_s"], 0.02);
+  ScopeDocument scope{0.02, {}};
+  auto& channel = scope.channels.emplace_back();
+  channel.channel = "displacement";
+  channel.bin = {7, 9};
+  channel.smallest = {0.25, 0.5};
+  channel.largest = {0.75, 1.0};
+  const json shown = parsed(scope)["channels"][0];
+  EXPECT_EQ(shown["channel"], "displacement");
+  EXPECT_EQ(shown["bin"], json::parse("[7, 9]"));
+  EXPECT_EQ(shown["min"], json::parse("[0.25, 0.5]"));
+  EXPECT_EQ(shown["max"], json::parse("[0.75, 1.0]"));
+}
+
+TEST(DocumentLine, OfADiagnosisHasAShareBetween0And1) {
+  for (const auto& [given, wanted] :
+       {std::pair{-0.5, 0.0}, {0.0, 0.0}, {0.25, 0.25}, {1.0, 1.0}, {1.5, 1.0}})
+    EXPECT_EQ(parsed(DiagnosisProgressDocument{"c", "naming", given})["share"], wanted) << given;
+}
+
 TEST(DocumentLine, LeavesOutWhatThereIsNone) {
   const json d = parsed(StateDocument{});
   EXPECT_FALSE(d.contains("campaign"));
@@ -168,6 +240,19 @@ TEST(Wave, KeepsSevenDigitsOfEachPoint) {
   EXPECT_EQ(line["run_index"], 2);
   EXPECT_FALSE(line.contains("response_m"));
   EXPECT_FALSE(line.contains("omitted"));
+}
+
+// 900 KiB as it goes out, however its text was written.
+TEST(DocumentLine, HoldsADiagnosisOf900KiBAndNoneOfMore) {
+  constexpr std::size_t kMost = 900 * 1024;
+  const std::string around = R"({"x":""})";
+  for (const std::size_t more : {0u, 1u}) {
+    DiagnosisResultDocument result{"c", "c.db", "done", "found", "/data/c.diagnosis"};
+    result.diagnosis = " { \"x\" : \"" + std::string(kMost + more - around.size(), 'a') + "\" } ";
+    const json d = parsed(result);
+    EXPECT_EQ(d.contains("diagnosis"), more == 0);
+    EXPECT_EQ(d.contains("omitted"), more == 1);
+  }
 }
 
 }  // namespace

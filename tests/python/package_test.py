@@ -150,6 +150,8 @@ class OfFiles(unittest.TestCase):
             for file in (text, other):
                 with self.assertRaises(shakerd.NotACampaign):
                     shakerd.open_campaign(file)
+            with self.assertRaisesRegex(shakerd.NotACampaign, "is a folder; give one of its databases"):
+                shakerd.open_campaign(folder)
         with self.assertRaises(FileNotFoundError):
             shakerd.open_campaign("/nowhere.db")
 

@@ -42,9 +42,11 @@ TEST_F(RealRecords, SilverboxLacksCubicStiffness) {
       line("exciter_gain", "G", 1e8, 0.0, 1e12), line("sensor_offset", "b", 0.0, -100.0, 100.0)};
   const auto d = diagnosed(campaign, model);
   ASSERT_FALSE(d.effects.empty());
-  ASSERT_EQ(d.effects.size(), 1U);
   EXPECT_EQ(d.effects[0].name, "cubic_stiffness");
-  EXPECT_LT(d.gap.after, 0.8);  // mV, of 8.4
+  EXPECT_GT(d.effects[0].probability, 0.8);
+  for (std::size_t i = 1; i < d.effects.size(); ++i)  // the circuit's small asymmetry, if anything
+    EXPECT_LT(d.effects[i].probability, 0.5) << d.effects[i].name;
+  EXPECT_LT(d.gap.after, 0.3);  // mV, of 8.4
   EXPECT_LT(*d.gap.held_out_after, 0.1 * *d.gap.held_out_before);
 }
 

@@ -125,6 +125,18 @@ TEST(Recovery, OfAnInterruptedCampaignCountsWhatIsThereAndMarksIt) {
   EXPECT_EQ(CampaignReader::open(file)->campaign()->finished_utc, kNow);
 }
 
+// A campaign that says "success" without a time of its end was cut between the two.
+TEST(Recovery, OfACampaignWithoutATimeOfItsEndTreatsItAsInterrupted) {
+  const Scratch scratch;
+  const auto file = write_campaign(scratch.path());
+  SQLite::Database(file.string(), SQLite::OPEN_READWRITE)
+      .exec("UPDATE campaign SET status = 'success', finished_utc = ''");
+  const auto found = recover(scratch.path(), kNow);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].documents, 200);
+  EXPECT_EQ(CampaignReader::open(file)->campaign()->finished_utc, kNow);
+}
+
 // Such a log must be reported and kept: neither removed nor checkpointed as if it were whole.
 TEST(Recovery, OfALogThatIsDamagedEarlyOrEmptyRemovesNothing) {
   for (const bool cut : {false, true}) {

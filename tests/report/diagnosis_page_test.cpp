@@ -75,6 +75,17 @@ TEST(DiagnosisPage, BeginsWithWhatWasMissing) {
   EXPECT_THAT(page, HasSubstr("at velocity reversal"));
 }
 
+TEST(DiagnosisPage, SaysHowSureAKindOfEffectsIs) {
+  Diagnosis d = friction_found();
+  d.kinds = {{"dry friction", 0.6, {{"coulomb_friction", 0.35}, {"presliding_friction", 0.25}}}};
+  constexpr const char* kSentence =
+      "dry friction, probability 0.60 (coulomb_friction 0.35, presliding_friction 0.25)";
+  EXPECT_THAT(diagnosis_page(d), HasSubstr(kSentence));
+  EXPECT_EQ(diagnosis_table(d).find("explained: missing is " + std::string(kSentence)), 0U);
+  EXPECT_THAT(diagnosis_json(d), HasSubstr("\"kinds\""));
+  EXPECT_THAT(diagnosis_json(friction_found()), Not(HasSubstr("\"kinds\"")));
+}
+
 // The cells are over the stroke, whatever is measured: with an imposed motion that is a force.
 TEST(DiagnosisPage, MapsTheMissingForceOverTheStroke) {
   Diagnosis d = friction_found();

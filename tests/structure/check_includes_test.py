@@ -40,6 +40,11 @@ class Includes(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn("has no row", text)
 
+    def test_rooms_that_may_include_each_other_are_refused(self):
+        self.assertEqual(check_includes.up({"math": set(), "fit": {"math"}, "time": {"math", "fit"}}), [])
+        self.assertEqual(check_includes.up({"math": set(), "fit": {"inference"}, "inference": {"fit"}}),
+                         ["the row of fit in check_includes.py names inference, which is not above it"])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -12,6 +12,10 @@ import time
 PROGRAM = shutil.which("chromium")
 
 
+class Navigated(AssertionError):
+    """The browser left the page while it evaluated an expression there."""
+
+
 class Chromium:
     """One page of a headless browser."""
 
@@ -63,6 +67,8 @@ class Chromium:
         while time.monotonic() < end:
             for answer in self.receive(0.2):
                 if answer.get("id") == message["id"]:
+                    if "navigated or closed" in answer.get("error", {}).get("message", ""):
+                        raise Navigated(f"{method}: {answer['error']}")
                     if "error" in answer:
                         raise AssertionError(f"{method}: {answer['error']}")
                     return answer["result"]
@@ -94,10 +100,13 @@ class Chromium:
         return self.value(f"document.querySelector({json.dumps(selector)})?.innerText ?? null")
 
     def until(self, expression, timeout=20):
-        """The first true value of the expression."""
+        """The first true value of the expression, on this page or on the one it leads to."""
         end = time.monotonic() + timeout
         while True:
-            value = self.value(expression)
+            try:
+                value = self.value(expression)
+            except Navigated:
+                value = None
             if value:
                 return value
             if time.monotonic() > end:

@@ -1,9 +1,14 @@
 """kill -9 in mid-run: nothing that was seen is missing, and the next daemon says what it found."""
+import os
+import shutil
 import sqlite3
 import subprocess
+import sys
 import unittest
 
-from daemon import Client, Daemon, Schemas, endless_campaign
+from daemon import SOURCE, Client, Daemon, Schemas, endless_campaign
+
+NEMESIS = SOURCE / "tests" / "nemesis"
 
 
 class Crash(unittest.TestCase):
@@ -62,6 +67,30 @@ class Crash(unittest.TestCase):
         self.assertEqual(len(list(self.daemon.data.glob("*.damaged-*Z"))), 2)
         after.start(endless_campaign())
         after.until_state("CHECK", "RAMP", "SETTLE")
+
+    @unittest.skipUnless(NEMESIS.is_dir() and shutil.which("gcc"), "no compiler for a disk that hangs")
+    def test_a_check_that_hangs_keeps_neither_the_exciter_from_its_stop_nor_a_client_waiting(self):
+        """As with a file that takes minutes to check: the exciter is stopped, and the daemon answers, before."""
+        sys.path.append(str(NEMESIS))
+        import shim
+        self.run_and_kill(1)
+        hanging = shim.Shim(shim.compiled(self.daemon.directory), self.daemon.directory, self.daemon.data)
+        self.addCleanup(hanging.close)
+        hanging.order(shim.FLUSH_HANGS)
+        os.environ.update(pair.split("=", 1) for pair in hanging.environment)
+        try:
+            self.daemon.start()
+        finally:
+            for pair in hanging.environment:
+                del os.environ[pair.split("=")[0]]
+        after = Client(self.daemon.socket)
+        health = after.until(lambda line: line.get("type") == "health", 10)
+        self.assertTrue(health["exciter_connected"])  # only after its first order, which is a stop
+        self.assertGreater(hanging.hits, 0)
+        self.assertEqual(after.of_type("alarm"), [])
+        self.assertEqual(after.ask("status")["result"]["state"]["state"], "IDLE")
+        hanging.lift()
+        after.until(lambda line: line.get("code") == "campaign_interrupted", 20)
 
     def test_a_second_daemon_is_refused(self):
         second = subprocess.run(self.daemon.command(), capture_output=True, text=True, timeout=20)

@@ -89,6 +89,7 @@ class Client:
         self.socket.close()
 
     def send(self, data):
+        self.socket.settimeout(30)  # not that of the last read
         self.socket.sendall(data if isinstance(data, bytes) else json.dumps(data).encode() + b"\n")
 
     def read(self, timeout=0.05):

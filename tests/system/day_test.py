@@ -3,6 +3,7 @@ import contextlib
 import hashlib
 import json
 import os
+import re
 import sqlite3
 import subprocess
 import unittest
@@ -55,7 +56,8 @@ class Day(unittest.TestCase):
         spec = campaign(specimen={"serial": "N-042", "charge": "18 bar"})
         spec["runs"] = spec["runs"][:1]
         spec["runs"][0]["cycles"] = 12  # whole ones in a row, for a diagnosis
-        result = self.online("run", self.file_of(spec), "--specimen", "oil=MIL-PRF-5606", "--quiet")
+        result = self.online("run", self.file_of(spec), "--specimen", "oil=MIL-PRF-5606", "--specimen",
+                             "name=left gear", "--quiet")
         self.assertEqual(result.returncode, 0, result.stderr)
         [file] = self.daemon.databases()
         facts = self.facts_in(file)
@@ -74,7 +76,7 @@ class Day(unittest.TestCase):
         diagnosed = self.offline("diagnose", file, "--out", report)
         self.assertEqual(diagnosed.returncode, 0, diagnosed.stderr)
         page = (report / "report.html").read_text()
-        for known in ("N-042", "charge 18 bar", "oil MIL-PRF-5606"):
+        for known in ("N-042", ">left gear, charge 18 bar, oil MIL-PRF-5606<"):
             self.assertIn(known, page)
         self.assertIn(facts["person", "started by"]["value"], page)
         with contextlib.closing(sqlite3.connect(file)) as database, database:
@@ -83,6 +85,24 @@ class Day(unittest.TestCase):
         self.assertFalse(changed["model", "as run"]["hash_matches"])
         self.assertTrue(changed["campaign", "as run"]["hash_matches"])
         self.assertIn(": the first of today", self.offline("show", file).stdout)
+
+    def accepted_in(self, file):
+        with contextlib.closing(sqlite3.connect(file)) as database:
+            return dict(database.execute("SELECT run.name, sum(accepted) FROM cycle JOIN run ON cycle.run = run.idx GROUP BY 1"))
+
+    def on_another_rig(self, first):
+        """What was measured on one rig is not resumed on another."""
+        self.daemon.kill()
+        rig = self.daemon.rig_file.read_text()
+        self.daemon.rig_file.write_text(rig.replace('"simulated"', '"another"', 1))
+        self.daemon.start()
+        refused = self.online("run", "--resume", first)
+        self.assertEqual(refused.returncode, 2, refused.stderr)
+        self.assertIn('was measured on the rig "simulated"', refused.stderr)
+        self.assertIn('moves "another"', refused.stderr)
+        self.daemon.kill()
+        self.daemon.rig_file.write_text(rig)
+        self.daemon.start()
 
     def test_what_a_crash_left_out_is_measured_into_a_second_file(self):
         operator = self.client()
@@ -94,19 +114,35 @@ class Day(unittest.TestCase):
         found = after.until(lambda line: line.get("code") == "campaign_interrupted", 10)
         [first] = self.daemon.databases()
         self.assertIn(f"shakerctl run --resume {first}", found["text"])
-        result = self.online("run", "--resume", first)
+        self.on_another_rig(first)
+        # It is killed once more, in the middle of what is measured again.
+        resumed = subprocess.Popen([SHAKERCTL, "run", "--resume", first, "--socket", self.daemon.socket],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        again = self.client()
+        again.until(lambda line: line.get("type") == "cycle" and line["run"] == "fast" and line["accepted"], 90)
+        self.daemon.kill()
+        [second] = set(self.daemon.databases()) - {first}
+        said = resumed.communicate(timeout=30)[1]
+        self.assertEqual(resumed.returncode, 3, said)
+        self.assertIn(f"measure the rest with `shakerctl run --resume {first} {second}`", said)
+        self.daemon.start()
+        result = self.online("run", "--resume", first, second)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("run 1 of 1, fast: 3 Hz", result.stdout)
-        [second] = set(self.daemon.databases()) - {first}
-        self.assertIn(f"`shakerctl estimate {first} {second}`", result.stdout)
-        self.assertEqual(self.facts_in(second)["campaign", "resumes"]["value"], first.name)
-        estimate = self.offline("estimate", first, second, "--json")
+        self.assertEqual(len(re.findall("run fast: success", result.stdout)), 1)
+        [third] = set(self.daemon.databases()) - {first, second}
+        self.assertIn(f"`shakerctl estimate {first} {second} {third}`", result.stdout)
+        self.assertEqual(self.facts_in(third)["campaign", "resumes"]["value"], f"{first.name}, {second.name}")
+        kept, cut_short, repeated = (self.accepted_in(file) for file in (first, second, third))
+        self.assertEqual((kept["slow"], repeated), (4, {"fast": 6}))
+        self.assertTrue(all(1 <= file["fast"] < 6 for file in (kept, cut_short)), (kept, cut_short))
+        estimate = self.offline("estimate", first, second, third, "--json")
         self.assertEqual(estimate.returncode, 0, estimate.stderr)
         both = json.loads(estimate.stdout)
-        self.assertEqual(both["runs_used"], 3, "the cycles of the run that was cut short count, too")
+        self.assertEqual(both["runs_used"], 4, "the cycles of the runs that were cut short count, too")
         for parameter in both["parameters"]:
             self.assertAlmostEqual(parameter["value"] / TRUTH[parameter["name"]], 1.0, delta=0.02)
-        nothing = self.online("run", "--resume", first, second)
+        nothing = self.online("run", "--resume", first, second, third)
         self.assertEqual(nothing.returncode, 0, nothing.stderr)
         self.assertIn("Nothing is missing", nothing.stdout)
 

@@ -59,6 +59,7 @@ class Deadman(unittest.TestCase):
         self.assertIn("dead-man acts in motion", done.stdout)
         kept = json.loads((self.daemon.data / "deadman-proof.json").read_text())
         self.assertEqual(kept["how"], "in motion")
+        self.assertIn("deadman-proof", self.daemon.databases()[0].name)
         self.client.start(copy.deepcopy(endless_campaign()))
         self.client.until_state("RAMP", timeout=20)
         self.assertEqual(len([a for a in self.client.of_type("alarm") if a["code"] == "deadman_proved"]), 1)

@@ -26,7 +26,7 @@ class Onlookers(unittest.TestCase):
         reader.start()  # who does not read is left out
         cls.operator.until_state("IDLE")
         before = len(cls.operator.lines)
-        cls.operator.start(CAMPAIGN)
+        cls.operator.start({**CAMPAIGN, "specimen": {"serial": "N-042", "charge": "18 bar"}})
         cls.operator.until_state("IDLE", start=before, timeout=60)
         cls.operator.renewing = False
         reading.set()
@@ -95,6 +95,7 @@ class Onlookers(unittest.TestCase):
         self.assertNotIn("plan", rigs[0])
         self.assertEqual([(run["frequency_hz"], run["cycles_wanted"]) for run in rigs[-1]["plan"]["runs"]],
                          [(run["frequency_hz"], run["cycles"]) for run in CAMPAIGN["runs"]])
+        self.assertEqual(rigs[-1]["plan"]["specimen"], {"serial": "N-042", "charge": "18 bar"})
 
     def test_the_view_socket_cannot_command(self):
         self.assertEqual(self.answer["result"]["documents"], sorted(EXTRA))

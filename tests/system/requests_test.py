@@ -70,6 +70,19 @@ class Requests(unittest.TestCase):
         self.assertEqual(self.client.ask("status")["result"]["state"]["state"], "IDLE")
         self.client.ask("control.release")
 
+    def test_a_model_that_cannot_be_built_moves_nothing(self):
+        """A client's own request, past shakerctl: what no schema sees is found before the table moves."""
+        self.client.ask("control.acquire")
+        for wrong, effect in (("magic", {"effect": "magic"}),
+                              ("theta9", {"effect": "gas_spring", "parameters": {"theta9": {"start": 1.0}}})):
+            model = {"name": "m", "effects": [effect, {"effect": "gravity"}]}
+            answer = self.client.ask("campaign.start", {"campaign": dict(CAMPAIGN, model=model)})
+            self.assertEqual(answer["error"]["code"], -32602, answer)
+            self.assertIn(wrong, answer["error"]["message"])
+        self.assertEqual(self.client.ask("status")["result"]["state"]["state"], "IDLE")
+        self.assertEqual([line for line in self.client.lines if line.get("state") == "CHECK"], [])
+        self.client.ask("control.release")
+
     def test_a_setpoint_beyond_the_limits_is_refused(self):
         campaign = endless_campaign()
         campaign["runs"][0]["frequency_hz"] = 500.0

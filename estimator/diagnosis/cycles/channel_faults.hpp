@@ -1,5 +1,5 @@
-// What a recorded channel shows of itself that no model can explain: two channels on two clocks,
-// and a sample that is not the channel's. A sensor at the end of its range: clipping.hpp.
+// Faults of a recorded channel that no model can explain: two channels on two clocks, and single
+// samples that do not belong to the channel. For a sensor at the end of its range see clipping.hpp.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@
 
 namespace shaker::estimator::diagnosis {
 
-// By how many turns the response slips against what drives it with every cycle, when it does so
-// evenly and keeps its amplitude: no damper does that, a second clock does. 0: it does not.
-// `response`: harmonics, a row a cycle (steady_cycles.hpp).
+// Returns the phase shift of the response against the driver in each cycle, in turns, if it is
+// constant and the amplitude stays: a damper does not do that, a second clock does. 0: no slip.
+// `response`: harmonics, one row for each cycle (steady_cycles.hpp).
 double clock_slip(const Eigen::MatrixXd& response);
 
-// Single samples, at most three, far from what their neighbours say: several times as far as any
-// other, and so neither noise nor what comes back with every cycle; nor a jump, which its
-// neighbours share. The farthest first.
+// Returns single outliers, at most three, the farthest first. Each lies several times farther from
+// its neighbours than any other sample does. Therefore it is neither noise, nor a feature that
+// returns in each cycle, nor a jump, which its neighbours share.
 std::vector<std::size_t> lone_spikes(std::span<const double> y);
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,13 +1,12 @@
-// A sensor at the end of its range, told from what makes a channel flat in truth: a damper that
-// sticks, a valve that opens, a dynamometer that holds its ends, and a crest within one step of a
-// coarse grid.
+// Detects a sensor at the end of its range. Some channels are truly flat: a damper that sticks, a
+// valve that opens, a dynamometer that holds its ends, and a crest within one quantisation step.
 #pragma once
 
 #include <span>
 
 namespace shaker::estimator::diagnosis {
 
-// What a channel may do of itself.
+// What kind of motion a channel has.
 enum class Course {
   inert,      // the displacement of a mass comes to rest without a slope
   commanded,  // a table's acceleration or displacement: whatever was commanded, flats hardly

@@ -1,4 +1,4 @@
-// How every component of a run's cycles goes with time: the straight line through them.
+// The straight line through the cycles of a run, for each component of their harmonics.
 #pragma once
 
 #include <vector>
@@ -9,14 +9,15 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Per second, a component of the harmonics each. Errors count that neighbouring cycles may be alike
-// by more than the line says; cosine and sine of a harmonic share theirs.
+// Rate of change per second of each component. The errors include the correlation of neighbouring
+// cycles about the line. Cosine and sine of a harmonic share an error.
 struct CycleLine {
   Eigen::VectorXd rate, error;
   double freedom = 0.0;  // behind the error of the mean; twice as many behind a harmonic's
 };
 
-// Of all runs, since they tell together how alike neighbours are. At least 3 cycles a run.
+// Computes the lines of all runs. The runs together show how neighbouring cycles correlate. Each
+// run needs at least 3 cycles.
 std::vector<CycleLine> lines_through(const std::vector<Eigen::MatrixXd>& cycles,
                                      const std::vector<Eigen::VectorXd>& when);
 

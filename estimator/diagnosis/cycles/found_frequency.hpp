@@ -1,4 +1,4 @@
-// The frequency of a run, from its samples alone.
+// The frequency of a run from its samples.
 #pragma once
 
 #include <optional>
@@ -6,8 +6,8 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Hz, of the strongest line in the spectrum, to a hundredth of one over the record's length. Nothing
-// where there is no line: fewer than three cycles, or samples too few for one.
+// Returns the frequency of the strongest line of the spectrum, in Hz, to a hundredth of 1 / length
+// of the record. Empty if there is no line: fewer than three cycles, or too few samples.
 std::optional<double> found_frequency(const std::vector<double>& t, const std::vector<double>& y);
 
 }  // namespace shaker::estimator::diagnosis

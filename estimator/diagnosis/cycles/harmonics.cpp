@@ -39,7 +39,8 @@ Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
   return table;
 }
 
-// By Clenshaw's recurrence, eight points abreast: each of its steps waits for the last.
+// Uses Clenshaw's recurrence. Each step needs the result of the last one, so eight points are
+// computed at a time.
 Eigen::VectorXd synthesised(const Eigen::VectorXd& harmonics, int points) {
   using Eight = Eigen::Array<double, 8, 1>;
   const double step = kTwoPi / points;

@@ -1,12 +1,12 @@
-// Frequency and phase of the quantity that drives a run, and where it is steady.
+// Frequency and phase of the driver of a run, and where its amplitude is steady.
 #pragma once
 
 #include <vector>
 
 namespace shaker::estimator::diagnosis {
 
-// turn(t) = frequency * t + offset: whole at the crests of the fundamental. [from, to) is the
-// longest stretch of time in which the fundamental keeps its amplitude.
+// turn(t) = frequency * t + offset. It is an integer at the crests of the fundamental. [from, to)
+// is the longest time in which the amplitude of the fundamental stays the same.
 struct PhaseFit {
   bool ok = false;
   double frequency_hz = 0.0, offset = 0.0;

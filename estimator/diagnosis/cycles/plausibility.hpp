@@ -1,5 +1,5 @@
-// Are these records of such a rig at all? A unit or a sign that is wrong makes every model wrong,
-// and no effect of the catalogue is the answer.
+// Checks units and signs of the records. A wrong unit or sign makes every model wrong, and no
+// effect of the catalogue corrects it.
 #pragma once
 
 #include <string>
@@ -11,9 +11,10 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Compares periodic runs with the model at its start values, which are right to some factor. An
-// Error when every run moves a hundred times more, or less, or about the mirrored place; a warning
-// when every run merely moves the other way. Runs that the model cannot be solved for tell nothing.
+// Compares periodic runs with the model at its start values, which are right to some factor.
+// Returns an Error if every run moves a hundred times more or less than the model, or about the
+// mirrored position. Warns if every run only moves in the opposite direction. Ignores runs for
+// which the model has no solution.
 Result<void> plausible(const std::vector<SteadyRun>& runs, const config::ModelSpec& model,
                        std::vector<std::string>& warnings);
 

@@ -42,10 +42,8 @@ Result<void> check_column(const Recording& run, const std::vector<double>& colum
 }
 
 std::string clipped_sentence(const char* name, bool top) {
-  return fmt::format(
-      "the {} stays on its {} value: the sensor is clipped; record the run within "
-      "the sensor's range",
-      name, top ? "highest" : "lowest");
+  return fmt::format("the {} stays on its {} value: {}; record the run within the sensor's range",
+                     name, top ? "highest" : "lowest", kClipped);
 }
 
 double range_of(const std::vector<double>& column) {

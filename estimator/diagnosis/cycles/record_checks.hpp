@@ -1,5 +1,5 @@
-// What every record must be, periodic or not: columns of one length, finite, over a time that goes
-// on. Errors are sentences that name the run.
+// Checks of every record: columns of one length, finite values, times that increase. Errors are
+// sentences that name the run.
 #pragma once
 
 #include <string>
@@ -10,22 +10,25 @@
 
 namespace shaker::estimator::diagnosis {
 
-// A mistake in what was given.
+// An error in the input.
 Error mistake_in(const Recording& run, const std::string& why);
-// Not a mistake: the run as it went cannot be used.
+// Not an error in the input: the run itself cannot be used.
 Error unfit(const Recording& run, const std::string& why);
 
-// Finite and increasing.
+// Checks that times are finite and increase.
 Result<void> check_times(const Recording& run);
-// As long as the times, and finite. `name`: of the channel, for the sentence.
+// Checks that a column is as long as the times, and finite. `name`: of the channel, for the
+// sentence.
 Result<void> check_column(const Recording& run, const std::vector<double>& column,
                           const char* name);
-// Part of what is said of a run whose response slips against its driver.
+// Part of the sentence for a run whose response slips against its driver.
 inline constexpr const char* kTwoClocks = "the channels are not on one clock";
-// What is said of a channel at the end of its range.
+// Part of the sentence for a channel at the end of its range.
+inline constexpr const char* kClipped = "the sensor is clipped";
+// The sentence for such a channel.
 std::string clipped_sentence(const char* name, bool top);
 
-// Highest less lowest.
+// Largest minus smallest value.
 double range_of(const std::vector<double>& column);
 
 }  // namespace shaker::estimator::diagnosis

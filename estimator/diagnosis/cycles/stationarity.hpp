@@ -1,17 +1,18 @@
-// What the succession of cycles says: when the transient has died, whether a trend is left, and
-// whether the response repeats only every second, third or fourth cycle. An alternation that dies
-// away is the rest of a transient, and once it has sunk into the noise, a trend. Rows are cycles,
-// columns the components of a curve (harmonics).
+// Stationarity of a series of cycles: when the transient has decayed, whether a trend remains, and
+// whether the response repeats only every second, third or fourth cycle. An alternation that decays
+// is the rest of a transient; once it is below the noise, it is a trend. Rows are cycles, columns
+// the components of a curve (harmonics).
 #pragma once
 
 #include <Eigen/Dense>
 
 namespace shaker::estimator::diagnosis {
 
-// `least`: standard deviation of each component that is expected anyhow, because the samples are
-// rounded: where noise does not blur the steps, cycles repeat in ways of their own below it.
+// `least`: standard deviation of each component from rounding. If the noise does not blur the
+// quantisation steps, cycles repeat in patterns below that level.
 
-// Cycles at the beginning that are not yet like those of the last half; at most two thirds.
+// Number of cycles at the beginning that differ from those of the last half; at most two thirds of
+// all.
 int cycles_of_transient(const Eigen::MatrixXd& cycles, double least = 0.0);
 
 struct Stationarity {

@@ -46,7 +46,7 @@ Result<void> check(const Recording& r) {
   if (!to_be_found && (!(r.frequency_hz > 0.0) || !std::isfinite(r.frequency_hz)))
     return mistake_in(
         r, fmt::format("frequency_hz is {}; a periodic run needs one above 0", r.frequency_hz));
-  if (r.t.size() < 16) return mistake_in(r, fmt::format("{} samples are too few", r.t.size()));
+  if (r.t.size() < 16) return unfit(r, fmt::format("{} samples are too few", r.t.size()));
   if (auto good = check_times(r); !good) return good;
   if (auto good = check_column(r, response_of(r), response_name(r)); !good) return good;
   if (!driver_of(r).empty()) {
@@ -143,7 +143,7 @@ Result<void> size_up(const Recording& r, const WholeCycles& cycles, const Steady
       run.kind == Kind::imposed_motion ? options.harmonics : options.excitation_harmonics;
   run.driver_harmonics = run.driver_measured ? std::min(of_driver, run.harmonics) : 1;
   if (run.harmonics >= 3) return {};
-  return mistake_in(
+  return unfit(
       r, fmt::format("{:.1f} samples a cycle are too few; at least 8 are needed", cycles.samples));
 }
 
@@ -284,6 +284,7 @@ Result<void> held(const Recording& r, const SteadyRun& run) {
 
 void name_spikes(const Recording& r, const std::vector<double>& y, const char* name,
                  SteadyRun& run) {
+  if (y.empty()) return;  // an excitation that is only stated
   // In the cycles that are kept: a ramp has corners.
   const double period = 1.0 / run.frequency_hz;
   const auto at = [&](double cycle, double edge) {

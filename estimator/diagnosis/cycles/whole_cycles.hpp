@@ -1,4 +1,4 @@
-// A record's samples in whole cycles of what drives it, and the harmonics of each.
+// Cuts a record into whole cycles of its driver, and fits the harmonics of each.
 #pragma once
 
 #include <cstddef>
@@ -21,16 +21,15 @@ struct WholeCycles {
 
 WholeCycles whole_cycles(const Recording& run, const PhaseFit& phase);
 
-// A channel, and the rows that its harmonics go to: as many columns as there are numbers wanted.
-// All of the run's harmonics are fitted: what lies above those that are wanted must not leak into
-// them.
+// A channel and the rows for its harmonics; the number of columns says how many are wanted. All
+// harmonics of the run are fitted, so that higher ones do not leak into those that are wanted.
 struct CycleChannel {
   const std::vector<double>* samples = nullptr;
   Eigen::MatrixXd* rows = nullptr;
 };
 
-// Fits every cycle that has its samples; cycles that lack some leave no row. Returns the places of
-// those that were fitted among `cycles`.
+// Fits every cycle that is complete; an incomplete cycle gets no row. Returns the indices of the
+// fitted cycles.
 std::vector<std::size_t> fit_cycles(const Recording& run, const PhaseFit& phase,
                                     const WholeCycles& cycles, int harmonics,
                                     const std::vector<CycleChannel>& channels);

@@ -1,5 +1,5 @@
-// How the response of a record follows its excitation: the equations linearised along the
-// trajectory, carried forward in time.
+// The derivatives of a record's response with respect to its excitation: the equations, linearised
+// along the trajectory and integrated in time.
 #pragma once
 
 #include <vector>
@@ -11,9 +11,9 @@
 
 namespace shaker::estimator::diagnosis {
 
-// The response's first `keep` cosines over the excitation's first `count`, from an initial state
-// that stays. `states`: of the trajectory at `theta`, a row a sample. No columns where the
-// equations cannot be had.
+// Derivatives of the response's first `keep` cosines with respect to the excitation's first
+// `count`, with a fixed initial state. `states`: the trajectory at `theta`, one row for each
+// sample. No columns if the model has no such equations.
 Eigen::MatrixXd over_excitation(const Model& model, const std::vector<double>& theta,
                                 const SampledRun& run, const Eigen::MatrixXd& states,
                                 Eigen::Index keep, Eigen::Index count);

@@ -34,7 +34,23 @@ struct Normal {
   VectorXd with_clock;             // its products with the influence of the time base
 };
 
-Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+// What the prior of a free parameter says at theta: (mean - value) / sigma, and 1 / sigma; zeros
+// where it has none. One more datum each (3.8).
+struct PriorPull {
+  double off = 0.0, weight = 0.0;
+};
+
+PriorPull prior_pull(const HarmonicFit& fit, const std::vector<double>& theta, Index k) {
+  const auto parameter = static_cast<std::size_t>(fit.free[static_cast<std::size_t>(k)]);
+  const ModelParameter& p = fit.model->parameters()[parameter];
+  if (!p.prior_mean) return {};
+  const double weight = 1.0 / *p.prior_standard_deviation;
+  return {(*p.prior_mean - theta[parameter]) * weight, weight};
+}
+
+// `theta` is where the fit's predictions are.
+Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                        const std::vector<double>& theta) {
   const auto q = static_cast<Index>(fit.free.size());
   Normal n{MatrixXd::Zero(q, q), VectorXd::Zero(q), 0.0, {}, VectorXd::Zero(q)};
   double misfit = 0.0, size = 0.0;
@@ -56,12 +72,18 @@ Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& dat
   n.gram -= n.with_clock * n.with_clock.transpose() / (1.0 + size);
   n.gradient -= n.with_clock * (misfit / (1.0 + size));
   n.chi_squared -= misfit * misfit / (1.0 + size);
+  for (Index k = 0; k < q; ++k) {
+    const PriorPull prior = prior_pull(fit, theta, k);
+    n.gram(k, k) += prior.weight * prior.weight;
+    n.gradient[k] += prior.weight * prior.off;
+    n.chi_squared += prior.off * prior.off;
+  }
   return n;
 }
 
 // The gradient of chi-squared at what is predicted now, by the slopes of `before`.
 VectorXd gradient_by(const Normal& before, const HarmonicFit& fit,
-                     const std::vector<RunDatum>& data) {
+                     const std::vector<RunDatum>& data, const std::vector<double>& theta) {
   VectorXd gradient = VectorXd::Zero(before.gradient.size());
   double misfit = 0.0, size = 0.0;
   auto j = before.jacobian.begin();
@@ -74,7 +96,12 @@ VectorXd gradient_by(const Normal& before, const HarmonicFit& fit,
     misfit += k.dot(e);
     size += k.squaredNorm();
   }
-  return gradient - before.with_clock * (misfit / (1.0 + size));
+  gradient -= before.with_clock * (misfit / (1.0 + size));
+  for (Index k = 0; k < gradient.size(); ++k) {
+    const PriorPull prior = prior_pull(fit, theta, k);
+    gradient[k] += prior.weight * prior.off;
+  }
+  return gradient;
 }
 
 // Minimises the quadratic of (gram + lambda diag) step = gradient inside the box.
@@ -156,13 +183,16 @@ Trial tried(HarmonicFit& fit, const std::vector<RunDatum>& data, const Normal& n
   Trial trial{stepped(fit, fit.theta, step), false, {}};
   trial.predicted = predict_all(fit, data, trial.theta, search);
   if (!trial.predicted) return trial;
-  trial.normal = normal_equations(fit, data);
+  trial.normal = normal_equations(fit, data, trial.theta);
   if (trial.normal.chi_squared < now.chi_squared) return trial;
-  const VectorXd back = box_step(fit, now, gradient_by(now, fit, data), trial.theta, lambda);
+  const VectorXd back =
+      box_step(fit, now, gradient_by(now, fit, data, trial.theta), trial.theta, lambda);
   if (!shorter(back, step, now)) return trial;
   std::vector<double> theta = stepped(fit, trial.theta, back);
-  if (predict_all(fit, data, theta, search))
-    trial = {std::move(theta), true, normal_equations(fit, data)};
+  if (predict_all(fit, data, theta, search)) {
+    Normal normal = normal_equations(fit, data, theta);
+    trial = {std::move(theta), true, std::move(normal)};
+  }
   return trial;
 }
 
@@ -189,7 +219,7 @@ double promised(const Normal& n, const VectorXd& step) {
 // anything to gain is asked of the step without damping.
 void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
   const HowFar steps = options.from_rest ? HowFar::from_rest : HowFar::near;
-  Normal now = normal_equations(fit, data);
+  Normal now = normal_equations(fit, data, fit.theta);
   hold(fit);
   double lambda = 0.0, enough = kFirstDamping;
   int refused = 0, small = 0;
@@ -237,7 +267,7 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
     ++refused;
   }
   if (predict_all(fit, data, fit.theta, how_far(options))) {
-    finish(fit, normal_equations(fit, data));
+    finish(fit, normal_equations(fit, data, fit.theta));
   } else {
     lose(fit);
   }

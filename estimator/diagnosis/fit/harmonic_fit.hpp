@@ -1,8 +1,8 @@
 // Generalised least squares on the harmonics of several runs: theta, chi-squared, covariance.
 //
-// Every harmonic counts by its own standard error, which comes from the scatter of the cycles and
-// not from this fit's residuals; so chi-squared says whether the model is good enough, and a step
-// that would change it by less than a hundredth of one is not worth taking.
+// The standard error of each harmonic comes from the scatter of the cycles and not from the
+// residuals of this fit. Chi-squared therefore says whether the model is good enough, and a step
+// that would change it by less than a hundredth is not worth taking.
 #pragma once
 
 #include <limits>
@@ -27,16 +27,17 @@ struct FitOptions {
   bool from_rest = false;    // steps may go the long way to a periodic solution: dear
   bool from_near = false;  // no long way to a solution, where `near` has one: chi-squared infinite
   bool sharp = false;      // corners as sharp as the points can follow (smoothing.hpp)
-  // Of the budget of its data, that one fit may take; what would take more is given up.
+  // Largest part of the data's evaluation budget for one fit; a fit that would take more is
+  // stopped.
   double fit_budget = std::numeric_limits<double>::infinity();
 };
 
-// Why a computation was given up.
+// The sentence for a fit that was stopped.
 constexpr const char* kTooLong =
     "the fit took all the work that one may take (its equations are stiff, or it creeps along a "
     "valley) and was stopped";
 
-// A constant of the model file that was fitted beside the parameters (select/friction_width.hpp).
+// A constant of the model file that was fitted with the parameters (select/friction_width.hpp).
 struct FittedConstant {
   std::size_t line = 0;  // of the model file's effects
   std::string symbol, unit;
@@ -44,7 +45,7 @@ struct FittedConstant {
   Eigen::VectorXd bends;  // the free parameters, per unit of it
 };
 
-// A model with the runs that it is held against. Movable; one thread.
+// A model and its predictions of the runs. Movable; use it from one thread.
 struct HarmonicFit {
   config::ModelSpec spec;
   std::shared_ptr<const Model> model;
@@ -61,7 +62,8 @@ struct HarmonicFit {
   bool stopped = false;       // it took all the budget that it may: nothing is known of it
   bool predicts_all = false;  // the runs that are held out too
   std::string trouble;        // sentence when it did not
-  // Its share is in standard_error(), not in the covariance, which is that of the parameters alone.
+  // standard_error() includes the effect of this constant; `covariance` is that of the parameters
+  // alone.
   std::optional<FittedConstant> constant;
 
   bool at_bound(int parameter) const;
@@ -74,12 +76,12 @@ Eigen::VectorXd whitened_residual(const HarmonicFit& fit, const std::vector<RunD
 Eigen::MatrixXd whitened_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                   std::size_t run, const std::vector<int>& columns);
 
-// The error of the time base that the residuals speak for, in standard deviations.
+// The error of the time base that the residuals show, in standard deviations.
 double clock_error(const HarmonicFit& fit, const std::vector<RunDatum>& data);
 
-// Fits the runs whose role is `fit`; the others are predicted. `start`: all parameters, or empty
-// for the model's own. `near`: a fit of a smaller model, whose periodic solutions are begun from.
-// Throws std::invalid_argument for a model file that is wrong.
+// Fits the runs with the role `fit` and predicts the others. `start`: all parameters, or empty for
+// the model's own. `near`: a fit of a smaller model, from whose periodic solutions the search
+// starts; may be null. Throws std::invalid_argument for a wrong model file.
 HarmonicFit fit_harmonics(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
                           const std::vector<double>& start, const HarmonicFit* near,
                           const FitOptions& options);

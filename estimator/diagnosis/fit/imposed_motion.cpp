@@ -189,6 +189,10 @@ bool ImposedMotion::at(std::span<const double> theta, bool slopes) {
   return force_.allFinite() && slope_.allFinite();
 }
 
+void ImposedMotion::start_from(const ImposedMotion& other) {
+  if (integrator_ && other.integrator_) integrator_->begin_from(*other.integrator_);
+}
+
 MatrixXd ImposedMotion::over_motion() const {
   const double h = kDifference * motion_.tail(motion_.size() - 1).norm();
   MatrixXd slope = MatrixXd::Zero(n_, motion_.size());
@@ -197,9 +201,8 @@ MatrixXd ImposedMotion::over_motion() const {
     more[c] += h;
     less[c] -= h;
     ImposedMotion high(*model_, frequency_, more, n_), low(*model_, frequency_, less, n_);
-    for (ImposedMotion* nearby : {&high, &low}) {
-      if (integrator_) nearby->integrator_->begin_from(*integrator_);
-    }
+    high.start_from(*this);
+    low.start_from(*this);
     if (high.at(theta_, false) && low.at(theta_, false))
       slope.col(c) = (high.force() - low.force()) / (2.0 * h);
   }

@@ -1,9 +1,9 @@
-// The force of a model along a motion that is imposed and periodic: a damper dynamometer.
+// The force of a model along an imposed periodic motion, as on a damper dynamometer.
 //
-// Nothing has to be solved for the motion; the effects' memory is, on the ring of the cycle, or,
-// where parts of the load path are in series and play leaves them free, in time over two laps. The
-// force is the sum of the effects at the measured motion: no inertia but that of effects that say
-// so (added_mass), no excitation.
+// The motion is known. Only the memory of the effects is solved for, on the ring of the cycle. If
+// play leaves parts of the load path free, the memory is integrated in time over two cycles
+// instead. The force is the sum of the effects at the measured motion. It includes no excitation,
+// and inertia only of effects with inertia (added_mass).
 #pragma once
 
 #include <memory>
@@ -26,13 +26,16 @@ class ImposedMotion {
   // mechanical coordinates. `model` must outlive it.
   ImposedMotion(const Model& model, double frequency_hz, const Eigen::VectorXd& motion, int points);
 
-  // False when the memory has no periodic course, or a point is inadmissible. Without `slopes`,
-  // slope() is undefined.
+  // Returns false if the memory has no periodic solution or a point is inadmissible. Without
+  // `slopes`, slope() is undefined.
   bool at(std::span<const double> theta, bool slopes = true);
+  // For parts in series: starts the search from the solution of another object, for the same or a
+  // nearby motion.
+  void start_from(const ImposedMotion& other);
   const Eigen::VectorXd& force() const { return force_; }
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
-  // Of the force of the last theta, over the harmonics of the motion, by differences: points x
-  // harmonics, the mean first. 0 where a motion nearby is inadmissible.
+  // Derivatives of the force at the last theta with respect to the harmonics of the motion, the
+  // mean first, by differences: points x harmonics. Zero where a nearby motion is inadmissible.
   Eigen::MatrixXd over_motion() const;
   const Eigen::VectorXd& stroke() const { return u_; }
   const Eigen::VectorXd& velocity() const { return v_; }

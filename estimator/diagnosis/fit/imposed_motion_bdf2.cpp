@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "estimator/math/dense.hpp"
-
 namespace shaker::estimator::diagnosis {
 namespace {
 
@@ -115,46 +113,83 @@ bool MotionIntegrator::afford(int points) {
 // Damped Newton for w at one step.
 bool MotionIntegrator::solve_step(double now, const VectorXd& history,
                                   std::span<const double> theta, VectorXd& w) {
-  VectorXd h(q_), trial(q_), trial_h(q_);
-  MatrixXd slope(q_, q_);
+  auto& [h, trial, trial_h, slope, move] = step_;
   if (!residual(w, now, history, theta, h)) return false;
   for (int round = 0; round < kMostNewton; ++round) {
     slope_at(one_, 0, now, slope);
-    const VectorXd move = solve_square(slope, h);
+    move.col(0) = h;
+    solve(slope, move);
     if (!move.allFinite()) return false;
+    const double length = move.cwiseAbs().maxCoeff();
+    if (length < kSolved * std::max(w.cwiseAbs().maxCoeff(), 1e-9)) {
+      w -= move.col(0);
+      return true;
+    }
     bool better = false;
     const double norm = h.norm();
     for (double share = 1.0; share > 1e-4 && !better; share *= 0.5) {
-      trial = w - share * move;
+      trial = w - share * move.col(0);
       better =
           residual(trial, now, history, theta, trial_h) && (trial_h.norm() < norm || norm < 1e-14);
     }
-    const double size = std::max((better ? trial : w).cwiseAbs().maxCoeff(), 1e-9);
-    if (!better) return move.cwiseAbs().maxCoeff() <= 1e-5 * size;
+    if (!better) return length <= 1e-5 * std::max(w.cwiseAbs().maxCoeff(), 1e-9);
     w.swap(trial);
     h.swap(trial_h);
-    if (move.cwiseAbs().maxCoeff() < kSolved * size) break;
   }
   return true;
 }
 
 void MotionIntegrator::begin_from(const MotionIntegrator& other) {
-  if (other.n_ != n_ || other.q_ != q_) return;
-  w_ = other.w_;
-  has_course_ = other.has_course_;
+  const int stride = other.n_ / n_;
+  if (!other.has_course_ || stride * n_ != other.n_) return;
+  for (int d = 0; d < q_; ++d) {
+    int e = 0;
+    while (e < other.q_ && other.model_->coordinate_name(e + 1) != model_->coordinate_name(d + 1))
+      ++e;
+    if (e == other.q_) return;
+    for (int i = 0; i < n_; ++i)
+      w_(i, d) = other.w_(stride * i, e);
+  }
+  has_course_ = true;
 }
 
-// right = slope^-1 right, both with a row for each carried coordinate.
-void MotionIntegrator::solve(const MatrixXd& slope, MatrixXd& right) const {
-  if (q_ == 1)
-    right /= slope(0, 0);
-  else
-    right = solve_square(slope, right);
+// right = slope^-1 right, both with a row for each carried coordinate; `slope` is destroyed. Gauss
+// with row exchanges: the matrices are too small for a library's.
+void MotionIntegrator::solve(MatrixXd& slope, MatrixXd& right) const {
+  const Index columns = right.cols();
+  for (int d = 0; d < q_; ++d) {
+    int pivot = d;
+    for (int r = d + 1; r < q_; ++r) {
+      if (std::fabs(slope(r, d)) > std::fabs(slope(pivot, d))) pivot = r;
+    }
+    if (pivot != d) {
+      slope.row(d).swap(slope.row(pivot));
+      right.row(d).swap(right.row(pivot));
+    }
+    for (int r = d + 1; r < q_; ++r) {
+      const double factor = slope(r, d) / slope(d, d);
+      for (int e = d + 1; e < q_; ++e)
+        slope(r, e) -= factor * slope(d, e);
+      for (Index k = 0; k < columns; ++k)
+        right(r, k) -= factor * right(d, k);
+    }
+  }
+  for (int d = q_; d-- > 0;) {
+    for (Index k = 0; k < columns; ++k) {
+      for (int e = d + 1; e < q_; ++e)
+        right(d, k) -= slope(d, e) * right(e, k);
+      right(d, k) /= slope(d, d);
+    }
+  }
 }
 
 // Carries w along the motion, step by step.
 bool MotionIntegrator::integrate(std::span<const double> theta) {
   VectorXd w = first_, history(q_);
+  for (VectorXd* values : {&step_.h, &step_.trial, &step_.trial_h})
+    values->resize(q_);
+  step_.slope.resize(q_, q_);
+  step_.move.resize(q_, 1);
   for (int i = 0; i < n_; ++i) {
     const Difference rate = difference_at(i);
     one_.u[0][0] = motion_.u[i];

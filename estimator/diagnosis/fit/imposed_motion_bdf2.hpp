@@ -1,7 +1,7 @@
-// The force of a model along a motion that is imposed and known at even steps: effects with memory
-// are carried along in time, from rest at the first step, by the second backward difference
-// formula, which forgets what is stiff. For motions that are not periodic, and for load paths with
-// play, where no smooth course over a cycle exists to be found.
+// The force of a model along an imposed motion, given at even steps. The memory of the effects is
+// integrated in time, from rest at the first step, by the second backward difference formula
+// (BDF2), which damps stiff modes. For motions without a period, and for load paths with play,
+// which have no smooth solution over a cycle.
 #pragma once
 
 #include <memory>
@@ -22,27 +22,30 @@ struct Motion {
   Eigen::VectorXd u, v, a, x;  // x: the excitation, empty for none
 };
 
-// The model parts its load path: some coordinate is the damper's own stroke behind a play.
+// True if parts of the model's load path are in series: some coordinate is the damper's own stroke
+// behind a play.
 bool parts_in_series(const Model& model);
 
-// Whether a MotionIntegrator of it exists: one mechanical coordinate, and no memory with inertia.
+// True if a MotionIntegrator accepts the model: one mechanical coordinate, and no memory with
+// inertia.
 bool can_be_carried(const Model& model);
 
 class MotionIntegrator {
  public:
-  // `inertia`: M u'' counts. Throws std::invalid_argument for a model that cannot be carried. `model`
-  // must outlive it.
+  // `inertia`: the force includes M u''. Throws std::invalid_argument for a model that cannot be
+  // integrated along a motion. `model` must outlive it.
   MotionIntegrator(const Model& model, Motion motion, bool inertia);
 
-  // False when a step cannot be solved, a point is inadmissible, or the task's effort is spent.
-  // Without `slopes`, slope() keeps its old values.
+  // Returns false if a step cannot be solved, a point is inadmissible, or the evaluation budget of
+  // the task is used up. Without `slopes`, slope() keeps its old values.
   bool at(std::span<const double> theta, bool slopes = true);
   const Eigen::VectorXd& force() const { return force_; }  // of the first equation, x included
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
   const Motion& motion() const { return motion_; }
-  // What it does counts there. Null: nobody asks.
+  // Sets the budget that pays for the work. Null: no limit.
   void spend(std::shared_ptr<EvaluationBudget> budget) { budget_ = std::move(budget); }
-  // Searches first near the course of the same model along a motion nearby.
+  // Starts the search from the solution of another integrator for the same coordinates and the same
+  // or a nearby motion. The other may have a multiple of the steps.
   void begin_from(const MotionIntegrator& other);
 
  private:
@@ -56,7 +59,7 @@ class MotionIntegrator {
   void slope_at(const ModelArrays& arrays, int i, double now, Eigen::MatrixXd& slope) const;
   bool solve_step(double now, const Eigen::VectorXd& history, std::span<const double> theta,
                   Eigen::VectorXd& w);
-  void solve(const Eigen::MatrixXd& slope, Eigen::MatrixXd& right) const;
+  void solve(Eigen::MatrixXd& slope, Eigen::MatrixXd& right) const;
   bool integrate(std::span<const double> theta);
   void load_course();
   bool afford(int points);
@@ -73,6 +76,10 @@ class MotionIntegrator {
   Eigen::MatrixXd slope_;
   Eigen::MatrixXd w_;        // n x q, the course of what is carried along
   bool has_course_ = false;  // w_ is the course of the theta before
+  struct Step {              // of one step's Newton iteration
+    Eigen::VectorXd h, trial, trial_h;
+    Eigen::MatrixXd slope, move;
+  } step_;
   // Arrays for one point, and for all of them.
   ModelArrays one_, all_;
 };

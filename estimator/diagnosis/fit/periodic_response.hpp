@@ -1,7 +1,7 @@
-// The periodic response of one run by one model, solved once at a theta for all the channels that
-// are predicted of it (displacement, load cell, accelerometer).
+// The periodic response of one run by one model, solved once at a theta for all channels that are
+// predicted from it (displacement, load cell, accelerometer).
 //
-// The solution is kept, so that the next, nearby theta costs two or three Newton steps.
+// The solution is kept. Therefore the next, nearby theta takes two or three Newton steps.
 #pragma once
 
 #include <vector>
@@ -14,39 +14,41 @@
 
 namespace shaker::estimator::diagnosis {
 
-// How far a solution is sought: by a few Newton steps from the last one; by as many as sharp
-// corners want; and where those do not lead to it from rest, the long way. Where nothing has been
-// solved yet there is only the last.
+// How hard to search for a solution: `near`, by a few Newton steps from the last one; `patient`, by
+// as many as sharp corners need; `from_rest`, if those fail, by continuation from rest. A first
+// solution is always searched from rest.
 enum class HowFar { near, patient, from_rest };
 
 // One thread.
 class PeriodicResponse {
  public:
-  // To the excitation of `datum`. `model` must outlive it.
+  // The response to the excitation of `datum`. `model` must outlive it.
   PeriodicResponse(const Model& model, const RunDatum& datum, int points);
 
-  // Among the channels from the next `at` on; returns its place there.
+  // Adds a channel, from the next `at` on. Returns its index.
   int look_at(Quantity quantity);
-  // False when there is no admissible solution at theta; the next search then begins at the last
-  // success, or where this one began. At the theta of that nothing is solved again.
+  // Returns false if there is no admissible solution at theta. The next search then starts from the
+  // last success, or from the first start. At the theta of the last success nothing is solved
+  // again.
   bool at(const std::vector<double>& theta, HowFar search);
-  // points x (1 + parameters): a channel over the cycle and its derivatives, at the last success.
+  // A channel over the cycle and its derivatives at the last success: points x (1 + parameters).
   Eigen::MatrixXd curves(int channel) const;
-  // points x 2 Hx: the observed coordinate over the excitation's cosines and sines, without its
-  // mean, at the last success; empty where that is singular.
+  // Derivatives of the observed coordinate with respect to the cosines and sines of the excitation,
+  // without its mean, at the last success: points x 2 Hx. Empty if the equations are singular.
   Eigen::MatrixXd over_excitation(int driver_harmonics);
 
-  // Begins from another model's solution of the same run: as far as coordinates are shared.
+  // Starts the search from another model's solution of the same run, for the coordinates that both
+  // have.
   void start_from(const PeriodicResponse& other);
-  // From solutions of this run on two coarser grids, of twice the width and of four times it, as
-  // far beyond the finer one as that half their difference leads.
+  // Starts the search from an extrapolation of solutions of this run on two coarser grids, with
+  // twice and four times the width: the finer one plus half their difference.
   void start_beyond(const PeriodicResponse& finer, const PeriodicResponse& coarser);
 
-  // Holds the present solution, to begin from again after tries that led elsewhere.
+  // Stores the present solution; go_back() starts the next search from it.
   void hold() { held_ = kept_; }
   void go_back();
 
-  // Keeps the solution, and gives back what only solving needs.
+  // Keeps the solution and frees the memory that only solving needs.
   void rest();
 
   const PeriodicSystem& system() const { return system_; }
@@ -54,7 +56,8 @@ class PeriodicResponse {
  private:
   bool solve(const std::vector<double>& theta, HowFar search);
   void follow(const std::vector<double>& theta);
-  // Whether a search has arrived; counts what it cost, and takes the step that it has ready there.
+  // Returns true if a search has converged. Counts its cost, and takes the last Newton step if it
+  // is ready.
   bool landed(const SolveReport& report);
   void begin_at(const std::vector<double>& state);
 
@@ -66,7 +69,7 @@ class PeriodicResponse {
   bool solved_ = false;                       // the state is one, if not of this system's model
   std::shared_ptr<EvaluationBudget> budget_;  // null: nobody asks
   bool current_ = false;                      // at theta_, linearised and seen through all channels
-  // States: where it began before any success, of the last one, and the one held.
+  // States: the start before any success, the last success, and the stored one.
   std::vector<double> begun_, kept_, held_;
 };
 

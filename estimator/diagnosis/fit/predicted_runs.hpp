@@ -8,22 +8,22 @@
 
 namespace shaker::estimator::diagnosis {
 
-// A run that is fitted, and not held out.
+// True if a run is fitted and not held out.
 bool is_fitted(const RunDatum& datum);
 
-// Predicts the runs that are fitted. False where one has no solution.
+// Predicts the fitted runs. Returns false if one has no solution.
 bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
                  const std::vector<double>& theta, HowFar search);
 
-// Forces along a measured motion exist only where the model is admissible on all of it: a gas
-// column must be longer than the stroke. Replaces start values that are not admissible: changes one
-// parameter of `fit.theta` by the smallest factor, at most 2, with which all runs can be
-// predicted. A wrong unit is a larger factor, and is not mended. False, and nothing changed, where
-// there is none, or where responses are compared.
+// Corrects inadmissible start values. Forces along a measured motion exist only if the model is
+// admissible on all of it: a gas column must be longer than the stroke. Multiplies one parameter of
+// `fit.theta` by the smallest factor, at most 2, with which all runs can be predicted. A wrong unit
+// needs a larger factor and is not corrected. Returns false, and changes nothing, if no factor
+// helps or if responses are compared.
 bool admit(HarmonicFit& fit, const std::vector<RunDatum>& data, HowFar search);
 
-// Runs that are held out know the solution where the fit began, which may be far from where it
-// ended.
+// Predicts the held-out runs. Their last solution is that of `began`, where the fit started, which
+// may be far from its end.
 bool predict_held_out(HarmonicFit& fit, const std::vector<RunDatum>& data,
                       const std::vector<double>& began, HowFar search);
 

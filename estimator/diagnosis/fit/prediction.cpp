@@ -148,6 +148,8 @@ void Prediction::start_beyond(const Prediction& finer, const Prediction& coarser
 void Prediction::start_from(const Prediction& other) {
   is_at_ = false;
   if (alike(other) && other.analysis_) analysis_ = other.analysis_;
+  if (imposed_ && other.imposed_) imposed_->start_from(*other.imposed_);
+  if (integrator_ && other.integrator_) integrator_->begin_from(*other.integrator_);
   if (transient_ && other.transient_) transient_->start_from(*other.transient_);
   if (response_ && other.response_ && !follows_) response_->start_from(*other.response_);
 }

@@ -1,9 +1,8 @@
-// A model's prediction of a run's harmonics and its derivatives over the parameters: of the
-// periodic response to an excitation, or of the force along an imposed motion; of a run that is not
-// periodic the same in the cosines of its record.
+// A model's prediction of a run's harmonics, with the derivatives with respect to the parameters:
+// of the periodic response to an excitation, or of the force along an imposed motion. For a run
+// without a period it predicts the cosines of the record.
 //
-// A run's periodic response may be shared by the predictions of all its channels
-// (periodic_response.hpp).
+// The predictions of all channels of a run may share its periodic response (periodic_response.hpp).
 #pragma once
 
 #include <memory>
@@ -25,49 +24,54 @@ class Prediction {
  public:
   // `model` must outlive it. As many harmonics are predicted as the datum has.
   Prediction(const Model& model, const RunDatum& datum, int points);
-  // Another channel of the same periodic response (first_of_response): solved once for both, from
-  // where `of` begins.
+  // Another channel of the same periodic response (first_of_response). The response is solved once
+  // for both and starts where `of` starts.
   Prediction(Prediction& of, const RunDatum& datum);
 
-  // False when there is no admissible periodic solution at theta; what was predicted before stays.
+  // Predicts at `theta`. Returns false if there is no admissible periodic solution; the last
+  // prediction then stays.
   bool at(const std::vector<double>& theta, HowFar search = HowFar::from_rest);
   const Eigen::VectorXd& value() const { return value_; }
   // (2 H + 1) x parameters.
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }
-  // (2 H + 1) x 2 Hx: over the excitation's cosines and sines, without its mean. Zero for an
-  // imposed motion.
+  // Derivatives with respect to the cosines and sines of the excitation, without its mean: (2 H +
+  // 1) x 2 Hx. Zero for an imposed motion.
   Eigen::MatrixXd over_excitation(int driver_harmonics);
-  // Of a record's response: over the first `count` cosines of its excitation, where `at` succeeded;
-  // no columns for anything else.
+  // Derivatives of a record's response with respect to the first `count` cosines of its excitation,
+  // after a successful `at`. No columns for other runs.
   Eigen::MatrixXd over_record(const std::vector<double>& theta, Eigen::Index count) const;
-  // (2 H + 1) x (2 Hx + 1): over the harmonics of an imposed motion, its mean first.
+  // Derivatives with respect to the harmonics of an imposed motion, the mean first: (2 H + 1) x (2
+  // Hx + 1).
   Eigen::MatrixXd over_motion();
 
-  // Begins from another model's solution of the same run: as far as coordinates are shared.
+  // Starts the search from another model's solution of the same run, for the coordinates that both
+  // have.
   void start_from(const Prediction& other);
-  // From solutions of this run on two coarser grids, of twice the width and of four times it, as
-  // far beyond the finer one as that half their difference leads. Periodic responses only.
+  // Starts the search from an extrapolation of solutions of this run on two coarser grids, with
+  // twice and four times the width: the finer one plus half their difference. Periodic responses
+  // only.
   void start_beyond(const Prediction& finer, const Prediction& coarser);
 
-  // Holds the present periodic solution, to begin from again after tries that led elsewhere.
+  // Stores the present periodic solution; go_back() starts the next search from it.
   void hold();
   void go_back();
 
-  // One table of sines for both, where they are of as many harmonics and points.
+  // Uses one table of sines for both predictions, if they have equal numbers of harmonics and
+  // points.
   void share(Prediction& other);
   void share(AnalysisMatrices& matrices);  // unless it has one
 
-  // Keeps the solution, and gives back what only solving needs.
+  // Keeps the solution and frees the memory that only solving needs.
   void rest() {
     if (response_) response_->rest();
   }
 
   const Model& model() const { return *model_; }
   int points() const { return points_; }
-  // Null for imposed motion. After rest() its state and its excitation are there, and no more.
+  // Null for an imposed motion. After rest() only its state and its excitation are available.
   const PeriodicSystem* response() const { return response_ ? &response_->system() : nullptr; }
   const ImposedMotion* imposed() const { return imposed_.get(); }  // null for a response
-  // Of a run that is not periodic, null for others: its record.
+  // The record of a run without a period; null for other runs.
   const SampledRun* sampled() const { return sampled_.get(); }
 
  private:

@@ -19,14 +19,14 @@ constexpr double kLittle = 0.5;                 // of chi-squared: what leaves m
 constexpr double kTrifle = 0.1;                 // standard errors, of all harmonics together
 constexpr double kOpenAtFirst = 2.0;            // the same, of a first limit
 constexpr double kOpenStill = 2.0 * kLeftOpen;  // of one that was taken with other errors
-constexpr double kReach = 2.0;      // the same, that a fit at a limit may go on by its slopes
-constexpr int kMaxRefitSteps = 25;  // of a fit that begins at the last grid's
-constexpr double kOnTheWay = 0.5;   // of chi-squared: tolerance of the coarser grids
-constexpr double kNeeded = 0.5;     // of what is needed: the parameters follow
-constexpr double kWorkOfSharpening = 2.0;  // of one fit's: three to records, and limits
+constexpr double kReach = 2.0;            // the same, that a fit at a limit may go on by its slopes
+constexpr int kMaxRefitSteps = 25;        // of a fit that begins at the last grid's
+constexpr double kOnTheWay = 0.5;         // of chi-squared: tolerance of the coarser grids
+constexpr double kNeeded = 0.5;           // of what is needed: the parameters follow
+constexpr double kZeroWidthBudget = 2.0;  // of one fit's: three to records, and limits
 
 // The next finer grid changes the prediction by a share of what is left that could matter.
-bool worth_sharpening(const HarmonicFit& first, const std::vector<RunDatum>& data, int points,
+bool worth_zero_width(const HarmonicFit& first, const std::vector<RunDatum>& data, int points,
                       double touched) {
   // What half the width changes by d, no width changes by 2 d: enough to come down to noise?
   const double noise = std::sqrt(first.observations / std::max(first.chi_squared, 1e-300));
@@ -116,9 +116,10 @@ std::vector<std::size_t> channels_of(const std::vector<RunDatum>& data, std::siz
 
 // At the parameters of `at`, a fit that has not been taken to a limit. Nothing where a grid has no
 // solution. `fitted_only`: none of runs that are held out.
-std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
-                               const HarmonicFit& at, const std::vector<RunDatum>& data, int points,
-                               AnalysisMatrices& matrices, double left_open, bool fitted_only) {
+std::optional<Limits> zero_width_limits(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
+                                        const HarmonicFit& at, const std::vector<RunDatum>& data,
+                                        int points, AnalysisMatrices& matrices, double left_open,
+                                        bool fitted_only) {
   Limits all(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (fitted_only && data[r].role != Role::fit) continue;
@@ -144,7 +145,7 @@ std::optional<Limits> no_width(const std::vector<std::shared_ptr<HarmonicFit>>& 
 
 // The data with what the grid of `at.fit` lacks to corners of no width; what stays open is in the
 // covariance.
-std::shared_ptr<const std::vector<RunDatum>> with_lack(const Sharpened& at, const Limits& limits,
+std::shared_ptr<const std::vector<RunDatum>> with_lack(const ZeroWidthFit& at, const Limits& limits,
                                                        const std::vector<RunDatum>& data) {
   auto sharp = std::make_shared<std::vector<RunDatum>>(data);
   for (std::size_t r = 0; r < data.size(); ++r) {
@@ -182,11 +183,11 @@ double apart(const HarmonicFit& fit, const Limits& limits, const std::vector<Run
 // At corners of no width, by the slopes that the limit has. It bends with the parameters, so that
 // it is taken again where they have gone; what slopes are off then goes with the square of the
 // step, until that is a trifle.
-std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
-                                  const std::vector<RunDatum>& data, const FitOptions& options) {
+std::optional<ZeroWidthFit> at_limit(const std::vector<std::shared_ptr<HarmonicFit>>& fits,
+                                     const std::vector<RunDatum>& data, const FitOptions& options) {
   const bool record = on_samples(data);
   const int points = fits.back()->predictions.front().points();
-  Sharpened sharp{fits.back(), std::make_shared<const std::vector<RunDatum>>(data)};
+  ZeroWidthFit sharp{fits.back(), std::make_shared<const std::vector<RunDatum>>(data)};
   AnalysisMatrices matrices;
   double last_step = 0.0;
   for (int round = 1;; ++round) {
@@ -195,7 +196,7 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
     const bool first = round == 1 && !record;
     const double left_open = first ? kOpenAtFirst : kLeftOpen;
     const auto limits =
-        no_width(fits, *sharp.fit, data, options.points, matrices, left_open, first);
+        zero_width_limits(fits, *sharp.fit, data, options.points, matrices, left_open, first);
     if (!limits) return std::nullopt;
     const double off = apart(*sharp.fit, *limits, data);
     sharp.data = with_lack(sharp, *limits, data);
@@ -211,8 +212,8 @@ std::optional<Sharpened> at_limit(const std::vector<std::shared_ptr<HarmonicFit>
 
 }  // namespace
 
-std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDatum>& limits,
-                                 const std::vector<RunDatum>& data, const FitOptions& options) {
+std::optional<ZeroWidthFit> carried(const HarmonicFit& fit, const std::vector<RunDatum>& limits,
+                                    const std::vector<RunDatum>& data, const FitOptions& options) {
   if (limits.size() != data.size()) return std::nullopt;
   auto sharp = std::make_shared<std::vector<RunDatum>>(data);
   for (std::size_t r = 0; r < data.size(); ++r) {
@@ -233,16 +234,17 @@ std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDa
     moved += whitened(data[r], again->predictions[r].jacobian() * by).squaredNorm();
   }
   if (moved > kReach * kReach) return std::nullopt;
-  return Sharpened{std::move(again), std::move(sharp)};
+  return ZeroWidthFit{std::move(again), std::move(sharp)};
 }
 
-std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
-                                 const FitOptions& stated, const Sharpening& worth) {
+std::optional<ZeroWidthFit> to_zero_width(const HarmonicFit& first,
+                                          const std::vector<RunDatum>& data,
+                                          const FitOptions& stated, const ZeroWidthOptions& worth) {
   FitOptions options = stated;
-  const Task task(data.front().budget, kWorkOfSharpening * options.fit_budget);
+  const Task task(data.front().budget, kZeroWidthBudget * options.fit_budget);
   // Far from noise the long way to a solution on fine grids is not worth its time.
   options.from_near = first.chi_squared > kHopeless * first.observations;
-  if (!worth_sharpening(first, data, 2 * options.points, worth.touched)) return std::nullopt;
+  if (!worth_zero_width(first, data, 2 * options.points, worth.touched)) return std::nullopt;
   const bool record = on_samples(data);
   std::vector<std::shared_ptr<HarmonicFit>> fits;
   int points = options.points;
@@ -255,7 +257,7 @@ std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<Run
   }
   if (fits.size() < 2) return std::nullopt;
   if (worth.on_grids)
-    return Sharpened{fits.back(), std::make_shared<const std::vector<RunDatum>>(data)};
+    return ZeroWidthFit{fits.back(), std::make_shared<const std::vector<RunDatum>>(data)};
   return at_limit(fits, data, options);
 }
 

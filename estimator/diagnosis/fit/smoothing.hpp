@@ -1,11 +1,11 @@
-// Corners of a model (dry friction, valves, stops) made as sharp as a grid can follow.
+// Smoothing widths of a model (dry friction, valves, stops), and their limit of zero.
 //
-// Effects round their corners over a stated width, which a plant does not; against quiet data that
-// alone looks like one more effect. Here a width is a share of what the motion passes in one step
-// of the grid, run by run: that is resolved, and its influence is even and smooth in the width.
-// Two grids, the second of twice the points, lead to the parameters, and the solution of width 0 is
-// taken there with its slopes (smoothing_limit.hpp), as often as the parameters move; of a record,
-// by extrapolation from three widths.
+// An effect smooths its corner over a stated width, which a plant does not do. Against quiet data
+// that difference alone looks like one more effect. Here a width is a share of the motion in one
+// step of the grid, for each run: the grid resolves it, and its influence is smooth in the width.
+// Two grids, the second of twice the points, lead to the parameters. The solution of zero width is
+// extrapolated there with its derivatives (smoothing_limit.hpp), and again whenever the parameters
+// move. For a record it is extrapolated from three widths.
 #pragma once
 
 #include <limits>
@@ -17,66 +17,69 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Some effect of the model has a corner that no width is stated for.
+// True if an effect of the model has a corner whose width its line does not state.
 bool has_edges(const config::ModelSpec& spec);
-// The same, or a memory, whose grid error is treated alike.
+// The same, or an effect with a memory: its grid error is treated in the same way.
 bool has_smoothing(const config::ModelSpec& spec);
 
-// The model with corners as sharp as `datum`'s motion allows in `points` steps; what the model file
-// itself states stays.
+// Returns the model with the smallest widths that `points` steps resolve for the motion of `datum`.
+// Widths that the model file states stay.
 config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points);
 
-// The model with corners as wide as the catalogue states them, written into it.
+// Returns the model with the widths of the catalogue written into its lines.
 config::ModelSpec stated_for(const config::ModelSpec& spec);
 
-// A friction that turns round over a velocity `e` which its own line, or the catalogue, states: the
-// width that a step of the grid is held against.
+// The smoothing width `e` of one friction: a velocity that its own line or the catalogue states.
 struct Turning {
   std::size_t line;
   std::string symbol, unit;
   double width, usual;  // the line's, and the catalogue's
   bool stated;          // by the line
 };
-// Of the damper's effects without a memory.
+// The smoothing widths of all frictions without memory.
 std::vector<Turning> turnings_of(const config::ModelSpec& spec);
-// Friction whose width no line states, stated as the narrowest that estimates take well: so a model
-// file says that it turns round at once.
+// Returns the model with a narrow width in every line that states none: the narrowest with which an
+// estimate converges reliably. A model file says in this way that the friction reverses at once.
 config::ModelSpec stated_sharp(const config::ModelSpec& spec);
-// The same without what such a file states; `speed`: of the motion, by order of magnitude.
+// The reverse: removes widths that are that narrow. `speed`: order of magnitude of the motion's
+// velocity.
 config::ModelSpec sharp_freed(const config::ModelSpec& spec, double speed);
 
-// The model with every corner narrow whose width no line states: fits are taken to corners of no
-// width, and a prediction in time has them too.
+// Returns the model with a narrow width for every corner whose width its line does not state. The
+// fits are taken to zero width, and a prediction in time must agree with them.
 config::ModelSpec with_narrow_smoothing(const config::ModelSpec& spec);
 
-// Twice as many points again and again, until no run passes more than half of the narrowest width
-// that the model's lines state in one step where its motion turns round; `points` where none does.
+// Returns the number of grid points that resolves the narrowest width that the model's lines state:
+// near a velocity reversal no run passes more than half of that width in one step. It is `points`
+// times a power of two; `points` if no line states a width.
 int points_for(const config::ModelSpec& spec, const std::vector<RunDatum>& data, int points);
 
-// A fit on the finest of the grids to data that tell what it lacks to the limit (`to_limit`), with
-// what the extrapolation leaves open in their covariance.
-struct Sharpened {
+// A fit of zero smoothing width: on the finest grid, to data with the difference to the limit
+// (`to_limit`). Their covariance includes the uncertainty of the extrapolation.
+struct ZeroWidthFit {
   std::shared_ptr<const HarmonicFit> fit;
   std::shared_ptr<const std::vector<RunDatum>> data;
 };
-// What makes it worth while.
-struct Sharpening {
-  // Share of chi-squared that the next finer grid changes, at least; the farther from noise, the
-  // more is wanted (up to an eighth).
+// When to compute the limit of zero width.
+struct ZeroWidthOptions {
+  // Least share of chi-squared that the next finer grid must change. Farther from the noise the
+  // required share grows, to at most an eighth.
   double touched = 0.01;
-  // Chi-squared, below which corners half as wide, or by their example those of no width, must
-  // lead.
+  // Gives up if half the width does not promise a chi-squared below this value.
   double hopeless = std::numeric_limits<double>::infinity();
-  // Whether the finest of the grids will do: their limit takes up to 64 times the points.
+  // True: the finest grid is enough. The limit itself takes up to 64 times the points.
   bool on_grids = false;
 };
-// Nothing when it is not worth while, or the corners cannot be made sharper than one grid allows.
-std::optional<Sharpened> sharpen(const HarmonicFit& first, const std::vector<RunDatum>& data,
-                                 const FitOptions& options, const Sharpening& worth = {});
-// The same for other errors of the same runs: `fit` was fitted to `limits`, and what they tell of
-// the limit is true for `data` too. Nothing where they do not tell it, or not as exactly as these
-// errors ask for, or where the parameters go farther than its slopes are good for.
-std::optional<Sharpened> carried(const HarmonicFit& fit, const std::vector<RunDatum>& limits,
-                                 const std::vector<RunDatum>& data, const FitOptions& options);
+// Takes a fit to zero smoothing width. Empty if `worth` says that it does not pay, or if no finer
+// grid has a solution.
+std::optional<ZeroWidthFit> to_zero_width(const HarmonicFit& first,
+                                          const std::vector<RunDatum>& data,
+                                          const FitOptions& options,
+                                          const ZeroWidthOptions& worth = {});
+// The same for other errors of the same runs. `fit` was fitted to `limits`, whose extrapolation
+// holds for `data` too. Empty if `limits` has no extrapolation, if it is less exact than these
+// errors require, or if the parameters move farther than its derivatives hold.
+std::optional<ZeroWidthFit> carried(const HarmonicFit& fit, const std::vector<RunDatum>& limits,
+                                    const std::vector<RunDatum>& data, const FitOptions& options);
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,11 +1,11 @@
-// A periodic prediction with corners of width 0, as no grid has them.
+// A periodic prediction in the limit of zero smoothing width, which no grid has.
 //
-// Dry friction that is turned round over a width e creeps where a real damper sticks, and slips off
-// a little late: the error goes with e and with e log e, and only then with their squares. So the
-// run is solved with widths 4, 2, 1, ... times the finest, each on a grid whose steps go with the
-// width, and every term is eliminated in turn (Neville's scheme, the logarithm as a double root).
-// Grids are refined until what the last elimination changes is small beside the noise, or beside
-// what is left of the run.
+// Dry friction that reverses over a width e creeps where a real damper sticks, and slips a little
+// late. The error has terms in e and e log e, then in their squares. The run is therefore solved
+// with 1, 2, 4, ... times the finest width, each on a grid in proportion to the width, and the
+// terms are eliminated one after another (Neville's scheme, the logarithm as a double root). The
+// grids are refined until the last elimination changes little compared with the noise, or with the
+// residual of the run.
 #pragma once
 
 #include <optional>
@@ -27,14 +27,16 @@ struct SmoothingLimit {
   Eigen::VectorXd open;   // by how much the last elimination moved the values
 };
 
-// The rungs of a ladder, the coarsest first, each of half the width of the one before: values, and
-// their slopes behind them. The entry of the scheme whose values the last elimination moved least,
-// in units of the datum's noise. Two at least.
+// Eliminates the terms from solutions of the same run, the coarsest first, each with half the width
+// of the one before. A matrix has the values in its first column and their derivatives after it.
+// Returns the entry of the scheme whose values the last elimination moved least, in units of the
+// datum's noise. Needs two solutions.
 SmoothingLimit eliminated(const std::vector<Eigen::MatrixXd>& rungs, const RunDatum& datum);
 
-// Of a periodic run, seen by `channels`, each as far as its own noise asks for. `points`: of the
-// coarsest grid; `near`: a solution nearby; `matrices`: for all runs of one fit. Nothing where a
-// grid of the first few has no solution. `left_open`, of the noise: enough.
+// Computes the limit for a periodic run in all its `channels`, each as exactly as its noise
+// requires. `points`: of the coarsest grid; `near`: a nearby solution; `matrices`: shared by all
+// runs of one fit. Empty if one of the first grids has no solution. `left_open`: accepted error,
+// relative to the noise.
 std::optional<std::vector<SmoothingLimit>> smoothing_limits(
     const config::ModelSpec& spec, const std::vector<const RunDatum*>& channels,
     const std::vector<double>& theta, const Prediction& near, int points,

@@ -183,8 +183,6 @@ bool TransientResponse::integrate(const std::vector<double>& theta) {
                          : make_runge_kutta(equations_, options, free_);
     steps_ = steps;
     stiff_ = stiff;
-    for (Arc& arc : arcs_)
-      arc.nodes.clear();
   }
   if (!integration_->run(arcs_, theta, true).ok) return false;
   const bool bounded = std::all_of(arcs_.begin(), arcs_.end(), [&](const Arc& arc) {

@@ -1,10 +1,10 @@
-// A model's response to an excitation that is not periodic, by time integration, in the cosines
-// that are compared, with its derivatives over the parameters.
+// A model's response to an excitation without a period, by time integration: the cosines that are
+// compared, with their derivatives with respect to the parameters.
 //
-// The record is cut into arcs, integrated abreast and closed by Newton's method (multiple
-// shooting): the trajectory is one. Where it began is nobody's parameter: at every theta the
-// initial state is the one that suits the data best, and the derivatives are those with it suited
-// again (variable projection), so that no effect can be praised for what another start explains.
+// The record is cut into arcs, which are integrated in batches and joined by Newton's method
+// (multiple shooting). The initial state is not a parameter. At every theta it is the one that fits
+// the data best, and the derivatives include its adjustment (variable projection). Therefore no
+// effect gets credit for what another initial state explains.
 #pragma once
 
 #include <memory>
@@ -26,31 +26,32 @@ class TransientResponse {
   // has instruments that only a periodic motion has.
   TransientResponse(const Model& model, const RunDatum& datum);
 
-  // False when no trajectory from some initial state goes through the record.
+  // Returns false if no trajectory goes through the record, from any initial state.
   bool at(const std::vector<double>& theta);
   const Eigen::VectorXd& value() const { return value_; }
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }  // over all parameters
 
-  // Of the trajectory at each sample, a row each, where `at` succeeded.
+  // States of the trajectory, one row for each sample, after a successful `at`.
   Eigen::MatrixXd states() const;
 
-  // Begins from another model's trajectory, as far as states are shared.
+  // Starts from another model's trajectory, for the states that both have.
   void start_from(const TransientResponse& other);
 
  private:
   void cut();
   void begin_from_data();
-  // Of the explicit integrator; 0: they would be too many.
+  // Steps of the explicit integrator between two samples; 0: too many would be needed.
   int steps_between_samples(const std::vector<double>& theta) const;
   bool integrate(const std::vector<double>& theta);
-  // Whether a state is an effect's memory, not a motion.
+  // True if a state is the memory of an effect and not a motion.
   bool remembers(int state) const {
     return state >= model_->mechanical() && state < equations_.coordinates();
   }
   void size_memories();
   bool close(const std::vector<double>& theta);
   void settle_steps(const std::vector<double>& theta);
-  // Condensed onto the initial state and the parameters: predicted samples and their slopes.
+  // Condenses the arcs onto the initial state and the parameters: predicted samples and their
+  // derivatives.
   void condense();
   void see(const std::vector<double>& theta);
   double correct();

@@ -91,20 +91,25 @@ MatrixXd ForceSurface::splines(const VectorXd& stroke, const VectorXd& velocity)
 
 // Matern's of order 3/2: smooth, but for corners that the data insist on.
 MatrixXd ForceSurface::covariance(double along_stroke, double along_velocity) const {
-  MatrixXd k(size(), size());
-  for (Index i = 0; i < size(); ++i) {
-    for (Index j = 0; j < size(); ++j) {
-      // What jumps at velocity reversal is independent of the rest.
-      const Index mine = i / kAcross, theirs = j / kAcross;
-      k(i, j) = 0.0;
-      if ((mine == kAlong) != (theirs == kAlong)) continue;
-      const double u =
-          static_cast<double>(i % kAcross - j % kAcross) / (kAcross - 3) / along_stroke;
-      const double v = static_cast<double>(mine - theirs) / (kAlong - 3) / along_velocity;
+  double of[kAlong][kAcross];  // that many splines apart
+  for (Index row = 0; row < kAlong; ++row) {
+    for (Index column = 0; column < kAcross; ++column) {
+      const double u = static_cast<double>(column) / (kAcross - 3) / along_stroke;
+      const double v = static_cast<double>(row) / (kAlong - 3) / along_velocity;
       const double d = std::sqrt(3.0) * std::hypot(u, v);
-      k(i, j) = (1.0 + d) * std::exp(-d) + (i == j ? 1e-9 : 0.0);
+      of[row][column] = (1.0 + d) * std::exp(-d);
     }
   }
+  MatrixXd k(size(), size());
+  for (Index j = 0; j < size(); ++j) {
+    for (Index i = 0; i < size(); ++i) {
+      // What jumps at velocity reversal is independent of the rest.
+      const Index mine = i / kAcross, theirs = j / kAcross;
+      const bool apart = (mine == kAlong) != (theirs == kAlong);
+      k(i, j) = apart ? 0.0 : of[std::abs(mine - theirs)][std::abs(i % kAcross - j % kAcross)];
+    }
+  }
+  k.diagonal().array() += 1e-9;
   return k;
 }
 
@@ -130,7 +135,7 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise) const 
     unreached_count = static_cast<double>(left - size());
   }
 
-  MatrixXd prior;
+  double stroke = 1.0, velocity = 1.0, tall = 1.0;  // of the likeliest prior
   double noise = least_noise, most = -std::numeric_limits<double>::infinity();
   for (const double along_stroke : kSmooth) {
     for (const double along_velocity : kSmooth) {
@@ -145,13 +150,15 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise) const 
           if (evidence <= most) continue;
           most = evidence;
           noise = level;
-          prior = height * shape;
+          tall = height;
+          stroke = along_stroke;
+          velocity = along_velocity;
         }
       }
     }
   }
   // Posterior over the coefficients; its covariance by the eigenvectors of what is seen.
-  const MatrixXd root = Cholesky(prior).root();
+  const MatrixXd root = Cholesky(tall * covariance(stroke, velocity)).root();
   const MatrixXd through = reach * root;
   const Spectrum eigen = spectrum_of(through.transpose() * through);
   const VectorXd precision = eigen.values.cwiseMax(0.0).array() / noise + 1.0;

@@ -1,12 +1,11 @@
-// A smooth surface over stroke and velocity, estimated from what it does to residuals
-// (remaining_force.hpp).
+// A smooth force over stroke and velocity, estimated from residuals (remaining_force.hpp).
 #pragma once
 
 #include <Eigen/Dense>
 
 namespace shaker::estimator::diagnosis {
 
-// Whitened, a row a datum.
+// Whitened data, one row for each datum.
 struct SurfaceData {
   Eigen::VectorXd residual;
   Eigen::MatrixXd reach;     // of each spline
@@ -21,14 +20,15 @@ struct SurfaceFit {
 
 class ForceSurface {
  public:
-  // Over [low, high] x [-speed, speed]; finer about velocity 0, where a part that is smooth over
-  // the stroke may jump, as friction does.
+  // The surface covers [low, high] x [-speed, speed]. It is finer about zero velocity, where the
+  // force may jump as friction does.
   ForceSurface(double low, double high, double speed);
 
   Eigen::Index size() const;
-  // Values at points, a column a spline.
+  // Values of the splines at points, one column for each spline.
   Eigen::MatrixXd splines(const Eigen::VectorXd& stroke, const Eigen::VectorXd& velocity) const;
-  // Smoothness, size and noise (its variance at least `least_noise`) from the residuals themselves.
+  // Fits the surface. Its smoothness and size and the noise (of a variance of at least
+  // `least_noise`) come from the residuals.
   SurfaceFit fit(const SurfaceData& data, double least_noise) const;
 
  private:

@@ -17,14 +17,15 @@ struct MissingForce {
   bool ok = false;
 };
 
-// Not `ok` where the model has no force along a measured motion. `measured`: harmonics of the
-// response. Internal coordinates are those of the prediction. Of an
-// imposed motion it is the measured force less the predicted one (at the prediction's theta).
+// Computes the missing force along the measured motion. `measured`: harmonics of the response. The
+// internal coordinates are those of the prediction. For an imposed motion it is the measured force
+// minus the predicted one, at the theta of the prediction. Not `ok` if the model has no force along
+// a measured motion.
 MissingForce missing_force(const Prediction& prediction, const std::vector<double>& theta,
                            const Eigen::VectorXd& measured);
 
-// Where the force lies, of all runs together: the part of the motion in which most of it is found
-// in the least time, in words. `before` and `after` have the same runs.
+// Describes in words where the force acts, over all runs: the part of the motion with most of the
+// force in the least time. `before` and `after` have the same runs.
 Location locate(const std::vector<MissingForce>& before, const std::vector<MissingForce>& after,
                 const std::vector<RunDatum>& data);
 std::string where(const std::vector<MissingForce>& force, const std::vector<RunDatum>& data,

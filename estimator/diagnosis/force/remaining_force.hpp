@@ -1,12 +1,13 @@
-// What is left when nothing of the catalogue explains it: the shape of the force that the model
-// still lacks, over stroke and velocity.
+// The remaining force if nothing in the catalogue explains the data: its shape over stroke and
+// velocity.
 //
-// A smooth surface of cubic B-splines, whose prior is a Gaussian process: how smooth it is along
-// either axis, how large, and whether more than the stated noise is left beside it, is what makes
-// the residuals most probable. What the parameters could do instead is taken out twice: from the
-// residuals, along the fit's Jacobian, and from the surface, along the derivatives of the model's
-// force over its parameters; so that it is the part of the force that no parameter can imitate.
-// C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), ch. 2, 5.
+// It is a smooth surface of cubic B-splines with a Gaussian process as prior. Its smoothness along
+// both axes, its size and the noise in addition to the stated one are those that make the residuals
+// most probable. The influence of the parameters is removed twice: from the residuals, along the
+// Jacobian of the fit, and from the surface, along the derivatives of the model's force with
+// respect to its parameters. The surface is thus the part of the force that no parameter can
+// imitate. C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
+// ch. 2, 5.
 #pragma once
 
 #include <optional>
@@ -17,8 +18,9 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Of the runs that were fitted. `errors_of_model`: the standard errors hold what a model left, so
-// that the noise may be less. Nothing for models of several masses, and where no run tells.
+// Estimates the remaining force from the fitted runs. `errors_of_model`: the standard errors
+// include the residual of a model, so the noise may be smaller. Empty for models of several masses,
+// and if no run determines it.
 std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
                                               const std::vector<RunDatum>& data,
                                               bool errors_of_model);

@@ -1,4 +1,4 @@
-// Where a force over stroke and velocity lies, in an operator's words.
+// Describes in words where a force over stroke and velocity acts.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace shaker::estimator::diagnosis {
 
-// The largest significant hill and, where there is one, the largest of the other sign.
+// Names the largest significant maximum, and the largest of the opposite sign if there is one.
 std::string in_words(const RemainingForce& force, const std::string& length_unit);
 
 }  // namespace shaker::estimator::diagnosis

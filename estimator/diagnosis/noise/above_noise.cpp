@@ -58,7 +58,7 @@ Result<void> above_noise(const std::vector<RunDatum>& data, const std::vector<do
     if (run.share() < kFaint) continue;
     warnings.push_back(
         fmt::format("run {} hardly stands out of its noise, with {}: {:.0f} % of what it does "
-                    "could be missing there and not be seen",
+                    "could be missing there unseen",
                     run.run->name, run.words(unit), 100.0 * std::min(run.share(), 1.0)));
   }
   return {};

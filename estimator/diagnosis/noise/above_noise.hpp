@@ -1,5 +1,5 @@
-// Runs whose errors are no smaller than their motion: any model passes there, and "nothing is
-// missing" says nothing.
+// Refuses campaigns whose noise is as large as the motion. Any model passes the test there, so the
+// verdict `adequate` would mean nothing.
 #pragma once
 
 #include <string>
@@ -10,13 +10,13 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Root mean square over the cycle, or record, of what a curve does beside its mean.
+// Root mean square of a curve about its mean, over the cycle or the record.
 double motion_of(const Eigen::VectorXd& harmonics);
 
-// `motions`: of each run's response as it was measured; the weighed one is corrected by what the
-// model makes of a wandering excitation. An Error where no fitted run moves by more than its
-// errors. A run whose errors are more than a third of its motion is a warning: a third of it could
-// be missing there and not be seen. `unit`: of the response.
+// Returns an Error if no fitted run moves by more than its errors. Warns of a run whose errors are
+// more than a third of its motion, because a third of the motion could be missing there unseen.
+// `motions`: motion_of each run's measured response, before the correction for a wandering
+// excitation. `unit`: unit of the response.
 Result<void> above_noise(const std::vector<RunDatum>& data, const std::vector<double>& motions,
                          const std::string& unit, std::vector<std::string>& warnings);
 

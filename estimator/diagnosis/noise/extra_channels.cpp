@@ -184,12 +184,13 @@ std::vector<RunDatum> extra_channels(const std::vector<SteadyRun>& runs, const H
       }
     }
     if (!(least < kMostOff)) {
-      notes.push_back(fmt::format(
-          "the channel {} is not used: it is {:.0f} % off what the motion says of {}; check its "
-          "sign, its unit and what it measures",
-          channel.name, 100.0 * least,
-          nearest == Quantity::damper_force ? "the load between damper and mass"
-                                            : "the damper's acceleration"));
+      notes.push_back(
+          fmt::format("the channel {} is not used: it is {:.0f} % off what follows from the motion "
+                      "for {}; check its "
+                      "sign, its unit and what it measures",
+                      channel.name, 100.0 * least,
+                      nearest == Quantity::damper_force ? "the load between damper and mass"
+                                                        : "the damper's acceleration"));
       continue;
     }
     take(some, nearest, like, runs, fit, all);

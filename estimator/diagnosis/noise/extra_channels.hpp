@@ -1,6 +1,6 @@
-// What a campaign measured beside the displacement: a load cell between damper and mass, an
-// accelerometer on the damper. Each becomes a datum of its own, with the noise of its own scatter,
-// that the same theta must explain; so faults of one sensor no longer look like the damper's.
+// Further channels of a campaign: a load cell between damper and mass, an accelerometer on the
+// damper. Each becomes a datum of its own with the noise of its own scatter. The same theta must
+// explain it, so that a fault of one sensor no longer looks like an effect of the damper.
 #pragma once
 
 #include <string>
@@ -11,16 +11,15 @@
 
 namespace shaker::estimator::diagnosis {
 
-// To be put behind `data`, which are the runs' displacements; `fit` is of those. The zero of such a
-// channel counts for nothing and its gain is trusted to half a percent. An acceleration may be
-// against the table or absolute: it is told by the displacement. `notes` says what is used, and
-// what is not because it does not look like what it should be.
+// Returns data to append to `data`, which are the displacements of `runs`; `fit` is a fit to these.
+// The zero of such a channel is ignored, and its gain is trusted to 0.5 %. An acceleration may be
+// absolute or relative to the table; the displacement shows which. `notes` receives a sentence for
+// each channel that is used, and for each that does not agree with the motion.
 std::vector<RunDatum> extra_channels(const std::vector<SteadyRun>& runs, const HarmonicFit& fit,
                                      const std::vector<RunDatum>& data,
                                      std::vector<std::string>& notes);
-// The channels of `before`, as the quantities that they are there and in its order, read again with
-// `data` and with another fit of the same runs: whatever that one would make of the others, fits to
-// both are of the same measurements, one behind the other.
+// Reads the same channels again with `data` and another fit of the same runs. The result has the
+// quantities and the order of `before`, so that fits to both have the same measurements.
 std::vector<RunDatum> same_channels(const std::vector<SteadyRun>& runs, const HarmonicFit& fit,
                                     const std::vector<RunDatum>& data,
                                     const std::vector<RunDatum>& before);

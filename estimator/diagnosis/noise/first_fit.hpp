@@ -9,26 +9,27 @@
 
 namespace shaker::estimator::diagnosis {
 
-// The balance of forces along the measured periodic motion in place of the response: what is left
-// of the excitation without inertia, as the force of an imposed motion. Of a model of one
-// mechanical coordinate.
+// Turns a periodic response into forces along its measured motion: the measured excitation minus
+// the inertia, as the force of an imposed motion. For a model with one mechanical coordinate.
 RunDatum forces_along_motion(const RunDatum& response, const Model& model);
 
-// Parameters by the forces along the measured motions of periodic runs, from `start` (empty: the
-// model's own); empty where those do not follow from the motion alone, or say nothing.
+// Fits the parameters to the forces along the measured motions of periodic runs. `start`: start
+// values, or empty for the model's own. Empty if the forces do not follow from the motion alone, or
+// determine nothing.
 std::vector<double> fitted_to_forces(const config::ModelSpec& model,
                                      const std::vector<RunDatum>& data,
                                      const std::vector<double>& start, const FitOptions& options);
 
-// Of two fits from different start values. Near noise: another start would not do better. Better:
-// by more than two fits that end in one valley differ.
+// Compare two fits from different start values. Near noise: another start could not improve it.
+// Better: the difference is larger than that of two fits which end in the same valley.
 bool is_near_noise(const HarmonicFit& fit);
 bool is_better(const HarmonicFit& other, const HarmonicFit& fit);
 
-// For periodic runs: from the model's own start values; where that does not settle, or leaves far more than noise,
-// also from what the forces along the measured motion say, which are nearly linear in the
-// parameters: of a spring some times too stiff the response, driven below that model's resonance
-// and above its own, points the wrong way. The better of the two.
+// The first fit of periodic runs, from the model's own start values. If it does not converge, or
+// leaves far more than noise, a second fit starts from the forces along the measured motion, and
+// the better one is returned. The forces are nearly linear in the parameters. The response is not:
+// with a spring that is several times too stiff, a damper that is driven above its own resonance is
+// below the model's, and the response has the opposite sign.
 HarmonicFit first_fit(const config::ModelSpec& model, const std::vector<RunDatum>& data,
                       const FitOptions& options);
 

@@ -1,13 +1,13 @@
-// The noise of a campaign's mean harmonics, from nothing but the scatter of its cycles.
+// The noise of a campaign's mean harmonics, from the scatter of its cycles alone.
 //
-// Each run and harmonic has its own variance (noise is coloured), but a dozen cycles determine it
-// badly; so the variances of all runs and harmonics lend each other strength: a trend over
-// frequency and run, and an inverse-gamma prior about it whose width comes from how much the
-// variances differ more than chance lets them (Smyth 2004). White noise so gets nearly the
-// degrees of freedom of all cycles together, noise with a colour of its own keeps its own few.
+// Each run and harmonic has its own variance, since noise is coloured. A dozen cycles determine it
+// badly. Therefore the estimates of all runs and harmonics are combined: a trend over frequency and
+// run, and an inverse-gamma prior about the trend. The width of the prior follows from how much the
+// variances differ beyond chance (Smyth 2004). White noise then has nearly the degrees of freedom
+// of all cycles together; coloured noise keeps its own few.
 //
-// Noise that is correlated from one cycle to the next makes the mean worse than scatter /
-// cycles; its low-frequency share is measured and taken into account.
+// Noise that is correlated from cycle to cycle makes the mean less certain than scatter / cycles.
+// Its low-frequency share is measured and included.
 #pragma once
 
 #include <vector>
@@ -30,14 +30,14 @@ struct CampaignNoise {
 struct Scatter {
   double frequency_hz = 0.0;
   Eigen::MatrixXd cycles;  // a row a cycle, in order of time; at least 3
-  // Degrees of freedom that were taken from each component besides its mean; empty: none.
+  // Degrees of freedom that each component has lost, apart from its mean; empty: none.
   Eigen::VectorXd spent = {};
 };
 
 CampaignNoise campaign_noise(const std::vector<Scatter>& runs);
 
-// Moderated variances: `variance` and `freedom` of independent estimates in, posterior ones out.
-// `trend` has a row of covariates for each (a constant first).
+// Moderates variances: takes independent estimates in `variance` and `freedom`, and leaves the
+// posterior ones there. `trend` has a row of covariates for each, the constant first.
 void moderate(const Eigen::MatrixXd& trend, Eigen::VectorXd& variance, Eigen::VectorXd& freedom);
 
 }  // namespace shaker::estimator::diagnosis

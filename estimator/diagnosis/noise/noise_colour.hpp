@@ -1,9 +1,8 @@
-// The colour of a record's noise, which its spectrum above the response does not tell.
+// The colour of a record's noise, which the spectrum above the response does not show.
 //
-// What a fit leaves of a record is either noise or a force that the model lacks. Noise knows
-// nothing of the motion; so what is left is taken for noise, of whatever colour it has, where
-// neither an effect of the catalogue nor any smooth force over stroke and velocity lies along it
-// more than chance would.
+// The residual of a fit is either noise or a missing force. Noise does not depend on the motion.
+// The residual is therefore taken for noise of any colour if neither an effect of the catalogue nor
+// a smooth force over stroke and velocity correlates with it more than chance allows.
 #pragma once
 
 #include <optional>
@@ -14,30 +13,30 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Of which noise the spectrum is not known. That of the measured excitation has the response's
-// covariance (excitation_noise.hpp), whatever its size.
+// Which noise has the unknown spectrum. Noise of the measured excitation has the covariance of the
+// response to it (excitation_noise.hpp).
 enum class ColourOf { response, excitation };
 
-// The data with noise of the spectrum that `fit` leaves, in bands that widen with frequency;
-// nowhere less than the noise that they had. `fitted`: those that it was fitted to.
+// Returns the data with the spectrum of the residual of `fit` as their noise, in bands that widen
+// with frequency. No variance becomes smaller than it was. `fitted`: the data of the fit.
 std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
                                          const std::vector<RunDatum>& fitted,
                                          const std::vector<RunDatum>& data, ColourOf of);
 
-// Logarithm by which the spectrum that `one` leaves is more probable than that of `other`, doubled
-// (Whittle's likelihood, in those bands): of two fits that leave the same noise about the number of
-// parameters that one has more. Of the runs that were fitted.
+// Twice the logarithm by which the residual spectrum of `one` is more probable than that of `other`
+// (Whittle's likelihood in those bands, over the fitted runs). For two fits that leave the same
+// noise it is about the difference of their numbers of parameters.
 double spectrum_gain(const HarmonicFit& one, const HarmonicFit& other,
                      const std::vector<RunDatum>& data);
 
-// Probability that noise with the data's errors lies as much along the responses to a smooth force
-// over stroke and velocity as what `fit`, fitted to them, leaves does (Fisher's F, the noise's size
-// being what is left beside them). Nothing where such a force cannot be added to the model.
+// Probability that noise correlates with the responses to a smooth force over stroke and velocity
+// as much as the residual of `fit` does (Fisher's F; the rest of the residual is the size of the
+// noise). Empty if such a force cannot be added to the model.
 std::optional<double> chance_along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                           const FitOptions& options);
 
-// Whether what `fit` leaves of its runs may be noise, as far as its size says. False where a run
-// leaves more than a tenth of its response, without the mean.
+// True if the residual of `fit` is small enough to be noise: in every run at most a tenth of the
+// response without its mean.
 bool may_be_noise(const HarmonicFit& fit, const std::vector<RunDatum>& data);
 
 }  // namespace shaker::estimator::diagnosis

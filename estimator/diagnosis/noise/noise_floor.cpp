@@ -106,10 +106,10 @@ NoiseFloor noise_floor(const HarmonicFit& fit, const std::vector<RunDatum>& data
     at += data[r].response.size();
     for (Index d = 0; d < draws; ++d) {
       const auto i = static_cast<std::size_t>(d);
-      own[i] = root_mean_square(coloured(data[r], left.col(d)));
+      own[i] = root_mean_square(without_own_zero(data[r], coloured(data[r], left.col(d))));
       if (fitted(data[r])) all[i] += own[i] * own[i];
     }
-    found.runs.push_back({root_mean_square(data[r].error), level(own)});
+    found.runs.push_back({root_mean_square(without_own_zero(data[r], data[r].error)), level(own)});
     if (!fitted(data[r])) continue;
     squares += found.runs[r].expected * found.runs[r].expected;
     runs += 1.0;

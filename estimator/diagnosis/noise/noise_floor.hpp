@@ -1,9 +1,9 @@
-// What noise alone leaves of a gap: its expected size, and the level that it rarely exceeds.
+// The gap that noise alone leaves: its expected size, and the level that it rarely exceeds.
 //
-// Few harmonics carry the noise of a mean cycle, so that its root mean square differs from campaign
-// to campaign by a fifth and more: half of all perfectly explained campaigns leave more than the
-// expected noise. The floor therefore is the level below which noise alone stays in 95 of 100 such
-// campaigns, after as many parameters have been fitted to it.
+// Few harmonics carry the noise of a mean cycle. Its root mean square therefore differs from
+// campaign to campaign by a fifth and more, and half of all perfectly explained campaigns leave
+// more than the expected noise. The floor is the level below which noise alone stays in 95 of 100
+// such campaigns, after as many parameters have been fitted to it.
 #pragma once
 
 #include <vector>
@@ -20,9 +20,10 @@ struct NoiseFloor {
   std::vector<NoiseLevel> runs;  // the first of the data
 };
 
-// Of the first `shown` of the data; what stands behind them (further channels) is fitted too. Noise
-// is drawn as the data have it (covariance, standard errors that are estimated themselves, time
-// base), the parameters of `fit` are fitted to it, and what is left is measured as the gap is.
+// The noise floor of the first `shown` of the data; the data after them (further channels) are
+// fitted too. Draws noise with the properties of the data (covariance, standard errors that are
+// themselves estimates, time base), fits the parameters of `fit` to it, and measures the rest as
+// the gap is measured.
 NoiseFloor noise_floor(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                        std::size_t shown);
 

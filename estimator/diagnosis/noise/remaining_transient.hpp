@@ -1,11 +1,11 @@
-// What is left of the transient in cycles that look steady, and the steady cycle without it.
+// The rest of the transient in cycles that look steady, and the steady cycle without it.
 //
-// A mode that shrinks by a tenth a cycle hides in one cycle's scatter and stands out of the mean of
-// a dozen, which then is no periodic solution of any model. How fast a disturbance dies and what it
-// looks like is known from the fitted model: its Floquet modes. So the cycles are a steady one, the
-// modes with amplitudes of the run's own, and noise; what estimating those amplitudes costs goes
-// into the mean's covariance. A mode that hardly shrinks cannot be told from the steady cycle, and
-// the covariance says so.
+// A mode that decays by a tenth in each cycle is hidden in the scatter of single cycles, but
+// visible in the mean of a dozen, which then is no periodic solution of any model. The Floquet
+// modes of the fitted model say how fast a disturbance decays and what shape it has. Each cycle is
+// therefore the steady one, plus the modes with amplitudes of the run, plus noise. The uncertainty
+// of these amplitudes goes into the covariance of the mean. A mode that hardly decays cannot be
+// separated from the steady cycle, and the covariance shows that.
 #pragma once
 
 #include <vector>
@@ -17,9 +17,9 @@
 namespace shaker::estimator::diagnosis {
 
 struct DecayingModes {
-  // Harmonics, for each cycle a matrix of a column an amplitude: real modes have one, pairs two,
-  // and the first cycle's columns are of length 1 or less. Empty: there is no mode (an imposed
-  // motion), or the solution is not stable.
+  // For each cycle a matrix with one column of harmonics for each amplitude: a real mode has one, a
+  // pair two. The columns of the first cycle have a length of at most 1. Empty if there is no mode
+  // (an imposed motion), or if the solution is not stable.
   std::vector<Eigen::MatrixXd> of_cycle;
   double slowest = 0.0;  // modulus of the largest multiplier
 };
@@ -34,8 +34,8 @@ struct WithoutTransient {
   double first = 0.0;      // length of the transient in the first cycle
 };
 
-// `variance`: of one cycle, a component each. Where the transient is so large that its square shows
-// too, that is taken out in whatever shape it has.
+// `variance`: of one cycle, for each component. If the transient is so large that its square is
+// visible too, the square is removed whatever its shape.
 WithoutTransient without_transient(const Eigen::MatrixXd& cycles, const DecayingModes& modes,
                                    const Eigen::VectorXd& variance);
 

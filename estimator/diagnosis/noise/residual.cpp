@@ -18,7 +18,7 @@ std::vector<VectorXd> fit_residuals(const Fitted& fitted, const std::vector<RunD
     VectorXd left = datum.response - fitted.fit.predictions[r].value();
     if (datum.clock.size() > 0) left -= clock * datum.clock;
     if (&fitted.data != &given) left = covariance_of(given[r]) * over_covariance(datum, left);
-    all.push_back(std::move(left));
+    all.push_back(without_own_zero(datum, std::move(left)));
   }
   return all;
 }

@@ -1,4 +1,4 @@
-// What a fit leaves of the measured responses: the gap, in their own unit.
+// The residual of a fit and its gap, in the unit of the response.
 #pragma once
 
 #include <vector>
@@ -13,18 +13,17 @@ struct Fitted {
   const std::vector<RunDatum>& data;
 };
 
-// Of the first `shown` of the data as they were given, less what the time base and the grid's limit
-// leave open: the noise that one expects given the residual.
+// Residuals of the first `shown` of `given`, after subtraction of the expected errors of the time
+// base and of the smoothing limit given the residual.
 std::vector<Eigen::VectorXd> fit_residuals(const Fitted& fitted, const std::vector<RunDatum>& given,
                                            std::size_t shown);
-// Root mean square of what is left of runs.
+// Root mean square over all runs.
 double mean_square(const std::vector<Eigen::VectorXd>& left);
 
-// The gap that the fit leaves in the displacements (forces) of the runs that were fitted, over
-// their noise floor.
+// The gap in the displacements (forces) of the fitted runs, divided by their noise floor.
 double gap_over_floor(const Fitted& fitted, const std::vector<RunDatum>& given);
 
-// A gap of more than so many floors is not called explained.
+// The largest gap, in noise floors, that is called explained.
 inline constexpr double kExplainedGap = 1.1;
 
 }  // namespace shaker::estimator::diagnosis

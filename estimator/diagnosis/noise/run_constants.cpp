@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/math/dense.hpp"
+#include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -21,7 +23,9 @@ using Eigen::VectorXd;
 constexpr int kFewestRuns = 3;
 constexpr double kMinLikelihoodGain =
     8.0;  // of the gain: four sizes at their bound have it by chance once in 1000
-constexpr double kMostDifference = 0.1;            // of what it moves, over the response
+constexpr double kByChance = 0.01;       // that noise alone makes such a scatter of the means
+constexpr double kMeanOfMissed = 0.1;    // of a missed motion, by which what is missing moves means
+constexpr double kMostDifference = 0.1;  // of what it moves, over the response
 constexpr double kLeastDifference = 1e-6;          // the same
 constexpr int kComponents = 4;                     // zero, force, gas pressure, damping
 constexpr double kSteps[] = {4.0, 2.0, 1.4, 1.2};  // ratios of the grid, one after the other
@@ -217,6 +221,43 @@ std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
     set_covariance(out.data[run.index], covariance_of(data[run.index]) + moved * moved.transpose());
   }
   return out;
+}
+
+std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
+                             std::vector<RunDatum>& data) {
+  std::vector<double> left;
+  double expected = 0.0;  // variance of the means: noise, and what the model lacks
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const RunDatum& datum = data[r];
+    if (!datum.sampled || datum.whitening) return {};
+    if (datum.role != Role::fit) continue;
+    VectorXd missed = datum.response - fit.predictions[r].value();
+    left.push_back(missed[0]);
+    missed[0] = 0.0;
+    expected += std::pow(datum.error[0], 2) + std::pow(kMeanOfMissed * root_mean_square(missed), 2);
+  }
+  if (left.size() < 2) return {};
+  const auto runs = static_cast<double>(left.size());
+  const double mean = std::accumulate(left.begin(), left.end(), 0.0) / runs;
+  double scatter = 0.0;
+  for (double& x : left) {
+    x -= mean;
+    scatter += x * x;
+  }
+  if (chi_squared_above(scatter / (expected / runs), runs - 1.0) > kByChance) return {};
+  const double variance = scatter / (runs - 1.0);
+  std::vector<std::string> each;
+  for (RunDatum& datum : data) {
+    datum.own_zero = std::sqrt(variance);
+    datum.error[0] = std::hypot(datum.error[0], datum.own_zero);
+    datum.freedom[0] = std::min(datum.freedom[0], runs - 1.0);
+    if (datum.role == Role::fit)
+      each.push_back(fmt::format("{} {:+.2g}", datum.name, left[each.size()]));
+  }
+  return fmt::format(
+      "the runs differ in their zero or preload by {:.2g} {} (standard deviation; {}): "
+      "the errors include this, and the gap does not count it",
+      std::sqrt(variance), unit, fmt::join(each, ", "));
 }
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,10 +1,10 @@
-// What differs from run to run and is no missing effect: the sensor's zero, a constant force (the
-// preload, the load cell's zero), the gas pressure (the charge, the temperature), the viscous damping
-// (the temperature).
+// Constants that may differ from run to run without a missing effect: the sensor's zero, a constant
+// force (the preload, the load cell's zero), the gas pressure (the charge, the temperature), and
+// the viscous damping (the temperature).
 //
-// Each is a normal number of its own in each run, with a standard deviation that all runs share. It
-// enters the covariance of a run's errors, so that it costs no parameter and a campaign with equal
-// runs loses nothing.
+// Each is a normally distributed number in each run, with one standard deviation for all runs. It
+// enters the covariance of a run's errors. Therefore it costs no parameter, and a campaign with
+// equal runs loses nothing.
 #pragma once
 
 #include <optional>
@@ -20,13 +20,13 @@ struct RunConstants {
   double zero = 0.0;                         // of the response, in its own unit
   double force = 0.0;                        // in the model's unit of force
   double gas_pressure = 0.0, damping = 0.0;  // relative
-  // Log of the likelihood with them over that without, at the fit.
+  // Logarithm of the likelihood ratio with and without them, at the fit.
   double gain = 0.0;
   int count() const {  // those that differ
     return static_cast<int>(zero > 0.0) + static_cast<int>(force > 0.0) +
            static_cast<int>(gas_pressure > 0.0) + static_cast<int>(damping > 0.0);
   }
-  // For the operator: which differ, and by how much.
+  // A sentence for the operator: which of them differ, and by how much.
   std::string sentence(const std::string& response_unit, const std::string& force_unit) const;
 };
 
@@ -35,12 +35,21 @@ struct WithRunConstants {
   std::vector<RunDatum> data;  // with their covariance
 };
 
-// The likeliest ones for what `fit`, fitted to `fitted`, leaves (restricted likelihood: Harville,
-// Journal of the American Statistical Association 72 (1977) 320-338), in the covariance of `data`.
-// Nothing where they explain no more than chance does, or for fewer than three runs.
+// Estimates the standard deviations from the residual of `fit`, which was fitted to `fitted`, by
+// restricted maximum likelihood (Harville, Journal of the American Statistical Association 72
+// (1977) 320-338), and adds them to the covariance of `data`. Empty if they explain no more than
+// chance does, or for fewer than three runs.
 std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
                                                    const std::vector<RunDatum>& fitted,
                                                    const std::vector<RunDatum>& data,
                                                    const FitOptions& options);
+
+// For records: tests whether the means of the runs differ from those of `fit` by more than the
+// noise and by more than a tenth of the missed motion (a missing effect moves means too), as a
+// different zero or preload of each run does. Their scatter is then added to error[0] of `data` and
+// stored in own_zero. What all runs share remains visible. Needs two runs. Returns a sentence with
+// each run's own mean; empty if they do not differ. `unit`: unit of the response.
+std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
+                             std::vector<RunDatum>& data);
 
 }  // namespace shaker::estimator::diagnosis

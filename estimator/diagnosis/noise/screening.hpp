@@ -1,5 +1,6 @@
-// A periodic campaign cut, weighed and fitted for the first time, with what its instruments do to
-// it read from the records: a zero that drifts is taken out before anything else is judged.
+// Screening: cuts a periodic campaign into cycles, computes their errors and fits the model for the
+// first time. A drift of the sensor's zero is read from the records and removed before anything
+// else is judged.
 #pragma once
 
 #include <optional>
@@ -12,7 +13,7 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Runs with the fit of the model to their means, errors from the scatter of the response alone.
+// Runs and the fit of the model to their means, with errors from the scatter of the response alone.
 struct Look {
   std::vector<SteadyRun> runs;
   Weighed weighed;
@@ -27,7 +28,7 @@ struct Screening {
   std::vector<std::string> warnings;
 };
 
-// An Error as of cut_campaign and plausible.
+// Errors are those of cut_campaign and plausible.
 Result<Screening> screen_campaign(const Campaign& campaign, const config::ModelSpec& model,
                                   const FitOptions& options);
 

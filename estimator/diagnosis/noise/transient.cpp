@@ -38,6 +38,12 @@ bool has_spring(const Model& model, const SampledRun& run) {
   return (here.force() - there.force()).norm() > 1e-9 * here.force().norm();
 }
 
+// True where all runs are free motions, without an excitation.
+bool all_free(const std::vector<std::shared_ptr<SampledRun>>& runs) {
+  return std::all_of(runs.begin(), runs.end(),
+                     [](const auto& run) { return run->excitation.isZero(0.0); });
+}
+
 // A record costs many times a cycle, and the refit moves the shapes anyway.
 void thin(std::vector<Probe>& probes) {
   if (probes.size() <= kMostProbes) return;
@@ -122,6 +128,11 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
       runs.forces.push_back(balance_of_forces(datum));
     runs.by_force = !has_spring(model, *sampled->runs.front());
     if (runs.by_force) {
+      if (all_free(sampled->runs))
+        return Error{ErrorKind::invalid,
+                     "no force of the model depends on the displacement, and no run has an "
+                     "excitation: such a model does not move by itself; give it a spring, for "
+                     "example linear_stiffness, or a formula with u, the displacement"};
       runs.data = std::move(runs.forces);
       runs.forces.clear();
       runs.warnings.push_back(

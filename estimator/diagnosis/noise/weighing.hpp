@@ -1,5 +1,5 @@
-// From steady cycles to data that can be fitted: means, standard errors, and as many harmonics as
-// rise above the noise.
+// From steady cycles to data for the fit: means, standard errors, and as many harmonics as exceed
+// the noise.
 #pragma once
 
 #include <vector>
@@ -14,17 +14,17 @@ namespace shaker::estimator::diagnosis {
 struct Weighed {
   std::vector<RunDatum> data;
   double variance_inflation = 1.0;
-  // What the response's rounding to its grid adds to the means, over their noise: root mean squares
-  // of all runs together. It is in the errors.
+  // The error of the means from the quantisation of the response, divided by their noise: root mean
+  // squares over all runs. It is part of the errors.
   double coarseness = 0.0;
 };
 
-// With errors from the scatter of the response alone.
+// Takes the errors from the scatter of the response alone.
 Weighed weigh(const std::vector<SteadyRun>& runs);
 
-// With errors from the scatter of what the measured driver does not explain, cycle by cycle: a
-// wandering amplitude so is no noise, and the driver's own noise is. `fit` tells how the response
-// follows the driver; its predictions are of `runs`.
+// Takes the errors from the part of the scatter that the measured driver does not explain, cycle by
+// cycle. Then a wandering amplitude is no noise, and the noise of the driver is. `fit` says how the
+// response follows the driver; its predictions are those of `runs`.
 Weighed weigh(const std::vector<SteadyRun>& runs, HarmonicFit& fit);
 
 }  // namespace shaker::estimator::diagnosis

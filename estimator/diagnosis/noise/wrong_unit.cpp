@@ -275,6 +275,16 @@ bool gives_out_energy(const RunDatum& datum) {
   return power < -kGivenBack * speed.norm() * datum.response.tail(moving).norm();
 }
 
+// True where the model's file says anything about the size of its forces.
+bool states_starts(const config::ModelSpec& spec) {
+  for (const config::EffectSpec& effect : spec.effects) {
+    for (const auto& [name, parameter] : effect.parameters) {
+      if (parameter.start.value_or(0.0) != 0.0) return true;
+    }
+  }
+  return false;
+}
+
 // Along an imposed motion force and coefficients scale together: where a fit takes the forces as
 // they are, start values that are far off are as likely as another unit.
 Result<void> force_as_said(const Look& look, const config::ModelSpec& spec,
@@ -289,7 +299,8 @@ Result<void> force_as_said(const Look& look, const config::ModelSpec& spec,
   if (left > kMinShareLeft) {
     if (auto good = every_run(look, Trial(look, spec, options), left); !good) return good;
   }
-  const double times = times_expected(look, Model(spec), options.points);
+  const double times =
+      states_starts(spec) ? times_expected(look, Model(spec), options.points) : 0.0;
   if (times > 0.0 && std::fabs(std::log(times)) > std::log(kOtherSize))
     warnings.push_back(fmt::format(
         "in every run the force is far from what the start values give, at least {:.3g} times it: "

@@ -1,6 +1,6 @@
-// Channels that count in another unit than is said. Start values are right to some factor only, and
-// a model may bend a good way; so a factor is believed where the model fits with it and does not
-// without.
+// Finds channels that count in another unit than the file says. Start values are right only to some
+// factor, and a model may bend far. A factor is therefore believed only if the model fits with it
+// and does not fit without it.
 #pragma once
 
 #include <string>
@@ -11,10 +11,11 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Where the fit leaves much of the response, an Error that names the channel, the runs and the
-// units if a conversion factor on it, in every run or in those that stand apart, leaves less than a
-// tenth of that. Gains that an effect could have (sensor_gain, exciter_gain) are none. Forces along
-// an imposed motion that the fit takes, a hundred times what the start values give, are a warning.
+// If the fit leaves much of the response, tries conversion factors on each channel, in every run or
+// in the runs that stand apart. Returns an Error with the channel, the runs and the units if a
+// factor leaves less than a tenth of that. Factors near 1, which an effect could have (sensor_gain,
+// exciter_gain), are not tried. Warns of fitted forces along an imposed motion that are a hundred
+// times those of the start values.
 Result<void> in_one_unit(const Look& look, const config::ModelSpec& model,
                          const FitOptions& options, std::vector<std::string>& warnings);
 

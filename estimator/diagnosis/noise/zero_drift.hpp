@@ -1,10 +1,10 @@
-// Whether the displacement sensor's zero drifts: the cycles' means move with time, and their shape
-// does not.
+// Whether the zero of the displacement sensor drifts: the means of the cycles move with time, and
+// their shape does not change.
 //
-// What moves the mean stroke of a damper changes its stiffness too (gas that leaks or warms), so
-// that the harmonics go along in a way that the fitted model knows: its slopes over the parameters.
-// A zero that drifts moves the mean and nothing else. Both are held against the lines through the
-// cycles of all runs.
+// A change in the damper that moves its mean stroke also changes its stiffness (gas that leaks or
+// warms). The harmonics then change too, in proportions that the derivatives of the fitted model
+// give. A drift of the zero moves the mean and nothing else. Both explanations are compared with
+// the lines through the cycles of all runs.
 #pragma once
 
 #include <string>
@@ -23,13 +23,14 @@ struct ZeroDrift {
   double probability = 0.0;                 // that it is the zero
   bool common = true;                       // one rate does for all runs
   Drifts of_run;
-  // Parameter whose change explains the lines as well: the damper may have changed. Empty: none.
+  // A parameter whose change explains the lines equally well: perhaps the damper has changed.
+  // Empty: none.
   std::string rival;
   std::string instead;  // sentence: something moves, and it is not the zero
 };
 
-// `fit` of `runs`, or null where the model could not be fitted: then only steady harmonics speak
-// for the sensor.
+// `fit`: the fit of `runs`, or null if the model could not be fitted. Then only harmonics that stay
+// constant show that it is the sensor.
 ZeroDrift zero_drift(const std::vector<SteadyRun>& runs, HarmonicFit* fit);
 
 }  // namespace shaker::estimator::diagnosis

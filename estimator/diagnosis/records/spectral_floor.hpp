@@ -1,5 +1,6 @@
-// The noise of a record from its own spectrum: what lies above all that moves is noise. The level
-// of the last fifth is carried down with a slope that is at most 1 / frequency.
+// The noise of a record from its own spectrum: above the frequencies of all motion there is only
+// noise. The level of the last fifth is extrapolated to lower frequencies, with a slope of at most
+// 1 / frequency.
 #pragma once
 
 #include <Eigen/Dense>
@@ -16,8 +17,8 @@ struct SpectralFloor {
 // `series`: all cosines of a record; `size`: root mean square of its motion.
 SpectralFloor trend_floor(const Eigen::VectorXd& series, double size);
 
-// At the upper end of what its own uncertainty allows: one level serves a whole run, and must not
-// raise an alarm by itself.
+// The upper end of the uncertainty of the level. One level serves a whole run and must not raise an
+// alarm by its own error.
 Eigen::VectorXd upper_power(const SpectralFloor& floor);
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,12 +1,11 @@
-// A record that is not periodic in cosines over its length: what a period's harmonics are to a
-// cycle.
+// Represents a record without a period by cosines over its length, as harmonics represent a cycle.
 //
 //     y(t) = c0 + sum of c_k cos(pi k t / T),   samples at t = (i + 1/2) T / n
 //
-// Half-waves that need not close, so that the ends do not leak as they would in a Fourier series;
-// orthogonal on the samples, so that white noise stays white, the root mean square is that of
-// harmonics, sqrt(c0^2 + sum of c_k^2 / 2), and leaving out the last ones decimates without
-// aliasing. Lengths of small primes are fast.
+// The half-waves need not close, so the ends do not leak as in a Fourier series. The cosines are
+// orthogonal on the samples. Therefore white noise stays white, the root mean square is sqrt(c0^2 +
+// sum of c_k^2 / 2) as for harmonics, and leaving out the last ones decimates without aliasing.
+// Lengths with small prime factors are fast.
 #pragma once
 
 #include <memory>

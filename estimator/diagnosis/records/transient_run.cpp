@@ -56,7 +56,7 @@ bool clipped(const std::vector<double>& y, bool top) {
 
 Result<void> check(const Recording& r) {
   if (r.t.size() < static_cast<std::size_t>(kFewest))
-    return mistake_in(
+    return unfit(
         r, fmt::format("{} samples are too few; at least {} are needed", r.t.size(), kFewest));
   if (auto good = check_times(r); !good) return good;
   if (auto good = check_column(r, r.displacement, "displacement"); !good) return good;
@@ -98,10 +98,10 @@ Result<Even> on_even_clock(const Recording& r, Index most) {
   const double usual = steps[static_cast<std::size_t>(n / 2)];
   for (std::size_t i = 1; i < r.t.size(); ++i) {
     if (r.t[i] - r.t[i - 1] > kGap * usual)
-      return mistake_in(
-          r, fmt::format("samples are missing between t = {:.6g} and {:.6g} s: give what is "
-                         "before and after as two runs",
-                         r.t[i - 1], r.t[i]));
+      return unfit(r,
+                   fmt::format("samples are missing between t = {:.6g} and {:.6g} s: give what is "
+                               "before and after as two runs",
+                               r.t[i - 1], r.t[i]));
   }
   Even even;
   even.dt = (r.t.back() - r.t.front()) / static_cast<double>(n - 1);

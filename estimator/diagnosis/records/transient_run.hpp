@@ -1,11 +1,11 @@
-// A record that is not periodic, made ready for the diagnosis: checked, on an even
-// clock, decimated without aliasing, with its noise, and compared as far up in frequency as it says
-// anything.
+// Prepares a record without a period for the diagnosis: checks it, puts it on an even clock,
+// decimates it without aliasing, estimates its noise, and decides up to which frequency it is
+// compared.
 //
-// There are no cycles whose scatter would be the noise. It is taken from two records of one
-// excitation where there are such (what one repetition does that the other does not), else from the
-// part of the response's own spectrum that lies above everything that moves (spectral_floor.hpp),
-// carried down to where the response is; so is the noise of the measured excitation.
+// There are no cycles with a scatter. The noise comes from two records of one excitation if there
+// are such (their difference), otherwise from the spectrum of the response above all that moves
+// (spectral_floor.hpp), extrapolated to lower frequencies. The noise of the measured excitation is
+// found in the same way.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@
 
 namespace shaker::estimator::diagnosis {
 
-// On n even steps, sample i at (i + 1/2) dt after `start`.
+// A record on n even steps: sample i is at (i + 1/2) dt after `start`.
 struct SampledRun {
   std::string name;
   Kind kind = Kind::transient;
@@ -52,9 +52,9 @@ struct SampledRuns {
   std::vector<std::string> left_out;  // a sentence a run that no model can explain
 };
 
-// A run with a channel that never changes or with a clipped sensor is left out. An Error is a
-// sentence that names the run: columns of different lengths, time that does not increase or has
-// gaps; or why no run is left that could be fitted.
+// Leaves out runs with a channel that never changes or with a clipped sensor. An Error names the
+// run (columns of different lengths, time that does not increase or has gaps), or says why no run
+// is left to be fitted.
 Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
                                  const SamplingOptions& options = {});
 

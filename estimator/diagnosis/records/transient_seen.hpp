@@ -1,4 +1,4 @@
-// What the instruments of a model make of a sampled displacement.
+// Applies the instruments of a model to a sampled displacement.
 #pragma once
 
 #include <vector>
@@ -10,12 +10,12 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Throws std::invalid_argument when the model has an instrument that wants the damper's load, which
-// only a periodic solution has.
+// Throws std::invalid_argument if an instrument of the model needs the damper's load, which only a
+// periodic solution has.
 void check_instruments(const Model& model);
 
-// `samples` of the displacement and their slopes become what is seen of them. Columns of `slopes`
-// from `first_parameter` on are the model's parameters.
+// Replaces `samples` of the displacement and their derivatives by what the instruments show. The
+// columns of `slopes` from `first_parameter` on are the model's parameters.
 void observe_samples(const Model& model, const std::vector<double>& theta, const SampledRun& run,
                      Eigen::VectorXd& samples, Eigen::MatrixXd& slopes,
                      Eigen::Index first_parameter);

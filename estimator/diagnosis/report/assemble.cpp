@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,6 +19,7 @@
 #include "estimator/diagnosis/report/indistinguishable_set.hpp"
 #include "estimator/diagnosis/report/model_probabilities.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
+#include "estimator/diagnosis/select/families.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/scaled.hpp"
 
@@ -25,6 +27,8 @@ namespace shaker::estimator::diagnosis {
 namespace {
 
 using Eigen::VectorXd;
+
+constexpr double kLeastOfKind = 0.01;  // of a probability, that is told among those of its kind
 
 class Assembler {
  public:
@@ -65,6 +69,7 @@ class Assembler {
     forces();
     ranking();
     effects();
+    kinds();
     said_.damper = identified_damper(found_, data_, choice_, probabilities_, said_);
     return std::move(said_);
   }
@@ -209,6 +214,28 @@ class Assembler {
       if (rank(a) != rank(b)) return rank(a) < rank(b);
       return alone(a) > alone(b);
     });
+  }
+
+  // Of the named effects, where more than one of a kind may be what is missing.
+  void kinds() {
+    std::set<const EffectKind*> told;
+    for (const NamedEffect& named : said_.effects) {
+      const EffectKind* kind = kind_of(named.name);
+      if (kind == nullptr || !told.insert(kind).second) continue;
+      KindShare share;
+      share.name = std::string(kind->name);
+      std::vector<std::string> all;
+      for (const std::string_view effect : kind->effects) {
+        all.emplace_back(effect);
+        const double probability = trusted_ * probabilities_.probability_of(all.back());
+        if (probability >= kLeastOfKind) share.members.push_back({all.back(), probability});
+      }
+      if (share.members.size() < 2) continue;
+      std::stable_sort(share.members.begin(), share.members.end(),
+                       [](const auto& a, const auto& b) { return a.probability > b.probability; });
+      share.probability = trusted_ * probabilities_.probability_of_any(all);
+      said_.kinds.push_back(std::move(share));
+    }
   }
 
   const Selection& found_;

@@ -1,4 +1,4 @@
-// From what was found to what is said: gaps, parameters, probabilities, the improved model.
+// Makes the diagnosis from the selection: gaps, parameters, probabilities, the improved model.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace shaker::estimator::diagnosis {
 
-// `runs` in the order of `data`, behind which there may be their further channels; `measured` are
-// the data with the noise that they were measured with, where `data` hold a model's error besides.
+// `runs` are in the order of `data`, which may end with their further channels. `measured` are the
+// data with the errors from the noise; those of `data` may include the residual of a model.
 Diagnosis assemble(const Selection& found, const std::vector<RunDatum>& data,
                    const std::vector<SteadyRun>& runs, const std::vector<Candidate>& candidates,
                    const std::vector<RunDatum>& measured);

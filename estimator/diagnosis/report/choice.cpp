@@ -16,6 +16,7 @@ constexpr double kFirstEffect = 0.75;  // of the gap's square, by the first effe
 constexpr double kHalved = 0.5;        // of chi-squared, by one more effect
 constexpr double kOfGap = 0.6;         // of the gap's square, by one more where that is weighed
 constexpr double kRicher = 0.1;  // of the gap's square, by what holds the simple one and does more
+constexpr double kNearlyAll = 0.99;          // of chi-squared that the richer one closes
 constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
 
 // The same effects, but for one in the place of a simpler one that it holds.
@@ -28,6 +29,15 @@ bool richer(const Hypothesis& h, const Hypothesis& simple) {
   }
   std::sort(less.begin(), less.end());
   return h.effects != simple.effects && less == simple.effects;
+}
+
+// What the one holds in the place of the other's effects does no more than they do.
+bool only_richer(const Hypothesis& h, const Hypothesis& simple) {
+  return std::all_of(h.effects.begin(), h.effects.end(), [&](const std::string& effect) {
+    return std::find(simple.effects.begin(), simple.effects.end(), effect) !=
+               simple.effects.end() ||
+           reduces(*h.fit, effect);
+  });
 }
 
 }  // namespace
@@ -52,6 +62,20 @@ Choice::Choice(const Selection& found, const std::vector<RunDatum>& data)
   else if (!path_.empty())
     chosen_ = path_.back();
   drop_idle();
+  name_simpler();
+}
+
+// A record has no corners that are sharper than its samples: what a static peak as narrow as that
+// gains there beside the simpler effect is the corner's.
+void Choice::name_simpler() {
+  if (chosen_ == nullptr || !on_samples(data_)) return;
+  const Hypothesis& best = *chosen_;
+  const double before = found_.base.fit->chi_squared;
+  const double least = before - kNearlyAll * (before - best.fit->chi_squared);
+  for (const Hypothesis& h : found_.hypotheses) {
+    if (counts(h) && h.fit->chi_squared < least && richer(best, h) && only_richer(best, h))
+      chosen_ = &h;
+  }
 }
 
 // An effect that the others do better without has not earned its place.
@@ -128,8 +152,11 @@ double Choice::left_of(const Hypothesis& one, const Hypothesis& other) const {
   double mine = 0.0, theirs = 0.0;
   for (std::size_t r = 0; r < data_.size(); ++r) {
     if (data_[r].role != Role::fit) continue;
-    mine += std::pow(root_mean_square(residual_of(*one.fit, data_of(one), r)), 2);
-    theirs += std::pow(root_mean_square(residual_of(*other.fit, data_of(other), r)), 2);
+    const auto left = [&](const Hypothesis& h) {
+      return root_mean_square(without_own_zero(data_[r], residual_of(*h.fit, data_of(h), r)));
+    };
+    mine += std::pow(left(one), 2);
+    theirs += std::pow(left(other), 2);
   }
   return std::min(one.fit->chi_squared / other.fit->chi_squared, mine / theirs);
 }

@@ -10,30 +10,31 @@
 
 namespace shaker::estimator::diagnosis {
 
-// What a fit leaves of a run, in harmonics.
+// Residual of a run in harmonics.
 Eigen::VectorXd residual_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                             std::size_t run);
 
-// Both must outlive it.
+// The arguments of the constructor must outlive the object.
 class Choice {
  public:
   Choice(const Selection& found, const std::vector<RunDatum>& data);
 
-  // The best hypothesis; where something unknown is left, the smallest one of which no larger one
-  // halves what it leaves: a known effect must not be made to mend an unknown one. Null: none.
+  // The best hypothesis. If something unknown is left, the smallest hypothesis for which no larger
+  // one halves the residual: a known effect must not compensate an unknown one. Null: none.
   const Hypothesis* chosen() const { return chosen_; }
-  // From nothing, an effect more each.
+  // The hypotheses on the way to it, each with one effect more.
   const std::vector<const Hypothesis*>& path() const { return path_; }
-  // Share of the gap's square that a fit leaves of another's, in units of the noise or in the
-  // response's own: where the model is far from the data the noise says little of what matters.
+  // Share of the squared gap of `other` that `one` leaves, in units of the noise or in the unit of
+  // the response: far from the data the noise is a bad measure.
   double left_of(const Hypothesis& one, const Hypothesis& other) const;
-  // Chooses again, without those of its effects that are not worth a name, now or later: what the
-  // others of them leave, or else the likeliest of as few effects. False when all of them are.
-  // `probability`: of an effect.
+  // Chooses again without the effects whose probability is below `least`, until all of them are
+  // above it: the remaining effects of the hypothesis, or otherwise the most probable hypothesis
+  // with as few effects. Returns false if no effect remains. `probability`: of an effect.
   bool drop_unlikely(const std::function<double(const std::string&)>& probability, double least);
 
  private:
   void drop_idle();
+  void name_simpler();
   const Hypothesis* after(const Hypothesis& smallest) const;
   const std::vector<RunDatum>& data_of(const Hypothesis& h) const;
 
@@ -44,7 +45,7 @@ class Choice {
   std::set<std::string> dropped_;
 };
 
-// It can be the answer.
+// True if a hypothesis can be the answer.
 bool counts(const Hypothesis& h);
 
 }  // namespace shaker::estimator::diagnosis

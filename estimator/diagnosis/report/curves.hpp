@@ -1,4 +1,4 @@
-// Curves for the drawings, a few hundred points each.
+// Curves for the pictures, with a few hundred points each.
 #pragma once
 
 #include "estimator/diagnosis/diagnosis.hpp"
@@ -7,8 +7,8 @@
 
 namespace shaker::estimator::diagnosis {
 
-// A cycle of a run, or of one without a period the stretch where most happens; `before` and `after`
-// are harmonics that were predicted.
+// Returns one cycle of a run, or the liveliest part of a record without a period. `before` and
+// `after`: predicted harmonics.
 RunCurves curves_of(const RunDatum& datum, const Eigen::VectorXd& before,
                     const Eigen::VectorXd& after, const MissingForce& force_before,
                     const MissingForce& force_after);

@@ -1,4 +1,5 @@
-// The run, or else the channel, that would tell a named effect from its rivals best.
+// The run, or otherwise the channel, that best separates a named effect from its indistinguishable
+// set.
 #pragma once
 
 #include <optional>
@@ -10,14 +11,14 @@
 
 namespace shaker::estimator::diagnosis {
 
-// `named` and `indistinguishable` are fits of the same campaign, each of the model with one of the
-// effects. Runs about the campaign's own frequencies and amplitudes are predicted by all of them;
-// of those that keep the stroke near where it has been, the one is taken that separates most rivals
-// by three standard errors: of the new run's mean cycle, taken as good as the campaign's own, and
-// of what the parameters leave open. Where no run separates any, an accelerometer on the damper is
-// tried, one that is good to 1 %. Nothing when that would not either, without a rival, and for
-// campaigns that are not periodic responses. `separation` is from the nearest of the rivals that it
-// separates.
+// `named` and `indistinguishable` are fits of one campaign, each with one of the effects. All of
+// them predict runs near the campaign's own frequencies and amplitudes. Of the runs that keep the
+// stroke near its measured range, the one is chosen that separates most hypotheses from `named` by
+// three standard errors. The errors are those of a mean cycle as good as the campaign's, and those
+// of the parameters. If no run separates any, an accelerometer on the damper with an accuracy of 1
+// % is tried. Empty if that does not help either, if there is no other hypothesis, and for
+// campaigns other than periodic responses. `separation` is the distance to the nearest hypothesis
+// that the run separates.
 std::optional<DiscriminatingRun> discriminating_run(
     const HarmonicFit& named, const std::vector<const HarmonicFit*>& indistinguishable,
     const std::vector<RunDatum>& data);

@@ -1,4 +1,4 @@
-// A fit's estimates, to be told and to be kept.
+// The estimates of a fit, for the report and for the model file.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Every parameter with its standard error and 95 % interval, and the constants that were fitted
-// beside them: that of the fit, and `places` of rest.
+// Returns every parameter with its standard error and 95 % interval, and the constants that were
+// fitted with them: that of the fit, and the rest positions in `places`.
 std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                         const std::vector<FittedConstant>& places = {});
 

@@ -15,13 +15,14 @@ using Eigen::VectorXd;
 std::vector<VectorXd> held_out(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   std::vector<VectorXd> residuals;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    if (data[r].role == Role::held_out) residuals.push_back(residual_of(fit, data, r));
+    if (data[r].role == Role::held_out)
+      residuals.push_back(without_own_zero(data[r], residual_of(fit, data, r)));
   }
   if (!residuals.empty()) return residuals;
   std::vector<VectorXd> left_out;
   if (!cross_validate(fit, data, &left_out)) return {};
   for (std::size_t r = 0; r < data.size(); ++r)
-    residuals.push_back(coloured(data[r], left_out[r]));
+    residuals.push_back(without_own_zero(data[r], coloured(data[r], left_out[r])));
   return residuals;
 }
 

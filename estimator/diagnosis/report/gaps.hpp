@@ -9,8 +9,8 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Fills gap and runs of `said`; the floor is that of `measured`, the data with the noise that they
-// were measured with. `runs` in the order of `data`.
+// Fills the gap and the runs of `said`. The noise floor is that of `measured`, the data with the
+// errors from the noise. `runs` are in the order of `data`.
 void tell_gaps(const Fitted& before, const Fitted& after, const std::vector<RunDatum>& data,
                const std::vector<RunDatum>& measured, const std::vector<SteadyRun>& runs,
                Diagnosis& said);

@@ -8,6 +8,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/force/remaining_force.hpp"
 #include "estimator/diagnosis/noise/above_noise.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
@@ -154,6 +155,23 @@ double unnamed_force(const std::vector<RunDatum>& data, const Diagnosis& said) {
   return std::max(share, kLeastUnnamedForce) * acceleration_in(data);
 }
 
+std::vector<VisitedCell> cells_of(const RemainingForce& remaining) {
+  std::vector<VisitedCell> cells;
+  for (const ForceCell& cell : remaining.cells)
+    cells.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
+  return cells;
+}
+
+// What a hypothesis leaves where the campaign was; `of_chosen`: what the answer leaves, if that is
+// known. Empty where the force cannot be told.
+std::vector<VisitedCell> left_by(const Hypothesis& h, const Selection& found,
+                                 const std::vector<RunDatum>& data, bool chosen,
+                                 const std::optional<RemainingForce>& of_chosen) {
+  if (chosen) return of_chosen ? cells_of(*of_chosen) : std::vector<VisitedCell>();
+  const auto own = remaining_force(*h.fit, h.data ? *h.data : data, found.by_gap);
+  return own ? cells_of(*own) : std::vector<VisitedCell>();
+}
+
 }  // namespace
 
 IdentifiedDamper identified_damper(const Selection& found, const std::vector<RunDatum>& data,
@@ -163,8 +181,11 @@ IdentifiedDamper identified_damper(const Selection& found, const std::vector<Run
   damper.verdict = name(said.verdict);
   const bool explained = said.verdict != Verdict::unexplained;
   std::vector<std::pair<double, const Hypothesis*>> all = {{probabilities.of_base(), &found.base}};
-  for (std::size_t k = 0; k < found.hypotheses.size(); ++k)
-    all.emplace_back(probabilities.of(k), &found.hypotheses[k]);
+  for (std::size_t k = 0; k < found.hypotheses.size(); ++k) {
+    const double imitates = explained ? 0.0 : probabilities.imitates(k);
+    all.front().first += imitates * probabilities.of(k);
+    all.emplace_back((1.0 - imitates) * probabilities.of(k), &found.hypotheses[k]);
+  }
   const Hypothesis* first = choice.chosen() != nullptr ? choice.chosen() : &found.base;
   std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) {
     if ((a.second == first) != (b.second == first)) return a.second == first;
@@ -177,17 +198,14 @@ IdentifiedDamper identified_damper(const Selection& found, const std::vector<Run
     auto one = described_hypothesis(*hypothesis, found, data, said);
     if (!one) continue;
     one->probability = std::max(share, kLeastShare);
+    if (!explained) one->left = left_by(*hypothesis, found, data, chosen, said.remaining);
     sum += one->probability;
     damper.hypotheses.push_back(std::move(*one));
   }
   for (DamperHypothesis& one : damper.hypotheses)
     one.probability /= sum;
   damper.visited = visited_by(said.curves);
-  if (said.remaining) {
-    damper.visited.clear();
-    for (const ForceCell& cell : said.remaining->cells)
-      damper.visited.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
-  }
+  if (said.remaining) damper.visited = cells_of(*said.remaining);
   damper.unnamed_probability =
       explained ? std::max(kLeastUnnamed, probabilities.of_unknown()) : 1.0;
   damper.unnamed_force = unnamed_force(data, said);

@@ -1,4 +1,4 @@
-// Effects that a campaign cannot tell from one that was named.
+// The indistinguishable set: effects that the campaign cannot tell from a named one.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Effects that would do in the place of `effect` as well, as far as this campaign says; `best` is
-// the answer, of `found.hypotheses`.
+// Returns the effects that could replace `effect` in this campaign. `best`: the answer among
+// `found.hypotheses`.
 std::vector<std::string> indistinguishable_set(const std::string& effect, const Selection& found,
                                                const Hypothesis& best);
 
-// Fits in which a rival stands in the place of `effect`; not those that are reduced to it, which
-// no run tells apart.
+// Returns the fits with another effect in the place of `effect`. Fits that have reduced to it are
+// left out, since no run tells them apart.
 std::vector<const HarmonicFit*> indistinguishable_fits(const std::string& effect,
                                                        const Selection& found,
                                                        const Hypothesis& best);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <set>
 
 #include "estimator/diagnosis/select/nesting.hpp"
@@ -14,7 +13,7 @@ constexpr double kMinNamedProbability = 0.005;  // of probability
 constexpr double kUnknown = 0.02;               // that there is something unknown, before the data
 // That the unknown stands beside a named effect, over that the effect only imitates it. Dampers
 // that lack several things have the unknown beside the effects as a rule (docs/dirty_suite.md).
-constexpr double kUnknownBeside = 0.1;
+constexpr double kUnknownBeside = 0.2;
 constexpr double kIndependent = 4.0;      // numbers in a run's model error: its parts hang together
 constexpr double kShareOfRecord = 0.125;  // of a record's
 
@@ -64,19 +63,23 @@ double scale_of(const Selection& found, const std::vector<RunDatum>& data, const
   return std::max(scale, found.base.fit->observations / independent);
 }
 
-// Of each hypothesis; `before`: log of what it has beforehand.
+// Of each hypothesis.
 std::vector<double> weights(const Selection& found, const std::vector<RunDatum>& data,
-                            const Choice& choice,
-                            const std::function<double(const Hypothesis&)>& before) {
+                            const Choice& choice) {
   const Hypothesis* best = choice.chosen();
   const double scale = scale_of(found, data, best);
-  const auto log_weight = [&](const Hypothesis& h) { return h.log_evidence / scale + before(h); };
-  // What is richer than the chosen one has been set aside for it; it stays among its rivals.
-  const auto weighs = [&](const Hypothesis& h) {
-    const bool richer = best != nullptr && (h.effects.size() > best->effects.size() ||
-                                            h.fit->free.size() > best->fit->free.size());
-    return counts(h) && !(found.by_gap && richer);
+  const std::size_t catalogue = size_of_catalogue(found);
+  const auto log_weight = [&](const Hypothesis& h) {
+    return h.log_evidence / scale + log_before(h.effects.size(), catalogue);
   };
+  // Beside a gap, what has more effects than the chosen one has been set aside for it; by shares of
+  // the gap, what has more parameters too.
+  const auto richer = [&](const Hypothesis& h) {
+    return best != nullptr && !found.explained &&
+           (h.effects.size() > best->effects.size() ||
+            (found.by_gap && h.fit->free.size() > best->fit->free.size()));
+  };
+  const auto weighs = [&](const Hypothesis& h) { return counts(h) && !richer(h); };
   double largest = log_weight(found.base);
   for (const Hypothesis& h : found.hypotheses) {
     if (weighs(h)) largest = std::max(largest, log_weight(h));
@@ -99,18 +102,27 @@ bool speaks_for(const Hypothesis& h, const std::string& effect) {
   });
 }
 
-// That what an effect of `h` closes is its own, where something is left that is not noise.
-double own_part(const Hypothesis& h, const std::string& effect, const Selection& found,
-                const Choice& choice) {
+// How many of the effects a fit speaks for.
+int spoken_for(const Hypothesis& h, const std::vector<std::string>& effects) {
+  return static_cast<int>(
+      std::count_if(effects.begin(), effects.end(),
+                    [&](const std::string& effect) { return speaks_for(h, effect); }));
+}
+
+// That what effects of one kind close in `h` is their own, where something is left that is not
+// noise.
+double own_part(const Hypothesis& h, const std::vector<std::string>& effects,
+                const Selection& found, const Choice& choice) {
   const Hypothesis* without = &found.base;
   for (const Hypothesis* step : choice.path()) {
-    if (speaks_for(*step, effect)) break;
+    if (spoken_for(*step, effects) > 0) break;
     if (std::includes(h.effects.begin(), h.effects.end(), step->effects.begin(),
                       step->effects.end()))
       without = step;
   }
   const double left = std::min(1.0, choice.left_of(h, *without));
-  const auto steps = static_cast<int>(h.effects.size() - without->effects.size());
+  const auto added = static_cast<int>(h.effects.size() - without->effects.size());
+  const int steps = added - std::max(0, std::min(spoken_for(h, effects), added) - 1);
   return kUnknownBeside / (kUnknownBeside + chance_to_imitate(left, steps));
 }
 
@@ -144,7 +156,7 @@ const Choice& agree(const Selection& found, const std::vector<RunDatum>& data, C
     return sum;
   };
   do {
-    share = weights(found, data, choice, [](const Hypothesis&) { return 0.0; });
+    share = weights(found, data, choice);
     const double most = most_of(found, choice);
     for (double& of : share)
       of *= most;
@@ -162,9 +174,7 @@ std::optional<std::size_t> answer_of(const Selection& found, const std::vector<R
 ModelProbabilities::ModelProbabilities(const Selection& found, const std::vector<RunDatum>& data,
                                        const Choice& choice)
     : found_(found), choice_(choice) {
-  const std::size_t catalogue = size_of_catalogue(found);
-  weight_ = weights(found, data, choice,
-                    [&](const Hypothesis& h) { return log_before(h.effects.size(), catalogue); });
+  weight_ = weights(found, data, choice);
   unknown_ = found.adequate ? 0.0 : unknown_share(found.probability_best);
 }
 
@@ -175,13 +185,25 @@ double ModelProbabilities::of_base() const {
   return std::max(0.0, 1.0 - others);
 }
 
+double ModelProbabilities::imitates(std::size_t k) const {
+  const Hypothesis& h = found_.hypotheses[k];
+  if (found_.explained || found_.adequate || !counts(h)) return 0.0;
+  const double left = std::min(1.0, choice_.left_of(h, found_.base));
+  const double chance = chance_to_imitate(left, static_cast<int>(h.effects.size()));
+  return unknown_ * chance / (kUnknownBeside + chance);
+}
+
 double ModelProbabilities::probability_of(const std::string& effect) const {
+  return probability_of_any({effect});
+}
+
+double ModelProbabilities::probability_of_any(const std::vector<std::string>& effects) const {
   double sum = 0.0;
   for (std::size_t k = 0; k < weight_.size(); ++k) {
     const Hypothesis& h = found_.hypotheses[k];
-    if (weight_[k] == 0.0 || !speaks_for(h, effect)) continue;
+    if (weight_[k] == 0.0 || spoken_for(h, effects) == 0) continue;
     const double beside_unknown =
-        found_.explained || found_.adequate ? 0.0 : own_part(h, effect, found_, choice_);
+        found_.explained || found_.adequate ? 0.0 : own_part(h, effects, found_, choice_);
     sum += weight_[k] * (1.0 - unknown_ * (1.0 - beside_unknown));
   }
   return found_.explained || found_.adequate ? sum : std::min(sum, kMostUnexplained);

@@ -41,9 +41,14 @@ class ModelProbabilities {
 
   // Of all hypotheses that hold the effect.
   double probability_of(const std::string& effect) const;
+  // Of all that hold any of them: several of one kind in one hypothesis close the gap together, as
+  // one does.
+  double probability_of_any(const std::vector<std::string>& effects) const;
   // Of found.hypotheses[k], and of the base model; together 1, whatever the unknown has.
   double of(std::size_t k) const { return weight_[k]; }
   double of_base() const;
+  // That found.hypotheses[k] only imitates an unknown effect, if it is what is taken.
+  double imitates(std::size_t k) const;
   // That something unknown is there too.
   double of_unknown() const { return unknown_; }
 

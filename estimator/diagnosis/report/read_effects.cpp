@@ -23,6 +23,11 @@ bool holds(const config::ModelSpec& model, std::string_view effect) {
                      [&](const config::EffectSpec& line) { return line.effect == effect; });
 }
 
+// What a root mean square loses when it becomes another.
+double part_of(double larger, double smaller) {
+  return std::sqrt(std::max(0.0, larger * larger - smaller * smaller));
+}
+
 // Named by its only parameter.
 NamedEffect named(std::string_view effect, double value, double standard_error, double quantile) {
   const Effect& known = *find_effect(effect);
@@ -82,12 +87,14 @@ void tell_before(const Look& look, Diagnosis& said) {
   said.parameters_before = describe(look.fit, look.weighed.data);
 }
 
-void add(NamedEffect effect, double gain, Diagnosis& said) {
-  const auto place =
-      said.verdict == Verdict::unexplained
-          ? said.effects.end()
-          : std::find_if(said.effects.begin(), said.effects.end(),
-                         [&](const auto& e) { return e.probability < effect.probability; });
+// The larger part of a gap is named first: what the search found closes `closed`, the effect moves
+// the response by `moves`, both root mean square. Of what explains a gap, the surer is first.
+void add(NamedEffect effect, double gain, double moves, double closed, Diagnosis& said) {
+  const auto behind_it = [&](const NamedEffect& e) {
+    return said.verdict == Verdict::unexplained ? moves > closed
+                                                : e.probability < effect.probability;
+  };
+  const auto place = std::find_if(said.effects.begin(), said.effects.end(), behind_it);
   Ranked ranked;
   ranked.name = effect.name;
   ranked.gain = gain;
@@ -100,9 +107,11 @@ void add(NamedEffect effect, double gain, Diagnosis& said) {
   said.effects.insert(place, std::move(effect));
 }
 
-void name_drift(const Screening& first, const std::string& unit, Diagnosis& said) {
+void name_drift(const Screening& first, const std::string& unit, double closed, Diagnosis& said) {
   NamedEffect effect = drift_named(first, unit);
+  const double without = said.gap.before;
   tell_before(*first.with_drift, said);
+  const double moves = part_of(said.gap.before, without);
   said.probability_before = std::min(said.probability_before, first.drift.chance);
   if (said.gap.held_out_before && said.gap.held_out_after)
     effect.held_out_gain = 1.0 - *said.gap.held_out_after / *said.gap.held_out_before;
@@ -110,7 +119,8 @@ void name_drift(const Screening& first, const std::string& unit, Diagnosis& said
   line.effect = effect.name;
   line.parameters[effect.parameters[0].name].start = first.drift.rate;
   said.improved.effects.push_back(std::move(line));
-  add(std::move(effect), std::pow(first.drift.rate / first.drift.standard_error, 2), said);
+  add(std::move(effect), std::pow(first.drift.rate / first.drift.standard_error, 2), moves, closed,
+      said);
 }
 
 // The coarsest grid of the runs.
@@ -122,12 +132,12 @@ double quantisation_step_in(const std::vector<SteadyRun>& runs) {
 }
 
 void name_grid(double quantisation_step, const std::string& effect_of_it, const std::string& unit,
-               Diagnosis& said) {
+               double closed, Diagnosis& said) {
   NamedEffect effect = named("sensor_quantisation", quantisation_step, 0.0, 0.0);
   effect.probability = kGridProbability;
   effect.where = fmt::format("in every sample: all stand on steps of {:.4g} {}, {}",
                              quantisation_step, unit, effect_of_it);
-  add(std::move(effect), 0.0, said);
+  add(std::move(effect), 0.0, quantisation_step / std::sqrt(12.0), closed, said);
   said.warnings.push_back(
       "the displacement sensor's steps are too coarse for the noise to blur them: what they may do "
       "is in the noise floor, and nothing in the model mends it; what moves less than that cannot "
@@ -152,14 +162,16 @@ double noise_of_samples(const Recording& run, const SampledRun& sampled) {
 void name_read_effects(const Screening& first, double coarseness, Diagnosis& said) {
   const config::ModelSpec& model = first.look.fit.spec;
   const std::size_t before = said.effects.size();
-  if (first.with_drift && !holds(model, "sensor_drift")) name_drift(first, model.length_unit, said);
+  const double closed = part_of(said.gap.before, said.gap.after);
+  if (first.with_drift && !holds(model, "sensor_drift"))
+    name_drift(first, model.length_unit, closed, said);
   const double quantisation_step = quantisation_step_in(first.look.runs);
   if (coarseness > kCoarse && first.look.runs.front().kind == Kind::periodic &&
       !holds(model, "sensor_quantisation"))
     name_grid(
         quantisation_step,
         fmt::format("which moves a mean cycle {:.2g} times as much as the noise does", coarseness),
-        model.length_unit, said);
+        model.length_unit, closed, said);
   if (said.effects.size() > before) settle_verdict(said);
 }
 
@@ -179,7 +191,8 @@ void name_grid_of_records(const std::vector<Recording>& recordings,
     coarseness = std::sqrt(rounding / std::max(rest, 1e-6 * rounding));
   }
   if (!(coarseness > kCoarse)) return;
-  name_grid(coarsest, "which are more than the noise", said.improved.length_unit, said);
+  name_grid(coarsest, "which are more than the noise", said.improved.length_unit,
+            part_of(said.gap.before, said.gap.after), said);
   settle_verdict(said);
 }
 

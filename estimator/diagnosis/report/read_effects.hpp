@@ -1,5 +1,5 @@
-// What the records themselves show of their instruments, beside what the search found: a zero that
-// drifts, and a grid that is coarse against the noise.
+// Effects of the instruments that are read from the records, in addition to those from the search:
+// a drift of the zero, and a quantisation step that is coarse compared with the noise.
 #pragma once
 
 #include <vector>
@@ -9,14 +9,14 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Adds them to the effects, the parameters, the ranking and the improved model. `said` is of the
-// records without the drift; its gap before, and its parameters before, become those with it. The
-// verdict stays what the rest deserves: nothing else missing makes it `explained`.
-// `coarseness`: Weighed::coarseness. Nothing is named that the model holds already.
+// Adds them to the effects, the parameters, the ranking and the improved model. `said` is the
+// diagnosis of the records without the drift; its gap and parameters before become those with the
+// drift. If nothing else is missing, the verdict becomes `explained`; otherwise it stays.
+// `coarseness`: Weighed::coarseness. Effects that the model already has are not named.
 void name_read_effects(const Screening& first, double coarseness, Diagnosis& said);
 
-// The same for records without a period, `data` of the recordings: the grid only. A drift is a
-// candidate there.
+// The same for records without a period; `data` are those of the recordings. Only the quantisation
+// step: a drift is a candidate of the search there.
 void name_grid_of_records(const std::vector<Recording>& recordings,
                           const std::vector<RunDatum>& data, Diagnosis& said);
 

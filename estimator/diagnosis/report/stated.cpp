@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -30,7 +31,21 @@ void state_again(const config::ModelSpec& model, Diagnosis& said) {
   }
 }
 
-// And what they did.
+// The best hypothesis is the improved model. Its corners are as narrow as a prediction in time takes
+// them, where the file does not state them.
+void lead_hypotheses(const config::ModelSpec& model, Diagnosis& said) {
+  if (said.damper.hypotheses.empty()) return;
+  config::ModelSpec& best = said.damper.hypotheses.front().model;
+  const config::ModelSpec narrow = std::exchange(best, said.improved);
+  for (std::size_t i = 0; i < std::min(narrow.effects.size(), best.effects.size()); ++i) {
+    for (const auto& [symbol, value] : narrow.effects[i].constants) {
+      if (i >= model.effects.size() || !model.effects[i].constants.contains(symbol))
+        best.effects[i].constants[symbol] = value;
+    }
+  }
+}
+
+// What the data did change.
 void warn_of_widths(const config::ModelSpec& model, Diagnosis& said) {
   for (const Turning& turning : turnings_of(model)) {
     const std::string& effect = model.effects[turning.line].effect;
@@ -58,6 +73,7 @@ void warn_of_unit(const config::ModelSpec& model, Diagnosis& said) {
 
 void hold_against_file(const config::ModelSpec& model, Diagnosis& said) {
   state_again(model, said);
+  lead_hypotheses(model, said);
   warn_of_widths(model, said);
   warn_of_unit(model, said);
 }

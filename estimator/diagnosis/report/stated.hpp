@@ -1,4 +1,4 @@
-// What came out, beside what the model file states.
+// Compares the result with what the model file states.
 #pragma once
 
 #include "config/model.hpp"
@@ -6,8 +6,8 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Constants that the file states and the data did not change stand in the improved model again;
-// what they did change, and a unit that the catalogue does not count in, are warned of.
+// Restores constants in the improved model that the file states and the data did not change. Warns
+// of those that changed, and of a unit that the catalogue does not use.
 void hold_against_file(const config::ModelSpec& model, Diagnosis& said);
 
 }  // namespace shaker::estimator::diagnosis

@@ -14,6 +14,8 @@ namespace {
 
 // A whole grid over three shapes would cost more than it finds: the refit moves them anyway.
 constexpr std::size_t kMostProbes = 9;
+// Of a tabulated pin, as shares of the strokes that were visited.
+constexpr std::initializer_list<double> kKnots = {0.0, 0.25, 0.5, 0.75, 1.0};
 
 std::vector<double> geometric(double low, double high, int count) {
   std::vector<double> values;
@@ -69,11 +71,12 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   Probe plain;
   plain.line.effect = std::string(effect.name());
   plain.line.scale = scale_of(range);
+  if (&effect == &tabulated_pin()) plain.line.table = {linear(range.low, range.high, kKnots), {}};
   std::vector<ParameterInfo> shapes;
   for (const ParameterInfo& stated : effect.parameters()) {
     const ParameterInfo p = scaled(effect, stated, plain.line.scale);
     if (std::isnan(p.absent)) {
-      shapes.push_back(p);
+      if (std::isnan(p.spread)) shapes.push_back(p);  // a prior knows where to begin
       continue;
     }
     const std::string symbol(p.symbol);

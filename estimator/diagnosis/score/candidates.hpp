@@ -1,5 +1,5 @@
-// What may be missing: every effect of the catalogue that the model does not hold yet, at "as if it
-// were not there", with the parameters that only shape it on a small grid.
+// The candidates: every effect of the catalogue that the model does not have yet, with its
+// coefficients at their absent value and its other parameters on a small grid.
 #pragma once
 
 #include <string>
@@ -12,9 +12,9 @@
 
 namespace shaker::estimator::diagnosis {
 
-// One shape of an effect: a line of a model file whose coefficients are at their absent value. An
-// effect that has no such value (a valve's threshold, a spring in series) is probed where it does
-// something, and scored by the difference that it makes.
+// One shape of an effect: a line of a model file with the coefficients at their absent value. An
+// effect without an absent value (a valve's threshold, a spring in series) is probed where it acts,
+// and scored by the difference that it makes.
 struct Probe {
   config::EffectSpec line;
   std::vector<std::string>
@@ -26,23 +26,24 @@ struct Candidate {
   std::vector<Probe> probes;
 };
 
-// The whole catalogue: what can be scored, and what cannot, each with its reason.
+// The whole catalogue: the candidates, and the effects that cannot be scored, each with the reason.
 struct Catalogue {
   std::vector<Candidate> tried;
   std::vector<NotTried> not_tried;
 };
 
-// The motion that was measured; shapes that lie outside of it can have no influence.
+// The range of the measured motion. A shape outside of it has no influence.
 struct MotionRange {
   double low = 0.0, high = 0.0;  // of the stroke
   double speed = 0.0;            // largest
   double force = 0.0;            // largest, per unit mass
 };
 
-// Where the motion is imposed, only what the damper may lack: there is no excitation, and no motion
-// to be mismeasured. In a model of several coordinates effects of the damper stand where its own
-// stand, the first that carries load and sees the observed coordinate; `notes` names those that
-// cannot: without load (of a mass or a tyre: of which?), or with their name taken in another place.
+// Returns the candidates. For an imposed motion these are effects of the damper only: there is no
+// excitation, and the motion is not predicted. In a model of several coordinates an effect of the
+// damper gets the coordinate of the first of the damper's effects that carries load and sees the
+// observed coordinate. `notes` names the effects that have no such place: effects without load (the
+// coordinate of a mass or a tyre is unknown), or those whose name stands in another place already.
 Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Kind kind,
                      std::vector<std::string>& notes);
 

@@ -1,9 +1,9 @@
-// Every candidate scored by the part of its signature that the model's parameters cannot imitate.
+// Scores every candidate by the part of its signature that the model's parameters cannot imitate.
 //
 // A signature is the change of all runs' harmonics per unit of the effect's coefficient, at the
-// fitted solution: one linearisation of the model that holds the effect at "absent", with the
-// effect's memory driven along the known motion. What is left of it after projecting out the
-// parameters is held against what is left of the data.
+// fitted solution. It takes one linearisation of the model with the effect at its absent value,
+// with the memory of the effect driven along the known motion. The parameters are projected out of
+// the signature and of the residual, and the two are compared.
 #pragma once
 
 #include <string>
@@ -24,7 +24,7 @@ struct Score {
   double gain = 0.0;            // in chi-squared; 0 when the sign is inadmissible
 };
 
-// A candidate of which no shape could be scored, and why.
+// A candidate without a shape that could be scored, and the reason.
 struct NotScored {
   const Candidate* candidate = nullptr;
   std::string reason;
@@ -49,14 +49,15 @@ struct Signatures {
 Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                          const Probe& probe, const FitOptions& options);
 
-// Residuals and Jacobian of the runs that are fitted, one below the other.
+// Residuals and Jacobian of the fitted runs, one run after another.
 Eigen::VectorXd stacked_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data);
 Eigen::MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                  const std::vector<int>& columns);
 
-// The model with a line added behind.
+// Returns the model with one more line at its end.
 config::ModelSpec with_line(const config::ModelSpec& spec, const config::EffectSpec& line);
-// Values of `fit` for the parameters that a model shares with it, its own start for the others.
+// Returns the parameters of `model`: those of `fit` where both have them, otherwise the model's
+// start values.
 std::vector<double> carried_over(const Model& model, const HarmonicFit& fit);
 
 }  // namespace shaker::estimator::diagnosis

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimator/diagnosis/noise/residual.hpp"
 #include "estimator/diagnosis/select/nesting.hpp"
@@ -9,26 +10,33 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kMinReplacementGain = 5.0;   // of chi-squared: less is chance
-constexpr double kMaxSharpenedRatio = 400.0;  // of chi-squared, times the best one's
+constexpr double kMinReplacementGain = 5.0;  // of chi-squared: less is chance
+constexpr double kMaxNarrowedRatio = 400.0;  // of chi-squared, times the best one's
 constexpr double kMaxImprovedRatio =
     4.0;                              // the same, of one that sharper corners do not bring nearer
 constexpr double kOtherValley = 2.0;  // of chi-squared, times that of what holds it
 constexpr std::size_t kMostRivals = 4;
 constexpr double kNoChance = 100.0;  // of chi-squared a datum: draws say 0 to the last digit
-// Of log evidence that a simpler effect may be behind the richer one: with the richer one's
-// interval holding the special case, and without.
+// Log evidence by which a simpler effect may be worse than a richer one: if the interval of the
+// richer one includes the special case, and otherwise.
 constexpr double kReducedBehind = 10.0, kSimplerBehind = 1.0;
 
 bool without_chance(double chi_squared, std::ptrdiff_t observations) {
   return chi_squared > kNoChance * static_cast<double>(observations);
 }
 
-// The same effects, with the simpler one in the place of the one that holds it.
+// Returns the effects with a richer one replaced by its special case.
 std::vector<std::string> simplified(std::vector<std::string> effects, const std::string& effect) {
   std::replace(effects.begin(), effects.end(), effect, std::string(simpler_than(effect)));
   std::sort(effects.begin(), effects.end());
   return effects;
+}
+
+// True if one set is the other with a richer effect replaced by its special case.
+bool special_case(const Hypothesis& simpler, const Hypothesis& richer) {
+  return std::any_of(richer.effects.begin(), richer.effects.end(), [&](const std::string& effect) {
+    return simplified(richer.effects, effect) == simpler.effects;
+  });
 }
 
 }  // namespace
@@ -37,13 +45,13 @@ void CandidateSet::choose() {
   const std::shared_ptr<const HarmonicFit> before =
       chosen_ ? found_.hypotheses[found_.best].fit : nullptr;
   if (!any_best()) return;
-  sharpen_rivals();
+  narrow_rivals();
   any_best();
   try_simpler_rivals();
   for (int round = 0; round < 4 && any_best(); ++round) {
     Hypothesis& best = found_.hypotheses[found_.best];
     const bool centred = refits_.recentred(best);
-    if (!refits_.sharpened(best) && !centred) break;
+    if (!refits_.narrowed(best) && !centred) break;
   }
   any_best();
   prefer_simpler();
@@ -51,13 +59,14 @@ void CandidateSet::choose() {
   if (before != found_.hypotheses[found_.best].fit) judge_best();
 }
 
-// The test looks at all data together, in units of the noise; what is left in the response's own
-// unit is looked at too.
+// The test judges all data together, in units of the noise. The gap in the unit of the response
+// must be small too.
 void CandidateSet::judge_best() {
   const Hypothesis& best = found_.hypotheses[found_.best];
   found_.probability_best = 0.0;
   found_.explained = small_gap_ = false;
-  // Nobody asks how probable shares of a gap are, nor the catalogue where there is no chance.
+  // The probability is not needed in a search by shares of the gap, nor the scores if chance is
+  // excluded.
   if (options_.simple_first || without_chance(best.fit->chi_squared, best.fit->observations))
     return;
   found_.probability_best = probability(scored(best));
@@ -83,11 +92,11 @@ bool CandidateSet::any_best() {
   return any;
 }
 
-// Where the best would gain by sharper corners, so might those close behind: a rounded corner
-// must not decide between them.
-void CandidateSet::sharpen_rivals() {
+// If narrower smoothing improves the best hypothesis, it may improve those close behind it too. The
+// smoothing width must not decide between them.
+void CandidateSet::narrow_rivals() {
   const Hypothesis& best = found_.hypotheses[found_.best];
-  const double limit = kMaxSharpenedRatio * best.fit->chi_squared;
+  const double limit = kMaxNarrowedRatio * best.fit->chi_squared;
   const std::size_t size = best.effects.size();
   std::vector<std::size_t> rivals;
   for (std::size_t h = 0; h < found_.hypotheses.size(); ++h) {
@@ -100,13 +109,19 @@ void CandidateSet::sharpen_rivals() {
   for (std::size_t i = 0; i < rivals.size() && i < kMostRivals; ++i) {
     if (!goes_on()) return;
     any_best();  // the last one may be it, or was and is disqualified
-    const double best_left = found_.hypotheses[found_.best].fit->chi_squared;
-    refits_.sharpened(found_.hypotheses[rivals[i]], kMaxImprovedRatio * best_left);
+    const Hypothesis& now_best = found_.hypotheses[found_.best];
+    Hypothesis& rival = found_.hypotheses[rivals[i]];
+    // A richer effect may imitate a corner that is sharper than the grid. Its special case is
+    // therefore always taken to the limit.
+    const double hopeless = special_case(rival, now_best)
+                                ? std::numeric_limits<double>::infinity()
+                                : kMaxImprovedRatio * now_best.fit->chi_squared;
+    refits_.narrowed(rival, hopeless);
   }
 }
 
-// Of those close behind the best the simpler one may be the best. Shares of a gap have no such
-// order.
+// A simpler hypothesis close behind the best may become the best. This does not apply to a search
+// by shares of the gap.
 void CandidateSet::try_simpler_rivals() {
   if (options_.simple_first) return;
   const std::vector<Hypothesis> all = found_.hypotheses;  // they may become more
@@ -118,8 +133,8 @@ void CandidateSet::try_simpler_rivals() {
   }
 }
 
-// Where the richer effect's fit says that the simpler one would do, that is asked of it: the search
-// may have passed it by, or left it in another valley.
+// If the fit of a richer effect allows its special case, that is fitted too: the search may not
+// have tried it, or may have left it in another valley.
 void CandidateSet::try_simpler(const Hypothesis& best, const std::string& effect,
                                const std::vector<std::string>& wanted) {
   if (!reduces(*best.fit, effect)) return;
@@ -134,7 +149,7 @@ void CandidateSet::try_simpler(const Hypothesis& best, const std::string& effect
   keep(refits_.with_simpler(best, effect, simpler->probes.front().line), made);
 }
 
-// A richer effect gives way to the simpler one that it holds where the data do not exclude that.
+// A richer effect gives way to its special case if the data do not exclude that.
 void CandidateSet::prefer_simpler() {
   for (bool changed = true; changed;) {
     changed = false;
@@ -144,7 +159,7 @@ void CandidateSet::prefer_simpler() {
       try_simpler(best, effect, wanted);
       Hypothesis* simpler = find(wanted);
       if (simpler == nullptr || !simpler->disqualified.empty()) continue;
-      refits_.sharpened(*simpler);
+      refits_.narrowed(*simpler);
       if (!simpler->disqualified.empty()) continue;
       const double behind = best.log_evidence - simpler->log_evidence;
       if (behind > (reduces(*best.fit, effect) ? kReducedBehind : kSimplerBehind)) continue;
@@ -155,8 +170,8 @@ void CandidateSet::prefer_simpler() {
   }
 }
 
-// Where shares of the gap are weighed, the errors are what a first search left, and a fit that
-// leaves no more than them says nothing.
+// In a search by shares of the gap the errors come from the residual of a first search. A fit that
+// leaves no more than these errors therefore proves nothing.
 bool CandidateSet::settled() const {
   return chosen_ && found_.explained && small_gap_ && !options_.simple_first;
 }

@@ -1,4 +1,4 @@
-// The hypotheses refitted so far, which of them is the best, and whether it leaves but noise.
+// The hypotheses that were refitted so far, the best of them, and whether it leaves only noise.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Its arguments must outlive it.
+// The arguments of the constructor must outlive the object.
 class CandidateSet {
  public:
   CandidateSet(Selection& found, const std::vector<RunDatum>& data,
@@ -19,31 +19,35 @@ class CandidateSet {
                const Refits& refits)
       : found_(found), data_(data), all_(all), options_(options), refits_(refits) {}
 
-  // Finds the best admissible hypothesis of all, with corners as sharp as it needs.
+  // Finds the best admissible hypothesis, with smoothing widths as narrow as the comparison needs.
   void choose();
-  // There is one.
+  // True if choose() has found one.
   bool chosen() const { return chosen_; }
-  // The search is over: the best leaves but noise, and no more of a gap than is called explained.
+  // True if the search can end: the best hypothesis leaves only noise, and a gap that counts as
+  // explained.
   bool settled() const;
-  // Not once this search has had its part of the budget: then it counts as cut short.
+  // False when this search has used its share of the budget. The selection is then marked as cut
+  // short.
   bool goes_on();
   double left_by_best() const;  // in chi-squared
 
-  // The score of the catalogue on a fit; each fit once: that the best is judged by is what it is
-  // extended by.
+  // Scores the catalogue on a fit, once for each fit: judging the best hypothesis and extending it
+  // use the same scores.
   const Scoring& scored(const std::shared_ptr<const HarmonicFit>& fit);
-  // Of its round corners the design, of the sharp ones what is left.
+  // The same for a hypothesis: signatures from the fit with wide smoothing, residual from the
+  // narrow one.
   Scoring scored(const Hypothesis& h);
   double probability(const Scoring& scoring) const;  // that noise alone makes it
 
   Hypothesis* find(const std::vector<std::string>& effects);
-  // Takes it in, or in the place of a known one that it is better than. `made`: those that are new.
+  // Adds a hypothesis, or replaces a known one with the same effects that is worse. `made` receives
+  // the indices of new ones.
   void keep(Hypothesis h, std::vector<std::size_t>& made);
   void sort_by_evidence(std::vector<std::size_t>& level) const;
 
  private:
   bool any_best();
-  void sharpen_rivals();
+  void narrow_rivals();
   void try_simpler_rivals();
   void prefer_simpler();
   void try_simpler(const Hypothesis& best, const std::string& effect,

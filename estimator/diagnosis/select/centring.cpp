@@ -1,6 +1,6 @@
-// The place of rest of a force (k (u - u0)) is a constant of its line and has no derivative: it is
-// fitted by differences. A force about a wrong place is mended by others - a spring, a sensor that
-// is set off - which then would be named beside it.
+// The rest position u0 of a force k (u - u0) is a constant of its line without a derivative, so it
+// is fitted by differences. With a wrong rest position other effects (a spring, a sensor offset)
+// would compensate and be named too.
 #include "estimator/diagnosis/select/centring.hpp"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ struct CentringStep {
   double standard_error = 0.0;  // of the place
 };
 
-// Gauss-Newton, with the parameters following; nothing where the place cannot be seen.
+// A Gauss-Newton step in which the parameters follow. Empty if the data do not show the position.
 std::optional<CentringStep> step_of(const HarmonicFit& fit, const HarmonicFit& lower,
                                     const HarmonicFit& upper, double apart,
                                     const std::vector<RunDatum>& data) {
@@ -50,7 +50,7 @@ std::optional<CentringStep> step_of(const HarmonicFit& fit, const HarmonicFit& l
   return step;
 }
 
-// The fit's predictions with the place elsewhere, at the same parameters.
+// The predictions of the fit with another rest position, at the same parameters.
 HarmonicFit moved(const HarmonicFit& fit, std::size_t line, double place,
                   const std::vector<RunDatum>& data) {
   config::ModelSpec spec = fit.spec;

@@ -1,5 +1,5 @@
-// The place of rest of a force that was added: a constant of its line, fitted like a parameter, and
-// told like one.
+// The rest position of an added force. It is a constant of the effect's line; it is fitted and
+// reported like a parameter.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,11 @@
 
 namespace shaker::estimator::diagnosis {
 
-// The lines behind the base model's whose place of rest is fitted.
+// Indices of the added lines whose rest position is fitted.
 std::vector<std::size_t> fitted_places(const config::ModelSpec& spec, std::size_t first_added);
 
-// Each with its standard error, all parameters following, and what it bends them by. One that the
-// data do not show is left out.
+// The rest positions with their standard errors, and how they move the parameters. A position that
+// the data do not determine is left out.
 std::vector<FittedConstant> places_of(const Hypothesis& h, const std::vector<RunDatum>& data,
                                       std::size_t first_added);
 

@@ -49,9 +49,9 @@ std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<R
     if (data[r].role != Role::fit) continue;
     const VectorXd e = less_clock(fit, data, r, clock);
     const MatrixXd j = whitened_jacobian(fit, data, r, fit.free);
-    // What the other runs leave open of this one: e of the run left out is M^-1 e, its covariance
-    // M^-1, with M = I - J (sum J'J)^-1 J'.
-    // It is the identity but along the few columns of J.
+    // The other runs leave the prediction of this one uncertain. The residual of the run left out
+    // is M^-1 e, its covariance M^-1, with M = I - J (sum J'J)^-1 J'. M differs from the identity
+    // only along the few columns of J.
     const MatrixXd root = j * Cholesky(fit.covariance).root();
     const SingularValues few = singular_values_of(root);
     const VectorXd values = (1.0 - few.values.array().square()).max(1e-8);
@@ -59,7 +59,7 @@ std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<R
     sum -= 0.5 * (e.squaredNorm() - along.squaredNorm() +
                   along.cwiseAbs2().cwiseQuotient(values).sum() - values.array().log().sum());
     if (left_out != nullptr) {
-      // What only this run tells, the others cannot predict at all.
+      // The others cannot predict what only this run determines.
       (*left_out)[r] = e + few.u * (along.cwiseQuotient(values.cwiseMax(kPredictable)) - along);
     }
   }

@@ -1,4 +1,4 @@
-// What the data say for a fit: of the runs that it was fitted to, and of each run under the fit of
+// The evidence for a fit: from the runs that it was fitted to, and from each run under the fit of
 // the others.
 #pragma once
 
@@ -11,12 +11,12 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Log probability of the residuals (Student's t, as the standard errors are estimates) less the
-// price of the parameters.
+// Log probability of the residuals, less half a log(n) for each of the `added` parameters. It is
+// that of Student's t, because the standard errors are estimates.
 double log_evidence(const HarmonicFit& fit, const std::vector<RunDatum>& data, int added);
-// Sum over runs of the log probability of each run under the fit of the others (linearised);
-// nothing with fewer than two runs. The residuals of the runs left out, in standard errors, go to
-// `left_out` unless it is null.
+// Sum over the runs of the log probability of each run under the (linearised) fit of the others.
+// Empty for fewer than two runs. If `left_out` is not null, it receives the residuals of the runs
+// left out, in standard errors.
 std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                      std::vector<Eigen::VectorXd>* left_out = nullptr);
 

@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of the width that the catalogue states: the first beside none, and the ends.
+// Relative to the width of the catalogue: the first width above zero, and the ends of the range.
 constexpr double kFirst = 0.2, kNarrowest = 0.06, kWidest = 4.0;
 constexpr double kWider = 0.1;               // of a width: for the slope over it
 constexpr double kStride = 3.0;              // times as wide, or as narrow, in one step at most
@@ -23,14 +23,14 @@ constexpr double kSettled = 0.1;             // of chi-squared: what another ste
 constexpr double kMinChiSquaredGain = 10.0;  // of chi-squared
 constexpr int kMostSteps = 6, kMostHalves = 2, kMostOfFit = 25;
 
-// What another width, with the parameters following it, would do to a fit.
+// A step of the width, with the parameters following it.
 struct WidthStep {
   double by = 0.0, gain = 0.0;  // in chi-squared
   double standard_error = 0.0;  // of the width
   VectorXd bends;               // the free parameters, per unit of width
 };
 
-// `slope`: of the whitened predictions over the width.
+// `slope`: derivative of the whitened predictions with respect to the width.
 WidthStep step_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                   const VectorXd& slope) {
   const MatrixXd j = stacked_jacobian(fit, data, fit.free);
@@ -50,14 +50,14 @@ std::vector<double> moved(const HarmonicFit& fit, const VectorXd& by) {
   return theta;
 }
 
-// The fits at widths of one friction.
+// Fits with different widths of one friction.
 class Widths {
  public:
   Widths(const HarmonicFit& near, const Turning& turning, const std::vector<RunDatum>& data,
          const FitOptions& options)
       : spec_(near.spec), turning_(turning), data_(data), options_(options) {}
 
-  // Nothing where the other width has no solution.
+  // Empty if the other width has no solution.
   std::optional<WidthStep> step_from(const HarmonicFit& fit, double width) const {
     const double to = width > 0.0 ? (1.0 + kWider) * width : kFirst * turning_.usual;
     const auto wider = predicted(at(to), fit);
@@ -66,7 +66,7 @@ class Widths {
     return step_of(fit, data_, apart / (to - width));
   }
 
-  // The fit at the width to which a step leads, or halfway there; null where that is no better.
+  // The fit at the width of a step, or halfway there; null if neither is better.
   std::shared_ptr<HarmonicFit> stepped(const HarmonicFit& fit, const WidthStep& step,
                                        double& width) const {
     double to = std::clamp(width + step.by, kNarrowest * turning_.usual, kWidest * turning_.usual);
@@ -87,7 +87,7 @@ class Widths {
     return spec;
   }
 
-  // Other corners are as sharp as the grid can follow.
+  // Other corners get the narrowest width of the grid.
   std::shared_ptr<HarmonicFit> fitted(const config::ModelSpec& spec, const HarmonicFit& near,
                                       const std::vector<double>& theta) const {
     FitOptions fine = options_;
@@ -98,7 +98,7 @@ class Widths {
     return std::make_shared<HarmonicFit>(fit_harmonics(spec, data_, theta, &near, fine));
   }
 
-  // At the parameters of `fit`.
+  // The predictions at the parameters of `fit`.
   std::optional<HarmonicFit> predicted(const config::ModelSpec& spec,
                                        const HarmonicFit& fit) const {
     const int points =
@@ -129,7 +129,7 @@ class Widths {
   const FitOptions& options_;
 };
 
-// The slope says that the width may be it.
+// True if the derivative shows that the width may explain the residual.
 bool promising(const WidthStep& step, const HarmonicFit& fit, double most) {
   const double left = fit.chi_squared - step.gain;
   return step.gain > kMinChiSquaredGain && left < std::max(most, kPromised * fit.chi_squared);

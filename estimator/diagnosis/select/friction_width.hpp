@@ -1,10 +1,9 @@
-// Friction that turns round over a width that nobody stated: the width fitted beside the
-// parameters.
+// Fits the smoothing width of a friction beside the parameters.
 //
-// A seal turns its friction round as gently as it pleases: neither a jump nor the catalogue's own
-// width leaves but noise then, and what they leave looks like one more effect. Gauss-Newton: the
-// slope over the width is a difference of two predictions, the parameters are fitted in full at
-// each width, on a grid whose steps resolve it.
+// A seal reverses its friction over any width. Neither zero width nor the width of the catalogue
+// then leaves only noise, and the rest looks like one more effect. The width is found by
+// Gauss-Newton steps: its derivative is a difference of two predictions, and at each width all
+// parameters are fitted on a grid that resolves it.
 #pragma once
 
 #include <memory>
@@ -14,11 +13,11 @@
 
 namespace shaker::estimator::diagnosis {
 
-// From `near`, whose friction is as wide as its spec states it, or of no width at all (`sharp`).
-// The fit states the width in its spec, and in `constant` with its error. Null where the model has
-// no friction, or more than one, where the slope over the width says that more than a quarter of
-// chi-squared, and more than `most`, would be left, and where no width leaves as little as `most`.
-// Of periodic runs. `options`: points are those of the coarsest grid.
+// Starts from `near`: a fit of zero width (`sharp`), or of the width that its model states. The
+// result states the width in its model, and in `constant` with its standard error. Null if the
+// model does not have exactly one friction without memory, if the derivative promises that more
+// than a quarter of chi-squared and more than `most` would remain, or if no width leaves less than
+// `most`. For periodic runs. `options.points`: those of the coarsest grid.
 std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bool sharp,
                                                      const std::vector<RunDatum>& data,
                                                      const FitOptions& options, double most);

@@ -1,4 +1,4 @@
-// One answer to what is missing: effects added to the base model, and the fit of them all.
+// A hypothesis: the base model with added effects, and its fit.
 #pragma once
 
 #include <memory>
@@ -14,12 +14,13 @@ namespace shaker::estimator::diagnosis {
 struct Hypothesis {
   std::vector<std::string> effects;        // those added, sorted
   std::shared_ptr<const HarmonicFit> fit;  // never null
-  // A hypothesis with a corner (dry friction) is refitted with sharper corners on finer grids once
-  // it matters (smoothing.hpp); `fit` is then that one, `rounded` the first, and `data` are those
-  // that it was fitted to.
+  // A hypothesis with a corner (dry friction) is refitted with narrower smoothing on finer grids
+  // once that matters (smoothing.hpp). Then `fit` is the narrow fit, `rounded` the first one, and
+  // `data` are the data of the narrow fit.
   std::shared_ptr<const HarmonicFit> rounded;
   std::shared_ptr<const std::vector<RunDatum>> data;  // null: as given
-  // A fit that could not be made sharper so that it leaves less than `blunt_above` of chi-squared.
+  // A fit for which narrower smoothing did not lead below a chi-squared of `blunt_above`; it is not
+  // tried again.
   std::shared_ptr<const HarmonicFit> blunt;
   double blunt_above = 0.0;
   double log_evidence = 0.0;
@@ -27,7 +28,7 @@ struct Hypothesis {
   std::string disqualified;               // why it cannot be; empty: it can
 };
 
-// Compared with the corners as round as they are in those that were not made sharper.
+// The fit with the first smoothing, for comparison with hypotheses that have no narrower one.
 const HarmonicFit& rounded(const Hypothesis& h);
 
 }  // namespace shaker::estimator::diagnosis

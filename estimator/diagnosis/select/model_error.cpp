@@ -5,14 +5,20 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
+using Eigen::VectorXd;
+
 constexpr double kFarFromNoise = 3.0;    // root mean square of what is left, over the noise's
 constexpr double kNextToNothing = 3e-3;  // of the base model's: nothing is left to share out
+
+VectorXd left_of_run(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::size_t r) {
+  return without_own_zero(data[r], data[r].response - fit.predictions[r].value());
+}
 
 double left_by(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
   double sum = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role == Role::fit && data[r].quantity == Quantity::displacement)
-      sum += std::pow(root_mean_square(data[r].response - fit.predictions[r].value()), 2);
+      sum += std::pow(root_mean_square(left_of_run(fit, data, r)), 2);
   }
   return std::sqrt(sum);
 }
@@ -21,17 +27,17 @@ double noise_of(const std::vector<RunDatum>& data) {
   double sum = 0.0;
   for (const RunDatum& datum : data) {
     if (datum.role == Role::fit && datum.quantity == Quantity::displacement)
-      sum += std::pow(root_mean_square(datum.error), 2);
+      sum += std::pow(root_mean_square(without_own_zero(datum, datum.error)), 2);
   }
   return std::sqrt(sum);
 }
 
-// Mean square of what a fit leaves of one channel's components.
+// Mean square of the residual of one channel's components.
 double left_of(const HarmonicFit& fit, const std::vector<RunDatum>& data, Quantity quantity) {
   double sum = 0.0, count = 0.0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit || data[r].quantity != quantity) continue;
-    sum += (data[r].response - fit.predictions[r].value()).squaredNorm();
+    sum += left_of_run(fit, data, r).squaredNorm();
     count += static_cast<double>(data[r].response.size());
   }
   return count > 0.0 ? sum / count : 0.0;
@@ -48,7 +54,8 @@ std::optional<std::vector<RunDatum>> with_model_error(const Selection& found,
         left_by(*h.fit, h.data ? *h.data : data) < left_by(*best, data))
       best = h.fit.get();
   }
-  // The cosines of a record may differ in their noise by orders: there they are counted one by one.
+  // The cosines of a record may differ in their noise by orders of magnitude, so each is counted by
+  // itself.
   const bool record = on_samples(data);
   const double far = record ? std::sqrt(best->chi_squared / best->observations)
                             : left_by(*best, data) / noise_of(data);

@@ -1,8 +1,8 @@
-// Where even the best model leaves far more than noise, the noise says little of what matters: the
-// last harmonic, known to a micrometre, would bend the parameters as much as the first. Real
-// dampers are so. Then the search is done once more with errors that hold what the best hypothesis
-// leaves, spread evenly over a run: every share of the gap counts alike, and effects are named in
-// the order in which they close it. That something is left stays said.
+// Selection where even the best hypothesis leaves far more than noise, as with real dampers. Errors
+// from noise are then misleading: the last harmonic, known to a micrometre, would bend the
+// parameters as much as the first. The search is repeated with errors that include the residual of
+// the best hypothesis, spread evenly over each run. Every share of the gap then counts alike, and
+// effects are named in the order in which they close it. The verdict stays `unexplained`.
 #pragma once
 
 #include <optional>
@@ -12,8 +12,8 @@
 
 namespace shaker::estimator::diagnosis {
 
-// The data with such errors; nothing when the first search was content, or what is left is near the
-// noise, or next to nothing beside what the base model leaves.
+// Returns the data with such errors. Empty if the first search explained the data, if the residual
+// is near the noise, or if it is negligible beside the residual of the base model.
 std::optional<std::vector<RunDatum>> with_model_error(const Selection& found,
                                                       const std::vector<RunDatum>& data);
 

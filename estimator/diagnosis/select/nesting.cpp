@@ -7,7 +7,7 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-// Where a parameter stands then: at an end of its range, or at zero.
+// The value of a parameter in the special case: an end of its range, or zero.
 enum class Place { lower, upper, zero };
 struct Special {
   std::string_view symbol;
@@ -23,11 +23,11 @@ struct Nesting {
 const std::vector<Nesting>& nestings() {
   static const std::vector<Nesting> all = {
       {"stribeck_friction", "coulomb_friction", {{"ratio", Place::lower}}},
-      // A static peak that is as narrow as the friction's turning round only makes that sharper.
+      // A static peak as narrow as the smoothing width only makes the reversal sharper.
       {"stribeck_friction", "coulomb_friction", {{"v_s", Place::lower}}},
       {"bouc_wen_hysteresis", "presliding_friction", {{"gamma", Place::zero}, {"n", Place::lower}}},
       {"presliding_friction", "coulomb_friction", {{"z0", Place::lower}}},
-      // Rigid oil that flows laminar below q_l damps by theta1 q_l v besides.
+      // Rigid oil with laminar flow below q_l damps by theta1 q_l v in addition.
       {"oil_compressibility", "viscous_damping", {{"k_o", Place::upper}}}};
   return all;
 }

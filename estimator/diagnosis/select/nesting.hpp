@@ -1,5 +1,5 @@
-// Effects that hold a simpler one as a special case: Stribeck friction without its static peak is
-// dry friction. Where the data do not exclude the special case, the simpler effect is the answer.
+// Effects with a simpler effect as a special case: Stribeck friction without its static peak is dry
+// friction. If the data do not exclude the special case, the simpler effect is the answer.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Empty: it holds none of the catalogue.
+// Returns the special case of an effect; empty if the catalogue has none.
 std::string_view simpler_than(std::string_view effect);
-// One holds the other, directly or not.
+// True if one of the two is a special case of the other, directly or through a third.
 bool related(std::string_view a, std::string_view b);
-// The parameters that make the effect richer are, in this fit, within two standard errors of the
-// values (or at the bound) at which it is the simpler one.
+// True if the parameters that make the effect richer are within two standard errors of the values
+// (or at the bound) of the simpler effect.
 bool reduces(const HarmonicFit& fit, std::string_view effect);
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,4 +1,4 @@
-// Where else than at its probe the fit of an effect may begin.
+// Further start values for the fit of an effect, besides those of its probe.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,13 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Lines with what switches an effect on well inside of its range: as the catalogue begins it, and
-// halfway between its absence and a bound that is near. The probe's own where nothing does.
+// Returns lines with the coefficient well inside of its range: at the start value of the catalogue,
+// and halfway between its absent value and a near bound. Returns the probe's own line if the effect
+// has no coefficient.
 std::vector<config::EffectSpec> starts_of(const Probe& probe);
 
-// Of an effect without a coefficient, which is wholly there wherever it begins: a good deal lower
-// and higher in what it begins with. None for others.
+// For an effect without a coefficient, which is fully present from the start: lines with its first
+// parameter much lower and much higher. Empty for other effects.
 std::vector<config::EffectSpec> placed_apart(const Probe& probe);
 
 }  // namespace shaker::estimator::diagnosis

@@ -22,7 +22,7 @@ constexpr int kMemorySteps = 60;
 constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
 constexpr int kMemoryShare = 2;                  // of a way on a coarse grid: the points
 
-// Index of an effect's parameter in a model, the last line of that effect's; -1: none.
+// Index of an effect's parameter in a model, for the last line of that effect; -1: none.
 int find_parameter(const Model& model, const std::string& effect, std::string_view symbol) {
   const auto& parameters = model.parameters();
   for (std::size_t k = parameters.size(); k-- > 0;) {
@@ -37,8 +37,8 @@ std::string_view last_part(std::string_view name) {
   return name.substr(name.rfind('.') + 1);
 }
 
-// By how many standard errors the data would have a parameter beyond where it was held, all others
-// following.
+// Number of standard errors by which a parameter would pass the bound that holds it, with all other
+// parameters following.
 double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter) {
   const auto at = std::find(fit.free.begin(), fit.free.end(), parameter) - fit.free.begin();
   if (at == static_cast<std::ptrdiff_t>(fit.free.size())) return 0.0;
@@ -47,8 +47,8 @@ double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int param
   return fit.covariance.row(at).dot(along) / fit.standard_error(parameter);
 }
 
-// An estimate has errors: of an effect that is as large as physics allows every other one falls
-// beyond. It is outside where its interval is.
+// An estimate has errors. If an effect is as large as physics allows, half of its estimates fall
+// beyond the bound. It is inadmissible only if its interval is.
 bool ended_by_chance(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter,
                      double absent) {
   const double size = std::fabs(fit.theta[static_cast<std::size_t>(parameter)] - absent);
@@ -56,7 +56,7 @@ bool ended_by_chance(const HarmonicFit& fit, const std::vector<RunDatum>& data, 
          std::fabs(pull(fit, data, parameter)) <= kInterval;
 }
 
-// All of its coefficients are where it does nothing.
+// True if all coefficients of the effect are at their absent value.
 bool is_off(const HarmonicFit& fit, std::size_t line) {
   const std::string& name = fit.spec.effects[line].effect;
   const Effect* effect = find_effect(name);
@@ -71,8 +71,8 @@ bool is_off(const HarmonicFit& fit, std::size_t line) {
   return switchable;
 }
 
-// An effect without a coefficient is its shape. One of which most is anyone's guess, or ended at an
-// end of its range, stands in for something else (a gas column of no length for a constant force).
+// An effect without a coefficient consists of its shape. If most of its parameters are undetermined
+// or end at a bound, it imitates something else (a gas column without length a constant force).
 bool has_no_shape(const HarmonicFit& fit, const Effect& effect) {
   const auto all = effect.parameters();
   std::size_t open = 0;
@@ -85,8 +85,8 @@ bool has_no_shape(const HarmonicFit& fit, const Effect& effect) {
   return 2 * open > all.size();
 }
 
-// An effect that a fit switches off, or drives beyond the end of what physics allows, is not what
-// is missing. What merely shapes it may end anywhere.
+// An effect that the fit switches off, or drives beyond its physical range, is not the missing one.
+// Parameters that only shape it may end anywhere.
 std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                              std::size_t first_added, Errors errors) {
   if (!fit.converged) return fit.trouble.empty() ? "the fit did not settle" : fit.trouble;
@@ -125,8 +125,8 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   std::sort(h.effects.begin(), h.effects.end());
   const auto spec = with_line(parent.spec, probe.line);
   h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
-  // Worse with one effect more: a valley on the way from where it began. A record's fit is too dear
-  // to be tried again.
+  // A fit with one effect more that is worse ended in a valley on its way. The fit of a record is
+  // too expensive to be repeated.
   if (!on_samples(data_) && std::isfinite(h.fit->chi_squared) &&
       h.fit->chi_squared > parent.chi_squared)
     h.fit = begun_apart(std::move(h.fit), parent, probe);
@@ -134,8 +134,9 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   return h;
 }
 
-// By the forces along the measured motion there are hardly any valleys between the parameters;
-// where that is no better than without the effect either, from far apart. The best of all.
+// Forces along the measured motion hardly have valleys between the parameters, so the fit starts
+// there. If that is no better than without the effect, it starts from much lower and much higher
+// values too. Returns the best fit.
 std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const HarmonicFit> best,
                                                        const HarmonicFit& parent,
                                                        const Probe& probe) const {
@@ -187,7 +188,8 @@ void Refits::judge(Hypothesis& h) const {
 }
 
 void Refits::finish(Hypothesis& h) const {
-  centre(h, h.fit->spec.effects.size() - 1);
+  for (std::size_t line = h.fit->spec.effects.size(); line-- > first_added();)
+    centre(h, line);
   judge(h);
   if (std::isfinite(h.fit->chi_squared)) describe(h);
 }
@@ -237,7 +239,7 @@ Hypothesis Refits::again(const Hypothesis& known) const {
   h.fit = refitted(rounded(known).spec, known.fit->theta, &rounded(known));
   judge(h);
   if (std::isfinite(h.fit->chi_squared)) describe(h);
-  sharpen_as(known, h);
+  narrow_as(known, h);
   return h;
 }
 
@@ -277,9 +279,9 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
                           const FitOptions& options) {
     return std::make_shared<const HarmonicFit>(fit_harmonics(spec, data_, from, of, options));
   };
-  // Most of the way on a coarse grid, where a step costs a fraction; but corners as blunt as that
-  // lead elsewhere, and a memory wants its points. What has gone all steps there and here would
-  // creep from the start too.
+  // Most iterations use a coarse grid, on which a step costs a fraction. But the wide smoothing of
+  // a coarse grid leads elsewhere, and a memory needs all points. A fit that used all its
+  // iterations on both grids would creep from the start too, so it is not repeated.
   std::shared_ptr<const HarmonicFit> fit;
   if (!has_edges(spec) && !on_samples(data_)) {
     FitOptions coarse = fine;
@@ -292,7 +294,7 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
   return fit && fit->chi_squared < direct->chi_squared ? fit : direct;
 }
 
-// Models with memory are compared on half the points, and sharpened when it matters.
+// Models with memory are compared on half the points, and get narrower smoothing when it matters.
 FitOptions Refits::options_for(const config::ModelSpec& spec) const {
   FitOptions wanted = options_;
   wanted.sharp = true;

@@ -24,7 +24,7 @@ struct Ordered {
   double gain;
 };
 
-// The best shape of each candidate, best candidate first.
+// The best shape of each candidate, with the best candidate first.
 std::vector<Ordered> ordered(const Scoring& scoring) {
   std::vector<Ordered> best;
   for (const Score& s : scoring.scores) {
@@ -57,15 +57,15 @@ class Search {
         candidate_set_(found, data, all, options, refits_) {}
 
   void judge_base() {
-    // What has no coefficient is probed where it does something, which may be far away; later on
-    // only what lies near by; and so where a search before this one has looked there.
+    // An effect without a coefficient is probed where it acts, which may be far from the fit. This
+    // is done once; later, or if an earlier search has done so, only nearby values are tried.
     FitOptions far = options_.fit;
     far.from_rest = !options_.simple_first;
     found_.base_scoring = score(*found_.base.fit, data_, all_, far);
     found_.probability_base = candidate_set_.probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
     refits_.describe(found_.base);
-    if (!found_.adequate) sharpen_base();
+    if (!found_.adequate) narrow_base();
   }
 
   void run() {
@@ -86,7 +86,7 @@ class Search {
       candidate_set_.sort_by_evidence(level);
       if (options_.simple_first) put_simple_first(level);
       for (std::size_t i = 0; i < level.size() && i < 2U; ++i) {
-        // Not a reference: extending grows the vector.
+        // A copy: extending the search makes the vector grow.
         const Hypothesis parent = found_.hypotheses[level[i]];
         const auto& scoring = candidate_set_.scored(parent.rounded ? parent.rounded : parent.fit);
         for (const std::size_t h : extend(parent, scoring, size == 2 ? 5 : 3))
@@ -103,19 +103,20 @@ class Search {
   }
 
  private:
-  // A base model with dry friction of its own is held against the data with corners as wide as its
-  // file or the catalogue states them, and with those of no width.
-  void sharpen_base() {
+  // A base model with dry friction is compared with the data both with the stated smoothing width
+  // (of its file or of the catalogue) and with zero width.
+  void narrow_base() {
     Hypothesis sharp = found_.base;
-    if (!refits_.sharpened(sharp) || sharp.fit->chi_squared >= found_.base.fit->chi_squared) return;
+    if (!refits_.narrowed(sharp) || sharp.fit->chi_squared >= found_.base.fit->chi_squared) return;
     found_.base = std::move(sharp);
     found_.base_scoring = candidate_set_.scored(found_.base);
     found_.probability_base = candidate_set_.probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
   }
 
-  // Those of one effect. Where the known one is not admissible to these errors, what it is without
-  // an effect may be: those that leave little more than noise are begun in its valley.
+  // Refits the known hypothesis. If it is not admissible with these errors, it without one of its
+  // effects may be: such sets that leave little more than noise start from its parameters. Returns
+  // the new hypotheses with one effect.
   std::vector<std::size_t> begin_known() {
     std::vector<std::size_t> made;
     if (options_.known == nullptr) return made;
@@ -127,8 +128,7 @@ class Search {
     return made;
   }
 
-  // What a hypothesis is without each of its effects, from where it is, where that leaves at most
-  // so much.
+  // Removes each effect of a hypothesis in turn, and keeps those results that leave at most `most`.
   void keep_without(const Hypothesis& full, std::vector<std::size_t>& made,
                     double most = std::numeric_limits<double>::infinity()) {
     if (full.effects.size() < 2) return;
@@ -143,13 +143,13 @@ class Search {
     std::vector<std::size_t> made;
     int tried = 0;
     for (const Ordered& next : ordered(scoring)) {
-      // What has no coefficient is scored at a guess of its shape, far from where it would end: the
-      // score says little, so that all of these are tried once.
+      // An effect without a coefficient is scored at a guess of its shape, far from its end values.
+      // The score says little, so all such effects are tried once.
       const bool guessed = next.probe->coefficients.empty() && parent.effects.empty();
       if (tried >= most && !guessed) continue;
       const std::string added(next.candidate->effect->name());
-      // Of two that hold one another only one is wanted; but on a damper that no model explains the
-      // simple one is named first, and the richer one may add what is still missing.
+      // Of an effect and its special case only one is wanted. But on a damper that no model
+      // explains the simple one is named first, and the richer one may add what is still missing.
       const auto stands = [&](const std::string& e) {
         const bool adds = options_.simple_first && simpler_than(added) == e;
         return e == added || (related(e, added) && !adds);
@@ -158,7 +158,7 @@ class Search {
       std::vector<std::string> effects = parent.effects;
       effects.insert(std::upper_bound(effects.begin(), effects.end(), added), added);
       if (candidate_set_.find(effects) != nullptr) continue;
-      // Single ones are each other's rivals: a name is no surer than all of them let it be.
+      // Single effects compete with each other: the probability of one depends on all of them.
       if (!parent.effects.empty() && !candidate_set_.goes_on()) break;
       tried += guessed ? 0 : 1;
       made.push_back(found_.hypotheses.size());
@@ -170,8 +170,8 @@ class Search {
     return made;
   }
 
-  // A fit that switched an effect off is one of the smaller set, which may have ended in a worse
-  // valley by itself: then it is that set's, and goes on from there.
+  // A fit that switched an effect off belongs to the smaller set. That set may have ended in a
+  // worse valley by itself; then it takes over this fit.
   void keep_what_remains(const Hypothesis& full, std::vector<std::size_t>& made) {
     const auto off = refits_.switched_off(full);
     if (!off || full.effects.size() < 2) return;
@@ -205,8 +205,8 @@ class Search {
     });
   }
 
-  // Where the base model is bent far, an effect may have no gain at its fit, or end in a valley of
-  // its own: before two are believed, each one is tried from where it is at work.
+  // If the base model has bent far, an effect may have no gain at its fit, or may end in a valley
+  // of its own. Before a pair is believed, each single effect is tried from where it acts.
   void begin_elsewhere(std::vector<std::size_t>& level) {
     for (const Candidate& candidate : all_) {
       if (!candidate_set_.goes_on()) return;
@@ -221,10 +221,10 @@ class Search {
     }
   }
 
-  // What the base parameters imitate nearly all of has two valleys, one on either side of its
-  // absence (a real gas), and a fit from there ends in one of them. Where one effect leaves little
-  // more than noise, it and those that come near it are begun where they are at work too. False:
-  // nothing is better.
+  // An effect that the base parameters imitate nearly completely (a real gas) has two valleys, one
+  // on either side of its absent value, and a fit ends in one of them. If one effect leaves little
+  // more than noise, it and those near it are started where they act too. Returns false if none is
+  // better.
   bool begin_near_ones_elsewhere(std::vector<std::size_t>& level) {
     const double best = candidate_set_.left_by_best();
     if (!candidate_set_.chosen() || best > kMaxNearRatio * found_.base.fit->observations)
@@ -244,8 +244,8 @@ class Search {
     return better;
   }
 
-  // Backward: an effect that a larger set does not need any more. A smaller set that was on the way
-  // may have ended elsewhere: from the larger one's parameters it is fitted again.
+  // The backward step: removes effects that a larger set no longer needs. A smaller set that was
+  // fitted before may have ended elsewhere; it is fitted again from the larger one's parameters.
   void prune() {
     for (bool changed = candidate_set_.chosen(); changed;) {
       const std::size_t before = found_.best;
@@ -289,14 +289,14 @@ Selection select_effects(HarmonicFit base, const std::vector<RunDatum>& data,
   return found;
 }
 
-void take_to_no_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
-                      const FitOptions& options) {
+void take_to_zero_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
+                        const FitOptions& options) {
   const Refits refits(*found.base.fit, data, options, Errors::residual);
   Hypothesis& wide = found.hypotheses[hypothesis];
   Hypothesis sharp = wide;
-  const bool better = refits.sharpened(sharp) && sharp.fit->chi_squared < wide.fit->chi_squared;
+  const bool better = refits.narrowed(sharp) && sharp.fit->chi_squared < wide.fit->chi_squared;
   if (better && sharp.disqualified.empty()) wide = std::move(sharp);
-  refits.finish_sharpening(wide);
+  refits.finish_narrowing(wide);
 }
 
 }  // namespace shaker::estimator::diagnosis

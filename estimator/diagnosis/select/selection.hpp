@@ -1,4 +1,5 @@
-// Which effects are missing: candidates refitted in full, forward, in pairs, then backward.
+// Selects the missing effects: refits candidates in full, adds effects one after another, tries
+// pairs, then removes effects that are not needed.
 #pragma once
 
 #include <functional>
@@ -14,13 +15,13 @@ struct SelectionOptions {
   FitOptions fit;
   int most_effects = 3;
   int refits = 8;  // of single effects
-  // What is simple goes first: of hypotheses that close nearly as much of the gap, the one with the
-  // fewest parameters is extended (model_error.hpp).
+  // Of hypotheses that close nearly the same share of the gap, extend the one with the fewest
+  // parameters (model_error.hpp).
   bool simple_first = false;
-  // Of an earlier search on the same runs: fitted again from where it was, before any other.
+  // A hypothesis of an earlier search on the same runs; it is fitted again first.
   const Hypothesis* known = nullptr;
-  // Share of the diagnosis' budget that is left to later searches: where no more is left, what is
-  // best by then stands.
+  // Share of the diagnosis' budget to leave for later searches. When no more is left, the best
+  // hypothesis so far stands.
   double leave = 0.0;
   double false_alarm_rate = 0.01;
   int draws = 4000;
@@ -41,16 +42,16 @@ struct Selection {
   bool by_gap = false;                 // the errors are what the model leaves (model_error.hpp)
 };
 
-// The base model only: whether anything is missing.
+// Judges the base model only: is anything missing?
 Selection judge(HarmonicFit base, const std::vector<RunDatum>& data,
                 const std::vector<Candidate>& candidates, const SelectionOptions& options);
-// And what is missing.
+// Judges the base model, then searches for what is missing.
 Selection select_effects(HarmonicFit base, const std::vector<RunDatum>& data,
                          const std::vector<Candidate>& candidates, const SelectionOptions& options,
                          const std::function<void(double)>& progress);
-// A search by shares of a gap (simple_first) leaves corners as sharp as finer grids make them; this
-// takes those of one hypothesis to no width, where that leaves less and is admissible.
-void take_to_no_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
-                      const FitOptions& options);
+// A search by shares of the gap (simple_first) stops at the finer grids. This takes one hypothesis
+// to zero smoothing width, if that leaves less and is admissible.
+void take_to_zero_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
+                        const FitOptions& options);
 
 }  // namespace shaker::estimator::diagnosis

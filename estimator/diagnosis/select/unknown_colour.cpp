@@ -23,8 +23,8 @@ bool along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
   return !chance || *chance <= options.false_alarm_rate;
 }
 
-// The best hypothesis leaves far less than the base model, by more than the choice among all of the
-// catalogue's sets does by chance.
+// True if the best hypothesis leaves far less than the base model: by more than choosing among all
+// sets of the catalogue gains by chance.
 bool closed_by_effects(const Selection& searched, const std::vector<RunDatum>& data) {
   const Hypothesis* best = best_of(searched);
   if (best == nullptr) return false;
@@ -41,8 +41,8 @@ std::vector<ColourOf> possible(const std::vector<RunDatum>& data) {
   return {ColourOf::response, ColourOf::excitation};
 }
 
-// The model of `left`, fitted again with what it leaves as the noise's spectrum; nothing where it
-// lacks more than noise.
+// Fits the model of `left` again, with its residual as the spectrum of the noise. Empty if more
+// than noise is missing.
 std::optional<OfUnknownColour> without_force(const HarmonicFit& left,
                                              const std::vector<RunDatum>& fitted,
                                              const std::vector<RunDatum>& data, ColourOf of,

@@ -1,7 +1,8 @@
-// The noise of a record is read above its response; where the response is, it may be larger by
-// orders, and then everything seems to be missing. So what is left, by the base model or by the
-// best hypothesis, is tried as the noise's own spectrum (noise/noise_colour.hpp): an effect that is
-// missing lies along the motion, noise does not.
+// Tries the residual as the noise's own spectrum. The noise of a record is read above the
+// frequencies of its response. Among these frequencies it may be larger by orders of magnitude, and
+// then everything seems to be missing. The residual of the base model or of the best hypothesis is
+// therefore tried as noise (noise/noise_colour.hpp): a missing effect correlates with the motion,
+// noise does not.
 #pragma once
 
 #include <functional>
@@ -17,15 +18,16 @@ struct OfUnknownColour {
   std::vector<RunDatum> data;  // with such noise
 };
 
-// Nothing is missing, and what the base model leaves is noise. Nothing for runs with a period, and
-// where the noise above the response is enough. After the search: what bends the base model far may
-// have no gain where that fits best, and all of it elsewhere.
+// Tests whether nothing is missing and the residual of the base model is noise. Empty for periodic
+// runs, and if the noise above the response suffices. Call it after the search: an effect that
+// bends the base model far may have no gain at the base fit.
 std::optional<OfUnknownColour> nothing_but_colour(const Selection& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,
                                                   const SelectionOptions& options);
 
-// The search again with what its best hypothesis left as noise; nothing where that is a force.
+// Repeats the search with the residual of its best hypothesis as noise. Empty if that residual is a
+// force.
 std::optional<OfUnknownColour> explained_but_for_colour(
     const Selection& searched, const std::vector<RunDatum>& data,
     const std::vector<Candidate>& catalogue, const SelectionOptions& options,

@@ -22,7 +22,7 @@ const Hypothesis* admissible_best(const Selection& found) {
   return best.disqualified.empty() && std::isfinite(best.fit->chi_squared) ? &best : nullptr;
 }
 
-// The hypothesis where it is, on a workspace of its own.
+// A copy of the hypothesis with a workspace of its own.
 HarmonicFit copied(const Hypothesis& h, const std::vector<RunDatum>& data, FitOptions options) {
   const HarmonicFit& near = rounded(h);
   options.max_iterations = 0;
@@ -64,7 +64,8 @@ std::optional<WeighedAgain> explained_by_own_errors(
   std::vector<RunDatum> own = weigh(runs, fit).data;
   for (RunDatum& datum : own)
     datum.budget = data.front().budget;
-  // Not those that the base model refused: it is begun from its fit to `data`.
+  // Reads only the further channels that the base model uses, because the new fit of the base model
+  // starts from its fit to `data`.
   auto more = same_channels(runs, fit, own, data);
   std::move(more.begin(), more.end(), std::back_inserter(own));
   HarmonicFit again = fit_harmonics(base.spec, own, base.theta, &base, options.fit);
@@ -73,7 +74,7 @@ std::optional<WeighedAgain> explained_by_own_errors(
   with_guide.known = guide;
   Selection found = select_effects(std::move(again), own, catalogue, with_guide, progress);
   cut_short = cut_short || found.cut_short;
-  // Without all of its rivals a name would be surer than it is.
+  // Without all its competitors a name would look more certain than it is.
   if (!found.explained || found.cut_short) return std::nullopt;
   return WeighedAgain{std::move(found), std::move(own)};
 }

@@ -1,9 +1,9 @@
-// Errors of a campaign that were read with the base model, read again with the best hypothesis.
+// Computes errors that came from the base model again, from the best hypothesis.
 //
-// What is left of a transient is taken out of the cycles by the model's modes, and what the cycles
-// do besides by its slope over the excitation. A model that lacks a large effect has other modes
-// and another slope: a metering pin's transient, taken out by a plain orifice's modes, stays in the
-// mean, and then not even the pin explains it.
+// The rest of the transient is removed from the cycles by the modes of the model, and the response
+// to a wandering excitation by its slope. A model that lacks a large effect has other modes and
+// another slope. The transient of a metering pin, removed by the modes of a plain orifice, stays in
+// the mean, and then not even the pin explains it.
 #pragma once
 
 #include <functional>
@@ -20,15 +20,15 @@ struct WeighedAgain {
   std::vector<RunDatum> data;  // as the best hypothesis weighs them
 };
 
-// Hypotheses that are better guides than the base model; null for none. The best of a first search
-// that explains nothing, where it closes most of the gap; that of a search by the gap's shares,
-// where it leaves no more than a few times the noise of `data`.
+// Return a hypothesis that is a better guide than the base model, or null. The first takes the best
+// of a search that explains nothing, if it closes most of the gap; the second that of a search by
+// shares of the gap, if it leaves no more than a few times the noise of `data`.
 const Hypothesis* guide_of(const Selection& searched);
 const Hypothesis* guide_near_noise(const Selection& by_gap, const std::vector<RunDatum>& data);
 
-// The search again, with the errors that `guide` tells and with the guide among its hypotheses, by
-// the same test; nothing where that explains nothing either. `guide` may be null; `base`: the base
-// model's fit to `data`, which are of `runs`. `cut_short` is set where that search was.
+// Repeats the search with the errors from `guide`, with the guide among its hypotheses and with the
+// same test. Empty if that explains nothing either. `guide` may be null. `base`: the fit of the
+// base model to `data`, which are the data of `runs`. Sets `cut_short` if the search was.
 std::optional<WeighedAgain> explained_by_own_errors(
     const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
     const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,

@@ -42,6 +42,31 @@ Tangent tangent(const PeriodicSystem& system, int parameter) {
   return t;
 }
 
+// Derivative of equation d at point i along the tangent, plus that to the parameter itself.
+double slope_along(const ModelArrays& at, const Tangent& t, int parameter, int i, int d, int s,
+                   int p) {
+  double slope = at.g_theta[d * p + parameter][i];
+  for (int c = 0; c < s; ++c) {
+    const auto index = static_cast<std::size_t>(i * s + c);
+    slope += at.g_u[d * s + c][i] * t.u[index] + at.g_v[d * s + c][i] * t.v[index] +
+             at.g_a[d * s + c][i] * t.a[index];
+  }
+  return slope;
+}
+
+// The solution, moved by `by` along the tangent.
+void move_along(const PeriodicSystem& system, const Tangent& t, double by, ModelArrays& at) {
+  const int n = system.points(), s = system.model().coordinates();
+  for (int i = 0; i < n; ++i) {
+    for (int c = 0; c < s; ++c) {
+      const auto index = static_cast<std::size_t>(i * s + c);
+      at.u[c][i] = system.value(i, c) + by * t.u[index];
+      at.v[c][i] = system.velocity(i, c) + by * t.v[index];
+      at.a[c][i] = system.acceleration(i, c) + by * t.a[index];
+    }
+  }
+}
+
 }  // namespace
 
 bool PeriodicProblem::add_curvature(std::size_t r, const std::vector<double>& theta,
@@ -66,27 +91,15 @@ bool PeriodicProblem::add_curvature(std::size_t r, const std::vector<double>& th
     for (const auto& [shift, weight] :
          {std::pair{1.0, 8.0}, {-1.0, -8.0}, {2.0, -1.0}, {-2.0, 1.0}}) {
       moved[own] = theta[own] + shift * step;
-      for (int i = 0; i < n; ++i) {
-        for (int c = 0; c < s; ++c) {
-          const auto index = static_cast<std::size_t>(i * s + c);
-          at.u[c][i] = system.value(i, c) + shift * step * w.u[index];
-          at.v[c][i] = system.velocity(i, c) + shift * step * w.v[index];
-          at.a[c][i] = system.acceleration(i, c) + shift * step * w.a[index];
-        }
-      }
+      move_along(system, w, shift * step, at);
       if (!at.evaluate(model_, n, moved.data())) return false;
       const double factor = -weight / (12.0 * step);  // right-hand side: minus the derivative
       for (int k = 0; k <= l; ++k) {
         const Tangent& t = tangents[static_cast<std::size_t>(k)];
         for (int i = 0; i < n; ++i) {
           for (int d = 0; d < s; ++d) {
-            double slope = at.g_theta[d * p + free_[k]][i];
-            for (int c = 0; c < s; ++c) {
-              const auto index = static_cast<std::size_t>(i * s + c);
-              slope += at.g_u[d * s + c][i] * t.u[index] + at.g_v[d * s + c][i] * t.v[index] +
-                       at.g_a[d * s + c][i] * t.a[index];
-            }
-            rows[static_cast<std::size_t>((i * s + d) * pairs + first_pair + k)] += factor * slope;
+            rows[static_cast<std::size_t>((i * s + d) * pairs + first_pair + k)] +=
+                factor * slope_along(at, t, free_[k], i, d, s, p);
           }
         }
       }
@@ -99,7 +112,7 @@ bool PeriodicProblem::add_curvature(std::size_t r, const std::vector<double>& th
   const Run& run = runs_[r];
   const int c = model_.observed();
   for (std::size_t j = 0; j < run.readings.size(); ++j) {
-    const Reading& reading = run.readings[j];
+    const GridReading& reading = run.readings[j];
     for (int m = 0; m < reading.count; ++m) {
       const int point = (reading.base + m) % n;
       const double* second = &rows[static_cast<std::size_t>((point * s + c) * pairs)];

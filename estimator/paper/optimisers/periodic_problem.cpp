@@ -28,7 +28,7 @@ PeriodicProblem::PeriodicProblem(const Model& model, std::vector<RunData> runs,
     const int count = static_cast<int>(runs[r].displacement.size());
     GridOptions grid = options.grid;
     if (runs[r].tau.empty()) grid.points = count * ((grid.points + count - 1) / count);
-    PeriodicSystem& system = systems_.emplace_back(model, grid);
+    PeriodicSystem& system = systems_.emplace_back(runs[r].model_or(model), grid);
     if (runs[r].excitation.empty())
       system.set_excitation(runs[r].frequency_hz, runs[r].amplitude);
     else
@@ -41,29 +41,18 @@ PeriodicProblem::PeriodicProblem(const Model& model, std::vector<RunData> runs,
   }
 }
 
-// Sets weights of the residuals and how the grid is read. Predictions between grid points use
-// Lagrange interpolation of degree 5.
+// Sets weights of the residuals and how the grid is read.
 void PeriodicProblem::prepare(Run& run, int points) {
   const std::size_t count = run.data.displacement.size();
   for (std::size_t j = 0; j < count; ++j) {
     double weight = run.data.cycles * run.data.weight;
     if (!run.data.sample_weight.empty()) weight *= run.data.sample_weight[j];
     run.scale.push_back(std::sqrt(weight));
-    Reading reading;
-    if (run.data.tau.empty()) {
+    GridReading reading;
+    if (run.data.tau.empty())
       reading.base = static_cast<int>(j) * (points / static_cast<int>(count));
-    } else {
-      const double at = (run.data.tau[j] - std::floor(run.data.tau[j])) * points;
-      const int first = static_cast<int>(std::floor(at)) - 2;
-      reading.base = (first + points) % points;
-      reading.count = 6;
-      for (int k = 0; k < 6; ++k) {
-        reading.weight[k] = 1.0;
-        for (int m = 0; m < 6; ++m) {
-          if (m != k) reading.weight[k] *= (at - (first + m)) / (k - m);
-        }
-      }
-    }
+    else
+      reading = grid_reading_at(run.data.tau[j], points);
     run.readings.push_back(reading);
   }
 }
@@ -135,7 +124,7 @@ bool PeriodicProblem::evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd& e,
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     const Run& run = runs_[r];
     for (std::size_t j = 0; j < run.readings.size(); ++j, ++at) {
-      const Reading& reading = run.readings[j];
+      const GridReading& reading = run.readings[j];
       double predicted = 0.0;
       for (int k = 0; k < reading.count; ++k) {
         const int point = (reading.base + k) % systems_[r].points();

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "estimator/fit/estimation.hpp"
+#include "estimator/math/grid_reading.hpp"
 #include "estimator/paper/optimisers/problem.hpp"
 
 namespace shaker::estimator::optimisers {
@@ -48,14 +49,10 @@ class PeriodicProblem final : public LeastSquaresProblem {
   void forget();                                 // discards solutions and count
 
  private:
-  struct Reading {
-    int base = 0, count = 1;
-    double weight[6] = {1, 0, 0, 0, 0, 0};
-  };
   struct Run {
     RunData data;
     std::vector<double> scale;  // of each residual: sqrt of its relative inverse variance
-    std::vector<Reading> readings;
+    std::vector<GridReading> readings;
     AlignedVector good;  // the last solution
     bool warm = false;
   };

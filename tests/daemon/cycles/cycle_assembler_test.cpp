@@ -230,5 +230,28 @@ TEST_F(CycleAssemblerTest, EightChannelsOfTenKilohertzCostLittle) {
   EXPECT_LT(took.count(), 2.0);  // a fifth of real time, even under a sanitizer
 }
 
+// The last point needs four samples after it; the estimate waits for no more.
+TEST_F(CycleAssemblerTest, OfASlowSensorGivesACycleFourSamplesAfterItsLastPoint) {
+  SampleStream stream(
+      {.rate_hz = 100.0}, [](double tau) { return oleo().stroke(tau); },
+      [](double tau) { return oleo().excitation(tau); });
+  CycleAssembler assembler;
+  assembler.restart(
+      {.points = 64, .nominal_hz = 2.0, .sample_rate_hz = 100.0, .excitation_measured = true},
+      Nanoseconds{0});
+  int cycles = 0;
+  stream.run_to(10.0, [&](Nanoseconds t, double u, double x) {
+    assembler.push(Channel::displacement, t, u);
+    assembler.push(Channel::excitation, t, x);
+    while (const auto* cycle = assembler.poll()) {
+      const double samples_after = seconds(t - cycle->begin) * 100.0 - 50.0 * 63.0 / 64.0;
+      EXPECT_GE(samples_after, 4.0);
+      EXPECT_LE(samples_after, 5.6);
+      ++cycles;
+    }
+  });
+  EXPECT_GE(cycles, 15);
+}
+
 }  // namespace
 }  // namespace shaker::daemon

@@ -1,5 +1,6 @@
 #include "daemon/cycles/resampler.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -100,6 +101,38 @@ TEST(SmoothStamps, MissingSamplesDoNotBreakTheClockAndNoiseIsNotOne) {
     x = any(random);
   std::ranges::sort(t);
   EXPECT_FALSE(smooth_stamps(t, smooth, scratch).ok);
+}
+
+TEST(SmoothStamps, FindsTwoSamplesInOnePlaceWhereverTheyAre) {
+  for (const std::size_t first : {0u, 1u, 20u, 38u}) {
+    std::vector<double> t;
+    for (std::size_t k = 0; k < 40; ++k)
+      t.push_back(1e-3 * static_cast<double>(k > first ? k - 1 : k));
+    std::vector<double> smooth(t.size()), scratch(t.size());
+    EXPECT_FALSE(smooth_stamps(t, smooth, scratch).ok) << first;
+  }
+}
+
+// Few samples, more of them on one side: the eight nearest are taken.
+TEST(Resample, OfASlowSensorTakesTheNearestSamples) {
+  for (const double side : {1.0, -1.0}) {
+    std::vector<double> tau;
+    for (int k = 23; k >= 0; --k)
+      tau.push_back(0.5 - 0.03 * side * k);
+    for (int k = 1; k <= 8; ++k)
+      tau.push_back(0.5 + 0.1 * side * k);
+    std::vector<double> value(tau.size(), 0.0), out(8);
+    value[value.size() - 6] = 1.0;  // the third on the sparse side, 0.3 from the middle
+    if (side < 0.0) {
+      std::ranges::reverse(tau);
+      std::ranges::reverse(value);
+    }
+    const Resampled r = resample(tau, value, out);
+    ASSERT_TRUE(r.ok);
+    EXPECT_TRUE(r.sparse);
+    EXPECT_NEAR(out[4], 0.0, 1e-9) << "in the middle";
+    EXPECT_GT(out[side > 0.0 ? 6 : 2], 0.1) << "0.05 from that sample";
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <functional>
 #include <numbers>
 #include <random>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -80,6 +81,41 @@ TEST(SteadyGate, LetsASlowTransientThroughOnlyWhenLittleIsLeft) {
   EXPECT_LT(worst, 1.5);
   EXPECT_LT(mean, 1.0);
   RecordProperty("left_of_the_transient_in_noise", std::to_string(mean));
+}
+
+TEST(SteadyGate, ComparesFromTheSecondCycleOn) {
+  Cycles cycles(3);
+  SteadyGate gate;
+  gate.restart(kPoints, 3.0);
+  EXPECT_EQ(gate.add(cycles.next(nothing), kNoise).change, 0.0);
+  EXPECT_NEAR(gate.add(cycles.next(nothing), kNoise).change, 1.0, 0.3);
+}
+
+// Each cycle lies 0.2 of a point's noise above the one before: 7 steps of it in a window of 8.
+TEST(SteadyGate, MeasuresACreepOverItsWindow) {
+  Cycles cycles(3);
+  SteadyGate gate;
+  gate.restart(kPoints, 3.0);
+  const auto creep = [](int k, double) { return 0.2 * kNoise * k; };
+  GateVerdict verdict;
+  for (int k = 0; k < 12; ++k)
+    verdict = gate.add(cycles.next(creep, 0.02 * kNoise), kNoise);
+  EXPECT_FALSE(verdict.steady);
+  EXPECT_NEAR(verdict.creep, 7 * 0.2, 0.01);
+}
+
+// A tenth of the tolerance over the window, of 7 steps.
+TEST(SteadyGate, LetsACreepPassThatIsBelowATenthOfTheTolerance) {
+  for (const double step : {0.035, 0.05}) {  // times 7: 0.245 and 0.35; a tenth is 0.3
+    Cycles cycles(3);
+    SteadyGate gate;
+    gate.restart(kPoints, 3.0);
+    const auto creep = [&](int k, double) { return step * kNoise * k; };
+    GateVerdict verdict;
+    for (int k = 0; k < 12; ++k)
+      verdict = gate.add(cycles.next(creep, 0.002 * kNoise), kNoise);
+    EXPECT_EQ(verdict.steady, step < 0.04) << verdict.why;
+  }
 }
 
 TEST(SteadyGate, AFastTransientCostsOnlyTheCyclesThatMustBeSeen) {
@@ -203,6 +239,34 @@ TEST(CycleNoise, KnowsWhatWandersTogether) {
   EXPECT_NEAR(all[3][3] / 0.25e-8, 1.0, 0.1);
   EXPECT_LT(std::abs(all[4][4]), 1e-11) << "the second harmonic's phase stands";
   EXPECT_EQ(noise.covariance(2).along, all[3][3]);
+}
+
+TEST(CycleNoise, LooksAtNoPointBeyondTheCycle) {
+  Cycles cycles(21);
+  CycleNoise noise;
+  noise.restart(kPoints);
+  for (int k = 0; k < 200; ++k) {
+    auto cycle = cycles.next(nothing);
+    cycle.push_back(k % 2 == 0 ? 1.0 : -1.0);  // not its own
+    noise.add(std::span(cycle).first(kPoints));
+  }
+  EXPECT_NEAR(noise.point_standard_deviation() / kNoise, 1.0, 0.05);
+}
+
+TEST(CycleNoise, NamesNoPartThatIsLargerThanTheWhole) {
+  CycleNoise noise;
+  noise.restart(8);
+  const std::vector<double> low(8, 1.0), high(8, 1.002);
+  EXPECT_EQ(repeatability(noise, 0.5), "one alone does not tell how well they repeat");
+  noise.add(low);
+  EXPECT_EQ(repeatability(noise, 0.5), "one alone does not tell how well they repeat");
+  noise.add(high);  // standard deviation 1.41e-3 m
+  EXPECT_EQ(repeatability(noise, 1e-3),
+            "a point differs from cycle to cycle by 1.41e-03 m, of which the sensor's own noise is "
+            "1.00e-03 m");
+  EXPECT_EQ(repeatability(noise, 1.5e-3),
+            "they repeat as well as the sensor can tell: a point differs from cycle to cycle by "
+            "1.41e-03 m");
 }
 
 TEST(CycleNoise, FindsTheScatterOfPointsAndTellsPhaseFromAmplitude) {

@@ -44,6 +44,7 @@ TEST_F(CommandsTest, StartNeedsTheLease) {
   const Answer started = ask(anna, "campaign.start", params);
   ASSERT_TRUE(good(started));
   EXPECT_EQ(std::get<json>(started)["database"], "/data/c.db");
+  EXPECT_FALSE(std::get<json>(started).contains("warning"));
   EXPECT_THAT(rig.asked, ElementsAre(R"(start {"name":"c"} from campaign.start in /)"));
   EXPECT_EQ(refused(ask(otto, "campaign.start", params)).code, RpcCode::not_in_control);
   clock.advance(1s);
@@ -52,6 +53,14 @@ TEST_F(CommandsTest, StartNeedsTheLease) {
   const RpcError taken = refused(ask(otto, "control.acquire"));
   EXPECT_EQ(taken.code, RpcCode::control_taken);
   EXPECT_THAT(taken.message, ::testing::StartsWith("anna (pid 1) has been in control for 2 s"));
+}
+
+TEST_F(CommandsTest, AStartIsAnsweredWithWhatTheOperatorShouldKnow) {
+  rig.remarked = "the daemon takes theta1 as the same in all runs";
+  ASSERT_TRUE(good(ask(anna, "control.acquire")));
+  const Answer started = ask(anna, "campaign.start", {{"campaign", {{"name", "c"}}}});
+  ASSERT_TRUE(good(started));
+  EXPECT_EQ(std::get<json>(started)["warning"], rig.remarked);
 }
 
 TEST_F(CommandsTest, ADiagnosisNeedsNoLeaseAndSaysWhereItGoes) {
@@ -133,6 +142,7 @@ TEST_F(CommandsTest, AHolderThatGoesOrReleasesLosesTheLeaseAtOnce) {
 
 TEST_F(CommandsTest, TheStatusSaysWhoIsInControlAndForHowLong) {
   EXPECT_FALSE(std::get<json>(ask(otto, "status")).contains("controller"));
+  clock.advance(5s);  // counts from here
   ASSERT_TRUE(good(ask(anna, "control.acquire")));
   clock.advance(1s);
   const json status = std::get<json>(ask(otto, "status"));

@@ -22,6 +22,7 @@ class FakeRig final : public RigControl {
     return outcome;
   }
   std::string database() const override { return "/data/c.db"; }
+  std::string remark() const override { return remarked; }
   Result<void> stop(const std::string& who) override { return note("stop by " + who); }
   Result<void> pause(const std::string& who) override { return note("pause by " + who); }
   Result<void> resume(const std::string& who) override { return note("resume by " + who); }
@@ -48,6 +49,7 @@ class FakeRig final : public RigControl {
   }
 
   std::vector<std::string> asked;
+  std::string remarked;
   Result<void> outcome;
   bool controlled = false;
 

@@ -183,6 +183,22 @@ TEST(Detectors, TwoSamplesInARowTripAndOneInsideClears) {
             "sensor's sign");
 }
 
+TEST(Detectors, TwoSpeedsInARowTripAndOneBelowClears) {
+  config::Limits limits;
+  limits.stroke_rate_max_m_s = 1.0;
+  Detectors detectors(limits);
+  const auto at = [&](int i, double u) {
+    return detectors.sample(protocol::Channel::displacement, from_seconds(1e-2 * i), u);
+  };
+  EXPECT_FALSE(at(0, 0.100));
+  EXPECT_FALSE(at(1, 0.111)) << "1.1 m/s once";
+  EXPECT_TRUE(at(2, 0.122)) << "1.1 m/s twice";
+  EXPECT_FALSE(at(3, 0.130)) << "0.8 m/s";
+  EXPECT_FALSE(at(4, 0.119)) << "1.1 m/s downwards once";
+  EXPECT_FALSE(at(5, 0.130)) << "and back: a wild sample changes its sign";
+  EXPECT_TRUE(at(6, 0.141));
+}
+
 TEST(Detectors, HaveOneRowEachWithAStableCode) {
   for (std::size_t i = 0; i < kDetectorCount; ++i) {
     EXPECT_EQ(static_cast<std::size_t>(detector_table()[i].detector), i);

@@ -63,6 +63,17 @@ TEST_F(SelfCheck, FindsANoisySensor) {
   EXPECT_THAT(failure(bench, 24.0), HasSubstr("wait until the damper has come to rest"));
 }
 
+// The bench's accelerometer has a noise of 5 mm/s^2, more than a fifth of 20 mm/s^2.
+TEST_F(SelfCheck, FindsATableThatIsRestlessForSoSmallAnAmplitude) {
+  EngineBench bench;
+  auto campaign = bench_campaign();
+  campaign.runs.front().amplitude = 0.02;
+  ASSERT_TRUE(bench.engine.start(campaign).ok());
+  ASSERT_TRUE(bench.run_until(State::idle, 24.0));
+  EXPECT_TRUE(bench.exciter.sets.empty());
+  EXPECT_THAT(last_stop(bench), HasSubstr("more than 0.004 (20 % of the first run's amplitude)"));
+}
+
 TEST_F(SelfCheck, WaitsForADamperThatStillRings) {
   EngineBench bench;
   const double quiet = bench.noise;
@@ -72,6 +83,24 @@ TEST_F(SelfCheck, WaitsForADamperThatStillRings) {
   EXPECT_EQ(bench.engine.state(), State::check);
   bench.noise = quiet;
   EXPECT_TRUE(bench.run_until(State::ramp, 2.5));
+}
+
+// 15 samples/s are 30 in each period of 0.5 Hz.
+TEST_F(SelfCheck, AsksASlowRunForNoFastSensor) {
+  auto rig = testing::bench_rig();
+  rig.limits.stale_s = 0.5;
+  EngineBench bench(rig);
+  bench.run(0.1);
+  auto campaign = bench_campaign();
+  campaign.runs[0].frequency_hz = 0.5;
+  ASSERT_TRUE(bench.engine.start(campaign).ok());
+  bench.silent = true;
+  for (int i = 0; i < 300 && bench.engine.state() == State::check; ++i) {
+    bench.run(0.065);
+    const drivers::Sample sample{.t = bench.clock.now(), .value = 0.15 + 1e-5 * (i % 3)};
+    bench.engine.on_samples({&sample, 1});
+  }
+  EXPECT_EQ(bench.engine.state(), State::ramp) << bench.engine.state_document().reason;
 }
 
 TEST_F(SelfCheck, FindsASlowSensor) {
@@ -92,6 +121,13 @@ TEST_F(SelfCheck, FindsASlowSensor) {
 
 TEST_F(SelfCheck, FindsAnExciterThatDoesNotAnswer) {
   EngineBench bench;
+  bench.exciter.silent = true;
+  EXPECT_THAT(failure(bench), HasSubstr("the exciter does not answer"));
+}
+
+TEST_F(SelfCheck, TakesNoAnswerFromBeforeForOne) {
+  EngineBench bench;
+  bench.run(0.3);
   bench.exciter.silent = true;
   EXPECT_THAT(failure(bench), HasSubstr("the exciter does not answer"));
 }
@@ -157,6 +193,17 @@ TEST_F(SelfCheck, RefusesADeadManThatCannotBeSeen) {
     EXPECT_FALSE(bench.exciter.alive);
     EXPECT_EQ(bench.outlet.alarms("deadman_unproven"), 1);
   }
+}
+
+TEST_F(SelfCheck, AsksNoReplayForADeadMan) {
+  auto rig = testing::bench_rig();
+  rig.exciter.device = config::ReplayExciter{};
+  EngineBench bench(rig);
+  bench.exciter.heartbeat_timeout_s.reset();
+  ASSERT_TRUE(bench.measuring());
+  for (const auto& s : bench.exciter.sets)
+    EXPECT_GT(s.amplitude, 0.0) << "no proof at amplitude zero";
+  EXPECT_EQ(bench.outlet.alarms("deadman_unproven") + bench.outlet.alarms("deadman_proved"), 0);
 }
 
 TEST_F(SelfCheck, TakesAnOperatorsProofInMotion) {
@@ -256,6 +303,29 @@ TEST_F(GentleStart, SaysWhenThePolarityCannotBeTold) {
   bench.lag_turns = 0.002;
   ASSERT_TRUE(bench.measuring());
   EXPECT_EQ(bench.outlet.alarms("polarity_undetermined"), 1);
+  EXPECT_THAT(polarity_finding(0.002).text, HasSubstr("lags the excitation by 0.7 degrees"));
+  EXPECT_THAT(polarity_finding(0.502).text, HasSubstr("lags the excitation by -179.3 degrees"));
+}
+
+// Lags that change from period to period by far more than the noise, on either side of 180 degrees.
+// The gentle start cannot tell, and a loose tolerance calls every cycle steady.
+TEST_F(GentleStart, LeavesAPolarityOpenThatAWanderingPhaseDoesNotTell) {
+  EngineBench bench;
+  bench.lag_turns = 0.499;
+  auto campaign = bench_campaign(1, 1000);
+  campaign.settle_tolerance = 1000.0;
+  bench.run(0.3);
+  ASSERT_TRUE(bench.engine.start(campaign).ok());
+  ASSERT_TRUE(bench.run_until(State::settle));
+  for (const double lag : {0.512, 0.516, 0.508, 0.514, 0.518, 0.511, 0.517, 0.509, 0.515}) {
+    bench.lag_turns = lag;
+    bench.run(0.25);
+  }
+  EXPECT_EQ(bench.engine.state(), State::measure) << last_stop(bench);
+  EXPECT_EQ(bench.outlet.alarms("polarity"), 0);
+  bench.lag_turns = 0.516;
+  EXPECT_TRUE(bench.run_until(State::fault, 5.0));
+  EXPECT_EQ(bench.outlet.alarms("polarity"), 1);
 }
 
 TEST(PolarityRule, LagIsRightLeadIsWrongAndTheEndsAreOpen) {

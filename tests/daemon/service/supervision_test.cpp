@@ -62,5 +62,22 @@ TEST(Supervision, EndsTheMotionWhenNobodyCouldStopIt) {
   EXPECT_EQ(after(2s)->code, "clients_unheard");
 }
 
+TEST(Supervision, WaitsForAsLongAsItSays) {
+  const auto at = [](Nanoseconds Progress::*who, Nanoseconds ago) {
+    Progress progress = kAllWell;
+    progress.recorder_idle = false;
+    progress.*who = kNow - ago;
+    return stuck(progress, kNow);
+  };
+  const std::pair<Nanoseconds Progress::*, Nanoseconds> bounds[] = {{&Progress::acquisition, 5s},
+                                                                    {&Progress::engine, 2s},
+                                                                    {&Progress::exciter, 5s},
+                                                                    {&Progress::recorder, 20s}};
+  for (const auto& [who, bound] : bounds) {
+    EXPECT_EQ(at(who, bound), "");
+    EXPECT_NE(at(who, bound + 1ns), "");
+  }
+}
+
 }  // namespace
 }  // namespace shaker::daemon

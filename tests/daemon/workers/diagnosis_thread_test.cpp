@@ -3,6 +3,7 @@
 #include "daemon/workers/diagnosis_thread.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +14,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "daemon/workers/diagnosis_child.hpp"
 #include "tests/daemon/workers/eventually.hpp"
 
 namespace shaker::daemon {
@@ -59,12 +61,30 @@ class DiagnosisProcess : public ::testing::Test {
   std::vector<protocol::Document> documents_;
 };
 
+// Whatever errno an earlier call has left.
+TEST_F(DiagnosisProcess, IsReadToItsEnd) {
+  auto child = DiagnosisChild::start(script("echo one; echo two"), "{}");
+  ASSERT_TRUE(child) << child.error().what;
+  std::vector<std::string> lines;
+  int reads = 0;
+  for (bool more = true; more && reads < 1000; ++reads) {
+    errno = EAGAIN;
+    const auto read = child->read([&](const std::string& line) { lines.push_back(line); });
+    ASSERT_TRUE(read) << read.error().what;
+    more = *read;
+  }
+  EXPECT_LT(reads, 1000);
+  EXPECT_THAT(lines, ::testing::ElementsAre("one", "two"));
+}
+
 TEST_F(DiagnosisProcess, GetsTheJobAndGivesProgressAndResult) {
   const auto result = result_of(script("cat >" + (folder_ / "job").string() + R"(
 echo '{"type":"progress","campaign":"c","stage":"naming","share":0.5}'
-echo '{"type":"result","campaign":"c","status":"done","reason":"It is so.","folder":"/f","diagnosis":"{}"}')"));
+echo '{"type":"result","campaign":"d","status":"done","reason":"It is so.","folder":"/f","diagnosis":"{}"}')"));
   EXPECT_EQ(result.status, "done");
   EXPECT_EQ(result.reason, "It is so.");
+  EXPECT_EQ(result.campaign, "d") << "the program's own word";
+  EXPECT_EQ(result.folder, "/f");
   EXPECT_EQ(result.database, "plain.db");
   EXPECT_EQ(result.diagnosis, "{}");
   ASSERT_EQ(documents_.size(), 2U);
@@ -144,26 +164,30 @@ exec sleep 600)"),
 
 // A descriptor of the daemon (a socket, a lock) without O_CLOEXEC must not reach the process,
 // and a signal that the daemon blocks must not stay blocked there.
-TEST_F(DiagnosisProcess, InheritsNoDescriptorAndNoBlockedSignal) {
+TEST_F(DiagnosisProcess, InheritsNoDescriptorAndNoBlockedOrIgnoredSignal) {
   const int leaky = ::open("/dev/null", O_RDONLY);
   ASSERT_EQ(::fcntl(leaky, F_DUPFD, 200), 200);
   sigset_t blocked, before;
   ::sigemptyset(&blocked);
   ::sigaddset(&blocked, SIGUSR1);
   ::pthread_sigmask(SIG_BLOCK, &blocked, &before);
+  const auto handler = ::signal(SIGUSR2, SIG_IGN);
   const auto at = folder_.string();
-  result_of(script("[ -e /proc/$$/fd/200 ] && echo leaked >" + at + "/leaked\n" +
-                   "[ -e /proc/$$/fd/" + std::to_string(leaky) +
-                   " ] && [ \"$(readlink /proc/$$/fd/" + std::to_string(leaky) +
-                   ")\" = /dev/null ] && echo leaked >" + at + "/leaked\n" +
-                   // Without a program: the shell blocks all signals while it starts one.
-                   "while read -r key mask; do [ $key = SigBlk: ] && echo $mask >" + at +
-                   "/signals; done </proc/$$/status"));
+  result_of(script(
+      "[ -e /proc/$$/fd/200 ] && echo leaked >" + at + "/leaked\n" + "[ -e /proc/$$/fd/" +
+      std::to_string(leaky) + " ] && [ \"$(readlink /proc/$$/fd/" + std::to_string(leaky) +
+      ")\" = /dev/null ] && echo leaked >" + at + "/leaked\n" +
+      // Without a program: the shell blocks all signals while it starts one.
+      "while read -r key mask; do [ $key = SigBlk: ] && echo $mask >" + at +
+      "/signals; [ $key = SigIgn: ] && echo $mask >" + at + "/ignored; done </proc/$$/status"));
+  ::signal(SIGUSR2, handler);
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   ::close(200);
   ::close(leaky);
   EXPECT_FALSE(fs::exists(folder_ / "leaked"));
   EXPECT_THAT(text("signals"), HasSubstr("0000000000000000"));
+  const unsigned long long ignored = std::stoull(text("ignored"), nullptr, 16);
+  EXPECT_EQ(ignored & (1ull << (SIGUSR2 - 1)), 0u);
 }
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include "daemon/workers/exciter_thread.hpp"
 
+#include <filesystem>
+#include <fstream>
+
 #include "tests/daemon/workers/eventually.hpp"
 
 namespace shaker::daemon {
@@ -101,6 +104,35 @@ TEST_F(ExciterTest, BeginsWithAStopThenWritesSetpointsAndReadsStatus) {
     }
     return ready;
   }));
+}
+
+// The name is what top, gdb and a frozen thread's report show.
+TEST_F(ExciterTest, HasTheNameOfItsThread) {
+  const auto thread = make();
+  const auto named = [] {
+    for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+      std::string name;
+      std::getline(std::ifstream(task.path() / "comm"), name);
+      if (name == "exciter") return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(eventually(named));
+}
+
+// Heartbeats come once a period (50 ms), not in every turn of the thread.
+TEST_F(ExciterTest, BeatsOnceAPeriod) {
+  const auto thread = std::make_unique<ExciterThread>(
+      std::make_unique<DeviceExciter>(device), clock, waker, ExciterOptions{50ms, 5ms, 2ms, 20ms});
+  const Nanoseconds began = clock.now();
+  thread->keep_alive(true);
+  EXPECT_TRUE(eventually([&] {
+    const std::lock_guard lock(device.mutex);
+    return device.heartbeats >= 6;
+  }));
+  thread->keep_alive(false);
+  const std::lock_guard lock(device.mutex);
+  EXPECT_LE(device.heartbeats, 2 + (clock.now() - began) / 50ms);
 }
 
 TEST_F(ExciterTest, LetsAStopOvertakeWhatIsQueued) {

@@ -255,6 +255,54 @@ def student(degrees):
     return low
 
 
+def huber_case(model, predict, y, ones):
+    """Three readings are wrong by 30 standard deviations."""
+    spoilt = list(y)
+    for j, sign in ((7, 1), (22, -1), (61, 1)):
+        spoilt[j] += sign * 30 * model.deviation
+
+    def huber(data, fit):
+        e = [a - b for a, b in zip(data, fit)]
+        scale = upper_median([abs(x) for x in e]) / 0.6744897501960817
+        huber.scale = scale
+        return [min(1.0, 1.345 * scale / abs(x)) if x else 1.0 for x in e]
+
+    th = gauss_newton(predict, spoilt, model.truth, ones)[0]
+    for _ in range(15):
+        th = gauss_newton(predict, spoilt, th, huber)[0]
+    return {"theta": th, "scale": huber.scale, "spoilt": spoilt}
+
+
+def harmonics_case(model, predict, y):
+    """Mean cycles as seven coefficients each, with a covariance that is not diagonal."""
+    count, p = 7, len(model.truth)
+    covariance = [[model.deviation ** 2 * (0.3 if i == j else 0.2 * 0.6 ** abs(i - j)) for j in range(count)]
+                  for i in range(count)]
+    precision = inverse(covariance)
+    runs = len(model.runs)
+    z = [harmonics(y[r * POINTS:(r + 1) * POINTS], count) for r in range(runs)]
+    th = list(model.truth)
+    for _ in range(40):
+        u, rows = predict(th)
+        gram = [[0.0] * p for _ in range(p)]
+        right = [0.0] * p
+        for r in range(runs):
+            part = slice(r * POINTS, (r + 1) * POINTS)
+            e = [a - b for a, b in zip(z[r], harmonics(u[part], count))]
+            j = [harmonics([row[k] for row in rows[part]], count) for k in range(p)]
+            pj = [[sum(precision[a][b] * j[k][b] for b in range(count)) for a in range(count)] for k in range(p)]
+            for k in range(p):
+                right[k] += sum(pj[k][a] * e[a] for a in range(count))
+                for l in range(p):
+                    gram[k][l] += sum(pj[k][a] * j[l][a] for a in range(count))
+        step = solve(gram, right)
+        th = [a + b for a, b in zip(th, step)]
+        if max(abs(a / b) for a, b in zip(step, th)) < 1e-11:
+            break
+    return {"theta": th, "covariance": inverse(gram), "coefficients": z,
+            "coefficient_covariance": covariance}
+
+
 def periodic_cases(model, y):
     predict = Periodic(model)
     ones = [1.0] * len(y)
@@ -290,48 +338,8 @@ def periodic_cases(model, y):
     th, u, rows, gram = gauss_newton(predict, y, model.truth, known, model.prior)
     out["map"] = {"theta": th, "covariance": inverse(gram), "prior": list(model.prior), "noise": model.deviation}
 
-    spoilt = list(y)
-    for j, sign in ((7, 1), (22, -1), (61, 1)):
-        spoilt[j] += sign * 30 * model.deviation
-
-    def huber(data, fit):
-        e = [a - b for a, b in zip(data, fit)]
-        scale = upper_median([abs(x) for x in e]) / 0.6744897501960817
-        huber.scale = scale
-        return [min(1.0, 1.345 * scale / abs(x)) if x else 1.0 for x in e]
-
-    th = gauss_newton(predict, spoilt, model.truth, ones)[0]
-    for _ in range(15):
-        th = gauss_newton(predict, spoilt, th, huber)[0]
-    out["huber"] = {"theta": th, "scale": huber.scale, "spoilt": spoilt}
-
-    # Mean cycles as seven coefficients each, with a covariance that is not diagonal.
-    count = 7
-    covariance = [[model.deviation ** 2 * (0.3 if i == j else 0.2 * 0.6 ** abs(i - j)) for j in range(count)]
-                  for i in range(count)]
-    precision = inverse(covariance)
-    runs = len(model.runs)
-    z = [harmonics(y[r * POINTS:(r + 1) * POINTS], count) for r in range(runs)]
-    th = list(model.truth)
-    for _ in range(40):
-        u, rows = predict(th)
-        gram = [[0.0] * p for _ in range(p)]
-        right = [0.0] * p
-        for r in range(runs):
-            part = slice(r * POINTS, (r + 1) * POINTS)
-            e = [a - b for a, b in zip(z[r], harmonics(u[part], count))]
-            j = [harmonics([row[k] for row in rows[part]], count) for k in range(p)]
-            pj = [[sum(precision[a][b] * j[k][b] for b in range(count)) for a in range(count)] for k in range(p)]
-            for k in range(p):
-                right[k] += sum(pj[k][a] * e[a] for a in range(count))
-                for l in range(p):
-                    gram[k][l] += sum(pj[k][a] * j[l][a] for a in range(count))
-        step = solve(gram, right)
-        th = [a + b for a, b in zip(th, step)]
-        if max(abs(a / b) for a, b in zip(step, th)) < 1e-11:
-            break
-    out["harmonics"] = {"theta": th, "covariance": inverse(gram), "coefficients": z,
-                        "coefficient_covariance": covariance}
+    out["huber"] = huber_case(model, predict, y, ones)
+    out["harmonics"] = harmonics_case(model, predict, y)
     return out
 
 

@@ -1,5 +1,6 @@
 #include "estimator/design/plan.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -22,6 +23,15 @@ PlanOptions feet() {
   options.points = 40;
   options.cycles = 1;
   return options;
+}
+
+TEST(Plan, SetsWhatCanBeReadWithThreeDigits) {
+  EXPECT_EQ(settable(3.4406820699425453), 3.44);
+  EXPECT_EQ(settable(14.166666666666666), 14.2);
+  EXPECT_EQ(settable(0.19995), 0.2);
+  EXPECT_EQ(settable(0.012345), 0.0123);
+  EXPECT_EQ(settable(1234.0), 1230.0);
+  EXPECT_EQ(settable(7.0), 7.0);
 }
 
 // The planned errors are those that an estimate from accurate data states.
@@ -172,6 +182,81 @@ TEST(Plan, SaysWhatIsWrongWithItsOptions) {
   options = feet();
   options.amplitudes.clear();
   EXPECT_FALSE(make_plan(model, options));
+}
+
+PlanOptions for_the_orifice() {
+  PlanOptions options = feet();
+  options.aim = {1.0, 0.0, 0.0, 0.0};
+  options.minutes = 2.0;
+  return options;
+}
+
+TEST(Plan, SharesTheRigTimeAsServesTheAim) {
+  const Model model(testing::oleo(32.178));
+  const PlanOptions options = for_the_orifice();
+  const auto plan = make_plan(model, options);
+  ASSERT_TRUE(plan) << plan.error().what;
+  bool unequal = false;
+  for (const PlanSet& set : plan->sets) {
+    ASSERT_EQ(set.share.size(), set.runs.size());
+    double all = 0.0;
+    for (std::size_t i = 0; i < set.runs.size(); ++i) {
+      all += set.share[i];
+      const double frequency = plan->candidates[set.runs[i]].frequency_hz;
+      EXPECT_NEAR(set.cycles[i], 120.0 * set.share[i] * frequency - 10.0, 1e-9);
+      unequal =
+          unequal || std::fabs(set.share[i] * static_cast<double>(set.runs.size()) - 1.0) > 0.1;
+    }
+    EXPECT_NEAR(all, 1.0, 1e-12);
+    const PlanSet equal = judge(model, options, *plan, set.runs);
+    EXPECT_LE(std::log(set.aim_error) + 0.05 * std::log(set.spread),
+              std::log(equal.aim_error) + 0.05 * std::log(equal.spread) + 1e-9);
+    EXPECT_EQ(set.aim_over_prior, set.aim_error);
+  }
+  EXPECT_TRUE(unequal);
+}
+
+TEST(Plan, ServesTheDampersThatThePriorAllows) {
+  const Model model(testing::oleo(32.178));
+  PlanOptions options = for_the_orifice();
+  std::vector<std::vector<double>> dampers;
+  for (const double more : {0.9, 1.0, 1.15}) {
+    auto theta = testing::kOleoFeet;
+    theta[0] *= more;
+    theta[1] *= 2.0 - more;
+    dampers.push_back(theta);
+    options.prior.push_back({theta, options.aim});
+  }
+  const auto plan = make_plan(model, options);
+  ASSERT_TRUE(plan) << plan.error().what;
+  const PlanSet& best = plan->sets.back();
+  std::vector<double> errors;
+  for (const auto& theta : dampers) {
+    PlanOptions there = for_the_orifice();
+    there.theta = theta;
+    const auto alone = make_plan(model, there);
+    ASSERT_TRUE(alone);
+    errors.push_back(judge(model, there, *alone, best.runs, best.share).aim_error);
+  }
+  std::sort(errors.begin(), errors.end());
+  EXPECT_NEAR(best.aim_over_prior / errors[1], 1.0, 1e-6);
+}
+
+TEST(Plan, TriesFurtherRunsAboutTheBest) {
+  const Model model(testing::oleo(32.178));
+  PlanOptions options = for_the_orifice();
+  const auto coarse = make_plan(model, options);
+  options.refinements = 2;
+  const auto fine = make_plan(model, options);
+  ASSERT_TRUE(coarse && fine);
+  EXPECT_GT(fine->candidates.size(), coarse->candidates.size());
+  const auto best = [](const Plan& plan) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const PlanSet& set : plan.sets)
+      least = std::min(least, set.aim_error);
+    return least;
+  };
+  EXPECT_LT(best(*fine), best(*coarse));
 }
 
 }  // namespace

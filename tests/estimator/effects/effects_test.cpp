@@ -52,6 +52,118 @@ void step(testing::Seen& seen, std::size_t which, double by) {
     seen.t[which - 4 - 3 * k] += change;
 }
 
+// The carrier of the points, and the harmonics of the excitation.
+constexpr double kAmplitude = 3.0, kOmega = 17.0;
+const std::vector<double> kHarmonics = {3.0, 0.1, -0.2, 0.3, 0.25, -0.15, 0.05, 0.12, -0.07, 0.02};
+
+// Random points of a motion with k internal coordinates: u, v, a, x, quadrature, carrier cos and
+// sin, then w, w', w''.
+struct Inputs {
+  explicit Inputs(std::size_t internals) : k(internals), in(7 + 3 * k) {
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> stroke(-0.05, 0.17), rate(-1.0, 1.0);
+    for (int i = 0; i < kOddPoints; ++i) {
+      in.at[0][i] = stroke(random);
+      for (std::size_t m = 1; m < in.at.size(); ++m)
+        in.at[m][i] = rate(random);
+      in.at[2][i] *= 10.0;
+      for (std::size_t m = 7; m < 7 + k; ++m)
+        in.at[m][i] = 0.55 + 0.4 * in.at[m][i];  // a temperature must be positive
+    }
+  }
+  Points points() const {
+    Points points;
+    points.n = kOddPoints;
+    points.u = in.at[0];
+    points.v = in.at[1];
+    points.a = in.at[2];
+    points.x = in.at[3];
+    points.x_quadrature = in.at[4];
+    points.carrier_cos = in.at[5];
+    points.carrier_sin = in.at[6];
+    points.carrier_amplitude = kAmplitude;
+    points.carrier_omega = kOmega;
+    points.harmonics = kHarmonics.data();
+    points.w = in.at.data() + 7;
+    points.w_dot = in.at.data() + 7 + k;
+    points.w_ddot = in.at.data() + 7 + 2 * k;
+    return points;
+  }
+  std::size_t k;
+  Arrays in;
+};
+
+// Point i as the formula sees it.
+testing::Seen seen_at(const Points& points, std::size_t k, int i, const Formula& formula) {
+  testing::Seen seen;
+  seen.u = points.u[i];
+  seen.v = points.v[i];
+  seen.a = points.a[i];
+  seen.x = points.x[i];
+  seen.x_quadrature = points.x_quadrature[i];
+  seen.carrier_cos = points.carrier_cos[i];
+  seen.carrier_sin = points.carrier_sin[i];
+  seen.carrier_amplitude = kAmplitude;
+  seen.carrier_omega = kOmega;
+  seen.harmonics = kHarmonics;
+  for (std::size_t m = 0; m < k; ++m) {
+    seen.w.push_back(points.w[m][i]);
+    seen.w_dot.push_back(points.w_dot[m][i]);
+    seen.w_ddot.push_back(points.w_ddot[m][i]);
+  }
+  seen.t.assign(formula.theta.begin(), formula.theta.end());
+  seen.c = formula.constants;
+  return seen;
+}
+
+// Room for the force and k further equations. A row has f, f_u, f_v, f_a, f_x, f_w, f_w', f_w'',
+// f_theta. The force's row begins with ones, since effects add to it.
+struct Outputs {
+  Outputs(std::size_t internals, std::size_t parameters)
+      : k(internals), width(5 + 3 * k + parameters) {
+    for (std::size_t r = 0; r < 1 + k; ++r)
+      out.emplace_back(width, r == 0 ? 1.0 : 0.0);
+    for (std::size_t r = 1; r < 1 + k; ++r) {
+      double* const* row = out[r].at.data();
+      h.push_back(row[0]);
+      h_u.push_back(row[1]);
+      h_v.push_back(row[2]);
+      h_a.push_back(row[3]);
+      h_x.push_back(row[4]);
+      h_w.insert(h_w.end(), row + 5, row + 5 + k);
+      h_w_dot.insert(h_w_dot.end(), row + 5 + k, row + 5 + 2 * k);
+      h_w_ddot.insert(h_w_ddot.end(), row + 5 + 2 * k, row + 5 + 3 * k);
+      h_theta.insert(h_theta.end(), row + 5 + 3 * k, row + width);
+    }
+  }
+  Forces forces(bool sees_x) {
+    double* const* force = out[0].at.data();
+    Forces forces;
+    forces.f = force[0];
+    forces.f_u = force[1];
+    forces.f_v = force[2];
+    forces.f_a = force[3];
+    if (sees_x) forces.f_x = force[4];
+    forces.f_w = force + 5;
+    forces.f_w_dot = force + 5 + k;
+    forces.f_w_ddot = force + 5 + 2 * k;
+    forces.f_theta = force + 5 + 3 * k;
+    forces.h = h.data();
+    forces.h_u = h_u.data();
+    forces.h_v = h_v.data();
+    forces.h_a = h_a.data();
+    forces.h_x = h_x.data();
+    forces.h_w = h_w.data();
+    forces.h_w_dot = h_w_dot.data();
+    forces.h_w_ddot = h_w_ddot.data();
+    forces.h_theta = h_theta.data();
+    return forces;
+  }
+  std::size_t k, width;
+  std::vector<Arrays> out;
+  std::vector<double*> h, h_u, h_v, h_a, h_x, h_w, h_w_dot, h_w_ddot, h_theta;
+};
+
 TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
   const Effect& effect = *GetParam();
   const auto found = testing::formulas().find(std::string(effect.name()));
@@ -62,96 +174,16 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
   ASSERT_EQ(formula.theta.size(), p);
   ASSERT_EQ(formula.constants.size(), effect.constants().size());
 
-  // Inputs: u, v, a, x, quadrature, carrier cos and sin, then w, w', w''.
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> stroke(-0.05, 0.17), rate(-1.0, 1.0);
-  Arrays in(7 + 3 * k);
-  for (int i = 0; i < kOddPoints; ++i) {
-    in.at[0][i] = stroke(random);
-    for (std::size_t m = 1; m < in.at.size(); ++m)
-      in.at[m][i] = rate(random);
-    in.at[2][i] *= 10.0;
-    for (std::size_t m = 7; m < 7 + k; ++m)
-      in.at[m][i] = 0.55 + 0.4 * in.at[m][i];  // a temperature must be positive
-  }
-  Points points;
-  points.n = kOddPoints;
-  points.u = in.at[0];
-  points.v = in.at[1];
-  points.a = in.at[2];
-  points.x = in.at[3];
-  points.x_quadrature = in.at[4];
-  points.carrier_cos = in.at[5];
-  points.carrier_sin = in.at[6];
-  points.carrier_amplitude = 3.0;
-  points.carrier_omega = 17.0;
-  const std::vector<double> harmonics = {3.0, 0.1, -0.2, 0.3, 0.25, -0.15, 0.05, 0.12, -0.07, 0.02};
-  points.harmonics = harmonics.data();
-  points.w = in.at.data() + 7;
-  points.w_dot = in.at.data() + 7 + k;
-  points.w_ddot = in.at.data() + 7 + 2 * k;
-
-  // Outputs of the force: f, f_u, f_v, f_a (summed), f_x, f_w.., f_theta; the same for each
-  // row.
-  const std::size_t width = 5 + 3 * k + p;
-  std::vector<Arrays> out;
-  for (std::size_t r = 0; r < 1 + k; ++r)
-    out.emplace_back(width, r == 0 ? 1.0 : 0.0);
-  std::vector<double*> h, h_u, h_v, h_a, h_x, h_w, h_w_dot, h_w_ddot, h_theta;
-  for (std::size_t r = 1; r < 1 + k; ++r) {
-    double* const* row = out[r].at.data();
-    h.push_back(row[0]);
-    h_u.push_back(row[1]);
-    h_v.push_back(row[2]);
-    h_a.push_back(row[3]);
-    h_x.push_back(row[4]);
-    h_w.insert(h_w.end(), row + 5, row + 5 + k);
-    h_w_dot.insert(h_w_dot.end(), row + 5 + k, row + 5 + 2 * k);
-    h_w_ddot.insert(h_w_ddot.end(), row + 5 + 2 * k, row + 5 + 3 * k);
-    h_theta.insert(h_theta.end(), row + 5 + 3 * k, row + width);
-  }
-  double* const* force = out[0].at.data();
-  Forces forces;
-  forces.f = force[0];
-  forces.f_u = force[1];
-  forces.f_v = force[2];
-  forces.f_a = force[3];
+  const Inputs inputs(k);
+  const Points points = inputs.points();
+  Outputs outputs(k, p);
   const bool sees_x = effect.sees_excitation() && effect.group() != Group::exciter;
-  if (sees_x) forces.f_x = force[4];
-  forces.f_w = force + 5;
-  forces.f_w_dot = force + 5 + k;
-  forces.f_w_ddot = force + 5 + 2 * k;
-  forces.f_theta = force + 5 + 3 * k;
-  forces.h = h.data();
-  forces.h_u = h_u.data();
-  forces.h_v = h_v.data();
-  forces.h_a = h_a.data();
-  forces.h_x = h_x.data();
-  forces.h_w = h_w.data();
-  forces.h_w_dot = h_w_dot.data();
-  forces.h_w_ddot = h_w_ddot.data();
-  forces.h_theta = h_theta.data();
+  Forces forces = outputs.forces(sees_x);
   ASSERT_TRUE(effect.evaluate(points, formula.theta.data(), formula.constants.data(), forces));
 
+  const std::vector<Arrays>& out = outputs.out;
   for (int i = 0; i < kOddPoints; ++i) {
-    testing::Seen seen;
-    seen.u = points.u[i];
-    seen.v = points.v[i];
-    seen.a = points.a[i];
-    seen.x = points.x[i];
-    seen.x_quadrature = points.x_quadrature[i];
-    seen.carrier_cos = points.carrier_cos[i];
-    seen.carrier_sin = points.carrier_sin[i];
-    seen.carrier_amplitude = 3.0;
-    seen.carrier_omega = 17.0;
-    seen.harmonics = harmonics;
-    for (std::size_t m = 0; m < k; ++m) {
-      seen.w.push_back(points.w[m][i]);
-      seen.w_dot.push_back(points.w_dot[m][i]);
-      seen.w_ddot.push_back(points.w_ddot[m][i]);
-    }
-    seen.t.assign(formula.theta.begin(), formula.theta.end());
-    seen.c = formula.constants;
+    const testing::Seen seen = seen_at(points, k, i, formula);
     const auto value = formula.equations(seen);
     ASSERT_EQ(value.size(), 1 + k);
     for (std::size_t r = 0; r < 1 + k; ++r) {
@@ -159,7 +191,7 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
       EXPECT_NEAR(out[r].at[0][i] - already, value[r].real(),
                   1e-13 * (1.0 + std::fabs(value[r].real())));
     }
-    for (std::size_t which = 0; which < width - 1; ++which) {
+    for (std::size_t which = 0; which < outputs.width - 1; ++which) {
       testing::Seen stepped = seen;
       step(stepped, which, kStep);
       const auto moved = formula.equations(stepped);

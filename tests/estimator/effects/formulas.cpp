@@ -23,22 +23,75 @@ C orifice(C theta1, C v) {
 }
 const double kPi = std::acos(-1.0);
 
-}  // namespace
+// ln(A_1 / A) over that of all knots of a table with five knots 0.05 m apart, as the catalogue's:
+// the integral of slopes that follow one another by exp(r), through which goes the monotone cubic of
+// Fritsch and Butland; a line beyond. Divided differences.
+C pin_shape(C u, const std::vector<C>& r) {
+  constexpr double h = 0.05;
+  std::vector<C> slope, value = {0.0};
+  C grown = 1.0;
+  for (const C& step : r)
+    slope.push_back(grown *= std::exp(step));
+  for (const C& one : slope)
+    value.push_back(value.back() + h * one);
+  for (C& one : slope)
+    one /= value.back();
+  const C all = value.back();
+  for (C& one : value)
+    one /= all;
+  std::vector<C> at = {slope.front()};
+  for (std::size_t i = 1; i < slope.size(); ++i)
+    at.push_back(2.0 / (1.0 / slope[i - 1] + 1.0 / slope[i]));
+  at.push_back(slope.back());
+  if (u.real() <= 0.0) return at.front() * u;
+  if (u.real() >= 4.0 * h) return 1.0 + at.back() * (u - 4.0 * h);
+  const auto i = static_cast<std::size_t>(u.real() / h);
+  const C left = u - h * static_cast<double>(i), right = left - h;
+  const C bend = (slope[i] - at[i]) / h, twist = (at[i] + at[i + 1] - 2.0 * slope[i]) / (h * h);
+  return value[i] + left * (at[i] + left * (bend + right * twist));
+}
 
-const std::map<std::string, Formula>& formulas() {
-  using E = std::vector<C>;
-  static const std::map<std::string, Formula> all = {
-      {"orifice_damping",
-       {[](const Seen& s) { return E{s.t[0] * magnitude(s.v) * s.v}; }, {16.6667}, {}}},
-      {"gas_spring",
-       {[](const Seen& s) { return E{gas(s.u, s.t[0], s.t[1], s.t[2])}; },
-        {1.524, 5.31496, 1.2},
-        {}}},
+using E = std::vector<C>;
+using Formulas = std::map<std::string, Formula>;
+
+Formulas springs_and_inertias() {
+  return {
       {"gravity", {[](const Seen& s) { return E{-s.c[0]}; }, {}, {9.8}}},
       {"linear_stiffness",
        {[](const Seen& s) { return E{s.t[0] * (s.u - s.c[0])}; }, {7.5}, {0.03}}},
+      {"quadratic_stiffness",
+       {[](const Seen& s) { return E{s.t[0] * (s.u - s.c[0]) * (s.u - s.c[0])}; }, {0.6}, {0.01}}},
       {"cubic_stiffness",
        {[](const Seen& s) { return E{s.t[0] * std::pow(s.u - s.c[0], 3)}; }, {0.8}, {-0.02}}},
+      {"end_stop",
+       {[](const Seen& s) {
+          const C depth = s.u - s.t[2];
+          return E{s.t[0] * ramp(depth, s.c[0]) + s.t[1] * s.v / (1.0 + std::exp(-depth / s.c[0]))};
+        },
+        {300.0, 4.0, 0.09},
+        {0.01}}},
+      {"free_play",
+       {[](const Seen& s) {
+          return E{s.t[1] * (ramp(s.u - s.t[0] / 2.0, s.c[0]) - ramp(-s.u - s.t[0] / 2.0, s.c[0]))};
+        },
+        {0.04, 800.0},
+        {0.01}}},
+      {"added_mass", {[](const Seen& s) { return E{s.t[0] * s.a}; }, {0.03}, {}}},
+      {"tyre",
+       {[](const Seen& s) {
+          const C y = s.w[0], r = s.t[0];
+          // Sprung mass: u'' + y'' + F - g = x; unsprung: r y'' - F + k y + c y' - r g = r x.
+          const C F = s.x + s.c[0] - s.a - s.w_ddot[0];
+          return E{s.w_ddot[0],
+                   r * s.w_ddot[0] - F + s.t[1] * y + s.t[2] * s.w_dot[0] - r * s.c[0] - r * s.x};
+        },
+        {0.12, 900.0, 3.0},
+        {9.81}}},
+  };
+}
+
+Formulas frictions() {
+  return {
       {"viscous_damping", {[](const Seen& s) { return E{s.t[0] * s.v}; }, {0.25}, {}}},
       {"pressure_friction",
        {[](const Seen& s) {
@@ -71,6 +124,13 @@ const std::map<std::string, Formula>& formulas() {
         },
         {0.7, 0.004, 0.65, 1.6},
         {0.01, 0.05}}},
+  };
+}
+
+Formulas orifices() {
+  return {
+      {"orifice_damping",
+       {[](const Seen& s) { return E{s.t[0] * magnitude(s.v) * s.v}; }, {16.6667}, {}}},
       {"laminar_orifice",
        {[](const Seen& s) {
           const C v2 = s.v * s.v, vc = s.t[0];
@@ -93,6 +153,13 @@ const std::map<std::string, Formula>& formulas() {
         },
         {0.2, 0.3, 16.7},
         {0.2}}},
+      {"tabulated_pin",
+       {[](const Seen& s) {
+          const C closed = std::exp(s.t[0] * pin_shape(s.u, {0.0, s.t[1], s.t[2], s.t[3]}));
+          return E{orifice(s.t[4], s.v) * (closed * closed - 1.0)};
+        },
+        {0.8, 0.3, -0.5, 0.9, 16.7},
+        {}}},
       {"relief_valve",
        {[](const Seen& s) {
           return E{-(1.0 - s.t[1]) * ramp(orifice(s.t[2], s.v) - s.t[0], s.c[0])};
@@ -106,6 +173,15 @@ const std::map<std::string, Formula>& formulas() {
         },
         {1.5, 16.7, 1.3},
         {0.4}}},
+  };
+}
+
+Formulas gas_and_oil() {
+  return {
+      {"gas_spring",
+       {[](const Seen& s) { return E{gas(s.u, s.t[0], s.t[1], s.t[2])}; },
+        {1.524, 5.31496, 1.2},
+        {}}},
       {"oil_compressibility",
        {[](const Seen& s) {
           const C flow = s.v - s.w_dot[0];
@@ -144,30 +220,11 @@ const std::map<std::string, Formula>& formulas() {
         },
         {0.35, 0.08, 1.524, 5.31496, 1.2},
         {0.01}}},
-      {"end_stop",
-       {[](const Seen& s) {
-          const C depth = s.u - s.t[2];
-          return E{s.t[0] * ramp(depth, s.c[0]) + s.t[1] * s.v / (1.0 + std::exp(-depth / s.c[0]))};
-        },
-        {300.0, 4.0, 0.09},
-        {0.01}}},
-      {"free_play",
-       {[](const Seen& s) {
-          return E{s.t[1] * (ramp(s.u - s.t[0] / 2.0, s.c[0]) - ramp(-s.u - s.t[0] / 2.0, s.c[0]))};
-        },
-        {0.04, 800.0},
-        {0.01}}},
-      {"added_mass", {[](const Seen& s) { return E{s.t[0] * s.a}; }, {0.03}, {}}},
-      {"tyre",
-       {[](const Seen& s) {
-          const C y = s.w[0], r = s.t[0];
-          // Sprung mass: u'' + y'' + F - g = x; unsprung: r y'' - F + k y + c y' - r g = r x.
-          const C F = s.x + s.c[0] - s.a - s.w_ddot[0];
-          return E{s.w_ddot[0],
-                   r * s.w_ddot[0] - F + s.t[1] * y + s.t[2] * s.w_dot[0] - r * s.c[0] - r * s.x};
-        },
-        {0.12, 900.0, 3.0},
-        {9.81}}},
+  };
+}
+
+Formulas exciters() {
+  return {
       {"exciter_phase",
        {[](const Seen& s) {
           return E{s.x - (s.x * std::cos(s.t[0]) + s.x_quadrature * std::sin(s.t[0]))};
@@ -206,6 +263,17 @@ const std::map<std::string, Formula>& formulas() {
         {}}},
       {"exciter_gain", {[](const Seen& s) { return E{-(s.t[0] - 1.0) * s.x}; }, {1.04}, {}}},
   };
+}
+
+}  // namespace
+
+const std::map<std::string, Formula>& formulas() {
+  static const Formulas all = [] {
+    Formulas joined = springs_and_inertias();
+    for (Formulas part : {frictions(), orifices(), gas_and_oil(), exciters()})
+      joined.merge(part);
+    return joined;
+  }();
   return all;
 }
 

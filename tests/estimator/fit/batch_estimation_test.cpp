@@ -190,20 +190,20 @@ TEST(Estimator, TakesRunsAbreastWithoutChangingTheEstimate) {
   const Model model(testing::oleo(32.2));
   EstimationOptions options = on_points(128);
   options.tolerance = 1e-11;
-  Estimator abreast(model, runs, options);
+  Estimator batch(model, runs, options);
   for (RunData& run : runs)
     run.sample_weight.assign(run.displacement.size(), 1.0);  // batches do not accept weights
   Estimator single(model, runs, options);
   const Fit& one = single.fit(kJobStart);
-  const Fit& all = abreast.fit(kJobStart);
+  const Fit& all = batch.fit(kJobStart);
   EXPECT_EQ(all.status, FitStatus::converged);
   for (std::size_t k = 0; k < 4; ++k) {
     EXPECT_NEAR(all.theta[k] / one.theta[k], 1.0, 1e-9);
     EXPECT_NEAR(all.standard_error[k] / one.standard_error[k], 1.0, 1e-7);
   }
   EXPECT_NEAR(all.sum_of_squares / one.sum_of_squares, 1.0, 1e-9);
-  EXPECT_EQ(abreast.predicted(11).size(), 64U);
-  EXPECT_NEAR(abreast.predicted(11)[5], single.predicted(11)[5], 1e-10);
+  EXPECT_EQ(batch.predicted(11).size(), 64U);
+  EXPECT_NEAR(batch.predicted(11)[5], single.predicted(11)[5], 1e-10);
 }
 
 }  // namespace

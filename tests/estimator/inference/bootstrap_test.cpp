@@ -5,8 +5,8 @@
 
 #include <gmock/gmock.h>
 
+#include "estimator/fit/harmonic_data.hpp"
 #include "estimator/inference/monte_carlo.hpp"
-#include "estimator/objectives/harmonic_data.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {

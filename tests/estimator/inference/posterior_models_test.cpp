@@ -267,37 +267,43 @@ struct Marginal {
   }
 };
 
-TEST(PosteriorOfFigure13, AgreesWithQuadrature) {
-  constexpr double kFrom = 0.95, kTo = 1.05, kStep = 0.002;
-  constexpr int kAcross = 12;  // nodes to each side of the ridge
-  BentValley valley;
+struct Quadrature {
+  static constexpr double kFrom = 0.95, kTo = 1.05, kStep = 0.002;  // of theta4
+  static constexpr int kAcross = 12;  // nodes to each side of the ridge
   Marginal third, fourth;
-  std::vector<double> along;  // the ridge
-  const double top = valley.log_density(valley.ridge(1.0), 1.0);
-  for (double theta4 = kFrom + 0.5 * kStep; theta4 < kTo; theta4 += kStep) {
-    const double best = valley.ridge(theta4);
-    const double log = valley.log_density(best, theta4);
-    if (!(log > top - 20.0)) continue;
-    const double h = 2e-3 * best;
-    const double bend =
-        (2.0 * log - valley.log_density(best + h, theta4) - valley.log_density(best - h, theta4)) /
-        (h * h);
-    ASSERT_GT(bend, 0.0) << theta4;
-    const double across = 6.0 / std::sqrt(bend) / kAcross;
-    double sum = 0.0;
-    for (int i = -kAcross; i <= kAcross; ++i) {
-      const double theta3 = best + across * i;
-      const double w = across * std::exp(valley.log_density(theta3, theta4) - top);
-      sum += w;
-      third.at.push_back(theta3);
-      third.weight.push_back(w);
+  std::vector<double> along;  // log density of the ridge
+
+  void integrate(BentValley& valley) {
+    const double top = valley.log_density(valley.ridge(1.0), 1.0);
+    for (double theta4 = kFrom + 0.5 * kStep; theta4 < kTo; theta4 += kStep) {
+      const double best = valley.ridge(theta4);
+      const double log = valley.log_density(best, theta4);
+      if (!(log > top - 20.0)) continue;
+      const double h = 2e-3 * best;
+      const double bend = (2.0 * log - valley.log_density(best + h, theta4) -
+                           valley.log_density(best - h, theta4)) /
+                          (h * h);
+      ASSERT_GT(bend, 0.0) << theta4;
+      const double across = 6.0 / std::sqrt(bend) / kAcross;
+      double sum = 0.0;
+      for (int i = -kAcross; i <= kAcross; ++i) {
+        const double theta3 = best + across * i;
+        const double w = across * std::exp(valley.log_density(theta3, theta4) - top);
+        sum += w;
+        third.at.push_back(theta3);
+        third.weight.push_back(w);
+      }
+      fourth.at.push_back(theta4);
+      fourth.weight.push_back(sum);
+      along.push_back(log);
     }
-    fourth.at.push_back(theta4);
-    fourth.weight.push_back(sum);
-    along.push_back(log);
+    third.finish();
+    fourth.finish();
   }
-  third.finish();
-  fourth.finish();
+};
+
+// The oleo of figure 13: theta1 and theta2 are known.
+config::ModelSpec with_two_unknown() {
   auto spec = testing::oleo(32.178);
   for (auto& [name, value] : {std::pair{"theta1", 5.08}, {"theta2", 5.0}}) {
     auto& parameter = spec.effects[std::string(name) == "theta1" ? 0 : 1].parameters[name];
@@ -305,9 +311,17 @@ TEST(PosteriorOfFigure13, AgreesWithQuadrature) {
     parameter.fixed = true;
   }
   spec.effects[1].parameters["theta4"].start = 1.0;
-  spec.effects[1].parameters["theta4"].lower = kFrom;
-  spec.effects[1].parameters["theta4"].upper = kTo;
-  const Model model(spec);
+  spec.effects[1].parameters["theta4"].lower = Quadrature::kFrom;
+  spec.effects[1].parameters["theta4"].upper = Quadrature::kTo;
+  return spec;
+}
+
+TEST(PosteriorOfFigure13, AgreesWithQuadrature) {
+  BentValley valley;
+  Quadrature quadrature;
+  ASSERT_NO_FATAL_FAILURE(quadrature.integrate(valley));
+  const auto& [third, fourth, along] = quadrature;
+  const Model model(with_two_unknown());
   RunData run;
   run.frequency_hz = 2.0;
   run.amplitude = 5.0;
@@ -322,9 +336,9 @@ TEST(PosteriorOfFigure13, AgreesWithQuadrature) {
   EXPECT_NEAR(p4.mean, fourth.mean, 0.1 * fourth.deviation);
   EXPECT_NEAR(p3.standard_deviation / third.deviation, 1.0, 0.1);
   EXPECT_NEAR(p4.standard_deviation / fourth.deviation, 1.0, 0.1);
-  EXPECT_NEAR(p4.median, fourth.quantile(0.5, kStep), 0.1 * fourth.deviation);
-  EXPECT_NEAR(p4.lower, fourth.quantile(0.025, kStep), 0.1 * fourth.deviation);
-  EXPECT_NEAR(p4.upper, fourth.quantile(0.975, kStep), 0.25 * fourth.deviation);
+  EXPECT_NEAR(p4.median, fourth.quantile(0.5, Quadrature::kStep), 0.1 * fourth.deviation);
+  EXPECT_NEAR(p4.lower, fourth.quantile(0.025, Quadrature::kStep), 0.1 * fourth.deviation);
+  EXPECT_NEAR(p4.upper, fourth.quantile(0.975, Quadrature::kStep), 0.25 * fourth.deviation);
   // At the mode the density is largest (2.13).
   const double at_mode = valley.log_density(p3.mode, p4.mode);
   EXPECT_LE(*std::max_element(along.begin(), along.end()), at_mode + 1e-3);

@@ -57,17 +57,17 @@ TEST(FrequencySweep, StaysOnTheBranchThatItCameBy) {
   const std::vector<double> theta = {0.05, 1.0, 0.1};
   const double two_pi = 2.0 * 3.14159265358979323846;
   auto f = frequencies(0.9 / two_pi, 1.6 / two_pi, 71);
-  FrequencySweep abreast(model, {{Scheme::order6, 64, true}, 1e-9});
+  FrequencySweep batch(model, {{Scheme::order6, 64, true}, 1e-9});
   FrequencySweep alone(model, {{Scheme::fourier, 33, false}, 1e-9});
   const std::size_t here = 30;  // 1.2 rad/s: inside the band
   double heights[2];
   for (int way = 0; way < 2; ++way) {
-    ASSERT_EQ(abreast.run(theta, 0.18, f), f.size());
+    ASSERT_EQ(batch.run(theta, 0.18, f), f.size());
     ASSERT_EQ(alone.run(theta, 0.18, f), f.size());
     const std::size_t at = way == 0 ? here : f.size() - 1 - here;
-    heights[way] = amplitude(abreast.solution(at));
+    heights[way] = amplitude(batch.solution(at));
     for (const std::size_t i : {std::size_t{0}, at / 2, at})
-      EXPECT_NEAR(amplitude(abreast.solution(i)), amplitude(alone.solution(i)),
+      EXPECT_NEAR(amplitude(batch.solution(i)), amplitude(alone.solution(i)),
                   0.01 * amplitude(alone.solution(i)))
           << way << ' ' << i;
     std::reverse(f.begin(), f.end());

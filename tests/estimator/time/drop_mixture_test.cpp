@@ -136,8 +136,8 @@ double deviation(const ForceAlongPath& force, std::size_t at) {
 }
 
 TEST(UnnamedForce, WidensOutsideOfWhatWasVisited) {
-  const auto force =
-      unnamed_force_along(visited_ring(), {0.02, 0.02, 0.1, 0.0}, {0.0, 0.4, 0.4, 2.0}, 4, 1e-9);
+  const auto force = unnamed_force_along(visited_ring().visited, 0.01, {0.02, 0.02, 0.1, 0.0},
+                                         {0.0, 0.4, 0.4, 2.0}, nullptr, 4, 1e-9);
   EXPECT_LT(deviation(force, 0), 0.01);
   EXPECT_GT(deviation(force, 1), 0.02);
   EXPECT_GT(deviation(force, 2), deviation(force, 1));
@@ -150,7 +150,7 @@ TEST(UnnamedForce, FollowsWhatTheCampaignLeft) {
     cell.force = 0.5;
     cell.standard_error = 0.01;
   }
-  const auto force = unnamed_force_along(damper, {0.02, 0.0}, {0.0, 0.2});
+  const auto force = unnamed_force_along(damper.visited, 0.01, {0.02, 0.0}, {0.0, 0.2});
   EXPECT_NEAR(force.mean[0], 0.5, 0.05);
   EXPECT_NEAR(force.mean[1], 0.5, 0.05);
 }
@@ -162,6 +162,62 @@ TEST(UnnamedForce, MakesTheBandWider) {
   const auto narrow = predicted(damper);
   EXPECT_GT(wide.bands[kPeakStroke].upper - wide.bands[kPeakStroke].lower,
             3.0 * (narrow.bands[kPeakStroke].upper - narrow.bands[kPeakStroke].lower));
+}
+
+// The first one leaves nothing that is worth a force; a rival leaves 0.5 m/s^2 everywhere, with its
+// force, and so falls less far.
+TEST(UnnamedForce, ActsBesideEachHypothesisThatLeavesOne) {
+  auto damper = visited_ring();
+  damper.hypotheses.push_back(damper.hypotheses.front());
+  for (DamperHypothesis& h : damper.hypotheses)
+    h.probability = 0.5;
+  damper.unnamed_force = 1e-6;
+  const auto alike = predicted(damper);
+  damper.hypotheses[1].left = damper.visited;
+  for (VisitedCell& cell : damper.hypotheses[1].left) {
+    cell.force = 0.5;
+    cell.standard_error = 0.01;
+  }
+  const auto apart = predicted(damper);
+  EXPECT_EQ(apart.bands[kPeakStroke].value, alike.bands[kPeakStroke].value);
+  EXPECT_LT(apart.bands[kPeakStroke].lower, alike.bands[kPeakStroke].lower - 1e-4);
+}
+
+// u'' + c u' + k u: a force of the velocity alone has been taken by the damping, as far as the
+// campaign tells. With each force the damping is what remains of c, so that both together stay: the
+// force may be large, and the sum in the cells may not.
+TEST(UnnamedForce, LeavesTheSumWithTheParametersThatWereBentByIt) {
+  auto ring = visited_ring();
+  const auto& one = ring.hypotheses.front();
+  for (VisitedCell& cell : ring.visited)
+    cell.force = 0.3 * std::sin(300.0 * cell.stroke);
+  std::vector<double> stroke, velocity;
+  for (const VisitedCell& cell : ring.visited) {
+    stroke.push_back(cell.stroke);
+    velocity.push_back(cell.velocity);
+  }
+  stroke.push_back(0.0);
+  velocity.push_back(1.0);
+  const auto rough = unnamed_force_along(ring.visited, 0.01, stroke, velocity, nullptr, 60, 1e-9);
+  const auto smooth = unnamed_force_along(ring.visited, 0.01, stroke, velocity, &one, 60, 1e-9);
+  ASSERT_EQ(smooth.shifts.size(), smooth.modes.size());
+  double shift = 0.0, beyond = 0.0;
+  for (std::size_t i = 0; i < stroke.size(); ++i) {
+    double squares = 0.0, force = 0.0;
+    for (std::size_t m = 0; m < smooth.modes.size(); ++m) {
+      const double damping = smooth.shifts[m][0];
+      squares += std::pow(smooth.modes[m][i] + damping * velocity[i], 2);
+      force += std::pow(smooth.modes[m][i], 2);
+    }
+    shift = std::max(shift, std::sqrt(force));
+    if (i + 1 < stroke.size())
+      EXPECT_LT(std::sqrt(squares), 0.02) << i;
+    else
+      beyond = std::sqrt(squares);
+  }
+  EXPECT_GT(shift, 0.04);
+  EXPECT_GT(beyond, deviation(rough, stroke.size() - 1));
+  EXPECT_TRUE(rough.shifts.empty());
 }
 
 TEST(VisitedRegion, IsTheHullOfItsCells) {

@@ -167,10 +167,13 @@ TEST(FallingDamper, ScalesTheForceThatNobodyNames) {
   damper.hypotheses.resize(1);
   damper.hypotheses[0].model = oleo();
   damper.visited = {{0.01, 0.2, 4.0, 1.0}};
+  damper.hypotheses[0].left = {{0.01, 0.2, 3.0, 0.8}};
   damper.unnamed_force = 0.6;
   const auto falling = with_mass(damper, 2.0);
   EXPECT_DOUBLE_EQ(falling.visited[0].force, 2.0);
   EXPECT_DOUBLE_EQ(falling.visited[0].standard_error, 0.5);
+  EXPECT_DOUBLE_EQ(falling.hypotheses[0].left[0].force, 1.5);
+  EXPECT_DOUBLE_EQ(falling.hypotheses[0].left[0].standard_error, 0.4);
   EXPECT_DOUBLE_EQ(falling.unnamed_force, 0.3);
   EXPECT_DOUBLE_EQ(falling.visited[0].stroke, 0.01);
 }

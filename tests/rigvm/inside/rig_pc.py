@@ -14,7 +14,7 @@ SOCKET = "/run/shakerd/shakerd.sock"
 DATA = "/var/lib/shakerd"
 EXAMPLES = "/usr/share/shakerd/examples/"
 PORT = 1502
-RATE_HZ, FREQUENCY_HZ, AMPLITUDE = 250, 2.5, 2.0
+RATE_HZ, FREQUENCY_HZ, AMPLITUDE, POINTS = 250, 2.5, 2.0, 8  # POINTS: of a cycle
 ENABLE = 4                      # a register of the exciter: sim/README.md
 TABLE = 386                     # a frame: sim/oleosim.dbc
 HEARTBEAT_TIMEOUT_S = 2.0       # the exciter's own; ExecStopPost is there before it
@@ -55,7 +55,7 @@ def write_campaign(name, cycles, amplitude=AMPLITUDE, frequency_hz=FREQUENCY_HZ)
                 "theta2": {"start": 1.8}, "theta3": {"start": 4.8},
                 "theta4": {"start": 1.0, "fixed": True}}},
             {"effect": "gravity"}]},
-        "points_per_cycle": 8,  # a gap of one such step, 50 ms, is allowed
+        "points_per_cycle": POINTS,  # a gap of one such step, 50 ms, is allowed
         "ramp_s": 0.5,
         "runs": [{"name": "dwell", "frequency_hz": frequency_hz, "amplitude": amplitude, "cycles": cycles}]}
     json.dump(campaign, open(f"/home/technician/{name}.json", "w"))
@@ -73,6 +73,14 @@ def at_rest(exciter):
 
 def as_technician(*command):
     return ["runuser", "-u", "technician", "--", *command]
+
+
+def status_of_the_daemon():
+    """The first connection starts the daemon, which takes seconds where the clock is late."""
+    def answer():
+        said = run(*as_technician("shakerctl", "status", "--json"), check=False)
+        return json.loads(said.stdout) if said.returncode == 0 else None
+    return wait_for("the daemon answers", 30, answer)
 
 
 def start_campaign(name, socket=SOCKET):

@@ -1,12 +1,16 @@
 #include "estimator/diagnosis/fit/imposed_motion.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
+#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -88,6 +92,70 @@ TEST(ImposedMotion, FollowsLoopsThatSoftenAndLoopsThatHarden) {
     if (gamma < -1.0) {
       EXPECT_LT(largest, std::expm1(-(1.0 + gamma) * length) / -(1.0 + gamma));
     }
+  }
+}
+
+// A viscous damper behind a play, c d' = F(u - d), in small explicit steps. The stops are met over a
+// depth of 2e-5 m, as the catalogue says.
+std::vector<double> force_behind_play(const Motion& motion, double c, double play, double k) {
+  constexpr int kSteps = 400;
+  std::vector<double> force;
+  const auto stop = [](double depth) {
+    return std::max(depth, 0.0) + 2e-5 * std::log1p(std::exp(-std::fabs(depth) / 2e-5));
+  };
+  double d = motion.u[0];
+  for (Eigen::Index i = 0; i + 1 < motion.u.size(); ++i) {
+    double f = 0.0;
+    for (int j = 0; j < kSteps; ++j) {
+      const double y = motion.u[i] + (motion.u[i + 1] - motion.u[i]) * j / kSteps - d;
+      f = k * (stop(y - 0.5 * play) - stop(-y - 0.5 * play));
+      if (j == 0) force.push_back(f);
+      d += motion.dt / kSteps * f / c;
+    }
+  }
+  return force;
+}
+
+// The course of a load path from that of the model without a further effect, on twice the steps:
+// the same force as from nothing, for less work.
+TEST(MotionIntegrator, BeginsFromTheCourseOfASmallerModel) {
+  using estimator::testing::effect;
+  const Model smaller(
+      estimator::testing::model_of({effect("viscous_damping"), effect("free_play")}));
+  const Model larger(estimator::testing::model_of(
+      {effect("viscous_damping"), effect("free_play"), effect("linear_stiffness")}));
+  const auto motion = [](int n) {
+    const Eigen::ArrayXd t = Eigen::ArrayXd::LinSpaced(n, 0.0, 1.0 - 1.0 / n) * kTwoPi;
+    return Motion{
+        1.0 / n, 0.01 * t.cos(), -0.01 * kTwoPi * t.sin(), -0.01 * kTwoPi * kTwoPi * t.cos(), {}};
+  };
+  constexpr int kPoints = 1024;
+  MotionIntegrator finer(smaller, motion(2 * kPoints), false);
+  ASSERT_TRUE(finer.at(std::vector<double>{10.0, 2e-3, 2e4}));
+  MotionIntegrator begun(larger, motion(kPoints), false), fresh(larger, motion(kPoints), false);
+  begun.begin_from(finer);
+  const std::vector<double> theta = {10.0, 2e-3, 2e4, 0.0};
+  ASSERT_TRUE(fresh.at(theta));
+  ASSERT_TRUE(begun.at(theta));
+  const double largest = fresh.force().cwiseAbs().maxCoeff();
+  EXPECT_LT((begun.force() - fresh.force()).cwiseAbs().maxCoeff(), 1e-7 * largest);
+  EXPECT_LT((begun.slope() - fresh.slope()).norm(), 1e-6 * fresh.slope().norm());
+  const auto expected = force_behind_play(motion(kPoints), 10.0, 2e-3, 2e4);
+  double worst = 0.0;
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    worst = std::max(worst, std::fabs(fresh.force()[static_cast<Eigen::Index>(i)] - expected[i]));
+  EXPECT_LT(worst, 0.05 * largest);
+
+  // Work for two evaluations of all points: too little from nothing, where each step takes two.
+  const double work = 0.03 * 2.5 * kPoints * 2 * (2 + 4);
+  MotionIntegrator again(larger, motion(kPoints), false);
+  again.begin_from(begun);
+  MotionIntegrator nothing(larger, motion(kPoints), false);
+  for (MotionIntegrator* integrator : {&again, &nothing}) {
+    const auto budget = std::make_shared<EvaluationBudget>();
+    const Task task(budget, work);
+    integrator->spend(budget);
+    EXPECT_EQ(integrator->at(theta), integrator == &again);
   }
 }
 

@@ -46,7 +46,7 @@ TEST(Corners, OfADamperThatSticksAreTakenDownToNoise) {
   const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
   ASSERT_TRUE(fit.converged);
   EXPECT_GT(fit.chi_squared, 100.0 * fit.observations);
-  const auto sharp = sharpen(fit, data, {});
+  const auto sharp = to_zero_width(fit, data, {});
   ASSERT_TRUE(sharp);
   EXPECT_LT(sharp->fit->chi_squared, 2.0 * fit.observations);
   const int last = sharp->fit->free.back();
@@ -57,7 +57,7 @@ TEST(Corners, OfADamperThatSticksAreTakenDownToNoise) {
 // A finer grid allows a smaller smoothing width; the fit stops there when this is enough.
 TEST(Corners, AreAsSharpAsTheFinestGridWhereThatWillDo) {
   const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
-  const auto on_grids = sharpen(fit, data, {}, {.on_grids = true});
+  const auto on_grids = to_zero_width(fit, data, {}, {.on_grids = true});
   ASSERT_TRUE(on_grids);
   EXPECT_EQ(on_grids->fit->predictions.front().points(), 2 * fit.predictions.front().points());
   EXPECT_LT(on_grids->fit->chi_squared, 0.5 * fit.chi_squared);
@@ -68,14 +68,14 @@ TEST(Corners, AreAsSharpAsTheFinestGridWhereThatWillDo) {
 // little.
 TEST(Corners, OfNoWidthAreCarriedToOtherErrors) {
   const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
-  const auto known = sharpen(fit, data, {});
+  const auto known = to_zero_width(fit, data, {});
   ASSERT_TRUE(known);
   std::vector<RunDatum> other = data;
   for (std::size_t r = 0; r < other.size(); ++r)
     set_covariance(other[r], (r == 0 ? 0.7 : 1.3) * covariance_of(data[r]));
   const auto carried_over = carried(*known->fit, *known->data, other, {});
   ASSERT_TRUE(carried_over);
-  const auto anew = sharpen(fit, other, {});
+  const auto anew = to_zero_width(fit, other, {});
   ASSERT_TRUE(anew);
   EXPECT_NE(carried_over->fit->theta, known->fit->theta);
   EXPECT_NEAR(carried_over->fit->chi_squared, anew->fit->chi_squared,
@@ -88,7 +88,7 @@ TEST(Corners, OfNoWidthAreCarriedToOtherErrors) {
 
 TEST(Corners, OfNoWidthAreNotCarriedFarNorFromWhatHasNone) {
   const auto [data, fit] = with_friction({{"coulomb_friction", 0.4}});
-  const auto known = sharpen(fit, data, {});
+  const auto known = to_zero_width(fit, data, {});
   ASSERT_TRUE(known);
   std::vector<RunDatum> moved = data;
   for (RunDatum& datum : moved)
@@ -101,14 +101,14 @@ TEST(Corners, AreLeftWhereNoSharpnessLeadsToNoise) {
   const auto [data, fit] = with_friction({{"viscous_damping", 1.5}});
   ASSERT_TRUE(fit.converged);
   EXPECT_GT(fit.chi_squared, 100.0 * fit.observations);
-  EXPECT_FALSE(sharpen(fit, data, {}));
+  EXPECT_FALSE(to_zero_width(fit, data, {}));
 }
 
 TEST(Corners, OfARivalMustLeadBelowWhatTheBestLeaves) {
   const auto [data, fit] = with_friction({{"coulomb_friction", 0.02}});
   EXPECT_LT(fit.chi_squared, 4.0 * fit.observations);
-  EXPECT_TRUE(sharpen(fit, data, {}, {.touched = 0.0, .hopeless = 2.0 * fit.chi_squared}));
-  EXPECT_FALSE(sharpen(fit, data, {}, {.touched = 0.0, .hopeless = 0.5 * fit.chi_squared}));
+  EXPECT_TRUE(to_zero_width(fit, data, {}, {.touched = 0.0, .hopeless = 2.0 * fit.chi_squared}));
+  EXPECT_FALSE(to_zero_width(fit, data, {}, {.touched = 0.0, .hopeless = 0.5 * fit.chi_squared}));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/diagnosis/records.hpp"
 #include "tests/estimator/fixtures.hpp"
+#include "tests/sanitized.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -89,7 +90,7 @@ TEST(Transient, NoiseIsTheFloorAboveAllThatMoves) {
 }
 
 TEST(Transient, NamesNothingWhereNothingIsMissing) {
-  for (const std::uint64_t seed : {11, 23}) {
+  for (const std::uint64_t seed : some({11, 23})) {
     const auto d = diagnose(drops({}, seed), estimator::testing::oleo());
     ASSERT_TRUE(d) << d.error().what;
     EXPECT_EQ(d->verdict, Verdict::adequate) << d->probability_before;
@@ -305,6 +306,25 @@ TEST(Transient, LeavesOutARunThatNoModelCanExplainAndGoesOn) {
   refused(campaign, "no run can be used: run r1: the displacement stays on its highest value");
 }
 
+TEST(Transient, LeavesOutARecordWithAGapAndOneThatIsTooShort) {
+  std::vector<Recording> records = oscillator_sweeps({}, 1).runs;
+  const std::size_t good = records.size();
+  records.push_back(records[0]);
+  records.back().name = "gap";
+  for (std::size_t i = 2000; i < records.back().t.size(); ++i)
+    records.back().t[i] += 3.0;
+  records.push_back(records[0]);
+  records.back().name = "short";
+  for (auto* column : {&records.back().t, &records.back().displacement, &records.back().excitation})
+    column->resize(20);
+  const auto runs = sampled_runs(records);
+  ASSERT_TRUE(runs) << runs.error().what;
+  EXPECT_EQ(runs->runs.size(), good);
+  EXPECT_THAT(runs->left_out,
+              ::testing::ElementsAre(::testing::HasSubstr("run gap: samples are missing between"),
+                                     ::testing::HasSubstr("run short: 20 samples are too few")));
+}
+
 TEST(Transient, SaysWhatIsWrongWithARecord) {
   const Campaign good = oscillator_sweeps({}, 1);
   Campaign bad = good;
@@ -314,8 +334,10 @@ TEST(Transient, SaysWhatIsWrongWithARecord) {
   std::swap(bad.runs[0].t[10], bad.runs[0].t[11]);
   refused(bad, "time does not increase");
   bad = good;
-  for (std::size_t i = 2000; i < bad.runs[0].t.size(); ++i)
-    bad.runs[0].t[i] += 3.0;
+  for (Recording& run : bad.runs) {
+    for (std::size_t i = 2000; i < run.t.size(); ++i)
+      run.t[i] += 3.0;
+  }
   refused(bad, "samples are missing between");
   bad = good;
   bad.runs[1].kind = Kind::periodic;
@@ -326,6 +348,20 @@ TEST(Transient, SaysWhatIsWrongWithARecord) {
   for (double& u : bad.runs[1].displacement)
     u *= 1.3;
   refused(bad, "contradict each other");
+}
+
+// `x` in a formula is the excitation: a pendulum written with sin(x) has no spring.
+TEST(Transient, SaysThatAFreeMotionNeedsASpring) {
+  const Campaign swing = campaign_of({testing::decay_of(
+      [](double u, double v) { return 30.0 * std::sin(u) + 0.1 * v; }, {.start = 1.0})});
+  auto moment = estimator::testing::effect("moment");
+  moment.formula = "w2 * sin(x)";
+  moment.parameters["w2"].start = 25.0;
+  const auto model =
+      estimator::testing::model_of({moment, estimator::testing::effect("viscous_damping")});
+  const auto answer = diagnose(swing, model);
+  ASSERT_FALSE(answer);
+  EXPECT_THAT(answer.error().what, ::testing::HasSubstr("a formula with u, the displacement"));
 }
 
 }  // namespace

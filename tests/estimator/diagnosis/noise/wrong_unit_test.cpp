@@ -103,6 +103,21 @@ TEST(WrongUnit, RefusesNoForcesForStartValuesThatAreFarOff) {
   }
 }
 
+TEST(WrongUnit, DoubtsAForceOnlyWhereTheModelStatesItsSize) {
+  for (const bool stated : {true, false}) {
+    auto dashpot = estimator::testing::effect("viscous_damping");
+    if (stated) dashpot.parameters["c"].start = 1e-6;
+    const auto look = screen_campaign(
+        on_a_dynamometer(1e5), estimator::testing::model_of({dashpot}), from_rest_in_units());
+    ASSERT_TRUE(look) << look.error().what;
+    EXPECT_EQ(std::any_of(look->warnings.begin(), look->warnings.end(),
+                          [](const std::string& text) {
+                            return text.find("far from what the start values") != text.npos;
+                          }),
+              stated);
+  }
+}
+
 TEST(WrongUnit, NamesTheRunsThatAreDrivenInGravities) {
   for (const std::vector<std::size_t>& which :
        {std::vector<std::size_t>{2}, std::vector<std::size_t>{0, 3}}) {

@@ -101,7 +101,7 @@ TEST(Refits, SharpensACornerThatLeavesNoMoreThanNoise) {
   const double chi_squared = friction.fit->chi_squared;
   const double round = friction.fit->theta.back();
   ASSERT_LT(chi_squared, hidden.observations());
-  ASSERT_TRUE(hidden.refits().sharpened(friction));
+  ASSERT_TRUE(hidden.refits().narrowed(friction));
   EXPECT_LT(friction.fit->chi_squared, chi_squared - 20.0);
   const auto last = static_cast<int>(friction.fit->theta.size()) - 1;
   const double error = friction.fit->standard_error(last);
@@ -110,7 +110,7 @@ TEST(Refits, SharpensACornerThatLeavesNoMoreThanNoise) {
   EXPECT_EQ(rounded(friction).theta.back(), round);
 }
 
-bool at_no_width(const Hypothesis& h) {
+bool at_zero_width(const Hypothesis& h) {
   return h.data && h.data->front().to_limit != nullptr;
 }
 
@@ -120,13 +120,13 @@ TEST(Refits, TakesAHypothesisOfASearchByShareOfTheGapToNoWidth) {
   const Refits by_gap = hidden.refits_of_gap();
   Hypothesis friction = by_gap.with(hidden.base(), candidate("coulomb_friction").probes.at(0));
   const Hypothesis round = friction;
-  by_gap.finish_sharpening(friction);
+  by_gap.finish_narrowing(friction);
   EXPECT_EQ(friction.fit, round.fit) << "nothing has asked for sharper corners yet";
-  ASSERT_TRUE(by_gap.sharpened(friction));
-  EXPECT_FALSE(at_no_width(friction));
+  ASSERT_TRUE(by_gap.narrowed(friction));
+  EXPECT_FALSE(at_zero_width(friction));
   const double on_grids = friction.fit->chi_squared;
-  by_gap.finish_sharpening(friction);
-  EXPECT_TRUE(at_no_width(friction));
+  by_gap.finish_narrowing(friction);
+  EXPECT_TRUE(at_zero_width(friction));
   EXPECT_LT(friction.fit->chi_squared, on_grids);
   EXPECT_EQ(friction.rounded, round.fit);
 }

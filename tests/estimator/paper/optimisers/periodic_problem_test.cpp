@@ -9,7 +9,6 @@
 
 #include "estimator/paper/figures.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
-#include "estimator/paper/optimisers/several_starts.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::optimisers {
@@ -29,14 +28,6 @@ RunData measured(const Model& model, const std::vector<double>& theta, double fr
   for (int i = 0; i < 40; ++i)
     run.displacement.push_back(system.value(5 * i, model.observed()) + noise * normal(random));
   return run;
-}
-
-config::ModelSpec started(config::ModelSpec spec, const std::vector<double>& start) {
-  static const char* const kNames[] = {"theta1", "theta2", "theta3", "theta4"};
-  spec.effects[0].parameters[kNames[0]].start = start[0];
-  for (std::size_t k = 1; k < 4; ++k)
-    spec.effects[1].parameters[kNames[k]].start = start[k];
-  return spec;
 }
 
 EstimationOptions plain_grid() {
@@ -157,49 +148,6 @@ TEST(PeriodicProblem, IsSolvedAlikeByEveryMethodFromFivePerCent) {
                   0.02 * fit.standard_error[static_cast<std::size_t>(k)])
           << method.name;
     EXPECT_GT(problem.solutions(), 0);
-  }
-}
-
-TEST(SeveralStarts, CureTheStartThatEndsWhereNothingMoves) {
-  const Model model(started(estimator::testing::oleo(), {0.1, 20.0, 0.5, 1.0}));
-  const auto run =
-      measured(Model(estimator::testing::oleo()), estimator::testing::kOleoSi, 2.0, 3.048, 2e-4);
-  EstimationOptions options;
-  options.grid = {Scheme::order6, 80, true};
-  PeriodicProblem problem(model, {run}, options);
-  const Eigen::VectorXd bad = problem.reduce(model.start());
-  const Method& method = *find_method("gauss_newton_search");
-  const Summary alone = method.minimise(problem, bad, {});
-  EXPECT_GT(alone.sum_of_squares, 1e-4);  // a local minimum: the amplitude is wrong
-  const Minima minima = several_starts(problem, bad, method, {}, {});
-  ASSERT_FALSE(minima.found.empty());
-  const Summary& best = minima.found.front().summary;
-  EXPECT_EQ(best.status, Status::converged);
-  EXPECT_NEAR(best.sum_of_squares, 36 * 4e-8, 15 * 4e-8);
-  EXPECT_NEAR(best.theta[1], estimator::testing::kOleoSi[1], 0.1);
-  EXPECT_NEAR(best.theta[2], estimator::testing::kOleoSi[2], 0.1);
-  EXPECT_GE(minima.found.size(), 2U) << "the valley is reported as well";
-}
-
-TEST(SeveralStarts, AreTheSameForTheSameSeedAndInsideTheBounds) {
-  const Model model(started(estimator::testing::oleo(), {15.0, 1.4, 5.0, 1.1}));
-  const auto run = measured(model, estimator::testing::kOleoSi, 2.0, 3.048, 2e-4);
-  PeriodicProblem problem(model, {run}, plain_grid());
-  const Eigen::VectorXd start = problem.reduce(model.start());
-  const Method& method = *find_method("levenberg_marquardt");
-  StartOptions few;
-  few.starts = 3;
-  few.looks = 16;
-  const Minima a = several_starts(problem, start, method, {}, few);
-  problem.forget();
-  const Minima b = several_starts(problem, start, method, {}, few);
-  ASSERT_EQ(a.found.size(), b.found.size());
-  for (std::size_t m = 0; m < a.found.size(); ++m) {
-    for (std::size_t s = 0; s < a.found[m].from.size(); ++s) {
-      EXPECT_EQ(a.found[m].from[s], b.found[m].from[s]);
-      EXPECT_TRUE((a.found[m].from[s].array() >= problem.lower().array()).all());
-      EXPECT_TRUE((a.found[m].from[s].array() <= problem.upper().array()).all());
-    }
   }
 }
 

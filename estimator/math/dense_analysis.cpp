@@ -1,0 +1,93 @@
+// The part of dense.hpp that a service on the rig does not need.
+#include <Eigen/SVD>
+
+#include "estimator/math/dense.hpp"
+
+namespace shaker::estimator {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// --- Householder
+
+PivotedQr::PivotedQr(const MatrixXd& a) : factor_(a) {}
+void PivotedQr::set_threshold(double share) {
+  factor_.setThreshold(share);
+}
+Index PivotedQr::rank() const {
+  return factor_.rank();
+}
+VectorXd PivotedQr::pivots() const {
+  return factor_.matrixQR().diagonal();
+}
+MatrixXd PivotedQr::basis(Index columns) const {
+  return factor_.householderQ() * MatrixXd::Identity(factor_.rows(), columns);
+}
+VectorXd PivotedQr::rotated(const VectorXd& b) const {
+  return factor_.householderQ().adjoint() * b;
+}
+MatrixXd PivotedQr::rotated(const MatrixXd& b) const {
+  return factor_.householderQ().adjoint() * b;
+}
+VectorXd PivotedQr::solve(const VectorXd& b) const {
+  return factor_.solve(b);
+}
+MatrixXd PivotedQr::solve(const MatrixXd& b) const {
+  return factor_.solve(b);
+}
+
+MatrixXd orthogonal_factor(const MatrixXd& a) {
+  return Eigen::HouseholderQR<MatrixXd>(a).householderQ();
+}
+
+Triangle triangle_of(const MatrixXd& a, const VectorXd& b) {
+  const Eigen::HouseholderQR<MatrixXd> qr(a);
+  return {qr.matrixQR().topRows(a.cols()).triangularView<Eigen::Upper>(),
+          VectorXd(qr.householderQ().adjoint() * b).head(a.cols())};
+}
+
+void triangularise(Eigen::Ref<MatrixXd> a) {
+  const Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> qr(a);
+}
+
+// --- triangles
+
+MatrixXd lower_times(const MatrixXd& l, const MatrixXd& b) {
+  return l.triangularView<Eigen::Lower>() * b;
+}
+VectorXd lower_transposed_times(const MatrixXd& l, const VectorXd& b) {
+  return l.triangularView<Eigen::Lower>().transpose() * b;
+}
+VectorXd lower_solve(const MatrixXd& l, const VectorXd& b) {
+  return l.triangularView<Eigen::Lower>().solve(b);
+}
+MatrixXd lower_solve(const MatrixXd& l, const MatrixXd& b) {
+  return l.triangularView<Eigen::Lower>().solve(b);
+}
+
+void add_gram(MatrixXd& sum, const MatrixXd& rows) {
+  sum.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+}
+void add_square(MatrixXd& sum, const VectorXd& p, double weight) {
+  sum.selfadjointView<Eigen::Lower>().rankUpdate(p, weight);
+}
+MatrixXd symmetric_of_lower(const MatrixXd& lower) {
+  return lower.selfadjointView<Eigen::Lower>();
+}
+
+// --- least squares
+
+MatrixXd least_squares(const MatrixXd& a, const MatrixXd& b) {
+  return a.colPivHouseholderQr().solve(b);
+}
+
+VectorXd least_squares_by_singular_values(const MatrixXd& a, const VectorXd& b) {
+  return Eigen::JacobiSVD<MatrixXd>(a, Eigen::ComputeThinU | Eigen::ComputeThinV).solve(b);
+}
+
+MatrixXd shortest_least_squares(const MatrixXd& a, const MatrixXd& b) {
+  return a.completeOrthogonalDecomposition().solve(b);
+}
+
+}  // namespace shaker::estimator
