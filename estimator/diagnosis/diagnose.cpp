@@ -32,6 +32,7 @@ constexpr double kUsualRuns = 6.0;
 constexpr std::size_t kSpeeds =
     10000;                        // of a run: enough for its cycles, too few to show its noise
 constexpr int kRecordSteps = 40;  // of a fit: each integrates every sample
+constexpr int kRecordStepsOfBase = 120;
 // For records. In units of the budget of periodic runs: the share of a search, and the number of
 // samples that adds one more. In points: the budget of one fit, and its increase for each sample.
 constexpr double kRecordBudget = 4.0, kSamplesOfBudget = 250.0;
@@ -265,21 +266,23 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   const Kind kind = campaign.runs.front().kind;
   progress("fitting the model", 0.05);
   const FitOptions fitting = bounded(*runs, options);
-  HarmonicFit base = fit_transient(model, *runs, fitting);
+  FitOptions of_base = fitting;  // from start values that may be far off
+  of_base.max_iterations = kRecordStepsOfBase;
+  HarmonicFit base = fit_transient(model, *runs, of_base);
   if (!base.trouble.empty() || !std::isfinite(base.chi_squared)) return not_fitted(base);
   if (auto good = use_repetitions(*runs, base); !good) return good.error();
   // Done twice, because the response to the excitation depends on the fit.
   const std::vector<RunDatum> own = runs->data;
   for (int round = 0; round < 2; ++round) {
     const bool counted = count_excitation_noise(*runs, own, base);
-    base = fit_harmonics(model, runs->data, base.theta, nullptr, fitting);
+    base = fit_harmonics(model, runs->data, base.theta, &base, of_base);
     if (!base.trouble.empty()) return not_fitted(base);
     if (!counted) break;
   }
   const std::string unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
   if (const std::string differ = let_zeros_differ(base, unit, runs->data); !differ.empty()) {
     runs->warnings.push_back(differ);
-    base = fit_harmonics(model, runs->data, base.theta, nullptr, fitting);
+    base = fit_harmonics(model, runs->data, base.theta, &base, of_base);
     if (!base.trouble.empty()) return not_fitted(base);
   }
   std::vector<double> motions;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/fit/normal_equations.hpp"
 #include "estimator/diagnosis/fit/predicted_runs.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/math/box_minimum.hpp"
@@ -23,89 +24,13 @@ constexpr double kExact = 1e-6;             // of chi-squared: what predictions 
 // Chi-squared a datum from where on nobody asks for more than three digits and a half of it.
 constexpr double kFar = 100.0, kExactFar = 3e-4;
 constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-6;  // of the unit diagonal
-constexpr double kStraight = 0.75;  // of what a step promised: the valley bends little
+constexpr double kStraight = 0.75;     // of what a step promised: the valley bends little
+constexpr double kUnderstated = 1.25;  // of what a step promised: longer ones may win more
+constexpr int kMaxDoublings = 5;       // of a step
 constexpr int kSmallSteps = 3, kMostRefused = 12;  // one after the other
 
-struct Normal {
-  MatrixXd gram;
-  VectorXd gradient;
-  double chi_squared = 0.0;
-  std::vector<MatrixXd> jacobian;  // whitened, of the runs that count
-  VectorXd with_clock;             // its products with the influence of the time base
-};
-
-// What the prior of a free parameter says at theta: (mean - value) / sigma, and 1 / sigma; zeros
-// where it has none. One more datum each (3.8).
-struct PriorPull {
-  double off = 0.0, weight = 0.0;
-};
-
-PriorPull prior_pull(const HarmonicFit& fit, const std::vector<double>& theta, Index k) {
-  const auto parameter = static_cast<std::size_t>(fit.free[static_cast<std::size_t>(k)]);
-  const ModelParameter& p = fit.model->parameters()[parameter];
-  if (!p.prior_mean) return {};
-  const double weight = 1.0 / *p.prior_standard_deviation;
-  return {(*p.prior_mean - theta[parameter]) * weight, weight};
-}
-
-// `theta` is where the fit's predictions are.
-Normal normal_equations(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                        const std::vector<double>& theta) {
-  const auto q = static_cast<Index>(fit.free.size());
-  Normal n{MatrixXd::Zero(q, q), VectorXd::Zero(q), 0.0, {}, VectorXd::Zero(q)};
-  double misfit = 0.0, size = 0.0;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (!is_fitted(data[r])) continue;
-    const VectorXd e = whitened_residual(fit, data, r);
-    n.jacobian.push_back(whitened_jacobian(fit, data, r, fit.free));
-    const MatrixXd& j = n.jacobian.back();
-    n.gram += j.transpose() * j;
-    n.gradient += j.transpose() * e;
-    n.chi_squared += e.squaredNorm();
-    if (data[r].clock.size() == 0) continue;
-    const VectorXd k = whitened(data[r], data[r].clock);
-    n.with_clock += j.transpose() * k;
-    misfit += k.dot(e);
-    size += k.squaredNorm();
-  }
-  // The time base is off by a normal variate: that is one more column with a prior, eliminated.
-  n.gram -= n.with_clock * n.with_clock.transpose() / (1.0 + size);
-  n.gradient -= n.with_clock * (misfit / (1.0 + size));
-  n.chi_squared -= misfit * misfit / (1.0 + size);
-  for (Index k = 0; k < q; ++k) {
-    const PriorPull prior = prior_pull(fit, theta, k);
-    n.gram(k, k) += prior.weight * prior.weight;
-    n.gradient[k] += prior.weight * prior.off;
-    n.chi_squared += prior.off * prior.off;
-  }
-  return n;
-}
-
-// The gradient of chi-squared at what is predicted now, by the slopes of `before`.
-VectorXd gradient_by(const Normal& before, const HarmonicFit& fit,
-                     const std::vector<RunDatum>& data, const std::vector<double>& theta) {
-  VectorXd gradient = VectorXd::Zero(before.gradient.size());
-  double misfit = 0.0, size = 0.0;
-  auto j = before.jacobian.begin();
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (!is_fitted(data[r])) continue;
-    const VectorXd e = whitened_residual(fit, data, r);
-    gradient += (j++)->transpose() * e;
-    if (data[r].clock.size() == 0) continue;
-    const VectorXd k = whitened(data[r], data[r].clock);
-    misfit += k.dot(e);
-    size += k.squaredNorm();
-  }
-  gradient -= before.with_clock * (misfit / (1.0 + size));
-  for (Index k = 0; k < gradient.size(); ++k) {
-    const PriorPull prior = prior_pull(fit, theta, k);
-    gradient[k] += prior.weight * prior.off;
-  }
-  return gradient;
-}
-
 // Minimises the quadratic of (gram + lambda diag) step = gradient inside the box.
-VectorXd box_step(const HarmonicFit& fit, const Normal& n, const VectorXd& gradient,
+VectorXd box_step(const HarmonicFit& fit, const NormalEquations& n, const VectorXd& gradient,
                   const std::vector<double>& theta, double lambda) {
   const auto q = static_cast<Index>(fit.free.size());
   const VectorXd scale = n.gram.diagonal().cwiseMax(1e-300).cwiseSqrt();
@@ -131,7 +56,7 @@ std::vector<double> stepped(const HarmonicFit& fit, std::vector<double> theta,
 }
 
 // In what the data see of them.
-bool shorter(const VectorXd& a, const VectorXd& b, const Normal& n) {
+bool shorter(const VectorXd& a, const VectorXd& b, const NormalEquations& n) {
   return a.dot(n.gram * a) < b.dot(n.gram * b);
 }
 
@@ -144,7 +69,7 @@ MatrixXd nothing_known(const HarmonicFit& fit) {
   return MatrixXd::Constant(q, q, std::numeric_limits<double>::quiet_NaN());
 }
 
-void finish(HarmonicFit& fit, const Normal& n) {
+void finish(HarmonicFit& fit, const NormalEquations& n) {
   fit.chi_squared = n.chi_squared;
   const auto q = static_cast<Index>(fit.free.size());
   fit.covariance = nothing_known(fit);
@@ -173,12 +98,12 @@ void go_back(HarmonicFit& fit) {
 struct Trial {
   std::vector<double> theta;
   bool predicted = false;
-  Normal normal;  // where it is
+  NormalEquations normal;  // where it is
 };
 
 // Where chi-squared rises the step ended on the side of a bent valley, as a rule: back down from
 // there by the same slopes.
-Trial tried(HarmonicFit& fit, const std::vector<RunDatum>& data, const Normal& now,
+Trial tried(HarmonicFit& fit, const std::vector<RunDatum>& data, const NormalEquations& now,
             const VectorXd& step, double lambda, HowFar search) {
   Trial trial{stepped(fit, fit.theta, step), false, {}};
   trial.predicted = predict_all(fit, data, trial.theta, search);
@@ -190,7 +115,7 @@ Trial tried(HarmonicFit& fit, const std::vector<RunDatum>& data, const Normal& n
   if (!shorter(back, step, now)) return trial;
   std::vector<double> theta = stepped(fit, trial.theta, back);
   if (predict_all(fit, data, theta, search)) {
-    Normal normal = normal_equations(fit, data, theta);
+    NormalEquations normal = normal_equations(fit, data, theta);
     trial = {std::move(theta), true, std::move(normal)};
   }
   return trial;
@@ -211,15 +136,41 @@ HowFar how_far(const FitOptions& options) {
   return options.from_near ? HowFar::patient : HowFar::from_rest;
 }
 
-double promised(const Normal& n, const VectorXd& step) {
+double promised(const NormalEquations& n, const VectorXd& step) {
   return 2.0 * step.dot(n.gradient) - step.dot(n.gram * step);
+}
+
+VectorXd inside(const HarmonicFit& fit, const std::vector<double>& theta, VectorXd step) {
+  for (std::size_t k = 0; k < fit.free.size(); ++k) {
+    const auto parameter = static_cast<std::size_t>(fit.free[k]);
+    const ModelParameter& p = fit.model->parameters()[parameter];
+    double& move = step[static_cast<Index>(k)];
+    move = std::clamp(move, p.lower - theta[parameter], p.upper - theta[parameter]);
+  }
+  return step;
+}
+
+// Far from the data the slopes exaggerate how much chi-squared bends along a valley: steps are too
+// short by factors. Doubles the step that led to `trial` while this wins more.
+void go_further(HarmonicFit& fit, const std::vector<RunDatum>& data, VectorXd step, Trial& trial,
+                HowFar search) {
+  for (int doubled = 0; doubled < kMaxDoublings; ++doubled) {
+    hold(fit);
+    step = inside(fit, fit.theta, 2.0 * step);
+    Trial longer{stepped(fit, fit.theta, step), false, {}};
+    longer.predicted = predict_all(fit, data, longer.theta, search);
+    if (longer.predicted) longer.normal = normal_equations(fit, data, longer.theta);
+    if (!longer.predicted || !(longer.normal.chi_squared < trial.normal.chi_squared)) break;
+    trial = std::move(longer);
+  }
+  go_back(fit);
 }
 
 // Levenberg-Marquardt from the fit's theta, where all runs have been predicted. Whether there is
 // anything to gain is asked of the step without damping.
 void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
   const HowFar steps = options.from_rest ? HowFar::from_rest : HowFar::near;
-  Normal now = normal_equations(fit, data, fit.theta);
+  NormalEquations now = normal_equations(fit, data, fit.theta);
   hold(fit);
   double lambda = 0.0, enough = kFirstDamping;
   int refused = 0, small = 0;
@@ -239,6 +190,9 @@ void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptio
         lambda > 0.0 ? box_step(fit, now, now.gradient, fit.theta, lambda) : whole;
     Trial trial = tried(fit, data, now, step, lambda, steps);
     if (trial.predicted && trial.normal.chi_squared < now.chi_squared) {
+      if (is_far(fit, trial.normal.chi_squared) &&
+          now.chi_squared - trial.normal.chi_squared > kUnderstated * promised(now, step))
+        go_further(fit, data, step, trial, steps);
       const double won = now.chi_squared - trial.normal.chi_squared;
       const bool straight = won < trifle || won > kStraight * promised(now, step);
       small = won < trifle ? small + 1 : 0;
@@ -343,7 +297,9 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
       fit.predictions[r].share(fit.predictions[before]);
     if (is_fitted(data[r])) fit.observations += static_cast<int>(data[r].response.size());
   }
-  if (!predict_all(fit, data, fit.theta, how_far(options)) && !admit(fit, data, how_far(options))) {
+  const bool correctable = options.correct_start || along_motion(data);
+  if (!predict_all(fit, data, fit.theta, how_far(options)) &&
+      !(correctable && admit(fit, data, how_far(options)))) {
     fit.trouble = fmt::format(
         "{}: there is no {} at the start of the estimation; give starting values nearer to the "
         "damper's",

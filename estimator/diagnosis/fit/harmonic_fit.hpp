@@ -26,7 +26,9 @@ struct FitOptions {
   double tolerance = 1e-2;   // of chi-squared
   bool from_rest = false;    // steps may go the long way to a periodic solution: dear
   bool from_near = false;  // no long way to a solution, where `near` has one: chi-squared infinite
-  bool sharp = false;      // corners as sharp as the points can follow (smoothing.hpp)
+  // Start values without a solution may be corrected (admit) where responses are compared too: dear.
+  bool correct_start = false;
+  bool sharp = false;  // corners as sharp as the points can follow (smoothing.hpp)
   // Largest part of the data's evaluation budget for one fit; a fit that would take more is
   // stopped.
   double fit_budget = std::numeric_limits<double>::infinity();

@@ -23,14 +23,16 @@ bool walk(Prediction& prediction, const std::vector<double>& from, const std::ve
   return done >= 1.0;
 }
 
-bool along_motion(const RunDatum& datum) {
-  return datum.by_force || datum.kind == Kind::imposed_motion;
-}
-
 }  // namespace
 
 bool is_fitted(const RunDatum& datum) {
   return datum.role == Role::fit;
+}
+
+bool along_motion(const std::vector<RunDatum>& data) {
+  return std::all_of(data.begin(), data.end(), [](const RunDatum& datum) {
+    return datum.by_force || datum.kind == Kind::imposed_motion;
+  });
 }
 
 bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
@@ -43,7 +45,6 @@ bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
 }
 
 bool admit(HarmonicFit& fit, const std::vector<RunDatum>& data, HowFar search) {
-  if (!std::all_of(data.begin(), data.end(), along_motion)) return false;
   const std::vector<double> start = fit.theta;
   for (const double factor : {0.9, 0.8, 0.65, 0.5}) {
     for (const int k : fit.free) {

@@ -15,11 +15,14 @@ bool is_fitted(const RunDatum& datum);
 bool predict_all(HarmonicFit& fit, const std::vector<RunDatum>& data,
                  const std::vector<double>& theta, HowFar search);
 
-// Corrects inadmissible start values. Forces along a measured motion exist only if the model is
-// admissible on all of it: a gas column must be longer than the stroke. Multiplies one parameter of
-// `fit.theta` by the smallest factor, at most 2, with which all runs can be predicted. A wrong unit
-// needs a larger factor and is not corrected. Returns false, and changes nothing, if no factor
-// helps or if responses are compared.
+// True if the forces of all runs are compared along their measured motions.
+bool along_motion(const std::vector<RunDatum>& data);
+
+// Corrects start values with which some run cannot be predicted: forces along a measured motion exist
+// only if the gas column is longer than the stroke, and responses only if they can follow the record.
+// Multiplies one parameter of `fit.theta` by the smallest factor, at most 2, with which all runs can
+// be predicted. A wrong unit needs a larger factor and is not corrected. Returns false, and changes
+// nothing, if no factor helps.
 bool admit(HarmonicFit& fit, const std::vector<RunDatum>& data, HowFar search);
 
 // Predicts the held-out runs. Their last solution is that of `began`, where the fit started, which

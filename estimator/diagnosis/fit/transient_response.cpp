@@ -21,9 +21,11 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kArcs = 32, kFewestInArc = 24;
 constexpr int kMaxStepsPerSample = 8;  // of the integration between two samples
-constexpr int kPointsPerSample = 4;    // times as many points of the excitation as samples
 constexpr int kMostRounds = 30;        // of closing the arcs
 constexpr double kClosed = 1e-4;       // of a state's size: a linear correction does the rest
+constexpr int kMostHalvings = 6;       // of moves after which there is no motion
+constexpr double kJoined =
+    1e-2;                      // of a state's size: the arcs meet, the initial state may not suit
 constexpr double kFelt = 0.1;  // of all data's standard errors together: what steps may move
 constexpr double kUnstable = 2.6;
 constexpr double kStable = 1.2;  // largest eigenvalue of the equations times the step
@@ -39,28 +41,6 @@ std::vector<int> free_of(const Model& model) {
     if (!instrument && !model.parameters()[static_cast<std::size_t>(k)].fixed) free.push_back(k);
   }
   return free;
-}
-
-// Between the samples as the cosines say, not as a polynomial through few of them would.
-Excitation excitation_of(const SampledRun& run) {
-  if (run.excitation.size() == 0) return {};
-  const Index n = run.samples();
-  // Its ends' slopes taken out, so that the series converges.
-  const double slope = (run.excitation[1] - run.excitation[0]);
-  const double bend = (run.excitation[n - 1] - run.excitation[n - 2] - slope) / double(n);
-  VectorXd rest = run.excitation;
-  const auto trend = [&](double i) { return i * (slope + 0.5 * bend * i); };
-  for (Index i = 0; i < n; ++i)
-    rest[i] -= trend(static_cast<double>(i) + 0.5);
-  const VectorXd series = CosineTransform(n).analyse(rest, n);
-  const VectorXd fine = CosineTransform(kPointsPerSample * n).synthesise(series);
-  std::vector<double> t, x;
-  for (Index i = 0; i < kPointsPerSample * n; ++i) {
-    const double at = (static_cast<double>(i) + 0.5) / kPointsPerSample;
-    t.push_back(at * run.dt);
-    x.push_back(fine[i] + trend(at));
-  }
-  return Excitation::sampled(t, x);
 }
 
 }  // namespace
@@ -102,6 +82,7 @@ void TransientResponse::cut() {
   moves_.assign(arcs_.size(), MatrixXd::Zero(m_, m_ + p_));
   drift_.assign(arcs_.size(), MatrixXd::Zero(m_, p_));
   closes_.assign(arcs_.size(), VectorXd::Zero(m_));
+  last_moves_ = closes_;
   begin_from_data();
 }
 
@@ -275,12 +256,14 @@ double TransientResponse::correct() {
   const MatrixXd suited = factor.solve(MatrixXd(start.transpose() * over));
   value_ = series.col(0) + of_start * step;
   jacobian_ = series.rightCols(model_->parameter_count()) - of_start * suited;
+  const VectorXd taken = course_.next(step, gram, gap_ < kJoined);
   double largest = 0.0;
   for (std::size_t a = 0; a < arcs_.size(); ++a) {
     const MatrixXd first = moves_[a].leftCols(m_) * scale_.asDiagonal();
     const VectorXd moved = first * step + closes_[a];
+    last_moves_[a] = first * taken + closes_[a];
     for (int j = 0; j < m_; ++j) {
-      arcs_[a].start[static_cast<std::size_t>(j)] += moved[j];
+      arcs_[a].start[static_cast<std::size_t>(j)] += last_moves_[a][j];
       largest = std::max(largest, std::fabs(moved[j]) / scale_[j]);
     }
     for (int c = 0; c < p_; ++c)
@@ -294,12 +277,27 @@ void TransientResponse::see(const std::vector<double>& theta) {
   observe_samples(*model_, theta, *run_, samples_, slopes_, m_);
 }
 
+// Takes half of the last moves back.
+void TransientResponse::shorten() {
+  for (std::size_t a = 0; a < arcs_.size(); ++a) {
+    last_moves_[a] *= 0.5;
+    for (int j = 0; j < m_; ++j)
+      arcs_[a].start[static_cast<std::size_t>(j)] -= last_moves_[a][j];
+  }
+  course_.forget();
+}
+
 // Newton's method on the arcs' starts. False where it does not come to an end.
 bool TransientResponse::close(const std::vector<double>& theta) {
   double before = 1e300;
-  int worse = 0;
+  int worse = 0, halved = 0;
+  course_.forget();
   for (int round = 0; round < kMostRounds; ++round) {
     if (!integrate(theta)) {
+      if (round > 0 && ++halved <= kMostHalvings) {
+        shorten();
+        continue;
+      }
       if (round > 0 || !solved_) return false;
       begin_from_data();
       solved_ = false;
@@ -315,7 +313,7 @@ bool TransientResponse::close(const std::vector<double>& theta) {
       theta_ = theta;
       return true;
     }
-    worse += moved > 0.9 * before ? 1 : 0;
+    worse = moved > 0.9 * before ? worse + 1 : 0;
     if (worse > 2) break;
     before = moved;
   }

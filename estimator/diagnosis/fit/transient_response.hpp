@@ -14,6 +14,7 @@
 
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
+#include "estimator/math/accelerated_course.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/time/integration.hpp"
 #include "estimator/time/state_equations.hpp"
@@ -49,6 +50,7 @@ class TransientResponse {
   }
   void size_memories();
   bool close(const std::vector<double>& theta);
+  void shorten();
   void settle_steps(const std::vector<double>& theta);
   // Condenses the arcs onto the initial state and the parameters: predicted samples and their
   // derivatives.
@@ -77,6 +79,8 @@ class TransientResponse {
   std::vector<Eigen::MatrixXd> moves_;   // of an arc's start, over [initial state, free]
   std::vector<Eigen::VectorXd> closes_;  // and by itself, to meet the arc before it
   std::vector<Eigen::MatrixXd> drift_;   // of an arc's start over free, the initial state suited
+  std::vector<Eigen::VectorXd> last_moves_;  // of the arcs' starts
+  AcceleratedCourse course_;                 // of the initial state
   double gap_ = 0.0;
   Eigen::VectorXd samples_;
   Eigen::MatrixXd slopes_;  // samples x [initial state, all parameters]

@@ -157,7 +157,12 @@ HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& r
   HarmonicFit best = fit_harmonics(model, runs.data, forces.theta, nullptr, options);
   if (best.converged && forces.converged && is_near_noise(best)) return best;
   HarmonicFit other = fit_harmonics(model, runs.data, {}, nullptr, options);
-  return is_better(other, best) ? std::move(other) : std::move(best);
+  if (std::isfinite(best.chi_squared))
+    return is_better(other, best) ? std::move(other) : std::move(best);
+  if (std::isfinite(other.chi_squared)) return other;
+  FitOptions correcting = options;
+  correcting.correct_start = true;
+  return fit_harmonics(model, runs.data, forces.theta, nullptr, correcting);
 }
 
 Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit) {

@@ -10,7 +10,6 @@
 #include "estimator/diagnosis/records/spectral_floor.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/time/excitation.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -18,11 +17,12 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr Index kFewest = 32;     // samples
-constexpr double kEven = 0.05;    // of a step: stamps are rounded
-constexpr double kGap = 8.0;      // steps that may lack samples
-constexpr double kSteps = 5.0;    // samples in the shortest period that is kept
-constexpr Index kEndSamples = 5;  // for a slope at an end
+constexpr Index kFewest = 32;        // samples
+constexpr double kEven = 0.05;       // of a step: stamps are rounded
+constexpr double kGap = 8.0;         // steps that may lack samples
+constexpr double kSteps = 5.0;       // samples in the shortest period that is kept
+constexpr Index kEndSamples = 5;     // for a slope at an end
+constexpr int kPointsPerSample = 4;  // of the excitation's course
 // Of an excitation's power over that of its noise: below it, its spectrum has no floor that could
 // be told from itself.
 constexpr double kDistinct = 30.0;
@@ -304,6 +304,27 @@ Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
                                      run->name, run->highest_frequency()));
   }
   return all;
+}
+
+Excitation excitation_of(const SampledRun& run) {
+  if (run.excitation.size() == 0) return {};
+  const Index n = run.samples();
+  // Its ends' slopes taken out, so that the series converges.
+  const double slope = (run.excitation[1] - run.excitation[0]);
+  const double bend = (run.excitation[n - 1] - run.excitation[n - 2] - slope) / double(n);
+  VectorXd rest = run.excitation;
+  const auto trend = [&](double i) { return i * (slope + 0.5 * bend * i); };
+  for (Index i = 0; i < n; ++i)
+    rest[i] -= trend(static_cast<double>(i) + 0.5);
+  const VectorXd series = CosineTransform(n).analyse(rest, n);
+  const VectorXd fine = CosineTransform(kPointsPerSample * n).synthesise(series);
+  std::vector<double> t, x;
+  for (Index i = 0; i < kPointsPerSample * n; ++i) {
+    const double at = (static_cast<double>(i) + 0.5) / kPointsPerSample;
+    t.push_back(at * run.dt);
+    x.push_back(fine[i] + trend(at));
+  }
+  return Excitation::sampled(t, x);
 }
 
 }  // namespace shaker::estimator::diagnosis

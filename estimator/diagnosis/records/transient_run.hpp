@@ -17,6 +17,7 @@
 #include "base/result.hpp"
 #include "estimator/diagnosis/campaign.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
+#include "estimator/time/excitation.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -57,5 +58,9 @@ struct SampledRuns {
 // is left to be fitted.
 Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
                                  const SamplingOptions& options = {});
+
+// The excitation's course over the record; between the samples as its cosines say, not as a polynomial
+// through few of them would. Empty where the run has none.
+Excitation excitation_of(const SampledRun& run);
 
 }  // namespace shaker::estimator::diagnosis

@@ -1,5 +1,6 @@
 #include "estimator/diagnosis/noise/transient.hpp"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -174,6 +175,32 @@ TEST(Transient, FitsDropsOfADamperWithStrongFriction) {
     const auto moving = seen.size() - 1;  // without the mean
     EXPECT_LT(left.tail(moving).norm(), 0.15 * seen.tail(moving).norm());
   }
+}
+
+// Much is left by the best fit, and the slopes alone lead there by steps that are far too short: of
+// the parameters, and of the initial state.
+TEST(Transient, FitsSuchDropsFromStartValuesAThirdOff) {
+  const Truth hidden = {{"coulomb_friction", 2.5}};
+  const std::vector<std::array<double, 4>> factors = {
+      {1.33, 0.75, 1.05, 0.85}, {0.75, 1.33, 1.05, 1.15}, {0.75, 0.75, 1.1, 0.85}};
+  std::vector<double> left;
+  for (const auto& by : factors) {
+    auto model = estimator::testing::oleo();
+    const std::vector<double> start = Model(model).start();
+    model.effects[0].parameters["theta1"].start = by[0] * start[0];
+    model.effects[1].parameters["theta2"].start = by[1] * start[1];
+    model.effects[1].parameters["theta3"].start = by[2] * start[2];
+    model.effects[1].parameters["theta4"].start = by[3] * start[3];
+    const auto runs = transient_runs(drops(hidden, 11).runs, model);
+    ASSERT_TRUE(runs) << runs.error().what;
+    FitOptions options;
+    options.max_iterations = 120;
+    const HarmonicFit fit = fit_transient(model, *runs, options);
+    ASSERT_TRUE(fit.trouble.empty()) << fit.trouble;
+    left.push_back(fit.chi_squared);
+  }
+  EXPECT_NEAR(left[1], left[0], 0.02 * left[0]);
+  EXPECT_NEAR(left[2], left[0], 0.02 * left[0]);
 }
 
 // A dynamometer that imposes a motion without a period: friction and viscous damping.
