@@ -95,6 +95,29 @@ std::string least_known(const protocol::EstimateDocument& estimate) {
                      100.0 * doubt(*worst));
 }
 
+// The known least parameter, and where the estimate may not be used as it is, that.
+void add_least_known(std::vector<LiveView::Line>& out, const protocol::EstimateDocument& estimate) {
+  if (const std::string worst = least_known(estimate); !worst.empty()) out.push_back({worst});
+  if (!estimate.usable || !estimate.intervals_hold)
+    out.push_back({report::estimate_verdict(estimate), LiveView::Style::warning});
+}
+
+// The lines, wrapped where there is room. None of the first `firm` is pushed out by that: the lines
+// behind them give way.
+std::vector<LiveView::Line> laid_out(const std::vector<LiveView::Line>& lines, std::size_t firm,
+                                     int width, std::size_t height) {
+  std::vector<LiveView::Line> out;
+  for (std::size_t i = 0; i < lines.size() && out.size() < height; ++i) {
+    const std::size_t to_come = i + 1 < firm ? firm - i - 1 : 0;
+    const std::size_t room = height - out.size();
+    const std::vector<std::string> parts = wrapped(lines[i].text, width);
+    const std::size_t most = std::max<std::size_t>(1, room > to_come ? room - to_come : 0);
+    for (std::size_t part = 0; part < std::min(parts.size(), most); ++part)
+      out.push_back({parts[part], lines[i].style});
+  }
+  return out;
+}
+
 }  // namespace
 
 const Json* LiveView::last(const char* type) const {
@@ -218,10 +241,8 @@ std::vector<LiveView::Line> LiveView::lines(int width, int height) const {
   if (!rests) add_limits(out);
   if (const Json* cycle = last("cycle"); cycle && !rests) out.push_back({narrate(*cycle)});
   const Json* estimate = last("estimate");
-  if (estimate) {
-    if (const std::string worst = least_known(estimate_from(*estimate)); !worst.empty())
-      out.push_back({worst});
-  }
+  if (estimate) add_least_known(out, estimate_from(*estimate));
+  const std::size_t first = out.size();
   out.emplace_back();
   std::vector<std::string> texts;
   if (const Json* health = last("health")) add_channels(texts, *health);
@@ -232,10 +253,7 @@ std::vector<LiveView::Line> LiveView::lines(int width, int height) const {
   add(texts);
   for (const std::string& event : events_)
     out.push_back({event});
-  if (static_cast<int>(out.size()) > height) out.resize(static_cast<std::size_t>(height));
-  for (Line& line : out)
-    line.text = clipped(line.text, width);
-  return out;
+  return laid_out(out, first, width, static_cast<std::size_t>(std::max(height, 0)));
 }
 
 }  // namespace shaker::cli

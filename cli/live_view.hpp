@@ -29,8 +29,8 @@ class LiveView {
   bool take(const nlohmann::json& document);
   // `why` is shown on top until the next document comes; empty: the daemon answers.
   void set_lost(std::string why) { lost_ = std::move(why); }
-  // Clipped to `width` characters and `height` lines. The lines at the end are dropped when
-  // there is no room: past events first, then the estimate.
+  // At most `width` characters and `height` lines. What is longer is wrapped where there is room.
+  // The lines at the end are dropped when there is none: past events first, then the estimate.
   std::vector<Line> lines(int width, int height) const;
 
  private:

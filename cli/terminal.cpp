@@ -40,6 +40,25 @@ std::string clipped(const std::string& text, int width) {
   return text;
 }
 
+std::vector<std::string> wrapped(const std::string& text, int width) {
+  constexpr int kLeastWidth = 10;
+  const std::string indent = "  ";
+  std::vector<std::string> lines;
+  std::string rest = text;
+  for (;;) {
+    const std::string part = clipped(rest, std::max(width, kLeastWidth));
+    if (part == rest) break;
+    const std::size_t begins = lines.empty() ? 0 : indent.size();
+    // A space right behind the part ends it as well.
+    const auto space = rest.rfind(' ', part.size());
+    const bool at_space = space != std::string::npos && space > begins;
+    lines.push_back(rest.substr(0, at_space ? space : part.size()));
+    rest = indent + rest.substr(at_space ? space + 1 : part.size());
+  }
+  lines.push_back(rest);
+  return lines;
+}
+
 std::string fitted(const std::string& text, int width) {
   if (clipped(text, width) == text) return text;
   constexpr std::string_view kMore = ", ...";

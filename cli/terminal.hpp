@@ -3,6 +3,7 @@
 
 #include <string>
 #include <termios.h>
+#include <vector>
 
 namespace shaker::cli {
 
@@ -11,6 +12,10 @@ int terminal_width();  // 80 when unknown
 
 // The first `width` characters of UTF-8 text.
 std::string clipped(const std::string& text, int width);
+
+// The text in lines of at most `width` characters, broken at spaces; all but the first are
+// indented. A word that is longer than a line is cut.
+std::vector<std::string> wrapped(const std::string& text, int width);
 
 // The text, or as many of its entries (", ") as fit into `width`, and "...".
 std::string fitted(const std::string& text, int width);

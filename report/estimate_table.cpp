@@ -42,15 +42,7 @@ std::string figures(const protocol::EstimateDocument& d) {
     text += fmt::format("gap to the mean cycles {:.3g}   noise explains {:.2g}\n", *d.gap,
                         *d.noise_floor);
   text += bias_line(d);
-  if (d.usable && d.intervals_hold) {
-    text += "usable\n";
-  } else if (d.usable) {
-    text +=
-        "the values stand, the INTERVALS DO NOT: they count noise, and not what the model lacks\n";
-  } else {
-    text += d.converged ? "NOT usable\n" : "NOT usable: not converged\n";
-  }
-  return text;
+  return text + estimate_verdict(d) + "\n";
 }
 
 }  // namespace
@@ -72,6 +64,12 @@ std::string estimate_table(const protocol::EstimateDocument& d) {
   for (const std::string& warning : d.warnings)
     text += "warning: " + warning + "\n";
   return text;
+}
+
+std::string estimate_verdict(const protocol::EstimateDocument& d) {
+  if (!d.usable) return d.converged ? "NOT usable" : "NOT usable: not converged";
+  if (d.intervals_hold) return "usable";
+  return "the values stand, the INTERVALS DO NOT: they count noise, and not what the model lacks";
 }
 
 std::string estimate_line(const protocol::EstimateDocument& d) {

@@ -12,6 +12,9 @@ namespace shaker::report {
 // noise, condition, counts and usability, then each warning. Ends with a line break.
 std::string estimate_table(const protocol::EstimateDocument& estimate);
 
+// Whether values and intervals may be used; "usable" where both may.
+std::string estimate_verdict(const protocol::EstimateDocument& estimate);
+
 // One line: "theta1 16.67 ± 0.02, theta2 ...".
 std::string estimate_line(const protocol::EstimateDocument& estimate);
 

@@ -159,6 +159,42 @@ TEST(LiveView, Of24LinesShowsStateAlarmsSetpointLimitsRunAndTheParameterKnownLea
   EXPECT_THAT(lines, Contains(StartsWith("known least: theta7 = 1.00 ± 0.25 m (25 %)")));
 }
 
+// An alarm whose remedy is cut off helps nobody; what must be seen at once is not pushed out for it.
+TEST(LiveView, WrapsLongAlarmsAsFarAsThereIsRoom) {
+  const std::string text =
+      "Campaign walk was interrupted; /var/lib/shakerd/walk_20260301T123456Z.db holds 2 runs, "
+      "all whole. `shakerctl run --resume "
+      "/var/lib/shakerd/walk_20260301T123456Z.db` measures the rest.";
+  LiveView view;
+  view.take(rig_state("MEASURE", {{"frequency_hz", 2.0}, {"amplitude", 3.0}}));
+  view.take(estimate());
+  view.take(alarm("warning", "campaign_interrupted", text.c_str()));
+  std::string shown;
+  for (const auto& line : view.lines(80, 24)) {
+    if (line.style == LiveView::Style::warning) shown += line.text.substr(shown.empty() ? 0 : 1);
+  }
+  EXPECT_EQ(shown, "warning since 12:34:56 UTC: " + text);
+  for (int i = 0; i < 4; ++i)
+    view.take(alarm("error", ("code" + std::to_string(i)).c_str(), (text + text + text).c_str()));
+  EXPECT_THAT(view.lines(80, 24), SizeIs(24));
+  EXPECT_THAT(texts(view), Contains(StartsWith("warning since 12:34:56 UTC: Campaign walk")));
+  EXPECT_THAT(texts(view), Contains(StartsWith("setpoint 2 Hz, 3 m/s^2")));
+  EXPECT_THAT(texts(view), Contains(StartsWith("known least:")));
+}
+
+TEST(LiveView, SaysBesideTheParameterKnownLeastThatIntervalsDoNotHold) {
+  LiveView view;
+  Json told = estimate();
+  view.take(told);
+  EXPECT_THAT(texts(view), Not(Contains(HasSubstr("INTERVALS"))));
+  told["intervals_hold"] = false;
+  view.take(told);
+  EXPECT_THAT(texts(view), Contains(StartsWith("the values stand, the INTERVALS DO NOT")));
+  told["usable"] = false;
+  view.take(told);
+  EXPECT_THAT(texts(view), Contains(StartsWith("NOT usable")));
+}
+
 TEST(LiveView, SaysWhichParameterIsNotDetermined) {
   LiveView view;
   Json some = estimate();

@@ -1,5 +1,8 @@
 #include "cli/terminal.hpp"
 
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace shaker::cli {
@@ -16,6 +19,16 @@ TEST(Terminal, ShowsTheEntriesThatFitAndThatThereAreMore) {
   EXPECT_EQ(fitted(bar, 57), one);
   EXPECT_EQ(fitted(bar, 38), one);
   EXPECT_EQ(fitted(bar, 20), "[##..]  50 %  theta1");  // no entry fits
+}
+
+TEST(Terminal, WrapsAtSpacesAndCutsOnlyWordsThatAreTooLong) {
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(wrapped("the campaign ends", 17), Lines{"the campaign ends"});
+  EXPECT_EQ(wrapped("the campaign ends", 16), (Lines{"the campaign", "  ends"}));
+  EXPECT_EQ(wrapped("the campaign ends", 12), (Lines{"the campaign", "  ends"}));
+  EXPECT_EQ(wrapped("at /var/lib/shakerd", 12), (Lines{"at", "  /var/lib/s", "  hakerd"}));
+  EXPECT_EQ(wrapped("±±±±±±±±±±±±", 12), Lines{"±±±±±±±±±±±±"});
+  EXPECT_EQ(wrapped("", 12), Lines{""});
 }
 
 }  // namespace
