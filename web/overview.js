@@ -4,7 +4,7 @@ import { byId, clockTime, duration, element, facts, figure, table } from "./word
 
 export const SIGNS = { IDLE: "■", CHECK: "◌", RAMP: "▲", SETTLE: "≈", MEASURE: "●", RAMP_DOWN: "▼", PAUSE: "‖", FAULT: "✖" };
 export const KINDS = { RAMP: "moves", SETTLE: "moves", RAMP_DOWN: "moves", MEASURE: "good", FAULT: "fault" };
-const NEAR = 0.05;  // of the room between the limits
+const NEAR = 0.05;  // of the room within the limits
 
 // "left main gear, serial N-042, charge 18 bar, oil MIL-PRF-5606, 21 degC"; nothing of what is not stated.
 export function specimenText(specimen = {}) {
@@ -63,8 +63,18 @@ function drawSetpoint(rig) {
   ]);
 }
 
+// What the measured [low, high] leaves of the room within the limits: a share, and in words.
+function leftOfRange([least, most], seen, unit, factor) {
+  const left = Math.min(seen[0] - least, most - seen[1]);
+  return [left / (most - least), `${figure(factor * left, 3)} ${unit}, `];
+}
+// The same where zero is in the middle: at rest, all of it is left.
+function leftOfSwing([least, most], seen) {
+  return [1 - Math.max(seen[0] / least, seen[1] / most), ""];
+}
+
 // One bar: what was measured, [low, high], between the limits.
-function bar(name, unit, limits, seen, factor = 1) {
+function bar(name, unit, limits, seen, leftOf, factor = 1) {
   const row = element("div", { class: "limit" }, element("span", {}, `${name}, ${unit}`));
   const track = element("div", { class: "track" }), span = element("span");
   row.append(track);
@@ -79,10 +89,10 @@ function bar(name, unit, limits, seen, factor = 1) {
   span.style.left = `${place(seen[0])}%`;
   span.style.width = `${place(seen[1]) - place(seen[0])}%`;
   track.append(span);
-  const left = Math.min(seen[0] - least, most - seen[1]) / (most - least);
+  const [left, words] = leftOf(limits, seen, unit, factor);
   if (left < NEAR) row.classList.add("near");
   text.textContent = `${figure(factor * seen[0], 3)} … ${figure(factor * seen[1], 3)} of ${figure(factor * least, 3)} … ` +
-    `${figure(factor * most, 3)}; ${left < NEAR ? "ONLY " : ""}${Math.round(100 * left)} % left`;
+    `${figure(factor * most, 3)}; ${left < NEAR ? "ONLY " : ""}${words}${Math.round(100 * left)} % left`;
   return row;
 }
 
@@ -98,7 +108,7 @@ export function drawMotion(rig) {
   const rate = rig.moving && rig.wave ? extremes(derivative(rig.wave.stroke_m, rig.wave.frequency_hz)) : undefined;
   const most = limits.excitation_max_m_s2, fastest = limits.stroke_rate_max_m_s;
   byId("limit-bars").replaceChildren(
-    bar("stroke", "mm", [limits.stroke_min_m, limits.stroke_max_m], rig.lastSecond("displacement"), 1000),
-    bar("rate", "m/s", [-fastest, fastest], rate),
-    bar("table", "m/s²", [-most, most], rig.lastSecond("excitation")));
+    bar("stroke", "mm", [limits.stroke_min_m, limits.stroke_max_m], rig.lastSecond("displacement"), leftOfRange, 1000),
+    bar("rate", "m/s", [-fastest, fastest], rate, leftOfSwing),
+    bar("table", "m/s²", [-most, most], rig.lastSecond("excitation"), leftOfSwing));
 }

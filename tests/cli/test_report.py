@@ -133,7 +133,9 @@ class Report(Scratch):
     def test_it_prints(self):
         paper = self.path / "dossier.pdf"
         self.report("--out", paper, "--sink-speed", 2)
-        self.assertTrue(paper.read_bytes().startswith(b"%PDF"))
+        data = paper.read_bytes()
+        self.assertTrue(data.startswith(b"%PDF"))
+        self.assertRegex(data, rb"/MediaBox ?\[ ?0 0 59\d(\.\d+)? 84\d")  # A4
         self.assertEqual(sorted(p.name for p in self.path.glob("dossier*")), ["dossier.pdf"])
 
     def test_without_a_printer_it_says_what_is_missing(self):

@@ -44,10 +44,13 @@ class Page(World):
         self.assertRegex(browser.text("#progress-text"), r"run 1 of 2, cycle \d+ of 4")
         self.assertIn("pid", browser.text("#identity"))
         self.assertIn("two short runs", browser.text("#identity"))
-        self.assertRegex(browser.text("#limit-bars"), r"stroke, mm\s+\d+ … \d+ of 0 … 185; .*% left")
+        self.assertRegex(browser.text("#limit-bars"), r"stroke, mm\s+\d+ … \d+ of 0 … 185; [\d.]+ mm, \d+ % left")
+        # The same share as in `watch`: 3 of 15 m/s² are used, none of it at rest.
+        self.assertRegex(browser.text("#limit-bars"), r"table, m/s²\s+-\S+ … \S+ of -15 … 15; (79|80) % left")
         before = len(operator.lines)
         operator.until_state("IDLE", start=before, timeout=60)
         browser.until(f"{STATE}.includes('IDLE')")
+        browser.until("document.querySelector('#limit-bars').innerText.includes('of -15 … 15; 100 % left')", 5)
         # What one reads is what the daemon said.
         last = operator.of_type("estimate")[-1]
         for parameter in (p for p in last["parameters"] if not p["fixed"]):
@@ -120,6 +123,17 @@ class Page(World):
         self.assertEqual(points, 4)
         self.assertRegex(late.text("#progress-text"), r"run 2 of 2, cycle \d+ of 10000")
         self.assert_clean(late)
+
+    def test_all_of_it_is_seen_at_once_on_a_large_screen(self):
+        operator = self.operator()
+        operator.start(endless_campaign())
+        operator.until(lambda line: line.get("type") == "estimate", 45)
+        browser = self.browser(width=1920, height=1280)
+        browser.until("document.querySelectorAll('#parameters .plot canvas').length === 4")
+        below = browser.value("Math.max(...[...document.querySelectorAll('section')].map("
+                              "part => part.getBoundingClientRect().bottom)) - innerHeight")
+        self.assertLessEqual(below, 0)
+        self.assert_clean(browser)
 
     def test_a_new_campaign_forgets_the_old_one(self):
         browser = self.browser()
