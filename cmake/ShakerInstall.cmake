@@ -20,9 +20,9 @@ install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTE
 install(FILES web/vendor/uplot/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE.uPlot)
 install(FILES gateway/grafana-dashboard.json DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd)
 install(DIRECTORY config/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/examples)
-foreach(room IN ITEMS config protocol)
-  install(DIRECTORY ${room}/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema)
-endforeach()
+# Both have a rig.schema.json: of the rig file, and of the stream's document.
+install(DIRECTORY config/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema)
+install(DIRECTORY protocol/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema/stream)
 
 # The library for other programs, which examples/ use: find_package(Shaker COMPONENTS estimator
 # diagnosis), or pkg-config. It is not in the rig PC's package.

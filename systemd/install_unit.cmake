@@ -35,7 +35,13 @@ install_units("@")
 
 # The first rig is a simulated one, so that a first start moves nothing real. A rig file that somebody
 # has written for his rig is never replaced.
+function(install_first_file example name)
+  file(READ ${examples}/${example} text)
+  string(REPLACE "\"../schema/" "\"${CMAKE_INSTALL_PREFIX}/share/shakerd/schema/" text "${text}")
+  file(WRITE ${binary}/${name} "${text}")
+  file(INSTALL ${binary}/${name} DESTINATION ${etc})
+endfunction()
 if(NOT EXISTS $ENV{DESTDIR}${etc}/rig.json)
-  file(INSTALL ${examples}/rig-simulated.json DESTINATION ${etc} RENAME rig.json)
-  file(INSTALL ${examples}/model-oleo.json DESTINATION ${etc})
+  install_first_file(rig-simulated.json rig.json)
+  install_first_file(model-oleo.json model-oleo.json)
 endif()
