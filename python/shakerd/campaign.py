@@ -117,6 +117,7 @@ class Campaign:
         self.close()
 
     def close(self) -> None:
+        """Ends the reading of the file; what was read stays."""
         self._database.close()
 
     def __repr__(self) -> str:

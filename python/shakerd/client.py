@@ -104,6 +104,7 @@ class Client:
         raise ConnectionLost(f"the daemon has not answered {method} within {self._timeout:g} s")
 
     def status(self) -> Document:
+        """The state as it is now, and who is in control."""
         return self.ask("status")
 
     def stop(self) -> Document:
@@ -123,6 +124,7 @@ class Client:
         return self.ask("estop")
 
     def acknowledge(self) -> Document:
+        """Acknowledges the alarms, and a fault whose cause is gone."""
         return self.ask("ack")
 
     def run(self, campaign: Union[PathLike, Mapping[str, Any]]) -> Iterator[Document]:

@@ -2,6 +2,7 @@
 import csv
 import dataclasses
 import importlib
+import inspect
 import json
 import os
 import pathlib
@@ -217,6 +218,23 @@ class WithoutAClient(unittest.TestCase):
                 if moved and document["state"] == "IDLE":
                     return
         raise AssertionError("the rig has not come to rest")
+
+
+class Documented(unittest.TestCase):
+    def test_everything_public_has_a_docstring_and_type_hints(self):
+        for name in shakerd.__all__:
+            thing = getattr(shakerd, name)
+            self.assertTrue(inspect.getdoc(thing), name)
+            members = inspect.getmembers(thing, inspect.isfunction) if inspect.isclass(thing) else [(name, thing)]
+            for member, function in members:
+                if member.startswith("_") or not function.__module__.startswith("shakerd"):
+                    continue
+                self.assertTrue(function.__doc__, f"{name}.{member}")
+                hints = inspect.signature(function)
+                self.assertIsNot(hints.return_annotation, inspect.Signature.empty, f"{name}.{member}")
+                for parameter in hints.parameters.values():
+                    if parameter.name != "self":
+                        self.assertIsNot(parameter.annotation, inspect.Parameter.empty, f"{name}.{member}")
 
 
 class StandardLibraryAlone(unittest.TestCase):
