@@ -243,7 +243,7 @@ class RigChecker {
 void check_against(const config::CampaignSpec& campaign, const fs::path& file,
                    CheckReport& report) {
   const auto rig = config::load_rig(file);
-  if (!rig) return add_lines(report.errors, rig.error().what);
+  if (!rig) return report.bad_rig = file.string(), add_lines(report.errors, rig.error().what);
   const config::Limits& l = rig->limits;
   check_gas_column(campaign.model, l.stroke_max_m, report);
   for (const config::RunSpec& run : campaign.runs) {

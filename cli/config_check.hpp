@@ -15,6 +15,7 @@ struct CheckReport {
   std::vector<std::string> facts;   // the file's content, for a person to compare with the intent
   std::vector<std::string> errors;  // sentences that name the place
   std::vector<std::string> warnings;
+  std::string bad_rig;  // the rig file, where that is what is wrong
 };
 
 // `rig`: the rig file for a campaign or a DBC file; may be empty. Errors are in the report.

@@ -82,7 +82,7 @@ void check_dbc(const fs::path& file, const std::string& text, const fs::path& ri
   Uses uses;
   if (!rig.empty()) {
     const auto read = config::load_rig(rig);
-    if (!read) return report.errors.push_back(read.error().what);
+    if (!read) return report.bad_rig = rig.string(), report.errors.push_back(read.error().what);
     uses = uses_of(*read, file);
     if (uses.empty())
       report.warnings.push_back(fmt::format("{} uses nothing of this file", rig.string()));

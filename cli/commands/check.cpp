@@ -27,6 +27,11 @@ int check(const Common& common, const CheckOptions& options) {
     fmt::print("{}: a good {} file\n", options.file.string(), report.kind);
     return kOk;
   }
+  if (!report.bad_rig.empty()) {
+    fmt::print(stderr, "shakerctl: {}: not a good rig file; {} was not checked against it\n",
+               report.bad_rig, options.file.string());
+    return kBadInput;
+  }
   fmt::print(stderr, "shakerctl: {}: not a good {} file\n", options.file.string(),
              report.kind.empty() ? "configuration" : report.kind);
   return kBadInput;

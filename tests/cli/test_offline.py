@@ -184,6 +184,12 @@ class Check(Scratch):
         self.assertIn("/runs/0/frequency_hz: -2 is out of range", result.stderr)
         self.assertIn(f'{bad}:2: /nmae: unknown key; did you mean "name"?', result.stderr)
         self.assertIn("not a good campaign file", result.stderr)
+        # The campaign is good and the rig is not.
+        rig = self.write("rig.json", (EXAMPLES / "rig-simulated.json").read_text().replace("simulated", "real"))
+        for good in (EXAMPLES / "campaign-three-runs.json", EXAMPLES / "shaker.dbc"):
+            result = run("check", good, "--rig", rig)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(f"{rig}: not a good rig file; {good} was not checked against it", result.stderr)
         report = json.loads(run("check", bad, "--json").stdout)
         self.assertFalse(report["good"])
         self.assertEqual(report["kind"], "campaign")
