@@ -131,6 +131,7 @@ bool LiveView::take(const Json& document) {
   const std::string type = text_of(document, "type");
   if (const std::string utc = text_of(document, "t_utc"); !utc.empty()) now_utc_ = utc;
   if (type == "state") take_state(document);
+  if (type == "version") last_.erase("run_start");  // a new connection: cycles may have been missed
   if (type == "run_start") accepted_ = rejected_ = 0;
   if (type == "cycle") ++(flag_of(document, "accepted") ? accepted_ : rejected_);
   if (type == "run_start" || type == "run_stop" || type == "missed" || type == "diagnosis_result") {
@@ -198,6 +199,19 @@ void LiveView::add_limits(std::vector<Line>& out) const {
   add("table", "amplitude", "excitation_max_m_s2", "m/s^2");
 }
 
+// Who connects in the middle of a run knows from the state which one it is, and not its cycles.
+void LiveView::add_run(std::vector<Line>& out, const Json& state) const {
+  const Json* begun = last("run_start");
+  const Json* where = state.contains("run_count") ? &state : begun;
+  if (where == nullptr) return;
+  std::string line = fmt::format("run {} of {}, {}", count_of(*where, "run_index") + 1,
+                                 count_of(*where, "run_count"), printable(text_of(*where, "run")));
+  if (begun != nullptr && count_of(*begun, "run_index") == count_of(*where, "run_index"))
+    line += fmt::format(": {} of {} cycles accepted, {} left out", accepted_,
+                        count_of(*begun, "cycles_wanted"), rejected_);
+  out.push_back({line});
+}
+
 // Setpoint and measured values, and the progress of the campaign. Nothing when the rig is at
 // rest.
 void LiveView::add_motion(std::vector<Line>& out, const Json& state) const {
@@ -211,12 +225,7 @@ void LiveView::add_motion(std::vector<Line>& out, const Json& state) const {
                           cell(*cycle, "amplitude", "{:.4g}"));
     out.push_back({line});
   }
-  if (const Json* run = last("run_start")) {
-    out.push_back({fmt::format("run {} of {}, {}: {} of {} cycles accepted, {} left out",
-                               count_of(*run, "run_index") + 1, count_of(*run, "run_count"),
-                               printable(text_of(*run, "run")), accepted_,
-                               count_of(*run, "cycles_wanted"), rejected_)});
-  }
+  add_run(out, state);
   if (const auto progress = number_of(state, "progress")) {
     const auto eta = number_of(state, "eta_s");
     out.push_back({progress_bar(*progress, 30) + (eta ? "   ETA " + report::duration(*eta) : "")});

@@ -37,6 +37,7 @@ class LiveView {
   void add_event(const nlohmann::json& document);
   void take_state(const nlohmann::json& document);
   void add_alarms(std::vector<Line>& out) const;
+  void add_run(std::vector<Line>& out, const nlohmann::json& state) const;
   void add_motion(std::vector<Line>& out, const nlohmann::json& state) const;
   void add_limits(std::vector<Line>& out) const;
   const nlohmann::json* last(const char* type) const;

@@ -225,6 +225,30 @@ TEST(LiveView, ShowsTheSetpointBesideWhatWasMeasuredAndNothingOfItAtRest) {
     EXPECT_THAT(texts(view), Not(Contains(HasSubstr(gone)))) << gone;
 }
 
+TEST(LiveView, SaysWhichRunItIsToOneWhoConnectsInTheMiddleOfIt) {
+  const Json version = {
+      {"type", "version"}, {"program", "shakerd"}, {"version", "1"}, {"rig", "r"}};
+  const auto in_run = [](int index, const char* run) {
+    return rig_state("SETTLE", {{"run", run}, {"run_index", index}, {"run_count", 3}});
+  };
+  LiveView view;
+  view.take(version);
+  view.take(in_run(1, "fast"));
+  EXPECT_THAT(texts(view), Contains("run 2 of 3, fast"));
+  view.take({{"type", "cycle"}, {"accepted", true}});
+  EXPECT_THAT(texts(view), Contains("run 2 of 3, fast"));
+  view.take({{"type", "run_start"},
+             {"run", "mid"},
+             {"run_index", 2},
+             {"run_count", 3},
+             {"cycles_wanted", 10}});
+  view.take(in_run(2, "mid"));
+  EXPECT_THAT(texts(view), Contains("run 3 of 3, mid: 0 of 10 cycles accepted, 0 left out"));
+  view.take(version);  // it connects again, and does not know what it has missed
+  view.take(in_run(2, "mid"));
+  EXPECT_THAT(texts(view), Contains("run 3 of 3, mid"));
+}
+
 TEST(LiveView, SaysFirstThatTheDaemonIsGone) {
   LiveView view;
   view.take(rig_state("MEASURE"));
