@@ -126,14 +126,6 @@ double own_part(const Hypothesis& h, const std::vector<std::string>& effects,
   return kUnknownBeside / (kUnknownBeside + chance_to_imitate(left, steps));
 }
 
-// Of all names together: with something left, the share of the gap's square that is closed.
-double most_of(const Selection& found, const Choice& choice) {
-  const Hypothesis* best = choice.chosen();
-  if (found.explained) return 1.0 - unknown_share(found.probability_best);
-  if (found.adequate || best == nullptr) return 1.0;
-  return std::clamp(1.0 - choice.left_of(*best, found.base), 0.0, kMostUnexplained);
-}
-
 }  // namespace
 
 double chance_to_imitate(double left, int effects) {
@@ -148,19 +140,13 @@ double chance_to_imitate(double left, int effects) {
 }
 
 const Choice& agree(const Selection& found, const std::vector<RunDatum>& data, Choice& choice) {
-  std::vector<double> share;
-  const auto probability = [&](const std::string& effect) {
-    double sum = 0.0;
-    for (std::size_t h = 0; h < found.hypotheses.size(); ++h)
-      sum += speaks_for(found.hypotheses[h], effect) ? share[h] : 0.0;
-    return sum;
-  };
-  do {
-    share = weights(found, data, choice);
-    const double most = most_of(found, choice);
-    for (double& of : share)
-      of *= most;
-  } while (choice.drop_unlikely(probability, kMinNamedProbability));
+  bool dropped = true;
+  while (dropped) {
+    const ModelProbabilities now(found, data, choice);
+    dropped = choice.drop_unlikely(
+        [&](const std::string& effect) { return now.probability_of(effect); },
+        kMinNamedProbability);
+  }
   return choice;
 }
 
