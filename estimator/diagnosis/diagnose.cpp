@@ -13,6 +13,7 @@
 #include "estimator/diagnosis/noise/agreement.hpp"
 #include "estimator/diagnosis/noise/excitation_noise.hpp"
 #include "estimator/diagnosis/noise/extra_channels.hpp"
+#include "estimator/diagnosis/noise/first_fit.hpp"
 #include "estimator/diagnosis/noise/run_constants.hpp"
 #include "estimator/diagnosis/noise/screening.hpp"
 #include "estimator/diagnosis/noise/transient.hpp"
@@ -257,6 +258,39 @@ FitOptions bounded(TransientRuns& runs, const DiagnoseOptions& options) {
   return fitting;
 }
 
+// Far from the data, a fit that still creeps along a valley serves as well as one that has ended.
+bool serves(const HarmonicFit& fit) {
+  if (!std::isfinite(fit.chi_squared) || fit.stopped || !fit.predicts_all) return false;
+  return fit.trouble.empty() || is_far_above_noise(fit);
+}
+
+// Fits the model to records, and completes their errors by what the fit shows.
+Result<HarmonicFit> fit_records(const config::ModelSpec& model, const std::string& unit,
+                                FitOptions options, TransientRuns& runs) {
+  options.max_iterations = kRecordStepsOfBase;  // from start values that may be far off
+  HarmonicFit base = fit_transient(model, runs, options);
+  if (!serves(base)) return not_fitted(base);
+  if (auto good = use_repetitions(runs, base); !good) return good.error();
+  const auto again = [&] {
+    base = fit_harmonics(model, runs.data, base.theta, &base, options);
+    return serves(base);
+  };
+  // Done twice, because the response to the excitation depends on the fit.
+  const std::vector<RunDatum> own = runs.data;
+  for (int round = 0; round < 2; ++round) {
+    const bool counted = count_excitation_noise(runs, own, base);
+    if (!again()) return not_fitted(base);
+    if (!counted) break;
+  }
+  if (const std::string differ = let_zeros_differ(base, unit, runs.data); !differ.empty()) {
+    runs.warnings.push_back(differ);
+    if (!again()) return not_fitted(base);
+  }
+  if (!base.trouble.empty())
+    runs.warnings.push_back(base.trouble + ": it is far from the data without what is missing");
+  return base;
+}
+
 // Diagnoses a campaign of runs without a period.
 Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::ModelSpec& model,
                                    const DiagnoseOptions& options, const Progress& progress) {
@@ -266,25 +300,10 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   const Kind kind = campaign.runs.front().kind;
   progress("fitting the model", 0.05);
   const FitOptions fitting = bounded(*runs, options);
-  FitOptions of_base = fitting;  // from start values that may be far off
-  of_base.max_iterations = kRecordStepsOfBase;
-  HarmonicFit base = fit_transient(model, *runs, of_base);
-  if (!base.trouble.empty() || !std::isfinite(base.chi_squared)) return not_fitted(base);
-  if (auto good = use_repetitions(*runs, base); !good) return good.error();
-  // Done twice, because the response to the excitation depends on the fit.
-  const std::vector<RunDatum> own = runs->data;
-  for (int round = 0; round < 2; ++round) {
-    const bool counted = count_excitation_noise(*runs, own, base);
-    base = fit_harmonics(model, runs->data, base.theta, &base, of_base);
-    if (!base.trouble.empty()) return not_fitted(base);
-    if (!counted) break;
-  }
   const std::string unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
-  if (const std::string differ = let_zeros_differ(base, unit, runs->data); !differ.empty()) {
-    runs->warnings.push_back(differ);
-    base = fit_harmonics(model, runs->data, base.theta, &base, of_base);
-    if (!base.trouble.empty()) return not_fitted(base);
-  }
+  auto fitted = fit_records(model, unit, fitting, *runs);
+  if (!fitted) return fitted.error();
+  HarmonicFit& base = *fitted;
   std::vector<double> motions;
   for (const RunDatum& datum : runs->data)
     motions.push_back(motion_of(datum.response));

@@ -32,8 +32,12 @@ bool shown_by_motion(const Model& model) {
 
 }  // namespace
 
+bool is_far_above_noise(const HarmonicFit& fit) {
+  return !(fit.chi_squared < kFarAboveNoise * fit.observations);
+}
+
 bool is_near_noise(const HarmonicFit& fit) {
-  return fit.trouble.empty() && fit.chi_squared < kFarAboveNoise * fit.observations;
+  return fit.trouble.empty() && !is_far_above_noise(fit);
 }
 
 bool is_better(const HarmonicFit& other, const HarmonicFit& fit) {

@@ -20,6 +20,9 @@ std::vector<double> fitted_to_forces(const config::ModelSpec& model,
                                      const std::vector<RunDatum>& data,
                                      const std::vector<double>& start, const FitOptions& options);
 
+// True from some four times the chi-squared on that noise alone would make.
+bool is_far_above_noise(const HarmonicFit& fit);
+
 // Compare two fits from different start values. Near noise: another start could not improve it.
 // Better: the difference is larger than that of two fits which end in the same valley.
 bool is_near_noise(const HarmonicFit& fit);
