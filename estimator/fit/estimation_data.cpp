@@ -9,6 +9,7 @@
 
 #include "estimator/fit/estimation_impl.hpp"
 #include "estimator/math/dense.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/periodic/multi_period.hpp"
 
 namespace shaker::estimator {
@@ -233,12 +234,9 @@ void Estimator::Impl::prepare_projector(RunState& run, int points) {
   const Cholesky factor(covariance_of(run.data));
   Eigen::MatrixXd analysis(m, points);
   for (Eigen::Index j = 0; j < m; ++j) {
-    const auto h = static_cast<int>((j + 1) / 2);
-    for (int i = 0; i < points; ++i) {
-      const double angle = 2.0 * std::numbers::pi * (h * i % points) / points;
+    for (int i = 0; i < points; ++i)
       analysis(j, i) =
-          j == 0 ? 1.0 / points : 2.0 / points * (j % 2 == 1 ? std::cos(angle) : std::sin(angle));
-    }
+          (j == 0 ? 1.0 : 2.0) / points * harmonic_term(static_cast<int>(j), i, points);
   }
   analysis = factor.whiten(analysis);
   const Eigen::VectorXd data = factor.whiten(

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/math/harmonic_basis.hpp"
+
 namespace shaker::estimator {
 namespace {
 
@@ -54,7 +56,7 @@ std::vector<double> moved_excitation(const ChannelRun& run, int part, double by)
   constexpr int kSamples = 64;
   std::vector<double> x = run.excitation;
   for (int i = 0; run.excitation.empty() && i < kSamples; ++i)
-    x.push_back(run.amplitude * std::cos(2.0 * std::numbers::pi * i / kSamples));
+    x.push_back(run.amplitude * harmonic_term(1, i, kSamples));
   const auto n = static_cast<double>(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
     const double angle =
