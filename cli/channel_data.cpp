@@ -14,6 +14,8 @@
 #include "cli/opened_campaign.hpp"
 #include "cli/run_data.hpp"
 #include "config/campaign.hpp"
+#include "estimator/math/harmonic_basis.hpp"
+#include "estimator/signal/cycles.hpp"
 #include "record/campaign_database.hpp"
 
 namespace shaker::cli {
@@ -60,26 +62,12 @@ Result<ChannelInput> describe(const std::vector<std::string>& channels,
   return out;
 }
 
-// Computes the mean of whole cycles of n points, and the sums of products of the deviations
-// from it.
+// Puts the mean of whole cycles of n points and their scatter.
 void fold(const Series& cycles, std::size_t n, ChannelRun& run) {
-  const std::size_t m = cycles.size();
-  const std::size_t total = cycles.front().size();
-  run.cycles = static_cast<double>(total / n);
-  run.channels.assign(m, std::vector<double>(n, 0.0));
-  for (std::size_t b = 0; b < m; ++b) {
-    for (std::size_t i = 0; i < total; ++i)
-      run.channels[b][i % n] += cycles[b][i] / run.cycles;
-  }
-  if (total == n) return;
-  run.scatter.assign(m * m, 0.0);
-  for (std::size_t i = 0; i < total; ++i) {
-    for (std::size_t a = 0; a < m; ++a) {
-      for (std::size_t b = 0; b < m; ++b)
-        run.scatter[a * m + b] +=
-            (cycles[a][i] - run.channels[a][i % n]) * (cycles[b][i] - run.channels[b][i % n]);
-    }
-  }
+  estimator::MeanChannels mean = estimator::mean_channels(cycles, n);
+  run.cycles = mean.cycles;
+  run.channels = std::move(mean.mean);
+  run.scatter = std::move(mean.scatter);
 }
 
 Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std::string>& channels,
@@ -157,14 +145,6 @@ Raw pick(const std::vector<record::SampleRow>& samples, protocol::Channel channe
   return raw;
 }
 
-std::complex<double> fundamental(const std::vector<double>& cycle) {
-  std::complex<double> sum = 0.0;
-  for (std::size_t i = 0; i < cycle.size(); ++i)
-    sum += cycle[i] * std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(i) /
-                                          static_cast<double>(cycle.size()));
-  return sum;
-}
-
 // `periods` periods of a channel from the time `begin` on, n points each.
 std::vector<double> on_grid(const Raw& raw, double begin, double period, int periods,
                             std::size_t n) {
@@ -202,8 +182,8 @@ Result<ChannelRun> from_samples(const estimator::RunData& mean,
                                static_cast<int>(std::floor((last - first) / period)) - 1);
   if (periods < 1) return bad(fmt::format("{}: its raw samples span less than two periods", place));
   double begin = last - (periods + 1) * period;
-  const double turn =
-      std::arg(fundamental(mean.displacement) / fundamental(on_grid(stroke, begin, period, 1, n)));
+  const double turn = std::arg(estimator::fourier_sum(mean.displacement, 1) /
+                               estimator::fourier_sum(on_grid(stroke, begin, period, 1, n), 1));
   begin += turn / (2.0 * std::numbers::pi) * period;
   while (begin + periods * period > last)
     begin -= period;
