@@ -1,11 +1,11 @@
-// The nested methods: for every theta the periodic solutions converge first.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include <fmt/format.h>
 
-#include "estimator/fit/estimation_impl.hpp"
+#include "estimator/fit/searches.hpp"
+#include "estimator/periodic/newton_rate.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -37,21 +37,24 @@ struct NestedDamping {
 
 }  // namespace
 
+NestedSearch::NestedSearch(const Search& search) : Search(search) {}
+
 // Moves theta and the states by the present step, and solves every run there. Returns false at the
-// first run without a solution; `last` and `last_run` say which.
-bool Estimator::Impl::solve_after_step(bool damped, SolveReport& last, std::size_t& last_run) {
-  theta_saved = fit.theta;
+// first run without a solution.
+bool NestedSearch::solve_after_step(bool damped) {
+  std::vector<PeriodicSystem>& systems = solutions.systems;
+  theta_before_ = fit.theta;
+  states_before_.resize(systems.size());
   for (std::size_t r = 0; r < systems.size(); ++r) {
     const auto state = systems[r].state();
-    std::copy(state.begin(), state.end(), runs[r].saved.begin());
-    systems[r].advance(0.0, delta_full);
+    states_before_[r].assign(state.begin(), state.end());
+    systems[r].advance(0.0, equations.delta_full);
   }
-  for (std::size_t k = 0; k < fit.theta.size(); ++k)
-    fit.theta[k] += delta_full[k];
+  move_theta();
   for (std::size_t r = 0; r < systems.size(); ++r) {
-    last = systems[r].solve(fit.theta);
-    last_run = r;
-    if (last.status == SolveStatus::converged) continue;
+    last_ = systems[r].solve(fit.theta);
+    last_run_ = r;
+    if (last_.status == SolveStatus::converged) continue;
     if (damped) return false;
     const auto report = systems[r].solve_from_rest(fit.theta);
     if (report.status == SolveStatus::converged) continue;
@@ -62,59 +65,61 @@ bool Estimator::Impl::solve_after_step(bool damped, SolveReport& last, std::size
 }
 
 // Returns to the iterate before solve_after_step.
-void Estimator::Impl::step_back() {
-  fit.theta = theta_saved;
+void NestedSearch::step_back() {
+  std::vector<PeriodicSystem>& systems = solutions.systems;
+  fit.theta = theta_before_;
   for (std::size_t r = 0; r < systems.size(); ++r) {
-    std::copy(runs[r].saved.begin(), runs[r].saved.end(), systems[r].state().begin());
+    std::copy(states_before_[r].begin(), states_before_[r].end(), systems[r].state().begin());
     systems[r].solve(fit.theta);
   }
-  accumulate(systems, false);
+  accumulate();
 }
 
-std::string Estimator::Impl::why_not_converged(const SolveReport& last, std::size_t run) const {
-  if (last.status == SolveStatus::converged)
+std::string NestedSearch::why_not_converged() const {
+  if (last_.status == SolveStatus::converged)
     return fmt::format(
         "no convergence in {} iterations; the last step still changed a parameter by {:.1e} of its "
         "value",
-        fit.iterations, relative_step());
+        fit.iterations, equations.relative_step(fit.theta));
   return fmt::format(
       "no convergence in {} iterations: it ends where a better fit would have no periodic "
       "solution; run {} ({:g} Hz): {}",
-      fit.iterations, run + 1, runs[run].data.frequency_hz, last.sentence());
+      fit.iterations, last_run_ + 1, data.runs[last_run_].data.frequency_hz, last_.sentence());
 }
 
-void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bool damped) {
+void NestedSearch::run(const std::vector<double>& start, bool warm, bool damped) {
   const auto end_with = [&](FitStatus status) { fit.status = status; };
-  fit.trouble.clear();
-  if (!solve_all(warm)) return end_with(FitStatus::no_solution);
+  fit.trouble = solutions.solve_all(fit.theta, warm);
+  if (!fit.trouble.empty()) return end_with(FitStatus::no_solution);
   NestedDamping damping{damped ? 1e-4 : 0.0};
-  accumulate(systems, false);
+  accumulate();
   double previous = std::numeric_limits<double>::infinity();
   int at_bottom = 0;
-  SolveReport last;
-  std::size_t last_run = 0;
-  const int most = options.max_iterations * (damped ? kPatience : 1);
+  last_ = {};
+  last_run_ = 0;
+  const int most = data.options.max_iterations * (damped ? kPatience : 1);
   for (int iteration = 1; iteration <= most; ++iteration) {
     fit.iterations = iteration;
-    const double before = objective();
-    if (!box_step(damping.lambda)) {
+    const double before = equations.objective(fit.theta);
+    if (!equations.step(fit.theta, damping.lambda)) {
       if (!damped) return end_with(FitStatus::undetermined);
       if (!damping.make_regular()) break;
       continue;
     }
-    const bool capped = damped && cap_step(start);
+    const bool capped = damped && equations.cap_step(fit.theta, start);
     const bool pure = damping.lambda <= kNearlyUndamped && !capped;
-    const double step = relative_step();
-    const bool solved = solve_after_step(damped, last, last_run);
-    if (solved) accumulate(systems, false);
+    const double step = equations.relative_step(fit.theta);
+    const bool solved = solve_after_step(damped);
+    if (solved) accumulate();
     // At the minimum, rounding decides whether the objective rises or falls. A larger increase is
     // therefore accepted for very short steps, and after some of them the minimum counts as
     // reached. Steps that are short because no solution exists further on do not count.
-    const bool bottom = step <= 1e3 * options.tolerance;
+    const bool bottom = step <= 1e3 * data.options.tolerance;
     bool accepted = solved;
     if (damped) {
       const double slack = bottom ? 1e-9 : 1e-13;
-      accepted = solved && objective() <= before + slack * std::fabs(before) + 1e-300;
+      accepted =
+          solved && equations.objective(fit.theta) <= before + slack * std::fabs(before) + 1e-300;
       at_bottom = bottom && solved ? at_bottom + 1 : 0;
     }
     if (!accepted) {
@@ -125,39 +130,27 @@ void Estimator::Impl::fit_nested(const std::vector<double>& start, bool warm, bo
       continue;
     }
     damping.lower();
-    if (options.keep_iterates) fit.iterates.push_back(fit.theta);
+    if (data.options.keep_iterates) fit.iterates.push_back(fit.theta);
     // A step that is short because of damping does not prove convergence.
-    if (pure && (left_after(step, previous) <= options.tolerance || at_bottom > kEnoughAtBottom))
+    if (pure &&
+        (left_after(step, previous) <= data.options.tolerance || at_bottom > kEnoughAtBottom))
       return end_with(FitStatus::converged);
     previous = pure ? step : std::numeric_limits<double>::infinity();
   }
   end_with(FitStatus::not_converged);
-  fit.trouble = why_not_converged(last, last_run);
+  fit.trouble = why_not_converged();
 }
 
 // Returns true if the (nearly) undamped step promises no gain: a negligible part of the sum of
 // squares, or a prediction that hardly moves. Near a fold of the solutions the sensitivities are
-// unbounded; all steps are then short although the gradient is not zero. Changes `delta`.
-bool Estimator::Impl::nothing_to_gain() {
-  if (!box_step(kNearlyUndamped)) return false;
+// unbounded; all steps are then short although the gradient is not zero. Changes the step.
+bool NestedSearch::nothing_to_gain() {
+  if (!equations.step(fit.theta, kNearlyUndamped)) return false;
   double gain = 0.0;
-  for (std::size_t k = 0; k < free.size(); ++k)
-    gain += delta[k] * gradient[k];
-  return gain <= std::max(kMinRelativeDecrease * sum_of_squares,
-                          options.tolerance * options.tolerance * squares_of_data());
-}
-
-double Estimator::Impl::squares_of_data() const {
-  double sum = 0.0;
-  for (const RunState& run : runs) {
-    for (const double c : run.whitened)
-      sum += c * c;
-    for (std::size_t j = 0; j < run.data.displacement.size(); ++j) {
-      const double sample = run.data.sample_weight.empty() ? 1.0 : run.data.sample_weight[j];
-      sum += run.inverse_variance * sample * run.data.displacement[j] * run.data.displacement[j];
-    }
-  }
-  return sum;
+  for (std::size_t k = 0; k < data.free.size(); ++k)
+    gain += equations.delta[k] * equations.gradient[k];
+  return gain <= std::max(kMinRelativeDecrease * equations.sum_of_squares,
+                          data.options.tolerance * data.options.tolerance * data.squares());
 }
 
 }  // namespace shaker::estimator

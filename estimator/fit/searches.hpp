@@ -1,0 +1,63 @@
+// The two methods of a fit. Private to the sources of the estimator.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estimator/fit/normal_equations.hpp"
+#include "estimator/fit/periodic_solutions.hpp"
+
+namespace shaker::estimator {
+
+// The lifted method leaves the coarse grid (the data's own points) at this relative step.
+inline constexpr double kCloseEnough = 1e-2;
+
+// What both methods move: theta in `fit`, and the periodic solutions.
+struct Search {
+  FitData& data;
+  PeriodicSolutions& solutions;
+  NormalEquations& equations;
+  Fit& fit;
+
+  // Sums the normal equations from the present linearisation of the single systems.
+  void accumulate() const;
+  void move_theta() const;  // along the step
+};
+
+// Lifted Gauss-Newton: one iteration moves theta and the periodic solutions together.
+class LiftedSearch : Search {
+ public:
+  explicit LiftedSearch(const Search& search);
+  // Moves fit.theta to the optimum. Returns false if the iteration does not contract.
+  bool run(bool warm);
+
+ private:
+  bool approach_from_data();
+  bool start_along_data(double share);
+  // The steps on one level. `first`: the start may be far.
+  bool steps(bool approach, bool first);
+  void shorten_last_step(bool approach, double share);
+  std::vector<double> start_, theta_before_;
+  double last_step_ = 0.0;  // relative
+};
+
+// The nested methods: for every theta the periodic solutions converge first.
+class NestedSearch : Search {
+ public:
+  explicit NestedSearch(const Search& search);
+  // Moves fit.theta to the optimum, and sets the status of the fit. `damped`: Levenberg-Marquardt,
+  // otherwise Gauss-Newton.
+  void run(const std::vector<double>& start, bool warm, bool damped);
+
+ private:
+  bool solve_after_step(bool damped);
+  void step_back();
+  bool nothing_to_gain();
+  std::string why_not_converged() const;
+  std::vector<double> theta_before_;
+  std::vector<std::vector<double>> states_before_;
+  SolveReport last_;          // of the last run that was solved
+  std::size_t last_run_ = 0;  // which one that is
+};
+
+}  // namespace shaker::estimator
