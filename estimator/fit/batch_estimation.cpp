@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <thread>
 
@@ -12,7 +11,6 @@
 
 #include "estimator/fit/estimation_impl.hpp"
 #include "estimator/math/lane_cholesky.hpp"
-#include "estimator/periodic/newton_rate.hpp"
 
 namespace shaker::estimator {
 
@@ -63,8 +61,9 @@ struct BatchEstimator::Worker {
   BatchFit* out = nullptr;
   bool on_coarse = false;
   unsigned moving = 0, failed = 0, arrived = 0;  // a bit for each lane
-  std::array<double, kLanes> step{}, last_step{};
-  std::array<int, kLanes> iterations{}, without_progress{};
+  std::array<double, kLanes> step{};
+  std::array<int, kLanes> iterations{};
+  std::array<LiftedProgress, kLanes> progress;
 };
 
 BatchEstimator::BatchEstimator(const Model& model, const RunData& run, EstimationOptions options,
@@ -153,7 +152,7 @@ void BatchEstimator::Worker::fit_pack(std::size_t first_record, std::size_t coun
   out = &results;
   failed = 0;
   iterations.fill(0);
-  last_step.fill(std::numeric_limits<double>::infinity());
+  progress.fill({});
   start(theta);
   if (pack->coarse) {
     steps(true);
@@ -192,7 +191,8 @@ void BatchEstimator::Worker::steps(bool approach) {
   PeriodicLanes& lanes = approach ? *pack->coarse : pack->fine;
   on_coarse = approach;
   moving = kAllLanes & ~failed;
-  without_progress.fill(0);
+  for (LiftedProgress& lane : progress)
+    lane.begin_grid();
   for (int iteration = 1; iteration <= impl.data.options.max_iterations && moving != 0;
        ++iteration) {
     const unsigned admissible = lanes.linearise(moving);
@@ -338,17 +338,12 @@ void BatchEstimator::Worker::judge_lane(std::size_t lane, int iteration) {
   const double newton = pack->newton_step[lane];
   const double size = std::max(step[lane], newton);
   const unsigned bit = 1U << lane;
-  if (!std::isfinite(size) || size > 1e3) {
-    failed |= bit;
-  } else if (on_coarse && size <= kCloseEnough) {
-    moving &= ~bit;
-  } else if (left_after(size, last_step[lane]) <= impl.data.options.tolerance && newton < 1e-6) {
-    moving &= ~bit;
-    arrived |= bit;
-  } else if (size > 0.9 * last_step[lane] && iteration > 2 && ++without_progress[lane] > 3) {
-    failed |= bit;
-  }
-  last_step[lane] = size;
+  using Next = LiftedProgress::Next;
+  const Next next = progress[lane].after_step(size, newton, iteration, on_coarse, true,
+                                              impl.data.options.tolerance);
+  if (next == Next::failed) failed |= bit;
+  if (next == Next::finer_grid || next == Next::done) moving &= ~bit;
+  if (next == Next::done) arrived |= bit;
 }
 
 bool BatchEstimator::Worker::finish_lane(std::size_t lane) {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimator/fit/searches.hpp"
 #include "estimator/periodic/newton_rate.hpp"
@@ -13,6 +12,11 @@ namespace {
 constexpr double kShares[] = {1.0, 0.7, 0.5, 0.3};
 constexpr double kMostMove = 0.5;  // of a parameter in a step on the first level
 constexpr int kMostHalvings = 8;
+constexpr double kMaxRelativeStep = 1e3;   // beyond it the iteration has diverged
+constexpr double kEndOfCoarseGrid = 1e-2;  // relative step at which the coarse grid is left
+constexpr double kMaxStateStep = 1e-6;     // relative, of a step that converged
+constexpr double kMinShrinking = 0.9;      // a step that is longer, relative to the one before
+constexpr int kMaxWithoutProgress = 3;
 
 }  // namespace
 
@@ -26,6 +30,18 @@ void Search::move_theta() const {
     fit.theta[k] += equations.delta_full[k];
 }
 
+LiftedProgress::Next LiftedProgress::after_step(double step, double state_step, int iteration,
+                                                bool approach, bool whole, double tolerance) {
+  if (!std::isfinite(step) || step > kMaxRelativeStep) return Next::failed;
+  const double before = last_step_;
+  last_step_ = step;
+  if (approach && step <= kEndOfCoarseGrid) return Next::finer_grid;
+  if (left_after(step, before) <= tolerance && state_step < kMaxStateStep) return Next::done;
+  const bool progress = !whole || iteration <= 2 || step <= kMinShrinking * before;
+  if (!progress && ++without_progress_ > kMaxWithoutProgress) return Next::failed;
+  return Next::another_step;
+}
+
 LiftedSearch::LiftedSearch(const Search& search) : Search(search) {}
 
 // The iteration is trusted only while it contracts. A singular matrix or steps that do not shrink
@@ -34,7 +50,7 @@ LiftedSearch::LiftedSearch(const Search& search) : Search(search) {}
 // leads to an inadmissible point is halved. The data show one coordinate only; the others start
 // from their own equations along it.
 bool LiftedSearch::run(bool warm) {
-  last_step_ = std::numeric_limits<double>::infinity();
+  progress_ = {};
   if (warm) {
     solutions.states_to_packs(false);
   } else {
@@ -88,7 +104,8 @@ void LiftedSearch::shorten_last_step(bool approach, double share) {
 }
 
 bool LiftedSearch::steps(bool approach, bool first) {
-  int without_progress = 0, halvings = 0;
+  int halvings = 0;
+  progress_.begin_grid();
   for (int iteration = 1; iteration <= data.options.max_iterations; ++iteration) {
     if (!solutions.linearise(approach, fit.theta, equations.products)) {
       if (!first || iteration == 1 || ++halvings > kMostHalvings) return false;
@@ -109,18 +126,12 @@ bool LiftedSearch::steps(bool approach, bool first) {
     if (share < 1.0) shorten_last_step(approach, share);
     if (data.options.keep_iterates) fit.iterates.push_back(fit.theta);
     ++fit.iterations;
-    if (!std::isfinite(step) || step > 1e3) return false;
-    if (approach && step <= kCloseEnough) {
-      last_step_ = step;
-      return true;
-    }
-    if (left_after(step, last_step_) <= data.options.tolerance && state_step < 1e-6) {
-      fit.status = FitStatus::converged;
-      return true;
-    }
-    if (share == 1.0 && step > 0.9 * last_step_ && iteration > 2 && ++without_progress > 3)
-      return false;
-    last_step_ = step;
+    using Next = LiftedProgress::Next;
+    const Next next = progress_.after_step(step, state_step, iteration, approach, share == 1.0,
+                                           data.options.tolerance);
+    if (next == Next::failed) return false;
+    if (next == Next::done) fit.status = FitStatus::converged;
+    if (next != Next::another_step) return true;
   }
   return false;
 }

@@ -1,6 +1,7 @@
 // The two methods of a fit. Private to the sources of the estimator.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,8 +10,22 @@
 
 namespace shaker::estimator {
 
-// The lifted method leaves the coarse grid (the data's own points) at this relative step.
-inline constexpr double kCloseEnough = 1e-2;
+// How far the lifted method has come with its steps.
+class LiftedProgress {
+ public:
+  enum class Next { another_step, finer_grid, done, failed };
+  // A new grid; what the steps on the one before showed is kept.
+  void begin_grid() { without_progress_ = 0; }
+  // After the iteration-th step on a grid. `step`: the largest relative change of theta and the
+  // states; `state_step`: of the states alone; `approach`: on the coarse grid; `whole`: it was not
+  // shortened.
+  Next after_step(double step, double state_step, int iteration, bool approach, bool whole,
+                  double tolerance);
+
+ private:
+  double last_step_ = std::numeric_limits<double>::infinity();
+  int without_progress_ = 0;  // steps that did not shrink
+};
 
 // What both methods move: theta in `fit`, and the periodic solutions.
 struct Search {
@@ -38,7 +53,7 @@ class LiftedSearch : Search {
   bool steps(bool approach, bool first);
   void shorten_last_step(bool approach, double share);
   std::vector<double> start_, theta_before_;
-  double last_step_ = 0.0;  // relative
+  LiftedProgress progress_;
 };
 
 // The nested methods: for every theta the periodic solutions converge first.
