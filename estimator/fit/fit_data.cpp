@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include <Eigen/Dense>
@@ -98,11 +97,8 @@ void prepare_harmonics(RunState& run) {
   const auto fill = [&](std::vector<double>& table, int n, double mean, double rest) {
     table.resize(static_cast<std::size_t>(n) * terms);
     for (int i = 0; i < n; ++i) {
-      for (int t = 0; t < terms; ++t) {
-        const double angle = 2.0 * std::numbers::pi * ((t + 1) / 2) * i / n;
-        table[i * terms + t] =
-            t == 0 ? mean : rest * (t % 2 == 1 ? std::cos(angle) : std::sin(angle));
-      }
+      for (int t = 0; t < terms; ++t)
+        table[i * terms + t] = (t == 0 ? mean : rest) * harmonic_term(t, i, n);
     }
   };
   if (!run.harmonic()) fill(run.analysis, count, 1.0 / count, 2.0 / count);
