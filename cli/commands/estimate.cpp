@@ -14,6 +14,7 @@
 #include "cli/values_in_runs.hpp"
 #include "estimator/fit/estimation.hpp"
 #include "estimator/fit/refined_fit.hpp"
+#include "estimator/fit/run_comparison.hpp"
 #include "estimator/fit/several_starts.hpp"
 #include "estimator/inference/intervals.hpp"
 #include "estimator/inference/posterior.hpp"
@@ -103,25 +104,6 @@ bool has_priors(const config::ModelSpec& model) {
   return false;
 }
 
-// Weights each run by its own noise variance, from the scatter of its cycles (3.15). Returns an
-// Error when the cycles do not determine it.
-Result<void> weigh_runs(std::vector<estimator::RunData>& runs) {
-  std::vector<double> variance;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const double degrees =
-        static_cast<double>(runs[r].displacement.size()) * (runs[r].cycles - 1.0);
-    if (!(degrees > 0.0) || !(runs[r].scatter > 0.0) || !runs[r].tau.empty())
-      return Error{ErrorKind::invalid,
-                   fmt::format("run {}: the cycles do not show how large its noise is; say it with "
-                               "--noise, or choose another objective",
-                               r + 1)};
-    variance.push_back(runs[r].scatter / degrees);
-  }
-  for (std::size_t r = 0; r < runs.size(); ++r)
-    runs[r].weight = variance.front() / variance[r];
-  return {};
-}
-
 // Applies --objective to the model and the data. An Error says what the objective lacks.
 Result<estimator::EstimationOptions> apply_objective(const EstimateOptions& options,
                                                      EstimationInput& input) {
@@ -138,43 +120,13 @@ Result<estimator::EstimationOptions> apply_objective(const EstimateOptions& opti
   if (options.objective == "least_squares" || options.objective == "weighted")
     forget_priors(input.model);
   if (options.objective == "weighted" && options.noise.empty()) {
-    if (auto good = weigh_runs(input.runs); !good) return good.error();
+    if (const auto run = estimator::weigh_by_scatter(input.runs))
+      return Error{ErrorKind::invalid,
+                   fmt::format("run {}: the cycles do not show how large its noise is; say it with "
+                               "--noise, or choose another objective",
+                               *run + 1)};
   }
   return how;
-}
-
-double motion(const std::vector<double>& y) {
-  double mean = 0.0, sum = 0.0;
-  for (const double value : y)
-    mean += value / static_cast<double>(y.size());
-  for (const double value : y)
-    sum += (value - mean) * (value - mean) / static_cast<double>(y.size());
-  return std::sqrt(sum);
-}
-
-// For an estimate that is not usable: returns a sentence when data and model seem to have
-// different units, otherwise empty.
-std::string unit_doubt(const estimator::Model& model, const estimator::RunData& run) {
-  constexpr double kFar = 50.0;
-  if (run.displacement.empty() || run.periods > 1) return {};
-  estimator::PeriodicSystem system(run.model_or(model), {estimator::Scheme::order4, 160, false});
-  if (run.excitation.empty())
-    system.set_excitation(run.frequency_hz, run.amplitude);
-  else
-    system.set_excitation(run.frequency_hz, run.excitation, 8);
-  if (system.solve_from_rest(model.start()).status != estimator::SolveStatus::converged) return {};
-  std::vector<double> y;
-  for (int i = 0; i < system.points(); ++i)
-    y.push_back(system.value(i, model.observed()));
-  const double expected = motion(y), measured = motion(run.displacement);
-  if (!std::isfinite(measured) || !(expected > 0.0) ||
-      (measured < kFar * expected && measured > expected / kFar))
-    return {};
-  return fmt::format(
-      "the measured displacement moves by {:.3g} (standard deviation), the model at its start "
-      "values by "
-      "{:.3g} {}: do the units match? The model wants {} and {}/s^2",
-      measured, expected, model.length_unit(), model.length_unit(), model.length_unit());
 }
 
 // Returns a sentence for an option that cannot be combined with --periods; otherwise empty.

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/signal/harmonic_curve.hpp"
+#include "estimator/signal/time_series.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -49,6 +50,23 @@ TEST(Cycles, SamplesOnNoGridAreReadAtEqualSteps) {
   EXPECT_EQ(cycles.count(), 12U);
   for (std::size_t i = 0; i < cycles.y.size(); ++i)
     EXPECT_NEAR(cycles.y[i], std::cos(kPerTurn * static_cast<double>(i) / 32.0), 1e-3);
+}
+
+TEST(TimeSeries, ItsLastPeriodsAreFoundInPhaseWithACycle) {
+  std::vector<double> mean;
+  for (int i = 0; i < 32; ++i)
+    mean.push_back(0.2 + std::cos(kPerTurn * i / 32.0 - 1.0));
+  TimeSeries series;
+  for (int i = 0; i < 5000; ++i) {
+    series.t.push_back(i / 1000.0);
+    series.value.push_back(0.2 + std::cos(kPerTurn * (2.0 * series.t.back() - 0.3) - 1.0));
+  }
+  const double begin = begin_in_phase(series, mean, {0.0, 4.9}, 0.5, 4);
+  EXPECT_NEAR(begin, 2.65, 1e-4);  // 0.15 s is where a period begins
+  const std::vector<double> periods = series.periods(begin, 0.5, 4, 32);
+  ASSERT_EQ(periods.size(), 128U);
+  for (std::size_t i = 0; i < periods.size(); ++i)
+    EXPECT_NEAR(periods[i], mean[i % 32], 1e-3);
 }
 
 TEST(HarmonicCurve, FitsSamplesAtAnyPhases) {
