@@ -5,12 +5,14 @@
 #include <fmt/format.h>
 
 #include "estimator/fit/searches.hpp"
+#include "estimator/math/damped_minimum.hpp"
 #include "estimator/periodic/newton_rate.hpp"
 
 namespace shaker::estimator {
 namespace {
 
 constexpr double kNearlyUndamped = 1e-5;
+constexpr double kFirstLambda = 1e-4;
 constexpr int kEnoughAtBottom = 8;
 constexpr double kMinRelativeDecrease = 1e-6;  // of the sum of squares
 // Factor on the iterations of the damped method. It follows a curved valley, along which two
@@ -18,18 +20,17 @@ constexpr double kMinRelativeDecrease = 1e-6;  // of the sum of squares
 // steps converge soon or never.
 constexpr int kPatience = 8;
 
-// Damping of the nested steps: refused steps raise it faster and faster.
+// Refused steps raise the damping faster and faster.
 struct NestedDamping {
   double lambda, grow = 2.0;
 
-  // After a singular matrix and after a refused step. False: more would not help.
-  bool make_regular() { return (lambda = std::max(4.0 * lambda, 1e-10)) <= 1e8; }
-  bool raise() {
+  bool raise_after_invalid_step() { return (lambda = std::max(4.0 * lambda, 1e-10)) <= 1e8; }
+  bool raise_after_failure() {
     lambda = std::max(lambda, 1e-12) * grow;
     grow *= 2.0;
     return lambda <= 1e12;
   }
-  void lower() {
+  void lower_after_success() {
     grow = 2.0;
     lambda /= 8.0;
   }
@@ -87,58 +88,71 @@ std::string NestedSearch::why_not_converged() const {
       fit.iterations, last_run_ + 1, data.runs[last_run_].data.frequency_hz, last_.sentence());
 }
 
+bool NestedSearch::compute_step(double lambda) {
+  ++fit.iterations;
+  trial_.before = equations.objective(fit.theta);
+  if (!equations.step(fit.theta, lambda)) return false;
+  const bool capped = damped_ && equations.cap_step(fit.theta, start_);
+  trial_.pure = lambda <= kNearlyUndamped && !capped;
+  trial_.size = equations.relative_step(fit.theta);
+  return true;
+}
+
+// At the minimum, rounding decides whether the objective rises or falls. A larger increase is
+// therefore accepted for very short steps, and after some of them the minimum counts as reached.
+// Steps that are short because no solution exists further on do not count.
+bool NestedSearch::step_is_successful() {
+  const bool solved = solve_after_step(damped_);
+  if (solved) accumulate();
+  if (!damped_) return solved;
+  const bool bottom = trial_.size <= 1e3 * data.options.tolerance;
+  const double slack = bottom ? 1e-9 : 1e-13;
+  at_bottom_ = bottom && solved ? at_bottom_ + 1 : 0;
+  if (solved &&
+      equations.objective(fit.theta) <= trial_.before + slack * std::fabs(trial_.before) + 1e-300)
+    return true;
+  step_back();
+  return false;
+}
+
+// A step that is short because of damping does not prove convergence.
+bool NestedSearch::converged_after_success() {
+  if (data.options.keep_iterates) fit.iterates.push_back(fit.theta);
+  const double before = previous_;
+  previous_ = trial_.pure ? trial_.size : std::numeric_limits<double>::infinity();
+  return trial_.pure && (left_after(trial_.size, before) <= data.options.tolerance ||
+                         at_bottom_ > kEnoughAtBottom);
+}
+
+bool NestedSearch::converged_after_failure() {
+  return damped_ && at_bottom_ > kEnoughAtBottom && nothing_to_gain();
+}
+
 void NestedSearch::run(const std::vector<double>& start, bool warm, bool damped) {
-  const auto end_with = [&](FitStatus status) { fit.status = status; };
   fit.trouble = solutions.solve_all(fit.theta, warm);
-  if (!fit.trouble.empty()) return end_with(FitStatus::no_solution);
-  NestedDamping damping{damped ? 1e-4 : 0.0};
+  fit.status = FitStatus::no_solution;
+  if (!fit.trouble.empty()) return;
   accumulate();
-  double previous = std::numeric_limits<double>::infinity();
-  int at_bottom = 0;
+  start_ = start;
+  damped_ = damped;
+  previous_ = std::numeric_limits<double>::infinity();
+  at_bottom_ = 0;
   last_ = {};
   last_run_ = 0;
-  const int most = data.options.max_iterations * (damped ? kPatience : 1);
-  for (int iteration = 1; iteration <= most; ++iteration) {
-    fit.iterations = iteration;
-    const double before = equations.objective(fit.theta);
-    if (!equations.step(fit.theta, damping.lambda)) {
-      if (!damped) return end_with(FitStatus::undetermined);
-      if (!damping.make_regular()) break;
-      continue;
-    }
-    const bool capped = damped && equations.cap_step(fit.theta, start);
-    const bool pure = damping.lambda <= kNearlyUndamped && !capped;
-    const double step = equations.relative_step(fit.theta);
-    const bool solved = solve_after_step(damped);
-    if (solved) accumulate();
-    // At the minimum, rounding decides whether the objective rises or falls. A larger increase is
-    // therefore accepted for very short steps, and after some of them the minimum counts as
-    // reached. Steps that are short because no solution exists further on do not count.
-    const bool bottom = step <= 1e3 * data.options.tolerance;
-    bool accepted = solved;
-    if (damped) {
-      const double slack = bottom ? 1e-9 : 1e-13;
-      accepted =
-          solved && equations.objective(fit.theta) <= before + slack * std::fabs(before) + 1e-300;
-      at_bottom = bottom && solved ? at_bottom + 1 : 0;
-    }
-    if (!accepted) {
-      if (!damped) return end_with(FitStatus::no_solution);
-      step_back();
-      if (at_bottom > kEnoughAtBottom && nothing_to_gain()) return end_with(FitStatus::converged);
-      if (!damping.raise()) break;
-      continue;
-    }
-    damping.lower();
-    if (data.options.keep_iterates) fit.iterates.push_back(fit.theta);
-    // A step that is short because of damping does not prove convergence.
-    if (pure &&
-        (left_after(step, previous) <= data.options.tolerance || at_bottom > kEnoughAtBottom))
-      return end_with(FitStatus::converged);
-    previous = pure ? step : std::numeric_limits<double>::infinity();
+  fit.iterations = 0;
+  NestedDamping damping{kFirstLambda};
+  NoDamping none;
+  const int most = data.options.max_iterations;
+  const LoopEnd end = damped ? minimise_damped(*this, damping, kPatience * most)
+                             : minimise_damped(*this, none, most);
+  if (end == LoopEnd::converged) {
+    fit.status = FitStatus::converged;
+  } else if (!damped && end == LoopEnd::invalid_step) {
+    fit.status = FitStatus::undetermined;
+  } else if (damped || end == LoopEnd::too_many_iterations) {
+    fit.status = FitStatus::not_converged;
+    fit.trouble = why_not_converged();
   }
-  end_with(FitStatus::not_converged);
-  fit.trouble = why_not_converged();
 }
 
 // Returns true if the (nearly) undamped step promises no gain: a negligible part of the sum of

@@ -64,6 +64,13 @@ class NestedSearch : Search {
   // otherwise Gauss-Newton.
   void run(const std::vector<double>& start, bool warm, bool damped);
 
+  // The questions of the loop: math/damped_minimum.hpp.
+  bool compute_step(double lambda);
+  bool converged_before_step() const { return false; }
+  bool step_is_successful();
+  bool converged_after_success();
+  bool converged_after_failure();
+
  private:
   bool solve_after_step(bool damped);
   void step_back();
@@ -73,6 +80,15 @@ class NestedSearch : Search {
   std::vector<std::vector<double>> states_before_;
   SolveReport last_;          // of the last run that was solved
   std::size_t last_run_ = 0;  // which one that is
+  std::vector<double> start_;
+  bool damped_ = true;
+  struct Trial {
+    double before = 0.0;  // objective before the step
+    double size = 0.0;    // of the step, relative
+    bool pure = false;    // neither damped nor shortened
+  } trial_;
+  double previous_ = 0.0;  // size of the step before, if it was pure
+  int at_bottom_ = 0;      // very short steps in turn
 };
 
 }  // namespace shaker::estimator
