@@ -68,7 +68,7 @@ const Fit& Estimator::fit(const std::vector<double>& start, bool warm) {
   }
   if (!warm && impl.data.options.method != Method::gauss_newton &&
       (fit.status == FitStatus::not_converged || fit.status == FitStatus::no_solution ||
-       impl.solutions.fit_badly()))
+       impl.data.fitted_badly(impl.solutions.systems)))
     impl.refit_on_data_branch(start);
   impl.inference.finish();
   return fit;

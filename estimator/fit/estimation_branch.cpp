@@ -56,7 +56,7 @@ bool Estimator::Impl::start_from_equations() {
 // Fits once more from the data and keeps the better of the two fits.
 void Estimator::Impl::refit_on_data_branch(const std::vector<double>& start) {
   const bool had = fit.status != FitStatus::no_solution;
-  const double before = had ? solutions.worst_misfit() : 1e300;
+  const double before = had ? data.worst_misfit(solutions.systems) : 1e300;
   const double enough = fit.status == FitStatus::converged ? kClearlyBetter : 1.0;
   const Fit first = fit;
   std::vector<std::vector<double>> states;
@@ -73,7 +73,9 @@ void Estimator::Impl::refit_on_data_branch(const std::vector<double>& start) {
       fit.theta = from_equations;
       nested.run(from_equations, false, true);
     }
-    if (fit.status == FitStatus::converged && solutions.worst_misfit() < enough * before) return;
+    if (fit.status == FitStatus::converged &&
+        data.worst_misfit(solutions.systems) < enough * before)
+      return;
   }
   fit = first;
   for (std::size_t r = 0; r < solutions.systems.size(); ++r)

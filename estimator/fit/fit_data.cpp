@@ -236,6 +236,20 @@ bool FitData::lost_subharmonic(std::size_t r, const PeriodicSystem& system) cons
          subharmonic_stands_out(run.data.displacement, run.data.periods);
 }
 
+double FitData::worst_misfit(const std::vector<PeriodicSystem>& systems) const {
+  double worst = 0.0;
+  for (std::size_t r = 0; r < systems.size(); ++r)
+    worst = std::max(worst, misfit(r, systems[r]));
+  return worst;
+}
+
+bool FitData::fitted_badly(const std::vector<PeriodicSystem>& systems) const {
+  for (std::size_t r = 0; r < systems.size(); ++r) {
+    if (misfit(r, systems[r]) > kFarFromData || lost_subharmonic(r, systems[r])) return true;
+  }
+  return false;
+}
+
 double FitData::squares() const {
   double sum = 0.0;
   for (const RunState& run : runs) {

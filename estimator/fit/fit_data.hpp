@@ -12,6 +12,8 @@ namespace shaker::estimator {
 // Throws std::invalid_argument for data that cannot be used; the message counts runs from 1.
 void check_run(const RunData& run, std::size_t index);
 
+inline constexpr double kFarFromData = 0.1;  // misfit above which another branch is considered
+
 struct RunState {
   RunData data;
   GridOptions grid;
@@ -52,6 +54,9 @@ struct FitData {
   double motion(std::size_t run) const;  // root mean square about the mean; 0: no motion
   // Root mean square of data less solution, divided by motion(); 0 for Fourier coefficients.
   double misfit(std::size_t run, const PeriodicSystem& system) const;
+  double worst_misfit(const std::vector<PeriodicSystem>& systems) const;
+  // True if a run's solution is far from its data.
+  bool fitted_badly(const std::vector<PeriodicSystem>& systems) const;
   // True if the data repeat only after all their periods but the solution repeats sooner.
   bool lost_subharmonic(std::size_t run, const PeriodicSystem& system) const;
   double squares() const;  // weighted, of all data

@@ -80,9 +80,9 @@ PeriodicSolutions::PeriodicSolutions(FitData& the_data) : data(the_data) {
     grid.points = count * run.coarse_every;
     coarse.emplace_back(run.data.model_or(data.model), grid);
   }
-  make_packs();
   for (std::size_t r = 0; r < data.runs.size(); ++r)
-    excite(r);
+    load(r);
+  make_packs();
   for (RunPack& pack : packs)
     pack.load(data, systems, coarse);
 }
@@ -112,14 +112,10 @@ void PeriodicSolutions::make_packs() {
   if (packs.size() * kSingleStepsPerBatch > data.runs.size()) packs.clear();
 }
 
-void PeriodicSolutions::excite(std::size_t r) {
+void PeriodicSolutions::load(std::size_t r) {
   const int harmonics = data.options.excitation_harmonics;
   put_excitation(data.runs[r].data, harmonics, systems[r]);
   if (!coarse.empty()) put_excitation(data.runs[r].data, harmonics, coarse[r]);
-}
-
-void PeriodicSolutions::load(std::size_t r) {
-  excite(r);
   for (RunPack& pack : packs) {
     if (std::find(pack.runs.begin(), pack.runs.end(), r) != pack.runs.end())
       pack.load(data, systems, coarse);
@@ -259,21 +255,6 @@ std::string PeriodicSolutions::solve_all(const std::vector<double>& theta, bool 
                        at_rest ? "" : ", or check the excitation's size and unit");
   }
   return {};
-}
-
-double PeriodicSolutions::worst_misfit() const {
-  double worst = 0.0;
-  for (std::size_t r = 0; r < systems.size(); ++r)
-    worst = std::max(worst, data.misfit(r, systems[r]));
-  return worst;
-}
-
-bool PeriodicSolutions::fit_badly() const {
-  for (std::size_t r = 0; r < systems.size(); ++r) {
-    if (data.misfit(r, systems[r]) > kFarFromData || data.lost_subharmonic(r, systems[r]))
-      return true;
-  }
-  return false;
 }
 
 }  // namespace shaker::estimator

@@ -9,8 +9,6 @@
 
 namespace shaker::estimator {
 
-inline constexpr double kFarFromData = 0.1;  // misfit above which another branch is considered
-
 // `approach`: on the coarse grid, which is there if `coarse` is not empty.
 struct PeriodicSolutions {
   explicit PeriodicSolutions(FitData& data);
@@ -43,13 +41,9 @@ struct PeriodicSolutions {
   SolveReport solve_run(std::size_t run, const std::vector<double>& theta, bool warm);
   // Returns a sentence for the first run without a solution; otherwise empty.
   std::string solve_all(const std::vector<double>& theta, bool warm);
-  double worst_misfit() const;
-  // True if a run's solution is far from its data.
-  bool fit_badly() const;
 
  private:
   void make_packs();
-  void excite(std::size_t run);
   bool solve_near_data(std::size_t run, const std::vector<double>& theta, double from_rest);
   std::vector<std::vector<double>> saved_;  // one for each run
 };
