@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,6 +12,8 @@
 #include "cli/opened_campaign.hpp"
 #include "cli/run_data.hpp"
 #include "config/campaign.hpp"
+#include "estimator/signal/cycles.hpp"
+#include "estimator/signal/time_series.hpp"
 #include "record/campaign_database.hpp"
 
 namespace shaker::cli {
@@ -21,6 +21,7 @@ namespace {
 
 using estimator::ChannelRun;
 using estimator::Quantity;
+using estimator::TimeSeries;
 using Series = std::vector<std::vector<double>>;  // one inner vector for each channel
 
 Error bad(std::string why) {
@@ -60,26 +61,12 @@ Result<ChannelInput> describe(const std::vector<std::string>& channels,
   return out;
 }
 
-// Computes the mean of whole cycles of n points, and the sums of products of the deviations
-// from it.
+// Puts the mean of whole cycles of n points and their scatter.
 void fold(const Series& cycles, std::size_t n, ChannelRun& run) {
-  const std::size_t m = cycles.size();
-  const std::size_t total = cycles.front().size();
-  run.cycles = static_cast<double>(total / n);
-  run.channels.assign(m, std::vector<double>(n, 0.0));
-  for (std::size_t b = 0; b < m; ++b) {
-    for (std::size_t i = 0; i < total; ++i)
-      run.channels[b][i % n] += cycles[b][i] / run.cycles;
-  }
-  if (total == n) return;
-  run.scatter.assign(m * m, 0.0);
-  for (std::size_t i = 0; i < total; ++i) {
-    for (std::size_t a = 0; a < m; ++a) {
-      for (std::size_t b = 0; b < m; ++b)
-        run.scatter[a * m + b] +=
-            (cycles[a][i] - run.channels[a][i % n]) * (cycles[b][i] - run.channels[b][i % n]);
-    }
-  }
+  estimator::MeanChannels mean = estimator::mean_channels(cycles, n);
+  run.cycles = mean.cycles;
+  run.channels = std::move(mean.mean);
+  run.scatter = std::move(mean.scatter);
 }
 
 Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std::string>& channels,
@@ -134,20 +121,8 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
   return out;
 }
 
-// Raw samples of one channel, in increasing time (s).
-struct Raw {
-  std::vector<double> t, value;
-  // Linear interpolation; the samples are much denser than the changes that they show.
-  double at(double when) const {
-    const auto next = std::upper_bound(t.begin() + 1, t.end() - 1, when);
-    const auto k = static_cast<std::size_t>(next - t.begin());
-    const double share = (when - t[k - 1]) / (t[k] - t[k - 1]);
-    return value[k - 1] + share * (value[k] - value[k - 1]);
-  }
-};
-
-Raw pick(const std::vector<record::SampleRow>& samples, protocol::Channel channel) {
-  Raw raw;
+TimeSeries pick(const std::vector<record::SampleRow>& samples, protocol::Channel channel) {
+  TimeSeries raw;
   for (const record::SampleRow& sample : samples) {
     const double t = 1e-9 * static_cast<double>(sample.t_ns - samples.front().t_ns);
     if (sample.channel != channel || (!raw.t.empty() && t <= raw.t.back())) continue;
@@ -157,29 +132,12 @@ Raw pick(const std::vector<record::SampleRow>& samples, protocol::Channel channe
   return raw;
 }
 
-std::complex<double> fundamental(const std::vector<double>& cycle) {
-  std::complex<double> sum = 0.0;
-  for (std::size_t i = 0; i < cycle.size(); ++i)
-    sum += cycle[i] * std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(i) /
-                                          static_cast<double>(cycle.size()));
-  return sum;
-}
-
-// `periods` periods of a channel from the time `begin` on, n points each.
-std::vector<double> on_grid(const Raw& raw, double begin, double period, int periods,
-                            std::size_t n) {
-  std::vector<double> out;
-  for (std::size_t i = 0; i < n * static_cast<std::size_t>(periods); ++i)
-    out.push_back(raw.at(begin + period * static_cast<double>(i) / static_cast<double>(n)));
-  return out;
-}
-
 Result<ChannelRun> from_samples(const estimator::RunData& mean,
                                 const std::vector<record::SampleRow>& samples,
                                 const std::vector<std::string>& channels,
                                 const std::vector<double>& scale, const std::string& place) {
-  const Raw stroke = pick(samples, protocol::Channel::displacement);
-  std::vector<Raw> raw;
+  const TimeSeries stroke = pick(samples, protocol::Channel::displacement);
+  std::vector<TimeSeries> raw;
   double first = 0.0, last = 1e300;
   for (std::size_t b = 0; b < channels.size(); ++b) {
     raw.push_back(pick(samples, *protocol::channel_from_name(channels[b])));
@@ -201,19 +159,12 @@ Result<ChannelRun> from_samples(const estimator::RunData& mean,
   const int periods = std::min(static_cast<int>(mean.cycles + 0.5),
                                static_cast<int>(std::floor((last - first) / period)) - 1);
   if (periods < 1) return bad(fmt::format("{}: its raw samples span less than two periods", place));
-  double begin = last - (periods + 1) * period;
-  const double turn =
-      std::arg(fundamental(mean.displacement) / fundamental(on_grid(stroke, begin, period, 1, n)));
-  begin += turn / (2.0 * std::numbers::pi) * period;
-  while (begin + periods * period > last)
-    begin -= period;
-  while (begin < first)
-    begin += period;
+  const double begin = begin_in_phase(stroke, mean.displacement, {first, last}, period, periods);
   if (begin + periods * period > last + 1e-9)
     return bad(fmt::format("{}: its raw samples do not hold {} whole periods", place, periods));
   Series series;
-  for (const Raw& each : raw)
-    series.push_back(on_grid(each, begin, period, periods, n));
+  for (const TimeSeries& each : raw)
+    series.push_back(each.periods(begin, period, periods, n));
   ChannelRun run;
   run.frequency_hz = mean.frequency_hz;
   run.amplitude = mean.amplitude;

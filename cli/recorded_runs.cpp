@@ -46,7 +46,7 @@ Result<RunData> run_of(const diagnosis::SteadyRun& steady, const std::string& or
     const auto one = curve_of(steady.response.row(k).transpose(), static_cast<int>(points));
     cycles.insert(cycles.end(), one.begin(), one.end());
   }
-  put_mean_cycle(cycles, points, run);
+  put_mean_cycle(estimator::mean_cycle(cycles, points), run);
   if (harmonics) {
     if (auto good = put_harmonics(cycles, points, origin, run); !good) return good.error();
   }

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <utility>
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
 
 #include "base/unit.hpp"
@@ -14,7 +12,7 @@
 #include "cli/model_units.hpp"
 #include "cli/run_over_periods.hpp"
 #include "estimator/fit/harmonic_data.hpp"
-#include "estimator/math/dense.hpp"
+#include "estimator/signal/harmonic_curve.hpp"
 #include "record/campaign_database.hpp"
 
 namespace shaker::cli {
@@ -24,58 +22,19 @@ using estimator::RunData;
 
 constexpr std::size_t kMinPoints = 8;
 constexpr int kHarmonics = 8;
-constexpr int kExcitationPoints = 64;
-constexpr double kSameTau = 1e-6;  // in periods: far below the resolution of any sensor
-
-double cyclic(double t, double frequency) {
-  const double tau = t * frequency;
-  const double part = tau - std::floor(tau);
-  return part < 1.0 ? part : 0.0;
-}
 
 // The number of points in a period when the samples fill whole periods on equal steps;
 // otherwise 0.
 std::size_t points_of_even_grid(const std::vector<double>& t, double frequency) {
-  const std::size_t n = points_of_equal_steps(t, frequency);
+  const std::size_t n = estimator::points_of_equal_steps(t, frequency);
   return n > 0 && t.size() % n == 0 ? n : 0;
 }
 
-// The excitation on equal steps: harmonics 1 to 8 by least squares. The residual is the
-// accelerometer's noise and gives the error of the result.
-void put_excitation(const std::vector<double>& tau, const std::vector<double>& x, RunData& run) {
-  const auto rows = static_cast<Eigen::Index>(tau.size());
-  const int harmonics = std::min(kHarmonics, static_cast<int>((tau.size() - 1) / 4));
-  const Eigen::Index columns = 1 + 2 * harmonics;
-  // The normal equations are summed row by row, so that the memory does not grow with the file.
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(columns, columns);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(columns), row(columns);
-  const auto fill = [&](double at) {
-    row[0] = 1.0;
-    for (int h = 1; h <= harmonics; ++h) {
-      row[2 * h - 1] = std::cos(2.0 * std::numbers::pi * h * at);
-      row[2 * h] = std::sin(2.0 * std::numbers::pi * h * at);
-    }
-  };
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    fill(tau[static_cast<std::size_t>(i)]);
-    estimator::add_square(normal, row);
-    right += x[static_cast<std::size_t>(i)] * row;
-  }
-  const Eigen::MatrixXd full = estimator::symmetric_of_lower(normal);
-  Eigen::VectorXd c = estimator::shortest_least_squares(full, right);
-  double rest = 0.0;
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    fill(tau[static_cast<std::size_t>(i)]);
-    const double off = x[static_cast<std::size_t>(i)] - row.dot(c);
-    rest += off * off;
-  }
-  const auto count = static_cast<double>(rows);
-  run.excitation_error = std::sqrt(2.0 * rest / count / std::max<double>(1, rows - columns));
-  c[0] = 0.0;
-  for (int i = 0; i < kExcitationPoints; ++i) {
-    fill(static_cast<double>(i) / kExcitationPoints);
-    run.excitation.push_back(row.dot(c));
-  }
+void put_excitation(estimator::CycleExcitation excitation, RunData& run) {
+  run.frequency_hz = excitation.frequency_hz;
+  run.amplitude = excitation.amplitude;
+  run.excitation = std::move(excitation.samples);
+  run.excitation_error = excitation.error;
 }
 
 Result<void> check(const std::vector<double>& t, const std::string& origin, const Dwell& dwell,
@@ -113,34 +72,6 @@ Result<void> check(const std::vector<double>& t, const std::string& origin, cons
                     static_cast<double>(t.size()) / periods, dwell.frequency_hz));
   }
   return {};
-}
-
-RunData mean_of(const std::vector<record::CycleRow>& cycles) {
-  RunData run;
-  const auto count = static_cast<double>(cycles.size());
-  run.displacement.assign(cycles.front().displacement.size(), 0.0);
-  run.excitation.assign(cycles.front().excitation.size(), 0.0);
-  run.cycles = count;
-  double variance = 0.0;  // of the mean; the errors of the cycles are independent
-  for (const record::CycleRow& cycle : cycles) {
-    variance += cycle.excitation_error * cycle.excitation_error / (count * count);
-    run.frequency_hz += cycle.frequency_hz / count;
-    run.amplitude += cycle.amplitude / count;
-    for (std::size_t i = 0; i < run.displacement.size(); ++i) {
-      run.displacement[i] += cycle.displacement[i] / count;
-    }
-    for (std::size_t i = 0; i < run.excitation.size(); ++i) {
-      run.excitation[i] += cycle.excitation[i] / count;
-    }
-  }
-  run.excitation_error = std::sqrt(variance);
-  for (const record::CycleRow& cycle : cycles) {
-    for (std::size_t i = 0; i < run.displacement.size(); ++i) {
-      const double off = cycle.displacement[i] - run.displacement[i];
-      run.scatter += off * off;
-    }
-  }
-  return run;
 }
 
 Result<void> check_names(const PeriodsOfRuns& periods, const std::vector<record::RunRow>& runs,
@@ -181,13 +112,16 @@ Result<void> add_accepted(const std::vector<record::CycleRow>& cycles, const std
                                cycle.displacement.size(), first.index, first.displacement.size())};
     }
   }
-  data.cycles += static_cast<int>(cycles.size());
-  data.runs.push_back(mean_of(cycles));
-  if (!harmonics) return {};
   std::vector<double> all;
   for (const record::CycleRow& cycle : cycles)
     all.insert(all.end(), cycle.displacement.begin(), cycle.displacement.end());
-  return put_harmonics(all, first.displacement.size(), place, data.runs.back());
+  const std::size_t points = first.displacement.size();
+  data.cycles += static_cast<int>(cycles.size());
+  RunData& run = data.runs.emplace_back();
+  put_excitation(mean_excitation_of(cycles), run);
+  put_mean_cycle(estimator::mean_cycle(all, points), run);
+  if (!harmonics) return {};
+  return put_harmonics(all, points, place, run);
 }
 
 Result<void> add_run(const std::vector<record::CycleRow>& cycles, const std::string& name,
@@ -238,17 +172,17 @@ Result<config::RunCondition> condition_of_run(const record::CampaignReader& read
 
 }  // namespace
 
-void put_mean_cycle(const std::vector<double>& y, std::size_t n, RunData& run) {
-  const std::size_t cycles = y.size() / n;
-  run.displacement.assign(n, 0.0);
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    run.displacement[i % n] += y[i] / static_cast<double>(cycles);
-  }
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    const double off = y[i] - run.displacement[i % n];
-    run.scatter += off * off;
-  }
-  run.cycles = static_cast<double>(cycles);
+void put_mean_cycle(estimator::MeanCycle mean, RunData& run) {
+  run.displacement = std::move(mean.mean);
+  run.scatter = mean.scatter;
+  run.cycles = mean.cycles;
+}
+
+estimator::CycleExcitation mean_excitation_of(const std::vector<record::CycleRow>& rows) {
+  std::vector<estimator::CycleExcitation> all;
+  for (const record::CycleRow& row : rows)
+    all.push_back({row.frequency_hz, row.amplitude, row.excitation, row.excitation_error});
+  return mean_excitation(all);
 }
 
 Result<void> put_harmonics(const std::vector<double>& y, std::size_t n, const std::string& origin,
@@ -269,16 +203,8 @@ Result<void> put_harmonics(const std::vector<double>& y, std::size_t n, const st
   return {};
 }
 
-std::size_t points_of_equal_steps(const std::vector<double>& t, double frequency_hz) {
-  const double span = (t.back() - t.front()) / static_cast<double>(t.size() - 1) * frequency_hz;
-  const auto n = static_cast<std::size_t>(std::llround(1.0 / span));
-  if (n < kMinPoints) return 0;
-  const double begin = std::round(t.front() * frequency_hz);
-  for (std::size_t i = 0; i < t.size(); ++i) {
-    const double expected = static_cast<double>(i) / static_cast<double>(n);
-    if (std::abs(t[i] * frequency_hz - expected - begin) > kSameTau) return 0;
-  }
-  return n;
+const std::vector<double>& stroke_of(const CsvTable& table) {
+  return table.columns.at(table.columns.contains("y") ? "y" : "displacement");
 }
 
 Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
@@ -286,16 +212,16 @@ Result<RunData> run_from_table(const CsvTable& table, const std::string& origin,
   const auto& t = table.columns.at("t");
   const bool measured = table.columns.contains("excitation");
   if (auto good = check(t, origin, dwell, measured); !good) return good.error();
-  const auto& y = table.columns.at(table.columns.contains("y") ? "y" : "displacement");
+  const std::vector<double>& y = stroke_of(table);
   RunData run;
-  run.frequency_hz = dwell.frequency_hz;
-  run.amplitude = dwell.amplitude.value_or(0.0);
   std::vector<double> tau;
   for (const double at : t)
-    tau.push_back(cyclic(at, dwell.frequency_hz));
-  if (measured) put_excitation(tau, table.columns.at("excitation"), run);
+    tau.push_back(estimator::phase_of(at, dwell.frequency_hz));
+  if (measured) put_excitation(estimator::fit_excitation(tau, table.columns.at("excitation")), run);
+  run.frequency_hz = dwell.frequency_hz;
+  run.amplitude = dwell.amplitude.value_or(0.0);
   if (const std::size_t n = points_of_even_grid(t, dwell.frequency_hz)) {
-    put_mean_cycle(y, n, run);
+    put_mean_cycle(estimator::mean_cycle(y, n), run);
     if (dwell.harmonics) {
       if (auto good = put_harmonics(y, n, origin, run); !good) return good.error();
     }

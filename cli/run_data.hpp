@@ -11,6 +11,8 @@
 #include "cli/periods_of_runs.hpp"
 #include "config/model.hpp"
 #include "estimator/fit/estimation.hpp"
+#include "estimator/signal/cycles.hpp"
+#include "record/campaign_database.hpp"
 
 namespace shaker::cli {
 
@@ -30,17 +32,17 @@ Result<CsvTable> read_run_table(const std::filesystem::path& file, const std::st
 Result<estimator::RunData> run_from_table(const CsvTable& table, const std::string& origin,
                                           const Dwell& dwell);
 
-// Whole periods `y` on one grid of n points: their mean and the sum of the squared deviations from
-// it go to `run`.
-void put_mean_cycle(const std::vector<double>& y, std::size_t n, estimator::RunData& run);
-// The same cycles as Fourier coefficients, weighted by their scatter from cycle to cycle. An Error
-// names `origin` where they are too few.
+// The displacement of a table: its column y or displacement.
+const std::vector<double>& stroke_of(const CsvTable& table);
+
+// The mean of whole periods goes to `run`.
+void put_mean_cycle(estimator::MeanCycle mean, estimator::RunData& run);
+// The mean of the excitation over cycles of equal numbers of points.
+estimator::CycleExcitation mean_excitation_of(const std::vector<record::CycleRow>& rows);
+// Whole periods `y` on one grid of n points as Fourier coefficients, weighted by their scatter from
+// cycle to cycle. An Error names `origin` where they are too few.
 Result<void> put_harmonics(const std::vector<double>& y, std::size_t n, const std::string& origin,
                            estimator::RunData& run);
-
-// The number of points in a period when the samples are at i / n of a period, from a whole
-// period on; otherwise 0.
-std::size_t points_of_equal_steps(const std::vector<double>& t, double frequency_hz);
 
 struct CampaignData {
   std::string name;

@@ -18,9 +18,7 @@ struct RunOverPeriods {
   long cycles = 0;  // number of single cycles in it
 };
 
-// Whole cycles on equal steps: as recorded if the samples are on equal steps, otherwise
-// resampled to 32 points by cubic interpolation. The resampled cycles are for checks, not for
-// estimates. Empty when there are fewer than 8 samples in a period.
+// The whole cycles of a table's displacement (estimator/signal/cycles.hpp).
 Cycles cycles_of(const CsvTable& table, double frequency_hz);
 
 // Samples on equal steps of whole periods are averaged directly. Other samples are fitted by a

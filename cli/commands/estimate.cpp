@@ -7,19 +7,19 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
-#include "cli/over_periods_fit.hpp"
 #include "cli/periods_of_runs.hpp"
 #include "cli/pin_areas.hpp"
 #include "cli/posterior_text.hpp"
-#include "cli/refined_fit.hpp"
 #include "cli/same_damper.hpp"
 #include "cli/values_in_runs.hpp"
-#include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/fit/estimation.hpp"
+#include "estimator/fit/refined_fit.hpp"
+#include "estimator/fit/run_comparison.hpp"
 #include "estimator/fit/several_starts.hpp"
 #include "estimator/inference/intervals.hpp"
 #include "estimator/inference/posterior.hpp"
 #include "estimator/inference/second_order.hpp"
+#include "estimator/time/over_periods.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
@@ -28,8 +28,7 @@
 namespace shaker::cli {
 namespace {
 
-constexpr double kAccuracyOfFriction = 1e-4;  // of the parameters, relative
-constexpr int kScreeningPoints = 80;          // coarse: the final fit uses the full grid
+constexpr int kScreeningPoints = 80;  // coarse: the final fit uses the full grid
 
 estimator::Minima search(const estimator::Model& model, const std::vector<estimator::RunData>& runs,
                          const EstimateOptions& options) {
@@ -105,25 +104,6 @@ bool has_priors(const config::ModelSpec& model) {
   return false;
 }
 
-// Weights each run by its own noise variance, from the scatter of its cycles (3.15). Returns an
-// Error when the cycles do not determine it.
-Result<void> weigh_runs(std::vector<estimator::RunData>& runs) {
-  std::vector<double> variance;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const double degrees =
-        static_cast<double>(runs[r].displacement.size()) * (runs[r].cycles - 1.0);
-    if (!(degrees > 0.0) || !(runs[r].scatter > 0.0) || !runs[r].tau.empty())
-      return Error{ErrorKind::invalid,
-                   fmt::format("run {}: the cycles do not show how large its noise is; say it with "
-                               "--noise, or choose another objective",
-                               r + 1)};
-    variance.push_back(runs[r].scatter / degrees);
-  }
-  for (std::size_t r = 0; r < runs.size(); ++r)
-    runs[r].weight = variance.front() / variance[r];
-  return {};
-}
-
 // Applies --objective to the model and the data. An Error says what the objective lacks.
 Result<estimator::EstimationOptions> apply_objective(const EstimateOptions& options,
                                                      EstimationInput& input) {
@@ -140,43 +120,13 @@ Result<estimator::EstimationOptions> apply_objective(const EstimateOptions& opti
   if (options.objective == "least_squares" || options.objective == "weighted")
     forget_priors(input.model);
   if (options.objective == "weighted" && options.noise.empty()) {
-    if (auto good = weigh_runs(input.runs); !good) return good.error();
+    if (const auto run = estimator::weigh_by_scatter(input.runs))
+      return Error{ErrorKind::invalid,
+                   fmt::format("run {}: the cycles do not show how large its noise is; say it with "
+                               "--noise, or choose another objective",
+                               *run + 1)};
   }
   return how;
-}
-
-double motion(const std::vector<double>& y) {
-  double mean = 0.0, sum = 0.0;
-  for (const double value : y)
-    mean += value / static_cast<double>(y.size());
-  for (const double value : y)
-    sum += (value - mean) * (value - mean) / static_cast<double>(y.size());
-  return std::sqrt(sum);
-}
-
-// For an estimate that is not usable: returns a sentence when data and model seem to have
-// different units, otherwise empty.
-std::string unit_doubt(const estimator::Model& model, const estimator::RunData& run) {
-  constexpr double kFar = 50.0;
-  if (run.displacement.empty() || run.periods > 1) return {};
-  estimator::PeriodicSystem system(run.model_or(model), {estimator::Scheme::order4, 160, false});
-  if (run.excitation.empty())
-    system.set_excitation(run.frequency_hz, run.amplitude);
-  else
-    system.set_excitation(run.frequency_hz, run.excitation, 8);
-  if (system.solve_from_rest(model.start()).status != estimator::SolveStatus::converged) return {};
-  std::vector<double> y;
-  for (int i = 0; i < system.points(); ++i)
-    y.push_back(system.value(i, model.observed()));
-  const double expected = motion(y), measured = motion(run.displacement);
-  if (!std::isfinite(measured) || !(expected > 0.0) ||
-      (measured < kFar * expected && measured > expected / kFar))
-    return {};
-  return fmt::format(
-      "the measured displacement moves by {:.3g} (standard deviation), the model at its start "
-      "values by "
-      "{:.3g} {}: do the units match? The model wants {} and {}/s^2",
-      measured, expected, model.length_unit(), model.length_unit(), model.length_unit());
 }
 
 // Returns a sentence for an option that cannot be combined with --periods; otherwise empty.
@@ -219,17 +169,6 @@ std::string objective_name(const EstimateOptions& options, const config::ModelSp
   return has_priors(model) ? "map" : "least_squares";
 }
 
-// The usual grid misses a friction that changes its sign within one grid step, and so its
-// parameters cannot be estimated. When the model file states the smoothing width, the grid is
-// refined.
-double accuracy_for(const EstimateOptions& options, const EstimationInput& input) {
-  const auto turnings = estimator::diagnosis::turnings_of(input.model);
-  const bool stated = std::any_of(turnings.begin(), turnings.end(),
-                                  [](const auto& turning) { return turning.stated; });
-  if (options.accuracy > 0.0 || !stated || over_periods(input.runs)) return options.accuracy;
-  return kAccuracyOfFriction;
-}
-
 // Why these options do not go together; empty if they do.
 std::string contradiction(const EstimateOptions& options) {
   if (auto why = not_over_periods(options); !why.empty()) return why;
@@ -259,12 +198,18 @@ struct Beside {
   std::vector<AreaAtKnot> pin;
 };
 
+nlohmann::ordered_json grid_json(const estimator::AccurateEstimator& grids) {
+  nlohmann::ordered_json json = {{"points", grids.points()}, {"reached", grids.reached()}};
+  if (std::isfinite(grids.error())) json["error"] = grids.error();
+  return json;
+}
+
 void print_json(const protocol::EstimateDocument& document, const EstimateOptions& options,
                 const EstimationInput& input, const estimator::Model& model,
-                const RefinedFit& fitted, const Beside& beside) {
+                const estimator::RefinedFit& fitted, const Beside& beside) {
   auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
   if (beside.searched) json["minima"] = to_json(*beside.searched, model);
-  if (fitted.refined()) json["grid"] = fitted.grid();
+  if (fitted.refined()) json["grid"] = grid_json(fitted.grids());
   json["objective"] = objective_name(options, input.model);
   json["intervals"] = options.intervals;
   json["loss"] = options.loss;
@@ -279,7 +224,7 @@ void print_json(const protocol::EstimateDocument& document, const EstimateOption
 }
 
 void print_text(const protocol::EstimateDocument& document, const estimator::Model& model,
-                const RefinedFit& fitted, const Beside& beside) {
+                const estimator::RefinedFit& fitted, const Beside& beside) {
   fmt::print("{}", report::estimate_table(document));
   fmt::print("{}", in_runs_table(beside.in_runs));
   fmt::print("{}", pin_areas_text(beside.pin, model.length_unit()));
@@ -290,7 +235,7 @@ void print_text(const protocol::EstimateDocument& document, const estimator::Mod
 
 // The estimate of a fit with the loss, the bias and the intervals that were asked for; an Error
 // where there is no posterior. `sampled`: the posterior, if it was asked for.
-Result<estimator::Estimate> described(RefinedFit& fitted, const estimator::Fit& fit,
+Result<estimator::Estimate> described(estimator::RefinedFit& fitted, const estimator::Fit& fit,
                                       const estimator::Model& model, const EstimationInput& input,
                                       const estimator::EstimationOptions& how,
                                       const EstimateOptions& options,
@@ -346,7 +291,8 @@ int estimate(const Common& common, const EstimateOptions& options) {
       return fail(common, kBadInput, why);
     Beside beside;
     if (options.starts > 1) beside.searched = search(model, input->runs, options);
-    RefinedFit fitted(model, input->runs, *how, accuracy_for(options, *input));
+    estimator::RefinedFit fitted(model, input->runs, *how,
+                                 accuracy_for(input->model, input->runs, options.accuracy));
     const std::vector<double> start = beside.searched && !beside.searched->found.empty()
                                           ? beside.searched->found.front().theta
                                           : model.start();

@@ -1,12 +1,12 @@
 // Universal File Format, data set 58, ASCII, as the Structural Dynamics Research Laboratory of the
 // University of Cincinnati describes it: "Function at Nodal DOF".
 #include <complex>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include "cli/data/formats.hpp"
 #include "cli/data/out_file.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 
 namespace shaker::cli {
 namespace {
@@ -95,11 +95,7 @@ void write_series(OutFile& out, const ExportData& data, const ExportRun& run, in
 }
 
 std::complex<double> first_harmonic(const std::vector<double>& cycle) {
-  std::complex<double> sum = 0.0;
-  for (std::size_t i = 0; i < cycle.size(); ++i)
-    sum += cycle[i] * std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(i) /
-                                          static_cast<double>(cycle.size()));
-  return 2.0 * sum / static_cast<double>(cycle.size());
+  return 2.0 * estimator::fourier_sum(cycle, 1) / static_cast<double>(cycle.size());
 }
 
 // The ratio of stroke to table acceleration at the fundamental of each run, m per m/s^2.

@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <thread>
 
@@ -20,18 +19,18 @@ namespace shaker::estimator {
 struct BatchEstimator::Worker {
   Worker(const Model& model, const RunData& given, const EstimationOptions& options)
       : run(given), estimator(model, {given}, options), impl(*estimator.impl_) {
-    const RunState& state = impl.runs[0];
+    const RunState& state = impl.data.runs[0];
     if (!PeriodicLanes::possible(model, options.grid) || options.method != Method::lifted ||
         state.every == 0 || state.harmonic() || !state.data.sample_weight.empty())
       return;
-    pack = std::make_unique<RunPack>(model, impl.systems[0].options(),
+    pack = std::make_unique<RunPack>(model, impl.solutions.systems[0].options(),
                                      static_cast<int>(given.displacement.size()),
-                                     !impl.coarse.empty());
+                                     !impl.solutions.coarse.empty());
     pack->runs.assign(kLanes, 0);
-    impl.load_pack(*pack);
+    pack->load(impl.data, impl.solutions.systems, impl.solutions.coarse);
     coefficients.resize(state.coefficients.size() * kLanes);
-    const std::size_t q = impl.free.size();
-    simple = !impl.priors && options.noise == 0.0 && !(given.excitation_error > 0.0) && q > 0;
+    const std::size_t q = impl.data.free.size();
+    simple = !impl.data.priors && options.noise == 0.0 && !(given.excitation_error > 0.0) && q > 0;
     gram.resize(q * (q + 1) / 2 * kLanes);
     for (AlignedVector* vector : {&gradient, &scratch, &inverse})
       vector->resize(q * kLanes);
@@ -62,8 +61,9 @@ struct BatchEstimator::Worker {
   BatchFit* out = nullptr;
   bool on_coarse = false;
   unsigned moving = 0, failed = 0, arrived = 0;  // a bit for each lane
-  std::array<double, kLanes> step{}, last_step{};
-  std::array<int, kLanes> iterations{}, without_progress{};
+  std::array<double, kLanes> step{};
+  std::array<int, kLanes> iterations{};
+  std::array<LiftedProgress, kLanes> progress;
 };
 
 BatchEstimator::BatchEstimator(const Model& model, const RunData& run, EstimationOptions options,
@@ -152,7 +152,7 @@ void BatchEstimator::Worker::fit_pack(std::size_t first_record, std::size_t coun
   out = &results;
   failed = 0;
   iterations.fill(0);
-  last_step.fill(std::numeric_limits<double>::infinity());
+  progress.fill({});
   start(theta);
   if (pack->coarse) {
     steps(true);
@@ -164,7 +164,7 @@ void BatchEstimator::Worker::fit_pack(std::size_t first_record, std::size_t coun
 
 // The first harmonics of each record are the start of its state.
 void BatchEstimator::Worker::start(const std::vector<double>& theta) {
-  const RunState& state = impl.runs[0];
+  const RunState& state = impl.data.runs[0];
   PeriodicLanes& level = pack->coarse ? *pack->coarse : pack->fine;
   const std::size_t terms = state.coefficients.size();
   Lanes* c = as_lanes(coefficients.data());
@@ -191,8 +191,10 @@ void BatchEstimator::Worker::steps(bool approach) {
   PeriodicLanes& lanes = approach ? *pack->coarse : pack->fine;
   on_coarse = approach;
   moving = kAllLanes & ~failed;
-  without_progress.fill(0);
-  for (int iteration = 1; iteration <= impl.options.max_iterations && moving != 0; ++iteration) {
+  for (LiftedProgress& lane : progress)
+    lane.begin_grid();
+  for (int iteration = 1; iteration <= impl.data.options.max_iterations && moving != 0;
+       ++iteration) {
     const unsigned admissible = lanes.linearise(moving);
     failed |= moving & ~(admissible & lanes.solve_step(moving));
     lanes.sum_products(pack->data.data(), static_cast<int>(run.displacement.size()),
@@ -223,15 +225,15 @@ void BatchEstimator::Worker::steps(bool approach) {
 // its bounds. step_lane treats the other lanes.
 unsigned BatchEstimator::Worker::step_batch() {
   if (!simple) return 0;
-  const int q = static_cast<int>(impl.free.size());
+  const int q = static_cast<int>(impl.data.free.size());
   const Lanes* product = as_lanes(pack->products.data());
   Lanes* matrix = as_lanes(gram.data());
   Lanes* change = as_lanes(gradient.data());
   for (int k = 0; k < q; ++k) {
-    const int row = 1 + impl.free[static_cast<std::size_t>(k)];
+    const int row = 1 + impl.data.free[static_cast<std::size_t>(k)];
     change[k] = product[packed(row, 0)];
     for (int l = 0; l <= k; ++l)
-      matrix[packed(k, l)] = product[packed(row, 1 + impl.free[static_cast<std::size_t>(l)])];
+      matrix[packed(k, l)] = product[packed(row, 1 + impl.data.free[static_cast<std::size_t>(l)])];
   }
   unsigned good = factorise_lanes(q, matrix);
   substitute_lanes(q, matrix, change);
@@ -241,8 +243,8 @@ unsigned BatchEstimator::Worker::step_batch() {
     going[lane] = is(moving & good, lane) ? -1 : 0;
   Lanes worst{};
   for (int k = 0; k < q; ++k) {
-    const int parameter = impl.free[static_cast<std::size_t>(k)];
-    const ModelParameter& p = impl.model.parameters()[static_cast<std::size_t>(parameter)];
+    const int parameter = impl.data.free[static_cast<std::size_t>(k)];
+    const ModelParameter& p = impl.data.model.parameters()[static_cast<std::size_t>(parameter)];
     const Lanes now = theta[parameter];
     const Lanes target = now + change[k];
     good &= bits_of((now > p.lower) & (now < p.upper) & (target >= p.lower) & (target <= p.upper));
@@ -264,14 +266,14 @@ unsigned BatchEstimator::Worker::step_batch() {
 unsigned BatchEstimator::Worker::finish_batch(unsigned lanes) {
   constexpr double kMostCondition = 1e8;
   const double degrees =
-      static_cast<double>(impl.observations) - static_cast<double>(impl.free.size());
+      static_cast<double>(impl.data.observations) - static_cast<double>(impl.data.free.size());
   if (lanes == 0 || !simple || !(degrees > 0.0)) return 0;
-  const int q = static_cast<int>(impl.free.size());
+  const int q = static_cast<int>(impl.data.free.size());
   inverse_diagonal_lanes(q, as_lanes(gram.data()), as_lanes(scratch.data()),
                          as_lanes(inverse.data()));
   Lanes trace{};
   for (int k = 0; k < q; ++k) {
-    const int row = 1 + impl.free[static_cast<std::size_t>(k)];
+    const int row = 1 + impl.data.free[static_cast<std::size_t>(k)];
     trace += as_lanes(inverse.data())[k] * as_lanes(pack->products.data())[packed(row, row)];
   }
   Lanes sum{};
@@ -288,13 +290,13 @@ unsigned BatchEstimator::Worker::finish_batch(unsigned lanes) {
     const std::size_t record = first + lane;
     const std::size_t p = out->parameters;
     const double weight = pack->weight[lane];
-    const double total = weight * sum[lane] + impl.total_scatter;
+    const double total = weight * sum[lane] + impl.data.total_scatter;
     const double noise = std::sqrt(total / degrees);
     std::fill_n(&out->standard_error[record * p], p, 0.0);
     for (std::size_t k = 0; k < p; ++k)
       out->theta[record * p + k] = pack->fine.theta()[kLanes * k + lane];
-    for (std::size_t k = 0; k < impl.free.size(); ++k)
-      out->standard_error[record * p + static_cast<std::size_t>(impl.free[k])] =
+    for (std::size_t k = 0; k < impl.data.free.size(); ++k)
+      out->standard_error[record * p + static_cast<std::size_t>(impl.data.free[k])] =
           noise * std::sqrt(inverse[kLanes * k + lane] / weight);
     out->sum_of_squares[record] = total;
     out->noise[record] = noise;
@@ -309,9 +311,9 @@ void BatchEstimator::Worker::normal_equations_of(std::size_t lane) {
   const double* product = pack->products.data() + lane;
   for (std::size_t k = 0; k < size; ++k) {
     for (std::size_t l = 0; l <= k; ++l, product += kLanes)
-      impl.products[k * size + l] = pack->weight[lane] * *product;
+      impl.equations.products[k * size + l] = pack->weight[lane] * *product;
   }
-  impl.normal_equations();
+  impl.equations.form(impl.fit.theta);
 }
 
 bool BatchEstimator::Worker::step_lane(std::size_t lane) {
@@ -319,10 +321,10 @@ bool BatchEstimator::Worker::step_lane(std::size_t lane) {
   for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
     impl.fit.theta[k] = theta[kLanes * k];
   normal_equations_of(lane);
-  if (!impl.box_step(0.0)) return false;
-  for (std::size_t k = 0; k < impl.delta_full.size(); ++k)
-    pack->delta[kLanes * k + lane] = impl.delta_full[k];
-  step[lane] = impl.relative_step();
+  if (!impl.equations.step(impl.fit.theta, 0.0)) return false;
+  for (std::size_t k = 0; k < impl.equations.delta_full.size(); ++k)
+    pack->delta[kLanes * k + lane] = impl.equations.delta_full[k];
+  step[lane] = impl.equations.relative_step(impl.fit.theta);
   return true;
 }
 
@@ -336,17 +338,12 @@ void BatchEstimator::Worker::judge_lane(std::size_t lane, int iteration) {
   const double newton = pack->newton_step[lane];
   const double size = std::max(step[lane], newton);
   const unsigned bit = 1U << lane;
-  if (!std::isfinite(size) || size > 1e3) {
-    failed |= bit;
-  } else if (on_coarse && size <= kCloseEnough) {
-    moving &= ~bit;
-  } else if (left_after(size, last_step[lane]) <= impl.options.tolerance && newton < 1e-6) {
-    moving &= ~bit;
-    arrived |= bit;
-  } else if (size > 0.9 * last_step[lane] && iteration > 2 && ++without_progress[lane] > 3) {
-    failed |= bit;
-  }
-  last_step[lane] = size;
+  using Next = LiftedProgress::Next;
+  const Next next = progress[lane].after_step(size, newton, iteration, on_coarse, true,
+                                              impl.data.options.tolerance);
+  if (next == Next::failed) failed |= bit;
+  if (next == Next::finer_grid || next == Next::done) moving &= ~bit;
+  if (next == Next::done) arrived |= bit;
 }
 
 bool BatchEstimator::Worker::finish_lane(std::size_t lane) {
@@ -362,7 +359,7 @@ bool BatchEstimator::Worker::finish_lane(std::size_t lane) {
   }
   impl.fit.status = FitStatus::converged;
   impl.fit.iterations = iterations[lane];
-  if (!impl.finish_from(pack->weight[lane] * sum)) return false;
+  if (!impl.inference.finish_from(pack->weight[lane] * sum)) return false;
   store(first + lane);
   return true;
 }

@@ -62,7 +62,7 @@ struct RunData {
   double scatter = 0.0;  ///< sum of squares of the single cycles about their mean
   double weight = 1.0;   ///< further weight (3.15), relative inverse variance
   /// Standard error of the cosine and sine parts of the mean excitation's harmonics, from the
-  /// accelerometer's noise. It widens the covariance, see estimation_covariance.cpp. 0: the
+  /// accelerometer's noise. It widens the covariance, see fit_inference_covariance.cpp. 0: the
   /// excitation is known exactly.
   double excitation_error = 0.0;
   /// Name, group and conditions, for parameters that differ from run to run.

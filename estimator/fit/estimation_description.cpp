@@ -44,9 +44,9 @@ Estimate describe(const Model& model, const Fit& fit) {
 }
 
 Estimate Estimator::describe() const {
-  Estimate e = estimator::describe(impl_->model, impl_->fit);
-  e.runs = static_cast<int>(impl_->runs.size());
-  for (const RunState& run : impl_->runs)
+  Estimate e = estimator::describe(impl_->data.model, impl_->fit);
+  e.runs = static_cast<int>(impl_->data.runs.size());
+  for (const RunState& run : impl_->data.runs)
     e.cycles += static_cast<long>(run.data.cycles + 0.5);
   const std::vector<std::string> branch = impl_->branch_warnings();
   e.warnings.insert(e.warnings.end(), branch.begin(), branch.end());

@@ -33,35 +33,35 @@ std::string length(double value, const std::string& unit) {
                      : fmt::format("{:.3g} {}", value, unit);
 }
 
-}  // namespace
-
 // Variance of a point of the mean cycle. Negative if the run has fewer than two cycles.
-double Estimator::Impl::mean_cycle_variance(std::size_t r) const {
-  const RunData& data = runs[r].data;
+double mean_cycle_variance(const FitData& all, std::size_t r, const PeriodicSystem& system) {
+  const RunData& data = all.runs[r].data;
   const double repeats = data.cycles - 1.0;
   if (!(repeats >= 1.0)) return -1.0;
   const double scatter = data.scatter / (repeats * static_cast<double>(data.displacement.size()));
   // The accelerometer's error moves the simulated cycle about as the excitation moves the measured
   // one.
-  const double motion = motion_of_data(r), excitation = root_mean_square(systems[r].excitation());
+  const double motion = all.motion(r), excitation = root_mean_square(system.excitation());
   const double excited =
       excitation > 0.0 ? motion / (excitation * std::numbers::sqrt2) * data.excitation_error : 0.0;
   return scatter / data.cycles + excited * excited;
 }
 
+}  // namespace
+
 ModelGap Estimator::Impl::model_gap() const {
   ModelGap gap;
-  if (covariances || fit.status == FitStatus::no_solution) return gap;
+  if (data.covariances || fit.status == FitStatus::no_solution) return gap;
   double sum = 0.0, noise = 0.0, points = 0.0, repeats = 0.0, worst = 0.0;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const double variance = mean_cycle_variance(r);
+  for (std::size_t r = 0; r < data.runs.size(); ++r) {
+    const double variance = mean_cycle_variance(data, r, solutions.systems[r]);
     if (variance < 0.0) continue;
-    const auto count = static_cast<double>(runs[r].count());
-    const double left = misfit(r, systems[r]) * motion_of_data(r);
+    const auto count = static_cast<double>(data.runs[r].count());
+    const double left = data.misfit(r, solutions.systems[r]) * data.motion(r);
     sum += count * left * left;
     noise += count * variance;
     points += count;
-    repeats += runs[r].data.cycles - 1.0;
+    repeats += data.runs[r].data.cycles - 1.0;
     if (left * left > worst * variance) {
       worst = left * left / variance;
       gap.worst_run = static_cast<int>(r);
@@ -81,9 +81,9 @@ std::vector<std::string> Estimator::Impl::gap_warnings(const ModelGap& gap) cons
     return {fmt::format(
         "the model misses the mean cycles by {}, {:.0f} times what their scatter explains "
         "({}), the most in run {} ({:g} Hz): {}",
-        length(gap.size, model.length_unit()), gap.size / gap.noise_floor,
-        length(gap.noise_floor, model.length_unit()), gap.worst_run + 1,
-        runs[static_cast<std::size_t>(gap.worst_run)].data.frequency_hz, kRemedy)};
+        length(gap.size, data.model.length_unit()), gap.size / gap.noise_floor,
+        length(gap.noise_floor, data.model.length_unit()), gap.worst_run + 1,
+        data.runs[static_cast<std::size_t>(gap.worst_run)].data.frequency_hz, kRemedy)};
   if (fit.lack_of_fit < kTellingProbability)
     return {fmt::format(
         "noise alone would leave residuals as large as these with a probability of {:.1g}: {}",

@@ -1,8 +1,8 @@
 #include "estimator/fit/harmonic_data.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+
+#include "estimator/math/harmonic_basis.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -10,13 +10,10 @@ namespace {
 void analyse(std::span<const double> samples, std::span<double> out) {
   const auto n = static_cast<int>(samples.size());
   for (std::size_t j = 0; j < out.size(); ++j) {
-    const auto h = static_cast<int>((j + 1) / 2);
     double sum = 0.0;
-    for (int i = 0; i < n; ++i) {
-      const double angle = 2.0 * std::numbers::pi * (h * i % n) / n;
+    for (int i = 0; i < n; ++i)
       sum += samples[static_cast<std::size_t>(i)] *
-             (j == 0 ? 1.0 : 2.0 * (j % 2 == 1 ? std::cos(angle) : std::sin(angle)));
-    }
+             ((j == 0 ? 1.0 : 2.0) * harmonic_term(static_cast<int>(j), i, n));
     out[j] = sum / n;
   }
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include "estimator/math/dense.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -150,12 +150,8 @@ double PosteriorLikelihood::coefficients_off(std::size_t r) const {
   const int n = system.points();
   for (int i = 0; i < n; ++i) {
     const double y = system.observed(i) / n;
-    off[0] -= y;
-    for (Index h = 1; 2 * h < off.size(); ++h) {
-      const double angle = 2.0 * std::numbers::pi * static_cast<double>(h * i % n) / n;
-      off[2 * h - 1] -= 2.0 * y * std::cos(angle);
-      off[2 * h] -= 2.0 * y * std::sin(angle);
-    }
+    for (Index k = 0; k < off.size(); ++k)
+      off[k] -= (k == 0 ? 1.0 : 2.0) * y * harmonic_term(static_cast<int>(k), i, n);
   }
   return lower_solve(factors_[r], off).squaredNorm();
 }

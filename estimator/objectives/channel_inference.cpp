@@ -95,7 +95,7 @@ MatrixXd invert(const ChannelProblem& problem, const MatrixXd& gram, Fit& fit) {
 }
 
 // Covariance from the error of the excitation. It changes all points of all channels together (S),
-// and theta by H^-1 J^T V^-1 S. Its independent parts are added, as in estimation_covariance.cpp.
+// and theta by H^-1 J^T V^-1 S. Its independent parts are added, as in fit_inference_covariance.cpp.
 MatrixXd excitation_part(ChannelProblem& problem, const ChannelLook& look,
                          const std::vector<double>& theta, const MatrixXd& v,
                          const MatrixXd& inverse) {

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
+
+#include "estimator/math/harmonic_basis.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -54,13 +55,10 @@ std::vector<double> moved_excitation(const ChannelRun& run, int part, double by)
   constexpr int kSamples = 64;
   std::vector<double> x = run.excitation;
   for (int i = 0; run.excitation.empty() && i < kSamples; ++i)
-    x.push_back(run.amplitude * std::cos(2.0 * std::numbers::pi * i / kSamples));
-  const auto n = static_cast<double>(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double angle =
-        2.0 * std::numbers::pi * static_cast<double>(1 + part / 2) * static_cast<double>(i) / n;
-    x[i] += by * (part % 2 == 0 ? std::cos(angle) : std::sin(angle));
-  }
+    x.push_back(run.amplitude * harmonic_term(1, i, kSamples));
+  const auto n = static_cast<int>(x.size());
+  for (int i = 0; i < n; ++i)
+    x[static_cast<std::size_t>(i)] += by * harmonic_term(part + 1, i, n);
   return x;
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/math/box_minimum.hpp"
+#include "estimator/math/damped_minimum.hpp"
 #include "estimator/objectives/channel_inference.hpp"
 
 namespace shaker::estimator {
@@ -93,16 +94,6 @@ class Search {
     return std::sqrt(std::max(change.dot(information_ * change), 0.0));
   }
 
-  // Returns the next damping. If the bounds exclude the true value, residuals are large and the
-  // likelihood has more curvature than the information matrix. Full steps then oscillate about the
-  // optimum and achieve only a part of the predicted decrease; the damping grows.
-  static double damping_after(double lambda, double kept, bool visible) {
-    constexpr double kLight = 1e-3;
-    if (visible && kept < 0.25) return std::max(lambda, 0.01) * 4.0;
-    const bool less = visible ? kept > 0.75 : lambda < kLight;
-    return less ? std::max(lambda / 10.0, 1e-14) : lambda;
-  }
-
   // True if the remaining undamped step is a negligible part of the standard error, or its
   // predicted gain (its square) is below the rounding of the objective.
   bool at_bottom(const VectorXd& whole, double seen) const {
@@ -111,46 +102,83 @@ class Search {
 
   // Levenberg-Marquardt from fit.theta. `fixed`: a constant V; null: V is eliminated.
   void minimise(Fit& fit, const MatrixXd* fixed) {
-    double lambda = 1e-4, value = likelihood_.objective(now_, fit.theta, fixed);
-    int at_rest = 0;
-    fit.status = FitStatus::not_converged;
-    MatrixXd gram;
-    VectorXd gradient;
-    for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
-      ++fit.iterations;
-      likelihood_.normal_equations(now_, fit.theta,
-                                   fixed != nullptr ? *fixed : likelihood_.covariance(now_.moment),
-                                   gram, gradient);
-      information_ = gram;
-      const VectorXd change = step(fit.theta, gram, gradient, lambda);
-      const bool full = lambda <= kNearlyUndamped;
-      const VectorXd whole = full ? change : step(fit.theta, gram, gradient, 0.0);
-      const double size = relative(fit.theta, change);
-      const double seen = kFlat * std::max(std::fabs(value), problem_.points());
-      double after = value;
-      if (!move(fit.theta, change, value + seen, fixed, after)) {
-        if (at_bottom(whole, seen)) {  // only rounding made it worse
-          fit.status = FitStatus::converged;
-          return;
-        }
-        lambda = std::max(lambda, 1e-8) * 10.0;
-        if (lambda > kMostDamped) break;
-        continue;
-      }
-      // Tests the undamped step, because a strongly damped step is short everywhere.
-      const bool still =
-          relative(fit.theta, whole) <= 1e3 * options_.tolerance || at_bottom(whole, seen);
-      at_rest = still ? at_rest + 1 : 0;
-      if ((full && size <= options_.tolerance) || at_rest > 8) {
-        fit.status = FitStatus::converged;
-        return;
-      }
-      const double promised = 2.0 * gradient.dot(change) - change.dot(gram * change);
-      lambda = damping_after(lambda, (value - after) / promised, promised > 10.0 * seen);
-      value = after;
-    }
-    fit.trouble = fmt::format("no convergence in {} iterations", fit.iterations);
+    Minimisation steps{*this, fit, fixed};
+    steps.value = likelihood_.objective(now_, fit.theta, fixed);
+    ChannelDamping damping{steps};
+    const LoopEnd end = minimise_damped(steps, damping, options_.max_iterations);
+    fit.status = end == LoopEnd::converged ? FitStatus::converged : FitStatus::not_converged;
+    if (end != LoopEnd::converged)
+      fit.trouble = fmt::format("no convergence in {} iterations", fit.iterations);
   }
+
+  // What the loop asks: math/damped_minimum.hpp.
+  struct Minimisation {
+    Search& search;
+    Fit& fit;
+    const MatrixXd* fixed;
+    double value = 0.0, after = 0.0;   // of the objective, before and after the step
+    double seen = 0.0;                 // of it: what rounding changes
+    double size = 0.0;                 // of the step, relative
+    double promised = 0.0;             // decrease of the quadratic along the step
+    bool full = false;                 // the step is not damped
+    VectorXd change = {}, whole = {};  // the step, and the undamped one
+    int at_rest = 0;
+
+    bool compute_step(double lambda) {
+      ++fit.iterations;
+      ChannelLikelihood& likelihood = search.likelihood_;
+      MatrixXd gram;
+      VectorXd gradient;
+      likelihood.normal_equations(
+          search.now_, fit.theta,
+          fixed != nullptr ? *fixed : likelihood.covariance(search.now_.moment), gram, gradient);
+      search.information_ = gram;
+      change = search.step(fit.theta, gram, gradient, lambda);
+      full = lambda <= kNearlyUndamped;
+      whole = full ? change : search.step(fit.theta, gram, gradient, 0.0);
+      size = search.relative(fit.theta, change);
+      seen = kFlat * std::max(std::fabs(value), search.problem_.points());
+      promised = 2.0 * gradient.dot(change) - change.dot(gram * change);
+      return true;
+    }
+    bool converged_before_step() const { return false; }
+    bool step_is_successful() {
+      after = value;
+      return search.move(fit.theta, change, value + seen, fixed, after);
+    }
+    // Tests the undamped step, because a strongly damped step is short everywhere.
+    bool converged_after_success() {
+      const double tolerance = search.options_.tolerance;
+      const bool still =
+          search.relative(fit.theta, whole) <= 1e3 * tolerance || search.at_bottom(whole, seen);
+      at_rest = still ? at_rest + 1 : 0;
+      return (full && size <= tolerance) || at_rest > 8;
+    }
+    // Then only rounding made it worse.
+    bool converged_after_failure() const { return search.at_bottom(whole, seen); }
+  };
+
+  // If the bounds exclude the true value, residuals are large and the likelihood has more curvature
+  // than the information matrix. Full steps then oscillate about the optimum and achieve only a part
+  // of the predicted decrease; the damping grows.
+  struct ChannelDamping {
+    Minimisation& steps;
+    double lambda = 1e-4;
+
+    bool raise_after_invalid_step() const { return false; }
+    bool raise_after_failure() { return (lambda = std::max(lambda, 1e-8) * 10.0) <= kMostDamped; }
+    void lower_after_success() {
+      constexpr double kLight = 1e-3;
+      const bool visible = steps.promised > 10.0 * steps.seen;
+      const double kept = (steps.value - steps.after) / steps.promised;
+      steps.value = steps.after;
+      const bool less = visible ? kept > 0.75 : lambda < kLight;
+      if (visible && kept < 0.25)
+        lambda = std::max(lambda, 0.01) * 4.0;
+      else if (less)
+        lambda = std::max(lambda / 10.0, 1e-14);
+    }
+  };
 
   // Moves theta by `change` if the objective there, `after`, is at most `most`; now_ is then the
   // evaluation there. Returns false otherwise.

@@ -5,21 +5,13 @@
 #include <complex>
 #include <numbers>
 
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator::online {
 namespace {
 
 constexpr double kFullTurn = 2.0 * std::numbers::pi;
-
-// Coefficient c of harmonic h: the series is mean + sum of Re(c exp(2 pi i h tau)).
-std::complex<double> harmonic_of(const std::vector<double>& values, int h) {
-  std::complex<double> sum;
-  const auto n = static_cast<double>(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    sum += values[i] * std::polar(1.0, -kFullTurn * h * static_cast<double>(i) / n);
-  return 2.0 / n * sum;
-}
 
 bool can_be_imposed(const Model& model, std::size_t points) {
   return model.coordinates() == 1 && model.instruments().empty() && !model.needs_carrier() &&
@@ -40,17 +32,17 @@ std::vector<double> missing_force(const Model& model, const std::vector<double>&
     mean += value / n;
   std::fill_n(at.u[0], n, mean);
   for (int h = 1; h <= kMotionHarmonics; ++h) {
-    const std::complex<double> c = harmonic_of(stroke, h);
+    const std::complex<double> c = 2.0 / n * fourier_sum(stroke, h);
     const double omega = kFullTurn * h * cycle.frequency_hz;
     for (int i = 0; i < n; ++i) {
-      const std::complex<double> term = c * std::polar(1.0, kFullTurn * h * i / n);
+      const std::complex<double> term = c * std::conj(fourier_factor(h, i, n));
       at.u[0][i] += term.real();
       at.v[0][i] -= omega * term.imag();
       at.a[0][i] -= omega * omega * term.real();
     }
   }
   for (int i = 0; i < n; ++i)
-    at.x[i] = cycle.excitation.empty() ? cycle.amplitude * std::cos(kFullTurn * i / n)
+    at.x[i] = cycle.excitation.empty() ? cycle.amplitude * harmonic_term(1, i, n)
                                        : cycle.excitation[static_cast<std::size_t>(i)];
   if (!at.evaluate(model, n, theta.data())) return {};
   std::vector<double> missing(at.g[0], at.g[0] + n);

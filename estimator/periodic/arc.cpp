@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "estimator/math/harmonic_basis.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -18,7 +19,7 @@ constexpr double kStraight = 0.995;  // a greater cosine lets the step grow
 std::vector<double> cosine_shape(int points, int periods) {
   std::vector<double> shape;
   for (int i = 0; i < points; ++i)
-    shape.push_back(std::cos(2.0 * std::numbers::pi * (periods * i % points) / points));
+    shape.push_back(harmonic_term(2 * periods - 1, i, points));
   return shape;
 }
 

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
+
+#include "estimator/math/harmonic_basis.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -112,12 +113,12 @@ BranchPoint Continuation::describe(SolutionArc& arc, const ArcPoint& at, double 
     if (here <= before && here <= after)
       point.least = std::min(point.least, extreme(before, here, after));
   }
-  for (int k = 0; k <= options_.harmonics * arc.periods(); ++k) {
-    std::complex<double> sum = 0.0;
-    for (int i = 0; i < n; ++i)
-      sum += system.value(i, c) * std::polar(1.0, -2.0 * std::numbers::pi * (k * i % n) / n);
-    point.harmonics.push_back(sum * (k == 0 ? 1.0 : 2.0) / static_cast<double>(n));
-  }
+  std::vector<double> observed;
+  for (int i = 0; i < n; ++i)
+    observed.push_back(system.value(i, c));
+  for (int k = 0; k <= options_.harmonics * arc.periods(); ++k)
+    point.harmonics.push_back(fourier_sum(observed, k) * (k == 0 ? 1.0 : 2.0) /
+                              static_cast<double>(n));
   if (auto stability = floquet(system, theta_)) {
     point.floquet = *stability;
     point.stable = point.floquet.stable();

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "estimator/math/dense.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator {
@@ -64,17 +65,15 @@ void HarmonicReduction::resize(int harmonics) {
   basis_.resize(n, m);
   first_.setZero(n, m);
   second_.setZero(n, m);
-  basis_.col(0).setOnes();
-  for (int h = 1; h <= harmonics; ++h)
-    for (int i = 0; i < n; ++i) {
-      const double angle = kTwoPi * ((static_cast<long>(h) * i) % n) / n;
-      basis_(i, 2 * h - 1) = std::cos(angle);
-      basis_(i, 2 * h) = std::sin(angle);
-      first_(i, 2 * h - 1) = -h * std::sin(angle);
-      first_(i, 2 * h) = h * std::cos(angle);
-      second_(i, 2 * h - 1) = -h * h * std::cos(angle);
-      second_(i, 2 * h) = -h * h * std::sin(angle);
-    }
+  for (int term = 0; term < m; ++term)
+    for (int i = 0; i < n; ++i)
+      basis_(i, term) = harmonic_term(term, i, n);
+  for (int h = 1; h <= harmonics; ++h) {
+    const double order = h;
+    first_.col(2 * h - 1) = -order * basis_.col(2 * h);
+    first_.col(2 * h) = order * basis_.col(2 * h - 1);
+    second_.middleCols(2 * h - 1, 2) = -order * order * basis_.middleCols(2 * h - 1, 2);
+  }
 }
 
 // Evaluates the state and the equations on the grid and projects them on the harmonics.
@@ -146,12 +145,13 @@ double HarmonicReduction::left_out() const {
   for (int c = 0; c < s; ++c)
     for (int h = 1; h <= harmonics_; ++h)
       largest = std::max(largest, amplitude(h, c));
+  std::vector<double> equation(static_cast<std::size_t>(n));
   for (int e = 0; e < s; ++e) {
+    for (int i = 0; i < n; ++i)
+      equation[static_cast<std::size_t>(i)] = grid_->g(i, e);
     double missing = 0.0;
     for (int h = harmonics_ + 1; h <= (1 + kLookAhead) * harmonics_; ++h) {
-      std::complex<double> sum = 0.0;
-      for (int i = 0; i < n; ++i)
-        sum += grid_->g(i, e) * std::polar(2.0 / n, -kTwoPi * ((static_cast<long>(h) * i) % n) / n);
+      const std::complex<double> sum = fourier_sum(equation, h, 2.0 / n);
       const double inertia = model_->mass(e, e), order = model_->order(e);
       const double answers = order == 2 ? inertia * h * h * w * w : h * w;
       if (answers > 0.0) missing += std::abs(sum) / answers;
@@ -195,10 +195,13 @@ ReducedSolution HarmonicReduction::solve(std::span<const double> theta) {
 
 double HarmonicReduction::series(Eigen::Index column, double tau, int c) const {
   const int m = 2 * harmonics_ + 1;
+  std::vector<double> row(static_cast<std::size_t>(m));
+  fill_harmonic_row(tau, row);
   double sum = unknowns_(c * m, column);
-  for (int h = 1; h <= harmonics_; ++h)
-    sum += unknowns_(c * m + 2 * h - 1, column) * std::cos(kTwoPi * h * tau) +
-           unknowns_(c * m + 2 * h, column) * std::sin(kTwoPi * h * tau);
+  for (int k = 1; k < m; k += 2) {
+    const double* terms = &row[static_cast<std::size_t>(k)];
+    sum += unknowns_(c * m + k, column) * terms[0] + unknowns_(c * m + k + 1, column) * terms[1];
+  }
   return sum;
 }
 

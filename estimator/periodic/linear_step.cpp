@@ -2,8 +2,8 @@
 // with row exchanges, or the dense one of fourier_collocation.cpp.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/lanes.hpp"
 #include "estimator/periodic/dense.hpp"
 #include "estimator/periodic/observer.hpp"
@@ -134,11 +134,8 @@ bool PeriodicSystem::excitation_response(int harmonics, std::vector<double>& out
   for (int i = 0; i < n_; ++i) {
     for (int d = 0; d < s_; ++d) {
       double* row = &out[static_cast<std::size_t>(i * s_ + d) * width];
-      for (int h = 1; h <= harmonics; ++h) {
-        const double angle = 2.0 * std::numbers::pi * (h * i % n_) / n_;
-        row[2 * h - 2] = model_->excitation(d) * std::cos(angle);
-        row[2 * h - 1] = model_->excitation(d) * std::sin(angle);
-      }
+      for (int k = 0; k < width; ++k)
+        row[k] = model_->excitation(d) * harmonic_term(k + 1, i, n_);
     }
   }
   if (!factorise()) return false;

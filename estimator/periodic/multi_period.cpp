@@ -6,19 +6,14 @@
 #include <numbers>
 #include <numeric>
 
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/periodic/continuation.hpp"
 
 namespace shaker::estimator {
 namespace {
 
 std::complex<double> harmonic(std::span<const double> record, int h) {
-  const auto n = static_cast<long>(record.size());
-  std::complex<double> sum = 0.0;
-  for (long j = 0; j < n; ++j)
-    sum += record[static_cast<std::size_t>(j)] *
-           std::polar(1.0, -2.0 * std::numbers::pi * static_cast<double>(h * j % n) /
-                               static_cast<double>(n));
-  return sum * ((h == 0 ? 1.0 : 2.0) / static_cast<double>(n));
+  return fourier_sum(record, h) * ((h == 0 ? 1.0 : 2.0) / static_cast<double>(record.size()));
 }
 
 // The highest harmonic of the ring that the tests on a record use.
@@ -49,7 +44,7 @@ void start_from_record(PeriodicSystem& system, std::span<const double> record, i
   for (int h = 0; h <= last; ++h) {
     const std::complex<double> c = harmonic(record, h);
     for (int i = 0; i < n; ++i)
-      observed(i) += (c * std::polar(1.0, 2.0 * std::numbers::pi * (h * i % n) / n)).real();
+      observed(i) += (c * std::conj(fourier_factor(h, i, n))).real();
   }
 }
 

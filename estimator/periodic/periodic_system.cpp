@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "estimator/math/fourier.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/lanes.hpp"
 #include "estimator/math/numbers.hpp"
 #include "estimator/model/model_arrays.hpp"
@@ -136,7 +136,7 @@ PeriodicSystem PeriodicSystem::anew() const {
 void PeriodicSystem::set_excitation(double frequency_hz, double amplitude) {
   frequency_ = frequency_hz;
   for (int i = 0; i < n_; ++i)
-    x_full_[i] = amplitude * std::cos(2.0 * std::numbers::pi * i / n_);
+    x_full_[i] = amplitude * harmonic_term(1, i, n_);
   analyse_excitation();
 }
 
@@ -147,11 +147,9 @@ void PeriodicSystem::set_excitation(double frequency_hz, std::span<const double>
   const int last = std::min(harmonics, (count - 1) / 2);
   std::fill(x_full_.begin(), x_full_.end(), 0.0);
   for (int h = 1; h <= last; ++h) {
-    std::complex<double> c = 0.0;
-    for (int j = 0; j < count; ++j)
-      c += samples[j] * std::polar(2.0 / count, -2.0 * std::numbers::pi * (h * j % count) / count);
+    const std::complex<double> c = fourier_sum(samples, h, 2.0 / count);
     for (int i = 0; i < n_; ++i)
-      x_full_[i] += (c * std::polar(1.0, 2.0 * std::numbers::pi * (h * i % n_) / n_)).real();
+      x_full_[i] += (c * std::conj(fourier_factor(h, i, n_))).real();
   }
   analyse_excitation();
 }
@@ -191,7 +189,7 @@ void PeriodicSystem::analyse_excitation() {
     harmonics_full_[2 * h - 1] = -over_carrier.imag();
   }
   for (int i = 0; i < n_; ++i) {
-    const std::complex<double> turned = phase * std::polar(1.0, kTwoPi * i / n_);
+    const std::complex<double> turned = phase * std::conj(fourier_factor(1, i, n_));
     carrier_cos_[i] = turned.real();
     carrier_sin_[i] = turned.imag();
   }

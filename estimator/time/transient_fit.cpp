@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/math/box_minimum.hpp"
+#include "estimator/math/damped_minimum.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/time/transient_impl.hpp"
 
@@ -18,6 +19,7 @@ constexpr double kNearlyUndamped = 1e-5;
 constexpr double kSmallest = 1e-10;    // singular value relative to the largest, for undamped steps
 constexpr double kFirstLambda = 1e-4;  // of a search that begins far from the solution
 constexpr double kLastLambda = 1e12;
+constexpr int kMaxRefused = 40;
 constexpr std::size_t kShorter[] = {40, 12};  // samples in a segment of further attempts
 // Far from the solution a sample in eight says what a step needs, and reversals need no cut.
 constexpr std::size_t kCoarse = 8, kMedium = 4;
@@ -29,6 +31,24 @@ constexpr double kLeastLambda = 1e-12;     // damping of directions that the dat
 constexpr double kAccuracy = 10.0;         // error of a CVODES trajectory, in relative tolerances
 constexpr double kRounding = 1e-11;        // of runge_kutta4, whose result is a smooth function
 constexpr double kOfStandardError = 1e-7;  // a step with a smaller effect is negligible
+
+// Refused steps raise the damping faster and faster.
+struct TransientDamping {
+  double lambda, grow = 2.0;
+  int refused = 0;  // in turn
+
+  bool raise_after_invalid_step() { return raise_after_failure(); }
+  bool raise_after_failure() {
+    lambda = std::max(lambda, 0.1 * kFirstLambda) * grow;
+    grow *= 2.0;
+    return ++refused <= kMaxRefused && lambda <= kLastLambda;
+  }
+  void lower_after_success() {
+    refused = 0;
+    grow = 2.0;
+    lambda = std::max(lambda / 8.0, kLeastLambda);
+  }
+};
 
 }  // namespace
 
@@ -212,63 +232,81 @@ void TransientEstimator::Impl::end(const Eigen::VectorXd& step) {
                         noise * noise * fit.prior_sum);
 }
 
+// What the loop asks: math/damped_minimum.hpp.
+struct TransientEstimator::Impl::Minimisation {
+  Impl& impl;
+  const Level& level;
+  bool damped;
+  std::vector<double> first;        // parameters at the start
+  double lambda = 0.0;              // of the present step
+  double size = 0.0, before = 0.0;  // of that step, relative; the merit before it
+  double full_size = 0.0;           // of a full step just made; 0: it was not full
+  double closing = 1.0;             // share of the gaps that a step closes
+  Eigen::VectorXd step = {};
+
+  bool compute_step(double with) {
+    lambda = with;
+    ++impl.fit.iterations;
+    step = impl.step_of(lambda, first);
+    before = impl.merit();
+    size = impl.relative_size(step);
+    if (full_size > 0.0)
+      impl.shrinking = {size / (full_size * full_size),
+                        impl.fit.largest_gap / (full_size * full_size)};
+    return true;
+  }
+
+  bool converged_before_step() {
+    if (damped && lambda > kNearlyUndamped && level.last) return false;
+    if (!impl.enough(level, step)) return false;
+    impl.end(step);
+    return true;
+  }
+
+  bool step_is_successful() {
+    const auto theta = impl.fit.theta;
+    const auto starts = impl.present_starts();
+    std::swap(impl.sums, impl.sums_before);
+    impl.move(step);
+    const IntegrationReport report = impl.integrate(level);
+    if (!report.ok && !damped) {
+      impl.no_solution(report);
+      return false;
+    }
+    if (report.ok) impl.linearise(closing);
+    const double unsure = impl.accuracy();
+    if (report.ok &&
+        (!damped || impl.merit() <= before + 2.0 * std::sqrt(before) * unsure + unsure * unsure)) {
+      impl.keep_iterate();
+      full_size = lambda <= kLeastLambda && closing == 1.0 ? size : 0.0;
+      closing = 1.0;
+      return true;
+    }
+    impl.restore(theta, starts);
+    std::swap(impl.sums, impl.sums_before);
+    impl.kept = false;
+    closing = std::max(0.05, 0.5 * closing);
+    impl.linearise(closing);
+    return false;
+  }
+
+  bool converged_after_success() const { return false; }
+  bool converged_after_failure() const { return false; }
+};
+
 bool TransientEstimator::Impl::iterate(const Level& level, double lambda) {
-  const bool damped = lambda > 0.0;
-  const std::vector<double> start = fit.theta;
-  IntegrationReport report = integrate(level);
+  const IntegrationReport report = integrate(level);
   if (!report.ok) {
     no_solution(report);
     return false;
   }
-  double grow = 2.0, closing = 1.0;
-  int refused = 0;
-  double size_before = 0.0;  // of a full step just made
-  linearise(closing);
-  for (int iteration = 0; iteration < level.most && refused <= 40 && lambda <= kLastLambda;
-       ++iteration) {
-    ++fit.iterations;
-    const Eigen::VectorXd step = step_of(lambda, start);
-    const double before = merit(), size = relative_size(step);
-    if (size_before > 0.0)
-      shrinking = {size / (size_before * size_before),
-                   fit.largest_gap / (size_before * size_before)};
-    if ((!damped || lambda <= kNearlyUndamped || !level.last) && enough(level, step)) {
-      end(step);
-      return true;
-    }
-    const auto theta = fit.theta;
-    const auto starts = present_starts();
-    std::swap(sums, sums_before);
-    move(step);
-    report = integrate(level);
-    bool accepted = report.ok;
-    if (accepted) {
-      linearise(closing);
-      const double unsure = accuracy();
-      if (damped) accepted = merit() <= before + 2.0 * std::sqrt(before) * unsure + unsure * unsure;
-    } else if (!damped) {
-      no_solution(report);
-      return false;
-    }
-    if (accepted) {
-      keep_iterate();
-      size_before = lambda <= kLeastLambda && closing == 1.0 ? size : 0.0;
-      refused = 0;
-      grow = 2.0;
-      if (damped) lambda = std::max(lambda / 8.0, kLeastLambda);
-      closing = 1.0;
-      continue;
-    }
-    restore(theta, starts);
-    std::swap(sums, sums_before);
-    kept = false;
-    ++refused;
-    lambda = std::max(lambda, 0.1 * kFirstLambda) * grow;
-    grow *= 2.0;
-    closing = std::max(0.05, 0.5 * closing);
-    linearise(closing);
-  }
-  return false;
+  Minimisation steps{*this, level, lambda > 0.0, fit.theta};
+  linearise(steps.closing);
+  TransientDamping damping{lambda};
+  NoDamping none;
+  const LoopEnd end = lambda > 0.0 ? minimise_damped(steps, damping, level.most)
+                                   : minimise_damped(steps, none, level.most);
+  return end == LoopEnd::converged;
 }
 
 // The approach of records in segments, from the data's starts: full steps, which mostly do best, and

@@ -101,6 +101,7 @@ struct TransientEstimator::Impl {
   bool approach(const std::vector<double>& start, std::size_t segment);
   // From damping `lambda`; 0: full steps, (4.7). True where the level's end was reached.
   bool iterate(const Level& level, double lambda);
+  struct Minimisation;
   Eigen::VectorXd step_of(double lambda, const std::vector<double>& start) const;
   bool enough(const Level& level, const Eigen::VectorXd& step) const;
   void end(const Eigen::VectorXd& step);

@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "cli/excitation_phase.hpp"
 #include "tests/sanitized.hpp"
 
 namespace shaker::cli {
@@ -27,14 +26,6 @@ Cycles motion(int count, int periods, double share, double noise, unsigned seed)
                        noise * normal(random));
   }
   return cycles;
-}
-
-TEST(Repetition, ScatterIsTheNoiseWhereItRepeatsAndTheMotionsElsewhere) {
-  const Cycles cycles = motion(200, 2, 0.1, 0.01, 1);
-  EXPECT_NEAR(scatter_after(cycles, 2), 0.01, 3e-4);
-  EXPECT_NEAR(scatter_after(cycles, 4), 0.01, 3e-4);
-  EXPECT_NEAR(scatter_after(cycles, 1), std::hypot(0.01, 0.1 / std::numbers::sqrt2), 1e-3);
-  EXPECT_TRUE(std::isinf(scatter_after(motion(5, 2, 0.1, 0.01, 1), 3)));
 }
 
 TEST(Repetition, NoNoiseIsTakenForASubharmonic) {
@@ -82,21 +73,6 @@ TEST(Repetition, SubharmonicsAreNamedWithTheirPeriodAndTheirSize) {
     EXPECT_TRUE(check_repetition(motion(40, 2, 0.008, 0.01, seed), 2, "f")) << seed;
   }
   EXPECT_FALSE(doubt_of_repetition(motion(24, 2, 0.01, 0.001, 1), "f").spoils);
-}
-
-TEST(ExcitationPhase, TellsTheFrequencyOfANoisyRecord) {
-  std::mt19937 random(2);
-  std::normal_distribution<double> noise(0.0, 0.02);
-  std::vector<double> t, x;
-  for (int i = 0; i < 5000; ++i) {
-    t.push_back(0.37 + i / 733.0);
-    x.push_back(0.5 + std::cos(kTurn * 4.002 * t.back() - 1.0) + noise(random));
-  }
-  const PhaseDrift drift = phase_drift(t, x, 4.0);
-  EXPECT_NEAR(drift.frequency_hz, 4.002, 1e-4);
-  EXPECT_NEAR(drift.turns, 0.002 / 4.0 * 26.0, 1e-3);
-  EXPECT_LT(std::fabs(phase_drift(t, x, 4.002).turns), 1e-3);
-  EXPECT_EQ(phase_drift({0.0, 0.1, 0.2}, {0.0, 1.0, 0.0}, 4.0).turns, 0.0);
 }
 
 }  // namespace

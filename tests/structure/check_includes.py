@@ -22,13 +22,14 @@ EXTRA = {"drivers/sim": {"sim"}, "drivers/replay": {"record"}}
 ROOT = "estimator"
 INNER_MAY_INCLUDE = {
     "math": set(),
+    "signal": {"math"},
     ROOT: set(),
     "effects": {"math"},
     "formula": {"math", "effects"},
     "model": {"math", "effects", "formula"},
     "instrument": {"effects", "model"},
     "periodic": {"math", "model", "instrument"},
-    "fit": {"math", ROOT, "model", "periodic"},
+    "fit": {"math", ROOT, "effects", "model", "periodic"},
     "objectives": {"math", "instrument", "periodic", "fit"},
     "inference": {"math", ROOT, "periodic", "fit", "objectives"},
     "online": {"math", ROOT, "model", "periodic", "fit", "inference"},

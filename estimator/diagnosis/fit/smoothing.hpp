@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/effects/turning.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -29,15 +30,6 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
 // Returns the model with the widths of the catalogue written into its lines.
 config::ModelSpec stated_for(const config::ModelSpec& spec);
 
-// The smoothing width `e` of one friction: a velocity that its own line or the catalogue states.
-struct Turning {
-  std::size_t line;
-  std::string symbol, unit;
-  double width, usual;  // the line's, and the catalogue's
-  bool stated;          // by the line
-};
-// The smoothing widths of all frictions without memory.
-std::vector<Turning> turnings_of(const config::ModelSpec& spec);
 // Returns the model with a narrow width in every line that states none: the narrowest with which an
 // estimate converges reliably. A model file says in this way that the friction reverses at once.
 config::ModelSpec stated_sharp(const config::ModelSpec& spec);

@@ -16,7 +16,6 @@ using Eigen::VectorXd;
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr double kStatedAt = 192.0;  // points at which a width is as stated where there is no cycle
 constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
-constexpr const char* kTurns = "e";
 // Of the width that the catalogue states: 0.2 mm/s. Twice that leaves f_c 0.3 % off, twice as far.
 constexpr double kAtOnce = 0.04;
 // Of the largest speed: somewhat more than the above makes of any friction of the catalogue.
@@ -119,24 +118,6 @@ config::ModelSpec stated_for(const config::ModelSpec& spec) {
   for (const Corner& corner : corners_of(spec))
     stated.effects[corner.line].constants[corner.symbol] = corner.width;
   return stated;
-}
-
-std::vector<Turning> turnings_of(const config::ModelSpec& spec) {
-  std::vector<Turning> all;
-  for (std::size_t i = 0; i < spec.effects.size(); ++i) {
-    const Effect* effect = find_effect(spec.effects[i].effect);
-    if (effect == nullptr || effect->group() != Group::damper || !effect->internals().empty())
-      continue;
-    for (const ConstantInfo& usual : effect->constants()) {
-      const ConstantInfo info = scaled(usual, spec.effects[i].scale);
-      if (!info.width || info.symbol != kTurns) continue;
-      const auto given = spec.effects[i].constants.find(kTurns);
-      const bool stated = given != spec.effects[i].constants.end();
-      all.push_back({i, std::string(info.symbol), std::string(info.unit),
-                     stated ? given->second : info.value, info.value, stated});
-    }
-  }
-  return all;
 }
 
 config::ModelSpec stated_sharp(const config::ModelSpec& spec) {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace shaker::cli {
+namespace shaker::estimator {
 
 struct PhaseDrift {
   double turns = 0.0;  // from the first whole period to the last, in periods
@@ -17,4 +17,4 @@ struct PhaseDrift {
 PhaseDrift phase_drift(const std::vector<double>& t, const std::vector<double>& excitation,
                        double frequency_hz);
 
-}  // namespace shaker::cli
+}  // namespace shaker::estimator

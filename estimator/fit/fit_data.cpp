@@ -1,22 +1,23 @@
-// The data of an estimation on their grids, and the start of a solution from the data.
+#include "estimator/fit/fit_data.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include "estimator/fit/estimation_impl.hpp"
 #include "estimator/math/dense.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/periodic/multi_period.hpp"
 
 namespace shaker::estimator {
 namespace {
 
 constexpr int kStartHarmonics = 3;  // higher ones would bring noise into the accelerations
-constexpr std::size_t kFewestCoarse = 24;
-constexpr int kFewestWithMemory = 64;
+constexpr double kMinSubharmonicShare = 0.1;  // of the data's subharmonic share
+constexpr double kMinRelativeVariance =
+    1e-12;  // of the mean square; a smaller variance is rounding
 
 // Number of grid points, at least `least`. For data on equal steps: the smallest such multiple of
 // the number of data.
@@ -25,21 +26,6 @@ int grid_points(const RunData& run, int least) {
   if (!run.tau.empty()) return least;
   const int count = static_cast<int>(run.displacement.size());
   return count * ((least + count - 1) / count);
-}
-
-// Steps of the coarse grid between two data: one, but an internal state of first order, which may
-// change fast, needs more points than a motion. They divide those of the fine grid.
-int coarse_steps(const Model& model, const RunState& run) {
-  bool fast = false;
-  for (int c = 0; c < model.coordinates(); ++c)
-    fast = fast || model.order(c) == 1;
-  if (!fast) return 1;
-  const int count = static_cast<int>(run.data.displacement.size());
-  for (int steps = 1; steps < run.every; ++steps) {
-    if (run.every % steps == 0 && count * steps >= kFewestWithMemory * run.data.periods)
-      return steps;
-  }
-  return 1;
 }
 
 Eigen::MatrixXd covariance_of(const RunData& run) {
@@ -87,112 +73,8 @@ void check_harmonics(const RunData& run, const Reject& reject) {
                     run.covariance_degrees, m));
 }
 
-}  // namespace
-
-Estimator::Impl::Impl(const Model& the_model, std::vector<RunData> data, EstimationOptions opt)
-    : model(the_model), options(opt) {
-  if (data.empty()) throw std::invalid_argument("there is no run to estimate from");
-  const auto p = static_cast<std::size_t>(model.parameter_count());
-  for (std::size_t k = 0; k < p; ++k) {
-    const ModelParameter& parameter = model.parameters()[k];
-    if (parameter.fixed) continue;
-    free.push_back(static_cast<int>(k));
-    priors = priors || parameter.prior_mean.has_value();
-  }
-  covariances = !data.front().harmonics.empty();
-  systems.reserve(data.size());
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    check_run(data[r], r);
-    if (data[r].harmonics.empty() == covariances)
-      throw std::invalid_argument(
-          fmt::format("run {} has {}, run 1 has {}; the noise of the two cannot be compared: give "
-                      "the same for all runs",
-                      r + 1, covariances ? "samples" : "Fourier coefficients with their covariance",
-                      covariances ? "Fourier coefficients with their covariance" : "samples"));
-    GridOptions grid = options.grid;
-    grid.points = grid_points(data[r], grid.points * data[r].periods);
-    systems.emplace_back(data[r].model_or(model), grid);
-    runs.emplace_back();
-    runs[r].data = std::move(data[r]);
-    if (runs[r].harmonic())
-      runs[r].whitened.resize(runs[r].data.harmonics.size());
-    else
-      prepare_readings(runs[r], grid.points);
-    prepare_harmonics(runs[r], grid.points);
-    runs[r].saved.resize(systems[r].state().size());
-  }
-  make_coarse_level();
-  make_packs();
-  for (std::size_t r = 0; r < runs.size(); ++r)
-    load(r);
-  for (RunPack& pack : packs)
-    load_pack(pack);
-  const std::size_t q = free.size();
-  gram.resize(q * q);
-  scratch_matrix.resize(q * q);
-  factors.resize(q * q);
-  gradient.resize(q);
-  scratch_vector.resize(q);
-  delta.resize(q);
-  held.resize(q);
-  pinned.resize(q);
-  delta_full.resize(p);
-  theta_saved.resize(p);
-  mixed_.resize(1 + p);
-  products.resize((1 + p) * (1 + p));
-  fit.theta.resize(p);
-  fit.standard_error.resize(p);
-  fit.at_bound.resize(p);
-  fit.determined.resize(p);
-  fit.covariance.resize(q * q);
-}
-
-void Estimator::Impl::make_coarse_level() {
-  const bool possible = options.method == Method::lifted &&
-                        options.grid.scheme != Scheme::fourier && model.instruments().empty() &&
-                        std::all_of(runs.begin(), runs.end(), [](const RunState& run) {
-                          return run.every >= 2 && run.data.sample_weight.empty() &&
-                                 run.data.displacement.size() >=
-                                     kFewestCoarse * static_cast<std::size_t>(run.data.periods);
-                        });
-  if (!possible) return;
-  coarse.reserve(runs.size());
-  for (RunState& run : runs) {
-    GridOptions grid = options.grid;
-    const auto count = static_cast<int>(run.data.displacement.size());
-    run.coarse_every = coarse_steps(run.data.model_or(model), run);
-    grid.points = count * run.coarse_every;
-    coarse.emplace_back(run.data.model_or(model), grid);
-  }
-}
-
-void Estimator::Impl::load(std::size_t r) {
-  RunState& run = runs[r];
-  run.inverse_variance = run.data.cycles * run.data.weight;
-  if (run.harmonic()) prepare_projector(run, systems[r].points());
-  total_scatter = 0.0;
-  observations = 0;
-  for (const RunState& each : runs) {
-    total_scatter += each.data.weight * each.data.scatter;
-    const double n = static_cast<double>(each.data.displacement.size());
-    observations += each.harmonic() ? static_cast<long>(each.data.harmonics.size())
-                                    : static_cast<long>(n * each.data.cycles + 0.5);
-  }
-  const auto put = [&](PeriodicSystem& system) {
-    const int periods = run.data.periods;
-    if (!run.data.excitation.empty())
-      system.set_excitation(run.data.frequency_hz / periods, run.data.excitation,
-                            options.excitation_harmonics * periods);
-    else if (periods > 1)
-      set_excitation_over(system, periods, run.data.frequency_hz, run.data.amplitude);
-    else
-      system.set_excitation(run.data.frequency_hz, run.data.amplitude);
-  };
-  put(systems[r]);
-  if (!coarse.empty()) put(coarse[r]);
-}
-
-void Estimator::Impl::prepare_readings(RunState& run, int points) {
+void prepare_readings(RunState& run) {
+  const int points = run.grid.points;
   const std::size_t count = run.data.displacement.size();
   run.readings.resize(count);
   for (std::size_t j = 0; j < count; ++j) {
@@ -207,7 +89,7 @@ void Estimator::Impl::prepare_readings(RunState& run, int points) {
 }
 
 // Tables that turn the data into their first harmonics, and these into a state on the grid.
-void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
+void prepare_harmonics(RunState& run) {
   if (!run.data.tau.empty()) return;
   const int count =
       static_cast<int>(run.harmonic() ? run.data.harmonics.size() : run.data.displacement.size());
@@ -215,30 +97,25 @@ void Estimator::Impl::prepare_harmonics(RunState& run, int points) {
   const auto fill = [&](std::vector<double>& table, int n, double mean, double rest) {
     table.resize(static_cast<std::size_t>(n) * terms);
     for (int i = 0; i < n; ++i) {
-      for (int t = 0; t < terms; ++t) {
-        const double angle = 2.0 * std::numbers::pi * ((t + 1) / 2) * i / n;
-        table[i * terms + t] =
-            t == 0 ? mean : rest * (t % 2 == 1 ? std::cos(angle) : std::sin(angle));
-      }
+      for (int t = 0; t < terms; ++t)
+        table[i * terms + t] = (t == 0 ? mean : rest) * harmonic_term(t, i, n);
     }
   };
   if (!run.harmonic()) fill(run.analysis, count, 1.0 / count, 2.0 / count);
-  fill(run.synthesis, points, 1.0, 1.0);
+  fill(run.synthesis, run.grid.points, 1.0, 1.0);
   run.coefficients.resize(terms);
 }
 
 // L^-1 times the harmonic analysis of a state on the grid, and L^-1 times the data.
-void Estimator::Impl::prepare_projector(RunState& run, int points) {
+void prepare_projector(RunState& run) {
+  const int points = run.grid.points;
   const auto m = static_cast<Eigen::Index>(run.data.harmonics.size());
   const Cholesky factor(covariance_of(run.data));
   Eigen::MatrixXd analysis(m, points);
   for (Eigen::Index j = 0; j < m; ++j) {
-    const auto h = static_cast<int>((j + 1) / 2);
-    for (int i = 0; i < points; ++i) {
-      const double angle = 2.0 * std::numbers::pi * (h * i % points) / points;
+    for (int i = 0; i < points; ++i)
       analysis(j, i) =
-          j == 0 ? 1.0 / points : 2.0 / points * (j % 2 == 1 ? std::cos(angle) : std::sin(angle));
-    }
+          (j == 0 ? 1.0 : 2.0) / points * harmonic_term(static_cast<int>(j), i, points);
   }
   analysis = factor.whiten(analysis);
   const Eigen::VectorXd data = factor.whiten(
@@ -247,7 +124,57 @@ void Estimator::Impl::prepare_projector(RunState& run, int points) {
   run.projector.assign(analysis.data(), analysis.data() + analysis.size());
 }
 
-bool Estimator::Impl::start_from_data(std::size_t r, PeriodicSystem& system, double share) {
+}  // namespace
+
+FitData::FitData(const Model& the_model, std::vector<RunData> given, EstimationOptions how)
+    : model(the_model), options(how) {
+  if (given.empty()) throw std::invalid_argument("there is no run to estimate from");
+  const auto p = static_cast<std::size_t>(model.parameter_count());
+  for (std::size_t k = 0; k < p; ++k) {
+    const ModelParameter& parameter = model.parameters()[k];
+    if (parameter.fixed) continue;
+    free.push_back(static_cast<int>(k));
+    priors = priors || parameter.prior_mean.has_value();
+  }
+  covariances = !given.front().harmonics.empty();
+  for (std::size_t r = 0; r < given.size(); ++r) {
+    check_run(given[r], r);
+    if (given[r].harmonics.empty() == covariances)
+      throw std::invalid_argument(
+          fmt::format("run {} has {}, run 1 has {}; the noise of the two cannot be compared: give "
+                      "the same for all runs",
+                      r + 1, covariances ? "samples" : "Fourier coefficients with their covariance",
+                      covariances ? "Fourier coefficients with their covariance" : "samples"));
+    RunState& run = runs.emplace_back();
+    run.grid = options.grid;
+    run.grid.points = grid_points(given[r], run.grid.points * given[r].periods);
+    run.data = std::move(given[r]);
+    if (run.harmonic())
+      run.whitened.resize(run.data.harmonics.size());
+    else
+      prepare_readings(run);
+    prepare_harmonics(run);
+  }
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    load(r);
+  mixed_.resize(1 + p);
+}
+
+void FitData::load(std::size_t r) {
+  RunState& run = runs[r];
+  run.inverse_variance = run.data.cycles * run.data.weight;
+  if (run.harmonic()) prepare_projector(run);
+  total_scatter = 0.0;
+  observations = 0;
+  for (const RunState& each : runs) {
+    total_scatter += each.data.weight * each.data.scatter;
+    const double n = static_cast<double>(each.data.displacement.size());
+    observations += each.harmonic() ? static_cast<long>(each.data.harmonics.size())
+                                    : static_cast<long>(n * each.data.cycles + 0.5);
+  }
+}
+
+bool FitData::start_from_data(std::size_t r, PeriodicSystem& system, double share) {
   RunState& run = runs[r];
   if (run.synthesis.empty()) return false;
   system.begin();
@@ -272,6 +199,88 @@ bool Estimator::Impl::start_from_data(std::size_t r, PeriodicSystem& system, dou
     z += share * (sum - z);
   }
   return true;
+}
+
+double FitData::motion(std::size_t r) const {
+  const std::vector<double>& y = runs[r].data.displacement;
+  double mean = 0.0, square = 0.0;
+  for (const double value : y) {
+    mean += value / static_cast<double>(y.size());
+    square += value * value / static_cast<double>(y.size());
+  }
+  // A record without motion is on no branch.
+  const double variance = square - mean * mean;
+  return variance > kMinRelativeVariance * square ? std::sqrt(variance) : 0.0;
+}
+
+double FitData::misfit(std::size_t r, const PeriodicSystem& system) const {
+  const RunState& run = runs[r];
+  const double size = motion(r);
+  if (run.harmonic() || !(size > 0.0)) return 0.0;
+  double sum = 0.0;
+  for (std::size_t j = 0; j < run.readings.size(); ++j) {
+    const GridReading& reading = run.readings[j];
+    double left = run.data.displacement[j];
+    for (int k = 0; k < reading.count; ++k)
+      left -= reading.weight[k] * system.observed((reading.base + k) % system.points());
+    sum += left * left;
+  }
+  return std::sqrt(sum / static_cast<double>(run.readings.size())) / size;
+}
+
+bool FitData::lost_subharmonic(std::size_t r, const PeriodicSystem& system) const {
+  const RunState& run = runs[r];
+  return run.data.periods > 1 && !run.harmonic() &&
+         subharmonic_share(system, run.data.periods) <
+             kMinSubharmonicShare * subharmonic_share(run.data.displacement, run.data.periods) &&
+         subharmonic_stands_out(run.data.displacement, run.data.periods);
+}
+
+double FitData::worst_misfit(const std::vector<PeriodicSystem>& systems) const {
+  double worst = 0.0;
+  for (std::size_t r = 0; r < systems.size(); ++r)
+    worst = std::max(worst, misfit(r, systems[r]));
+  return worst;
+}
+
+bool FitData::fitted_badly(const std::vector<PeriodicSystem>& systems) const {
+  for (std::size_t r = 0; r < systems.size(); ++r) {
+    if (misfit(r, systems[r]) > kFarFromData || lost_subharmonic(r, systems[r])) return true;
+  }
+  return false;
+}
+
+double FitData::squares() const {
+  double sum = 0.0;
+  for (const RunState& run : runs) {
+    for (const double c : run.whitened)
+      sum += c * c;
+    for (std::size_t j = 0; j < run.data.displacement.size(); ++j) {
+      const double sample = run.data.sample_weight.empty() ? 1.0 : run.data.sample_weight[j];
+      sum += run.inverse_variance * sample * run.data.displacement[j] * run.data.displacement[j];
+    }
+  }
+  return sum;
+}
+
+double FitData::prior_sum(const std::vector<double>& theta) const {
+  double sum = 0.0;
+  for (const int k : free) {
+    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(k)];
+    if (!p.prior_mean) continue;
+    const double off =
+        (theta[static_cast<std::size_t>(k)] - *p.prior_mean) / *p.prior_standard_deviation;
+    sum += off * off;
+  }
+  return sum;
+}
+
+double FitData::noise_variance(double sum_of_squares) const {
+  if (covariances) return 1.0;
+  if (options.noise > 0.0) return options.noise * options.noise;
+  const double degrees = static_cast<double>(observations) - static_cast<double>(free.size());
+  return degrees > 0.0 ? (sum_of_squares + total_scatter) / degrees
+                       : std::numeric_limits<double>::quiet_NaN();
 }
 
 void check_run(const RunData& run, std::size_t index) {

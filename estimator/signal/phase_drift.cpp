@@ -1,10 +1,10 @@
-#include "cli/excitation_phase.hpp"
+#include "estimator/signal/phase_drift.hpp"
 
 #include <cmath>
 #include <complex>
 #include <numbers>
 
-namespace shaker::cli {
+namespace shaker::estimator {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
@@ -54,4 +54,4 @@ PhaseDrift phase_drift(const std::vector<double>& t, const std::vector<double>& 
   return {slope * (count - 1.0), error * (count - 1.0), frequency_hz * (1.0 + slope)};
 }
 
-}  // namespace shaker::cli
+}  // namespace shaker::estimator

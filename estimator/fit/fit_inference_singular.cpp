@@ -5,7 +5,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/fit/estimation_impl.hpp"
+#include "estimator/fit/fit_inference.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 
@@ -22,33 +22,35 @@ constexpr double kInvolved = 1e-3;
 }  // namespace
 
 // Finds rank, lost directions and covariance from the singular values of the scaled Jacobian.
-void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_t q) {
+void FitInference::finish_by_svd() {
+  const std::size_t q = data_.free.size();
   const auto columns = static_cast<Eigen::Index>(q);
   Eigen::Index count = 0;
-  for (const RunState& run : runs)
+  for (const RunState& run : data_.runs)
     count += static_cast<Eigen::Index>(run.count());
-  const Eigen::Index rows = count + (priors ? columns : 0);
+  const Eigen::Index rows = count + (data_.priors ? columns : 0);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(rows, columns);
   Eigen::Index at = 0;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    for_each_datum(r, false, [&](const double* row, double, double weight) {
-      for (std::size_t k = 0; k < q; ++k)
-        jacobian(at, static_cast<Eigen::Index>(k)) =
-            scale[k] > 0.0 ? std::sqrt(weight) * row[1 + free[k]] / scale[k] : 0.0;
-      ++at;
-    });
+  for (std::size_t r = 0; r < data_.runs.size(); ++r) {
+    data_.for_each_datum(
+        r, solutions_.systems[r], false, [&](const double* row, double, double weight) {
+          for (std::size_t k = 0; k < q; ++k)
+            jacobian(at, static_cast<Eigen::Index>(k)) =
+                scale_[k] > 0.0 ? std::sqrt(weight) * row[1 + data_.free[k]] / scale_[k] : 0.0;
+          ++at;
+        });
   }
-  for (Eigen::Index k = 0; priors && k < columns; ++k) {
+  for (Eigen::Index k = 0; data_.priors && k < columns; ++k) {
     const auto at_k = static_cast<std::size_t>(k);
-    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(free[at_k])];
-    if (p.prior_mean && scale[at_k] > 0.0)
-      jacobian(count + k, k) =
-          std::sqrt(noise_variance()) / (*p.prior_standard_deviation * scale[at_k]);
+    const ModelParameter& p = data_.model.parameters()[static_cast<std::size_t>(data_.free[at_k])];
+    if (p.prior_mean && scale_[at_k] > 0.0)
+      jacobian(count + k, k) = std::sqrt(data_.noise_variance(equations_.sum_of_squares)) /
+                               (*p.prior_standard_deviation * scale_[at_k]);
   }
   const SingularValues svd = singular_values_of(jacobian);
   const Eigen::VectorXd& sigma = svd.values;
   const auto rank = std::min<Eigen::Index>(sigma.size(), columns);
-  fit.condition = sigma[0] / sigma[rank - 1];
+  fit_.condition = sigma[0] / sigma[rank - 1];
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(columns, columns);
   for (Eigen::Index i = 0; i < rank; ++i) {
     const Eigen::VectorXd direction = svd.v.col(i);
@@ -56,29 +58,29 @@ void Estimator::Impl::finish_by_svd(const std::vector<double>& scale, std::size_
       inverse += direction * direction.transpose() / (sigma[i] * sigma[i]);
       continue;
     }
-    std::vector<double> lost(fit.theta.size(), 0.0);
+    std::vector<double> lost(fit_.theta.size(), 0.0);
     for (std::size_t k = 0; k < q; ++k) {
       const double part = direction[static_cast<Eigen::Index>(k)];
       if (std::fabs(part) <= kInvolved) continue;
-      fit.determined[free[k]] = 0;
-      lost[free[k]] = scale[k] > 0.0 ? part / scale[k] : part;
+      fit_.determined[data_.free[k]] = 0;
+      lost[data_.free[k]] = scale_[k] > 0.0 ? part / scale_[k] : part;
     }
-    fit.lost.push_back(std::move(lost));
+    fit_.lost.push_back(std::move(lost));
   }
   // A lost direction uses up no degree of freedom.
-  fit.degrees_of_freedom += static_cast<long>(fit.lost.size());
+  fit_.degrees_of_freedom += static_cast<long>(fit_.lost.size());
   finish_noise();
   // The pseudo-inverse: variances of determined parameters do not depend on the lost directions.
   for (std::size_t k = 0; k < q; ++k) {
     for (std::size_t l = 0; l < q; ++l) {
       const double unit = inverse(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l));
-      const bool felt = scale[k] > 0.0 && scale[l] > 0.0;
-      fit.covariance[k * q + l] = felt ? unit / (scale[k] * scale[l]) : 0.0;
+      const bool felt = scale_[k] > 0.0 && scale_[l] > 0.0;
+      fit_.covariance[k * q + l] = felt ? unit / (scale_[k] * scale_[l]) : 0.0;
     }
-    if (!(scale[k] > 0.0)) fit.determined[free[k]] = 0;
+    if (!(scale_[k] > 0.0)) fit_.determined[data_.free[k]] = 0;
   }
-  if (std::find(fit.determined.begin(), fit.determined.end(), 0) != fit.determined.end())
-    fit.status = FitStatus::undetermined;
+  if (std::find(fit_.determined.begin(), fit_.determined.end(), 0) != fit_.determined.end())
+    fit_.status = FitStatus::undetermined;
 }
 
 }  // namespace shaker::estimator

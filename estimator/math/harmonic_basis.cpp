@@ -1,0 +1,42 @@
+#include "estimator/math/harmonic_basis.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace shaker::estimator {
+namespace {
+
+double angle_on_grid(int harmonic, int point, int points) {
+  return 2.0 * std::numbers::pi *
+         static_cast<double>(static_cast<long>(harmonic) * point % points) / points;
+}
+
+}  // namespace
+
+void fill_harmonic_row(double tau, std::span<double> row) {
+  row[0] = 1.0;
+  for (std::size_t term = 1; term < row.size(); ++term) {
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>((term + 1) / 2) * tau;
+    row[term] = term % 2 == 1 ? std::cos(angle) : std::sin(angle);
+  }
+}
+
+double harmonic_term(int term, int point, int points) {
+  if (term == 0) return 1.0;
+  const double angle = angle_on_grid((term + 1) / 2, point, points);
+  return term % 2 == 1 ? std::cos(angle) : std::sin(angle);
+}
+
+std::complex<double> fourier_factor(int harmonic, int point, int points, double size) {
+  return std::polar(size, -angle_on_grid(harmonic, point, points));
+}
+
+std::complex<double> fourier_sum(std::span<const double> samples, int harmonic, double size) {
+  const auto n = static_cast<int>(samples.size());
+  std::complex<double> sum = 0.0;
+  for (int i = 0; i < n; ++i)
+    sum += samples[static_cast<std::size_t>(i)] * fourier_factor(harmonic, i, n, size);
+  return sum;
+}
+
+}  // namespace shaker::estimator

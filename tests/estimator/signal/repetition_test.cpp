@@ -1,0 +1,74 @@
+#include "estimator/signal/repetition.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace shaker::estimator {
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr std::size_t kPoints = 32;
+
+// A motion of amplitude 1 with a subharmonic of `share` over `periods`, and white noise.
+Cycles motion(int count, int periods, double share, double noise, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  Cycles cycles{{}, kPoints};
+  for (std::size_t i = 0; i < kPoints * static_cast<std::size_t>(count); ++i) {
+    const double tau = static_cast<double>(i) / static_cast<double>(kPoints);
+    cycles.y.push_back(std::cos(kTurn * tau) + share * std::cos(kTurn * tau / periods) +
+                       noise * normal(random));
+  }
+  return cycles;
+}
+
+TEST(Repetition, ScatterIsTheNoiseWhereItRepeatsAndTheMotionsElsewhere) {
+  const Cycles cycles = motion(200, 2, 0.1, 0.01, 1);
+  EXPECT_NEAR(scatter_after(cycles, 2), 0.01, 3e-4);
+  EXPECT_NEAR(scatter_after(cycles, 4), 0.01, 3e-4);
+  EXPECT_NEAR(scatter_after(cycles, 1), std::hypot(0.01, 0.1 / std::numbers::sqrt2), 1e-3);
+  EXPECT_TRUE(std::isinf(scatter_after(motion(5, 2, 0.1, 0.01, 1), 3)));
+}
+
+TEST(Repetition, TellsWhatARecordDoesInstead) {
+  const auto kind = [](const Cycles& cycles, int periods) {
+    return find_repetition(cycles, periods).kind;
+  };
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    EXPECT_EQ(kind(motion(24, 2, 0.1, 0.01, seed), 2), Repetition::repeats);
+    EXPECT_EQ(kind(motion(24, 1, 0.0, 0.01, seed), 2), Repetition::every_period);
+    const RepetitionFinding other = find_repetition(motion(24, 2, 0.1, 0.01, seed), 3);
+    EXPECT_EQ(other.kind, Repetition::other_period);
+    EXPECT_EQ(other.best, 2);
+    EXPECT_NEAR(other.best_scatter, 0.01, 2e-3);
+  }
+  EXPECT_EQ(kind(motion(3, 2, 0.1, 0.01, 1), 2), Repetition::too_few);
+  Cycles torus = motion(40, 2, 0.1, 1e-3, 1), settling = torus;
+  for (std::size_t i = 0; i < torus.y.size(); ++i) {
+    const double tau = static_cast<double>(i) / static_cast<double>(kPoints);
+    torus.y[i] += 0.1 * std::cos(kTurn * 0.618 * tau);
+    settling.y[i] += 0.2 * std::exp(-tau / 4.0);
+  }
+  EXPECT_EQ(kind(torus, 2), Repetition::never);
+  EXPECT_EQ(kind(settling, 2), Repetition::settles);
+}
+
+TEST(Repetition, SteadyCyclesBeginWhereTheTransientIsBelowTheNoise) {
+  EXPECT_EQ(first_steady(motion(4, 1, 0.0, 0.01, 1)), 0U);
+  int late = 0;  // by the noise of one cycle
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    Cycles cycles = motion(20, 1, 0.0, 0.01, seed);
+    for (std::size_t i = 0; i < 5 * kPoints; ++i)
+      cycles.y[i] += 0.1;
+    const std::size_t first = first_steady(cycles);
+    EXPECT_GE(first, 5U) << seed;
+    late += first > 5 ? 1 : 0;
+  }
+  EXPECT_LE(late, 1);
+}
+
+}  // namespace
+}  // namespace shaker::estimator
