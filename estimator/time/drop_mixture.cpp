@@ -69,7 +69,9 @@ class Mixer {
   Result<DropMixture> run() {
     if (auto good = gather(); !good) return good.error();
     DropMixture out;
-    out.run = components_.front().drop.whole();
+    auto whole = components_.front().drop.whole();
+    if (!whole) return whole.error();
+    out.run = std::move(*whole);
     out.extrapolated_energy_share = outside_share(out.run, VisitedRegion(damper_.visited));
     out.warnings = std::move(warnings_);
     draw(out);
@@ -257,8 +259,15 @@ class Mixer {
                 [](const auto& a, const auto& b) { return a.value < b.value; });
       band.lower = found[f].empty() ? band.value : weighted_quantile(found[f], tail);
       band.upper = found[f].empty() ? band.value : weighted_quantile(found[f], 1.0 - tail);
+      band.median = band.value < band.lower || band.value > band.upper;
+      if (band.median) band.value = weighted_quantile(found[f], 0.5);
       out.bands.push_back(band);
     }
+    if (std::any_of(out.bands.begin(), out.bands.end(), [](const auto& b) { return b.median; }))
+      out.warnings.emplace_back(
+          "the answer of the diagnosis is outside of an interval, since other hypotheses are "
+          "likelier "
+          "in a drop: the value of such a figure is the median of all (value_of says so)");
     HistoryBand& band = out.history;
     band.t = histories.t;
     histories.ends(histories.stroke, tail, band.stroke_lower, band.stroke_upper);
