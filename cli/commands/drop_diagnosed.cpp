@@ -46,7 +46,8 @@ void print(const DiagnosedDrop& p) {
     const double k = p.output.sections.words.scale[f];
     std::vector<std::string> row = {p.output.sections.words.label[f]};
     if (std::isfinite(b.value))
-      row.insert(row.end(), {fmt::format("{:.6g}", k * b.value), ends_of(k * b.lower, k * b.upper),
+      row.insert(row.end(), {fmt::format("{:.6g}{}", k * b.value, b.median ? " (median)" : ""),
+                             ends_of(k * b.lower, k * b.upper),
                              ends_of(k * b.linear_lower, k * b.linear_upper)});
     else
       row.insert(row.end(), {"-", "-", "-"});
@@ -81,6 +82,7 @@ OrderedJson figures_json(const DiagnosedDrop& p) {
     OrderedJson entry = {{"name", kDropFigures[f].name}, {"unit", p.output.sections.words.unit[f]}};
     if (std::isfinite(b.value)) {
       entry["value"] = k * b.value;
+      entry["value_of"] = b.median ? "median" : "first hypothesis";
       entry["interval"] = {k * b.lower, k * b.upper};
       entry["linear_standard_error"] = k * b.linear_error;
       entry["linear_interval"] = {k * b.linear_lower, k * b.linear_upper};

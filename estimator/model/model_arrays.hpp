@@ -60,13 +60,16 @@ struct ModelArrays {
   bool evaluate(const Model& model, int n, const double* theta, const double* excitation) const {
     return model.evaluate(first_points(n, excitation), theta, outputs(g_theta.data()));
   }
-  // With stroke and velocity from elsewhere, which may be these arrays.
+  // With stroke and velocity from elsewhere, which may be these arrays. g_theta may stay as it is
+  // where `slopes` is false.
   bool evaluate(const Model& model, int n, const double* theta, const double* excitation,
-                const double* const* stroke, const double* const* velocity) const {
+                const double* const* stroke, const double* const* velocity,
+                bool slopes = true) const {
     ModelPoints at = first_points(n, excitation);
     at.u = stroke;
     at.v = velocity;
-    return model.evaluate(at, theta, outputs(g_theta.data()));
+    const bool needed = slopes || model.coordinates() == 1;
+    return model.evaluate(at, theta, outputs(needed ? g_theta.data() : nullptr));
   }
   // Evaluates the internal coordinates' equations at the first n points, without g_theta.
   bool evaluate_internal(const Model& model, int n, const double* theta) const {

@@ -77,12 +77,16 @@ class Cvodes final : public TimeIntegration {
                         bool sensitivities) override {
     IntegrationReport report;
     report.ok = true;
+    bool stiff = false;
     for (std::size_t j = 0; j < arcs.size() && report.ok; ++j) {
       report = run_one(arcs[j], theta, sensitivities, options_.integrator);
-      if (!report.ok && !report.inadmissible && options_.integrator == Integrator::adams)
+      if (!report.ok && !report.inadmissible && options_.integrator == Integrator::adams) {
         report = run_one(arcs[j], theta, sensitivities, Integrator::bdf);
+        stiff = true;
+      }
       report.arc = j;
     }
+    report.stiff = stiff;
     return report;
   }
 

@@ -12,8 +12,8 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kSteps = 3000;  // in a history
-constexpr double kTolerance = 1e-9;
+constexpr int kSteps = 3000;         // in a history
+constexpr double kAbsolute = 1e-3;   // tolerance in the model's units, over the relative one
 constexpr long kMaxAdamsSteps = 30;  // of a stiff model between two times: BDF is quicker then
 
 double row_of(const std::vector<double>& given, std::size_t at, double otherwise) {
@@ -117,11 +117,13 @@ std::vector<double> DropTest::touch_down() const {
 }
 
 Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<double>& theta,
-                                             bool derivatives, const Excitation& push) const {
+                                             bool derivatives, const Excitation& push,
+                                             const DropEffort& effort) const {
   const auto m = static_cast<std::size_t>(equations_.states());
   TimeOptions options;
-  options.relative_tolerance = kTolerance;
-  options.absolute_tolerance = 1e-3 * kTolerance;
+  options.integrator = effort.stiff ? Integrator::bdf : Integrator::adams;
+  options.relative_tolerance = effort.tolerance;
+  options.absolute_tolerance = kAbsolute * effort.tolerance;
   options.max_steps = kMaxAdamsSteps;
   std::vector<int> all;
   for (int k = 0; k < model_.parameter_count(); ++k)
@@ -139,6 +141,7 @@ Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<dou
   const auto state = [&](std::size_t i, int index) {
     return arc.states[i * m + static_cast<std::size_t>(index)];
   };
+  out.stiff = effort.stiff || report.stiff;
   const int u = model_.observed(), v = equations_.velocity_of(u);
   for (std::size_t i = 0; i < h.t.size(); ++i) {
     h.stroke.push_back(state(i, u) - conditions_.extended);
@@ -152,9 +155,9 @@ Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<dou
 }
 
 Result<DropRun> DropTest::run(const std::vector<double>& theta, bool derivatives,
-                              const Excitation& push) const {
+                              const Excitation& push, const DropEffort& effort) const {
   DropRun out;
-  const auto motion = integrate(out, theta, derivatives, push);
+  const auto motion = integrate(out, theta, derivatives, push, effort);
   if (!motion) return motion.error();
   loads(out, theta, motion->states, motion->sensitivities, push);
   if (auto good = read_off(out, theta); !good) return good.error();
@@ -168,7 +171,8 @@ void DropTest::loads(DropRun& out, const std::vector<double>& theta,
   const auto m = static_cast<std::size_t>(equations_.states());
   const auto p = static_cast<std::size_t>(model_.parameter_count());
   const std::size_t n = out.history.t.size(), stride = (n + 7) / 8 * 8;
-  AlignedVector numbers(stride * (2 * m + m * m + m * p + 1), 0.0);
+  const bool derivatives = !sensitivities.empty();
+  AlignedVector numbers(stride * (2 * m + (derivatives ? m * m + m * p : 0) + 1), 0.0);
   std::vector<double*> s, rate, h_s, h_theta;
   double* at = numbers.data();
   const auto take = [&](std::vector<double*>& arrays, std::size_t count) {
@@ -177,8 +181,10 @@ void DropTest::loads(DropRun& out, const std::vector<double>& theta,
   };
   take(s, m);
   take(rate, m);
-  take(h_s, m * m);
-  take(h_theta, m * p);
+  if (derivatives) {
+    take(h_s, m * m);
+    take(h_theta, m * p);
+  }
   double* x = at;
   for (std::size_t i = 0; i < n; ++i) {
     x[i] = push.value(out.history.t[i]);
@@ -186,9 +192,8 @@ void DropTest::loads(DropRun& out, const std::vector<double>& theta,
       s[j][i] = states[i * m + j];
   }
   StateEquations::Workspace work;
-  equations_.rates(static_cast<int>(n), s.data(), x, theta.data(), work, rate.data(), h_s.data(),
-                   h_theta.data());
-  const bool derivatives = !sensitivities.empty();
+  equations_.rates(static_cast<int>(n), s.data(), x, theta.data(), work, rate.data(),
+                   derivatives ? h_s.data() : nullptr, derivatives ? h_theta.data() : nullptr);
   if (derivatives) {
     out.stroke_derivatives.assign(n * p, 0.0);
     out.load_derivatives.assign(n * p, 0.0);

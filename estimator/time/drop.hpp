@@ -77,11 +77,18 @@ struct DropHistory {
 // needs what follows.
 double end_of_rebound(const DropHistory& history);
 
+// How a drop is integrated.
+struct DropEffort {
+  double tolerance = 1e-9;  // relative, of a step
+  bool stiff = false;       // known to be: Adams is not tried first
+};
+
 struct DropRun {
   std::vector<double> figures;  // one for each of kDropFigures; NaN if the event did not occur
   DropHistory history;
   std::vector<double> stroke_derivatives, load_derivatives;  // times x parameters, or empty
   double fastest = 0.0;                                      // largest |speed| of the stroke
+  bool stiff = false;                                        // Adams was not enough
 };
 
 // Where the stroke ends: at the least of the limit that the conditions state, the stroke at which an
@@ -124,7 +131,7 @@ class DropTest {
   // `push`: an acceleration over time beside the model's forces, for example an unnamed force of
   // the damper with its sign turned; it counts as a part of the load.
   Result<DropRun> run(const std::vector<double>& theta, bool derivatives,
-                      const Excitation& push = {}) const;
+                      const Excitation& push = {}, const DropEffort& effort = {}) const;
 
   // The end of the stroke with all parameters `theta`. Only effects that see the stroke alone count.
   StrokeEnd stroke_end(const std::vector<double>& theta) const;
@@ -138,7 +145,7 @@ class DropTest {
     std::vector<double> states, sensitivities;  // row by row, at the times of the history
   };
   Result<Motion> integrate(DropRun& run, const std::vector<double>& theta, bool derivatives,
-                           const Excitation& push) const;
+                           const Excitation& push, const DropEffort& effort) const;
   bool has_tyre() const;  // two coordinates: the stroke, and the deflection of a tyre below it
   double energy_in(const DropHistory& history, std::size_t end) const;
   void loads(DropRun& run, const std::vector<double>& theta, const std::vector<double>& states,

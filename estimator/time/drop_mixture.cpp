@@ -61,6 +61,8 @@ double outside_share(const DropRun& run, const VisitedRegion& visited) {
 }
 
 class Mixer {
+  using Modes = std::vector<std::vector<double>>;
+
  public:
   Mixer(const IdentifiedDamper& damper, const DropConditions& conditions,
         const MixtureOptions& options)
@@ -69,7 +71,9 @@ class Mixer {
   Result<DropMixture> run() {
     if (auto good = gather(); !good) return good.error();
     DropMixture out;
-    out.run = components_.front().drop.whole();
+    auto whole = components_.front().drop.whole();
+    if (!whole) return whole.error();
+    out.run = std::move(*whole);
     out.extrapolated_energy_share = outside_share(out.run, VisitedRegion(damper_.visited));
     out.warnings = std::move(warnings_);
     draw(out);
@@ -160,14 +164,45 @@ class Mixer {
     return 0.5 * weight;
   }
 
+  // Where the drop leaves the knots of a table: the damper whose table ends there, and its drop.
+  struct Ended {
+    DamperHypothesis damper;
+    DropSurrogate drop;
+  };
+  std::optional<Ended> ended_beside(const DamperHypothesis& one, const DropSurrogate& drop) const {
+    const auto& strokes = drop.center().history.stroke;
+    const auto [low, high] = std::minmax_element(strokes.begin(), strokes.end());
+    auto ended = ended_table(one, *low, *high);
+    if (!ended) return std::nullopt;
+    auto made = DropSurrogate::make(*ended, conditions_, 0.0);
+    if (!made) return std::nullopt;
+    return Ended{std::move(*ended), std::move(*made)};
+  }
+
+  // Where a table ends, the orifice may be another beyond it, as much as it changes over the table.
+  Modes beyond_modes(const DamperHypothesis& one, const Ended& ended) const {
+    std::vector<double> stroke, speed, t;
+    ended.drop.path(t, stroke, speed);
+    const auto line = std::find_if(one.model.effects.begin(), one.model.effects.end(),
+                                   [](const auto& effect) { return effect.table.has_value(); });
+    const auto at = static_cast<std::size_t>(line - one.model.effects.begin());
+    const double fall = value_of(one.model, {at, "fall", false});
+    return beyond_table(ended.damper, *line->table, fall, conditions_, t).modes;
+  }
+
   // Beyond its knots a table goes on with its last taper, or ends. One is as likely as the other.
   // Returns the weight of what was added.
   double add_ended(const DamperHypothesis& one, const DropSurrogate& drop, double weight) {
-    const auto& strokes = drop.center().history.stroke;
-    const auto [low, high] = std::minmax_element(strokes.begin(), strokes.end());
-    const auto ended = ended_table(one, *low, *high);
-    if (!ended || !(weight > 0.0)) return 0.0;
-    auto made = with_priors(*ended, 0.5 * weight);
+    if (!(weight > 0.0)) return 0.0;
+    const auto ended = ended_beside(one, drop);
+    if (!ended) return 0.0;
+    std::vector<double> stroke, speed, t;
+    ended->drop.path(t, stroke, speed);
+    ForceAlongPath force =
+        prior_forces(ended->damper, conditions_, options_.priors, tested_speed(), t);
+    for (auto& mode : beyond_modes(one, *ended))
+      force.modes.push_back(std::move(mode));
+    auto made = DropSurrogate::make(ended->damper, conditions_, 0.5 * weight, &force, &t);
     if (!made) return 0.0;
     components_.push_back({0.5 * weight, std::move(*made)});
     return 0.5 * weight;
@@ -190,10 +225,18 @@ class Mixer {
   // part of it, as of a smooth force, or none, as of a rough one: both count alike, and the first
   // alone where both are worth little. Returns the weight of what was added.
   double add_unnamed(const DropSurrogate& drop, const DamperHypothesis& one) {
+    const double weight = one.probability * damper_.unnamed_probability;
+    const auto ended = weight > kNegligible ? ended_beside(one, drop) : std::nullopt;
+    if (!ended) return add_unnamed(drop, one, weight, {});
+    return add_unnamed(drop, one, 0.5 * weight, {}) +
+           add_unnamed(ended->drop, ended->damper, 0.5 * weight, beyond_modes(one, *ended));
+  }
+
+  double add_unnamed(const DropSurrogate& drop, const DamperHypothesis& one, double weight,
+                     const Modes& beside) {
     std::vector<double> stroke, speed, t;
     drop.path(t, stroke, speed);
     const auto& left = one.left.empty() ? damper_.visited : one.left;
-    const double weight = one.probability * damper_.unnamed_probability;
     const auto along = [&](const DamperHypothesis* bent) {
       return unnamed_force_along(left, damper_.unnamed_force, stroke, speed, bent, kUnnamedModes,
                                  kUnnamedLeft);
@@ -210,6 +253,7 @@ class Mixer {
       }
       for (auto& mode : prior_forces(one, conditions_, options_.priors, tested_speed(), t).modes)
         force.modes.push_back(std::move(mode));
+      force.modes.insert(force.modes.end(), beside.begin(), beside.end());
       const double share = weight / static_cast<double>(forces.size());
       auto with = DropSurrogate::make(one, conditions_, share, &force, &t);
       if (!with) {
@@ -257,8 +301,15 @@ class Mixer {
                 [](const auto& a, const auto& b) { return a.value < b.value; });
       band.lower = found[f].empty() ? band.value : weighted_quantile(found[f], tail);
       band.upper = found[f].empty() ? band.value : weighted_quantile(found[f], 1.0 - tail);
+      band.median = band.value < band.lower || band.value > band.upper;
+      if (band.median) band.value = weighted_quantile(found[f], 0.5);
       out.bands.push_back(band);
     }
+    if (std::any_of(out.bands.begin(), out.bands.end(), [](const auto& b) { return b.median; }))
+      out.warnings.emplace_back(
+          "the answer of the diagnosis is outside of an interval, since other hypotheses are "
+          "likelier "
+          "in a drop: the value of such a figure is the median of all (value_of says so)");
     HistoryBand& band = out.history;
     band.t = histories.t;
     histories.ends(histories.stroke, tail, band.stroke_lower, band.stroke_upper);

@@ -29,7 +29,9 @@ struct MixtureOptions {
 };
 
 struct MixtureBand {
-  double value = 0.0;  // of the first hypothesis
+  // Of the first hypothesis; where that is outside of the interval, the median of the mixture.
+  double value = 0.0;
+  bool median = false;  // the value is the median
   double lower = 0.0, upper = 0.0;
   // Of the first hypothesis alone, linearised: what its parameters leave open.
   double linear_error = 0.0, linear_lower = 0.0, linear_upper = 0.0;

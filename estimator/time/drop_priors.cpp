@@ -81,4 +81,27 @@ ForceAlongPath prior_forces(const DamperHypothesis& damper, const DropConditions
   return force;
 }
 
+ForceAlongPath beyond_table(const DamperHypothesis& ended, const config::PinTable& table,
+                            double fall, const DropConditions& conditions,
+                            const std::vector<double>& t) {
+  ForceAlongPath force;
+  force.mean.assign(t.size(), 0.0);
+  const DropTest test(ended.model, conditions);
+  const auto theta = test.model().start();
+  const auto run = test.run(theta, false);
+  const auto shares = test.shares(theta);
+  if (!run || !shares) return force;
+  std::vector<double> mode = family_load(*shares, "orifice");
+  if (mode.empty()) return force;
+  const double low = table.stroke.front(), high = table.stroke.back();
+  // The force goes with 1 / area^2.
+  const double spread = std::min(kMostBeyond, 2.0 * std::fabs(fall));
+  for (std::size_t i = 0; i < mode.size(); ++i) {
+    const double u = run->history.stroke[i] + conditions.extended;
+    mode[i] *= spread * -std::expm1(-std::max({0.0, low - u, u - high}) / (high - low));
+  }
+  force.modes.push_back(at_times(run->history.t, mode, t));
+  return force;
+}
+
 }  // namespace shaker::estimator

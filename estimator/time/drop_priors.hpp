@@ -26,4 +26,12 @@ ForceAlongPath prior_forces(const DamperHypothesis& damper, const DropConditions
                             const ExtrapolationPriors& priors, double tested_speed,
                             const std::vector<double>& t);
 
+// The force of the orifices where the drop leaves the knots of a table that ends there (`ended`):
+// its one standard deviation is what the area changes over the whole table, at most kMostBeyond of
+// the force. No mode where the drop fails or no orifice acts.
+inline constexpr double kMostBeyond = 0.45;
+ForceAlongPath beyond_table(const DamperHypothesis& ended, const config::PinTable& table,
+                            double fall, const DropConditions& conditions,
+                            const std::vector<double>& t);
+
 }  // namespace shaker::estimator

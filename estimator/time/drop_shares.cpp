@@ -101,7 +101,7 @@ double DropTest::energy_in(const DropHistory& h, std::size_t end) const {
 
 Result<DropShares> DropTest::shares(const std::vector<double>& theta) const {
   DropRun run;
-  const auto motion = integrate(run, theta, false, {});
+  const auto motion = integrate(run, theta, false, {}, {});
   if (!motion) return motion.error();
   loads(run, theta, motion->states, {}, {});
   const DropHistory& h = run.history;

@@ -97,6 +97,7 @@ struct SumOptions {
 struct IntegrationReport {
   bool ok = false;
   bool inadmissible = false;     // inadmissible state (1 - theta3 u <= 0); else integrator failure
+  bool stiff = false;            // CVODES: Adams failed, so that BDF integrated an arc
   bool stopped = false;          // not afforded any longer; nothing else is said then
   std::size_t arc = 0;           // the arc with the failure
   double reached = 0.0;          // s

@@ -104,13 +104,13 @@ bool StateEquations::derivatives_know_accelerations() const {
 }
 
 bool StateEquations::evaluate(int n, const double* const* s, const double* x, const double* theta,
-                              Workspace& work) const {
+                              bool slopes, Workspace& work) const {
   const int c = coordinates_;
   work.v.assign(work.at.v.begin(), work.at.v.end());
   for (int e = 0; e < c; ++e) {
     if (velocity_of(e) >= 0) work.v[index(e)] = s[velocity_of(e)];
   }
-  if (!work.at.evaluate(model_, n, theta, x, s, work.v.data())) return false;
+  if (!work.at.evaluate(model_, n, theta, x, s, work.v.data(), slopes)) return false;
   for (int d = 0; d < c; ++d) {
     if (force_[index(d)] == 0.0) continue;
     for (int i = 0; i < n; ++i)
@@ -204,7 +204,8 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
     if (c > 1 || !once_) std::fill_n(work.at.a[index(e)], n, 0.0);
     if (velocity_of(e) < 0) std::fill_n(work.at.v[index(e)], n, 0.0);
   }
-  if (!evaluate(n, s, x, theta, work)) return false;
+  const bool slopes = h_theta != nullptr;
+  if (!evaluate(n, s, x, theta, slopes, work)) return false;
 
   if (c == 1 && once_) return single_rates(n, s, work, rate, h_s, h_theta);
 
@@ -213,7 +214,7 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
     if (!solve_lanes(n, work, &change, &scale)) return false;
     if (once_ || change <= kSolved * scale) break;
     // Evaluates again at the new q, because the derivatives may depend on it.
-    if (!evaluate(n, s, x, theta, work)) return false;
+    if (!evaluate(n, s, x, theta, slopes, work)) return false;
   }
   for (int e = 0; e < c; ++e) {
     if (velocity_of(e) >= 0) {

@@ -37,10 +37,12 @@ struct ForceProcess {
   double along_velocity(double v) const {
     return std::asinh(v / (kFineSpeed * fastest)) / std::asinh(1.0 / kFineSpeed);
   }
+  // An orifice may change over the stroke: what it is outside of the visited one counts with the
+  // square of the velocity too.
   double growth(double u, double v) const {
     const double speed = v / fastest;
     const double outside = std::max({0.0, low - u, u - high}) / (high - low);
-    return size * (std::max(1.0, speed * speed) + outside);
+    return size * (std::max(1.0, speed * speed) * (1.0 + outside) + outside);
   }
   double covariance(const VisitedCell& a, const VisitedCell& b) const {
     const double u = (along_stroke(a.stroke) - along_stroke(b.stroke)) / kLengthStroke;

@@ -1,6 +1,7 @@
 // The honest band of a drop: hypotheses, bounds, instruments, and the unnamed force.
 #include "estimator/time/drop_mixture.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -87,6 +88,25 @@ TEST(DropMixture, HoldsEveryHypothesis) {
   EXPECT_NEAR(drop.bands[kPeakStroke].upper, peak_stroke(2.0), 1e-3);
   EXPECT_LT(drop.bands[kPeakStroke].linear_upper - drop.bands[kPeakStroke].linear_lower,
             0.1 * (drop.bands[kPeakStroke].upper - drop.bands[kPeakStroke].lower));
+}
+
+TEST(DropMixture, GivesTheMedianWhereTheFirstHypothesisIsOutsideOfTheInterval) {
+  IdentifiedDamper damper;
+  damper.hypotheses = {oscillator_with(6.0, 0.01), oscillator_with(2.0, 0.01),
+                       oscillator_with(3.0, 0.01)};
+  damper.hypotheses[0].probability = 0.01;
+  damper.hypotheses[1].probability = 0.7;
+  damper.hypotheses[2].probability = 0.29;
+  const auto drop = predicted(damper);
+  const MixtureBand& band = drop.bands[kPeakStroke];
+  EXPECT_TRUE(band.median);
+  EXPECT_NEAR(band.value, peak_stroke(2.0), 2e-3 * peak_stroke(2.0));
+  EXPECT_EQ(drop.warnings.size(), 1u);
+  for (const MixtureBand& each : drop.bands) {
+    if (std::isfinite(each.value)) {
+      EXPECT_EQ(std::clamp(each.value, each.lower, each.upper), each.value);
+    }
+  }
 }
 
 TEST(DropMixture, HoldsAnEstimateAtItsBound) {
