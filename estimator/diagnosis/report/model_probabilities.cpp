@@ -143,9 +143,9 @@ const Choice& agree(const Selection& found, const std::vector<RunDatum>& data, C
   bool dropped = true;
   while (dropped) {
     const ModelProbabilities now(found, data, choice);
-    dropped = choice.drop_unlikely(
-        [&](const std::string& effect) { return now.probability_of(effect); },
-        kMinNamedProbability);
+    dropped =
+        choice.drop_unlikely([&](const std::string& effect) { return now.probability_of(effect); },
+                             kMinNamedProbability);
   }
   return choice;
 }
