@@ -7,26 +7,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/estimator/signal/repeating_motion.hpp"
 #include "tests/sanitized.hpp"
 
 namespace shaker::cli {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr std::size_t kPoints = 32;
-
-// A motion of amplitude 1 with a subharmonic of `share` over `periods`, and white noise.
-Cycles motion(int count, int periods, double share, double noise, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal(0.0, 1.0);
-  Cycles cycles{{}, kPoints};
-  for (std::size_t i = 0; i < kPoints * static_cast<std::size_t>(count); ++i) {
-    const double tau = static_cast<double>(i) / static_cast<double>(kPoints);
-    cycles.y.push_back(std::cos(kTurn * tau) + share * std::cos(kTurn * tau / periods) +
-                       noise * normal(random));
-  }
-  return cycles;
-}
+using estimator::testing::kPoints;
+using estimator::testing::motion;
 
 TEST(Repetition, NoNoiseIsTakenForASubharmonic) {
   for (unsigned seed = 0; seed < 500; ++seed) {

@@ -6,24 +6,14 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/estimator/signal/repeating_motion.hpp"
+
 namespace shaker::estimator {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr std::size_t kPoints = 32;
-
-// A motion of amplitude 1 with a subharmonic of `share` over `periods`, and white noise.
-Cycles motion(int count, int periods, double share, double noise, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal(0.0, 1.0);
-  Cycles cycles{{}, kPoints};
-  for (std::size_t i = 0; i < kPoints * static_cast<std::size_t>(count); ++i) {
-    const double tau = static_cast<double>(i) / static_cast<double>(kPoints);
-    cycles.y.push_back(std::cos(kTurn * tau) + share * std::cos(kTurn * tau / periods) +
-                       noise * normal(random));
-  }
-  return cycles;
-}
+using testing::kPoints;
+using testing::kTurn;
+using testing::motion;
 
 TEST(Repetition, ScatterIsTheNoiseWhereItRepeatsAndTheMotionsElsewhere) {
   const Cycles cycles = motion(200, 2, 0.1, 0.01, 1);
