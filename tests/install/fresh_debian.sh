@@ -12,20 +12,14 @@ project=$(cd "$(dirname "$0")/../.." && pwd)
 tree=$(mkdir -p "$1" && cd "$1" && pwd)/debian
 command=${2:-./check}
 
-# The mirrors are those of this machine, whatever they are.
-# shellcheck disable=SC2016  # the placeholders are apt-get's
-mirrors=$(apt-get indextargets 'Created-By: Packages' --format '$(SITE) $(RELEASE) $(COMPONENT)' |
-  awk '$2 ~ /^bookworm/' | sort -u)
-mirror=$(awk '$2 == "bookworm" { print $1; exit }' <<<"$mirrors")
+# shellcheck source=tests/install/minimal_debian.sh
+source "$project/tests/install/minimal_debian.sh"
 
 began=$(date +%s)
 lap() { echo "-- $1: $(($(date +%s) - began)) s" && began=$(date +%s); }
 
 if [ ! -e "$tree/etc/debian_version" ]; then
-  rm -rf "$tree"
-  debootstrap --variant=minbase --include=sudo,ca-certificates bookworm "$tree" "$mirror" >"$1/debootstrap.log"
-  awk '{ print "deb", $1, $2, $3 }' <<<"$mirrors" >"$tree/etc/apt/sources.list"
-  printf '#!/bin/sh\nexit 101\n' >"$tree/usr/sbin/policy-rc.d" && chmod 755 "$tree/usr/sbin/policy-rc.d"
+  minimal_debian "$tree" sudo,ca-certificates "$1/debootstrap.log"
   chroot "$tree" useradd --create-home --shell /bin/bash tester
   echo 'tester ALL=(ALL) NOPASSWD: ALL' >"$tree/etc/sudoers.d/tester"
   lap "a minimal Debian"
