@@ -3,7 +3,7 @@
 set -e
 candump -L -n 3 -T 5000 vcan0 >/run/dump &
 dump=$!
-for _ in $(seq 50); do [ "$(grep -c vcan0 /proc/net/can/rcvlist_all)" -gt 0 ] && break; sleep 0.1; done
+for _ in $(seq 50); do grep -q '^ *vcan0 ' /proc/net/can/rcvlist_all && break; sleep 0.1; done
 cansend vcan0 123#DEADBEEF
 cansend vcan0 12345678#0102030405060708
 cansend vcan0 321##5AABBCC
