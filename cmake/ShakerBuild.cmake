@@ -7,7 +7,22 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "" FORCE)
 endif()
-set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
+# The loops of estimator/math/simd_math.hpp are compiled for three instruction sets, and a program
+# takes the best that its PC has. For one alone they compile in less than half of the time. Such a
+# build is for trying the programs, as ./demo does: of it only the estimator is optimised as elsewhere.
+set(SHAKER_INSTRUCTION_SET all CACHE STRING
+    "all: runs on every x86-64 PC; x86-64-v3 or x86-64-v4: only to try, on those with this instruction set")
+if(SHAKER_INSTRUCTION_SET STREQUAL "all")
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
+  set(SHAKER_QUICK_LEVEL -O1)
+else()
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g0")
+  set(SHAKER_ESTIMATOR_LEVEL $<$<CONFIG:RelWithDebInfo>:-O2>)
+  set(SHAKER_QUICK_LEVEL -Og)
+  add_compile_definitions(SHAKER_INSTRUCTION_SET="arch=${SHAKER_INSTRUCTION_SET}")
+  install(CODE "message(FATAL_ERROR \"This build is for trying, on ${SHAKER_INSTRUCTION_SET} only. Configure \"
+                                     \"it with -DSHAKER_INSTRUCTION_SET=all before you install it.\")")
+endif()
 
 option(SHAKER_WERROR "Warnings are errors" ON)
 set(SHAKER_SANITIZE "" CACHE STRING "Sanitizers: 'address,undefined' or 'thread'")
@@ -60,16 +75,6 @@ set(SHAKER_LOOP_OPTIONS -O3 -fno-math-errno -fno-trapping-math -Wno-psabi)
 if(SHAKER_HAS_MOVE_MAX)
   list(APPEND SHAKER_LOOP_OPTIONS -mmove-max=256 -mstore-max=256)
 endif()
-# The loops of estimator/math/simd_math.hpp are compiled for three instruction sets, and a program
-# takes the best that its PC has. For one alone they compile in less than half of the time.
-set(SHAKER_INSTRUCTION_SET all CACHE STRING
-    "all: runs on every x86-64 PC; x86-64-v3 or x86-64-v4: only on those with this instruction set")
-if(NOT SHAKER_INSTRUCTION_SET STREQUAL "all")
-  add_compile_definitions(SHAKER_INSTRUCTION_SET="arch=${SHAKER_INSTRUCTION_SET}")
-  install(CODE "message(FATAL_ERROR \"This build runs on ${SHAKER_INSTRUCTION_SET} only. Configure it \"
-                                     \"with -DSHAKER_INSTRUCTION_SET=all before you install it.\")")
-endif()
-
 # What nearly every file of the numerics includes, read once. Only for targets that link
 # shaker_estimator, which has the kernels that eigen_kernels.hpp declares.
 file(GENERATE OUTPUT headers.cpp CONTENT "// Only for its precompiled headers.\n")
@@ -100,10 +105,11 @@ function(shaker_precompiled_target target)
 endfunction()
 
 # shaker_compile_quickly(TARGET...): for code that waits for a person, a file or a start. -O1 takes
-# a sixth less time to compile than -O2, a third less where JSON documents are read or written.
+# a sixth less time to compile than -O2, a third less where JSON documents are read or written, and
+# -Og a seventh less than -O1.
 function(shaker_compile_quickly)
   foreach(target IN LISTS ARGN)
-    target_compile_options(${target} PRIVATE -O1)
+    target_compile_options(${target} PRIVATE ${SHAKER_QUICK_LEVEL})
   endforeach()
 endfunction()
 
