@@ -6,6 +6,7 @@
 namespace shaker::daemon {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::bench_campaign;
 using testing::bench_rig;
 using testing::blind_rig;
@@ -117,6 +118,23 @@ TEST(EngineDistrust, SaysThatAStopWasRefusedUntilSomebodySeesRest) {
   }
   EXPECT_GE(bench.outlet.alarms("stop_not_obeyed"), 2);
   EXPECT_EQ(bench.outlet.alarms("at_rest"), 0);
+}
+
+// The pause between two warnings belongs to one motion. The next motion is told at once.
+TEST(EngineDistrust, WarnsAtOnceWhenATableThatHasRestedMovesAgain) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.runs_on = bench.exciter.claims_rest = true;
+  ASSERT_TRUE(bench.engine.emergency_stop("anna").ok());
+  bench.run(1.5);
+  ASSERT_EQ(bench.outlet.alarms("stop_not_obeyed"), 1);
+  bench.exciter.runs_on = false;
+  bench.exciter.stop();
+  bench.run(1.5);
+  ASSERT_EQ(bench.outlet.alarms("at_rest"), 1);
+  bench.exciter.set({3.0, 1.0, true, 0.0});
+  bench.run(0.6);
+  EXPECT_EQ(bench.outlet.alarms("stop_not_obeyed"), 2);
 }
 
 TEST(EngineDistrust, StopsATableThatDoesAnotherAmplitude) {
@@ -241,6 +259,26 @@ TEST(EngineDistrust, TakesADamperThatIsHandledInIdleForNoTable) {
   EXPECT_GT(bench.exciter.stops, stops);
   EXPECT_EQ(bench.outlet.alarms("stop_not_obeyed"), 0);
   EXPECT_EQ(errors(bench), 0);
+}
+
+// A level from before a stop does not tell whether the stop was obeyed. Two levels that follow it do:
+// the first half a second after the stop, the second a second later.
+TEST(EngineDistrust, ComparesOnlyLevelsOfTheStrokeThatFollowTheStop) {
+  EngineBench bench(blind_rig());
+  bench.excitation_silent = true;
+  ASSERT_TRUE(bench.idle_after_a_campaign());
+  bench.run(30.0);
+  bench.exciter.runs_on = bench.exciter.claims_rest = true;
+  bench.exciter.set({3.0, 1.0, true, 0.0});
+  std::vector<double> stopped;
+  while (stopped.size() < 6 && bench.clock.now() < 100s) {
+    const int before = bench.exciter.stops;
+    bench.step();
+    if (bench.exciter.stops > before) stopped.push_back(seconds(bench.clock.now()));
+  }
+  ASSERT_EQ(stopped.size(), 6U);
+  for (std::size_t i = 1; i < stopped.size(); ++i)
+    EXPECT_GT(stopped[i] - stopped[i - 1], 1.5) << i;
 }
 
 TEST(EngineDistrust, EndsTheMotionWhenTheHeartbeatIsWithheld) {

@@ -117,6 +117,19 @@ TEST(EngineFaults, ASilentExciterIsRampedDownAndThenStopped) {
   EXPECT_TRUE(bench.engine.acknowledge("anna").ok());
 }
 
+// The limit belongs to the time that is allowed.
+TEST(EngineFaults, AnExciterMayBeSilentForAWholeSecondAndNoLonger) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.measuring());
+  bench.exciter.silent = true;
+  bench.engine.on_exciter_status(bench.exciter.status());
+  bench.run(1.0);
+  EXPECT_EQ(bench.engine.state(), State::measure);
+  bench.step();
+  EXPECT_EQ(bench.engine.state(), State::ramp_down);
+  EXPECT_EQ(bench.outlet.alarms("exciter_silent"), 1);
+}
+
 TEST(EngineFaults, WhatAnExciterReportedBeforeItsLinkWentIsNotHeldAgainstIt) {
   EngineBench bench;
   ASSERT_TRUE(bench.measuring());

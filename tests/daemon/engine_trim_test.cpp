@@ -138,6 +138,23 @@ TEST(EngineTrim, RecordsACorrectionOnce) {
   EXPECT_FALSE(cycles()[before].corrected_to.has_value());
 }
 
+// What the table does while an order is on its way says nothing about that order.
+TEST(EngineTrim, WaitsForTheRampOfACorrectionBeforeTheNextOne) {
+  auto rig = bench_rig();
+  rig.limits.frequency_max_hz = 20.0;
+  EngineBench bench(rig);
+  auto campaign = bench_campaign(1, 1000);
+  campaign.runs[0].frequency_hz = 20.0;  // ten cycles lie within the ramp
+  ASSERT_TRUE(bench.measuring(campaign));
+  bench.exciter.moves_part = 0.92;
+  bench.run(6.0);
+  double highest = 0.0;
+  for (const auto& order : bench.exciter.sets)
+    highest = std::max(highest, order.amplitude);
+  EXPECT_NEAR(bench.exciter.sets.back().amplitude, 4.0 / 0.92, 0.01);
+  EXPECT_LT(highest, 1.005 * 4.0 / 0.92);
+}
+
 // Late time stamps, or a shock, may disturb single cycles.
 TEST(EngineTrim, DoesNotFollowASingleCycle) {
   EngineBench bench;

@@ -115,6 +115,15 @@ TEST(DeviceClock, FollowsAClockOfAnotherRate) {
   }
 }
 
+// The rate is known after three seconds; what the error has grown to until then is gone five later.
+TEST(DeviceClock, HasCorrectedAnotherRateAfterEightSeconds) {
+  for (const double ppm : {-200.0, 200.0}) {
+    Poller poller(kMicroseconds, ppm);
+    poller.run(8.0);
+    EXPECT_NEAR(poller.error.back(), 30e-6, 20e-6) << ppm;
+  }
+}
+
 // The phase of a cycle depends on the rate of the error: 4e-5 with an envelope of ten seconds.
 TEST(DeviceClock, HoldsItsRateOnABusyPc) {
   for (const double ppm : {0.0, 50.0}) {

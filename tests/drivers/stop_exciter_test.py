@@ -1,4 +1,5 @@
 """shakerd-stop-exciter against python3-pymodbus: usage  stop_exciter_test.py PROGRAM SOURCE_DIR"""
+import contextlib
 import json
 import pathlib
 import socket
@@ -106,6 +107,21 @@ class StopExciter(unittest.TestCase):
         self.assertIn("the exciter may still be running: Modbus TCP 127.0.0.1", done.stderr)
         self.assertEqual(len(done.stderr.splitlines()), 1)
         self.assertGreater(time.monotonic() - started, 0.3)
+
+    def test_leaves_a_device_that_hangs_up_a_tenth_of_a_second(self):
+        calls = []
+        with socket.create_server(("127.0.0.1", 0)) as device:
+            def hang_up():
+                with contextlib.suppress(OSError):
+                    while True:
+                        device.accept()[0].close()
+                        calls.append(time.monotonic())
+            threading.Thread(target=hang_up, daemon=True).start()
+            done = stop(rig(tcp(device.getsockname()[1])), "--for", "0.5")
+            device.shutdown(socket.SHUT_RDWR)
+        self.assertEqual(done.returncode, 1)
+        self.assertGreater(len(calls), 1)
+        self.assertLess(len(calls), 30, "calls in half a second")
 
     def test_says_when_the_device_disobeys(self):
         server = self.running("tcp")

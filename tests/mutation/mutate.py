@@ -17,13 +17,14 @@ import fcntl
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import threading
 import time
 
 from places_to_change import sample
-from programs import NEED_CAN, ROOMS, Programs, run_tests
+from programs import ELSEWHERE, ROOMS, Programs, run_tests
 from together import Together
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
@@ -103,10 +104,11 @@ def line_of(text, offset):
 
 
 def place_again(tree, row):
-    """Where a row's mutation is now; None when its line is no more."""
+    """Where a row's mutation is now; None when its line is no more. Of equal lines, the nearest one."""
     text = (tree / row["file"]).read_text() if (tree / row["file"]).exists() else ""
-    at = text.find(row["source"])
-    offset = text.find(row["before"], at + row.get("column", 0)) if at >= 0 else -1
+    same = [m.start() for m in re.finditer(re.escape(row["source"]), text)]
+    at = min(same, key=lambda offset: abs(line_of(text, offset)[0] - row["line"]), default=len(text))
+    offset = text.find(row["before"], at + row.get("column", 0))
     return None if offset < 0 else (row["room"], pathlib.Path(row["file"]), offset, row["kind"],
                                     row["before"], row["after"])
 
@@ -198,7 +200,7 @@ class Session:
         def note(row, found):
             self.table.rows.append({**row, **found})
         mutations = [m for m in sample(self.clone.tree, self.options.rooms, self.options.seed, self.options.count)
-                     if str(m[1]) not in NEED_CAN]
+                     if str(m[1]) not in ELSEWHERE]
         rows = [(self.described(mutation), mutation) for mutation in mutations]
         self.attempt([(row, mutation) for row, mutation in rows if not self.table.tried(row)], note)
 

@@ -176,6 +176,7 @@ TEST(Dbc, NamesPlaceFindingAndExpectation) {
       {"BO_ 4096 a: 8 X\n", "x.dbc:1: ", "identifier 4096", "bit 31"},
       {"BO_ 1 a: 8 X\n\nBO_ 1 b: 8 X\n", "x.dbc:3: ", "message b with identifier 1", "line 1"},
       {"BO_ 1 a: 8 X\n\nBO_ 2 a: 8 X\n", "x.dbc:3: ", "second message a", "line 1"},
+      {"BO_ 1 a: 8 X\nCM_ \"two\nlines\";\n\nBO_ 1 b: 8 X\n", "x.dbc:5: ", "message b", "line 1"},
       {"BO_ 1 a: 8 X\n SG_ s m0 : 0|8@1+ (1,0) [0|0] \"\" X\n",
        "x.dbc:2: ", "signal s in message a with 0 multiplexors", "marked M"},
       {"BO_ 1 a: 8 X\n SG_ s m0M : 0|8@1+ (1,0) [0|0] \"\" X\n", "x.dbc:2: ", "signal s",

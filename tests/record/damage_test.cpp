@@ -137,6 +137,28 @@ TEST(Recovery, OfACampaignWithoutATimeOfItsEndTreatsItAsInterrupted) {
   EXPECT_EQ(CampaignReader::open(file)->campaign()->finished_utc, kNow);
 }
 
+// A time of the end alone ends no campaign: its status says that it was running.
+TEST(Recovery, OfACampaignThatWasRunningTreatsItAsInterruptedWhateverItsEndIs) {
+  const Scratch scratch;
+  const auto file = write_campaign(scratch.path());
+  SQLite::Database(file.string(), SQLite::OPEN_READWRITE)
+      .exec("UPDATE campaign SET finished_utc = '2026-03-01T12:00:30.000Z'");
+  const auto found = recover(scratch.path(), kNow);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(CampaignReader::open(file)->campaign()->status, "interrupted");
+}
+
+// Only a file without a single byte is removed.
+TEST(Recovery, SetsAFileOfOneByteAside) {
+  const Scratch scratch;
+  const auto file = scratch.path() / "a.db";
+  std::ofstream(file) << 'S';
+  const auto found = recover(scratch.path(), kNow);
+  ASSERT_EQ(found.size(), 1U);
+  ASSERT_TRUE(std::filesystem::exists(found[0].aside)) << found[0].what;
+  EXPECT_EQ(std::filesystem::file_size(found[0].aside), 1U);
+}
+
 // Such a log must be reported and kept: neither removed nor checkpointed as if it were whole.
 TEST(Recovery, OfALogThatIsDamagedEarlyOrEmptyRemovesNothing) {
   for (const bool cut : {false, true}) {

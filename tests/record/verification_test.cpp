@@ -8,6 +8,7 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
+#include "record/checksums.hpp"
 #include "record/provenance.hpp"
 #include "tests/record/scratch.hpp"
 
@@ -151,6 +152,21 @@ TEST(Verification, FindsWhatIsGone) {
   write_bytes(file, bytes.substr(0, bytes.size() - 4096));
   const auto cut = verify_campaign(file);
   EXPECT_TRUE(!cut || !cut->troubles.empty());
+}
+
+// Campaigns of earlier versions are judged by it: Python's zlib.crc32 of each value's type (1:
+// integer, 3: text) and of the integer, or of the text's length and its bytes. Numbers are words of
+// 8 bytes, low byte first.
+TEST(Verification, GoesByTheSumThatEarlierCampaignsHave) {
+  SQLite::Database database(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  add_row_sum(database);
+  const auto sum = [&](const char* values) {
+    return database.execAndGet("SELECT row_sum(" + std::string(values) + ")").getInt64();
+  };
+  EXPECT_EQ(sum("7, 'ab'"), 2350453239);
+  EXPECT_NE(sum("'ab'"), sum("x'6162'")) << "the same bytes as a text and as a blob";
+  EXPECT_NE(sum("''"), sum("x''"));
+  EXPECT_NE(sum("0"), sum("0.0"));
 }
 
 TEST(Verification, SaysWhatIsNotACampaign) {

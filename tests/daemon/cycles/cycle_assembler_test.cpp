@@ -171,6 +171,7 @@ TEST_F(CycleAssemblerTest, WithoutAnExcitationChannelTheFrequencyComesFromTheStr
   ASSERT_GE(e.cycles.size(), 30u);
   EXPECT_LT(std::abs(e.frequency_ppm), 1e-2);
   EXPECT_TRUE(e.cycles.back().measured.excitation.empty());
+  EXPECT_EQ(e.cycles.back().measured.amplitude, 0.0) << "nobody measured it";
   // The command's phase is tau = 0 at t = 0; the error is at most 200 ppm of one period.
   EXPECT_LT(e.point_rms, 1e-4);
 }

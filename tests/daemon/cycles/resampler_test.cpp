@@ -135,5 +135,23 @@ TEST(Resample, OfASlowSensorTakesTheNearestSamples) {
   }
 }
 
+// Within an eighth of the middle lie six samples. The two that are missing lie on the right: those
+// on the left are twice as far away.
+TEST(Resample, OfASlowSensorReachesAcrossNoGapToAFartherSample) {
+  std::vector<double> tau;
+  for (int k = 0; k < 8; ++k)
+    tau.push_back(-0.25 + 0.05 * k);  // up to 0.10
+  const std::size_t lonely = tau.size() - 1;
+  for (const double t : {0.40, 0.44, 0.48, 0.52, 0.56, 0.60, 0.65, 0.70, 0.75, 0.80, 0.85, 0.90,
+                         0.95, 1.00, 1.05, 1.10, 1.15, 1.20})
+    tau.push_back(t);
+  std::vector<double> value(tau.size(), 0.0), out(8);
+  value[lonely] = 1.0;
+  const Resampled r = resample(tau, value, out);
+  ASSERT_TRUE(r.ok);
+  EXPECT_TRUE(r.sparse);
+  EXPECT_NEAR(out[4], 0.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace shaker::daemon

@@ -241,6 +241,35 @@ TEST(CycleNoise, KnowsWhatWandersTogether) {
   EXPECT_EQ(noise.covariance(2).along, all[3][3]);
 }
 
+TEST(CycleNoise, HasACovarianceThatIsTheSameBothWays) {
+  Cycles cycles(21);
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  CycleNoise noise;
+  noise.restart(kPoints);
+  CycleNoise swings;  // of the swing itself
+  swings.restart(8);
+  for (int k = 0; k < 100; ++k) {
+    const double swing = 1e-4 * normal(random);
+    swings.add(std::vector<double>(8, swing));
+    noise.add(cycles.next([&](int, double tau) {
+      double all = swing;  // the mean goes with every harmonic, each of another phase
+      for (int h = 1; h <= 4; ++h) {
+        const double turn = 2 * std::numbers::pi * h * tau;
+        all += (0.005 + swing) * std::cos(turn + h);
+      }
+      return all;
+    }));
+  }
+  const auto all = noise.covariance();
+  for (std::size_t i = 0; i < CycleNoise::kCoefficients; ++i) {
+    for (std::size_t k = 0; k < i; ++k)
+      EXPECT_NEAR(all[i][k], all[k][i], 1e-12) << i << " " << k;
+  }
+  const double variance = std::pow(swings.point_standard_deviation(), 2);
+  EXPECT_NEAR(all[0][3] / variance, 1.0, 0.02) << "the mean and the amplitude of a harmonic";
+}
+
 TEST(CycleNoise, LooksAtNoPointBeyondTheCycle) {
   Cycles cycles(21);
   CycleNoise noise;

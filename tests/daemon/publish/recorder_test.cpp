@@ -309,6 +309,27 @@ TEST_F(RecorderTest, SendsWhatNeedNotBeKeptPastADiskThatHangs) {
   EXPECT_GT(all.back().seq, lines[2].seq);
 }
 
+// Cycles behind a disk that hangs take memory as samples do.
+TEST_F(RecorderTest, CountsTheCyclesThatWaitAgainstWhatMayWait) {
+  RecorderOptions options{scratch.path(), "rig A"};
+  options.max_waiting = 10'000;
+  Recorder recorder(options, clock, [] {}, {});
+  ASSERT_TRUE(recorder.record_campaign(campaign()));
+  ASSERT_TRUE(recorder.record_run(0, campaign().runs[0]));
+  settle(recorder);
+  testing::hang_the_disk(true);
+  const estimator::MeasuredCycle cycle{0, 0, 2.0, 3.0, std::vector<double>(2000, 0.1), {}};
+  Result<void> told;
+  for (int i = 0; i < 20 && told; ++i) {  // the first ones may go to the disk that hangs
+    EXPECT_TRUE(recorder.record_cycle(cycle, true));
+    told = recorder.record_samples(samples(0, 1));
+    clock.sleep_until(clock.now() + 20ms);
+  }
+  testing::hang_the_disk(false);
+  ASSERT_FALSE(told);
+  EXPECT_THAT(told.error().what, HasSubstr("the disk does not keep up"));
+}
+
 TEST_F(RecorderTest, AcknowledgesNothingThatIsInNoFile) {
   auto recorder = make();
   ASSERT_TRUE(recorder->record_campaign(campaign()));

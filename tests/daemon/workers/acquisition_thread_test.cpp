@@ -190,6 +190,70 @@ TEST_F(AcquisitionTest, AdvancesWhileItWaitsForASensorThatIsAbsent) {
   }
 }
 
+TEST_F(AcquisitionTest, DoesNotWakeTheLoopWithoutASample) {
+  auto thread = make();
+  EXPECT_TRUE(eventually([&] { return script.connects == 1; }));
+  for (int read = 0; read < 3; ++read) {
+    const Nanoseconds then = clock.now();
+    EXPECT_TRUE(eventually([&] { return thread->last_progress() > then; }));
+  }
+  pollfd ready{waker.fd(), POLLIN, 0};
+  EXPECT_EQ(::poll(&ready, 1, 0), 0);
+}
+
+// Time passes only while the thread sleeps.
+class SleepingClock final : public Clock {
+ public:
+  Nanoseconds now() const override { return Nanoseconds(now_.load()); }
+  Nanoseconds utc() const override { return now(); }
+  void sleep_until(Nanoseconds monotonic) override { now_ = monotonic.count(); }
+
+ private:
+  std::atomic<std::int64_t> now_{0};
+};
+
+// It refuses every connection, and notes when it was asked.
+class AbsentSensor final : public drivers::Sensor {
+ public:
+  AbsentSensor(const Clock& clock, std::vector<Nanoseconds>& asked, std::atomic<bool>& enough)
+      : clock_(clock), asked_(asked), enough_(enough) {}
+  std::string description() const override { return "absent"; }
+  std::vector<protocol::Channel> channels() const override { return {}; }
+  drivers::StampSource stamp_source() const override { return drivers::StampSource::device; }
+  Result<void> connect() override {
+    if (!enough_) asked_.push_back(clock_.now());
+    if (asked_.size() == 12) enough_ = true;
+    return Error{ErrorKind::unavailable, "The sensor is not there."};
+  }
+  Result<std::size_t> read(std::span<drivers::Sample>, Nanoseconds) override {
+    return std::size_t{0};
+  }
+  drivers::SensorHealth health() const override { return {}; }
+
+ private:
+  const Clock& clock_;
+  std::vector<Nanoseconds>& asked_;
+  std::atomic<bool>& enough_;
+};
+
+TEST_F(AcquisitionTest, AsksAnAbsentSensorAgainAfterPausesThatDoubleUpToTheLongest) {
+  SleepingClock sleeping;
+  std::vector<Nanoseconds> asked;
+  std::atomic<bool> enough{false};
+  const AcquisitionOptions options{.first_pause = 100ms, .longest_pause = 5s};
+  {
+    AcquisitionThread thread(std::make_unique<AbsentSensor>(sleeping, asked, enough), sleeping,
+                             waker, options);
+    EXPECT_TRUE(eventually([&] { return enough.load(); }));
+  }
+  ASSERT_EQ(asked.size(), 12U);
+  Nanoseconds pause = 100ms;
+  for (std::size_t i = 1; i < asked.size(); ++i) {
+    EXPECT_EQ(asked[i] - asked[i - 1], pause) << i;
+    pause = std::min<Nanoseconds>(2 * pause, 5s);
+  }
+}
+
 TEST_F(AcquisitionTest, SaysWhenAReplayIsOver) {
   auto thread = make();
   EXPECT_FALSE(thread->finished());
