@@ -24,6 +24,7 @@
 #include "estimator/diagnosis/report/stated.hpp"
 #include "estimator/diagnosis/searches.hpp"
 #include "estimator/diagnosis/select/selection.hpp"
+#include "estimator/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -180,7 +181,7 @@ Result<HarmonicFit> fit_all_channels(const config::ModelSpec& model, Kind kind,
   return base;
 }
 
-Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& model,
+Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& stated,
                                   const DiagnoseOptions& options, const Progress& progress,
                                   const std::shared_ptr<EvaluationBudget>& budget,
                                   bool may_begin_anew = true) {
@@ -188,7 +189,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   const FitOptions fitting{options.points};
   FitOptions first = fitting;
   first.from_rest = true;
-  auto looked = screen_campaign(campaign, model, first);
+  auto looked = screen_campaign(campaign, stated, first);
   if (!looked) return looked.error();
   std::vector<SteadyRun>& runs = looked->look.runs;
   HarmonicFit& rough = looked->look.fit;
@@ -199,6 +200,8 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   Weighed weighed = weigh(runs, rough);
   for (RunDatum& datum : weighed.data)
     datum.budget = budget;
+  const MotionRange range = range_of(weighed.data);
+  const config::ModelSpec model = with_room(stated, scale_of(range));
   const std::string unit = campaign.runs.front().kind == Kind::imposed_motion
                                ? model.length_unit + "/s^2"
                                : model.length_unit;
@@ -211,8 +214,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   if (!fitted) return fitted.error();
   HarmonicFit& base = *fitted;
 
-  const auto catalogue =
-      tried_by(options, model, range_of(weighed.data), campaign.runs.front().kind, warnings);
+  const auto catalogue = tried_by(options, model, range, campaign.runs.front().kind, warnings);
   const SelectionOptions selection = selection_for(options, fitting);
   progress("scoring the catalogue", 0.2);
   const std::vector<double> theta = base.theta;
@@ -292,11 +294,13 @@ Result<HarmonicFit> fit_records(const config::ModelSpec& model, const std::strin
 }
 
 // Diagnoses a campaign of runs without a period.
-Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::ModelSpec& model,
+Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::ModelSpec& stated,
                                    const DiagnoseOptions& options, const Progress& progress) {
   progress("reading records", 0.0);
-  auto runs = transient_runs(campaign.runs, model);
+  auto runs = transient_runs(campaign.runs, stated);
   if (!runs) return runs.error();
+  const MotionRange range = range_of(runs->data);
+  const config::ModelSpec model = with_room(stated, scale_of(range));
   const Kind kind = campaign.runs.front().kind;
   progress("fitting the model", 0.05);
   const FitOptions fitting = bounded(*runs, options);
@@ -310,7 +314,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (auto good = above_noise(runs->data, motions, unit, runs->warnings); !good)
     return good.error();
   const auto catalogue = shown_by_transients(
-      tried_by(options, model, range_of(runs->data), kind, runs->warnings), model, runs->by_force);
+      tried_by(options, model, range, kind, runs->warnings), model, runs->by_force);
   SelectionOptions selection = selection_for(options, fitting);
   selection.draws = std::min(options.draws, kRecordDraws);
   progress("scoring the catalogue", 0.2);

@@ -45,6 +45,24 @@ ConstantInfo scaled(const ConstantInfo& info, const MotionScale& scale) {
   return own;
 }
 
+config::ModelSpec with_room(config::ModelSpec model, const MotionScale& scale) {
+  for (config::EffectSpec& line : model.effects) {
+    const Effect* effect = find_effect(line.effect);
+    if (effect == nullptr || line.scale != MotionScale{}) continue;
+    for (const ParameterInfo& info : effect->parameters()) {
+      const ParameterInfo own = scaled(*effect, info, scale);
+      const std::string symbol(info.symbol);
+      const auto said = line.parameters.find(symbol);
+      const bool stated = said != line.parameters.end();
+      if (own.lower < info.lower && !(stated && said->second.lower))
+        line.parameters[symbol].lower = own.lower;
+      if (own.upper > info.upper && !(stated && said->second.upper))
+        line.parameters[symbol].upper = own.upper;
+    }
+  }
+  return model;
+}
+
 namespace {
 
 void state_scaled(config::EffectSpec& line) {

@@ -13,6 +13,10 @@ ParameterInfo scaled(const Effect& effect, const ParameterInfo& info,
 // Widths only: another constant is a property, not a range.
 ConstantInfo scaled(const ConstantInfo& info, const config::MotionScale& scale);
 
+// Widens the ranges that the model's file does not state to what motion of this scale may need: 0.1 m are no
+// range for the zero of a sensor in millivolts. No range gets narrower.
+config::ModelSpec with_room(config::ModelSpec model, const config::MotionScale& scale);
+
 // Writes what the scale of each effect stands for into the model, for a reader of its file.
 void state_scaled(config::ModelSpec& model);
 

@@ -8,6 +8,7 @@
 
 #include "estimator/diagnosis/cycles/record_checks.hpp"
 #include "estimator/diagnosis/records/spectral_floor.hpp"
+#include "estimator/diagnosis/records/telling_stretches.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/math/dense.hpp"
 
@@ -89,7 +90,7 @@ struct Even {
   bool interpolated = false;
 };
 
-Result<Even> on_even_clock(const Recording& r, Index most) {
+Result<Even> on_even_clock(const Recording& r) {
   const auto n = static_cast<Index>(r.t.size());
   std::vector<double> steps;
   for (std::size_t i = 1; i < r.t.size(); ++i)
@@ -112,7 +113,7 @@ Result<Even> on_even_clock(const Recording& r, Index most) {
   even.interpolated = worst > kEven * even.dt + 0.6e-3 * even.dt;
   const auto& other = imposed(r) ? r.force : r.excitation;
   const bool driven = imposed(r) || (!other.empty() && range_of(other) > 0.0);
-  const Index length = fast_length(std::min(n, most));
+  const Index length = fast_length(n);
   even.start = r.t.front() - 0.5 * even.dt;
   const auto column = [&](const std::vector<double>& values) -> VectorXd {
     if (!even.interpolated) return Eigen::Map<const VectorXd>(values.data(), length);
@@ -150,13 +151,26 @@ double trend(const Curve& c, double t, int order) {
   return order == 1 ? c.slope + c.bend * t : c.bend;
 }
 
-Curve curve_of(const VectorXd& y, double dt) {
+// Before sample `border`, from four samples on either side where there are as many: a cut through the
+// midst of a record.
+double border_slope(const VectorXd& y, Index border, double dt) {
+  constexpr double kWeights[] = {1225.0 / 1024, -245.0 / 3072, 49.0 / 5120, -5.0 / 7168};
+  constexpr Index kSide = 4;
+  if (border < kSide) return end_slope(y, 0, 0, dt);
+  if (border + kSide > y.size()) return end_slope(y, y.size() - kEndSamples, y.size() - 1, dt);
+  double sum = 0.0;
+  for (Index k = 0; k < kSide; ++k)
+    sum += kWeights[k] * (y[border + k] - y[border - 1 - k]);
+  return sum / dt;
+}
+
+Curve curve_of(const VectorXd& y, Stretch stretch, double dt) {
   Curve c;
-  const Index n = y.size();
+  const Index n = stretch.length;
   c.length = dt * static_cast<double>(n);
-  c.slope = end_slope(y, 0, 0, dt);
-  c.bend = (end_slope(y, n - kEndSamples, n - 1, dt) - c.slope) / c.length;
-  VectorXd rest = y;
+  c.slope = border_slope(y, stretch.begin, dt);
+  c.bend = (border_slope(y, stretch.begin + n, dt) - c.slope) / c.length;
+  VectorXd rest = y.segment(stretch.begin, n);
   for (Index i = 0; i < n; ++i)
     rest[i] -= trend(c, dt * (static_cast<double>(i) + 0.5), 0);
   c.series = CosineTransform(n).analyse(rest, n);
@@ -183,13 +197,16 @@ struct Prepared {
   SpectralFloor motion_floor, other_floor;
 };
 
-Prepared prepare(Even even) {
+Prepared prepare(const Even& whole, Stretch stretch) {
   Prepared p;
-  p.even = std::move(even);
-  p.motion = curve_of(p.even.displacement, p.even.dt);
+  p.even = whole;
+  p.even.start += whole.dt * static_cast<double>(stretch.begin);
+  p.even.displacement = whole.displacement.segment(stretch.begin, stretch.length);
+  p.motion = curve_of(whole.displacement, stretch, whole.dt);
   p.motion_floor = trend_floor(p.motion.series, size_of(p.even.displacement));
-  if (p.even.other.size() > 0) {
-    p.other = curve_of(p.even.other, p.even.dt);
+  if (whole.other.size() > 0) {
+    p.even.other = whole.other.segment(stretch.begin, stretch.length);
+    p.other = curve_of(whole.other, stretch, whole.dt);
     p.other_floor = trend_floor(p.other.series, size_of(p.even.other));
   }
   return p;
@@ -215,33 +232,19 @@ Index samples_for(const Prepared& p) {
   return std::min(few, n);
 }
 
-Result<std::shared_ptr<SampledRun>> sampled_run(const Recording& r,
-                                                const SamplingOptions& options) {
-  if (auto good = check(r); !good) return good.error();
-  const auto whole = static_cast<Index>(r.t.size());
-  auto even = on_even_clock(r, whole);
-  if (!even) return even.error();
+using Sampled = std::shared_ptr<SampledRun>;
+
+Sampled sampled_run(const std::string& name, const Recording& r, Prepared p) {
   auto run = std::make_shared<SampledRun>();
-  run->name = r.name;
+  run->name = name;
   run->kind = r.kind;
   run->role = r.role;
-  if (even->interpolated)
+  if (p.even.interpolated)
     run->notes.push_back(fmt::format(
         "run {}: its samples are not evenly spaced and were put on an even clock of {:.4g} s",
-        r.name, even->dt));
+        r.name, p.even.dt));
   const bool force = r.kind == Kind::imposed_motion;
-  Prepared p = prepare(std::move(*even));
-  Index n = samples_for(p);
-  if (n > options.most_samples) {
-    const double share = static_cast<double>(options.most_samples) / static_cast<double>(n);
-    const auto some = static_cast<Index>(share * static_cast<double>(whole));
-    run->notes.push_back(
-        fmt::format("run {}: the first {:.4g} s of {:.4g} s are used; more would take long and say "
-                    "little new",
-                    r.name, r.t[static_cast<std::size_t>(some - 1)] - r.t[0], r.t.back() - r.t[0]));
-    p = prepare(*on_even_clock(r, some));
-    n = samples_for(p);
-  }
+  const Index n = samples_for(p);
   const Index raw = p.even.displacement.size();
   if (n < 9 * raw / 10)
     run->notes.push_back(fmt::format(
@@ -274,6 +277,35 @@ Result<std::shared_ptr<SampledRun>> sampled_run(const Recording& r,
   return run;
 }
 
+// A long record as several runs, one a stretch.
+Result<std::vector<Sampled>> sampled_stretches(const Recording& r, const SamplingOptions& options) {
+  if (auto good = check(r); !good) return good.error();
+  auto even = on_even_clock(r);
+  if (!even) return even.error();
+  const Index all = even->displacement.size();
+  Prepared whole = prepare(*even, {0, all});
+  const Index n = samples_for(whole);
+  if (n <= options.most_samples)
+    return std::vector<Sampled>{sampled_run(r.name, r, std::move(whole))};
+  const auto share = static_cast<double>(options.most_samples) / static_cast<double>(n);
+  std::vector<Sampled> runs;
+  std::string used;
+  for (const Stretch& stretch : telling_stretches(even->displacement, share)) {
+    const std::string span =
+        fmt::format("{:.4g} to {:.4g} s", even->dt * static_cast<double>(stretch.begin),
+                    even->dt * static_cast<double>(stretch.begin + stretch.length));
+    used += (used.empty() ? "" : ", ") + span;
+    runs.push_back(sampled_run(fmt::format("{} ({})", r.name, span), r, prepare(*even, stretch)));
+  }
+  runs.front()->notes.insert(
+      runs.front()->notes.begin(),
+      fmt::format(
+          "run {}: of its {:.4g} s these are used, where it moves much and little: {}; the whole "
+          "would take long",
+          r.name, r.t.back() - r.t[0], used));
+  return runs;
+}
+
 }  // namespace
 
 Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
@@ -282,15 +314,17 @@ Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
   std::string first_trouble;
   Index fitted = 0;
   for (const Recording& recording : runs) {
-    auto run = sampled_run(recording, options);
-    if (!run && run.error().kind == ErrorKind::invalid) return run.error();
-    if (!run) {
-      if (first_trouble.empty()) first_trouble = run.error().what;
-      all.left_out.push_back(run.error().what + " (this run is left out)");
+    auto sampled = sampled_stretches(recording, options);
+    if (!sampled && sampled.error().kind == ErrorKind::invalid) return sampled.error();
+    if (!sampled) {
+      if (first_trouble.empty()) first_trouble = sampled.error().what;
+      all.left_out.push_back(sampled.error().what + " (this run is left out)");
       continue;
     }
-    fitted += (*run)->role == Role::fit ? 1 : 0;
-    all.runs.push_back(std::move(*run));
+    for (Sampled& run : *sampled) {
+      fitted += run->role == Role::fit ? 1 : 0;
+      all.runs.push_back(std::move(run));
+    }
   }
   if (fitted == 0) return Error{ErrorKind::not_converged, "no run can be used: " + first_trouble};
   const Index share = options.most_cosines / std::max<Index>(1, fitted);

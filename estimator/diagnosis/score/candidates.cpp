@@ -61,12 +61,6 @@ constexpr double kHalfStroke = 0.03;  // m
 constexpr double kSpeed = 0.55;       // m/s
 constexpr double kForce = 18.0;       // per unit mass, m/s^2
 
-config::MotionScale scale_of(const MotionRange& range) {
-  const double length = 0.5 * (range.high - range.low);
-  if (!(length > 0.0 && range.speed > 0.0 && range.force > 0.0)) return {};
-  return {length / kHalfStroke, range.speed / kSpeed, range.force / kForce};
-}
-
 std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   Probe plain;
   plain.line.effect = std::string(effect.name());
@@ -228,6 +222,12 @@ std::string why_not(const Effect& effect, const config::ModelSpec& base, Kind ki
 }
 
 }  // namespace
+
+config::MotionScale scale_of(const MotionRange& range) {
+  const double length = 0.5 * (range.high - range.low);
+  if (!(length > 0.0 && range.speed > 0.0 && range.force > 0.0)) return {};
+  return {length / kHalfStroke, range.speed / kSpeed, range.force / kForce};
+}
 
 Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Kind kind,
                      std::vector<std::string>& notes) {

@@ -39,6 +39,9 @@ struct MotionRange {
   double force = 0.0;            // largest, per unit mass
 };
 
+// By what the motion differs in size from that for which the catalogue's numbers are meant.
+config::MotionScale scale_of(const MotionRange& range);
+
 // Returns the candidates. For an imposed motion these are effects of the damper only: there is no
 // excitation, and the motion is not predicted. In a model of several coordinates an effect of the
 // damper gets the coordinate of the first of the damper's effects that carries load and sees the

@@ -117,5 +117,20 @@ TEST(Scaled, AWrittenLineNeedsNoScale) {
   EXPECT_DOUBLE_EQ(line.constants["e"], 2.0);
 }
 
+// 0.1 m for the zero of a sensor, a motion that is a thousand times as large in its unit.
+TEST(Scaled, WidensARangeThatIsNotStatedAndNoOther) {
+  config::ModelSpec model;
+  model.effects.resize(2);
+  model.effects[0].effect = "sensor_offset";
+  model.effects[1].effect = "sensor_offset";
+  model.effects[1].parameters["b"].upper = 2.0;
+  const auto wide = with_room(model, {1000.0, 1000.0, 1000.0});
+  EXPECT_DOUBLE_EQ(wide.effects[0].parameters.at("b").lower.value(), -100.0);
+  EXPECT_DOUBLE_EQ(wide.effects[0].parameters.at("b").upper.value(), 100.0);
+  EXPECT_DOUBLE_EQ(wide.effects[1].parameters.at("b").upper.value(), 2.0);
+  const auto small = with_room(model, {0.01, 0.01, 0.01});
+  EXPECT_TRUE(small.effects[0].parameters.empty());
+}
+
 }  // namespace
 }  // namespace shaker::estimator
