@@ -47,6 +47,13 @@ class Campaigns(unittest.TestCase):
             self.assertFalse(dirty_suite.wrong_and_sure(x), x)
 
 
+    def test_steps_of_a_third_of_the_motion_are_not_noise(self):
+        with tempfile.TemporaryDirectory() as folder:
+            x = dirty_suite.one(BUILD, pathlib.Path(folder), 41, 47, False)
+        self.assertNotEqual(x["verdict"], "adequate", x)
+        self.assertEqual(x["names"][0]["name"], "sensor_quantisation", x)
+
+
 class RunsThatDiffer(unittest.TestCase):
     """Nothing is missing, but each run has another zero or another gas temperature."""
 
@@ -61,6 +68,7 @@ class RunsThatDiffer(unittest.TestCase):
 
     def test_raises_no_alarm_and_is_told_by_how_much(self):
         for seed, index, differs, pattern in some(((5, 0, "zero", r"the zero, by ([\d.e-]+) m"),
+                                                   (43, 4, "temperature", r"the gas pressure, by ([\d.e-]+) %"),
                                                    (6, 50, "temperature", r"the gas pressure, by ([\d.e-]+) %"),
                                                    (6, 51, "temperature", r"the gas pressure, by ([\d.e-]+) %"))):
             answer, truth = self.answer(seed, index)

@@ -134,14 +134,14 @@ std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
   return out;
 }
 
-double spectrum_gain(const HarmonicFit& one, const HarmonicFit& other,
-                     const std::vector<RunDatum>& data) {
+double spectrum_gain(const ResidualOf& one, const ResidualOf& other) {
   double gain = 0.0;
   VectorXd count;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (data[r].role != Role::fit) continue;
-    const auto powers = [&](const HarmonicFit& fit) -> VectorXd {
-      return band_powers(data[r].response - fit.predictions[r].value(), count).cwiseMax(1e-300);
+  for (std::size_t r = 0; r < one.data.size(); ++r) {
+    if (one.data[r].role != Role::fit) continue;
+    const auto powers = [&](const ResidualOf& of) -> VectorXd {
+      return band_powers(of.data[r].response - of.fit.predictions[r].value(), count)
+          .cwiseMax(1e-300);
     };
     gain += (powers(other).array().log() - powers(one).array().log()).sum();
   }

@@ -23,11 +23,15 @@ std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
                                          const std::vector<RunDatum>& fitted,
                                          const std::vector<RunDatum>& data, ColourOf of);
 
+// A fit and the data of which its residual is taken.
+struct ResidualOf {
+  const HarmonicFit& fit;
+  const std::vector<RunDatum>& data;
+};
 // Twice the logarithm by which the residual spectrum of `one` is more probable than that of `other`
 // (Whittle's likelihood in those bands, over the fitted runs). For two fits that leave the same
 // noise it is about the difference of their numbers of parameters.
-double spectrum_gain(const HarmonicFit& one, const HarmonicFit& other,
-                     const std::vector<RunDatum>& data);
+double spectrum_gain(const ResidualOf& one, const ResidualOf& other);
 
 // Probability that noise correlates with the responses to a smooth force over stroke and velocity
 // as much as the residual of `fit` does (Fisher's F; the rest of the residual is the size of the

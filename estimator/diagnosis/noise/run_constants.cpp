@@ -177,8 +177,8 @@ Sizes likeliest(const Likelihood& likelihood, const Sizes& largest) {
 
 }  // namespace
 
-std::string RunConstants::sentence(const std::string& response_unit,
-                                   const std::string& force_unit) const {
+std::string RunConstants::words(const std::string& response_unit,
+                                const std::string& force_unit) const {
   std::vector<std::string> said;
   if (zero > 0.0) said.push_back(fmt::format("the zero, by {:.2g} {}", zero, response_unit));
   if (force > 0.0)
@@ -187,8 +187,7 @@ std::string RunConstants::sentence(const std::string& response_unit,
     said.push_back(fmt::format("the gas pressure, by {:.2g} %", 100.0 * gas_pressure));
   if (damping > 0.0)
     said.push_back(fmt::format("the viscous damping, by {:.2g} %", 100.0 * damping));
-  return fmt::format("nothing else is missing, but the runs differ (standard deviations): in {}",
-                     fmt::join(said, ", and in "));
+  return fmt::format("the runs differ (standard deviations): in {}", fmt::join(said, ", and in "));
 }
 
 std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
@@ -219,6 +218,18 @@ std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
   for (const Run& run : runs) {
     const MatrixXd moved = run.influence * size.asDiagonal();
     set_covariance(out.data[run.index], covariance_of(data[run.index]) + moved * moved.transpose());
+  }
+  return out;
+}
+
+std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vector<RunDatum>& with,
+                                        const std::vector<RunDatum>& fitted) {
+  std::vector<RunDatum> out = fitted;
+  for (std::size_t r = 0; r < out.size(); ++r) {
+    const VectorXd left = with[r].response - fit.predictions[r].value();
+    // The constants' likeliest part is what the noise does not have of it.
+    const VectorXd noise = covariance_of(fitted[r]) * over_covariance(with[r], left);
+    out[r].response -= left - noise;
   }
   return out;
 }

@@ -26,8 +26,8 @@ struct RunConstants {
     return static_cast<int>(zero > 0.0) + static_cast<int>(force > 0.0) +
            static_cast<int>(gas_pressure > 0.0) + static_cast<int>(damping > 0.0);
   }
-  // A sentence for the operator: which of them differ, and by how much.
-  std::string sentence(const std::string& response_unit, const std::string& force_unit) const;
+  // Words for the operator: which of them differ, and by how much.
+  std::string words(const std::string& response_unit, const std::string& force_unit) const;
 };
 
 struct WithRunConstants {
@@ -43,6 +43,12 @@ std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
                                                    const std::vector<RunDatum>& fitted,
                                                    const std::vector<RunDatum>& data,
                                                    const FitOptions& options);
+
+// The responses of `fitted` less the likeliest part of the constants: what `fit`, which was fitted
+// to `with`, leaves of them is noise and what the model lacks. `fitted`: as given to
+// with_run_constants.
+std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vector<RunDatum>& with,
+                                        const std::vector<RunDatum>& fitted);
 
 // For records: tests whether the means of the runs differ from those of `fit` by more than the
 // noise and by more than a tenth of the missed motion (a missing effect moves means too), as a

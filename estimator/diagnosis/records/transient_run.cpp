@@ -269,6 +269,7 @@ Sampled sampled_run(const std::string& name, const Recording& r, Prepared p) {
   run->variance = floor.power.head(run->keep);
   run->freedom = VectorXd::Constant(run->keep, floor.freedom);
   run->motion_noise = p.motion_floor.power.head(run->keep);
+  run->sample_noise = 0.5 * p.motion_floor.power.sum();
   if (!floor.reached)
     run->notes.push_back(fmt::format(
         "run {}: the {} reaches up to half of the sampling rate, so that its noise "

@@ -33,7 +33,9 @@ struct SampledRun {
   Eigen::Index keep = 0;         // cosines that are compared
   Eigen::VectorXd variance;      // of the noise of each
   Eigen::VectorXd motion_noise;  // variance of the displacement's own cosines
-  Eigen::VectorXd freedom;       // behind those variances
+  // Variance of the noise of a sample of the displacement as it was recorded.
+  double sample_noise = 0.0;
+  Eigen::VectorXd freedom;  // behind those variances
   // Variance of the measured excitation's own noise, of each of its cosines; empty: not known.
   Eigen::VectorXd excitation_noise;
   std::vector<std::string> notes;  // what was done to it, for the operator

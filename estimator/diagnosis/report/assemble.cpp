@@ -62,8 +62,10 @@ class Assembler {
     said_.improved = at_estimates(after_);
     if (at_limit()) said_.improved = stated_sharp(said_.improved);
     state_scaled(said_.improved);
-    tell_gaps({before_, data_}, {after_, after_data_}, data_, measured_, runs_, said_);
+    const double level =
+        tell_gaps({before_, data_}, {after_, after_data_}, data_, measured_, runs_, said_);
     hold_to_gap();
+    hold_to_held_out(level);
     said_.cut_short = found_.cut_short;
     tell_stopped_sets();
     forces();
@@ -99,6 +101,22 @@ class Assembler {
         "what is left passes the test for noise, but its root mean square is {:.1f} times the "
         "noise floor: that is not called explained",
         said_.gap.after / said_.gap.noise_floor));
+  }
+
+  // What explains the runs that it was fitted to must not make others worse than it would by
+  // chance. `level`: of tell_gaps.
+  void hold_to_held_out(double level) {
+    if (said_.verdict != Verdict::explained || !said_.gap.held_out_after) return;
+    const double before = *said_.gap.held_out_before, after = *said_.gap.held_out_after;
+    if (choice_.chosen() == nullptr || after < before || after < level) return;
+    said_.verdict = Verdict::unexplained;
+    const auto named = static_cast<int>(choice_.chosen()->effects.size());
+    trusted_ = std::min(kMostUnexplained, chance_beside_unknown(1.0, named));
+    said_.warnings.push_back(
+        fmt::format("what is left passes the test for noise, but on data that were not fitted the "
+                    "gap is {:.3g} times what it is without the named effects: that is not called "
+                    "explained",
+                    after / before));
   }
 
   // Single effects stand under not_tried.

@@ -5,32 +5,65 @@
 #include "estimator/diagnosis/noise/noise_floor.hpp"
 #include "estimator/diagnosis/report/choice.hpp"
 #include "estimator/diagnosis/select/evidence.hpp"
+#include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
 
+using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Residuals of what was not fitted: held-out runs, or else each run from the others.
-std::vector<VectorXd> held_out(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
-  std::vector<VectorXd> residuals;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (data[r].role == Role::held_out)
-      residuals.push_back(without_own_zero(data[r], residual_of(fit, data, r)));
+constexpr double kBeyondChance = 2.0;  // standard deviations: one in forty is further above
+
+// What was not fitted: held-out runs, or else each run from the others.
+class HeldOut {
+ public:
+  HeldOut(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      if (data[r].role != Role::held_out) continue;
+      MatrixXd slopes(data[r].response.size(), static_cast<Index>(fit.free.size()));
+      for (std::size_t k = 0; k < fit.free.size(); ++k)
+        slopes.col(static_cast<Index>(k)) = fit.predictions[r].jacobian().col(fit.free[k]);
+      add(data[r], residual_of(fit, data, r), slopes * Cholesky(fit.covariance).root());
+    }
+    std::vector<LeftOutRun> left_out;
+    if (!residuals_.empty() || !cross_validate(fit, data, &left_out)) return;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      MatrixXd uncertain = left_out[r].uncertain;
+      for (Index c = 0; c < uncertain.cols(); ++c)
+        uncertain.col(c) = coloured(data[r], left_out[r].uncertain.col(c));
+      add(data[r], coloured(data[r], left_out[r].residual), uncertain);
+    }
   }
-  if (!residuals.empty()) return residuals;
-  std::vector<VectorXd> left_out;
-  if (!cross_validate(fit, data, &left_out)) return {};
-  for (std::size_t r = 0; r < data.size(); ++r)
-    residuals.push_back(without_own_zero(data[r], coloured(data[r], left_out[r])));
-  return residuals;
-}
+
+  bool empty() const { return residuals_.empty(); }
+  double gap() const { return mean_square(residuals_); }
+  double level() const {
+    const auto runs = static_cast<double>(residuals_.size());
+    return std::sqrt((expected_ + kBeyondChance * std::sqrt(variance_)) / runs);
+  }
+
+ private:
+  // Adds mean and variance of the residual's mean square, a quadratic form of normal numbers.
+  void add(const RunDatum& datum, const VectorXd& residual, const MatrixXd& uncertain) {
+    residuals_.push_back(without_own_zero(datum, residual));
+    VectorXd weight = VectorXd::Constant(residual.size(), 0.5);
+    weight[0] = datum.own_zero > 0.0 ? 0.0 : 1.0;
+    const MatrixXd covariance = covariance_of(datum) + uncertain * uncertain.transpose();
+    expected_ += weight.dot(covariance.diagonal());
+    variance_ += 2.0 * weight.dot(covariance.cwiseAbs2() * weight);
+  }
+
+  std::vector<VectorXd> residuals_;
+  double expected_ = 0.0, variance_ = 0.0;
+};
 
 }  // namespace
 
-void tell_gaps(const Fitted& before, const Fitted& after, const std::vector<RunDatum>& data,
-               const std::vector<RunDatum>& measured, const std::vector<SteadyRun>& runs,
-               Diagnosis& said) {
+double tell_gaps(const Fitted& before, const Fitted& after, const std::vector<RunDatum>& data,
+                 const std::vector<RunDatum>& measured, const std::vector<SteadyRun>& runs,
+                 Diagnosis& said) {
   const auto all_before = fit_residuals(before, data, data.size());
   const auto all_after = fit_residuals(after, data, data.size());
   const NoiseFloor noise = noise_floor(after.fit, measured, data.size());
@@ -56,12 +89,11 @@ void tell_gaps(const Fitted& before, const Fitted& after, const std::vector<RunD
   said.gap.noise_floor = noise.whole.floor;
   said.gap.before = mean_square(left_before);
   said.gap.after = mean_square(left_after);
-  const auto out_before = held_out(before.fit, data);
-  const auto out_after = held_out(after.fit, after.data);
-  if (!out_before.empty() && !out_after.empty()) {
-    said.gap.held_out_before = mean_square(out_before);
-    said.gap.held_out_after = mean_square(out_after);
-  }
+  const HeldOut out_before(before.fit, data), out_after(after.fit, after.data);
+  if (out_before.empty() || out_after.empty()) return 0.0;
+  said.gap.held_out_before = out_before.gap();
+  said.gap.held_out_after = out_after.gap();
+  return out_after.level();
 }
 
 }  // namespace shaker::estimator::diagnosis

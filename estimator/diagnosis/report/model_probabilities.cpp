@@ -123,10 +123,14 @@ double own_part(const Hypothesis& h, const std::vector<std::string>& effects,
   const double left = std::min(1.0, choice.left_of(h, *without));
   const auto added = static_cast<int>(h.effects.size() - without->effects.size());
   const int steps = added - std::max(0, std::min(spoken_for(h, effects), added) - 1);
-  return kUnknownBeside / (kUnknownBeside + chance_to_imitate(left, steps));
+  return chance_beside_unknown(left, steps);
 }
 
 }  // namespace
+
+double chance_beside_unknown(double left, int effects) {
+  return kUnknownBeside / (kUnknownBeside + chance_to_imitate(left, effects));
+}
 
 double chance_to_imitate(double left, int effects) {
   if (left <= 0.0) return 0.0;

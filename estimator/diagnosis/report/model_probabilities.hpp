@@ -33,6 +33,9 @@ std::optional<std::size_t> answer_of(const Selection& found, const std::vector<R
 // between 0 and 1 alike.
 double chance_to_imitate(double left, int effects);
 
+// That the named effects stand beside the unknown one, and do not imitate it.
+double chance_beside_unknown(double left, int effects);
+
 // Of what the selection has agreed on. Its arguments must outlive it.
 class ModelProbabilities {
  public:

@@ -151,12 +151,6 @@ void settle_verdict(Diagnosis& said) {
                                                                        : Verdict::explained;
 }
 
-// Variance of a sample's noise, rounding included: the noise of a record's cosines, which is white
-// where rounding governs it.
-double noise_of_samples(const Recording& run, const SampledRun& sampled) {
-  return 0.5 * static_cast<double>(run.displacement.size()) * sampled.variance.mean();
-}
-
 }  // namespace
 
 void name_read_effects(const Screening& first, double coarseness, Diagnosis& said) {
@@ -184,11 +178,11 @@ void name_grid_of_records(const std::vector<Recording>& recordings,
                                   [&](const Recording& r) { return r.name == datum.name; });
     if (datum.by_force || run == recordings.end()) continue;
     const double quantisation_step = quantisation_step_of(run->displacement);
-    if (!(quantisation_step > coarsest)) continue;
     const double rounding = quantisation_step * quantisation_step / 12.0;
-    const double rest = noise_of_samples(*run, *datum.sampled) - rounding;
-    coarsest = quantisation_step;
-    coarseness = std::sqrt(rounding / std::max(rest, 1e-6 * rounding));
+    // The spectrum's noise includes the rounding.
+    const double rest = std::max(datum.sampled->sample_noise - rounding, 1e-6 * rounding);
+    coarsest = std::max(coarsest, quantisation_step);
+    if (rounding > 0.0) coarseness = std::max(coarseness, std::sqrt(rounding / rest));
   }
   if (!(coarseness > kCoarse)) return;
   name_grid(coarsest, "which are more than the noise", said.improved.length_unit,

@@ -38,10 +38,10 @@ double log_evidence(const HarmonicFit& fit, const std::vector<RunDatum>& data, i
 }
 
 std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                                     std::vector<VectorXd>* left_out) {
+                                     std::vector<LeftOutRun>* left_out) {
   const auto fitted = std::count_if(data.begin(), data.end(),
                                     [](const RunDatum& d) { return d.role == Role::fit; });
-  if (left_out != nullptr) left_out->assign(data.size(), VectorXd());
+  if (left_out != nullptr) left_out->assign(data.size(), {});
   if (fitted < 2 || !fit.covariance.allFinite()) return std::nullopt;
   const double clock = clock_error(fit, data);
   double sum = 0.0;
@@ -60,7 +60,10 @@ std::optional<double> cross_validate(const HarmonicFit& fit, const std::vector<R
                   along.cwiseAbs2().cwiseQuotient(values).sum() - values.array().log().sum());
     if (left_out != nullptr) {
       // The others cannot predict what only this run determines.
-      (*left_out)[r] = e + few.u * (along.cwiseQuotient(values.cwiseMax(kPredictable)) - along);
+      const VectorXd taken = values.cwiseMax(kPredictable);
+      const VectorXd variance = values.cwiseQuotient(taken.cwiseAbs2());
+      (*left_out)[r] = {e + few.u * (along.cwiseQuotient(taken) - along),
+                        few.u * (variance.array() - 1.0).max(0.0).sqrt().matrix().asDiagonal()};
     }
   }
   return sum;

@@ -10,6 +10,7 @@ namespace shaker::estimator::diagnosis {
 namespace {
 
 constexpr double kChosenByChance = 1e-7;  // three effects of some forty may be chosen
+constexpr int kRounds = 3;  // of constants and spectrum in turn: the third changes neither by much
 
 const Hypothesis* best_of(const Selection& found) {
   if (found.best >= found.hypotheses.size()) return nullptr;
@@ -23,15 +24,27 @@ bool along_motion(const HarmonicFit& fit, const std::vector<RunDatum>& data,
   return !chance || *chance <= options.false_alarm_rate;
 }
 
-// True if the best hypothesis leaves far less than the base model: by more than choosing among all
-// sets of the catalogue gains by chance.
+// True if one fit leaves far less than the other: by more than choosing among all sets of the
+// catalogue gains by chance. `more`: numbers that it has more.
+bool far_less(const ResidualOf& one, const ResidualOf& other, int more) {
+  const double gain = std::max(spectrum_gain(one, other), 0.0);
+  return chi_squared_above(gain, std::max(more, 1)) < kChosenByChance;
+}
+
+int numbers_of(const HarmonicFit& fit) {
+  return static_cast<int>(fit.free.size());
+}
+
+const std::vector<RunDatum>& data_of(const Hypothesis& h, const std::vector<RunDatum>& data) {
+  return h.data ? *h.data : data;
+}
+
 bool closed_by_effects(const Selection& searched, const std::vector<RunDatum>& data) {
   const Hypothesis* best = best_of(searched);
   if (best == nullptr) return false;
   const HarmonicFit& base = *searched.base.fit;
-  const double gain = spectrum_gain(*best->fit, base, data);
-  const auto more = static_cast<double>(best->fit->free.size() - base.free.size());
-  return more > 0.0 && chi_squared_above(std::max(gain, 0.0), more) < kChosenByChance;
+  const int more = numbers_of(*best->fit) - numbers_of(base);
+  return more > 0 && far_less({*best->fit, data}, {base, data}, more);
 }
 
 std::vector<ColourOf> possible(const std::vector<RunDatum>& data) {
@@ -41,21 +54,85 @@ std::vector<ColourOf> possible(const std::vector<RunDatum>& data) {
   return {ColourOf::response, ColourOf::excitation};
 }
 
-// Fits the model of `left` again, with its residual as the spectrum of the noise. Empty if more
-// than noise is missing.
+// A fit whose runs differ in their constants (run_constants.hpp) and have noise of unknown colour.
+struct BesideConstants {
+  HarmonicFit fit;
+  std::vector<RunDatum> data;     // with both in their errors
+  std::vector<RunDatum> cleared;  // less the likeliest part of the constants
+  RunConstants constants;
+};
+
+// Estimates the constants and the spectrum of the noise in turn: neither shows while the other is
+// taken for it. Empty if the runs do not differ, or if what is left besides is too large for noise.
+std::optional<BesideConstants> beside_constants(const HarmonicFit& left,
+                                                const std::vector<RunDatum>& fitted,
+                                                const std::vector<RunDatum>& data, ColourOf of,
+                                                const FitOptions& options) {
+  BesideConstants out;
+  std::vector<RunDatum> noise = data;
+  for (RunDatum& datum : noise)
+    datum.budget = std::make_shared<EvaluationBudget>();  // a fixed amount of work
+  const HarmonicFit* near = &left;
+  for (int round = 0; round < kRounds; ++round) {
+    auto with = with_run_constants(*near, round == 0 ? fitted : noise, noise, options);
+    if (!with) return std::nullopt;
+    HarmonicFit again = fit_harmonics(left.spec, with->data, near->theta, near, options);
+    if (!again.trouble.empty()) return std::nullopt;
+    out = {std::move(again), std::move(with->data), {}, with->constants};
+    near = &out.fit;
+    out.cleared = without_constants(out.fit, out.data, noise);
+    if (!may_be_noise(out.fit, out.cleared)) return std::nullopt;
+    noise = with_spectrum_left(out.fit, out.cleared, data, of);
+  }
+  return out;
+}
+
+// True if the best hypothesis, beside constants of the runs of its own, leaves far less.
+bool closed_by_effects(const BesideConstants& base, const Selection& searched,
+                       const std::vector<RunDatum>& data, ColourOf of, const FitOptions& options) {
+  const Hypothesis* best = best_of(searched);
+  if (best == nullptr) return false;
+  const int more = numbers_of(*best->fit) - numbers_of(base.fit) - base.constants.count();
+  const ResidualOf left{base.fit, base.cleared};
+  if (far_less({*best->fit, data_of(*best, data)}, left, more)) return true;
+  const auto rival = beside_constants(*best->fit, data_of(*best, data), data, of, options);
+  return rival && far_less({rival->fit, rival->cleared}, left, more + rival->constants.count());
+}
+
+// Judges a fit whose data have noise of unknown colour. Empty if more than noise is missing.
+std::optional<OfUnknownColour> without_force(HarmonicFit fit, std::vector<RunDatum> data,
+                                             const std::vector<Candidate>& catalogue,
+                                             const SelectionOptions& options) {
+  if (!fit.trouble.empty() || along_motion(fit, data, options)) return std::nullopt;
+  OfUnknownColour out;
+  out.data = std::move(data);
+  out.found = judge(std::move(fit), out.data, catalogue, options);
+  if (!out.found.adequate) return std::nullopt;
+  return out;
+}
+
+// The same for the residual of `left`, with its spectrum as that of the noise.
 std::optional<OfUnknownColour> without_force(const HarmonicFit& left,
                                              const std::vector<RunDatum>& fitted,
                                              const std::vector<RunDatum>& data, ColourOf of,
                                              const std::vector<Candidate>& catalogue,
                                              const SelectionOptions& options) {
   if (!may_be_noise(left, fitted)) return std::nullopt;
-  OfUnknownColour out;
-  out.data = with_spectrum_left(left, fitted, data, of);
-  HarmonicFit again = fit_harmonics(left.spec, out.data, left.theta, &left, options.fit);
-  if (!again.trouble.empty() || along_motion(again, out.data, options)) return std::nullopt;
-  out.found = judge(std::move(again), out.data, catalogue, options);
-  if (!out.found.adequate) return std::nullopt;
-  return out;
+  std::vector<RunDatum> noisy = with_spectrum_left(left, fitted, data, of);
+  HarmonicFit again = fit_harmonics(left.spec, noisy, left.theta, &left, options.fit);
+  return without_force(std::move(again), std::move(noisy), catalogue, options);
+}
+
+// Repeats the search with the errors in `out`, which leave the best hypothesis nothing but noise.
+bool explains(const HarmonicFit& base, const std::vector<Candidate>& catalogue,
+              const SelectionOptions& options, const std::function<void(double)>& progress,
+              OfUnknownColour& out) {
+  HarmonicFit again = fit_harmonics(base.spec, out.data, base.theta, &base, options.fit);
+  if (!again.trouble.empty()) return false;
+  out.found = select_effects(std::move(again), out.data, catalogue, options, progress);
+  if (!out.found.explained) return false;
+  const Hypothesis& now = out.found.hypotheses[out.found.best];
+  return !along_motion(*now.fit, data_of(now, out.data), options);
 }
 
 }  // namespace
@@ -64,12 +141,20 @@ std::optional<OfUnknownColour> nothing_but_colour(const Selection& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,
                                                   const SelectionOptions& options) {
-  if (searched.adequate || searched.explained || !on_samples(data) ||
-      closed_by_effects(searched, data))
-    return std::nullopt;
+  if (searched.adequate || searched.explained || !on_samples(data)) return std::nullopt;
+  const HarmonicFit& base = *searched.base.fit;
+  if (!closed_by_effects(searched, data)) {
+    for (const ColourOf of : possible(data)) {
+      if (auto found = without_force(base, data, data, of, catalogue, options)) return found;
+    }
+  }
   for (const ColourOf of : possible(data)) {
-    if (auto found = without_force(*searched.base.fit, data, data, of, catalogue, options))
-      return found;
+    auto beside = beside_constants(base, data_of(searched.base, data), data, of, options.fit);
+    if (!beside || closed_by_effects(*beside, searched, data, of, options.fit)) continue;
+    auto found = without_force(std::move(beside->fit), std::move(beside->data), catalogue, options);
+    if (!found) continue;
+    found->constants = beside->constants;
+    return found;
   }
   return std::nullopt;
 }
@@ -83,15 +168,8 @@ std::optional<OfUnknownColour> explained_but_for_colour(
     return std::nullopt;
   const HarmonicFit& base = *searched.base.fit;
   for (const ColourOf of : possible(data)) {
-    auto out =
-        without_force(*best->fit, best->data ? *best->data : data, data, of, catalogue, options);
-    if (!out) continue;
-    HarmonicFit again = fit_harmonics(base.spec, out->data, base.theta, &base, options.fit);
-    if (!again.trouble.empty()) continue;
-    out->found = select_effects(std::move(again), out->data, catalogue, options, progress);
-    if (!out->found.explained) continue;
-    const Hypothesis& now = out->found.hypotheses[out->found.best];
-    if (!along_motion(*now.fit, now.data ? *now.data : out->data, options)) return out;
+    auto out = without_force(*best->fit, data_of(*best, data), data, of, catalogue, options);
+    if (out && explains(base, catalogue, options, progress, *out)) return out;
   }
   return std::nullopt;
 }

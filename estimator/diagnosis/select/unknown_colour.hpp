@@ -9,16 +9,19 @@
 #include <optional>
 #include <vector>
 
+#include "estimator/diagnosis/noise/run_constants.hpp"
 #include "estimator/diagnosis/select/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 struct OfUnknownColour {
-  Selection found;             // adequate or explained
-  std::vector<RunDatum> data;  // with such noise
+  Selection found;                        // adequate or explained
+  std::vector<RunDatum> data;             // with such noise
+  std::optional<RunConstants> constants;  // in the errors too; empty: the runs do not differ
 };
 
-// Tests whether nothing is missing and the residual of the base model is noise. Empty for periodic
+// Tests whether nothing is missing and the residual of the base model is noise, by itself or beside
+// constants that differ from run to run. Empty for periodic
 // runs, and if the noise above the response suffices. Call it after the search: an effect that
 // bends the base model far may have no gain at the base fit.
 std::optional<OfUnknownColour> nothing_but_colour(const Selection& searched,

@@ -115,7 +115,7 @@ TEST(NoiseColour, IsLessBesideAFitThatHoldsWhatWasMissing) {
     start.push_back(0.0);
     const HarmonicFit more = fit_harmonics(richer, of.runs.data, start, &of.fit, {});
     ASSERT_TRUE(more.trouble.empty()) << more.trouble;
-    const double gain = spectrum_gain(more, of.fit, of.runs.data);
+    const double gain = spectrum_gain({more, of.runs.data}, {of.fit, of.runs.data});
     if (hidden > 0.0)
       EXPECT_GT(gain, 200.0);
     else

@@ -180,7 +180,7 @@ TEST(ModelProbabilities, NameNothingThatWouldBeStatedAsZero) {
        leaving({"coulomb_friction", "tyre"}, 1.05e5, -1e5)},
       false, 0.0);
   EXPECT_LT(found.probability_of("viscous_damping"), 0.005);
-  EXPECT_THAT(found.answer(), testing::Not(testing::Contains("viscous_damping")));
+  EXPECT_THAT(found.answer(), ::testing::Not(::testing::Contains("viscous_damping")));
 }
 
 }  // namespace

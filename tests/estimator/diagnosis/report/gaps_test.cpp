@@ -1,0 +1,85 @@
+// What runs that were not fitted say of a fit.
+#include "estimator/diagnosis/report/gaps.hpp"
+
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+constexpr double kError = 0.01, kFrequencies[] = {0.5, 1.0, 2.0, 3.0};
+constexpr int kHarmonics = 3, kCampaigns = 150;
+
+config::ModelSpec spring_and_dashpot() {
+  return estimator::testing::model_of({estimator::testing::effect("viscous_damping"),
+                                       estimator::testing::effect("linear_stiffness")});
+}
+
+// Forces of 3 v + k u along u = 0.02 cos(phase), with white noise. `stiffness`: of each run.
+std::vector<RunDatum> measured(const std::vector<double>& stiffness, Role last, unsigned seed) {
+  std::mt19937_64 source(seed);
+  std::normal_distribution<double> normal;
+  std::vector<RunDatum> data;
+  for (std::size_t r = 0; r < stiffness.size(); ++r) {
+    RunDatum datum;
+    datum.name = "r" + std::to_string(r);
+    datum.kind = Kind::imposed_motion;
+    datum.role = r + 1 == stiffness.size() ? last : Role::fit;
+    datum.frequency_hz = kFrequencies[r];
+    datum.driver = Eigen::VectorXd::Zero(3);
+    datum.driver[1] = 0.02;
+    datum.response = Eigen::VectorXd::Zero(2 * kHarmonics + 1);
+    datum.response[1] = stiffness[r] * 0.02;
+    datum.response[2] = -3.0 * 0.02 * 2.0 * std::numbers::pi * kFrequencies[r];
+    for (double& x : datum.response)
+      x += kError * normal(source);
+    datum.error = Eigen::VectorXd::Constant(datum.response.size(), kError);
+    datum.freedom = Eigen::VectorXd::Constant(datum.response.size(), 1e6);
+    data.push_back(std::move(datum));
+  }
+  return data;
+}
+
+// The gap of what was not fitted, over the level that it has by chance.
+double over_level(const std::vector<RunDatum>& data) {
+  const HarmonicFit fit = fit_harmonics(spring_and_dashpot(), data, {2.0, 30.0}, nullptr, {});
+  EXPECT_TRUE(fit.trouble.empty()) << fit.trouble;
+  Diagnosis said;
+  const std::vector<SteadyRun> runs(data.size());
+  const double level = tell_gaps({fit, data}, {fit, data}, data, data, runs, said);
+  EXPECT_GT(level, 0.0);
+  return *said.gap.held_out_after / level;
+}
+
+TEST(Gaps, OfRunsThatWereNotFittedAreSeldomAboveTheirLevelByChance) {
+  for (const Role last : {Role::fit, Role::held_out}) {
+    int above = 0;
+    double highest = 0.0;
+    for (unsigned seed = 1; seed <= kCampaigns; ++seed) {
+      const double over = over_level(measured({40.0, 40.0, 40.0, 40.0}, last, seed));
+      above += over > 1.0 ? 1 : 0;
+      highest = std::max(highest, over);
+    }
+    // A chi-squared of few degrees of freedom is more often so far above its mean than a normal
+    // number is, which is one time in 44.
+    EXPECT_GT(above, 0);
+    EXPECT_LT(above, kCampaigns / 12) << highest;
+  }
+}
+
+TEST(Gaps, OfARunThatTheOthersPredictWronglyAreAboveTheirLevel) {
+  for (const Role last : {Role::fit, Role::held_out}) {
+    for (unsigned seed = 1; seed <= 10; ++seed)
+      EXPECT_GT(over_level(measured({40.0, 40.0, 40.0, 46.0}, last, seed)), 1.0) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace shaker::estimator::diagnosis
