@@ -234,6 +234,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   said.warnings.insert(said.warnings.begin(), warnings.begin(), warnings.end());
   warn_of_design(runs, weighed.variance_inflation, said);
   tell_if_cut_short(said);
+  warn_of_bounds(said);
   name_read_effects(*looked, weighed.coarseness, said);
   tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
@@ -313,8 +314,8 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
     motions.push_back(motion_of(datum.response));
   if (auto good = above_noise(runs->data, motions, unit, runs->warnings); !good)
     return good.error();
-  const auto catalogue = shown_by_transients(
-      tried_by(options, model, range, kind, runs->warnings), model, runs->by_force);
+  const auto catalogue = shown_by_transients(tried_by(options, model, range, kind, runs->warnings),
+                                             model, runs->by_force);
   SelectionOptions selection = selection_for(options, fitting);
   selection.draws = std::min(options.draws, kRecordDraws);
   progress("scoring the catalogue", 0.2);
@@ -335,6 +336,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (runs->data.size() == 1)
     said.warnings.push_back("there is one run only, and nothing can be held out");
   tell_if_cut_short(said);
+  warn_of_bounds(said);
   tell_not_tried(catalogue.not_tried, said);
   progress("done", 1.0);
   return said;

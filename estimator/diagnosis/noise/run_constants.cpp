@@ -5,10 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/records/transient_run.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/statistics.hpp"
@@ -20,7 +22,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kFewestRuns = 3;
+constexpr std::size_t kFewestRuns = 3;
 constexpr double kMinLikelihoodGain =
     8.0;  // of the gain: four sizes at their bound have it by chance once in 1000
 constexpr double kByChance = 0.01;       // that noise alone makes such a scatter of the means
@@ -38,6 +40,14 @@ struct Run {
   MatrixXd columns;    // what is left, the free parameters, the components
   MatrixXd influence;  // harmonics x components, as measured
 };
+
+// Of the fitted data. Stretches of one recording share its constants, and do not show how these differ.
+std::size_t recordings_in(const std::vector<RunDatum>& data) {
+  std::set<std::string> names;
+  for (const RunDatum& datum : data)
+    if (datum.role == Role::fit) names.insert(datum.sampled ? datum.sampled->record : datum.name);
+  return names.size();
+}
 
 // Of a symmetric positive definite matrix with a diagonal of any scale.
 double log_determinant(const MatrixXd& a) {
@@ -194,8 +204,8 @@ std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
                                                    const std::vector<RunDatum>& fitted,
                                                    const std::vector<RunDatum>& data,
                                                    const FitOptions& options) {
+  if (recordings_in(fitted) < kFewestRuns || fit.free.empty()) return std::nullopt;
   std::vector<Run> runs = runs_of(fit, fitted, options);
-  if (runs.size() < kFewestRuns || fit.free.empty()) return std::nullopt;
   double response = 0.0;
   Sizes influence{};
   for (const Run& run : runs) {
@@ -247,7 +257,7 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
     missed[0] = 0.0;
     expected += std::pow(datum.error[0], 2) + std::pow(kMeanOfMissed * root_mean_square(missed), 2);
   }
-  if (left.size() < 2) return {};
+  if (recordings_in(data) < 2) return {};
   const auto runs = static_cast<double>(left.size());
   const double mean = std::accumulate(left.begin(), left.end(), 0.0) / runs;
   double scatter = 0.0;

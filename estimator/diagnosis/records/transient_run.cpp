@@ -237,6 +237,7 @@ using Sampled = std::shared_ptr<SampledRun>;
 Sampled sampled_run(const std::string& name, const Recording& r, Prepared p) {
   auto run = std::make_shared<SampledRun>();
   run->name = name;
+  run->record = r.name;
   run->kind = r.kind;
   run->role = r.role;
   if (p.even.interpolated)

@@ -23,7 +23,8 @@ namespace shaker::estimator::diagnosis {
 
 // A record on n even steps: sample i is at (i + 1/2) dt after `start`.
 struct SampledRun {
-  std::string name;
+  std::string name;    // of the run, and which part of it where that is not all
+  std::string record;  // name of the recording
   Kind kind = Kind::transient;
   Role role = Role::fit;
   double start = 0.0, dt = 0.0;  // s

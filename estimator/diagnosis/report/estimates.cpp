@@ -89,4 +89,14 @@ config::ModelSpec at_estimates(const HarmonicFit& fit) {
   return spec;
 }
 
+void warn_of_bounds(Diagnosis& said) {
+  for (const ParameterEstimate& p : said.parameters_after) {
+    if (p.at_bound && !p.fixed && p.value != 0.0)
+      said.warnings.push_back(fmt::format(
+          "{} of {} ended at {:.4g} {}, the end of its range: give it a wider one in the model's "
+          "file if the damper may need it",
+          p.name, p.effect, p.value, p.unit));
+  }
+}
+
 }  // namespace shaker::estimator::diagnosis

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "config/model.hpp"
+#include "estimator/diagnosis/diagnosis.hpp"
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
 #include "estimator/estimate.hpp"
 
@@ -16,5 +17,9 @@ std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vecto
 
 // The model file that starts at the estimates.
 config::ModelSpec at_estimates(const HarmonicFit& fit);
+
+// Warns of each that ended at an end of its range, which may be what keeps the gap open. A coefficient that
+// ends at zero is absent.
+void warn_of_bounds(Diagnosis& said);
 
 }  // namespace shaker::estimator::diagnosis

@@ -28,8 +28,9 @@ double part_of(double larger, double smaller) {
   return std::sqrt(std::max(0.0, larger * larger - smaller * smaller));
 }
 
-// Named by its only parameter.
-NamedEffect named(std::string_view effect, double value, double standard_error, double quantile) {
+// Named by its only parameter, which is in `unit`.
+NamedEffect named(std::string_view effect, const std::string& unit, double value,
+                  double standard_error, double quantile) {
   const Effect& known = *find_effect(effect);
   NamedEffect one;
   one.name = std::string(known.name());
@@ -38,7 +39,7 @@ NamedEffect named(std::string_view effect, double value, double standard_error, 
   ParameterEstimate p;
   p.name = std::string(known.parameters()[0].symbol);
   p.effect = one.name;
-  p.unit = std::string(known.parameters()[0].unit);
+  p.unit = unit;
   p.value = value;
   p.standard_error = standard_error;
   p.lower = value - quantile * standard_error;
@@ -60,7 +61,7 @@ std::vector<std::string> slow_changes(const std::string& rival, const HarmonicFi
 
 NamedEffect drift_named(const Screening& first, const std::string& unit) {
   const ZeroDrift& drift = first.drift;
-  NamedEffect one = named("sensor_drift", drift.rate, drift.standard_error,
+  NamedEffect one = named("sensor_drift", unit + "/s", drift.rate, drift.standard_error,
                           student_t_quantile(0.975, std::max(drift.freedom, 1.0)));
   one.probability = drift.probability;
   one.confusable_with = slow_changes(drift.rival, first.look.fit);
@@ -133,7 +134,7 @@ double quantisation_step_in(const std::vector<SteadyRun>& runs) {
 
 void name_grid(double quantisation_step, const std::string& effect_of_it, const std::string& unit,
                double closed, Diagnosis& said) {
-  NamedEffect effect = named("sensor_quantisation", quantisation_step, 0.0, 0.0);
+  NamedEffect effect = named("sensor_quantisation", unit, quantisation_step, 0.0, 0.0);
   effect.probability = kGridProbability;
   effect.where = fmt::format("in every sample: all stand on steps of {:.4g} {}, {}",
                              quantisation_step, unit, effect_of_it);
@@ -174,8 +175,9 @@ void name_grid_of_records(const std::vector<Recording>& recordings,
   if (holds(said.improved, "sensor_quantisation")) return;
   double coarsest = 0.0, coarseness = 0.0;
   for (const RunDatum& datum : data) {
-    const auto run = std::find_if(recordings.begin(), recordings.end(),
-                                  [&](const Recording& r) { return r.name == datum.name; });
+    const auto run = std::find_if(recordings.begin(), recordings.end(), [&](const Recording& r) {
+      return datum.sampled->record == r.name;
+    });
     if (datum.by_force || run == recordings.end()) continue;
     const double quantisation_step = quantisation_step_of(run->displacement);
     const double rounding = quantisation_step * quantisation_step / 12.0;
