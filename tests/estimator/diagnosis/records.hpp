@@ -12,6 +12,7 @@
 #include "sim/integrator.hpp"
 #include "sim/plant.hpp"
 #include "sim/table_motion.hpp"
+#include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis::testing {
 
@@ -55,6 +56,30 @@ inline Recording sweep(const std::string& name, const Truth& truth, double from_
   table.go_to(0.0, from_hz, 1e-6, 0.0);
   table.go_to(0.0, to_hz, amplitude, duration);
   return record_of(plant, plant.at_rest(), table, duration, 500.0, noise, seed, true);
+}
+
+inline config::ModelSpec drifting_oscillator() {
+  auto model = estimator::testing::model_of({estimator::testing::effect("linear_stiffness"),
+                                             estimator::testing::effect("viscous_damping")});
+  model.effects[0].parameters["k"].start = 80.0;
+  return model;
+}
+
+inline Campaign campaign_of(std::vector<Recording> runs, std::size_t held_out = 0) {
+  Campaign campaign;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    runs[i].name = "r" + std::to_string(i + 1);
+    runs[i].role = i + held_out < runs.size() ? Role::fit : Role::held_out;
+  }
+  campaign.runs = std::move(runs);
+  return campaign;
+}
+
+inline Campaign oscillator_sweeps(const Truth& truth, std::uint64_t seed) {
+  return campaign_of({sweep("linear", truth, 0.5, 4.0, 3.0, 12.0, seed),
+                      sweep("linear", truth, 3.0, 1.0, 2.0, 12.0, seed + 1),
+                      sweep("linear", truth, 0.8, 3.0, 2.5, 12.0, seed + 2)},
+                     1);
 }
 
 }  // namespace shaker::estimator::diagnosis::testing

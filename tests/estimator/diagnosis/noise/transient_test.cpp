@@ -19,37 +19,16 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
+using testing::campaign_of;
+using testing::drifting_oscillator;
 using testing::drop;
+using testing::oscillator_sweeps;
 using testing::sweep;
 using testing::Truth;
-
-config::ModelSpec drifting_oscillator() {
-  auto model = estimator::testing::model_of({estimator::testing::effect("linear_stiffness"),
-                                             estimator::testing::effect("viscous_damping")});
-  model.effects[0].parameters["k"].start = 80.0;
-  return model;
-}
-
-Campaign campaign_of(std::vector<Recording> runs, std::size_t held_out = 0) {
-  Campaign campaign;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    runs[i].name = "r" + std::to_string(i + 1);
-    runs[i].role = i + held_out < runs.size() ? Role::fit : Role::held_out;
-  }
-  campaign.runs = std::move(runs);
-  return campaign;
-}
 
 Campaign drops(const Truth& truth, std::uint64_t seed) {
   return campaign_of({drop(truth, 1.2, seed), drop(truth, 1.8, seed + 1),
                       drop(truth, 2.4, seed + 2), drop(truth, 2.1, seed + 3)},
-                     1);
-}
-
-Campaign oscillator_sweeps(const Truth& truth, std::uint64_t seed) {
-  return campaign_of({sweep("linear", truth, 0.5, 4.0, 3.0, 12.0, seed),
-                      sweep("linear", truth, 3.0, 1.0, 2.0, 12.0, seed + 1),
-                      sweep("linear", truth, 0.8, 3.0, 2.5, 12.0, seed + 2)},
                      1);
 }
 
@@ -121,36 +100,6 @@ TEST(Transient, NamesTheStiffeningSpringOfASweptOscillator) {
   EXPECT_EQ(d->effects[0].name, "cubic_stiffness");
   EXPECT_NEAR(d->effects[0].parameters.at(0).value, 800.0, 8.0);
   EXPECT_LT(d->gap.after, 1.1 * d->gap.noise_floor);
-}
-
-// Its first minutes, far below the resonance, say nothing of the spring.
-TEST(Transient, NamesTheStiffeningSpringWhereALongSweepResonates) {
-  const auto d = diagnose(
-      campaign_of({sweep("linear", {{"cubic_stiffness", 800.0}}, 0.2, 1.6, 3.0, 400.0, 7)}),
-      drifting_oscillator());
-  ASSERT_TRUE(d) << d.error().what;
-  EXPECT_EQ(d->verdict, Verdict::explained);
-  ASSERT_EQ(d->effects.size(), 1U);
-  EXPECT_EQ(d->effects[0].name, "cubic_stiffness");
-  EXPECT_NEAR(d->effects[0].parameters.at(0).value, 800.0, 16.0);
-}
-
-// The catalogue's range for the zero, 0.1 m, is none for a stroke in millimetres.
-TEST(Transient, FitsASensorsZeroInTheModelsOwnUnit) {
-  Campaign campaign = oscillator_sweeps({}, 3);
-  for (Recording& run : campaign.runs) {
-    for (double& u : run.displacement)
-      u = 1000.0 * u + 5.0;
-    for (double& x : run.excitation)
-      x *= 1000.0;
-  }
-  auto model = drifting_oscillator();
-  model.length_unit = "mm";
-  model.effects.push_back(estimator::testing::effect("sensor_offset"));
-  const auto d = diagnose(campaign, model);
-  ASSERT_TRUE(d) << d.error().what;
-  EXPECT_EQ(d->verdict, Verdict::adequate);
-  EXPECT_NEAR(d->parameters_after.back().value, 5.0, 0.02);
 }
 
 // A spring that the model lacks moves the oleo's rest position: several bounds limit the first
