@@ -14,7 +14,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kBeyondChance = 2.0;  // standard deviations: one in forty is further above
+// Standard deviations: of sums of few squares five in a hundred are further above.
+constexpr double kBeyondChance = 2.0;
 
 // What was not fitted: held-out runs, or else each run from the others.
 class HeldOut {
