@@ -65,6 +65,8 @@ std::optional<Diagnosis> said_of_run_constants(const Selection& searched,
       searched.hypotheses[searched.best].log_evidence >= evidence_of(*found.base.fit, *with, data))
     return std::nullopt;
   Diagnosis said = assemble(found, with->data, runs, catalogue, with->data);
+  said.damper.spread = {with->constants.force, with->constants.gas_pressure,
+                        with->constants.damping};
   const std::string force_unit = base.spec.length_unit + "/s^2";
   said.warnings.push_back(with->constants.sentence(
       data.front().kind == Kind::imposed_motion || data.front().by_force ? force_unit
