@@ -9,6 +9,7 @@
 
 #include "../fixtures.hpp"
 #include "estimator/time/drop_mixture.hpp"
+#include "estimator/time/falling_damper.hpp"
 
 namespace shaker::estimator {
 namespace {
