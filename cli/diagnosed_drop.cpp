@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include "base/heap.hpp"
+#include "cli/diagnosed_data.hpp"
 #include "cli/joined_drop.hpp"
 #include "cli/opened_campaign.hpp"
 #include "estimator/diagnosis/diagnose.hpp"
@@ -57,8 +58,12 @@ Result<estimator::IdentifiedDamper> damper_for(const DropOptions& options,
   for (const auto& place : options.campaigns) {
     if (auto good = expect_campaign(place); !good) return good.error();
   }
-  return options.diagnosis.empty() ? diagnosed_now(options, warnings)
-                                   : report::read_damper(options.diagnosis);
+  if (options.diagnosis.empty()) return diagnosed_now(options, warnings);
+  auto damper = report::read_damper(options.diagnosis);
+  if (!damper) return damper;
+  if (auto good = expect_origin(*damper, options.diagnosis, options.campaigns); !good)
+    return good.error();
+  return damper;
 }
 
 namespace {

@@ -92,8 +92,15 @@ IdentifiedDamper damper_from(const Json& json, const std::string& origin) {
   IdentifiedDamper damper;
   damper.campaign = json.at("campaign").get<std::string>();
   damper.verdict = json.at("verdict").get<std::string>();
+  damper.data = json.value("data_sha256", "");
+  damper.specimen = json.value("specimen", "");
   damper.unnamed_probability = json.at("unnamed").at("probability").get<double>();
   damper.unnamed_force = json.at("unnamed").at("force").get<double>();
+  if (json.contains("run_spread")) {
+    const Json& spread = json.at("run_spread");
+    damper.spread = {spread.at("force").get<double>(), spread.at("gas_pressure").get<double>(),
+                     spread.at("damping").get<double>()};
+  }
   damper.visited = cells_from(json.at("visited"));
   for (const Json& one : json.at("hypotheses"))
     damper.hypotheses.push_back(hypothesis_from(one, origin));
@@ -116,7 +123,13 @@ std::string damper_json(const IdentifiedDamper& damper) {
       {"format", kDamperFormat},
       {"campaign", damper.campaign},
       {"verdict", damper.verdict},
+      {"data_sha256", damper.data},
+      {"specimen", damper.specimen},
       {"unnamed", {{"probability", damper.unnamed_probability}, {"force", damper.unnamed_force}}},
+      {"run_spread",
+       {{"force", damper.spread.force},
+        {"gas_pressure", damper.spread.gas_pressure},
+        {"damping", damper.spread.damping}}},
       {"hypotheses", std::move(hypotheses)},
       {"visited", cells_json(damper.visited)}};
   return body.dump(1, ' ', false, Json::error_handler_t::replace);

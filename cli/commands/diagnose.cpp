@@ -12,6 +12,7 @@
 #include "base/heap.hpp"
 #include "cli/campaign_title.hpp"
 #include "cli/commands.hpp"
+#include "cli/diagnosed_data.hpp"
 #include "cli/opened_campaign.hpp"
 #include "cli/terminal.hpp"
 #include "report/diagnosis_document.hpp"
@@ -63,7 +64,7 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   using estimator::diagnosis::CalibrationCache;
   CalibrationCache calibrations(CalibrationCache::user_folder());
   wanted.calibrations = &calibrations;
-  const auto found =
+  auto found =
       estimator::diagnosis::diagnose(opened->campaign, opened->model, wanted, progress_line());
   if (!found) {
     return fail(common, found.error().kind == ErrorKind::invalid ? kBadInput : kNotUsable,
@@ -72,6 +73,7 @@ int diagnose(const Common& common, const DiagnoseCommandOptions& options) {
   fmt::print("{}",
              common.json ? report::diagnosis_json(*found) + "\n" : report::diagnosis_table(*found));
   if (options.out.empty()) return kOk;
+  put_origin(opened->campaign, options.campaigns, found->damper);
   const auto written = report::write_diagnosis(
       options.out, *found,
       campaign_title(options.campaigns, opened->row, "diagnosed", {{}, {}, {}, {}, options.model}));

@@ -169,9 +169,14 @@ struct ForceCell {
   /// @{
   double stroke = 0.0, velocity = 0.0;
   /// @}
-  /// Mean residual force and its standard error, m/s^2.
+  /// Mean residual force that no parameter can imitate, and its standard error, m/s^2.
   /// @{
   double force = 0.0, standard_error = 0.0;
+  /// @}
+  /// Mean force that acts beside the model with its estimates, and its standard error, m/s^2. The
+  /// parameters can imitate a part of it, and were not moved there by the response.
+  /// @{
+  double beside = 0.0, beside_error = 0.0;
   /// @}
   double time = 0.0;  ///< share of the cycles that is spent there
   /// \return true if the force is more than twice its standard error away from 0

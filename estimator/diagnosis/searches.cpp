@@ -21,18 +21,20 @@ namespace {
 // kEnough above its share.
 constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.04, kEnough = 0.1;
 
-std::string words_of(const RunConstants& constants, const HarmonicFit& fit,
-                     const std::vector<RunDatum>& data) {
+// In words after `but`, and for predictions: a drop is one more run.
+void tell_constants(const std::string& but, const RunConstants& constants, const HarmonicFit& fit,
+                    const std::vector<RunDatum>& data, Diagnosis& said) {
   const std::string& length = fit.spec.length_unit;
   const std::string force = length + "/s^2";
   const bool forces = data.front().kind == Kind::imposed_motion || data.front().by_force;
-  return constants.words(forces ? force : length, force);
+  said.damper.spread = {constants.force, constants.gas_pressure, constants.damping};
+  said.warnings.push_back(but + constants.words(forces ? force : length, force));
 }
 
 Diagnosis said_of_colour(const OfUnknownColour& of, const std::vector<SteadyRun>& runs,
                          const std::vector<Candidate>& catalogue) {
   Diagnosis said = assemble(of.found, of.data, runs, catalogue, of.data);
-  if (of.constants) said.warnings.push_back(words_of(*of.constants, *of.found.base.fit, of.data));
+  if (of.constants) tell_constants("", *of.constants, *of.found.base.fit, of.data, said);
   said.warnings.push_back(
       "what is left is more than the noise above the response, but follows neither stroke nor "
       "velocity nor any effect of the catalogue: it is taken for noise of low frequency; two "
@@ -74,7 +76,7 @@ std::optional<Diagnosis> said_of_run_constants(const Selection& searched,
       searched.hypotheses[searched.best].log_evidence >= evidence_of(*found.base.fit, *with, data))
     return std::nullopt;
   Diagnosis said = assemble(found, with->data, runs, catalogue, with->data);
-  said.warnings.push_back("nothing else is missing, but " + words_of(with->constants, base, data));
+  tell_constants("nothing else is missing, but ", with->constants, base, data, said);
   return said;
 }
 

@@ -66,7 +66,13 @@ class Mixer {
  public:
   Mixer(const IdentifiedDamper& damper, const DropConditions& conditions,
         const MixtureOptions& options)
-      : damper_(damper), conditions_(conditions), options_(options), random_(options.seed) {}
+      : damper_(damper),
+        conditions_(conditions),
+        options_(options),
+        priors_(options.priors),
+        random_(options.seed) {
+    priors_.runs = damper.spread;
+  }
 
   Result<DropMixture> run() {
     if (auto good = gather(); !good) return good.error();
@@ -137,10 +143,10 @@ class Mixer {
   // The drop of a hypothesis, with the priors as independent forces beside its parameters.
   Result<DropSurrogate> with_priors(const DamperHypothesis& one, double weight) {
     auto drop = DropSurrogate::make(one, conditions_, weight);
-    if (!drop || !options_.priors.any()) return drop;
+    if (!drop || !priors_.any()) return drop;
     std::vector<double> stroke, speed, t;
     drop->path(t, stroke, speed);
-    const ForceAlongPath force = prior_forces(one, conditions_, options_.priors, tested_speed(), t);
+    const ForceAlongPath force = prior_forces(one, conditions_, priors_, tested_speed(), t);
     if (force.modes.empty()) return drop;
     return DropSurrogate::make(one, conditions_, weight, &force, &t);
   }
@@ -198,8 +204,7 @@ class Mixer {
     if (!ended) return 0.0;
     std::vector<double> stroke, speed, t;
     ended->drop.path(t, stroke, speed);
-    ForceAlongPath force =
-        prior_forces(ended->damper, conditions_, options_.priors, tested_speed(), t);
+    ForceAlongPath force = prior_forces(ended->damper, conditions_, priors_, tested_speed(), t);
     for (auto& mode : beyond_modes(one, *ended))
       force.modes.push_back(std::move(mode));
     auto made = DropSurrogate::make(ended->damper, conditions_, 0.5 * weight, &force, &t);
@@ -251,7 +256,7 @@ class Mixer {
             "no unnamed force");
         break;
       }
-      for (auto& mode : prior_forces(one, conditions_, options_.priors, tested_speed(), t).modes)
+      for (auto& mode : prior_forces(one, conditions_, priors_, tested_speed(), t).modes)
         force.modes.push_back(std::move(mode));
       force.modes.insert(force.modes.end(), beside.begin(), beside.end());
       const double share = weight / static_cast<double>(forces.size());
@@ -321,6 +326,7 @@ class Mixer {
   const IdentifiedDamper& damper_;
   const DropConditions& conditions_;
   const MixtureOptions& options_;
+  ExtrapolationPriors priors_;
   std::mt19937_64 random_;
   std::vector<Component> components_;
   std::vector<std::string> warnings_;

@@ -6,15 +6,26 @@
 namespace shaker::estimator {
 namespace {
 
-std::vector<double> family_load(const DropShares& shares, std::string_view family) {
+template <class Belongs>
+std::vector<double> load_of(const DropShares& shares, const Belongs& belongs) {
   std::vector<double> load;
   for (const EffectShare& share : shares.effects) {
-    if (effect_family(share.effect) != family) continue;
+    if (!belongs(share.effect)) continue;
     load.resize(share.load.size(), 0.0);
     for (std::size_t i = 0; i < load.size(); ++i)
       load[i] += share.load[i];
   }
   return load;
+}
+
+std::vector<double> family_load(const DropShares& shares, std::string_view family) {
+  return load_of(shares, [&](const std::string& e) { return effect_family(e) == family; });
+}
+
+std::vector<double> times(double factor, std::vector<double> values) {
+  for (double& value : values)
+    value *= factor;
+  return values;
 }
 
 // C_d moves with the logarithm of the velocity, and the force with twice that, against it.
@@ -78,6 +89,11 @@ ForceAlongPath prior_forces(const DamperHypothesis& damper, const DropConditions
   const double index = index_of(test.model());
   if (priors.index_spread > 0.0 && index > 0.0 && !gas.empty() && gas.front() > 0.0)
     add(index_mode(gas, priors.index_spread, index));
+  const auto viscous =
+      load_of(*shares, [](const std::string& e) { return e == "viscous_damping"; });
+  if (priors.runs.force > 0.0) force.modes.emplace_back(t.size(), priors.runs.force);
+  if (priors.runs.gas_pressure > 0.0 && !gas.empty()) add(times(priors.runs.gas_pressure, gas));
+  if (priors.runs.damping > 0.0 && !viscous.empty()) add(times(priors.runs.damping, viscous));
   return force;
 }
 

@@ -1,6 +1,7 @@
 // What a shaker does not test and a drop needs: the discharge coefficient of the orifice beyond the
 // tested velocities, and the polytropic index of the gas at the drop's rate. Each is a normal prior
-// that widens the band; without one the laws of the effects are taken to go on as they were.
+// that widens the band; without one the laws of the effects are taken to go on as they were. What
+// differed from run to run of the campaign differs in the drop too.
 #pragma once
 
 #include <vector>
@@ -16,7 +17,8 @@ struct ExtrapolationPriors {
   // tested velocity; 0: C_d stays. The orifice's force goes with 1 / C_d^2.
   double discharge_spread = 0.0;
   double index_spread = 0.0;  // standard deviation of the polytropic index; 0: it stays
-  bool any() const { return discharge_spread > 0.0 || index_spread > 0.0; }
+  RunSpread runs = {};        // of the damper that falls
+  bool any() const { return discharge_spread > 0.0 || index_spread > 0.0 || runs.any(); }
 };
 
 // The forces that one standard deviation of each prior adds along the drop of the hypothesis, at the

@@ -142,6 +142,7 @@ IdentifiedDamper with_mass(const IdentifiedDamper& damper, double ratio) {
   }
   scale_forces(falling.visited, 1.0 / ratio);
   falling.unnamed_force /= ratio;
+  falling.spread.force /= ratio;
   return falling;
 }
 

@@ -51,11 +51,26 @@ struct DamperHypothesis {
   std::vector<VisitedCell> left;
 };
 
+/// What differs from run to run of one damper without an effect that is missing: standard
+/// deviations.
+struct RunSpread {
+  double force = 0.0;         ///< of a constant force, m/s^2
+  double gas_pressure = 0.0;  ///< relative
+  double damping = 0.0;       ///< relative, of the viscous damping
+  /// \return true if anything differs
+  bool any() const { return force > 0.0 || gas_pressure > 0.0 || damping > 0.0; }
+};
+
 /// All that a campaign says of a damper.
 struct IdentifiedDamper {
   /// Name of the campaign, and the diagnosis' verdict in a word.
   /// @{
   std::string campaign, verdict;
+  /// @}
+  /// What identifies the diagnosed data: a hash of them, and the specimen that they name, as
+  /// "serial SN-42". Empty where it is not known.
+  /// @{
+  std::string data, specimen;
   /// @}
   std::vector<DamperHypothesis> hypotheses;  ///< the first is the answer of the diagnosis
   std::vector<VisitedCell> visited;          ///< the cells, in no order
@@ -64,6 +79,7 @@ struct IdentifiedDamper {
   /// @{
   double unnamed_probability = 0.0, unnamed_force = 0.0;
   /// @}
+  RunSpread spread;  ///< a drop is one more run
 };
 
 /// The place of each parameter of `model` in `spec`, from which it was made.

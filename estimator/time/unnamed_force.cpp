@@ -23,6 +23,9 @@ constexpr double kLengthVelocity = 0.7;  // of the velocity's axis
 constexpr std::size_t kMostCells = 150;  // that are conditioned on
 constexpr double kHidden = 0.3;          // of the least force, in a cell
 constexpr double kLeastKept = 0.02;      // of the force's variance, by the parameters
+// Powers of the speed that a damping may go with: from laminar flow, and from an orifice that the
+// pressure closes. The base model has the 2 between them.
+constexpr double kLawPowers[] = {1.0, 1.5, 2.5, 3.0};
 
 struct ForceProcess {
   double low = 0.0, high = 0.0, fastest = 0.0, size = 0.0;
@@ -59,6 +62,15 @@ struct ForceProcess {
   }
 };
 
+VectorXd law_at(const std::vector<VisitedCell>& points, double fastest, double power) {
+  VectorXd force(static_cast<Index>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double speed = points[i].velocity / fastest;
+    force[static_cast<Index>(i)] = std::copysign(std::pow(std::fabs(speed), power), speed);
+  }
+  return force;
+}
+
 ForceProcess process_of(const std::vector<VisitedCell>& cells, double least) {
   ForceProcess process;
   process.low = 1e300;
@@ -92,31 +104,69 @@ MatrixXd covariance_between(const ForceProcess& process, const std::vector<Visit
   return k;
 }
 
-// How an unnamed force bends the numbers of a damper that was fitted without it: they move by
-// `taken` times the force in the cells, and the damper's force by `cells` and `path` times that.
-struct Bending {
-  MatrixXd taken, cells, path;
+// The forces of the damper's numbers, each moved by as much as it is, in the cells and along a path.
+struct NumberForces {
+  VectorXd scale;  // what the numbers are
+  MatrixXd cells, path;
 };
 
-// The fit of least squares over the cells, each with the noise `error`. A number may move by as much
-// as it is, so far as the force does not tell.
-Bending bending_of(const DamperHypothesis* bent, const std::vector<VisitedCell>& cells,
-                   const std::vector<VisitedCell>& path, double error) {
-  const auto count = static_cast<Index>(cells.size());
-  const Bending none{MatrixXd(0, count), MatrixXd(count, 0),
-                     MatrixXd(static_cast<Index>(path.size()), 0)};
+NumberForces number_forces(const DamperHypothesis* bent, const std::vector<VisitedCell>& cells,
+                           const std::vector<VisitedCell>& path) {
+  const NumberForces none{VectorXd(0), MatrixXd(static_cast<Index>(cells.size()), 0),
+                          MatrixXd(static_cast<Index>(path.size()), 0)};
   if (bent == nullptr || bent->numbers.empty()) return none;
   const auto at_cells = force_slopes(*bent, cells), at_path = force_slopes(*bent, path);
   if (!at_cells || !at_path) return none;
   VectorXd scale(at_cells->cols());
   for (Index k = 0; k < scale.size(); ++k)
     scale[k] = std::fabs(value_of(bent->model, bent->numbers[static_cast<std::size_t>(k)]));
-  const MatrixXd scaled = *at_cells * scale.asDiagonal();
-  MatrixXd normal = scaled.transpose() * scaled;
+  return {scale, *at_cells * scale.asDiagonal(), *at_path * scale.asDiagonal()};
+}
+
+// What the numbers cannot take of forces in the cells, a column each, by least squares with the
+// noise `error`.
+MatrixXd left_of(const MatrixXd& forces, const NumberForces& numbers, double error) {
+  if (numbers.scale.size() == 0) return forces;
+  MatrixXd normal = numbers.cells.transpose() * numbers.cells;
   normal.diagonal().array() += error * error + 1e-12 * normal.trace();
   const Cholesky factor(normal);
-  if (!factor.positive()) return none;
-  return {scale.asDiagonal() * factor.solve(MatrixXd(scaled.transpose())), *at_cells, *at_path};
+  if (!factor.positive()) return forces;
+  return forces - numbers.cells * factor.solve(MatrixXd(numbers.cells.transpose() * forces));
+}
+
+// The prior of the force in the cells and along the path.
+struct ForcePrior {
+  MatrixXd cells, between, path;  // between: path x cells
+
+  void add(double variance, const MatrixXd& at_cells, const MatrixXd& at_path) {
+    cells += variance * at_cells * at_cells.transpose();
+    between += variance * at_path * at_cells.transpose();
+    path += variance * at_path * at_path.transpose();
+  }
+};
+
+// The numbers take a part of a force, and nearly all of one that is another law of the velocity. What
+// is left is of the process' size; a law is at most as large as the force of a number.
+ForcePrior force_prior(const ForceProcess& process, const std::vector<VisitedCell>& cells,
+                       const std::vector<VisitedCell>& path, const NumberForces& numbers,
+                       double error) {
+  ForcePrior prior{covariance_between(process, cells, cells),
+                   covariance_between(process, path, cells),
+                   covariance_between(process, path, path)};
+  const MatrixXd left = left_of(left_of(prior.cells, numbers, error).transpose(), numbers, error);
+  const double larger = 1.0 / std::max(kLeastKept, left.trace() / prior.cells.trace());
+  for (MatrixXd* part : {&prior.cells, &prior.between, &prior.path})
+    *part *= larger;
+  if (numbers.scale.size() == 0) return prior;
+  for (const double power : kLawPowers) {
+    const VectorXd at_cells = law_at(cells, process.fastest, power);
+    const double size = process.size * std::sqrt(static_cast<double>(cells.size())) /
+                        left_of(at_cells, numbers, error).norm();
+    const double most =
+        (numbers.cells.transpose() * at_cells).cwiseAbs().maxCoeff() / at_cells.squaredNorm();
+    prior.add(std::pow(std::min(size, most), 2), at_cells, law_at(path, process.fastest, power));
+  }
+  return prior;
 }
 
 std::vector<double> listed(const VectorXd& values) {
@@ -147,33 +197,29 @@ ForceAlongPath unnamed_force_along(const std::vector<VisitedCell>& visited, doub
     found[static_cast<Index>(c)] = cells[c].force;
     variance[static_cast<Index>(c)] = error * error + 1e-9 * process.size * process.size;
   }
-  const Bending bending = bending_of(bent, cells, path, kHidden * least);
-  const MatrixXd all = covariance_between(process, cells, cells);
-  // The force, less what the parameters take of it, is what the campaign left.
-  const MatrixXd remain =
-      MatrixXd::Identity(all.rows(), all.cols()) - bending.cells * bending.taken;
-  const double kept = (remain * all * remain.transpose()).trace() / all.trace();
-  const double larger = 1.0 / std::max(kLeastKept, kept);
-  const MatrixXd taken_part = larger * all * remain.transpose();
-  const Cholesky factor(MatrixXd(remain * taken_part) + MatrixXd(variance.asDiagonal()));
+  const NumberForces numbers = number_forces(bent, cells, path);
+  const ForcePrior prior = force_prior(process, cells, path, numbers, kHidden * least);
+  const Cholesky factor(prior.cells + numbers.cells * numbers.cells.transpose() +
+                        MatrixXd(variance.asDiagonal()));
   if (!factor.positive()) return {};
-  // Rows: the force along the path, then how far the numbers are from the estimates.
+  // Rows: the force along the path, then the numbers over what they are.
   const auto points = static_cast<Index>(path.size());
-  const Index size = points + bending.taken.rows();
-  const MatrixXd between = larger * covariance_between(process, path, cells);
-  MatrixXd across(size, all.cols()), whole(size, size);
-  across << between * remain.transpose(), -bending.taken * taken_part;
-  const MatrixXd mixed = -between * bending.taken.transpose();
-  whole << larger * covariance_between(process, path, path), mixed, mixed.transpose(),
-      larger * bending.taken * all * bending.taken.transpose();
+  const Index size = points + numbers.scale.size();
+  MatrixXd across(size, prior.cells.cols());
+  across << prior.between, numbers.cells.transpose();
+  MatrixXd whole = MatrixXd::Identity(size, size);
+  whole.topLeftCorner(points, points) = prior.path;
   const VectorXd mean = across * factor.solve(found);
   whole -= across * factor.solve(MatrixXd(across.transpose()));
   ForceAlongPath force;
   force.mean = listed(mean.head(points));
-  force.mean_shift = listed(mean.tail(size - points));
+  const auto shift_of = [&](const VectorXd& all) {
+    return listed(numbers.scale.cwiseProduct(all.tail(size - points)));
+  };
+  force.mean_shift = shift_of(mean);
   // What acts is the force and what the numbers make of theirs.
   MatrixXd acts(points, size);
-  acts << MatrixXd::Identity(points, points), bending.path;
+  acts << MatrixXd::Identity(points, points), numbers.path;
   const MatrixXd spread = whole * acts.transpose();
   const MatrixXd total = acts * spread;
   const Spectrum eigen = spectrum_of(0.5 * (total + total.transpose()));
@@ -184,7 +230,7 @@ ForceAlongPath unnamed_force_along(const std::vector<VisitedCell>& visited, doub
     held += eigen.values[k];
     const VectorXd mode = spread * eigen.vectors.col(k) / std::sqrt(eigen.values[k]);
     force.modes.push_back(listed(mode.head(points)));
-    if (size > points) force.shifts.push_back(listed(mode.tail(size - points)));
+    if (size > points) force.shifts.push_back(shift_of(mode));
   }
   return force;
 }

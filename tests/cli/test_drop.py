@@ -224,6 +224,23 @@ class Drop(Scratch):
         result = self.call("estimate", self.campaign, other, "--model", self.model, "--json")
         self.assertNotIn("do not agree", result.stdout)
 
+    def test_a_diagnosis_of_another_campaign_is_refused(self):
+        out = self.diagnosed()
+        other = self.path / "other"
+        shutil.copytree(self.campaign, other)
+        (other / "notes.txt").write_text("the same measurements")
+        drop = ("drop", other, "--diagnosis", out, "--sink-speed", "2", "--json")
+        self.assertEqual(self.call(*drop).returncode, 0)
+        self.assertEqual(self.call("drop", "--diagnosis", out, "--sink-speed", "2").returncode, 0)
+        (other / "r2.csv").write_text(stiffer_response(1.3))
+        said = self.refused(*drop)
+        self.assertRegex(said, r"out is the diagnosis of campaign \(data [0-9a-f]{12}\), not of \S*other "
+                               r"\(data [0-9a-f]{12}\); give the folder that")
+        self.assertIn("leave --diagnosis out", said)
+        # The runs of both make another campaign than either.
+        self.assertIn(f"{self.campaign} {other}",
+                      self.refused("drop", self.campaign, other, "--diagnosis", out, "--sink-speed", "2"))
+
     def test_what_is_no_campaign_or_no_diagnosis_is_told(self):
         empty = self.path / "empty"
         empty.mkdir()

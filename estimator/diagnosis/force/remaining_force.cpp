@@ -208,6 +208,28 @@ MatrixXd less_parameters(const Grid& grid, const MatrixXd& slopes, const MatrixX
   return root.cwiseInverse().asDiagonal() * (scaled - basis * (basis.transpose() * scaled));
 }
 
+// Takes out of forces at the cells what the fit's parameters do beside them. The fit weighs what is
+// compared, the response as a rule, and not the force.
+MatrixXd beside_estimates(const SurfaceData& seen, const MatrixXd& slopes, const MatrixXd& forces) {
+  const VectorXd inverse = seen.nuisance.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  const PivotedQr factor(seen.nuisance * inverse.asDiagonal());
+  const MatrixXd moved = inverse.asDiagonal() * factor.solve(seen.reach);
+  return forces - slopes * moved.topRows(slopes.cols());
+}
+
+// The means over cells of the fitted surface, and their standard errors.
+void put_forces(const MatrixXd& at_cells, const SurfaceFit& fitted, double ForceCell::*mean,
+                double ForceCell::*standard_error, std::vector<ForceCell>& cells) {
+  const VectorXd force = at_cells * fitted.mean;
+  const double linear = kLinear * force.cwiseAbs().maxCoeff();
+  const VectorXd error =
+      ((at_cells * fitted.root).rowwise().squaredNorm().array() + linear * linear).sqrt();
+  for (Index c = 0; c < force.size(); ++c) {
+    cells[static_cast<std::size_t>(c)].*mean = force[c];
+    cells[static_cast<std::size_t>(c)].*standard_error = error[c];
+  }
+}
+
 }  // namespace
 
 std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
@@ -244,21 +266,17 @@ std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
     seen.nuisance.middleRows(at, size) = course.jacobian;
     at += size;
   }
-  const MatrixXd at_cells = less_parameters(grid, grid.means(slopes), grid.means(splines));
+  const MatrixXd slope_means = grid.means(slopes), spline_means = grid.means(splines);
   const SurfaceFit fitted = surface.fit(seen, errors_of_model ? 1e-4 : 1.0);
   RemainingForce remaining;
   remaining.cells = grid.cells;
   remaining.share = fitted.share;
   remaining.stroke_step = grid.stroke_step;
   remaining.velocity_step = grid.velocity_step;
-  const VectorXd force = at_cells * fitted.mean;
-  const double linear = kLinear * force.cwiseAbs().maxCoeff();
-  const VectorXd error =
-      ((at_cells * fitted.root).rowwise().squaredNorm().array() + linear * linear).sqrt();
-  for (Index c = 0; c < force.size(); ++c) {
-    remaining.cells[static_cast<std::size_t>(c)].force = force[c];
-    remaining.cells[static_cast<std::size_t>(c)].standard_error = error[c];
-  }
+  put_forces(less_parameters(grid, slope_means, spline_means), fitted, &ForceCell::force,
+             &ForceCell::standard_error, remaining.cells);
+  put_forces(beside_estimates(seen, slope_means, spline_means), fitted, &ForceCell::beside,
+             &ForceCell::beside_error, remaining.cells);
   remaining.words = in_words(remaining, fit.spec.length_unit);
   return remaining;
 }

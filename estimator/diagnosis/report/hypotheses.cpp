@@ -158,7 +158,7 @@ double unnamed_force(const std::vector<RunDatum>& data, const Diagnosis& said) {
 std::vector<VisitedCell> cells_of(const RemainingForce& remaining) {
   std::vector<VisitedCell> cells;
   for (const ForceCell& cell : remaining.cells)
-    cells.push_back({cell.stroke, cell.velocity, cell.force, cell.standard_error});
+    cells.push_back({cell.stroke, cell.velocity, cell.beside, cell.beside_error});
   return cells;
 }
 

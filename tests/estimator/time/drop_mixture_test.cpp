@@ -240,6 +240,33 @@ TEST(UnnamedForce, LeavesTheSumWithTheParametersThatWereBentByIt) {
   EXPECT_TRUE(rough.shifts.empty());
 }
 
+// The damping goes with the cube of the velocity. What c v leaves of it up to 0.2 m/s tells the law well
+// enough for twice that speed, and not so well that the law would be sure.
+TEST(UnnamedForce, GoesOnWithAnotherLawOfTheVelocity) {
+  auto damper = visited_ring();
+  const double cube = 50.0, taken = 0.65 * cube * 0.2 * 0.2;
+  const auto left = [&](double v) { return cube * v * v * v - taken * v; };
+  std::vector<VisitedCell> cells;
+  for (const double size : {0.4, 0.7, 1.0}) {
+    for (const VisitedCell& cell : damper.visited) {
+      const double v = size * cell.velocity;
+      cells.push_back({size * cell.stroke, v, left(v), 0.005});
+    }
+  }
+  const auto force = unnamed_force_along(cells, 0.02, {0.0, 0.0}, {0.2, 0.4},
+                                         &damper.hypotheses.front(), 10, 1e-9);
+  const std::vector<double> velocity = {0.2, 0.4};
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    const double mean = force.mean[i] + force.mean_shift[0] * velocity[i];
+    double squares = 0.0;
+    for (std::size_t m = 0; m < force.modes.size(); ++m)
+      squares += std::pow(force.modes[m][i] + force.shifts[m][0] * velocity[i], 2);
+    const double deviation = std::sqrt(squares);
+    EXPECT_LT(std::fabs(mean - left(velocity[i])), 2.0 * deviation) << mean << ", " << deviation;
+    EXPECT_LT(deviation, 0.5 * std::fabs(left(velocity[i])));
+  }
+}
+
 TEST(VisitedRegion, IsTheHullOfItsCells) {
   const VisitedRegion region(visited_ring().visited);
   EXPECT_TRUE(region.holds(0.0, 0.0));

@@ -9,6 +9,7 @@
 
 #include "../fixtures.hpp"
 #include "estimator/time/drop_mixture.hpp"
+#include "estimator/time/falling_damper.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -184,6 +185,21 @@ TEST(ExtrapolationPriors, WidenTheBandAsTheyAreStated) {
   const double stroke = half_width(damper, {0.0, 0.02}, kStrokeFigure);
   EXPECT_NEAR(stroke, 1.96 * 0.02 * slope, 0.15 * stroke);
   EXPECT_NEAR(half_width(damper, {0.0, 0.02}, kLoadFigure), 0.0, 1e-6);
+}
+
+TEST(RunSpread, ActsInTheDropAsInOneMoreRun) {
+  auto damper = surely_known();
+  damper.spread.gas_pressure = 0.02;
+  auto fuller = damper.hypotheses[0].model, emptier = fuller;
+  fuller.effects[1].parameters["theta2"].start = 1.5 * 1.02;
+  emptier.effects[1].parameters["theta2"].start = 1.5 * 0.98;
+  const double change = 0.5 * (drop_of(emptier)[kStrokeFigure] - drop_of(fuller)[kStrokeFigure]);
+  const double stroke = half_width(damper, {}, kStrokeFigure);
+  EXPECT_NEAR(stroke, 1.96 * change, 0.1 * stroke);
+  // A preload of 0.1 m/s^2 counts over the mass: on half of it, it is twice as much.
+  damper.spread = {0.1, 0.0, 0.0};
+  EXPECT_NEAR(half_width(damper, {}, kLoadFigure), 1.96 * 0.1, 0.02);
+  EXPECT_DOUBLE_EQ(with_mass(damper, 0.5).spread.force, 0.2);
 }
 
 }  // namespace

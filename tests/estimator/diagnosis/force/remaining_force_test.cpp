@@ -59,8 +59,8 @@ Met held_against(const RemainingForce& force, const std::function<double(double,
 const std::vector<testing::Setting> kRuns = {{0.8, 1.0}, {1.1, 0.8}, {1.3, 1.0},
                                              {2.2, 1.5}, {2.6, 3.0}, {3.0, 6.0}};
 
-// For the base model alone, without effects of the catalogue.
-RemainingForce remaining_of(const Campaign& campaign) {
+// For the base model alone, without effects of the catalogue. `theta`: receives its estimates.
+RemainingForce remaining_of(const Campaign& campaign, std::vector<double>* theta = nullptr) {
   std::vector<SteadyRun> runs;
   for (const Recording& recording : campaign.runs)
     runs.push_back(*steady_cycles(recording));
@@ -73,6 +73,7 @@ RemainingForce remaining_of(const Campaign& campaign) {
   const Weighed weighed = weigh(runs, fit);
   fit = fit_harmonics(model, weighed.data, fit.theta, nullptr, options);
   EXPECT_TRUE(fit.converged);
+  if (theta != nullptr) *theta = fit.theta;
   const auto found = remaining_force(fit, weighed.data, false);
   EXPECT_TRUE(found);
   return found.value_or(RemainingForce{});
@@ -89,6 +90,27 @@ TEST(RemainingForce, ShowsAForceOfTheStrokeThatIsInNoCatalogue) {
   EXPECT_GT(met.correlation, 0.98);
   EXPECT_NEAR(met.size, 1.0, 0.1);
   EXPECT_THAT(force.words, ::testing::HasSubstr("remaining force, up to"));
+}
+
+// The estimates were moved by the response, not by the force: what is left beside them holds a part
+// that the parameters could take.
+TEST(RemainingForce, IsAlsoThatBesideTheEstimates) {
+  std::vector<double> theta;
+  const auto force = remaining_of(
+      testing::recorded({{"leaning_friction", 0.5}, {"leaning_middle", 0.0}}, kRuns, 6, "linear"),
+      &theta);
+  ASSERT_EQ(theta.size(), 2U);
+  double inside = 0.0, inside_with_parameters_out = 0.0;
+  for (const ForceCell& cell : force.cells) {
+    const double u = cell.stroke, v = cell.velocity;
+    const double truth =
+        0.5 * std::fabs(u) * (v > 0.0 ? 1.0 : -1.0) + (2.0 - theta[0]) * v + (100.0 - theta[1]) * u;
+    if (std::fabs(cell.beside - truth) < 2.0 * cell.beside_error) inside += cell.time;
+    if (std::fabs(cell.force - truth) < 2.0 * cell.standard_error)
+      inside_with_parameters_out += cell.time;
+  }
+  EXPECT_GT(inside, 0.9);
+  EXPECT_LT(inside_with_parameters_out, 0.9);
 }
 
 TEST(RemainingForce, ShowsFrictionThatGrowsAwayFromTheMiddle) {
