@@ -255,21 +255,13 @@ bool MotionIntegrator::repeats(int last) const {
 }
 
 bool MotionIntegrator::step_through(int first, int last, std::span<const double> theta) {
-  VectorXd w, history(q_);
+  VectorXd w = w_.row(std::max(first - 1, 0)).transpose(), history(q_);
   for (int row = std::max(first, 1); row < last; ++row) {
     const Difference rate = difference_at(row);
     load_motion(one_, 0, row);
-    const VectorXd before = w_.row(row - 1).transpose();
-    history = rate.last * before;
-    w = before;
-    bool solved = false;
-    if (row > 1) {
-      history += rate.before * w_.row(row - 2).transpose();
-      w += (w_.row(row - 1) - w_.row(row - 2)).transpose();
-      solved = solve_step(rate.now, history, theta, w);  // straight on
-      if (!solved) w = before;
-    }
-    if (!solved && !solve_step(rate.now, history, theta, w)) return false;
+    history = rate.last * w;
+    if (row > 1) history += rate.before * w_.row(row - 2).transpose();
+    if (!solve_step(rate.now, history, theta, w)) return false;
     w_.row(row) = w.transpose();
   }
   return true;
