@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "estimator/math/dense.hpp"
+#include "estimator/math/simd_math.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -60,7 +61,7 @@ struct RatioSums {
   double log_size[kRatios], square[kRatios];
 };
 
-RatioSums sums_at(const Tridiagonal& prior, const double* ratios) {
+SHAKER_SIMD_CLONES RatioSums sums_at(const Tridiagonal& prior, const double* ratios) {
   const Index n = prior.diagonal.size();
   double pivot[kRatios], along[kRatios], product[kRatios];
   RatioSums sum{};
@@ -173,7 +174,22 @@ MatrixXd ForceSurface::covariance(double along_stroke, double along_velocity) co
   return k;
 }
 
-SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise, SeenPriors& known) const {
+SeenPriors ForceSurface::seen_by(const MatrixXd& reach) const {
+  constexpr Index kEven = kAcross * kAlong;  // independent of what jumps
+  const MatrixXd even = reach.leftCols(kEven), jump = reach.rightCols(kAcross);
+  SeenPriors of{reach, {}};
+  for (const double along_stroke : kSmooth) {
+    for (const double along_velocity : kSmooth) {
+      const MatrixXd prior = covariance(along_stroke, along_velocity);
+      of.seen.push_back(even * prior.topLeftCorner(kEven, kEven) * even.transpose() +
+                        jump * prior.bottomRightCorner(kAcross, kAcross) * jump.transpose());
+    }
+  }
+  return of;
+}
+
+SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise,
+                             std::vector<SeenPriors>& known) const {
   // Orthogonal to all that the nuisances can do.
   MatrixXd nuisance = data.nuisance;
   for (Index k = 0; k < nuisance.cols(); ++k) {
@@ -195,33 +211,27 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise, SeenPr
     unreached_count = static_cast<double>(left - size());
   }
 
+  const bool compressed = left > size();
+  const SeenPriors of_triangle = compressed ? seen_by(reach) : SeenPriors{};
+  const SeenPriors* priors = &of_triangle;
+  if (!compressed) {
+    const auto same = std::find_if(known.begin(), known.end(), [&](const SeenPriors& one) {
+      return one.reach.rows() == data.reach.rows() && one.reach == data.reach;
+    });
+    priors = same != known.end() ? &*same : &known.emplace_back(seen_by(data.reach));
+  }
   double stroke = 1.0, velocity = 1.0;  // of the likeliest prior
   Likeliest best;
-  const bool compressed = left > size();
-  if (!compressed && (known.reach.rows() != data.reach.rows() || known.reach != data.reach)) {
-    known = {data.reach, {}};
-    for (const double along_stroke : kSmooth) {
-      for (const double along_velocity : kSmooth)
-        known.seen.push_back(data.reach * covariance(along_stroke, along_velocity) *
-                             data.reach.transpose());
-    }
-  }
-  std::size_t shape = 0;
-  for (const double along_stroke : kSmooth) {
-    for (const double along_velocity : kSmooth) {
-      const MatrixXd prior =
-          compressed
-              ? MatrixXd(reach * covariance(along_stroke, along_velocity) * reach.transpose())
-              : qr.rotated(MatrixXd(qr.rotated(known.seen[shape]).transpose()))
-                    .bottomRightCorner(left, left);
-      ++shape;
-      const Likeliest found =
-          likeliest({tridiagonal_of(prior, seen), unreached, unreached_count}, least_noise);
-      if (found.evidence <= best.evidence) continue;
-      best = found;
-      stroke = along_stroke;
-      velocity = along_velocity;
-    }
+  for (std::size_t k = 0; k < priors->seen.size(); ++k) {
+    MatrixXd prior = priors->seen[k];
+    if (!compressed)
+      prior = qr.rotated(MatrixXd(qr.rotated(prior).transpose())).bottomRightCorner(left, left);
+    const Likeliest found =
+        likeliest({tridiagonal_of(prior, seen), unreached, unreached_count}, least_noise);
+    if (found.evidence <= best.evidence) continue;
+    best = found;
+    stroke = kSmooth[k / std::size(kSmooth)];
+    velocity = kSmooth[k % std::size(kSmooth)];
   }
   const double tall = best.size, noise = best.noise;
   // Posterior over the coefficients; its covariance by the eigenvectors of what is seen.

@@ -20,7 +20,7 @@ struct SurfaceFit {
   double share = 0.0;    // of the residuals' square, nuisances taken out, that it explains
 };
 
-// What the priors of all smoothness make of a reach, kept for the next fit with the same one.
+// What the priors of all smoothness make of a reach, kept for fits with the same one.
 struct SeenPriors {
   Eigen::MatrixXd reach;
   std::vector<Eigen::MatrixXd> seen;  // reach prior reach^T
@@ -36,12 +36,12 @@ class ForceSurface {
   // Values of the splines at points, one column for each spline.
   Eigen::MatrixXd splines(const Eigen::VectorXd& stroke, const Eigen::VectorXd& velocity) const;
   // Fits the surface. Its smoothness and size and the noise (of a variance of at least
-  // `least_noise`) come from the residuals. `known`: of an earlier fit of the same surface, or
-  // empty.
-  SurfaceFit fit(const SurfaceData& data, double least_noise, SeenPriors& known) const;
+  // `least_noise`) come from the residuals. `known`: of earlier fits of this surface; more are added.
+  SurfaceFit fit(const SurfaceData& data, double least_noise, std::vector<SeenPriors>& known) const;
 
  private:
   Eigen::MatrixXd covariance(double along_stroke, double along_velocity) const;
+  SeenPriors seen_by(const Eigen::MatrixXd& reach) const;
 
   double low_, high_, speed_;
 };

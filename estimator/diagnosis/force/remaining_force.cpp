@@ -207,7 +207,8 @@ MatrixXd less_parameters(const Grid& grid, const MatrixXd& slopes, const MatrixX
 
 std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
                                               const std::vector<RunDatum>& data,
-                                              bool errors_of_model, SeenPriors& known) {
+                                              bool errors_of_model,
+                                              std::vector<SeenPriors>& known) {
   std::vector<Course> all;
   try {
     all = courses(fit, data);

@@ -73,7 +73,7 @@ RemainingForce remaining_of(const Campaign& campaign) {
   const Weighed weighed = weigh(runs, fit);
   fit = fit_harmonics(model, weighed.data, fit.theta, nullptr, options);
   EXPECT_TRUE(fit.converged);
-  SeenPriors known;
+  std::vector<SeenPriors> known;
   const auto found = remaining_force(fit, weighed.data, false, known);
   EXPECT_TRUE(found);
   // The priors that are kept are those of these data.
