@@ -234,17 +234,15 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise,
     velocity = kSmooth[k % std::size(kSmooth)];
   }
   const double tall = best.size, noise = best.noise;
-  // Posterior over the coefficients; its covariance by the eigenvectors of what is seen.
+  // Posterior over the coefficients: their prior is root root'.
   const MatrixXd root = Cholesky(tall * covariance(stroke, velocity)).root();
   const MatrixXd through = reach * root;
-  const Spectrum eigen = spectrum_of(through.transpose() * through);
-  const VectorXd precision = eigen.values.cwiseMax(0.0).array() / noise + 1.0;
-  const MatrixXd back = root * eigen.vectors;
+  MatrixXd precision = through.transpose() * through / noise;
+  precision.diagonal().array() += 1.0;
+  const Cholesky factor(precision);
   SurfaceFit fit;
-  fit.mean =
-      back *
-      (eigen.vectors.transpose() * (through.transpose() * seen)).cwiseQuotient(noise * precision);
-  fit.root = back * precision.cwiseSqrt().cwiseInverse().asDiagonal();
+  fit.mean = root * factor.solve(VectorXd(through.transpose() * seen)) / noise;
+  fit.root = factor.whiten(MatrixXd(root.transpose())).transpose();
   const double before = residual.squaredNorm();
   const double after = (seen - reach * fit.mean).squaredNorm() + unreached;
   fit.share = before > 0.0 ? std::clamp(1.0 - after / before, 0.0, 1.0) : 0.0;
