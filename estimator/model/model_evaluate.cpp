@@ -7,23 +7,14 @@
 namespace shaker::estimator {
 namespace {
 
-SHAKER_SIMD_CLONES void add_points(int n, double weight, const double* __restrict source,
-                                   double* __restrict target) {
+// target += weight * source.
+SHAKER_SIMD_CLONES void add(int n, double weight, const double* __restrict source,
+                            double* __restrict target) {
   for (int i = 0; i < n; ++i)
     target[i] += weight * source[i];
 }
 
-// A march in time evaluates one point after the other, for which calls of loops are dear.
-
-// target += weight * source.
-inline void add(int n, double weight, const double* source, double* target) {
-  if (n == 1) {
-    *target += weight * *source;
-  } else {
-    add_points(n, weight, source, target);
-  }
-}
-
+// A march in time evaluates one point after the other, for which a call to clear memory is dear.
 inline void set_zero(int n, double* values) {
   if (n == 1) *values = 0.0;
   if (n > 1) std::fill_n(values, n, 0.0);
