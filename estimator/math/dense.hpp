@@ -19,6 +19,13 @@ struct Spectrum {
 };
 Spectrum spectrum_of(const Eigen::MatrixXd& symmetric);
 
+// A symmetric matrix as q t q^T with a tridiagonal t, for a fraction of the work of a spectrum:
+// the diagonal of t, what is beside it, and q^T b.
+struct Tridiagonal {
+  Eigen::VectorXd diagonal, beside, rotated;
+};
+Tridiagonal tridiagonal_of(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& b);
+
 // For a square matrix that need not be symmetric. The columns of `vectors` have length one.
 struct ComplexSpectrum {
   Eigen::VectorXcd values;

@@ -1,4 +1,5 @@
 // The part of dense.hpp that a service on the rig does not need.
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 #include "estimator/math/dense.hpp"
@@ -10,6 +11,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // --- Householder
+
+Tridiagonal tridiagonal_of(const MatrixXd& symmetric, const VectorXd& b) {
+  const Eigen::Tridiagonalization<MatrixXd> t(symmetric);
+  return {t.diagonal(), t.subDiagonal(), t.matrixQ().adjoint() * b};
+}
 
 PivotedQr::PivotedQr(const MatrixXd& a) : factor_(a) {}
 void PivotedQr::set_threshold(double share) {

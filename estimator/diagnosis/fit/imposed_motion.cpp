@@ -16,7 +16,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMaxMotionSteps = 60;
-constexpr int kLaps = 2;                // of an integration: the first forgets how it began
 constexpr double kDifference = 1e-4;    // of the motion, for slopes over it
 constexpr int kStepsBetweenPoints = 2;  // steps of an integration between two points
 
@@ -45,13 +44,10 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
   if (parts_in_series(model)) {
     const MatrixXd fine =
         synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), kStepsBetweenPoints * n_);
-    const auto laps = [&](const VectorXd& harmonics) -> VectorXd {
-      return (fine * harmonics).replicate(kLaps, 1);
-    };
     integrator_ = std::make_unique<MotionIntegrator>(
         model,
-        Motion{1.0 / (frequency_ * kStepsBetweenPoints * n_), laps(motion), laps(rate),
-               laps(derivative(rate, frequency_)), VectorXd()},
+        Motion{1.0 / (frequency_ * kStepsBetweenPoints * n_), fine * motion, fine * rate,
+               fine * derivative(rate, frequency_), VectorXd(), true},
         false);
     return;
   }
@@ -159,10 +155,9 @@ bool ImposedMotion::at(std::span<const double> theta, bool slopes) {
   theta_.assign(theta.begin(), theta.end());
   if (integrator_) {
     if (!integrator_->at(theta, slopes)) return false;
-    const Index first = (kLaps - 1) * kStepsBetweenPoints * n_;
     for (int i = 0; i < n_; ++i) {
-      force_[i] = integrator_->force()[first + kStepsBetweenPoints * i];
-      if (slopes) slope_.row(i) = integrator_->slope().row(first + kStepsBetweenPoints * i);
+      force_[i] = integrator_->force()[kStepsBetweenPoints * i];
+      if (slopes) slope_.row(i) = integrator_->slope().row(kStepsBetweenPoints * i);
     }
     return true;
   }

@@ -15,7 +15,11 @@ using Eigen::VectorXd;
 
 constexpr int kMostNewton = 40;
 constexpr double kSolved = 1e-10;
-constexpr int kMostCorrections = 12;  // of a course; an integration costs about as much as 30
+constexpr int kMostCorrections = 12;  // of a block; step by step it costs about as much as 30
+constexpr int kBlock = 32;            // steps; more do not fit into the fastest memory
+constexpr int kLaps = 2;              // of a cycle: the first forgets how it began
+// What a coordinate, or a derivative of one, may change from cycle to cycle where it repeats.
+constexpr double kRepeated = 1e-10, kBendsRepeated = 1e-8;
 
 // The coordinate's name says so.
 bool in_series(const Model& model, int coordinate) {
@@ -46,7 +50,9 @@ MotionIntegrator::MotionIntegrator(const Model& model, Motion motion, bool inert
       n_(static_cast<int>(motion_.u.size())),
       s_(model.coordinates()),
       p_(model.parameter_count()),
-      q_(s_ - 1) {
+      q_(s_ - 1),
+      rows_(motion_.periodic && q_ > 0 ? kLaps * n_ : n_),
+      marched_(rows_) {
   if (model.mechanical() != 1)
     throw std::invalid_argument(
         fmt::format("{}: a motion can only be imposed on a model of one coordinate", model.name()));
@@ -63,21 +69,45 @@ MotionIntegrator::MotionIntegrator(const Model& model, Motion motion, bool inert
     first_[d] = in_series(model, d + 1) ? motion_.u[0] : model.rest(d + 1);
   }
   one_.shape(model, 1);
-  all_.shape(model, n_);
-  std::copy(motion_.u.begin(), motion_.u.end(), all_.u[0]);
-  std::copy(motion_.v.begin(), motion_.v.end(), all_.v[0]);
-  std::copy(motion_.a.begin(), motion_.a.end(), all_.a[0]);
-  if (motion_.x.size() > 0) std::copy(motion_.x.begin(), motion_.x.end(), all_.x);
+  block_.shape(model, kBlock);
   force_.resize(n_);
   slope_.resize(n_, p_);
-  w_.resize(n_, q_);
+  w_.resize(rows_, q_);
+  for (VectorXd* values : {&step_.h, &step_.trial, &step_.trial_h})
+    values->resize(q_);
+  step_.slope.resize(q_, q_);
+  step_.move.resize(q_, 1);
 }
 
 // w' = (3 w - 4 w_1 + w_2) / 2 dt; at the second step one of the first order, at the first none.
-MotionIntegrator::Difference MotionIntegrator::difference_at(int i) const {
-  if (i == 0) return {};
-  if (i == 1) return {1.0 / motion_.dt, -1.0 / motion_.dt, 0.0};
+MotionIntegrator::Difference MotionIntegrator::difference_at(int row) const {
+  if (row == 0) return {};
+  if (row == 1) return {1.0 / motion_.dt, -1.0 / motion_.dt, 0.0};
   return {1.5 / motion_.dt, -2.0 / motion_.dt, 0.5 / motion_.dt};
+}
+
+void MotionIntegrator::load_motion(ModelArrays& arrays, int point, int row) const {
+  const Index at = row % n_;
+  arrays.u[0][point] = motion_.u[at];
+  arrays.v[0][point] = motion_.v[at];
+  arrays.a[0][point] = motion_.a[at];
+  if (motion_.x.size() > 0) arrays.x[point] = motion_.x[at];
+}
+
+// Writes the motion, w and its rate into the block's arrays.
+void MotionIntegrator::load(int first, int last) {
+  for (int row = first; row < last; ++row)
+    load_motion(block_, row - first, row);
+  for (int d = 0; d < q_; ++d) {
+    const auto c = static_cast<std::size_t>(d + 1);
+    const auto w = w_.col(d);
+    for (int row = first; row < last; ++row) {
+      const Difference rate = difference_at(row);
+      block_.u[c][row - first] = w[row];
+      block_.v[c][row - first] = rate.now * w[row] + (row > 0 ? rate.last * w[row - 1] : 0.0) +
+                                 (row > 1 ? rate.before * w[row - 2] : 0.0);
+    }
+  }
 }
 
 // The equations of what is carried along, at the values w and the rates now * w + history.
@@ -140,15 +170,24 @@ bool MotionIntegrator::solve_step(double now, const VectorXd& history,
 }
 
 void MotionIntegrator::begin_from(const MotionIntegrator& other) {
-  const int stride = other.n_ / n_;
-  if (!other.has_course_ || stride * n_ != other.n_) return;
+  const int finer = other.rows_ / rows_, coarser = rows_ / other.rows_;
+  if (!other.has_course_ || (finer * rows_ != other.rows_ && coarser * other.rows_ != rows_))
+    return;
   for (int d = 0; d < q_; ++d) {
     int e = 0;
     while (e < other.q_ && other.model_->coordinate_name(e + 1) != model_->coordinate_name(d + 1))
       ++e;
     if (e == other.q_) return;
-    for (int i = 0; i < n_; ++i)
-      w_(i, d) = other.w_(stride * i, e);
+    const auto known = other.w_.col(e);
+    for (int row = 0; row < rows_; ++row) {
+      if (finer > 0) {
+        w_(row, d) = known[finer * row];
+        continue;
+      }
+      const int at = row / coarser;
+      const double past = static_cast<double>(row % coarser) / coarser;
+      w_(row, d) = known[at] + past * (known[std::min(at + 1, other.rows_ - 1)] - known[at]);
+    }
   }
   has_course_ = true;
 }
@@ -183,123 +222,160 @@ void MotionIntegrator::solve(MatrixXd& slope, MatrixXd& right) const {
   }
 }
 
-// Carries w along the motion, step by step.
-bool MotionIntegrator::integrate(std::span<const double> theta) {
-  VectorXd w = first_, history(q_);
-  for (VectorXd* values : {&step_.h, &step_.trial, &step_.trial_h})
-    values->resize(q_);
-  step_.slope.resize(q_, q_);
-  step_.move.resize(q_, 1);
-  for (int i = 0; i < n_; ++i) {
-    const Difference rate = difference_at(i);
-    one_.u[0][0] = motion_.u[i];
-    one_.v[0][0] = motion_.v[i];
-    one_.a[0][0] = motion_.a[i];
-    if (motion_.x.size() > 0) one_.x[0] = motion_.x[i];
-    history.setZero();
-    if (i > 0) history += rate.last * w_.row(i - 1).transpose();
-    if (i > 1) history += rate.before * w_.row(i - 2).transpose();
-    // At the first point there is no rate: what is memory stays at rest.
-    if (i > 0 && !solve_step(rate.now, history, theta, w)) return false;
-    w_.row(i) = w.transpose();
+// Carries w along the motion. Returns false where a step has no solution.
+bool MotionIntegrator::march(std::span<const double> theta) {
+  w_.row(0) = first_.transpose();  // without a rate: what is memory begins at rest
+  marched_ = rows_;
+  for (int first = 0; first < rows_; first += kBlock) {
+    const int last = std::min(first + kBlock, rows_);
+    for (int row = std::max(first, n_); !has_course_ && row < last; ++row)
+      w_.row(row) = w_.row(row - n_);
+    const bool nearby = has_course_ || first >= n_;
+    if (!(nearby && correct(first, last, theta)) && !step_through(first, last, theta)) return false;
+    if (!repeats(last)) continue;
+    marched_ = last;
+    for (int row = last; row < rows_; ++row)
+      w_.row(row) = w_.row(row - n_);
+    break;
   }
-  load_course();
   return true;
 }
 
-// Writes w and its rate into the arrays of all points.
-void MotionIntegrator::load_course() {
+// The two steps before `last` are those of a cycle before: all that follow are, too.
+bool MotionIntegrator::repeats(int last) const {
+  if (last < n_ + 4) return false;
   for (int d = 0; d < q_; ++d) {
-    const auto c = static_cast<std::size_t>(d + 1);
     const auto w = w_.col(d);
-    for (int i = 0; i < n_; ++i) {
-      const Difference rate = difference_at(i);
-      all_.u[c][i] = w[i];
-      all_.v[c][i] = rate.now * w[i] + (i > 0 ? rate.last * w[i - 1] : 0.0) +
-                     (i > 1 ? rate.before * w[i - 2] : 0.0);
+    const double size = std::max(w.head(n_).cwiseAbs().maxCoeff(), 1e-9);
+    for (int row = last - 2; row < last; ++row) {
+      if (!(std::fabs(w[row] - w[row - n_]) < kRepeated * size)) return false;
     }
   }
+  return true;
 }
 
-// Newton for all steps together, from the present course: nearby parameters have a nearby course.
-// Each step is a forward substitution. The points are evaluated together, which costs a small part
-// of what an integration costs. Returns false if it does not converge; w is then undefined.
-bool MotionIntegrator::correct_course(std::span<const double> theta) {
-  MatrixXd slope(q_, q_), now(q_, 1), last(q_, 1), before(q_, 1);
-  w_.row(0) = first_.transpose();
+bool MotionIntegrator::step_through(int first, int last, std::span<const double> theta) {
+  VectorXd w = w_.row(std::max(first - 1, 0)).transpose(), history(q_);
+  for (int row = std::max(first, 1); row < last; ++row) {
+    const Difference rate = difference_at(row);
+    load_motion(one_, 0, row);
+    history = rate.last * w;
+    if (row > 1) history += rate.before * w_.row(row - 2).transpose();
+    if (!solve_step(rate.now, history, theta, w)) return false;
+    w_.row(row) = w.transpose();
+  }
+  return true;
+}
+
+// Newton for all steps of a block, from the present course: nearby parameters have a nearby course.
+// A round is a forward substitution. The points are evaluated together, which costs a small part of
+// what they cost one by one. Returns false if it does not converge; w is then undefined there.
+bool MotionIntegrator::correct(int first, int last, std::span<const double> theta) {
+  MatrixXd slope(q_, q_), now(q_, 1), before(q_, 1), earlier(q_, 1);
   for (int round = 0; round < kMostCorrections; ++round) {
-    load_course();
-    if (!afford(n_) || !all_.evaluate_internal(*model_, n_, theta.data())) return false;
+    load(first, last);
+    if (!afford(last - first) || !block_.evaluate_internal(*model_, last - first, theta.data()))
+      return false;
     double largest = 0.0;
     now.setZero();
-    last.setZero();
-    for (int i = 1; i < n_; ++i) {
-      const Difference rate = difference_at(i);
-      before.swap(last);
-      last.swap(now);
-      slope_at(all_, i, rate.now, slope);
+    before.setZero();
+    for (int row = std::max(first, 1); row < last; ++row) {
+      const int i = row - first;
+      const Difference rate = difference_at(row);
+      earlier.swap(before);
+      before.swap(now);
+      slope_at(block_, i, rate.now, slope);
       for (int d = 0; d < q_; ++d) {
-        now(d, 0) = -all_.g[static_cast<std::size_t>(d + 1)][i];
+        now(d, 0) = -block_.g[static_cast<std::size_t>(d + 1)][i];
         for (int e = 0; e < q_; ++e)
-          now(d, 0) -= all_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] *
-                       (rate.last * last(e, 0) + rate.before * before(e, 0));
+          now(d, 0) -= block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] *
+                       (rate.last * before(e, 0) + rate.before * earlier(e, 0));
       }
       solve(slope, now);
-      if (!now.allFinite()) return false;
-      w_.row(i) += now.col(0).transpose();
-      largest = std::max(
-          largest, now.cwiseAbs().maxCoeff() / std::max(w_.row(i).cwiseAbs().maxCoeff(), 1e-9));
+      double move = 0.0, size = 1e-9;
+      for (int d = 0; d < q_; ++d) {
+        if (!std::isfinite(now(d, 0))) return false;
+        w_(row, d) += now(d, 0);
+        move = std::max(move, std::fabs(now(d, 0)));
+        size = std::max(size, std::fabs(w_(row, d)));
+      }
+      largest = std::max(largest, move / size);
     }
-    if (largest < kSolved) {
-      load_course();
-      return true;
-    }
+    if (largest < kSolved) return true;
   }
   return false;
 }
 
-// Carries w's derivatives over theta along the motion, from the derivatives of the model at all
+// Carries w's derivatives over theta along a block, from the derivatives of the model at its
 // points, and adds what they do to the force.
-bool MotionIntegrator::carry_slopes() {
-  MatrixXd slope(q_, q_), now = MatrixXd::Zero(q_, p_), last = now, before = now, history = now;
-  for (int i = 1; i < n_; ++i) {
-    const Difference rate = difference_at(i);
-    before.swap(last);
-    last.swap(now);
-    history = rate.last * last + rate.before * before;
-    slope_at(all_, i, rate.now, slope);
+bool MotionIntegrator::carry_slopes(int first, int last) {
+  auto& [slope, now, before, earlier, history, cycle, size, change, change_before] = bends_;
+  if (first == 0) {
+    slope.resize(q_, q_);
+    now = before = earlier = history = MatrixXd::Zero(q_, p_);
+    cycle.setZero(q_ * p_, n_);
+    size = VectorXd::Constant(q_ * p_, 1e-300);
+  }
+  for (int row = std::max(first, 1); row < last; ++row) {
+    const int i = row - first, at = row % n_;
+    const Difference rate = difference_at(row);
+    earlier.swap(before);
+    before.swap(now);
+    history = rate.last * before + rate.before * earlier;
+    slope_at(block_, i, rate.now, slope);
     for (int d = 0; d < q_; ++d) {
       for (int k = 0; k < p_; ++k) {
-        now(d, k) = -all_.g_theta[static_cast<std::size_t>((d + 1) * p_ + k)][i];
+        now(d, k) = -block_.g_theta[static_cast<std::size_t>((d + 1) * p_ + k)][i];
         for (int e = 0; e < q_; ++e)
-          now(d, k) -= all_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] * history(e, k);
+          now(d, k) -=
+              block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] * history(e, k);
       }
     }
     solve(slope, now);
     if (!now.allFinite()) return false;
     for (int d = 0; d < q_; ++d) {
       const auto c = static_cast<std::size_t>(d + 1);
-      slope_.row(i) += all_.g_u[c][i] * now.row(d);
-      slope_.row(i) += all_.g_v[c][i] * (rate.now * now.row(d) + history.row(d));
+      slope_.row(at) += block_.g_u[c][i] * now.row(d);
+      slope_.row(at) += block_.g_v[c][i] * (rate.now * now.row(d) + history.row(d));
     }
+    const Eigen::Map<const VectorXd> flat(now.data(), now.size());
+    size = size.cwiseMax(flat.cwiseAbs());
+    change_before = change;
+    change = (flat - cycle.col(at)).cwiseAbs().cwiseQuotient(size).maxCoeff();
+    cycle.col(at) = flat;
   }
   return true;
 }
 
-bool MotionIntegrator::at(std::span<const double> theta, bool slopes) {
-  if (q_ > 0) {
-    has_course_ = (has_course_ && correct_course(theta)) || integrate(theta);
-    if (!has_course_) return false;
-  }
-  if (!afford(n_) || !all_.evaluate(*model_, n_, theta.data())) return false;
+// Force and slopes along the course: of the last cycle, until its slopes repeat those of the one
+// before.
+bool MotionIntegrator::follow(std::span<const double> theta, bool slopes) {
   const double mass = inertia_ ? 0.0 : model_->mass(0, 0);
-  for (int i = 0; i < n_; ++i)
-    force_[i] = all_.g[0][i] - mass * motion_.a[i];
-  if (!slopes) return force_.allFinite();
-  for (int k = 0; k < p_; ++k)
-    slope_.col(k) = Eigen::Map<const VectorXd>(all_.g_theta[static_cast<std::size_t>(k)], n_);
-  if (q_ > 0 && !carry_slopes()) return false;
-  return force_.allFinite() && slope_.allFinite();
+  const bool bends = slopes && q_ > 0;
+  const int end = bends ? rows_ : marched_;
+  for (int first = bends ? 0 : marched_ - n_; first < end; first += kBlock) {
+    const int last = std::min(first + kBlock, end);
+    load(first, last);
+    if (!afford(last - first) || !block_.evaluate(*model_, last - first, theta.data()))
+      return false;
+    for (int row = first; row < last; ++row) {
+      const int i = row - first, at = row % n_;
+      force_[at] = block_.g[0][i] - mass * motion_.a[at];
+      if (!slopes) continue;
+      for (int k = 0; k < p_; ++k)
+        slope_(at, k) = block_.g_theta[static_cast<std::size_t>(k)][i];
+    }
+    if (bends && !carry_slopes(first, last)) return false;
+    if (last >= std::max(marched_, n_ + 4) &&
+        std::max(bends_.change, bends_.change_before) < kBendsRepeated)
+      break;
+  }
+  return force_.allFinite() && (!slopes || slope_.allFinite());
+}
+
+bool MotionIntegrator::at(std::span<const double> theta, bool slopes) {
+  has_course_ = q_ == 0 || march(theta);
+  return has_course_ && follow(theta, slopes);
 }
 
 }  // namespace shaker::estimator::diagnosis

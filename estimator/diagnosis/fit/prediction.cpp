@@ -143,6 +143,7 @@ void Prediction::go_back() {
 void Prediction::start_beyond(const Prediction& finer, const Prediction& coarser) {
   is_at_ = false;
   if (response_) response_->start_beyond(*finer.response_, *coarser.response_);
+  if (imposed_) imposed_->start_from(*finer.imposed_);
 }
 
 void Prediction::start_from(const Prediction& other) {

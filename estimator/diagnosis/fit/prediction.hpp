@@ -48,8 +48,8 @@ class Prediction {
   // have.
   void start_from(const Prediction& other);
   // Starts the search from an extrapolation of solutions of this run on two coarser grids, with
-  // twice and four times the width: the finer one plus half their difference. Periodic responses
-  // only.
+  // twice and four times the width: the finer one plus half their difference. An imposed motion
+  // starts from the finer one.
   void start_beyond(const Prediction& finer, const Prediction& coarser);
 
   // Stores the present periodic solution; go_back() starts the next search from it.

@@ -1,6 +1,8 @@
 // A smooth force over stroke and velocity, estimated from residuals (remaining_force.hpp).
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Dense>
 
 namespace shaker::estimator::diagnosis {
@@ -18,6 +20,12 @@ struct SurfaceFit {
   double share = 0.0;    // of the residuals' square, nuisances taken out, that it explains
 };
 
+// What the priors of all smoothness make of a reach, kept for fits with the same one.
+struct SeenPriors {
+  Eigen::MatrixXd reach;
+  std::vector<Eigen::MatrixXd> seen;  // reach prior reach^T
+};
+
 class ForceSurface {
  public:
   // The surface covers [low, high] x [-speed, speed]. It is finer about zero velocity, where the
@@ -28,11 +36,12 @@ class ForceSurface {
   // Values of the splines at points, one column for each spline.
   Eigen::MatrixXd splines(const Eigen::VectorXd& stroke, const Eigen::VectorXd& velocity) const;
   // Fits the surface. Its smoothness and size and the noise (of a variance of at least
-  // `least_noise`) come from the residuals.
-  SurfaceFit fit(const SurfaceData& data, double least_noise) const;
+  // `least_noise`) come from the residuals. `known`: of earlier fits of this surface; more are added.
+  SurfaceFit fit(const SurfaceData& data, double least_noise, std::vector<SeenPriors>& known) const;
 
  private:
   Eigen::MatrixXd covariance(double along_stroke, double along_velocity) const;
+  SeenPriors seen_by(const Eigen::MatrixXd& reach) const;
 
   double low_, high_, speed_;
 };

@@ -8,7 +8,6 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
-#include "estimator/diagnosis/force/force_surface.hpp"
 #include "estimator/diagnosis/force/remaining_words.hpp"
 #include "estimator/diagnosis/noise/transient.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
@@ -23,7 +22,6 @@ using Eigen::VectorXd;
 
 constexpr int kCells = 24;        // of the stroke and of the velocity
 constexpr double kLinear = 0.02;  // of the largest force: what grid and linearisation leave open
-constexpr int kLaps = 2;          // of an integration along a cycle: the first forgets how it began
 
 // One run as it was measured, with what the model makes of it there.
 struct Course {
@@ -106,15 +104,12 @@ std::optional<Course> of_cycle(const HarmonicFit& fit, const std::vector<RunDatu
   course.v = table * rate;
   const VectorXd a = table * derivative(rate, datum.frequency_hz);
   VectorXd x;
-  if (!imposed)
-    x = Eigen::Map<const VectorXd>(prediction.response()->excitation().data(), n)
-            .replicate(kLaps, 1);
-  MotionIntegrator integrator(*fit.run_models[r],
-                              Motion{1.0 / (datum.frequency_hz * n), course.u.replicate(kLaps, 1),
-                                     course.v.replicate(kLaps, 1), a.replicate(kLaps, 1), x},
-                              !imposed);
+  if (!imposed) x = Eigen::Map<const VectorXd>(prediction.response()->excitation().data(), n);
+  MotionIntegrator integrator(
+      *fit.run_models[r], Motion{1.0 / (datum.frequency_hz * n), course.u, course.v, a, x, true},
+      !imposed);
   if (!integrator.at(fit.theta)) return std::nullopt;
-  course.slope = columns_of(integrator.slope().bottomRows(n), fit.free);
+  course.slope = columns_of(integrator.slope(), fit.free);
   course.residual = whitened_residual(fit, data, r);
   course.jacobian = whitened_jacobian(fit, data, r, fit.free);
   const MatrixXd reach = imposed ? analysis_matrix(datum.harmonics(), n)
@@ -234,7 +229,8 @@ void put_forces(const MatrixXd& at_cells, const SurfaceFit& fitted, double Force
 
 std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
                                               const std::vector<RunDatum>& data,
-                                              bool errors_of_model) {
+                                              bool errors_of_model,
+                                              std::vector<SeenPriors>& known) {
   std::vector<Course> all;
   try {
     all = courses(fit, data);
@@ -267,7 +263,7 @@ std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
     at += size;
   }
   const MatrixXd slope_means = grid.means(slopes), spline_means = grid.means(splines);
-  const SurfaceFit fitted = surface.fit(seen, errors_of_model ? 1e-4 : 1.0);
+  const SurfaceFit fitted = surface.fit(seen, errors_of_model ? 1e-4 : 1.0, known);
   RemainingForce remaining;
   remaining.cells = grid.cells;
   remaining.share = fitted.share;

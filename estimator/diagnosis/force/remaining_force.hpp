@@ -15,14 +15,15 @@
 
 #include "estimator/diagnosis/diagnosis.hpp"
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/diagnosis/force/force_surface.hpp"
 
 namespace shaker::estimator::diagnosis {
 
 // Estimates the remaining force from the fitted runs. `errors_of_model`: the standard errors
 // include the residual of a model, so the noise may be smaller. Empty for models of several masses,
-// and if no run determines it.
+// and if no run determines it. `known`: from another fit's force of the same campaign, or empty.
 std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
                                               const std::vector<RunDatum>& data,
-                                              bool errors_of_model);
+                                              bool errors_of_model, std::vector<SeenPriors>& known);
 
 }  // namespace shaker::estimator::diagnosis

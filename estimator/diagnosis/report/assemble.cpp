@@ -72,7 +72,7 @@ class Assembler {
     ranking();
     effects();
     kinds();
-    said_.damper = identified_damper(found_, data_, choice_, probabilities_, said_);
+    said_.damper = identified_damper(found_, data_, choice_, probabilities_, said_, known_priors_);
     return std::move(said_);
   }
 
@@ -144,7 +144,7 @@ class Assembler {
     }
     said_.location = locate(before, after, data_);
     if (said_.verdict == Verdict::unexplained)
-      said_.remaining = remaining_force(after_, after_data_, found_.by_gap);
+      said_.remaining = remaining_force(after_, after_data_, found_.by_gap, known_priors_);
     said_.location.share_of_harmonic = share_of_harmonic(before_, data_);
   }
 
@@ -269,6 +269,7 @@ class Assembler {
   const std::vector<RunDatum>& after_data_;  // those that it was fitted to
   Diagnosis said_;
   std::vector<MissingForce> effect_force_;
+  std::vector<SeenPriors> known_priors_;
 };
 
 }  // namespace

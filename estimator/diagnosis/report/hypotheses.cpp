@@ -166,9 +166,10 @@ std::vector<VisitedCell> cells_of(const RemainingForce& remaining) {
 // known. Empty where the force cannot be told.
 std::vector<VisitedCell> left_by(const Hypothesis& h, const Selection& found,
                                  const std::vector<RunDatum>& data, bool chosen,
-                                 const std::optional<RemainingForce>& of_chosen) {
+                                 const std::optional<RemainingForce>& of_chosen,
+                                 std::vector<SeenPriors>& known) {
   if (chosen) return of_chosen ? cells_of(*of_chosen) : std::vector<VisitedCell>();
-  const auto own = remaining_force(*h.fit, h.data ? *h.data : data, found.by_gap);
+  const auto own = remaining_force(*h.fit, h.data ? *h.data : data, found.by_gap, known);
   return own ? cells_of(*own) : std::vector<VisitedCell>();
 }
 
@@ -176,7 +177,7 @@ std::vector<VisitedCell> left_by(const Hypothesis& h, const Selection& found,
 
 IdentifiedDamper identified_damper(const Selection& found, const std::vector<RunDatum>& data,
                                    const Choice& choice, const ModelProbabilities& probabilities,
-                                   const Diagnosis& said) {
+                                   const Diagnosis& said, std::vector<SeenPriors>& known) {
   IdentifiedDamper damper;
   damper.verdict = name(said.verdict);
   const bool explained = said.verdict != Verdict::unexplained;
@@ -198,7 +199,7 @@ IdentifiedDamper identified_damper(const Selection& found, const std::vector<Run
     auto one = described_hypothesis(*hypothesis, found, data, said);
     if (!one) continue;
     one->probability = std::max(share, kLeastShare);
-    if (!explained) one->left = left_by(*hypothesis, found, data, chosen, said.remaining);
+    if (!explained) one->left = left_by(*hypothesis, found, data, chosen, said.remaining, known);
     sum += one->probability;
     damper.hypotheses.push_back(std::move(*one));
   }

@@ -159,6 +159,68 @@ TEST(MotionIntegrator, BeginsFromTheCourseOfASmallerModel) {
   }
 }
 
+// Motion and models of a load path with play and hysteresis.
+Motion cosine(int n, int cycles, bool periodic) {
+  const Eigen::ArrayXd t = Eigen::ArrayXd::LinSpaced(n * cycles, 0.0, cycles - 1.0 / n) * kTwoPi;
+  Motion motion{
+      1.0 / n, 0.01 * t.cos(), -0.01 * kTwoPi * t.sin(), -0.01 * kTwoPi * kTwoPi * t.cos(), {}};
+  motion.periodic = periodic;
+  return motion;
+}
+
+config::ModelSpec hysteresis_behind_play() {
+  using estimator::testing::effect;
+  return estimator::testing::model_of(
+      {effect("viscous_damping"), effect("bouc_wen_hysteresis"), effect("free_play")});
+}
+
+const std::vector<double> kHysteresisBehindPlay = {10.0, 2.0, 1e-3, 0.5, 1.3, 2e-3, 2e4};
+
+// The work of at() from nothing, or from the course of another integrator.
+double work_of(MotionIntegrator& integrator) {
+  const auto budget = std::make_shared<EvaluationBudget>(1.0);
+  integrator.spend(budget);
+  EXPECT_TRUE(integrator.at(kHysteresisBehindPlay));
+  double low = 0.0, high = 1e9;  // shares of the budget's limit
+  while (high - low > 1.0) {
+    const double middle = 0.5 * (low + high);
+    (budget->leaves_less_than(1.0 - middle) ? low : high) = middle;
+  }
+  return high;
+}
+
+// The second cycle is integrated only until it repeats the first: the force and the slopes of the
+// third cycle of a long record, for the work of less than two cycles.
+TEST(MotionIntegrator, EndsACycleWhereItRepeatsTheOneBefore) {
+  const Model model(hysteresis_behind_play());
+  constexpr int kPoints = 1024;
+  MotionIntegrator cycle(model, cosine(kPoints, 1, true), false);
+  MotionIntegrator two(model, cosine(kPoints, 2, false), false);
+  MotionIntegrator record(model, cosine(kPoints, 3, false), false);
+  ASSERT_TRUE(record.at(kHysteresisBehindPlay));
+  EXPECT_LT(work_of(cycle), 0.75 * work_of(two));
+  const Eigen::VectorXd force = record.force().tail(kPoints);
+  EXPECT_LT((cycle.force() - force).norm(), 1e-8 * force.norm());
+  for (int k = 0; k < model.parameter_count(); ++k) {
+    const Eigen::VectorXd slope = record.slope().col(k).tail(kPoints);
+    EXPECT_LT((cycle.slope().col(k) - slope).norm(), 1e-6 * slope.norm()) << k;
+  }
+}
+
+// A grid of twice the points begins with the course of the coarser one, for half the work.
+TEST(MotionIntegrator, BeginsFromTheCourseOnACoarserGrid) {
+  const Model model(hysteresis_behind_play());
+  constexpr int kPoints = 1024;
+  MotionIntegrator coarse(model, cosine(kPoints, 1, true), false);
+  ASSERT_TRUE(coarse.at(kHysteresisBehindPlay));
+  MotionIntegrator fresh(model, cosine(2 * kPoints, 1, true), false);
+  MotionIntegrator begun(model, cosine(2 * kPoints, 1, true), false);
+  begun.begin_from(coarse);
+  EXPECT_LT(work_of(begun), 0.8 * work_of(fresh));
+  EXPECT_LT((begun.force() - fresh.force()).norm(), 1e-8 * fresh.force().norm());
+  EXPECT_LT((begun.slope() - fresh.slope()).norm(), 1e-6 * fresh.slope().norm());
+}
+
 // A campaign on a dynamometer: viscous damping and the presliding friction of a seal.
 TEST(ImposedMotion, NamesTheHysteresisOfADynamometersDamper) {
   std::mt19937_64 source(5);

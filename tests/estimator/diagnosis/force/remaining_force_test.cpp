@@ -74,8 +74,12 @@ RemainingForce remaining_of(const Campaign& campaign, std::vector<double>* theta
   fit = fit_harmonics(model, weighed.data, fit.theta, nullptr, options);
   EXPECT_TRUE(fit.converged);
   if (theta != nullptr) *theta = fit.theta;
-  const auto found = remaining_force(fit, weighed.data, false);
+  std::vector<SeenPriors> known;
+  const auto found = remaining_force(fit, weighed.data, false, known);
   EXPECT_TRUE(found);
+  // The priors that are kept are those of these data.
+  const auto again = remaining_force(fit, weighed.data, false, known);
+  EXPECT_TRUE(found && again && found->share == again->share);
   return found.value_or(RemainingForce{});
 }
 
