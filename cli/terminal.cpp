@@ -107,7 +107,9 @@ char Keys::pressed() const {
 
 void count_interrupts() {
   struct sigaction action {};
-  action.sa_handler = on_interrupt;  // without SA_RESTART: poll returns with EINTR
+  action.sa_handler = on_interrupt;
+  action.sa_flags =
+      SA_RESTART;  // a line that is being printed goes on; poll returns with EINTR all the same
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
 }

@@ -34,7 +34,9 @@ std::vector<Stretch> telling_stretches(const Eigen::VectorXd& moves, double shar
   for (const std::size_t rank : {std::size_t{0}, moving / 2, moving - 1}) {
     const double wanted = sorted[rank].first;
     // The first of those, half a length apart, that have nearly this power.
-    for (const auto& [size, at] : power) {
+    for (const auto& one : power) {
+      const double size = one.first;
+      const Index at = one.second;
       const bool apart = std::all_of(stretches.begin(), stretches.end(), [&](const Stretch& other) {
         return std::abs(at - other.begin) >= length;
       });
