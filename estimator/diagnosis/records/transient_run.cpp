@@ -242,15 +242,15 @@ Sampled sampled_run(const std::string& name, const Recording& r, Prepared p) {
   run->role = r.role;
   if (p.even.interpolated)
     run->notes.push_back(fmt::format(
-        "run {}: its samples are not evenly spaced and were put on an even clock of {:.4g} s",
-        r.name, p.even.dt));
+        "run {}: its samples are not evenly spaced and were put on an even clock of {:.4g} s", name,
+        p.even.dt));
   const bool force = r.kind == Kind::imposed_motion;
   const Index n = samples_for(p);
   const Index raw = p.even.displacement.size();
   if (n < 9 * raw / 10)
-    run->notes.push_back(fmt::format(
-        "run {}: {} samples were decimated to {}: nothing moves above {:.4g} Hz", r.name, raw, n,
-        0.5 * static_cast<double>(p.motion_floor.band) / p.motion.length));
+    run->notes.push_back(
+        fmt::format("run {}: {} samples were decimated to {}: nothing moves above {:.4g} Hz", name,
+                    raw, n, 0.5 * static_cast<double>(p.motion_floor.band) / p.motion.length));
   const CosineTransform grid(n);
   run->start = p.even.start;
   run->dt = p.motion.length / static_cast<double>(n);
@@ -275,7 +275,7 @@ Sampled sampled_run(const std::string& name, const Recording& r, Prepared p) {
     run->notes.push_back(fmt::format(
         "run {}: the {} reaches up to half of the sampling rate, so that its noise "
         "cannot be told from it there: the noise floor may be overstated; sample faster",
-        r.name, force ? "force" : "displacement"));
+        name, force ? "force" : "displacement"));
   return run;
 }
 
