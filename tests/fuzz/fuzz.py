@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -43,6 +44,12 @@ def configure(build):
                        check=True, stdout=subprocess.DEVNULL)
 
 
+def processor_time():
+    """s of the programs that have ended: a target that waited for a core has tried nothing meanwhile."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 class Target:
     def __init__(self, name, seeds, build):
         self.name, self.seeds = name, seeds
@@ -62,16 +69,16 @@ class Target:
                 kept.extractall(self.folder)
 
     def run(self, seconds):
-        """(seconds, inputs tried, findings): a finding ends this target's turn."""
+        """(processor's seconds, inputs tried, findings): a finding ends this target's turn."""
         log = self.findings / f"{self.name}.log"
-        began = time.monotonic()
+        began = processor_time()
         with open(log, "w") as out:
             status = subprocess.run(
                 [self.program, f"-max_total_time={seconds}", "-print_final_stats=1", "-timeout=20",
                  "-rss_limit_mb=2048", f"-artifact_prefix={self.findings / self.name}-", *self.options, self.folder],
                 stdout=out, stderr=out, cwd=self.findings, check=False).returncode
         tried = re.search(r"stat::number_of_executed_units: (\d+)", log.read_text(errors="replace"))
-        return round(time.monotonic() - began), int(tried[1]) if tried else 0, int(status != 0)
+        return round(processor_time() - began), int(tried[1]) if tried else 0, int(status != 0)
 
     def minimise(self):
         """The smallest corpus that reaches as much, into the archive: (files, octets)."""
