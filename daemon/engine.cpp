@@ -110,6 +110,7 @@ void Engine::tick() {
       break;
   }
   if (e.since(e.last_health) >= 1.0) e.publish_health();
+  e.last_tick = e.clock.now();
 }
 
 Result<void> Engine::Impl::admit_run(const config::RunSpec& r) const {

@@ -158,6 +158,7 @@ struct Engine::Impl {
   void halt();
   void begin_check(const std::string& why);
   void tick_check();
+  bool stood_still();
   void wait_for_rest();
   void tick_ramp();
   std::optional<Nanoseconds> must_rest_since();
@@ -328,7 +329,7 @@ struct Engine::Impl {
   estimator::MeasuredCycle outgoing;  // the copy that is handed out; its memory is reused
 
   // documents
-  Nanoseconds last_health{};
+  Nanoseconds last_health{}, last_tick{};
   drivers::SensorHealth sensor_health;
   drivers::StampSource stamps = drivers::StampSource::host_receive;
   struct Said {

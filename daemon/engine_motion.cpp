@@ -60,7 +60,23 @@ void Engine::Impl::begin_check(const std::string& why) {
   enter(State::check, why);
 }
 
+// A program that stood still longer than the exciter's dead-man does not start a table: whoever
+// started the campaign may have gone near it meanwhile.
+bool Engine::Impl::stood_still() {
+  const double gap = since(std::max(last_tick, entered));
+  const double deadman = deadman_s();
+  if (moves_nothing() || !(deadman > 0.0) || !(gap > deadman)) return false;
+  const std::string why = fmt::format(
+      "the daemon stood still for {:.2f} s during the self check, longer than the exciter's "
+      "dead-man of {:.2g} s; find out what held this PC up, and start again",
+      gap, deadman);
+  alarm("error", "stood_still", why);
+  end_at_rest("fail", why);
+  return true;
+}
+
 void Engine::Impl::tick_check() {
+  if (stood_still()) return;
   if (proving) return tick_proof();
   if (since(entered) < kCheckS || since(rest_began) < kCheckS) return;
   RestFacts facts{.now = clock.now(),

@@ -53,6 +53,23 @@ TEST(EngineFaults, AHeartbeatThatCameTooLateIsTheFaultAndNotWhatTheTableThenShow
   EXPECT_EQ(bench.outlet.alarms("heartbeat_late"), 1) << "nothing moves";
 }
 
+TEST(EngineFaults, AProgramThatStoodStillInTheSelfCheckMovesNothing) {
+  EngineBench bench;
+  ASSERT_TRUE(bench.engine.start(bench_campaign()).ok());
+  bench.run(0.3);
+  ASSERT_EQ(bench.engine.state(), State::check);
+  bench.clock.advance(std::chrono::milliseconds(400));
+  bench.run(0.1);
+  ASSERT_EQ(bench.engine.state(), State::check) << "the dead-man takes 0.5 s";
+  bench.clock.advance(std::chrono::milliseconds(510));
+  bench.run(5.0);
+  EXPECT_EQ(bench.engine.state(), State::idle);
+  EXPECT_EQ(bench.outlet.alarms("stood_still"), 1);
+  EXPECT_THAT(last_stop(bench), HasSubstr("longer than the exciter's dead-man of 0.5 s"));
+  ASSERT_TRUE(bench.engine.start(bench_campaign()).ok());
+  EXPECT_TRUE(bench.run_until(State::measure));
+}
+
 TEST(EngineFaults, ADriveThatHasStoppedIsTheFaultAndNotTheTableThatRestsThen) {
   EngineBench bench;
   ASSERT_TRUE(bench.measuring());
