@@ -37,10 +37,14 @@ def targets():
     return found
 
 
+def clang(name):
+    return shutil.which(name) or f"{name}-14"
+
+
 def configure(build):
     if not (build / "build.ninja").exists():
-        subprocess.run(["cmake", "-S", SOURCE, "-B", build, "-G", "Ninja", "-DCMAKE_CXX_COMPILER=clang++",
-                        "-DCMAKE_C_COMPILER=clang", "-DSHAKER_FUZZ=ON", "-DSHAKER_BENCH=OFF"],
+        subprocess.run(["cmake", "-S", SOURCE, "-B", build, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={clang('clang++')}",
+                        f"-DCMAKE_C_COMPILER={clang('clang')}", "-DSHAKER_FUZZ=ON", "-DSHAKER_BENCH=OFF"],
                        check=True, stdout=subprocess.DEVNULL)
 
 
