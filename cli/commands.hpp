@@ -116,6 +116,9 @@ struct MonteCarloCommand {
   long replications = 10000;
   unsigned threads = 0;
   std::uint64_t seed = 1;
+  std::string shard = "1/1";
+  std::filesystem::path keep;                // the part's replications; empty: nowhere
+  std::vector<std::filesystem::path> merge;  // files of parts, in place of a computation
 };
 struct ExportOptions {
   std::filesystem::path campaign;  // a database, or a folder

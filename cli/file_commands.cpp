@@ -356,6 +356,13 @@ void add_monte_carlo(CLI::App& app, Options& o) {
       ->capture_default_str();
   repeating->add_flag("--profile", m.profile, "Profile-likelihood intervals, too");
   add_bias(repeating, m.bias);
+  auto* keep =
+      repeating->add_option("--keep", m.keep, "Write a line of JSON for each into this file");
+  repeating->add_option("--shard", m.shard, "Only this part: 3/7 is the third of seven")
+      ->needs(keep);
+  repeating
+      ->add_option("--merge", m.merge, "The result of files that parts with these options kept")
+      ->excludes(keep);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
+#include "cli/commands/monte_carlo_parts.hpp"
 #include "config/model.hpp"
 #include "estimator/paper/figures.hpp"
 #include "report/text_table.hpp"
@@ -184,7 +185,13 @@ int monte_carlo(const Common& common, const MonteCarloCommand& command) {
   try {
     const est::Model model(chosen->model);
     if (options.truth.empty()) options.truth = model.start();
-    const auto result = est::monte_carlo(model, options);
+    const std::string description = described(model, options);
+    const Shard part = shard_from(command.shard);
+    auto all = command.merge.empty() ? est::replications(model, options, part)
+                                     : merge(options.replications, description, command.merge);
+    if (all && !command.keep.empty()) keep(*all, part, description, command.keep);
+    if (all && part.count > 1) return kOk;
+    const auto result = all ? est::score(model, options, *all) : all.error();
     if (!result) {
       const bool usage = result.error().kind == ErrorKind::invalid;
       return fail(common, usage ? kBadInput : kNegative, result.error().what);
@@ -195,6 +202,8 @@ int monte_carlo(const Common& common, const MonteCarloCommand& command) {
       print(model, options, *result);
     return kOk;
   } catch (const std::invalid_argument& error) {
+    return fail(common, kBadInput, error.what());
+  } catch (const std::runtime_error& error) {
     return fail(common, kBadInput, error.what());
   }
 }

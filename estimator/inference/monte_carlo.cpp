@@ -1,7 +1,6 @@
 #include "estimator/inference/monte_carlo.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <random>
 
@@ -24,16 +23,6 @@ std::vector<int> free_parameters(const Model& model) {
   return free;
 }
 
-// The result of one replication.
-struct Outcome {
-  FitStatus status = FitStatus::not_converged;
-  bool on_bound = false;
-  Correction bias = Correction::none;
-  double noise = 0.0;
-  std::vector<double> theta, error;
-  std::vector<char> inside, inside_profile;
-};
-
 // The workspace of one thread.
 class MonteCarloWorker {
  public:
@@ -48,7 +37,7 @@ class MonteCarloWorker {
         start_(start),
         estimator_(model, exact, options.estimation) {}
 
-  Outcome replicate(long index) {
+  Replication replicate(long index) {
     // The seed depends on the replication, so that the thread has no influence.
     std::seed_seq sequence{static_cast<std::uint32_t>(options_.seed),
                            static_cast<std::uint32_t>(options_.seed >> 32),
@@ -59,7 +48,7 @@ class MonteCarloWorker {
       estimator_.update_run(r, noisy_[r]);
     }
     const Fit& fit = estimator_.fit(start_);
-    Outcome out;
+    Replication out;
     out.status = fit.status;
     out.noise = fit.noise;
     if (fit.status != FitStatus::converged) return out;
@@ -117,12 +106,12 @@ class MonteCarloWorker {
   Estimator estimator_;
 };
 
-void score(const std::vector<Outcome>& outcomes, const std::vector<int>& free,
-           MonteCarloResult& result) {
+void add_up(const std::vector<Replication>& all, const std::vector<int>& free,
+            MonteCarloResult& result) {
   const std::size_t q = free.size();
   std::vector<double> mean(q, 0.0);
   double noise = 0.0, profiles_on_bound = 0.0, held_on_bound = 0.0;
-  for (const Outcome& o : outcomes) {
+  for (const Replication& o : all) {
     if (o.status == FitStatus::undetermined) ++result.undetermined;
     if (o.status != FitStatus::converged) continue;
     ++result.converged;
@@ -144,7 +133,7 @@ void score(const std::vector<Outcome>& outcomes, const std::vector<int>& free,
   for (double& m : mean)
     m /= count;
   result.covariance.assign(q * q, 0.0);
-  for (const Outcome& o : outcomes) {
+  for (const Replication& o : all) {
     if (o.status != FitStatus::converged) continue;
     for (std::size_t k = 0; k < q; ++k) {
       ParameterScore& p = result.parameters[k];
@@ -202,28 +191,19 @@ Result<std::vector<RunData>> exact_data(const Model& model, const std::vector<Ru
   return data;
 }
 
-Result<MonteCarloResult> monte_carlo(const Model& model, const MonteCarloOptions& options) {
-  if (const auto good = check(model, options); !good) return good.error();
-  const auto begun = std::chrono::steady_clock::now();
-  const auto exact = exact_data(model, options.runs, options.truth);
-  if (!exact) return exact.error();
+namespace {
+
+// The bounds, and the error on data without noise. An error where the runs do not determine all.
+Result<MonteCarloResult> without_scatter(const Model& model, const MonteCarloOptions& options,
+                                         const std::vector<RunData>& exact) {
   const std::vector<int> free = free_parameters(model);
   const std::size_t q = free.size();
-  std::vector<double> start = options.start;
-  if (start.empty()) {
-    start = options.truth;
-    for (const int k : free) {
-      const ModelParameter& p = model.parameters()[static_cast<std::size_t>(k)];
-      double& at = start[static_cast<std::size_t>(k)];
-      at = std::clamp(1.05 * at, p.lower, p.upper);
-    }
-  }
   MonteCarloResult result;
   result.replications = options.replications;
 
   EstimationOptions knowing = options.estimation;
   knowing.noise = options.noise;
-  Estimator without_noise(model, *exact, knowing);
+  Estimator without_noise(model, exact, knowing);
   const Fit& fit = without_noise.fit(options.truth);
   if (fit.status != FitStatus::converged)
     return Error{ErrorKind::not_converged, fit.trouble.empty()
@@ -242,17 +222,52 @@ Result<MonteCarloResult> monte_carlo(const Model& model, const MonteCarloOptions
     p.profile_coverage = options.profile ? 0.0 : kNaN;
     result.parameters.push_back(p);
   }
-
-  std::vector<Outcome> outcomes(static_cast<std::size_t>(options.replications));
-  in_parallel(
-      options.replications, options.threads,
-      [&] { return MonteCarloWorker(model, options, *exact, free, start); },
-      [&](MonteCarloWorker& worker, long i) {
-        outcomes[static_cast<std::size_t>(i)] = worker.replicate(i);
-      });
-  score(outcomes, free, result);
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;
+}
+
+}  // namespace
+
+Result<std::vector<Replication>> replications(const Model& model, const MonteCarloOptions& options,
+                                              const Shard& part) {
+  if (const auto good = check(model, options); !good) return good.error();
+  const auto exact = exact_data(model, options.runs, options.truth);
+  if (!exact) return exact.error();
+  if (const auto good = without_scatter(model, options, *exact); !good) return good.error();
+  const std::vector<int> free = free_parameters(model);
+  std::vector<double> start = options.start;
+  if (start.empty()) {
+    start = options.truth;
+    for (const int k : free) {
+      const ModelParameter& p = model.parameters()[static_cast<std::size_t>(k)];
+      double& at = start[static_cast<std::size_t>(k)];
+      at = std::clamp(1.05 * at, p.lower, p.upper);
+    }
+  }
+  const auto first = static_cast<long>(part.index) - 1, every = static_cast<long>(part.count);
+  const long count = std::max(0L, (options.replications - first + every - 1) / every);
+  std::vector<Replication> all(static_cast<std::size_t>(count));
+  in_parallel(
+      count, options.threads, [&] { return MonteCarloWorker(model, options, *exact, free, start); },
+      [&](MonteCarloWorker& worker, long i) {
+        all[static_cast<std::size_t>(i)] = worker.replicate(first + i * every);
+      });
+  return all;
+}
+
+Result<MonteCarloResult> score(const Model& model, const MonteCarloOptions& options,
+                               const std::vector<Replication>& all) {
+  if (const auto good = check(model, options); !good) return good.error();
+  const auto exact = exact_data(model, options.runs, options.truth);
+  if (!exact) return exact.error();
+  auto result = without_scatter(model, options, *exact);
+  if (result) add_up(all, free_parameters(model), *result);
+  return result;
+}
+
+Result<MonteCarloResult> monte_carlo(const Model& model, const MonteCarloOptions& options) {
+  const auto all = replications(model, options);
+  if (!all) return all.error();
+  return score(model, options, *all);
 }
 
 }  // namespace shaker::estimator

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/result.hpp"
+#include "base/shard.hpp"
 #include "estimator/fit/estimation.hpp"
 #include "estimator/inference/second_order.hpp"
 
@@ -39,6 +40,17 @@ struct MonteCarloOptions {
   EstimationOptions estimation;
 };
 
+// One replication. Only a converged one has more than status and noise; the lists have an entry for
+// each free parameter.
+struct Replication {
+  FitStatus status = FitStatus::not_converged;
+  bool on_bound = false;
+  Correction bias = Correction::none;
+  double noise = 0.0;  // estimated standard deviation
+  std::vector<double> theta, error;
+  std::vector<char> inside, inside_profile;  // whether the interval holds the truth
+};
+
 struct ParameterScore {
   int parameter = 0;
   double truth = 0.0;
@@ -65,12 +77,18 @@ struct MonteCarloResult {
   // Replications whose bias was subtracted, and those where it could not be subtracted.
   long bias_taken_off = 0, bias_left_in = 0;
   double noise = 0.0;  // mean of the estimated standard deviations
-  double seconds = 0.0;
 };
 
 // Returns an Error when the options are invalid, when the truth has no periodic solution, or when
 // the runs do not determine all free parameters. Throws std::invalid_argument where Estimator does.
 Result<MonteCarloResult> monte_carlo(const Model& model, const MonteCarloOptions& options);
+
+// The same in two steps, so that the replications can be made in parts: those of a part, in their
+// order, and the result of all options.replications of them, in their order.
+Result<std::vector<Replication>> replications(const Model& model, const MonteCarloOptions& options,
+                                              const Shard& part = {});
+Result<MonteCarloResult> score(const Model& model, const MonteCarloOptions& options,
+                               const std::vector<Replication>& all);
 
 // Noise-free data of a design at the truth, from a solution on at least 1600 points a period.
 Result<std::vector<RunData>> exact_data(const Model& model, const std::vector<RunDesign>& runs,

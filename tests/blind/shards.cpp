@@ -1,6 +1,5 @@
 #include "tests/blind/shards.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <stdexcept>
@@ -12,11 +11,6 @@ namespace shaker::blind {
 namespace {
 
 using Line = nlohmann::json;
-
-bool whole_number(std::string_view text, std::size_t& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() && number > 0;
-}
 
 // JSON has no infinity and no NaN: they are written as text.
 Line number_from(double value) {
@@ -73,18 +67,6 @@ Scored scored_from(const Line& line, const Case& hidden) {
 }
 
 }  // namespace
-
-Shard shard_from(const std::string& text) {
-  Shard shard;
-  const auto slash = text.find('/');
-  if (slash == std::string::npos ||
-      !whole_number(std::string_view(text).substr(0, slash), shard.index) ||
-      !whole_number(std::string_view(text).substr(slash + 1), shard.count) ||
-      shard.index > shard.count)
-    throw std::invalid_argument(
-        fmt::format("\"{}\" is no part of a suite; write 3/7 for the third of seven", text));
-  return shard;
-}
 
 std::vector<Case> cases_of(const std::vector<Case>& all, const Shard& shard) {
   std::vector<Case> some;

@@ -6,17 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "base/shard.hpp"
 #include "tests/blind/suite.hpp"
 
 namespace shaker::blind {
-
-// Part `index` of `count`, from 1 on.
-struct Shard {
-  std::size_t index = 1, count = 1;
-};
-
-// Reads "3/7". Throws std::invalid_argument with a sentence for anything else.
-Shard shard_from(const std::string& text);
 
 // The cases of a part: every count-th one, so that parts take about the same time.
 std::vector<Case> cases_of(const std::vector<Case>& all, const Shard& shard);
