@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 
+#include "estimator/math/simd_math.hpp"
 #include "estimator/time/integration_impl.hpp"
 #include "estimator/time/lane_inverse.hpp"
 
@@ -28,6 +29,55 @@ constexpr std::array<std::array<double, kStages>, kStages> kWeights = {{
 constexpr int kMostNewton = 20;         // steps of a stage
 constexpr double kStageSolved = 1e-10;  // last step of a state over the state's size in all lanes
 
+// to += weight h rate
+SHAKER_SIMD_CLONES void add_rate(int n, double weight, const double* __restrict h,
+                                 const double* __restrict rate, double* __restrict to) {
+  for (int i = 0; i < n; ++i)
+    to[i] += weight * h[i] * rate[i];
+}
+
+// to = base + diagonal h rate
+SHAKER_SIMD_CLONES void set_stage(int n, const double* base, const double* __restrict h,
+                                  const double* __restrict rate, double* to) {
+  for (int i = 0; i < n; ++i)
+    to[i] = base[i] + kDiagonal * h[i] * rate[i];
+}
+
+// to = one - diagonal h slope
+SHAKER_SIMD_CLONES void set_entry(int n, double one, const double* __restrict h,
+                                  const double* __restrict slope, double* __restrict to) {
+  for (int i = 0; i < n; ++i)
+    to[i] = one - kDiagonal * h[i] * slope[i];
+}
+
+// to += slope from
+SHAKER_SIMD_CLONES void add_slope(int n, const double* __restrict slope,
+                                  const double* __restrict from, double* __restrict to) {
+  for (int i = 0; i < n; ++i)
+    to[i] += slope[i] * from[i];
+}
+
+// to = x - y
+SHAKER_SIMD_CLONES void subtract(int n, const double* __restrict x, const double* __restrict y,
+                                 double* __restrict to) {
+  for (int i = 0; i < n; ++i)
+    to[i] = x[i] - y[i];
+}
+
+// Moves a rate, and returns the largest step of its state over the state's largest size.
+SHAKER_SIMD_CLONES double move_rate(int n, const double* __restrict moved,
+                                    const double* __restrict h, const double* __restrict point,
+                                    double* __restrict k) {
+  double largest = 0.0, size = 0.0;
+  for (int i = 0; i < n; ++i) {
+    k[i] += moved[i];
+    const double step = std::fabs(h[i] * moved[i]), state = std::fabs(point[i]);
+    largest = step > largest ? step : largest;
+    size = state > size ? state : size;
+  }
+  return largest > 0.0 ? largest / size : 0.0;
+}
+
 class ImplicitRungeKutta final : public TimeIntegration {
  public:
   ImplicitRungeKutta(const StateEquations& equations, const TimeOptions& options,
@@ -44,6 +94,7 @@ class ImplicitRungeKutta final : public TimeIntegration {
     theta_ = theta.data();
     sensitivities_ = sensitivities;
     stopped_ = false;
+    steps_.fill(2);
     shape(static_cast<int>(arcs.size()));
     plan(arcs);
     begin(arcs);
@@ -162,22 +213,15 @@ class ImplicitRungeKutta final : public TimeIntegration {
   void add_stages(std::size_t stage, const Arrays& from, const std::array<Arrays, kStages>& rates,
                   const Arrays& sum) const {
     for (std::size_t c = 0; c < sum.size(); ++c) {
-      double* __restrict to = sum[c];
-      std::copy_n(from[c], n_, to);
-      for (std::size_t j = 0; j < stage; ++j) {
-        const double weight = kWeights[stage][j];
-        const double* __restrict rate = rates[j][c];
-        for (int i = 0; i < n_; ++i)
-          to[i] += weight * h_[i] * rate[i];
-      }
+      std::copy_n(from[c], n_, sum[c]);
+      for (std::size_t j = 0; j < stage; ++j)
+        add_rate(n_, kWeights[stage][j], h_, rates[j][c], sum[c]);
     }
   }
 
   void add_diagonal(const Arrays& base, const Arrays& rates, const Arrays& sum) const {
-    for (std::size_t c = 0; c < sum.size(); ++c) {
-      for (int i = 0; i < n_; ++i)
-        sum[c][i] = base[c][i] + kDiagonal * h_[i] * rates[c][i];
-    }
+    for (std::size_t c = 0; c < sum.size(); ++c)
+      set_stage(n_, base[c], h_, rates[c], sum[c]);
   }
 
   // Evaluates at `point_`; `matrix_` becomes the inverse of 1 - h diagonal h_s.
@@ -191,12 +235,9 @@ class ImplicitRungeKutta final : public TimeIntegration {
       return false;
     const int m = static_cast<int>(m_);
     for (int r = 0; r < m; ++r) {
-      for (int c = 0; c < m; ++c) {
-        const double* slope = h_s_[static_cast<std::size_t>(r * m + c)];
-        double* entry = matrix_.entry(r, c);
-        for (int i = 0; i < n_; ++i)
-          entry[i] = (r == c ? 1.0 : 0.0) - kDiagonal * h_[i] * slope[i];
-      }
+      for (int c = 0; c < m; ++c)
+        set_entry(n_, r == c ? 1.0 : 0.0, h_, h_s_[static_cast<std::size_t>(r * m + c)],
+                  matrix_.entry(r, c));
     }
     return matrix_.invert(n_);
   }
@@ -208,54 +249,47 @@ class ImplicitRungeKutta final : public TimeIntegration {
     const Arrays& before = stage > 0 ? k_of_[stage - 1] : k_of_.back();
     for (std::size_t j = 0; j < m_; ++j)
       std::copy_n(before[j], n_, k[j]);
-    bool solved = false;
-    for (int step = 0; step < kMostNewton && !solved; ++step) {
+    // The last look of Newton's method has the derivatives that the sensitivities need: it is the
+    // same one as a step before, mostly.
+    bool solved = false, derivatives = false;
+    for (int step = 1; step <= kMostNewton && !solved; ++step) {
       add_diagonal(base_, k, point_);
-      if (!linearise(false)) {
+      derivatives = sensitivities_ && step >= steps_[stage];
+      if (!linearise(derivatives)) {
         *inadmissible = true;
         return false;
       }
-      for (std::size_t j = 0; j < m_; ++j) {
-        for (int i = 0; i < n_; ++i)
-          residual_[j][i] = rate_[j][i] - k[j][i];
-      }
+      for (std::size_t j = 0; j < m_; ++j)
+        subtract(n_, rate_[j], k[j], residual_[j]);
       solved = true;
       for (std::size_t j = 0; j < m_; ++j) {
         matrix_.times(n_, static_cast<int>(j), residual_.data(), 1, 1.0, moved_[j]);
-        double largest = 0.0, size = 0.0;
-        for (int i = 0; i < n_; ++i) {
-          k[j][i] += moved_[j][i];
-          largest = std::max(largest, std::fabs(h_[i] * moved_[j][i]));
-          size = std::max(size, std::fabs(point_[j][i]));
-        }
-        solved = solved && largest <= kStageSolved * size;
+        if (!(move_rate(n_, moved_[j], h_, point_[j], k[j]) <= kStageSolved)) solved = false;
       }
+      if (solved) steps_[stage] = step;
     }
     if (!solved) return false;
     add_diagonal(base_, k, point_);
-    if (sensitivities_ && !differentiate(stage)) {
+    if (!sensitivities_) return true;
+    if (!derivatives && !linearise(true)) {
       *inadmissible = true;
       return false;
     }
+    differentiate(stage);
     return true;
   }
 
-  bool differentiate(std::size_t stage) {
-    if (!linearise(true)) return false;
+  void differentiate(std::size_t stage) {
     add_stages(stage, s_, dk_of_, s_base_);
     for (std::size_t r = 0; r < m_; ++r) {
       for (std::size_t k = 0; k < k_; ++k) {
-        double* __restrict to = s_rate_[r * k_ + k];
+        double* to = s_rate_[r * k_ + k];
         if (k >= m_)
           std::copy_n(h_theta_[r * p_ + static_cast<std::size_t>(free_[k - m_])], n_, to);
         else
           std::fill_n(to, n_, 0.0);
-        for (std::size_t j = 0; j < m_; ++j) {
-          const double* __restrict slope = h_s_[r * m_ + j];
-          const double* __restrict from = s_base_[j * k_ + k];
-          for (int i = 0; i < n_; ++i)
-            to[i] += slope[i] * from[i];
-        }
+        for (std::size_t j = 0; j < m_; ++j)
+          add_slope(n_, h_s_[r * m_ + j], s_base_[j * k_ + k], to);
       }
     }
     Arrays& dk = dk_of_[stage];
@@ -265,7 +299,6 @@ class ImplicitRungeKutta final : public TimeIntegration {
                       dk[r * k_ + k]);
     }
     add_diagonal(s_base_, dk, s_base_);
-    return true;
   }
 
   void write(std::span<Arc> arcs, std::size_t node) const {
@@ -284,7 +317,8 @@ class ImplicitRungeKutta final : public TimeIntegration {
   std::size_t m_, p_, k_;
   const double* theta_ = nullptr;
   bool sensitivities_ = false;
-  bool stopped_ = false;  // not afforded any longer
+  bool stopped_ = false;                              // not afforded any longer
+  std::array<int, kStages> steps_ = {2, 2, 2, 2, 2};  // of Newton's method, a step before
   int n_ = 0;
   std::size_t stride_ = 0;
   std::vector<int> substeps_;

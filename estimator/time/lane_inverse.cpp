@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/math/simd_math.hpp"
+
 namespace shaker::estimator {
 namespace {
 
@@ -11,6 +13,39 @@ constexpr double kSingular = 1e-14;  // smallest pivot, relative to the matrix's
 
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
+}
+
+// False where a pivot is too small beside an entry of its column.
+SHAKER_SIMD_CLONES bool exceeds(int n, const double* __restrict pivot,
+                                const double* __restrict below) {
+  int small = 0;
+  for (int i = 0; i < n; ++i)
+    small += std::fabs(pivot[i]) >= kPivot * std::fabs(below[i]) ? 0 : 1;
+  return small == 0;
+}
+
+// False where one is 0.
+SHAKER_SIMD_CLONES bool reciprocals(int n, double* __restrict x) {
+  int none = 0;
+  for (int i = 0; i < n; ++i) {
+    none += x[i] == 0.0 ? 1 : 0;
+    x[i] = 1.0 / x[i];
+  }
+  return none == 0;
+}
+
+// x *= sign y
+SHAKER_SIMD_CLONES void scale(int n, double sign, const double* __restrict y,
+                              double* __restrict x) {
+  for (int i = 0; i < n; ++i)
+    x[i] *= sign * y[i];
+}
+
+// z += sign x y
+SHAKER_SIMD_CLONES void add_product(int n, double sign, const double* __restrict x,
+                                    const double* __restrict y, double* __restrict z) {
+  for (int i = 0; i < n; ++i)
+    z[i] += sign * x[i] * y[i];
 }
 
 }  // namespace
@@ -45,33 +80,20 @@ bool LaneInverse::invert(int n) {
 
 bool LaneInverse::eliminate(int n) {
   for (int k = 0; k < size_; ++k) {
-    double* __restrict pivot = entry(k, k);
+    double* pivot = entry(k, k);
     for (int d = 0; d < size_; ++d) {
-      const double* __restrict below = entry(d, k);
-      for (int i = 0; d != k && i < n; ++i) {
-        if (!(std::fabs(pivot[i]) >= kPivot * std::fabs(below[i]))) return false;
-      }
+      if (d != k && !exceeds(n, pivot, entry(d, k))) return false;
     }
-    if (std::any_of(pivot, pivot + n, [](double x) { return x == 0.0; })) return false;
-    for (int i = 0; i < n; ++i)
-      pivot[i] = 1.0 / pivot[i];
+    if (!reciprocals(n, pivot)) return false;
     for (int e = 0; e < size_; ++e) {
-      double* __restrict right = entry(k, e);
-      for (int i = 0; e != k && i < n; ++i)
-        right[i] *= pivot[i];
+      if (e != k) scale(n, 1.0, pivot, entry(k, e));
     }
     for (int d = 0; d < size_; ++d) {
       if (d == k) continue;
-      double* __restrict below = entry(d, k);
       for (int e = 0; e < size_; ++e) {
-        if (e == k) continue;
-        double* __restrict other = entry(d, e);
-        const double* __restrict right = entry(k, e);
-        for (int i = 0; i < n; ++i)
-          other[i] -= below[i] * right[i];
+        if (e != k) add_product(n, -1.0, entry(d, k), entry(k, e), entry(d, e));
       }
-      for (int i = 0; i < n; ++i)
-        below[i] *= -pivot[i];
+      scale(n, -1.0, pivot, entry(d, k));
     }
   }
   return true;
@@ -121,14 +143,9 @@ void LaneInverse::substitute() {
 
 void LaneInverse::times(int n, int row, double* const* columns, int apart, double sign,
                         double* out) const {
-  double* __restrict to = out;
-  std::fill_n(to, n, 0.0);
-  for (int d = 0; d < size_; ++d) {
-    const double* __restrict inverse = entry(row, d);
-    const double* __restrict column = columns[d * apart];
-    for (int i = 0; i < n; ++i)
-      to[i] += sign * inverse[i] * column[i];
-  }
+  std::fill_n(out, n, 0.0);
+  for (int d = 0; d < size_; ++d)
+    add_product(n, sign, entry(row, d), columns[d * apart], out);
 }
 
 }  // namespace shaker::estimator

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int kNewtonSteps = 12;   // for effects that are not linear in acceleration
 constexpr double kSolved = 1e-13;  // change of q, relative, at which Newton has converged
-constexpr int kProbes = 3;         // states at which derivatives_know_accelerations() evaluates
+constexpr int kProbes = 3;         // states at which derivatives_know_rates() evaluates
 
 std::size_t index(int i) {
   return static_cast<std::size_t>(i);
@@ -34,6 +35,24 @@ SHAKER_SIMD_CLONES bool over_inertia(int n, const double* __restrict g_a, double
       other[i] = over[i] * one[i];
   }
   return none == 0;
+}
+
+// q += change; raises `largest` to the largest change, `size` to the largest |q|. False where a q is
+// not finite.
+SHAKER_SIMD_CLONES bool move_unknown(int n, const double* __restrict change, double* __restrict q,
+                                     double& largest, double& size) {
+  double moved = largest, widest = size;
+  int wild = 0;
+  for (int i = 0; i < n; ++i) {
+    q[i] += change[i];
+    const double step = std::fabs(change[i]), value = std::fabs(q[i]);
+    moved = step > moved ? step : moved;
+    widest = value > widest ? value : widest;
+    wild += value < std::numeric_limits<double>::infinity() ? 0 : 1;
+  }
+  largest = moved;
+  size = widest;
+  return wild == 0;
 }
 
 }  // namespace
@@ -71,12 +90,13 @@ void StateEquations::find_kinds() {
   for (int e = 0; e < c; ++e) {
     if (velocity_of(e) >= 0) names_.push_back(names_[index(e)] + "'");
   }
-  once_ = states_ == 2 * c && !derivatives_know_accelerations();
+  once_ = !derivatives_know_rates();
 }
 
-// Tests if the model's derivatives change with the accelerations, at its start parameters in some
-// states near rest. Returns true also if such a state is inadmissible.
-bool StateEquations::derivatives_know_accelerations() const {
+// Tests if the model's derivatives change with the accelerations, or with the rates of coordinates
+// without mass, at its start parameters in some states near rest. Returns true also if such a state
+// is inadmissible.
+bool StateEquations::derivatives_know_rates() const {
   const int c = coordinates_;
   Workspace work;
   reserve(1, work);
@@ -84,11 +104,12 @@ bool StateEquations::derivatives_know_accelerations() const {
   const double x = 0.0;
   for (int probe = 0; probe < kProbes; ++probe) {
     std::vector<double> first;
-    for (int side = 0; side < 2; ++side) {
+    for (const int side : {0, 1, -1}) {
       for (int e = 0; e < c; ++e) {
+        const double unknown = side * (0.7 + 0.3 * e);
         *work.at.u[index(e)] = model_.rest(e) + 1e-3 * (probe + e);
-        *work.at.v[index(e)] = 0.1 * (probe - 1) + 0.02 * e;
-        *work.at.a[index(e)] = side == 0 ? 0.0 : 0.7 + 0.3 * e;
+        *work.at.v[index(e)] = velocity_of(e) >= 0 ? 0.1 * (probe - 1) + 0.02 * e : unknown;
+        *work.at.a[index(e)] = unknown;
       }
       if (!work.at.evaluate(model_, 1, theta.data(), &x)) return true;
       std::vector<double> now;
@@ -96,7 +117,7 @@ bool StateEquations::derivatives_know_accelerations() const {
         for (const double* array : *arrays)
           now.push_back(*array);
       }
-      if (side == 1 && now != first) return true;
+      if (side != 0 && now != first) return true;
       first = std::move(now);
     }
   }
@@ -139,12 +160,7 @@ bool StateEquations::solve_lanes(int n, Workspace& work, double* largest, double
     double* change = work.change.data();
     work.inverse.times(n, e, work.at.g.data(), 1, -1.0, change);
     double* q = velocity_of(e) >= 0 ? work.at.a[index(e)] : work.at.v[index(e)];
-    for (int i = 0; i < n; ++i) {
-      q[i] += change[i];
-      *largest = std::max(*largest, std::fabs(change[i]));
-      *scale = std::max(*scale, std::fabs(q[i]));
-    }
-    if (std::any_of(q, q + n, [](double x) { return !std::isfinite(x); })) return false;
+    if (!move_unknown(n, change, q, *largest, *scale)) return false;
   }
   return true;
 }
@@ -207,7 +223,7 @@ bool StateEquations::rates(int n, const double* const* s, const double* x, const
   const bool slopes = h_theta != nullptr;
   if (!evaluate(n, s, x, theta, slopes, work)) return false;
 
-  if (c == 1 && once_) return single_rates(n, s, work, rate, h_s, h_theta);
+  if (c == 1 && states_ == 2 && once_) return single_rates(n, s, work, rate, h_s, h_theta);
 
   double change = 0.0, scale = 0.0;
   for (int step = 0; step < kNewtonSteps; ++step) {

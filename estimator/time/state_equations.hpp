@@ -61,7 +61,7 @@ class StateEquations {
 
  private:
   void find_kinds();
-  bool derivatives_know_accelerations() const;
+  bool derivatives_know_rates() const;
   bool evaluate(int n, const double* const* s, const double* x, const double* theta, bool slopes,
                 Workspace& work) const;
   bool solve_lanes(int n, Workspace& work, double* largest, double* scale) const;
