@@ -196,7 +196,7 @@ bool FitData::start_from_data(std::size_t r, PeriodicSystem& system, double shar
     for (std::size_t t = 0; t < terms; ++t)
       sum += table[t] * run.coefficients[t];
     double& z = state[i * coordinates + static_cast<std::size_t>(model.observed())];
-    z += share * (sum - z);
+    z = share < 1.0 ? z + share * (sum - z) : sum;  // the whole way: no trace of a fit before
   }
   return true;
 }
