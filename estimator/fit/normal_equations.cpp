@@ -138,31 +138,19 @@ bool NormalEquations::stays_inside(const std::vector<double>& theta, double lamb
 template <int Most>
 bool NormalEquations::box_minimum_step(const std::vector<double>& theta, double lambda) {
   const auto q = static_cast<Eigen::Index>(data.free.size());
-  BoxVector<Most> scale(q), b(q), lower(q), upper(q), x(q);
+  BoxVector<Most> right(q), lower(q), upper(q), x(q);
   BoxMatrix<Most> a(q, q);
   for (Eigen::Index k = 0; k < q; ++k) {
     const auto at = static_cast<std::size_t>(k);
     const ModelParameter& p = data.model.parameters()[data.free[at]];
-    const double diagonal = gram[at * data.free.size() + at];
-    scale[k] = diagonal > 0.0 ? std::sqrt(diagonal) : 1.0;
-    b[k] = gradient[at] / scale[k];
-    lower[k] = pinned[at] ? 0.0 : (p.lower - theta[data.free[at]]) * scale[k];
-    upper[k] = pinned[at] ? 0.0 : (p.upper - theta[data.free[at]]) * scale[k];
+    right[k] = gradient[at];
+    lower[k] = pinned[at] ? 0.0 : p.lower - theta[data.free[at]];
+    upper[k] = pinned[at] ? 0.0 : p.upper - theta[data.free[at]];
     for (Eigen::Index l = 0; l <= k; ++l)
-      a(k, l) = a(l, k) =
-          gram[at * data.free.size() + static_cast<std::size_t>(l)] / (scale[k] * scale[l]);
-    a(k, k) *= 1.0 + lambda;
+      a(k, l) = a(l, k) = gram[at * data.free.size() + static_cast<std::size_t>(l)];
   }
-  if (!box_minimum<Most>(a, b, lower, upper, kLeastPivot, x)) return false;
-  for (Eigen::Index k = 0; k < q; ++k) {
-    const auto at = static_cast<std::size_t>(k);
-    const ModelParameter& p = data.model.parameters()[data.free[at]];
-    const double now = theta[data.free[at]];
-    delta[at] = x[k] <= lower[k]   ? p.lower - now
-                : x[k] >= upper[k] ? p.upper - now
-                                   : x[k] / scale[k];
-    if (pinned[at]) delta[at] = 0.0;
-  }
+  if (!damped_box_step<Most>(a, right, lower, upper, lambda, kLeastPivot, x)) return false;
+  std::copy(x.begin(), x.end(), delta.begin());
   return true;
 }
 
