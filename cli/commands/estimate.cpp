@@ -195,7 +195,7 @@ struct Beside {
   std::optional<estimator::Minima> searched;
   std::optional<estimator::Posterior> sampled;
   std::vector<ValueInRun> in_runs;
-  std::vector<AreaAtKnot> pin;
+  std::vector<estimator::AreaAtKnot> pin;
 };
 
 nlohmann::ordered_json grid_json(const estimator::AccurateEstimator& grids) {
@@ -307,7 +307,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
     document.campaign = input->campaign;
     document.clock = "recorded";
     beside.in_runs = values_in_runs(*own, *input, *estimate);
-    beside.pin = pin_areas(input->model, *estimate);
+    beside.pin = estimator::pin_areas(input->model, *estimate);
     if (common.json)
       print_json(document, options, *input, model, fitted, beside);
     else
