@@ -52,7 +52,7 @@ struct BatchEstimator::Worker {
   unsigned finish_batch(unsigned arrived);
   bool step_lane(std::size_t lane);
   void judge_lane(std::size_t lane);
-  void normal_equations_of(std::size_t lane);
+  void equations_of(std::size_t lane);
   bool finish_lane(std::size_t lane);
   void store(std::size_t record) const;
   bool is(unsigned mask, std::size_t lane) const { return (mask >> lane & 1U) != 0; }
@@ -324,7 +324,7 @@ unsigned BatchEstimator::Worker::finish_batch(unsigned lanes) {
   return done;
 }
 
-void BatchEstimator::Worker::normal_equations_of(std::size_t lane) {
+void BatchEstimator::Worker::equations_of(std::size_t lane) {
   const std::size_t size = 1 + impl.fit.theta.size();
   const double* product = pack->products.data() + lane;
   for (std::size_t k = 0; k < size; ++k) {
@@ -338,7 +338,7 @@ bool BatchEstimator::Worker::step_lane(std::size_t lane) {
   const double* theta = level().theta() + lane;
   for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
     impl.fit.theta[k] = theta[kLanes * k];
-  normal_equations_of(lane);
+  equations_of(lane);
   if (!impl.equations.step(impl.fit.theta, 0.0)) return false;
   for (std::size_t k = 0; k < impl.equations.delta_full.size(); ++k)
     pack->delta[kLanes * k + lane] = impl.equations.delta_full[k];
@@ -366,7 +366,7 @@ void BatchEstimator::Worker::judge_lane(std::size_t lane) {
 
 bool BatchEstimator::Worker::finish_lane(std::size_t lane) {
   if (lane >= records) return true;
-  normal_equations_of(lane);
+  equations_of(lane);
   for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
     impl.fit.theta[k] = pack->fine.theta()[kLanes * k + lane];
   double sum = 0.0;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/fit/normal_equations.hpp"
+#include "estimator/fit/gauss_newton_equations.hpp"
 #include "estimator/fit/periodic_solutions.hpp"
 
 namespace shaker::estimator {
@@ -31,7 +31,7 @@ class LiftedProgress {
 struct Search {
   FitData& data;
   PeriodicSolutions& solutions;
-  NormalEquations& equations;
+  GaussNewtonEquations& equations;
   Fit& fit;
 
   // Sums the normal equations from the present linearisation of the single systems.
