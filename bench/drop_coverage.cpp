@@ -41,13 +41,6 @@ using estimator::IdentifiedDamper;
 constexpr const char* kFigures[] = {"peak_load", "peak_stroke", "efficiency"};
 constexpr double kSpeeds[] = {1.0, 2.0, 3.0};
 
-std::size_t figure_index(std::string_view name) {
-  for (std::size_t f = 0; f < estimator::kDropFigureCount; ++f) {
-    if (estimator::kDropFigures[f].name == name) return f;
-  }
-  throw std::logic_error("no such figure");
-}
-
 struct Row {
   std::string label, kind, verdict, figure;
   double speed = 0.0, truth = 0.0;
@@ -162,7 +155,7 @@ std::vector<Row> rows_of(const blind::Case& hidden, const Settings& settings) {
         damper ? known(*damper, hidden, speed) : std::optional<estimator::DropSurrogate>();
     const double truths[] = {truth.peak_load, truth.peak_stroke, truth.efficiency};
     for (std::size_t k = 0; k < std::size(kFigures); ++k) {
-      const std::size_t f = figure_index(kFigures[k]);
+      const std::size_t f = estimator::figure_called(kFigures[k]);
       Row row;
       row.label = hidden.label();
       row.kind = hidden.kind;

@@ -2,8 +2,6 @@
 
 #include <string_view>
 
-#include "estimator/time/drop.hpp"
-
 namespace shaker::cli {
 
 std::string figure_unit(std::size_t figure, const std::string& length, bool newton) {
@@ -23,13 +21,6 @@ std::string figure_label(std::size_t figure, bool newton) {
   if (const auto at = label.find(kPerMass); newton && at != std::string::npos)
     label.erase(at, kPerMass.size());
   return label;
-}
-
-std::size_t figure_called(std::string_view name) {
-  std::size_t figure = 0;
-  while (figure < estimator::kDropFigureCount && name != estimator::kDropFigures[figure].name)
-    ++figure;
-  return figure;
 }
 
 bool is_gear_figure(std::size_t figure) {

@@ -5,15 +5,16 @@
 #include <string>
 #include <string_view>
 
+#include "estimator/time/drop.hpp"
+
 namespace shaker::cli {
+
+using estimator::figure_called;
 
 // `figure`: an index of estimator::kDropFigures. `length`: the model's length unit. `newton`: the
 // mass is known, so that loads are in N and energies in J; else both are per mass.
 std::string figure_unit(std::size_t figure, const std::string& length, bool newton);
 std::string figure_label(std::size_t figure, bool newton);
-
-// The index of the figure with that name; kDropFigureCount if there is none.
-std::size_t figure_called(std::string_view name);
 
 // Whether a figure belongs to a gear with a tyre.
 bool is_gear_figure(std::size_t figure);

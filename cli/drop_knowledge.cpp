@@ -1,6 +1,5 @@
 #include "cli/drop_knowledge.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -13,7 +12,7 @@
 #include "cli/estimation_input.hpp"
 #include "cli/opened_campaign.hpp"
 #include "config/model.hpp"
-#include "estimator/fit/estimation.hpp"
+#include "estimator/fit/run_comparison.hpp"
 #include "estimator/inference/second_order.hpp"
 #include "estimator/model/run_models.hpp"
 #include "report/estimate_document.hpp"
@@ -42,22 +41,6 @@ Result<protocol::EstimateDocument> read_estimate(const std::filesystem::path& fi
   return estimate;
 }
 
-// Finds the largest stroke and speed in the fitted runs.
-void find_range(const estimator::Model& model, const estimator::Estimator& fitted,
-                DropKnowledge& out) {
-  double fastest = 0.0, deepest = -std::numeric_limits<double>::infinity();
-  for (const auto& system : fitted.solutions()) {
-    const int n = system.points(), c = model.observed();
-    for (int i = 0; i < n; ++i) {
-      const double next = system.value((i + 1) % n, c), last = system.value((i + n - 1) % n, c);
-      fastest = std::max(fastest, std::fabs(next - last) * 0.5 * n * system.frequency());
-      deepest = std::max(deepest, system.value(i, c));
-    }
-  }
-  out.fastest = fastest;
-  out.deepest = deepest;
-}
-
 // What is known before the estimate is put into the model.
 struct KnownBefore {
   config::ModelSpec spec;
@@ -80,7 +63,9 @@ Result<KnownBefore> fitted_now(const DropOptions& options, DropKnowledge& out) {
   const auto& fit = fitted.fit(model.start());
   if (fit.status == estimator::FitStatus::no_solution)
     return Error{ErrorKind::not_converged, fit.trouble};
-  find_range(model, fitted, out);
+  const auto motion = estimator::motion_of_runs(fitted, model);
+  out.fastest = motion.fastest;
+  out.deepest = motion.deepest;
   known.estimate = report::to_document(estimator::published(fitted, model));
   return known;
 }

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
 #include "base/unit.hpp"
 #include "cli/csv.hpp"
-#include "cli/drop_figures.hpp"
 #include "cli/model_units.hpp"
 
 namespace shaker::cli {
@@ -16,8 +14,6 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr double kQuantileOf95 = 1.959964;
-constexpr double kNotComparable = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kFewestDropSamples = 10;
 
 Error measured_refused(const std::filesystem::path& file, const std::string& why) {
@@ -51,109 +47,6 @@ Result<double> drop_factor(const CsvTable& table, const std::filesystem::path& f
                             "in kg, with --mass");
   return column_factor(table, file.string(), column, channel, units, std::nullopt);
 }
-
-double energy_of(const MeasuredDrop& drop, std::size_t end) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < end; ++i)
-    sum += 0.5 * (drop.load[i] + drop.load[i + 1]) * (drop.stroke[i + 1] - drop.stroke[i]);
-  return sum;
-}
-
-std::size_t top_index(const std::vector<double>& values) {
-  return static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
-}
-
-// The largest value of samples: the top of the parabola through it and its neighbours.
-void find_peak(const std::vector<double>& t, const std::vector<double>& values, double& peak,
-               double& time) {
-  const std::size_t i = top_index(values);
-  peak = values[i];
-  time = t[i];
-  if (i == 0 || i + 1 >= values.size()) return;
-  const double h1 = t[i] - t[i - 1], h2 = t[i + 1] - t[i];
-  const double d1 = (values[i] - values[i - 1]) / h1, d2 = (values[i + 1] - values[i]) / h2;
-  const double bend = (d2 - d1) / (h1 + h2);  // half the second derivative
-  const double slope = (d1 * h2 + d2 * h1) / (h1 + h2);
-  if (!(bend < 0.0)) return;
-  const double shift = std::clamp(-0.5 * slope / bend, -h1, h2);
-  peak += slope * shift + bend * shift * shift;
-  time += shift;
-}
-
-double linear_at(const std::vector<double>& t, const std::vector<double>& values, double at) {
-  const auto above = std::upper_bound(t.begin(), t.end(), at);
-  const auto i = static_cast<std::size_t>(
-      std::clamp<std::ptrdiff_t>(above - t.begin(), 1, static_cast<std::ptrdiff_t>(t.size()) - 1));
-  const double share = (at - t[i - 1]) / (t[i] - t[i - 1]);
-  return values[i - 1] + share * (values[i] - values[i - 1]);
-}
-
-class Comparer {
- public:
-  Comparer(const MeasuredDrop& measured, const PredictedDrop& predicted)
-      : m_(measured), p_(predicted) {}
-
-  Result<MeasuredComparison> run() {
-    double peak = 0.0, time = 0.0;
-    if (!m_.stroke.empty()) {
-      if (top_index(m_.stroke) + 1 == m_.stroke.size())
-        return Error{ErrorKind::invalid,
-                     "the measured stroke is still growing at its end: the drop does not turn; "
-                     "give a longer record"};
-      find_peak(m_.t, m_.stroke, peak, time);
-      add("peak_stroke", peak);
-      add("time_of_peak_stroke", time);
-    }
-    if (!m_.load.empty()) {
-      find_peak(m_.t, m_.load, peak, time);
-      add("peak_load", peak);
-      add("time_of_peak_load", time);
-    }
-    if (!m_.acceleration.empty()) {
-      find_peak(m_.t, m_.acceleration, peak, time);
-      add("peak_deceleration", peak);
-      if (m_.load.empty()) add("time_of_peak_load", time);
-    }
-    if (!m_.stroke.empty() && !m_.load.empty())
-      add("energy_absorbed", energy_of(m_, top_index(m_.stroke)));
-    const double carried = p_.figures[figure_called("peak_load")].value -
-                           p_.figures[figure_called("peak_deceleration")].value;
-    count("stroke", m_.stroke, p_.band.stroke_lower, p_.band.stroke_upper, 0.0);
-    count("load", m_.load, p_.band.load_lower, p_.band.load_upper, 0.0);
-    count("acceleration", m_.acceleration, p_.band.load_lower, p_.band.load_upper, carried);
-    return out_;
-  }
-
- private:
-  void add(const char* name, double measured) {
-    const std::size_t figure = figure_called(name);
-    const auto& predicted = p_.figures[figure];
-    const double error = 0.5 * (predicted.upper - predicted.lower) / kQuantileOf95;
-    const double off = predicted.value - measured;
-    out_.figures.push_back({figure, measured, predicted.value,
-                            measured != 0.0 ? 100.0 * off / measured : kNotComparable,
-                            error > 0.0 ? off / error : kNotComparable});
-  }
-
-  // `carried`: what a load holds more than an acceleration does.
-  void count(const char* channel, const std::vector<double>& values,
-             const std::vector<double>& lower, const std::vector<double>& upper, double carried) {
-    if (values.empty() || lower.empty()) return;
-    MeasuredComparison::InBand in = {channel, 0, 0};
-    for (std::size_t i = 0; i < values.size() && m_.t[i] <= p_.band.t.back(); ++i) {
-      const double value = values[i] + carried;
-      ++in.points;
-      if (value >= linear_at(p_.band.t, lower, m_.t[i]) &&
-          value <= linear_at(p_.band.t, upper, m_.t[i]))
-        ++in.inside;
-    }
-    out_.in_band.push_back(std::move(in));
-  }
-
-  const MeasuredDrop& m_;
-  const PredictedDrop& p_;
-  MeasuredComparison out_;
-};
 
 }  // namespace
 
@@ -190,16 +83,11 @@ Result<MeasuredDrop> read_measured_drop(const std::filesystem::path& file,
   return drop;
 }
 
-Result<MeasuredComparison> compare_drop(const MeasuredDrop& measured,
-                                        const PredictedDrop& predicted) {
-  return Comparer(measured, predicted).run();
-}
-
 std::vector<std::vector<std::string>> comparison_rows(const MeasuredComparison& comparison,
                                                       const ComparisonWords& words) {
   std::vector<std::vector<std::string>> rows = {
       {"figure", "measured", "predicted", "error", "standard errors", "unit"}};
-  for (const ComparedFigure& one : comparison.figures) {
+  for (const estimator::ComparedFigure& one : comparison.figures) {
     const double k = words.scale[one.figure];
     rows.push_back(
         {words.label[one.figure], fmt::format("{:.6g}", k * one.measured),
@@ -223,7 +111,7 @@ std::vector<std::string> band_sentences(const MeasuredComparison& comparison) {
 
 OrderedJson comparison_json(const MeasuredComparison& comparison, const ComparisonWords& words) {
   OrderedJson figures = OrderedJson::array(), in_band = OrderedJson::object();
-  for (const ComparedFigure& one : comparison.figures) {
+  for (const estimator::ComparedFigure& one : comparison.figures) {
     const double k = words.scale[one.figure];
     OrderedJson entry = {{"name", estimator::kDropFigures[one.figure].name},
                          {"unit", words.unit[one.figure]},

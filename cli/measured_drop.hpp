@@ -1,5 +1,5 @@
-// A measured drop beside its prediction: errors of peak, time and energy, in per cent and in standard
-// errors of the prediction, and the share of the points that lie in the band.
+// A measured drop beside its prediction (estimator/time/measured_drop.hpp): its file, and what is said
+// of the comparison.
 #pragma once
 
 #include <filesystem>
@@ -9,53 +9,19 @@
 #include <nlohmann/json.hpp>
 
 #include "base/result.hpp"
-#include "estimator/time/drop.hpp"
-#include "estimator/time/drop_mixture.hpp"
+#include "estimator/time/measured_drop.hpp"
 
 namespace shaker::cli {
 
-// Columns of equal length, in the model's units; those that were not measured are empty.
-struct MeasuredDrop {
-  std::vector<double> t;             // s after touch-down
-  std::vector<double> stroke, load;  // load per mass above the damper
-  std::vector<double> acceleration;  // of that mass, upwards, -g in free fall
-};
+using estimator::MeasuredComparison;
+using estimator::MeasuredDrop;
+using estimator::PredictedDrop;
 
 // Reads t and any of stroke, load and acceleration. `mass`: above the damper, kg; 0: not known, and
 // a load in N is refused. Samples before touch-down (t < 0) are left out. An Error names file,
 // column and remedy.
 Result<MeasuredDrop> read_measured_drop(const std::filesystem::path& file,
                                         const std::string& length_unit, double mass);
-
-// A prediction as it is compared. `band` may be empty. Figures: value and 95 % interval of each of
-// kDropFigures.
-struct PredictedDrop {
-  const estimator::DropHistory* history = nullptr;
-  estimator::HistoryBand band;
-  struct Figure {
-    double value = 0.0, lower = 0.0, upper = 0.0;
-  };
-  std::vector<Figure> figures;
-};
-
-struct ComparedFigure {
-  std::size_t figure = 0;  // of kDropFigures
-  double measured = 0.0, predicted = 0.0;
-  double percent = 0.0;          // predicted over measured, less 1; NaN where 0 was measured
-  double standard_errors = 0.0;  // predicted less measured; NaN without a band
-};
-struct MeasuredComparison {
-  std::vector<ComparedFigure> figures;
-  struct InBand {
-    std::string channel;
-    std::size_t points = 0, inside = 0;
-  };
-  std::vector<InBand> in_band;  // of each channel; empty without a band
-};
-
-// An Error where the measured stroke does not turn. Pure.
-Result<MeasuredComparison> compare_drop(const MeasuredDrop& measured,
-                                        const PredictedDrop& predicted);
 
 // `scale`: of each figure, to what is printed. `unit`: likewise.
 struct ComparisonWords {

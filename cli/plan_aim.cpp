@@ -19,20 +19,6 @@ namespace est = shaker::estimator;
 
 constexpr double kHalfOf95 = 1.96;
 
-// The peak load's derivatives are those of the load at its time, since it is largest there.
-Result<std::vector<double>> peak_slopes(const est::DropTest& test, const std::vector<double>& theta,
-                                        double& value) {
-  const auto run = test.run(theta, true);
-  if (!run) return run.error();
-  const auto& load = run->history.load;
-  const auto peak =
-      static_cast<std::size_t>(std::max_element(load.begin(), load.end()) - load.begin());
-  const std::size_t p = theta.size();
-  value = load[peak];
-  const auto first = run->load_derivatives.begin() + static_cast<std::ptrdiff_t>(peak * p);
-  return std::vector<double>(first, first + static_cast<std::ptrdiff_t>(p));
-}
-
 Result<PlanAim> aim_at_drop(const PlanCommand& command, const config::ModelSpec& spec) {
   if (!command.sink_speed)
     return Error{ErrorKind::invalid, "--for drop needs --sink-speed, in m/s"};
@@ -46,14 +32,14 @@ Result<PlanAim> aim_at_drop(const PlanCommand& command, const config::ModelSpec&
                  {},
                  {},
                  0};
-  auto slopes = peak_slopes(test, test.model().start(), aim.value);
-  if (!slopes) return slopes.error();
-  aim.derivatives = std::move(*slopes);
-  double at_point = 0.0;
+  auto peak = test.peak_load(test.model().start());
+  if (!peak) return peak.error();
+  aim.value = peak->value;
+  aim.derivatives = std::move(peak->derivatives);
   for (std::vector<double>& theta : est::prior_points(test.model(), command.prior_spread)) {
-    auto there = peak_slopes(test, theta, at_point);
+    auto there = test.peak_load(theta);
     if (there)
-      aim.prior.push_back({std::move(theta), std::move(*there)});
+      aim.prior.push_back({std::move(theta), std::move(there->derivatives)});
     else
       ++aim.without_drop;
   }

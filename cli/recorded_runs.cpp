@@ -1,6 +1,5 @@
 #include "cli/recorded_runs.hpp"
 
-#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -25,13 +24,13 @@ std::vector<double> curve_of(const Eigen::VectorXd& harmonics, int points) {
   return {curve.data(), curve.data() + curve.size()};
 }
 
-// Standard error of the mean excitation's harmonics, the mean left out, from their scatter.
+// Of the mean excitation's harmonics, the mean left out.
 double driver_error(const Eigen::MatrixXd& rows) {
-  const Eigen::Index cycles = rows.rows(), count = rows.cols() - 1;
-  if (cycles < 2 || count < 1) return 0.0;
-  const Eigen::MatrixXd parts = rows.rightCols(count);
-  const double squares = (parts.rowwise() - parts.colwise().mean()).squaredNorm();
-  return std::sqrt(squares / static_cast<double>(count * cycles * (cycles - 1)));
+  std::vector<double> harmonics;
+  for (const auto& row : rows.rowwise())
+    harmonics.insert(harmonics.end(), row.begin() + 1, row.end());
+  const auto count = static_cast<std::size_t>(rows.cols() - 1);
+  return count > 0 ? estimator::mean_cycle(harmonics, count).standard_error() : 0.0;
 }
 
 Result<RunData> run_of(const diagnosis::SteadyRun& steady, const std::string& origin,

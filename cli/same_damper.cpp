@@ -1,47 +1,27 @@
 #include "cli/same_damper.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include "estimator/fit/estimation.hpp"
+#include "estimator/fit/run_comparison.hpp"
 #include "report/text_table.hpp"
 
 namespace shaker::cli {
 namespace {
 
-// Standard errors are those of noise alone: a difference that matters is also one of size.
-constexpr double kSurelyApart = 8.0, kApartInSize = 0.01;
-
-struct AloneFit {
-  std::filesystem::path place;
-  std::vector<std::string> names;
-  std::vector<double> theta, error;
-};
-
-std::optional<AloneFit> fitted_alone(const InputOptions& options,
-                                     const std::filesystem::path& place) {
+// Empty where the campaign has no estimate by itself.
+std::vector<estimator::ParameterAlone> campaign_alone(const InputOptions& options,
+                                                      const std::filesystem::path& place) {
   InputOptions alone = options;
   alone.files = {place};
   auto input = read_estimation_input(alone);
-  if (!input || input->spoiled) return std::nullopt;
+  if (!input || input->spoiled) return {};
   try {
-    const estimator::Model model(input->model);
-    estimator::Estimator estimator(model, std::move(input->runs));
-    const estimator::Fit& fit = estimator.fit(model.start());
-    if (fit.status != estimator::FitStatus::converged) return std::nullopt;
-    AloneFit found = {place, {}, {}, {}};
-    for (std::size_t k = 0; k < fit.theta.size(); ++k) {
-      if (model.parameters()[k].fixed || !(fit.standard_error[k] > 0.0)) continue;
-      found.names.push_back(model.parameters()[k].name);
-      found.theta.push_back(fit.theta[k]);
-      found.error.push_back(fit.standard_error[k]);
-    }
-    return found;
+    return estimator::estimated_alone(estimator::Model(input->model), std::move(input->runs));
   } catch (const std::invalid_argument&) {
-    return std::nullopt;  // the estimate of all says what is wrong with the model
+    return {};  // the estimate of all says what is wrong with the model
   }
 }
 
@@ -49,27 +29,20 @@ std::optional<AloneFit> fitted_alone(const InputOptions& options,
 
 std::optional<std::string> disagreement(const InputOptions& options) {
   if (options.files.size() < 2 || !options.periods.empty()) return std::nullopt;
-  const auto first = fitted_alone(options, options.files.front());
-  if (!first) return std::nullopt;
+  const auto first = campaign_alone(options, options.files.front());
+  if (first.empty()) return std::nullopt;
   for (std::size_t i = 1; i < options.files.size(); ++i) {
-    const auto other = fitted_alone(options, options.files[i]);
-    if (!other || other->names != first->names) continue;
-    std::size_t worst = 0;
-    double most = 0.0;
-    for (std::size_t k = 0; k < first->names.size(); ++k) {
-      const double off = std::fabs(other->theta[k] - first->theta[k]);
-      const double apart = off / std::hypot(other->error[k], first->error[k]);
-      if (apart <= most || off < kApartInSize * std::fabs(first->theta[k])) continue;
-      most = apart;
-      worst = k;
-    }
-    if (most < kSurelyApart) continue;
+    const auto other = campaign_alone(options, options.files[i]);
+    const auto worst = estimator::disagreement(first, other);
+    if (!worst) continue;
+    const auto said = [&](const estimator::ParameterAlone& p) {
+      return report::with_error(p.value, p.standard_error);
+    };
     return fmt::format(
         "{} and {} do not agree: {} is {} by one and {} by the other. They are of two dampers, of "
         "one that changed, or the model lacks an effect: estimate them apart, or diagnose them",
-        first->place.string(), other->place.string(), first->names[worst],
-        report::with_error(first->theta[worst], first->error[worst]),
-        report::with_error(other->theta[worst], other->error[worst]));
+        options.files.front().string(), options.files[i].string(), first[*worst].name,
+        said(first[*worst]), said(other[*worst]));
   }
   return std::nullopt;
 }

@@ -1,7 +1,6 @@
 #include "cli/values_in_runs.hpp"
 
 #include <cmath>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -9,30 +8,7 @@
 
 namespace shaker::cli {
 
-Result<estimator::RunModels> give_own_models(EstimationInput& input) {
-  std::vector<config::RunCondition> conditions;
-  for (const estimator::RunData& run : input.runs)
-    conditions.push_back(run.condition);
-  auto models = estimator::run_models(input.model, conditions);
-  if (!models) return models;
-  for (std::size_t r = 0; r < input.runs.size(); ++r)
-    input.runs[r].model = models->of_run[r];
-  return models;
-}
-
-std::vector<ValueInRun> values_in_runs(const estimator::RunModels& models,
-                                       const EstimationInput& input,
-                                       const estimator::Estimate& estimate) {
-  std::vector<ValueInRun> all;
-  for (std::size_t r = 0; r < models.varying.size(); ++r) {
-    for (const estimator::RunParameter& own : models.varying[r]) {
-      const auto& p = estimate.parameters[static_cast<std::size_t>(own.index)];
-      all.push_back({input.runs[r].condition.run, own.name, p.unit, own.factor * p.value,
-                     own.factor * p.standard_error, own.factor * p.lower, own.factor * p.upper});
-    }
-  }
-  return all;
-}
+using estimator::ValueInRun;
 
 nlohmann::ordered_json in_runs_json(const std::vector<ValueInRun>& values) {
   auto list = nlohmann::ordered_json::array();

@@ -12,14 +12,9 @@
 #include "cli/posterior_text.hpp"
 #include "cli/same_damper.hpp"
 #include "cli/values_in_runs.hpp"
-#include "estimator/fit/estimation.hpp"
-#include "estimator/fit/refined_fit.hpp"
+#include "estimator/estimate/estimate_runs.hpp"
 #include "estimator/fit/run_comparison.hpp"
-#include "estimator/fit/several_starts.hpp"
-#include "estimator/inference/intervals.hpp"
-#include "estimator/inference/posterior.hpp"
-#include "estimator/inference/second_order.hpp"
-#include "estimator/time/over_periods.hpp"
+#include "estimator/model/run_models.hpp"
 #include "protocol/documents.hpp"
 #include "report/estimate_document.hpp"
 #include "report/estimate_table.hpp"
@@ -27,18 +22,6 @@
 
 namespace shaker::cli {
 namespace {
-
-constexpr int kScreeningPoints = 80;  // coarse: the final fit uses the full grid
-
-estimator::Minima search(const estimator::Model& model, const std::vector<estimator::RunData>& runs,
-                         const EstimateOptions& options) {
-  estimator::EstimationOptions coarse;
-  coarse.grid.points = kScreeningPoints;
-  estimator::StartOptions spread;
-  spread.starts = options.starts;
-  spread.seed = options.seed;
-  return several_starts(model, runs, coarse, model.start(), spread);
-}
 
 std::string_view word_of(estimator::FitStatus status) {
   constexpr std::string_view words[] = {"converged", "not converged", "no solution",
@@ -104,15 +87,33 @@ bool has_priors(const config::ModelSpec& model) {
   return false;
 }
 
-// Applies --objective to the model and the data. An Error says what the objective lacks.
-Result<estimator::EstimationOptions> apply_objective(const EstimateOptions& options,
-                                                     EstimationInput& input) {
-  estimator::EstimationOptions how;
+// True for losses and intervals that already account for the curvature of the model.
+bool follows_the_bend(const EstimateOptions& options) {
+  return options.loss != "squared" || options.intervals != "linear";
+}
+
+estimator::Bias bias_rule(const EstimateOptions& options) {
+  return follows_the_bend(options) ? estimator::Bias::off
+                                   : *estimator::bias_from_name(options.bias);
+}
+
+// Applies --objective to the model and the data, and the other options. An Error says what the
+// objective lacks.
+Result<estimator::RunsEstimateOptions> how_to_estimate(const EstimateOptions& options,
+                                                       EstimationInput& input) {
+  estimator::RunsEstimateOptions how;
   if (!options.noise.empty() && options.noise.size() != 1)
     return Error{
         ErrorKind::invalid,
         fmt::format("{} standard deviations with --noise for one channel", options.noise.size())};
-  if (!options.noise.empty()) how.noise = options.noise.front();
+  if (!options.noise.empty()) how.fit.noise = options.noise.front();
+  how.accuracy = options.accuracy;
+  how.starts = options.starts;
+  how.seed = options.seed;
+  how.loss = *estimator::loss_from_name(options.loss);
+  how.bias = bias_rule(options);
+  how.posterior = options.intervals == "posterior";
+  if (!how.posterior) how.intervals = *estimator::interval_kind_from_name(options.intervals);
   if (options.objective == "map" && !has_priors(input.model))
     return Error{ErrorKind::invalid,
                  "the model has no prior, so there is no posterior to maximise: give a parameter "
@@ -153,16 +154,6 @@ void add_input(estimator::Estimate& estimate, const EstimationInput& input) {
   estimate.usable = estimate.usable && !input.spoiled;
 }
 
-// True for losses and intervals that already account for the curvature of the model.
-bool follows_the_bend(const EstimateOptions& options) {
-  return options.loss != "squared" || options.intervals != "linear";
-}
-
-estimator::Bias bias_rule(const EstimateOptions& options) {
-  return follows_the_bend(options) ? estimator::Bias::off
-                                   : *estimator::bias_from_name(options.bias);
-}
-
 // The objective that was minimised, also when it was chosen by default.
 std::string objective_name(const EstimateOptions& options, const config::ModelSpec& model) {
   if (!options.objective.empty()) return options.objective;
@@ -190,80 +181,37 @@ std::string contradiction(const EstimateOptions& options) {
   return "";
 }
 
-// What is printed of a fit beside its estimate.
-struct Beside {
-  std::optional<estimator::Minima> searched;
-  std::optional<estimator::Posterior> sampled;
-  std::vector<ValueInRun> in_runs;
-  std::vector<AreaAtKnot> pin;
-};
-
-nlohmann::ordered_json grid_json(const estimator::AccurateEstimator& grids) {
-  nlohmann::ordered_json json = {{"points", grids.points()}, {"reached", grids.reached()}};
-  if (std::isfinite(grids.error())) json["error"] = grids.error();
+nlohmann::ordered_json grid_json(const estimator::RunsEstimate::Grid& grid) {
+  nlohmann::ordered_json json = {{"points", grid.points}, {"reached", grid.reached}};
+  if (std::isfinite(grid.error)) json["error"] = grid.error;
   return json;
 }
 
 void print_json(const protocol::EstimateDocument& document, const EstimateOptions& options,
-                const EstimationInput& input, const estimator::Model& model,
-                const estimator::RefinedFit& fitted, const Beside& beside) {
+                const EstimationInput& input, const estimator::RunsEstimate& found) {
   auto json = nlohmann::ordered_json::parse(protocol::to_json_text(document));
-  if (beside.searched) json["minima"] = to_json(*beside.searched, model);
-  if (fitted.refined()) json["grid"] = grid_json(fitted.grids());
+  if (found.searched) json["minima"] = to_json(*found.searched, *found.model);
+  if (found.grid) json["grid"] = grid_json(*found.grid);
   json["objective"] = objective_name(options, input.model);
   json["intervals"] = options.intervals;
   json["loss"] = options.loss;
   json["bias"] = estimator::name(bias_rule(options));
-  if (beside.sampled) {
-    json["posterior"] = posterior_json(*beside.sampled, document.covariance_order);
-    json["posterior_sampling"] = sampling_of(*beside.sampled);
+  if (found.sampled) {
+    json["posterior"] = posterior_json(*found.sampled, document.covariance_order);
+    json["posterior_sampling"] = sampling_of(*found.sampled);
   }
-  if (!beside.in_runs.empty()) json["in_runs"] = in_runs_json(beside.in_runs);
-  if (!beside.pin.empty()) json["pin_table"] = pin_areas_json(beside.pin);
+  if (!found.in_runs.empty()) json["in_runs"] = in_runs_json(found.in_runs);
+  if (!found.pin.empty()) json["pin_table"] = pin_areas_json(found.pin);
   fmt::print("{}\n", json.dump());
 }
 
-void print_text(const protocol::EstimateDocument& document, const estimator::Model& model,
-                const estimator::RefinedFit& fitted, const Beside& beside) {
+void print_text(const protocol::EstimateDocument& document, const estimator::RunsEstimate& found) {
   fmt::print("{}", report::estimate_table(document));
-  fmt::print("{}", in_runs_table(beside.in_runs));
-  fmt::print("{}", pin_areas_text(beside.pin, model.length_unit()));
-  if (fitted.refined()) fmt::print("{}\n", fitted.sentence());
-  if (beside.sampled) fmt::print("{}", posterior_table(*beside.sampled, document.covariance_order));
-  if (beside.searched) fmt::print("{}", minima_table(*beside.searched, model));
-}
-
-// The estimate of a fit with the loss, the bias and the intervals that were asked for; an Error
-// where there is no posterior. `sampled`: the posterior, if it was asked for.
-Result<estimator::Estimate> described(estimator::RefinedFit& fitted, const estimator::Fit& fit,
-                                      const estimator::Model& model, const EstimationInput& input,
-                                      const estimator::EstimationOptions& how,
-                                      const EstimateOptions& options,
-                                      std::optional<estimator::Posterior>& sampled) {
-  estimator::Estimator& estimator = fitted.estimator();
-  estimator::Estimate estimate = fitted.describe();
-  if (!estimate.usable) {
-    if (auto doubt = unit_doubt(model, input.runs.front()); !doubt.empty())
-      estimate.warnings.insert(estimate.warnings.begin(), std::move(doubt));
-  }
-  add_input(estimate, input);
-  const auto loss = *estimator::loss_from_name(options.loss);
-  if (loss != estimator::Loss::squared)
-    replace_by_robust(estimate, fit_robust(model, input.runs, fit.theta, loss, how), model);
-  if (const auto rule = bias_rule(options); rule != estimator::Bias::off)
-    take_off_bias(estimate, second_order(estimator, model), rule);
-  if (options.intervals != "posterior") {
-    replace_intervals(estimate, *estimator::interval_kind_from_name(options.intervals), model,
-                      estimator, input.runs, how);
-    return estimate;
-  }
-  if (fit.status != estimator::FitStatus::converged)
-    return Error{ErrorKind::not_converged,
-                 "there is no single best estimate to sample the posterior around; see "
-                 "`--intervals linear` for what the data do not determine"};
-  sampled = estimator::posterior(model, estimator, input.runs, how);
-  replace_by_posterior(estimate, *sampled);
-  return estimate;
+  fmt::print("{}", in_runs_table(found.in_runs));
+  fmt::print("{}", pin_areas_text(found.pin, found.model->length_unit()));
+  if (found.grid) fmt::print("{}\n", found.grid->sentence);
+  if (found.sampled) fmt::print("{}", posterior_table(*found.sampled, document.covariance_order));
+  if (found.searched) fmt::print("{}", minima_table(*found.searched, *found.model));
 }
 
 }  // namespace
@@ -279,39 +227,21 @@ int estimate(const Common& common, const EstimateOptions& options) {
   const bool varies = estimator::varies_by_run(input->model);
   if (auto apart = varies ? std::nullopt : disagreement(reading))
     input->warnings.insert(input->warnings.begin(), *apart);
-  const auto how = apply_objective(options, *input);
+  const auto how = how_to_estimate(options, *input);
   if (!how) return fail(common, kBadInput, how.error().what);
   try {
-    const estimator::Model single(input->model);
-    const auto own =
-        varies ? give_own_models(*input) : Result<estimator::RunModels>(estimator::RunModels{});
-    if (!own) return fail(common, kBadInput, own.error().what);
-    const estimator::Model& model = varies ? own->joint() : single;
-    if (auto why = cannot_repeat_later(model, input->runs); !why.empty())
-      return fail(common, kBadInput, why);
-    Beside beside;
-    if (options.starts > 1) beside.searched = search(model, input->runs, options);
-    estimator::RefinedFit fitted(model, input->runs, *how,
-                                 accuracy_for(input->model, input->runs, options.accuracy));
-    const std::vector<double> start = beside.searched && !beside.searched->found.empty()
-                                          ? beside.searched->found.front().theta
-                                          : model.start();
-    const estimator::Fit& fit = over_periods(input->runs)
-                                    ? fit_over_periods(fitted, model, input->runs, start)
-                                    : fitted.fit(start);
-    if (fit.status == estimator::FitStatus::no_solution)
-      return fail(common, kNotUsable, fit.trouble);
-    const auto estimate = described(fitted, fit, model, *input, *how, options, beside.sampled);
-    if (!estimate) return fail(common, kNotUsable, estimate.error().what);
-    protocol::EstimateDocument document = report::to_document(*estimate);
+    auto found = estimator::estimate_runs(input->model, input->runs, *how);
+    if (!found)
+      return fail(common, found.error().kind == ErrorKind::invalid ? kBadInput : kNotUsable,
+                  found.error().what);
+    add_input(found->estimate, *input);
+    protocol::EstimateDocument document = report::to_document(found->estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";
-    beside.in_runs = values_in_runs(*own, *input, *estimate);
-    beside.pin = pin_areas(input->model, *estimate);
     if (common.json)
-      print_json(document, options, *input, model, fitted, beside);
+      print_json(document, options, *input, *found);
     else
-      print_text(document, model, fitted, beside);
+      print_text(document, *found);
     if (document.usable) return document.intervals_hold ? kOk : kIntervals;
     if (!common.json) fmt::print(stderr, "shakerctl: the estimate is not usable\n");
     return kNotUsable;

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "estimator/fit/estimation_impl.hpp"
+#include "estimator/math/damped_minimum.hpp"
 #include "estimator/math/lane_cholesky.hpp"
 
 namespace shaker::estimator {
@@ -40,11 +41,18 @@ struct BatchEstimator::Worker {
                 BatchFit& out);
   void start(const std::vector<double>& theta);
   void steps(bool approach);
+  // The questions of the loop, of all lanes that move: math/damped_minimum.hpp.
+  bool compute_step(double lambda);
+  bool converged_before_step() const { return false; }
+  bool step_is_successful();
+  bool converged_after_success() const { return moving == 0; }
+  bool converged_after_failure() const { return false; }
+  PeriodicLanes& level() const { return pack->level(on_coarse); }
   unsigned step_batch();
   unsigned finish_batch(unsigned arrived);
   bool step_lane(std::size_t lane);
-  void judge_lane(std::size_t lane, int iteration);
-  void normal_equations_of(std::size_t lane);
+  void judge_lane(std::size_t lane);
+  void equations_of(std::size_t lane);
   bool finish_lane(std::size_t lane);
   void store(std::size_t record) const;
   bool is(unsigned mask, std::size_t lane) const { return (mask >> lane & 1U) != 0; }
@@ -60,6 +68,7 @@ struct BatchEstimator::Worker {
   std::size_t first = 0, records = 0;
   BatchFit* out = nullptr;
   bool on_coarse = false;
+  int iteration = 0;                             // on one grid
   unsigned moving = 0, failed = 0, arrived = 0;  // a bit for each lane
   std::array<double, kLanes> step{};
   std::array<int, kLanes> iterations{};
@@ -188,37 +197,46 @@ void BatchEstimator::Worker::start(const std::vector<double>& theta) {
 
 // Each lane moves until it converges and then stands still, independently of the other lanes.
 void BatchEstimator::Worker::steps(bool approach) {
-  PeriodicLanes& lanes = approach ? *pack->coarse : pack->fine;
   on_coarse = approach;
+  iteration = 0;
   moving = kAllLanes & ~failed;
   for (LiftedProgress& lane : progress)
     lane.begin_grid();
-  for (int iteration = 1; iteration <= impl.data.options.max_iterations && moving != 0;
-       ++iteration) {
-    const unsigned admissible = lanes.linearise(moving);
-    failed |= moving & ~(admissible & lanes.solve_step(moving));
-    lanes.sum_products(pack->data.data(), static_cast<int>(run.displacement.size()),
-                       approach ? 1 : pack->every, pack->products.data());
-    std::fill(pack->delta.begin(), pack->delta.end(), 0.0);
-    const unsigned stepped = step_batch();
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (is(moving & ~failed & ~stepped, lane) && !step_lane(lane)) failed |= 1U << lane;
-    }
-    moving &= ~failed;
-    lanes.advance(pack->delta.data(), pack->newton_step.data(), moving);
-    arrived = 0;
-    const unsigned before = moving;
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (is(moving, lane)) judge_lane(lane, iteration);
-    }
-    if (approach && moving != before) lanes.learn_jumps(before & ~moving & ~failed);
-    const unsigned finished = finish_batch(arrived);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (is(arrived & ~finished, lane) && !finish_lane(lane)) failed |= 1U << lane;
-    }
-    moving &= ~failed;
-  }
+  NoDamping full;
+  if (moving != 0) minimise_damped(*this, full, impl.data.options.max_iterations);
   failed |= moving;
+}
+
+bool BatchEstimator::Worker::compute_step(double /*lambda*/) {
+  PeriodicLanes& lanes = level();
+  ++iteration;
+  const unsigned admissible = lanes.linearise(moving);
+  failed |= moving & ~(admissible & lanes.solve_step(moving));
+  lanes.sum_products(pack->data.data(), static_cast<int>(run.displacement.size()),
+                     on_coarse ? 1 : pack->every, pack->products.data());
+  std::fill(pack->delta.begin(), pack->delta.end(), 0.0);
+  const unsigned stepped = step_batch();
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (is(moving & ~failed & ~stepped, lane) && !step_lane(lane)) failed |= 1U << lane;
+  }
+  moving &= ~failed;
+  return true;
+}
+
+bool BatchEstimator::Worker::step_is_successful() {
+  level().advance(pack->delta.data(), pack->newton_step.data(), moving);
+  arrived = 0;
+  const unsigned before = moving;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (is(moving, lane)) judge_lane(lane);
+  }
+  if (on_coarse && moving != before) level().learn_jumps(before & ~moving & ~failed);
+  const unsigned finished = finish_batch(arrived);
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (is(arrived & ~finished, lane) && !finish_lane(lane)) failed |= 1U << lane;
+  }
+  moving &= ~failed;
+  return true;
 }
 
 // Computes the steps of all lanes together. Returns a bit for each lane whose step stays inside
@@ -237,7 +255,7 @@ unsigned BatchEstimator::Worker::step_batch() {
   }
   unsigned good = factorise_lanes(q, matrix);
   substitute_lanes(q, matrix, change);
-  const Lanes* theta = as_lanes((on_coarse ? *pack->coarse : pack->fine).theta());
+  const Lanes* theta = as_lanes(level().theta());
   LaneMask going;  // lanes that stand still or failed must not move
   for (std::size_t lane = 0; lane < kLanes; ++lane)
     going[lane] = is(moving & good, lane) ? -1 : 0;
@@ -306,7 +324,7 @@ unsigned BatchEstimator::Worker::finish_batch(unsigned lanes) {
   return done;
 }
 
-void BatchEstimator::Worker::normal_equations_of(std::size_t lane) {
+void BatchEstimator::Worker::equations_of(std::size_t lane) {
   const std::size_t size = 1 + impl.fit.theta.size();
   const double* product = pack->products.data() + lane;
   for (std::size_t k = 0; k < size; ++k) {
@@ -317,10 +335,10 @@ void BatchEstimator::Worker::normal_equations_of(std::size_t lane) {
 }
 
 bool BatchEstimator::Worker::step_lane(std::size_t lane) {
-  const double* theta = (on_coarse ? *pack->coarse : pack->fine).theta() + lane;
+  const double* theta = level().theta() + lane;
   for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
     impl.fit.theta[k] = theta[kLanes * k];
-  normal_equations_of(lane);
+  equations_of(lane);
   if (!impl.equations.step(impl.fit.theta, 0.0)) return false;
   for (std::size_t k = 0; k < impl.equations.delta_full.size(); ++k)
     pack->delta[kLanes * k + lane] = impl.equations.delta_full[k];
@@ -330,8 +348,8 @@ bool BatchEstimator::Worker::step_lane(std::size_t lane) {
 
 // Decides whether this lane has converged, continues or has failed, as Estimator's lifted method
 // does.
-void BatchEstimator::Worker::judge_lane(std::size_t lane, int iteration) {
-  double* theta = (on_coarse ? *pack->coarse : pack->fine).theta() + lane;
+void BatchEstimator::Worker::judge_lane(std::size_t lane) {
+  double* theta = level().theta() + lane;
   for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
     theta[kLanes * k] += pack->delta[kLanes * k + lane];
   ++iterations[lane];
@@ -348,7 +366,7 @@ void BatchEstimator::Worker::judge_lane(std::size_t lane, int iteration) {
 
 bool BatchEstimator::Worker::finish_lane(std::size_t lane) {
   if (lane >= records) return true;
-  normal_equations_of(lane);
+  equations_of(lane);
   for (std::size_t k = 0; k < impl.fit.theta.size(); ++k)
     impl.fit.theta[k] = pack->fine.theta()[kLanes * k + lane];
   double sum = 0.0;

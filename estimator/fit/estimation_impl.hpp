@@ -14,7 +14,7 @@ struct Estimator::Impl {
 
   FitData data;
   PeriodicSolutions solutions;
-  NormalEquations equations;
+  GaussNewtonEquations equations;
   Fit fit;
   Fit kept;  // the last fit, during a profile fit
   Search search;

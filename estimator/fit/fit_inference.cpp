@@ -30,7 +30,7 @@ double cached_quantile(double confidence, double degrees) {
 }  // namespace
 
 FitInference::FitInference(const FitData& data, PeriodicSolutions& solutions,
-                           NormalEquations& equations, Fit& fit)
+                           GaussNewtonEquations& equations, Fit& fit)
     : data_(data), solutions_(solutions), equations_(equations), fit_(fit) {}
 
 void FitInference::finish() {

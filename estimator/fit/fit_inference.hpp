@@ -6,14 +6,14 @@
 
 #include <vector>
 
-#include "estimator/fit/normal_equations.hpp"
+#include "estimator/fit/gauss_newton_equations.hpp"
 #include "estimator/fit/periodic_solutions.hpp"
 
 namespace shaker::estimator {
 
 class FitInference {
  public:
-  FitInference(const FitData& data, PeriodicSolutions& solutions, NormalEquations& equations,
+  FitInference(const FitData& data, PeriodicSolutions& solutions, GaussNewtonEquations& equations,
                Fit& fit);
   // Completes the fit from the present linearisation.
   void finish();
@@ -36,7 +36,7 @@ class FitInference {
   void adjust_for_estimated_covariance();
   const FitData& data_;
   PeriodicSolutions& solutions_;
-  NormalEquations& equations_;
+  GaussNewtonEquations& equations_;
   Fit& fit_;
   std::vector<double> inverse_gram_, scale_;
 };

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "estimator/fit/searches.hpp"
+#include "estimator/math/damped_minimum.hpp"
 #include "estimator/periodic/newton_rate.hpp"
 
 namespace shaker::estimator {
@@ -41,6 +42,22 @@ LiftedProgress::Next LiftedProgress::after_step(double step, double state_step, 
   if (!progress && ++without_progress_ > kMaxWithoutProgress) return Next::failed;
   return Next::another_step;
 }
+
+// A step that led to an inadmissible point is halved, where the start may be far.
+struct LiftedSearch::Halving : NoDamping {
+  LiftedSearch& search;
+  int halvings = 0;
+
+  explicit Halving(LiftedSearch& of) : search(of) {}
+  bool raise_after_invalid_step() {
+    const Steps& now = search.now_;
+    if (now.admissible || !now.first || now.iteration == 1 || ++halvings > kMostHalvings)
+      return false;
+    search.shorten_last_step(now.approach, 0.5);
+    return true;
+  }
+  void lower_after_success() { halvings = 0; }
+};
 
 LiftedSearch::LiftedSearch(const Search& search) : Search(search) {}
 
@@ -104,36 +121,36 @@ void LiftedSearch::shorten_last_step(bool approach, double share) {
 }
 
 bool LiftedSearch::steps(bool approach, bool first) {
-  int halvings = 0;
+  now_ = {approach, first};
   progress_.begin_grid();
-  for (int iteration = 1; iteration <= data.options.max_iterations; ++iteration) {
-    if (!solutions.linearise(approach, fit.theta, equations.products)) {
-      if (!first || iteration == 1 || ++halvings > kMostHalvings) return false;
-      shorten_last_step(approach, 0.5);
-      continue;
-    }
-    halvings = 0;
-    equations.form(fit.theta);
-    if (!equations.step(fit.theta, 0.0)) return false;
-    if (first) {
-      theta_before_ = fit.theta;
-      solutions.save(approach);
-    }
-    const double state_step = solutions.advance(approach, equations.delta_full);
-    const double step = std::max(equations.relative_step(fit.theta), state_step);
-    const double share = first ? equations.share_within(fit.theta, start_, kMostMove) : 1.0;
-    move_theta();
-    if (share < 1.0) shorten_last_step(approach, share);
-    if (data.options.keep_iterates) fit.iterates.push_back(fit.theta);
-    ++fit.iterations;
-    using Next = LiftedProgress::Next;
-    const Next next = progress_.after_step(step, state_step, iteration, approach, share == 1.0,
-                                           data.options.tolerance);
-    if (next == Next::failed) return false;
-    if (next == Next::done) fit.status = FitStatus::converged;
-    if (next != Next::another_step) return true;
+  Halving halving{*this};
+  return minimise_damped(*this, halving, data.options.max_iterations) == LoopEnd::converged;
+}
+
+bool LiftedSearch::compute_step(double /*lambda*/) {
+  ++now_.iteration;
+  now_.admissible = solutions.linearise(now_.approach, fit.theta, equations.products);
+  if (!now_.admissible) return false;
+  equations.form(fit.theta);
+  return equations.step(fit.theta, 0.0);
+}
+
+bool LiftedSearch::step_is_successful() {
+  if (now_.first) {
+    theta_before_ = fit.theta;
+    solutions.save(now_.approach);
   }
-  return false;
+  const double state_step = solutions.advance(now_.approach, equations.delta_full);
+  const double step = std::max(equations.relative_step(fit.theta), state_step);
+  const double share = now_.first ? equations.share_within(fit.theta, start_, kMostMove) : 1.0;
+  move_theta();
+  if (share < 1.0) shorten_last_step(now_.approach, share);
+  if (data.options.keep_iterates) fit.iterates.push_back(fit.theta);
+  ++fit.iterations;
+  now_.next = progress_.after_step(step, state_step, now_.iteration, now_.approach, share == 1.0,
+                                   data.options.tolerance);
+  if (now_.next == LiftedProgress::Next::done) fit.status = FitStatus::converged;
+  return now_.next != LiftedProgress::Next::failed;
 }
 
 }  // namespace shaker::estimator

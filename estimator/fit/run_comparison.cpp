@@ -1,11 +1,18 @@
 #include "estimator/fit/run_comparison.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
 namespace shaker::estimator {
 namespace {
+
+// Standard errors are those of noise alone: a difference that matters is also one of size.
+constexpr double kSurelyApart = 8.0;   // in standard errors of the difference
+constexpr double kApartInSize = 0.01;  // relative
 
 double standard_deviation_of(const std::vector<double>& y) {
   double mean = 0.0, sum = 0.0;
@@ -53,6 +60,50 @@ std::string unit_doubt(const Model& model, const RunData& run) {
       "values by "
       "{:.3g} {}: do the units match? The model wants {} and {}/s^2",
       measured, expected, model.length_unit(), model.length_unit(), model.length_unit());
+}
+
+MotionOfRuns motion_of_runs(const Estimator& fitted, const Model& model) {
+  MotionOfRuns motion{0.0, -std::numeric_limits<double>::infinity()};
+  for (const PeriodicSystem& system : fitted.solutions()) {
+    const int n = system.points(), c = model.observed();
+    for (int i = 0; i < n; ++i) {
+      const double next = system.value((i + 1) % n, c), last = system.value((i + n - 1) % n, c);
+      motion.fastest =
+          std::max(motion.fastest, std::fabs(next - last) * 0.5 * n * system.frequency());
+      motion.deepest = std::max(motion.deepest, system.value(i, c));
+    }
+  }
+  return motion;
+}
+
+std::vector<ParameterAlone> estimated_alone(const Model& model, std::vector<RunData> runs) {
+  Estimator estimator(model, std::move(runs));
+  const Fit& fit = estimator.fit(model.start());
+  std::vector<ParameterAlone> found;
+  if (fit.status != FitStatus::converged) return found;
+  for (std::size_t k = 0; k < fit.theta.size(); ++k) {
+    if (!model.parameters()[k].fixed && fit.standard_error[k] > 0.0)
+      found.push_back({model.parameters()[k].name, fit.theta[k], fit.standard_error[k]});
+  }
+  return found;
+}
+
+std::optional<std::size_t> disagreement(const std::vector<ParameterAlone>& one,
+                                        const std::vector<ParameterAlone>& other) {
+  const auto same = [](const ParameterAlone& a, const ParameterAlone& b) {
+    return a.name == b.name;
+  };
+  if (!std::equal(one.begin(), one.end(), other.begin(), other.end(), same)) return std::nullopt;
+  std::optional<std::size_t> worst;
+  double most = kSurelyApart;
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    const double off = std::fabs(other[k].value - one[k].value);
+    const double apart = off / std::hypot(other[k].standard_error, one[k].standard_error);
+    if (apart < most || off < kApartInSize * std::fabs(one[k].value)) continue;
+    most = apart;
+    worst = k;
+  }
+  return worst;
 }
 
 }  // namespace shaker::estimator

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/fit/normal_equations.hpp"
+#include "estimator/fit/gauss_newton_equations.hpp"
 #include "estimator/fit/periodic_solutions.hpp"
 
 namespace shaker::estimator {
@@ -31,7 +31,7 @@ class LiftedProgress {
 struct Search {
   FitData& data;
   PeriodicSolutions& solutions;
-  NormalEquations& equations;
+  GaussNewtonEquations& equations;
   Fit& fit;
 
   // Sums the normal equations from the present linearisation of the single systems.
@@ -46,7 +46,15 @@ class LiftedSearch : Search {
   // Moves fit.theta to the optimum. Returns false if the iteration does not contract.
   bool run(bool warm);
 
+  // The questions of the loop: math/damped_minimum.hpp.
+  bool compute_step(double lambda);
+  bool converged_before_step() const { return false; }
+  bool step_is_successful();
+  bool converged_after_success() const { return now_.next != LiftedProgress::Next::another_step; }
+  bool converged_after_failure() const { return false; }
+
  private:
+  struct Halving;
   bool approach_from_data();
   bool start_along_data(double share);
   // The steps on one level. `first`: the start may be far.
@@ -54,6 +62,12 @@ class LiftedSearch : Search {
   void shorten_last_step(bool approach, double share);
   std::vector<double> start_, theta_before_;
   LiftedProgress progress_;
+  struct Steps {
+    bool approach = false, first = false;  // as for steps()
+    int iteration = 0;
+    bool admissible = true;  // the solutions could be linearised
+    LiftedProgress::Next next = LiftedProgress::Next::another_step;
+  } now_;  // on one grid
 };
 
 // The nested methods: for every theta the periodic solutions converge first.

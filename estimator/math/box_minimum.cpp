@@ -121,10 +121,34 @@ template bool box_minimum<Eigen::Dynamic>(const Eigen::MatrixXd&, const Eigen::V
                                           const Eigen::VectorXd&, const Eigen::VectorXd&, double,
                                           Eigen::VectorXd&);
 
-Eigen::VectorXd box_minimum(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
-                            const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
+template <int Most>
+bool damped_box_step(const BoxMatrix<Most>& gram, const BoxVector<Most>& gradient,
+                     const BoxVector<Most>& lower, const BoxVector<Most>& upper, double damping,
+                     double least_pivot, BoxVector<Most>& x) {
+  BoxVector<Most> scale = gram.diagonal().cwiseSqrt();
+  for (double& s : scale)
+    s = s > 0.0 ? s : 1.0;
+  BoxMatrix<Most> a = scale.cwiseInverse().asDiagonal() * gram * scale.cwiseInverse().asDiagonal();
+  a.diagonal().array() += damping;
+  const BoxVector<Most> low = scale.cwiseProduct(lower), high = scale.cwiseProduct(upper);
+  const bool definite =
+      box_minimum<Most>(a, gradient.cwiseQuotient(scale), low, high, least_pivot, x);
+  for (Index k = 0; k < x.size(); ++k)
+    x[k] = x[k] <= low[k] ? lower[k] : x[k] >= high[k] ? upper[k] : x[k] / scale[k];
+  return definite;
+}
+
+template bool damped_box_step<8>(const BoxMatrix<8>&, const BoxVector<8>&, const BoxVector<8>&,
+                                 const BoxVector<8>&, double, double, BoxVector<8>&);
+template bool damped_box_step<Eigen::Dynamic>(const Eigen::MatrixXd&, const Eigen::VectorXd&,
+                                              const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                              double, double, Eigen::VectorXd&);
+
+Eigen::VectorXd damped_box_step(const Eigen::MatrixXd& gram, const Eigen::VectorXd& gradient,
+                                const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
+                                double damping) {
   Eigen::VectorXd x;
-  box_minimum<Eigen::Dynamic>(a, b, lower, upper, 0.0, x);
+  damped_box_step<Eigen::Dynamic>(gram, gradient, lower, upper, damping, 0.0, x);
   return x;
 }
 

@@ -13,11 +13,16 @@ double angle_on_grid(int harmonic, int point, int points) {
 
 }  // namespace
 
+// Each harmonic is that before, turned by the first.
 void fill_harmonic_row(double tau, std::span<double> row) {
   row[0] = 1.0;
+  const std::complex<double> first = std::polar(1.0, 2.0 * std::numbers::pi * tau);
+  std::complex<double> turned = 1.0;
   for (std::size_t term = 1; term < row.size(); ++term) {
-    const double angle = 2.0 * std::numbers::pi * static_cast<double>((term + 1) / 2) * tau;
-    row[term] = term % 2 == 1 ? std::cos(angle) : std::sin(angle);
+    if (term % 2 == 1)
+      turned = {turned.real() * first.real() - turned.imag() * first.imag(),
+                turned.imag() * first.real() + turned.real() * first.imag()};
+    row[term] = term % 2 == 1 ? turned.real() : turned.imag();
   }
 }
 

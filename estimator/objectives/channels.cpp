@@ -64,21 +64,16 @@ class Search {
   VectorXd step(const std::vector<double>& theta, const MatrixXd& gram, const VectorXd& gradient,
                 double lambda) const {
     const Index q = gradient.size();
-    VectorXd scale(q), lower(q), upper(q);
+    VectorXd lower(q), upper(q);
     for (Index k = 0; k < q; ++k) {
       const ModelParameter& p = problem_.parameter(k);
       const double value = theta[problem_.index(k)];
       // A step at most doubles a parameter; the linearisation is not accurate far away.
       const double most = std::max(std::fabs(value), 1e-3);
-      scale[k] = gram(k, k) > 0.0 ? std::sqrt(gram(k, k)) : 1.0;
       lower[k] = std::max(p.lower - value, -most);
       upper[k] = std::min(p.upper - value, most);
     }
-    MatrixXd unit = scale.cwiseInverse().asDiagonal() * gram * scale.cwiseInverse().asDiagonal();
-    unit.diagonal().array() += lambda;
-    const VectorXd out = box_minimum(unit, gradient.cwiseQuotient(scale), scale.cwiseProduct(lower),
-                                     scale.cwiseProduct(upper));
-    return out.cwiseQuotient(scale).cwiseMax(lower).cwiseMin(upper);
+    return damped_box_step(gram, gradient, lower, upper, lambda);
   }
 
   double relative(const std::vector<double>& theta, const VectorXd& change) const {

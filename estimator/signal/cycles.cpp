@@ -65,6 +65,11 @@ Cycles cycles_of(const std::vector<double>& t, const std::vector<double>& y, dou
   return out;
 }
 
+double MeanCycle::standard_error() const {
+  if (cycles < 2.0 || mean.empty()) return 0.0;
+  return std::sqrt(scatter / (static_cast<double>(mean.size()) * cycles * (cycles - 1.0)));
+}
+
 MeanCycle mean_cycle(std::span<const double> y, std::size_t points) {
   const std::size_t cycles = y.size() / points;
   MeanCycle out{std::vector<double>(points, 0.0), 0.0, static_cast<double>(cycles)};

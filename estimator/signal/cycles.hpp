@@ -33,6 +33,8 @@ struct MeanCycle {
   std::vector<double> mean;
   double scatter = 0.0;
   double cycles = 0.0;  // that were averaged
+  // Of a point of the mean, by the scatter of the cycles; 0 for fewer than two of them.
+  double standard_error() const;
 };
 // `points`: in a cycle; a remainder of `y` is left out.
 MeanCycle mean_cycle(std::span<const double> y, std::size_t points);

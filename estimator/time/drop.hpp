@@ -65,6 +65,14 @@ inline constexpr DropFigure kDropFigures[] = {
 };
 inline constexpr std::size_t kDropFigureCount = std::size(kDropFigures);
 
+// The index of the figure with that name; kDropFigureCount if there is none.
+constexpr std::size_t figure_called(std::string_view name) {
+  std::size_t figure = 0;
+  while (figure < kDropFigureCount && name != kDropFigures[figure].name)
+    ++figure;
+  return figure;
+}
+
 struct DropHistory {
   std::vector<double> t, stroke, speed, load;  // load per mass
   // The descent of the mass, its rate, and the load on the ground per mass; empty unless the model
@@ -89,6 +97,13 @@ struct DropRun {
   std::vector<double> stroke_derivatives, load_derivatives;  // times x parameters, or empty
   double fastest = 0.0;                                      // largest |speed| of the stroke
   bool stiff = false;                                        // Adams was not enough
+};
+
+// The largest load per mass of a drop with all parameters `theta`, and its derivatives: those of the
+// load at its time, since it is largest there.
+struct PeakLoad {
+  double value = 0.0;
+  std::vector<double> derivatives;  // one for each parameter
 };
 
 // Where the stroke ends: at the least of the limit that the conditions state, the stroke at which an
@@ -132,6 +147,9 @@ class DropTest {
   // the damper with its sign turned; it counts as a part of the load.
   Result<DropRun> run(const std::vector<double>& theta, bool derivatives,
                       const Excitation& push = {}, const DropEffort& effort = {}) const;
+
+  // Integrates one drop. The Error is that of run().
+  Result<PeakLoad> peak_load(const std::vector<double>& theta) const;
 
   // The end of the stroke with all parameters `theta`. Only effects that see the stroke alone count.
   StrokeEnd stroke_end(const std::vector<double>& theta) const;

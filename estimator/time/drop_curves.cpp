@@ -40,6 +40,14 @@ double CurvePlace::time(const std::vector<double>& t) const {
   return t[before] + share * (t[before + 1] - t[before]);
 }
 
+double linear_at(const std::vector<double>& t, const std::vector<double>& values, double time) {
+  const auto above = std::upper_bound(t.begin(), t.end(), time) - t.begin();
+  const auto i = static_cast<std::size_t>(
+      std::clamp<std::ptrdiff_t>(above, 1, static_cast<std::ptrdiff_t>(t.size()) - 1));
+  const double share = (time - t[i - 1]) / (t[i] - t[i - 1]);
+  return values[i - 1] + share * (values[i] - values[i - 1]);
+}
+
 double value_at(const std::vector<double>& t, const std::vector<double>& value,
                 const std::vector<double>& rate, const CurvePlace& p) {
   const double dt = t[p.before + 1] - t[p.before], s = p.share, s2 = s * s, s3 = s2 * s;

@@ -22,6 +22,9 @@ struct CurvePlace {
   double time(const std::vector<double>& t) const;
 };
 
+// Interpolates by straight lines between samples, and goes on beyond their ends. `t` increases.
+double linear_at(const std::vector<double>& t, const std::vector<double>& values, double time);
+
 // Interpolates by the cubic through value and rate at both ends.
 double value_at(const std::vector<double>& t, const std::vector<double>& value,
                 const std::vector<double>& rate, const CurvePlace& place);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/time/drop_curves.hpp"
+
 namespace shaker::estimator {
 namespace {
 
@@ -57,13 +59,8 @@ double index_of(const Model& model) {
 std::vector<double> at_times(const std::vector<double>& t, const std::vector<double>& values,
                              const std::vector<double>& wanted) {
   std::vector<double> out;
-  for (const double time : wanted) {
-    const auto above = std::upper_bound(t.begin(), t.end(), time) - t.begin();
-    const auto i = static_cast<std::size_t>(
-        std::clamp<std::ptrdiff_t>(above, 1, static_cast<std::ptrdiff_t>(t.size()) - 1));
-    const double share = (time - t[i - 1]) / (t[i] - t[i - 1]);
-    out.push_back(values[i - 1] + share * (values[i] - values[i - 1]));
-  }
+  for (const double time : wanted)
+    out.push_back(linear_at(t, values, time));
   return out;
 }
 

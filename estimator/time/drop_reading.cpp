@@ -82,6 +82,16 @@ StrokeEnd DropTest::stroke_end(const std::vector<double>& theta) const {
   return end;
 }
 
+Result<PeakLoad> DropTest::peak_load(const std::vector<double>& theta) const {
+  const auto run = this->run(theta, true);
+  if (!run) return run.error();
+  const auto& load = run->history.load;
+  const auto peak = std::max_element(load.begin(), load.end()) - load.begin();
+  const auto count = static_cast<std::ptrdiff_t>(theta.size());
+  const auto first = run->load_derivatives.begin() + peak * count;
+  return PeakLoad{load[static_cast<std::size_t>(peak)], {first, first + count}};
+}
+
 // Reversals of the stroke are interpolated between the times of the history.
 Result<void> DropTest::read_off(DropRun& run, const std::vector<double>& theta) const {
   const DropHistory& h = run.history;

@@ -138,21 +138,13 @@ Eigen::VectorXd TransientEstimator::Impl::damped_step(double lambda) const {
 // (4.8) inside the bounds.
 Eigen::VectorXd TransientEstimator::Impl::box_step(double lambda) const {
   const auto q = static_cast<Eigen::Index>(unknowns.size());
-  Eigen::VectorXd scale = r.colwise().norm();
-  for (double& s : scale)
-    s = s > 0.0 ? s : 1.0;
-  const Eigen::MatrixXd unit = r * scale.cwiseInverse().asDiagonal();
-  Eigen::MatrixXd a = unit.transpose() * unit;
-  a.diagonal().array() += lambda;
   Eigen::VectorXd lower(q), upper(q);
   for (Eigen::Index k = 0; k < q; ++k) {
     const auto at = static_cast<std::size_t>(k);
     lower[k] = unknowns[at].lower - value(at);
     upper[k] = unknowns[at].upper - value(at);
   }
-  const Eigen::VectorXd step = box_minimum(a, unit.transpose() * right, scale.cwiseProduct(lower),
-                                           scale.cwiseProduct(upper));
-  return step.cwiseQuotient(scale).cwiseMax(lower).cwiseMin(upper);
+  return damped_box_step(r.transpose() * r, r.transpose() * right, lower, upper, lambda);
 }
 
 // Limits the step so that it at most doubles a parameter, as in the periodic estimator.

@@ -121,6 +121,10 @@ class Periods(Records):
             self.assertEqual(result.returncode, 5, name)
             self.assertRegex(result.stdout, how)
             self.assertIn(f"say --periods {periods}", result.stdout)
+            # A loss that rejects outliers does not make the mean a motion of the damper.
+            robust = self.estimate(name, self.record(repeated(name, 12)), "--loss", "huber")
+            self.assertEqual(robust.returncode, 5, name)
+            self.assertRegex(robust.stdout, how)
             # The same at samples that stand on no grid.
             at, f = stroke_at(name), KNOWN[name]["frequency"]
             rows = [(i / 733, at(i / 733 * f / periods) + NOISE * math.sin(i * i)) for i in range(2000)]

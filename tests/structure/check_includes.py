@@ -35,6 +35,7 @@ INNER_MAY_INCLUDE = {
     "online": {"math", ROOT, "model", "periodic", "fit", "inference"},
     "design": {"math", "fit", "inference"},
     "time": {"math", ROOT, "model", "fit"},
+    "estimate": {ROOT, "model", "fit", "objectives", "inference", "time"},
     "diagnosis": {"math", ROOT, "effects", "model", "instrument", "periodic", "time"},
     "paper": {"math", "model", "fit", "time"},
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/numbers.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -20,9 +21,8 @@ Eigen::VectorXd derivative(const Eigen::VectorXd& harmonics, double frequency_hz
 Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
   Eigen::VectorXd cosine(points), sine(points);
   for (Eigen::Index i = 0; i < points; ++i) {
-    const double angle = kTwoPi * static_cast<double>(i) / points;
-    cosine[i] = std::cos(angle);
-    sine[i] = std::sin(angle);
+    cosine[i] = harmonic_term(1, static_cast<int>(i), points);
+    sine[i] = harmonic_term(2, static_cast<int>(i), points);
   }
   Eigen::MatrixXd table(points, harmonic_size(harmonics));
   table.col(0).setOnes();

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/periodic/periodic_system.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -44,12 +45,11 @@ std::optional<Pair> compare(const SteadyRun& run, const Model& model) {
   system.set_excitation(run.frequency_hz, std::hypot(drive[1], drive[2]));
   if (system.solve_from_rest(model.start()).status != SolveStatus::converged) return {};
   Pair pair{run.name, {response[0], response[1], response[2]}, {}};
-  for (int i = 0; i < kPoints; ++i) {
-    const double angle = 2.0 * std::numbers::pi * i / kPoints, value = system.observed(i) / kPoints;
-    pair.expected.mean += value;
-    pair.expected.cosine += 2.0 * value * std::cos(angle);
-    pair.expected.sine += 2.0 * value * std::sin(angle);
-  }
+  std::vector<double> curve;
+  for (int i = 0; i < kPoints; ++i)
+    curve.push_back(system.observed(i));
+  const auto wave = fourier_sum(curve, 1, 2.0 / kPoints);
+  pair.expected = {fourier_sum(curve, 0, 1.0 / kPoints).real(), wave.real(), -wave.imag()};
   if (!(pair.measured.size() > 0.0) || !(pair.expected.size() > 0.0)) return {};
   return pair;
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "estimator/math/dense.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -181,10 +182,9 @@ Stationarity examine(const MatrixXd& cycles, double least) {
   for (const int every : {2, 3, 4}) {
     if (n < 3 * every) continue;
     MatrixXd courses(n, every == 2 ? 1 : 2);
-    for (Index k = 0; k < n; ++k) {
-      const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / every;
-      courses(k, 0) = std::cos(angle);
-      if (every > 2) courses(k, 1) = std::sin(angle);
+    for (Index c = 0; c < courses.cols(); ++c) {
+      for (Index k = 0; k < n; ++k)
+        courses(k, c) = harmonic_term(static_cast<int>(c) + 1, static_cast<int>(k), every);
     }
     if (probability_of(scaled, courses, expected) >= kSubharmonicProbability) continue;
     const Dying dying = dies_away(cycles, scaled, courses, 2.0 * std::numbers::pi / every);

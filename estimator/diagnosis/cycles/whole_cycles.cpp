@@ -5,7 +5,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/math/numbers.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -24,22 +24,11 @@ std::vector<double> cyclic_times(const Recording& run, const PhaseFit& phase,
 }
 
 Eigen::MatrixXd basis_at(const std::vector<double>& tau, int harmonics) {
-  Eigen::MatrixXd basis(static_cast<Eigen::Index>(tau.size()), harmonic_size(harmonics));
-  for (std::size_t i = 0; i < tau.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    basis(row, 0) = 1.0;
-    const double c = std::cos(kTwoPi * tau[i]);
-    const double s = std::sin(kTwoPi * tau[i]);
-    double ch = 1.0, sh = 0.0;
-    for (Eigen::Index h = 1; h <= harmonics; ++h) {
-      const double next = ch * c - sh * s;
-      sh = sh * c + ch * s;
-      ch = next;
-      basis(row, 2 * h - 1) = ch;
-      basis(row, 2 * h) = sh;
-    }
-  }
-  return basis;
+  const auto size = static_cast<std::size_t>(harmonic_size(harmonics));
+  Eigen::MatrixXd rows(harmonic_size(harmonics), static_cast<Eigen::Index>(tau.size()));
+  for (std::size_t i = 0; i < tau.size(); ++i)
+    fill_harmonic_row(tau[i], {rows.col(static_cast<Eigen::Index>(i)).data(), size});
+  return rows.transpose();
 }
 
 }  // namespace

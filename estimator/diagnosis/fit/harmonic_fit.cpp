@@ -10,6 +10,7 @@
 #include "estimator/diagnosis/fit/predicted_runs.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/math/box_minimum.hpp"
+#include "estimator/math/damped_minimum.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -24,18 +25,16 @@ constexpr double kExact = 1e-6;             // of chi-squared: what predictions 
 // Chi-squared a datum from where on nobody asks for more than three digits and a half of it.
 constexpr double kFar = 100.0, kExactFar = 3e-4;
 constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-6;  // of the unit diagonal
-constexpr double kStraight = 0.75;     // of what a step promised: the valley bends little
-constexpr double kUnderstated = 1.25;  // of what a step promised: longer ones may win more
-constexpr int kMaxDoublings = 5;       // of a step
+constexpr double kLeastCurvature = 1e-14;  // of the unit diagonal: what the data leave open stays
+constexpr double kStraight = 0.75;         // of what a step promised: the valley bends little
+constexpr double kUnderstated = 1.25;      // of what a step promised: longer ones may win more
+constexpr int kMaxDoublings = 5;           // of a step
 constexpr int kSmallSteps = 3, kMostRefused = 12;  // one after the other
 
-// Minimises the quadratic of (gram + lambda diag) step = gradient inside the box.
+// The step of (gram + lambda diag) step = gradient inside the box.
 VectorXd box_step(const HarmonicFit& fit, const NormalEquations& n, const VectorXd& gradient,
                   const std::vector<double>& theta, double lambda) {
   const auto q = static_cast<Index>(fit.free.size());
-  const VectorXd scale = n.gram.diagonal().cwiseMax(1e-300).cwiseSqrt();
-  MatrixXd a = scale.cwiseInverse().asDiagonal() * n.gram * scale.cwiseInverse().asDiagonal();
-  a.diagonal().array() += lambda + 1e-14;
   VectorXd to_lower(q), to_upper(q);
   for (Index k = 0; k < q; ++k) {
     const auto parameter = static_cast<std::size_t>(fit.free[static_cast<std::size_t>(k)]);
@@ -43,9 +42,7 @@ VectorXd box_step(const HarmonicFit& fit, const NormalEquations& n, const Vector
     to_lower[k] = p.lower - theta[parameter];
     to_upper[k] = p.upper - theta[parameter];
   }
-  const VectorXd step = box_minimum(a, gradient.cwiseQuotient(scale), scale.cwiseProduct(to_lower),
-                                    scale.cwiseProduct(to_upper));
-  return step.cwiseQuotient(scale).cwiseMax(to_lower).cwiseMin(to_upper);
+  return damped_box_step(n.gram, gradient, to_lower, to_upper, lambda + kLeastCurvature);
 }
 
 std::vector<double> stepped(const HarmonicFit& fit, std::vector<double> theta,
@@ -166,60 +163,98 @@ void go_further(HarmonicFit& fit, const std::vector<RunDatum>& data, VectorXd st
   go_back(fit);
 }
 
-// Levenberg-Marquardt from the fit's theta, where all runs have been predicted. Whether there is
-// anything to gain is asked of the step without damping.
-void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
-  const HowFar steps = options.from_rest ? HowFar::from_rest : HowFar::near;
-  NormalEquations now = normal_equations(fit, data, fit.theta);
-  hold(fit);
-  double lambda = 0.0, enough = kFirstDamping;
-  int refused = 0, small = 0;
-  while (fit.iterations < options.max_iterations) {
-    const VectorXd whole = box_step(fit, now, now.gradient, fit.theta, 0.0);
-    const double gain = promised(now, whole);
-    if (!std::isfinite(gain)) break;
+// What the loop asks: math/damped_minimum.hpp. Whether there is anything to gain is asked of the
+// step without damping.
+struct Minimisation {
+  HarmonicFit& fit;
+  const std::vector<RunDatum>& data;
+  const FitOptions& options;
+  NormalEquations now = {};
+  VectorXd whole = {}, step = {};  // without damping, and with it
+  double lambda = 0.0;             // the damping of `step`
+  double gain = 0.0;               // that `whole` promises
+  double exact = 0.0;              // change of chi-squared to which predictions are exact
+  double trifle = 0.0;             // change of chi-squared that nobody asks for
+  bool predicted = false;          // there is a solution where the step led
+  bool refused = false;            // the step before was taken back
+  bool straight = false;           // the step won what it promised
+  int small = 0;                   // steps, one after the other, that won a trifle
+
+  HowFar search() const { return options.from_rest ? HowFar::from_rest : HowFar::near; }
+
+  bool compute_step(double damping) {
+    lambda = damping;
+    whole = box_step(fit, now, now.gradient, fit.theta, 0.0);
+    gain = promised(now, whole);
+    if (!std::isfinite(gain)) return false;
     // Where the model is far off, no more can be asked than the prediction is exact to.
-    const double exact = now.chi_squared * (is_far(fit, now.chi_squared) ? kExactFar : kExact);
-    const double trifle = std::max({kMaxNegligibleGain, exact, options.tolerance});
-    if (gain < std::max(options.tolerance, exact) && refused == 0) {
-      fit.converged = true;
-      break;
-    }
+    exact = now.chi_squared * (is_far(fit, now.chi_squared) ? kExactFar : kExact);
+    trifle = std::max({kMaxNegligibleGain, exact, options.tolerance});
+    step = lambda > 0.0 ? box_step(fit, now, now.gradient, fit.theta, lambda) : whole;
+    return true;
+  }
+
+  bool converged_before_step() const {
+    return gain < std::max(options.tolerance, exact) && !refused;
+  }
+
+  // Steps that were too long may have led to another branch of solutions.
+  bool step_is_successful() {
     ++fit.iterations;
-    const VectorXd step =
-        lambda > 0.0 ? box_step(fit, now, now.gradient, fit.theta, lambda) : whole;
-    Trial trial = tried(fit, data, now, step, lambda, steps);
-    if (trial.predicted && trial.normal.chi_squared < now.chi_squared) {
-      if (is_far(fit, trial.normal.chi_squared) &&
-          now.chi_squared - trial.normal.chi_squared > kUnderstated * promised(now, step))
-        go_further(fit, data, step, trial, steps);
-      const double won = now.chi_squared - trial.normal.chi_squared;
-      const bool straight = won < trifle || won > kStraight * promised(now, step);
-      small = won < trifle ? small + 1 : 0;
-      fit.theta = std::move(trial.theta);
-      now = std::move(trial.normal);
-      hold(fit);
-      if (lambda > 0.0) enough = std::max(lambda, kLeastDamping);
-      // Straight after a refusal, and where the valley bends, the damping is right as it is.
-      if (refused == 0 && straight) lambda = lambda < kLeastDamping ? 0.0 : 0.1 * lambda;
-      refused = 0;
-      if (small < kSmallSteps) continue;
-      fit.converged = true;
-      break;
+    Trial trial = tried(fit, data, now, step, lambda, search());
+    predicted = trial.predicted;
+    refused = !predicted || !(trial.normal.chi_squared < now.chi_squared);
+    if (refused) {
+      go_back(fit);
+      return false;
     }
-    // Steps that were too long may have led to another branch of solutions.
-    go_back(fit);
-    // A promised gain that rounding and the grid do not let come true is no gain.
-    if (gain < trifle || ++refused > kMostRefused) {
-      fit.converged = gain < trifle;
-      break;
-    }
+    if (is_far(fit, trial.normal.chi_squared) &&
+        now.chi_squared - trial.normal.chi_squared > kUnderstated * promised(now, step))
+      go_further(fit, data, step, trial, search());
+    const double won = now.chi_squared - trial.normal.chi_squared;
+    straight = won < trifle || won > kStraight * promised(now, step);
+    small = won < trifle ? small + 1 : 0;
+    fit.theta = std::move(trial.theta);
+    now = std::move(trial.normal);
+    hold(fit);
+    return true;
+  }
+
+  bool converged_after_success() const { return small >= kSmallSteps; }
+  // A promised gain that rounding and the grid do not let come true is no gain.
+  bool converged_after_failure() const { return gain < trifle; }
+};
+
+struct HarmonicDamping {
+  const Minimisation& steps;
+  double lambda = 0.0;
+  double enough = kFirstDamping;  // that made a step succeed
+  int refused = 0;                // steps, one after the other
+
+  bool raise_after_invalid_step() const { return false; }
+  // To find that there is no solution is dear.
+  bool raise_after_failure() {
+    if (++refused > kMostRefused) return false;
     lambda = lambda > 0.0 ? 6.0 * lambda : enough;
-    if (trial.predicted) continue;
-    // To find that there is no solution is dear.
+    if (steps.predicted) return true;
     lambda *= 6.0;
     ++refused;
+    return true;
   }
+  // Straight after a refusal, and where the valley bends, the damping is right as it is.
+  void lower_after_success() {
+    if (lambda > 0.0) enough = std::max(lambda, kLeastDamping);
+    if (refused == 0 && steps.straight) lambda = lambda < kLeastDamping ? 0.0 : 0.1 * lambda;
+    refused = 0;
+  }
+};
+
+// Levenberg-Marquardt from the fit's theta, where all runs have been predicted.
+void iterate(HarmonicFit& fit, const std::vector<RunDatum>& data, const FitOptions& options) {
+  Minimisation steps{fit, data, options, normal_equations(fit, data, fit.theta)};
+  hold(fit);
+  HarmonicDamping damping{steps};
+  fit.converged = minimise_damped(steps, damping, options.max_iterations) == LoopEnd::converged;
   if (predict_all(fit, data, fit.theta, how_far(options))) {
     finish(fit, normal_equations(fit, data, fit.theta));
   } else {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/math/dense.hpp"
+#include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -44,13 +44,8 @@ void add_slow_share(const MatrixXd& scaled, Index first, Index last, SlowShare& 
   const VectorXd mean = scaled.colwise().mean();
   for (Index c = first; c < last; ++c) {
     const VectorXd course = scaled.col(c).array() - mean[c];
-    double a = 0.0, b = 0.0;
-    for (Index k = 0; k < n; ++k) {
-      const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n);
-      a += course[k] * std::cos(angle);
-      b += course[k] * std::sin(angle);
-    }
-    share.slow += 2.0 * (a * a + b * b) / static_cast<double>(n);
+    const auto slowest = fourier_sum({course.data(), static_cast<std::size_t>(n)}, 1);
+    share.slow += 2.0 * std::norm(slowest) / static_cast<double>(n);
     share.slow_count += 2.0;
     share.all += course.squaredNorm();
     share.all_count += static_cast<double>(n - 1);

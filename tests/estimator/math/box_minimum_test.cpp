@@ -13,6 +13,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+VectorXd box_minimum(const MatrixXd& a, const VectorXd& b, const VectorXd& low,
+                     const VectorXd& high) {
+  VectorXd x;
+  estimator::box_minimum<Eigen::Dynamic>(a, b, low, high, 0.0, x);
+  return x;
+}
+
 double value(const MatrixXd& a, const VectorXd& b, const VectorXd& x) {
   return 0.5 * x.dot(a * x) - b.dot(x);
 }
@@ -85,7 +92,7 @@ TEST(BoxMinimum, IsTheSameOnTheStack) {
   EXPECT_NEAR(x[1], 0.0, 1e-15);
   const BoxMatrix<8> small = a;
   BoxVector<8> few;
-  EXPECT_TRUE(box_minimum<8>(small, b, low, high, 1e-13, few));
+  EXPECT_TRUE(estimator::box_minimum<8>(small, b, low, high, 1e-13, few));
   EXPECT_EQ(few[0], x[0]);
   EXPECT_EQ(few[1], x[1]);
 }
@@ -94,15 +101,48 @@ TEST(BoxMinimum, SaysThatTwoFreeOnesAreNotToldApart) {
   const BoxMatrix<8> alike = BoxMatrix<8>::Ones(2, 2);
   const BoxVector<8> b = BoxVector<8>::Ones(2), far = BoxVector<8>::Constant(2, 9.0);
   BoxVector<8> x;
-  EXPECT_FALSE(box_minimum<8>(alike, b, -far, far, 1e-13, x));
+  EXPECT_FALSE(estimator::box_minimum<8>(alike, b, -far, far, 1e-13, x));
   // With one of them held, the minimum is unique.
   BoxVector<8> low = -far;
   low[0] = 0.0;
   BoxVector<8> high = far;
   high[0] = 0.0;
-  EXPECT_TRUE(box_minimum<8>(alike, BoxVector<8>(-b), low, high, 1e-13, x));
+  EXPECT_TRUE(estimator::box_minimum<8>(alike, BoxVector<8>(-b), low, high, 1e-13, x));
   EXPECT_EQ(x[0], 0.0);
   EXPECT_NEAR(x[1], -1.0, 1e-15);
+}
+
+// What the data see of a parameter differs by orders of magnitude, and its unit is anyone's choice.
+TEST(DampedBoxStep, IsThatOfTheDampedEquationsInAnyUnit) {
+  MatrixXd gram(3, 3);
+  gram << 4.0, 1.0, 0.5, 1.0, 3.0, 0.2, 0.5, 0.2, 2.0;
+  const VectorXd gradient = (VectorXd(3) << 1.0, -2.0, 6.0).finished();
+  const VectorXd far = VectorXd::Constant(3, 10.0);
+  constexpr double kDamping = 0.3;
+  MatrixXd damped = gram;
+  damped.diagonal() *= 1.0 + kDamping;
+  const VectorXd expected = damped.ldlt().solve(gradient);
+  const VectorXd unit = (VectorXd(3) << 1e-5, 1.0, 1e7).finished();
+  const VectorXd step =
+      damped_box_step(unit.asDiagonal() * gram * unit.asDiagonal(), unit.cwiseProduct(gradient),
+                      -far.cwiseQuotient(unit), far.cwiseQuotient(unit), kDamping);
+  for (Index k = 0; k < 3; ++k)
+    EXPECT_NEAR(step[k] * unit[k], expected[k], 1e-13);
+}
+
+TEST(DampedBoxStep, EndsExactlyAtABoundAndIgnoresWhatTheDataDoNotSee) {
+  const MatrixXd gram = (VectorXd(3) << 7.0, 0.3, 0.0).finished().asDiagonal();
+  const VectorXd gradient = (VectorXd(3) << 70.0, -0.03, 0.0).finished();
+  const VectorXd high = (VectorXd(3) << 1.1, 0.7, 5.0).finished();
+  const VectorXd low = (VectorXd(3) << -1.0, -0.07, -5.0).finished();
+  const VectorXd step = damped_box_step(gram, gradient, low, high, 1e-3);
+  EXPECT_EQ(step[0], high[0]);
+  EXPECT_EQ(step[1], low[1]);
+  EXPECT_EQ(step[2], 0.0);
+  BoxVector<8> few;
+  EXPECT_TRUE(damped_box_step<8>(BoxMatrix<8>(gram), gradient, low, high, 1e-3, 0.0, few));
+  EXPECT_EQ(few[0], high[0]);
+  EXPECT_EQ(few[1], low[1]);
 }
 
 }  // namespace

@@ -23,6 +23,20 @@ TEST(HarmonicBasis, TermsAreCosinesAndSinesInTurn) {
   }
 }
 
+// 24 harmonics, each turned from the one before, at phases before, in and after the first period.
+TEST(HarmonicBasis, HighHarmonicsAreExactToRounding) {
+  std::vector<double> row(49);
+  for (const double tau : {-1.3, 0.0, 0.1234, 0.5, 0.987, 41.37}) {
+    fill_harmonic_row(tau, row);
+    for (std::size_t h = 1; h <= 24; ++h) {
+      const double angle =
+          2.0 * std::numbers::pi * static_cast<double>(h) * std::remainder(tau, 1.0);
+      EXPECT_NEAR(row[2 * h - 1], std::cos(angle), 1e-12) << tau << " " << h;
+      EXPECT_NEAR(row[2 * h], std::sin(angle), 1e-12) << tau << " " << h;
+    }
+  }
+}
+
 TEST(HarmonicBasis, AFourierSumFindsItsHarmonic) {
   std::vector<double> y;
   for (int i = 0; i < 40; ++i)

@@ -22,6 +22,13 @@ TEST(Cycles, TheMeanOfCyclesHasTheirScatter) {
   EXPECT_EQ(mean.cycles, 2.0);
 }
 
+// Four cycles that lie 1 off their mean at either of two points: a variance of 4/3.
+TEST(Cycles, TheErrorOfAMeanIsThatOfItsPoints) {
+  const std::vector<double> y = {4.0, 7.0, 6.0, 9.0, 4.0, 9.0, 6.0, 7.0};
+  EXPECT_NEAR(mean_cycle(y, 2).standard_error(), std::sqrt(4.0 / 3.0 / 4.0), 1e-15);
+  EXPECT_EQ(mean_cycle(y, 8).standard_error(), 0.0);
+}
+
 TEST(Cycles, ChannelsScatterTogether) {
   const MeanChannels mean = mean_channels({{1.0, 2.0, 3.0, 6.0}, {0.0, 1.0, 2.0, -1.0}}, 2);
   EXPECT_THAT(mean.mean[1], testing::ElementsAre(1.0, 0.0));

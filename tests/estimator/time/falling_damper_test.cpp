@@ -18,15 +18,8 @@ namespace {
 
 using namespace testing;
 
-std::size_t index_of_figure(const std::string& name) {
-  for (std::size_t i = 0; i < kDropFigureCount; ++i) {
-    if (name == kDropFigures[i].name) return i;
-  }
-  throw std::out_of_range(name);
-}
-
 double figure_of(const DropRun& run, const std::string& name) {
-  return run.figures[index_of_figure(name)];
+  return run.figures[figure_called(name)];
 }
 
 DropRun dropped(const config::ModelSpec& spec, const std::vector<double>& theta, double speed,
@@ -153,13 +146,13 @@ TEST(DropMixture, GivesTheProbabilityOfALimit) {
   damper.hypotheses = {h};
   const auto drop = predict_drop(damper, {1.0, 0.0, 1.5, -1});
   ASSERT_TRUE(drop.ok()) << drop.error().what;
-  const std::size_t stroke = index_of_figure("peak_stroke");
+  const std::size_t stroke = figure_called("peak_stroke");
   // More damping is less stroke. Student's t of ten degrees of freedom: 1.812 is 95 %, 0 is half.
   EXPECT_NEAR(drop->probability_within(stroke, peak_of_oscillator(2.0, 100.0, 1.0)), 0.5, 0.02);
   EXPECT_NEAR(drop->probability_within(stroke, peak_of_oscillator(2.0 - 0.1812, 100.0, 1.0)), 0.95,
               0.01);
   EXPECT_EQ(drop->probability_within(stroke, 0.0), 0.0);
-  EXPECT_TRUE(std::isnan(drop->probability_within(index_of_figure("tyre_deflection"), 1.0)));
+  EXPECT_TRUE(std::isnan(drop->probability_within(figure_called("tyre_deflection"), 1.0)));
 }
 
 TEST(FallingDamper, ScalesTheForceThatNobodyNames) {

@@ -8,8 +8,8 @@
 
 namespace shaker::estimator {
 
-struct NormalEquations {
-  explicit NormalEquations(const FitData& data);
+struct GaussNewtonEquations {
+  explicit GaussNewtonEquations(const FitData& data);
 
   const FitData& data;
   // Sums over all data of products of (residual, derivatives), (1 + p) x (1 + p): lower triangle.

@@ -1,4 +1,4 @@
-#include "estimator/fit/normal_equations.hpp"
+#include "estimator/fit/gauss_newton_equations.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ constexpr double kLeastPivot = 1e-13;
 
 }  // namespace
 
-NormalEquations::NormalEquations(const FitData& the_data) : data(the_data) {
+GaussNewtonEquations::GaussNewtonEquations(const FitData& the_data) : data(the_data) {
   const std::size_t q = data.free.size();
   const auto p = static_cast<std::size_t>(data.model.parameter_count());
   gram.resize(q * q);
@@ -26,7 +26,7 @@ NormalEquations::NormalEquations(const FitData& the_data) : data(the_data) {
   products.resize((1 + p) * (1 + p));
 }
 
-void NormalEquations::form(const std::vector<double>& theta) {
+void GaussNewtonEquations::form(const std::vector<double>& theta) {
   const std::size_t q = data.free.size();
   const std::size_t size = 1 + theta.size();
   sum_of_squares = products[0];
@@ -43,7 +43,7 @@ void NormalEquations::form(const std::vector<double>& theta) {
 // (2 s^2). A prior is therefore one more datum of weight s^2 / sigma^2. If s^2 is unknown, the
 // present residuals give it. The objective is then (n - q) ln SS + the prior's sum, which has the
 // same stationary points.
-void NormalEquations::add_priors(const std::vector<double>& theta) {
+void GaussNewtonEquations::add_priors(const std::vector<double>& theta) {
   const double variance = data.noise_variance(sum_of_squares);
   if (!std::isfinite(variance)) return;
   const std::size_t q = data.free.size();
@@ -58,7 +58,7 @@ void NormalEquations::add_priors(const std::vector<double>& theta) {
 }
 
 // Minimises the quadratic form of (gram + lambda diag) delta = gradient inside the bounds.
-bool NormalEquations::step(const std::vector<double>& theta, double lambda) {
+bool GaussNewtonEquations::step(const std::vector<double>& theta, double lambda) {
   const std::size_t q = data.free.size();
   const auto& parameters = data.model.parameters();
   for (std::size_t k = 0; k < q; ++k) {
@@ -79,7 +79,7 @@ bool NormalEquations::step(const std::vector<double>& theta, double lambda) {
 }
 
 // Solves by Cholesky factorisation; held parameters do not move.
-bool NormalEquations::solve_free(double lambda) {
+bool GaussNewtonEquations::solve_free(double lambda) {
   const std::size_t q = data.free.size();
   for (std::size_t k = 0; k < q; ++k) {
     delta[k] = held_[k] ? 0.0 : gradient[k];
@@ -117,7 +117,7 @@ bool NormalEquations::solve_free(double lambda) {
 
 // True if `delta` is already the minimum inside the bounds: no data.free parameter leaves them, and
 // every held one would.
-bool NormalEquations::stays_inside(const std::vector<double>& theta, double lambda) const {
+bool GaussNewtonEquations::stays_inside(const std::vector<double>& theta, double lambda) const {
   const std::size_t q = data.free.size();
   for (std::size_t k = 0; k < q; ++k) {
     if (pinned[k]) continue;
@@ -136,38 +136,26 @@ bool NormalEquations::stays_inside(const std::vector<double>& theta, double lamb
 }
 
 template <int Most>
-bool NormalEquations::box_minimum_step(const std::vector<double>& theta, double lambda) {
+bool GaussNewtonEquations::box_minimum_step(const std::vector<double>& theta, double lambda) {
   const auto q = static_cast<Eigen::Index>(data.free.size());
-  BoxVector<Most> scale(q), b(q), lower(q), upper(q), x(q);
+  BoxVector<Most> right(q), lower(q), upper(q), x(q);
   BoxMatrix<Most> a(q, q);
   for (Eigen::Index k = 0; k < q; ++k) {
     const auto at = static_cast<std::size_t>(k);
     const ModelParameter& p = data.model.parameters()[data.free[at]];
-    const double diagonal = gram[at * data.free.size() + at];
-    scale[k] = diagonal > 0.0 ? std::sqrt(diagonal) : 1.0;
-    b[k] = gradient[at] / scale[k];
-    lower[k] = pinned[at] ? 0.0 : (p.lower - theta[data.free[at]]) * scale[k];
-    upper[k] = pinned[at] ? 0.0 : (p.upper - theta[data.free[at]]) * scale[k];
+    right[k] = gradient[at];
+    lower[k] = pinned[at] ? 0.0 : p.lower - theta[data.free[at]];
+    upper[k] = pinned[at] ? 0.0 : p.upper - theta[data.free[at]];
     for (Eigen::Index l = 0; l <= k; ++l)
-      a(k, l) = a(l, k) =
-          gram[at * data.free.size() + static_cast<std::size_t>(l)] / (scale[k] * scale[l]);
-    a(k, k) *= 1.0 + lambda;
+      a(k, l) = a(l, k) = gram[at * data.free.size() + static_cast<std::size_t>(l)];
   }
-  if (!box_minimum<Most>(a, b, lower, upper, kLeastPivot, x)) return false;
-  for (Eigen::Index k = 0; k < q; ++k) {
-    const auto at = static_cast<std::size_t>(k);
-    const ModelParameter& p = data.model.parameters()[data.free[at]];
-    const double now = theta[data.free[at]];
-    delta[at] = x[k] <= lower[k]   ? p.lower - now
-                : x[k] >= upper[k] ? p.upper - now
-                                   : x[k] / scale[k];
-    if (pinned[at]) delta[at] = 0.0;
-  }
+  if (!damped_box_step<Most>(a, right, lower, upper, lambda, kLeastPivot, x)) return false;
+  std::copy(x.begin(), x.end(), delta.begin());
   return true;
 }
 
 // A parameter that leaves a bound at zero has the relative step 1, not a huge one.
-double NormalEquations::relative_step(const std::vector<double>& theta) const {
+double GaussNewtonEquations::relative_step(const std::vector<double>& theta) const {
   double worst = 0.0;
   for (std::size_t k = 0; k < data.free.size(); ++k) {
     const double now = theta[data.free[k]];
@@ -177,8 +165,8 @@ double NormalEquations::relative_step(const std::vector<double>& theta) const {
   return worst;
 }
 
-double NormalEquations::share_within(const std::vector<double>& theta,
-                                     const std::vector<double>& start, double most) const {
+double GaussNewtonEquations::share_within(const std::vector<double>& theta,
+                                          const std::vector<double>& start, double most) const {
   double share = 1.0;
   for (std::size_t k = 0; k < delta_full.size(); ++k) {
     const double size = most * std::max(std::fabs(theta[k]), std::fabs(start[k]));
@@ -188,7 +176,8 @@ double NormalEquations::share_within(const std::vector<double>& theta,
   return share;
 }
 
-bool NormalEquations::cap_step(const std::vector<double>& theta, const std::vector<double>& start) {
+bool GaussNewtonEquations::cap_step(const std::vector<double>& theta,
+                                    const std::vector<double>& start) {
   const double share = share_within(theta, start, 1.0);
   for (double& d : delta_full)
     d *= share;
@@ -197,7 +186,7 @@ bool NormalEquations::cap_step(const std::vector<double>& theta, const std::vect
   return share < 1.0;
 }
 
-double NormalEquations::objective(const std::vector<double>& theta) const {
+double GaussNewtonEquations::objective(const std::vector<double>& theta) const {
   if (!data.priors) return sum_of_squares;
   const double prior = data.prior_sum(theta);
   if (data.covariances || data.options.noise > 0.0)

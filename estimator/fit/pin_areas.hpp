@@ -1,0 +1,20 @@
+// The table of a metering pin as an estimate finds it: the area of the orifice at each knot.
+#pragma once
+
+#include <vector>
+
+#include "config/model.hpp"
+#include "estimator/estimate.hpp"
+
+namespace shaker::estimator {
+
+// In the unit of the model file's areas, the first as stated; without areas: over the first.
+struct AreaAtKnot {
+  double stroke = 0.0, area = 0.0;
+  double lower = 0.0, upper = 0.0;  // 95 %; NaN where the data leave it open
+};
+
+// `estimate`: of `model`. Empty for a model without a table. Pure.
+std::vector<AreaAtKnot> pin_areas(const config::ModelSpec& model, const Estimate& estimate);
+
+}  // namespace shaker::estimator
