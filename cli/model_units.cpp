@@ -1,6 +1,7 @@
 #include "cli/model_units.hpp"
 
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -81,19 +82,27 @@ Result<double> ModelUnits::factor(const std::string& channel, const std::string&
   }
   const bool is_length = channel == "displacement" || channel == "y";
   const std::string wanted = is_length ? length : length + "/s^2";
-  const auto metre = unit_called(length, Dimension::length);
+  // A model counts in a length or in an angle; in another unit of its own nothing is converted.
+  const auto own = unit_called(length);
+  const bool is_angle = own && own->dimension == Dimension::angle;
   if (unit == wanted) return 1.0;
   if (const auto force = unit_called(unit, Dimension::force); force && !is_length) {
     // The model's effects are forces per unit mass.
-    if (mass > 0.0 && metre) return force->scale / mass / metre->scale;
+    if (mass > 0.0 && own && !is_angle) return force->scale / mass / own->scale;
     return refused(
         fmt::format("is \"{}\", but the model counts forces over a mass, in {}: give "
                     "/reference_mass in kg, above 0",
                     unit, wanted));
   }
-  const auto dimension = is_length ? Dimension::length : Dimension::acceleration;
-  const auto given = unit_called(unit, dimension);
-  if (given && metre) return given->scale / metre->scale;
+  const auto dimension = is_angle    ? Dimension::angle
+                         : is_length ? Dimension::length
+                                     : Dimension::acceleration;
+  constexpr std::string_view kPerSecondSquared = "/s^2";
+  std::string counted = unit;  // of deg/s^2, deg
+  if (is_angle && !is_length && counted.ends_with(kPerSecondSquared))
+    counted.resize(counted.size() - kPerSecondSquared.size());
+  const auto given = unit_called(counted, dimension);
+  if (given && own) return given->scale / own->scale;
   return refused(fmt::format("\"{}\" and the model's \"{}\" do not match; known are {}{}", unit,
                              wanted, units_of(dimension),
                              is_length ? "" : ", " + units_of(Dimension::force)));

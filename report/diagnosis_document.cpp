@@ -220,9 +220,11 @@ std::string verdict_sentence(const Diagnosis& d) {
       return fmt::format("explained: missing is {}; {}, and nothing but noise is left",
                          missing_words(d), closed_words(d));
     default:
-      if (d.effects.empty()) return "unexplained: something is missing that cannot be named";
+      if (d.effects.empty())
+        return "unexplained: something is missing, and no effect of the catalogue explains it";
       return fmt::format(
-          "unexplained: missing is {}; {}, and something is left that cannot be named",
+          "unexplained: most likely missing is {}; {}, and no effect of the catalogue explains the "
+          "rest",
           missing_words(d), closed_words(d));
   }
 }

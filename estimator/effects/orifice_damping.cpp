@@ -38,7 +38,9 @@ class OrificeDamping final : public Effect {
 
   std::string_view name() const override { return "orifice_damping"; }
   std::string_view formula() const override { return "theta1 |v| v"; }
-  std::string_view meaning() const override { return "flow of the oil through the orifice"; }
+  std::string_view meaning() const override {
+    return "damping with the square of the velocity: oil through an orifice, or drag";
+  }
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   bool evaluate(const Points& at, const double* theta, const double*,
                 const Forces& out) const override {

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -151,6 +152,19 @@ TEST_F(CampaignFolder, SaysWhatDoesNotMatch) {
   EXPECT_THAT(trouble(R"(, "file": "../r01.csv")"), HasSubstr("not in the campaign's folder"));
   EXPECT_THAT(trouble(R"(}, {"name": "r01")"), HasSubstr("/runs/1/name: \"r01\" is the name of"));
   EXPECT_EQ(trouble("", R"("units": {"force": "kN"}, "reference_mass": 100,)"), "none");
+}
+
+TEST_F(CampaignFolder, ConvertsAnglesToTheModels) {
+  model_.length_unit = "rad";
+  write("campaign.json", R"({"format": "shaker-campaign/1",
+    "units": {"displacement": "deg", "excitation": "deg/s^2"}, "runs": [{"name": "r01"}]})");
+  const auto campaign = read_campaign(folder_, model_);
+  ASSERT_TRUE(campaign) << campaign.error().what;
+  const double degree = std::numbers::pi / 180.0;
+  EXPECT_NEAR(campaign->runs.at(0).displacement.at(1), 20.0 * degree, 1e-12);
+  EXPECT_NEAR(campaign->runs.at(0).excitation.at(1), 2.0 * degree, 1e-12);
+  EXPECT_THAT(trouble("", R"("units": {"displacement": "mm"},)"),
+              HasSubstr("the model's \"rad\" do not match; known are rad, mrad, deg"));
 }
 
 TEST_F(CampaignFolder, RefusesADatabaseWhereTheModelCountsInFeet) {

@@ -14,6 +14,7 @@
 #include "estimator/diagnosis/score/scoring.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/statistics.hpp"
+#include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -109,6 +110,20 @@ MatrixXd to_constant_force(const HarmonicFit& fit, const std::vector<RunDatum>& 
   } catch (const std::invalid_argument&) {
     return {};  // a motion cannot be imposed on this model
   }
+}
+
+// True if the model makes no force at rest in its zero. Where a record has its zero is then nothing
+// that the model says.
+bool rests_at_zero(const HarmonicFit& fit) {
+  const Model& model = *fit.model;
+  ModelArrays arrays;
+  arrays.shape(model, 1);
+  for (int k = model.mechanical(); k < model.coordinates(); ++k)
+    arrays.u[static_cast<std::size_t>(k)][0] = model.rest(k);
+  if (!arrays.evaluate(model, 1, fit.theta.data())) return false;
+  for (int k = 0; k < model.mechanical(); ++k)
+    if (arrays.g[static_cast<std::size_t>(k)][0] != 0.0) return false;
+  return true;
 }
 
 // Index of an effect's parameter; -1: the model does not hold it.
@@ -247,17 +262,21 @@ std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vecto
 std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
                              std::vector<RunDatum>& data) {
   std::vector<double> left;
+  bool of_force = false;
   double expected = 0.0;  // variance of the means: noise, and what the model lacks
   for (std::size_t r = 0; r < data.size(); ++r) {
     const RunDatum& datum = data[r];
     if (!datum.sampled || datum.whitening) return {};
+    of_force = of_force || datum.by_force;
     if (datum.role != Role::fit) continue;
     VectorXd missed = datum.response - fit.predictions[r].value();
     left.push_back(missed[0]);
     missed[0] = 0.0;
     expected += std::pow(datum.error[0], 2) + std::pow(kMeanOfMissed * root_mean_square(missed), 2);
   }
-  if (recordings_in(data) < 2) return {};
+  const bool several = recordings_in(data) > 1;
+  // A force along a motion to one side has friction in its mean.
+  if (!several && (of_force || !rests_at_zero(fit))) return {};
   const auto runs = static_cast<double>(left.size());
   const double mean = std::accumulate(left.begin(), left.end(), 0.0) / runs;
   double scatter = 0.0;
@@ -265,16 +284,29 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
     x -= mean;
     scatter += x * x;
   }
-  if (chi_squared_above(scatter / (expected / runs), runs - 1.0) > kByChance) return {};
-  const double variance = scatter / (runs - 1.0);
+  const double freedom = std::max(runs - 1.0, 1.0);
+  double variance = scatter / freedom;
+  if (several) {
+    if (chi_squared_above(scatter / (expected / runs), freedom) > kByChance) return {};
+  } else {
+    // One zero for all stretches.
+    const double of_mean = std::max(expected / runs, variance) / runs;
+    if (chi_squared_above(mean * mean / of_mean, 1.0) > kByChance) return {};
+    variance = mean * mean;
+  }
   std::vector<std::string> each;
   for (RunDatum& datum : data) {
     datum.own_zero = std::sqrt(variance);
     datum.error[0] = std::hypot(datum.error[0], datum.own_zero);
-    datum.freedom[0] = std::min(datum.freedom[0], runs - 1.0);
+    datum.freedom[0] = std::min(datum.freedom[0], freedom);
     if (datum.role == Role::fit)
       each.push_back(fmt::format("{} {:+.2g}", datum.name, left[each.size()]));
   }
+  if (!several)
+    return fmt::format(
+        "the record has a zero of its own, or a preload, of {:+.2g} {}: the errors include this, "
+        "the gap does not count it, and the improved model does not hold it",
+        mean, unit);
   return fmt::format(
       "the runs differ in their zero or preload by {:.2g} {} (standard deviation; {}): "
       "the errors include this, and the gap does not count it",

@@ -9,6 +9,7 @@
 
 #include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 #include "estimator/diagnosis/noise/first_fit.hpp"
+#include "estimator/diagnosis/noise/wrong_unit.hpp"
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/records/transient_seen.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
@@ -140,6 +141,7 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
           "forces along the measured motion are compared instead of the motion");
     }
   } else {
+    if (auto good = takes_in_energy(sampled->runs); !good) return good.error();
     runs.by_force = true;
   }
   runs.warnings.push_back(

@@ -12,6 +12,7 @@
 #include "base/unit.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/prediction.hpp"
+#include "estimator/diagnosis/records/transient_run.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -267,6 +268,12 @@ double times_expected(const Look& look, const Model& model, int points) {
   return nearest;
 }
 
+Error opposed_everywhere() {
+  return {ErrorKind::invalid,
+          "in every run the damper gives out energy: force and speed are opposed; turn the sign of "
+          "the force, or that of the displacement"};
+}
+
 bool gives_out_energy(const RunDatum& datum) {
   const Eigen::VectorXd speed = derivative(datum.driver, datum.frequency_hz);
   const Eigen::Index moving = datum.response.size() - 1;
@@ -290,10 +297,7 @@ bool states_starts(const config::ModelSpec& spec) {
 Result<void> force_as_said(const Look& look, const config::ModelSpec& spec,
                            const FitOptions& options, std::vector<std::string>& warnings) {
   const auto& data = look.weighed.data;
-  if (std::all_of(data.begin(), data.end(), gives_out_energy))
-    return Error{ErrorKind::invalid,
-                 "in every run the damper gives out energy: force and speed are opposed; turn the "
-                 "sign of the force, or that of the displacement"};
+  if (std::all_of(data.begin(), data.end(), gives_out_energy)) return opposed_everywhere();
   const double left =
       look.fitted() ? left_by(data, look.fit) : std::numeric_limits<double>::infinity();
   if (left > kMinShareLeft) {
@@ -324,6 +328,15 @@ Result<void> in_one_unit(const Look& look, const config::ModelSpec& model,
   if (auto good = some_runs(look, trial, left); !good) return good;
   if (auto good = some_excitations(look, trial, left); !good) return good;
   return every_run(look, trial, left);
+}
+
+Result<void> takes_in_energy(const std::vector<std::shared_ptr<SampledRun>>& along_motions) {
+  const bool all = std::all_of(along_motions.begin(), along_motions.end(), [](const auto& run) {
+    const Eigen::VectorXd force = run->response.array() - run->response.mean();
+    return run->v.dot(force) < -kGivenBack * run->v.norm() * force.norm();
+  });
+  if (all) return opposed_everywhere();
+  return {};
 }
 
 }  // namespace shaker::estimator::diagnosis

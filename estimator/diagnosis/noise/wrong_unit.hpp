@@ -3,6 +3,7 @@
 // and does not fit without it.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,5 +19,8 @@ namespace shaker::estimator::diagnosis {
 // times those of the start values.
 Result<void> in_one_unit(const Look& look, const config::ModelSpec& model,
                          const FitOptions& options, std::vector<std::string>& warnings);
+
+// An Error if in every record of an imposed motion the force gives out energy: a sign is wrong.
+Result<void> takes_in_energy(const std::vector<std::shared_ptr<SampledRun>>& along_motions);
 
 }  // namespace shaker::estimator::diagnosis

@@ -336,8 +336,9 @@ Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
     run->variance.conservativeResize(share);
     run->freedom.conservativeResize(share);
     run->motion_noise.conservativeResize(share);
-    run->notes.push_back(fmt::format("run {}: compared up to {:.4g} Hz, of which there is enough",
-                                     run->name, run->highest_frequency()));
+    run->notes.push_back(fmt::format(
+        "run {}: frequencies above {:.4g} Hz are not compared: all runs together would take long",
+        run->name, run->highest_frequency()));
   }
   return all;
 }

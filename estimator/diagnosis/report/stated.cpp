@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "base/unit.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -59,23 +58,12 @@ void warn_of_widths(const config::ModelSpec& model, Diagnosis& said) {
   }
 }
 
-// Starts, bounds and widths of the catalogue are metres'.
-void warn_of_unit(const config::ModelSpec& model, Diagnosis& said) {
-  const auto metre = unit_called(model.length_unit, Dimension::length);
-  if (!metre || metre->scale == 1.0) return;
-  said.warnings.push_back(fmt::format(
-      "the model counts in {}, but the catalogue's bounds, starts and widths are metres': effects "
-      "may be missed or taken for others; give the model, and the files, in m",
-      model.length_unit));
-}
-
 }  // namespace
 
 void hold_against_file(const config::ModelSpec& model, Diagnosis& said) {
   state_again(model, said);
   lead_hypotheses(model, said);
   warn_of_widths(model, said);
-  warn_of_unit(model, said);
 }
 
 }  // namespace shaker::estimator::diagnosis

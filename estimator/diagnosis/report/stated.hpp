@@ -7,7 +7,7 @@
 namespace shaker::estimator::diagnosis {
 
 // Restores constants in the improved model that the file states and the data did not change. Warns
-// of those that changed, and of a unit that the catalogue does not use.
+// of those that changed.
 void hold_against_file(const config::ModelSpec& model, Diagnosis& said);
 
 }  // namespace shaker::estimator::diagnosis

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "estimator/diagnosis/noise/transient.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 
@@ -83,6 +84,17 @@ TEST(WrongUnit, RefusesForcesOfAnotherUnitOrSign) {
   EXPECT_EQ(trouble_with(on_a_dynamometer(1.0)), "");
   EXPECT_THAT(trouble_with(on_a_dynamometer(1e3)), HasSubstr("the force does not count"));
   EXPECT_THAT(trouble_with(on_a_dynamometer(-1.0)), HasSubstr("gives out energy"));
+}
+
+TEST(WrongUnit, RefusesForcesOfAnotherSignAlongMotionsWithoutAPeriod) {
+  for (const double factor : {1.0, -1.0}) {
+    Campaign campaign = on_a_dynamometer(factor);
+    for (Recording& run : campaign.runs)
+      run.frequency_hz = 0.0;
+    const auto runs = transient_runs(campaign.runs, estimator::testing::oleo());
+    EXPECT_EQ(runs.ok(), factor > 0.0);
+    EXPECT_THAT(runs ? "" : runs.error().what, HasSubstr(factor > 0.0 ? "" : "gives out energy"));
+  }
 }
 
 TEST(WrongUnit, RefusesAnImposedMotionInMillimetres) {

@@ -69,5 +69,16 @@ TEST(OwnZero, ThatAllRecordsShareIsTheSensorsOffset) {
   EXPECT_THAT(d.warnings, Not(Contains(HasSubstr("differ in their zero"))));
 }
 
+// A mass that hangs on a spring comes to rest wherever the sensor happens to have its zero.
+TEST(OwnZero, OfTheOnlyRecordIsToldAndIsNoMissingEffect) {
+  const Diagnosis nothing = diagnosed(let_go(0.0, {1e-3}));
+  EXPECT_EQ(nothing.verdict, Verdict::adequate);
+  EXPECT_THAT(nothing.warnings, Contains(HasSubstr("the record has a zero of its own")));
+  const Diagnosis friction = diagnosed(let_go(0.05, {1e-3}));
+  ASSERT_EQ(friction.effects.size(), 1U);
+  EXPECT_THAT(friction.effects[0].name, ::testing::EndsWith("_friction"));
+  EXPECT_THAT(friction.warnings, Contains(HasSubstr("the record has a zero of its own")));
+}
+
 }  // namespace
 }  // namespace shaker::estimator::diagnosis

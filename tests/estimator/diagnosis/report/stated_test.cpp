@@ -46,5 +46,15 @@ TEST(Stated, ADiagnosisWithoutHypothesesIsLeftAsItIs) {
   EXPECT_TRUE(said.damper.hypotheses.empty());
 }
 
+// The catalogue's bounds follow the motion.
+TEST(Stated, AModelInMillimetresIsAsGoodAsOneInMetres) {
+  config::ModelSpec file;
+  file.length_unit = "mm";
+  file.effects = {stop(2e-5, 0.12)};
+  Diagnosis said = found();
+  hold_against_file(file, said);
+  EXPECT_TRUE(said.warnings.empty());
+}
+
 }  // namespace
 }  // namespace shaker::estimator::diagnosis
