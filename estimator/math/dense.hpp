@@ -19,12 +19,18 @@ struct Spectrum {
 };
 Spectrum spectrum_of(const Eigen::MatrixXd& symmetric);
 
-// A symmetric matrix as q t q^T with a tridiagonal t, for a fraction of the work of a spectrum:
-// the diagonal of t, what is beside it, and q^T b.
-struct Tridiagonal {
-  Eigen::VectorXd diagonal, beside, rotated;
+// A symmetric matrix as q t q^T with a tridiagonal t, for a fraction of the work of a spectrum.
+class Tridiagonal {
+ public:
+  explicit Tridiagonal(const Eigen::MatrixXd& symmetric);
+  const Eigen::VectorXd& diagonal() const { return diagonal_; }
+  const Eigen::VectorXd& beside() const { return beside_; }
+  Eigen::MatrixXd rotated(const Eigen::MatrixXd& b) const;  // q^T b
+
+ private:
+  Eigen::VectorXd diagonal_, beside_, factors_;
+  Eigen::MatrixXd reflectors_;
 };
-Tridiagonal tridiagonal_of(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& b);
 
 // For a square matrix that need not be symmetric. The columns of `vectors` have length one.
 struct ComplexSpectrum {
@@ -89,14 +95,18 @@ class PivotedQr {
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor_;
 };
 
-// Without pivoting. orthogonal_factor: q (rows x rows). triangle_of: r, and the first elements
-// of q^T b, for a matrix with at least as many rows as columns.
-Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a);
-struct Triangle {
-  Eigen::MatrixXd r;
-  Eigen::VectorXd rotated;
+// Without pivoting: a = q r, for a matrix with at least as many rows as columns.
+class TallQr {
+ public:
+  explicit TallQr(const Eigen::MatrixXd& a);
+  Eigen::MatrixXd r() const;                                // columns x columns
+  Eigen::MatrixXd rotated(const Eigen::MatrixXd& b) const;  // q^T b
+
+ private:
+  Eigen::HouseholderQR<Eigen::MatrixXd> factor_;
 };
-Triangle triangle_of(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+// q (rows x rows), without pivoting.
+Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a);
 // Leaves r in the upper half of `a`, and the Householder vectors below it.
 void triangularise(Eigen::Ref<Eigen::MatrixXd> a);
 

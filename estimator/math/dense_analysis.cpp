@@ -12,9 +12,19 @@ using Eigen::VectorXd;
 
 // --- Householder
 
-Tridiagonal tridiagonal_of(const MatrixXd& symmetric, const VectorXd& b) {
+Tridiagonal::Tridiagonal(const MatrixXd& symmetric) {
   const Eigen::Tridiagonalization<MatrixXd> t(symmetric);
-  return {t.diagonal(), t.subDiagonal(), t.matrixQ().adjoint() * b};
+  diagonal_ = t.diagonal();
+  beside_ = t.subDiagonal();
+  factors_ = t.householderCoefficients();
+  reflectors_ = t.packedMatrix();
+}
+MatrixXd Tridiagonal::rotated(const MatrixXd& b) const {
+  return Eigen::HouseholderSequence<MatrixXd, VectorXd>(reflectors_, factors_)
+             .setLength(reflectors_.rows() - 1)
+             .setShift(1)
+             .adjoint() *
+         b;
 }
 
 PivotedQr::PivotedQr(const MatrixXd& a) : factor_(a) {}
@@ -47,10 +57,13 @@ MatrixXd orthogonal_factor(const MatrixXd& a) {
   return Eigen::HouseholderQR<MatrixXd>(a).householderQ();
 }
 
-Triangle triangle_of(const MatrixXd& a, const VectorXd& b) {
-  const Eigen::HouseholderQR<MatrixXd> qr(a);
-  return {qr.matrixQR().topRows(a.cols()).triangularView<Eigen::Upper>(),
-          VectorXd(qr.householderQ().adjoint() * b).head(a.cols())};
+TallQr::TallQr(const MatrixXd& a) : factor_(a) {}
+MatrixXd TallQr::r() const {
+  const Index n = factor_.cols();
+  return factor_.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+}
+MatrixXd TallQr::rotated(const MatrixXd& b) const {
+  return factor_.householderQ().adjoint() * b;
 }
 
 void triangularise(Eigen::Ref<MatrixXd> a) {

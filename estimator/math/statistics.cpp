@@ -8,7 +8,6 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <boost/math/special_functions/digamma.hpp>
-#include <boost/math/special_functions/polygamma.hpp>
 #include <boost/math/special_functions/trigamma.hpp>
 
 namespace shaker::estimator {
@@ -43,8 +42,15 @@ double digamma(double x) {
 double trigamma(double x) {
   return boost::math::trigamma(x);
 }
+// Boost's takes a hundred times as long.
 double tetragamma(double x) {
-  return boost::math::polygamma(2, x);
+  constexpr double kFar = 12.0;  // the series below is exact to 1e-12 of its first term from here on
+  double sum = 0.0;
+  for (; x < kFar; x += 1.0)
+    sum -= 2.0 / (x * x * x);
+  const double s = 1.0 / (x * x);
+  const double even = 0.5 - s * (1.0 / 6.0 - s * (1.0 / 6.0 - s * (0.3 - s * (5.0 / 6.0))));
+  return sum - s * (1.0 + 1.0 / x + s * even);
 }
 
 }  // namespace shaker::estimator

@@ -7,22 +7,22 @@
 namespace shaker::estimator {
 namespace {
 
-// target += weight * source.
-SHAKER_SIMD_CLONES void add(int n, double weight, const double* __restrict source,
-                            double* __restrict target) {
+SHAKER_SIMD_CLONES void add_some(int n, double weight, const double* __restrict source,
+                                 double* __restrict target) {
   for (int i = 0; i < n; ++i)
     target[i] += weight * source[i];
 }
-
-// A march in time evaluates one point after the other, for which a call to clear memory is dear.
+inline void add(int n, double weight, const double* source, double* target) {
+  if (n == 1) *target += weight * *source;  // in a march through time; a call would be dear
+  if (n > 1) add_some(n, weight, source, target);
+}
 inline void set_zero(int n, double* values) {
   if (n == 1) *values = 0.0;
   if (n > 1) std::fill_n(values, n, 0.0);
 }
 
 void multiply(int n, double factor, double* values) {
-  if (factor == 1.0) return;
-  for (int i = 0; i < n; ++i)
+  for (int i = 0; factor != 1.0 && i < n; ++i)
     values[i] *= factor;
 }
 

@@ -22,6 +22,19 @@ double power_at(const std::vector<double>& t, const std::vector<double>& y, doub
   return std::norm(sum);
 }
 
+// The least length from n on that a fast transform splits into small factors.
+std::size_t padded(std::size_t n) {
+  n = (n + 3) / 4 * 4;
+  for (;; n += 4) {
+    std::size_t rest = n;
+    for (const std::size_t factor : {2U, 3U, 5U}) {
+      while (rest % factor == 0)
+        rest /= factor;
+    }
+    if (rest == 1) return n;
+  }
+}
+
 }  // namespace
 
 std::optional<double> found_frequency(const std::vector<double>& t, const std::vector<double>& y) {
@@ -31,7 +44,7 @@ std::optional<double> found_frequency(const std::vector<double>& t, const std::v
   if (!(length > 0.0)) return std::nullopt;
   // Hann's window: a ramp, a drift and the ends of the record leak little.
   const std::vector<double> times(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(n));
-  std::vector<double> windowed(n);
+  std::vector<double> windowed(padded(n));
   double mean = 0.0;
   for (std::size_t i = 0; i < n; ++i)
     mean += y[i] / static_cast<double>(n);
@@ -42,19 +55,22 @@ std::optional<double> found_frequency(const std::vector<double>& t, const std::v
   Eigen::FFT<double> fft;
   std::vector<std::complex<double>> spectrum;
   fft.fwd(spectrum, windowed);
+  const std::size_t wide = windowed.size();
+  windowed.resize(n);
   std::size_t best = 1;
   double all = 0.0;
-  for (std::size_t k = 1; k < n / 2; ++k) {
+  for (std::size_t k = 1; k < wide / 2; ++k) {
     all += std::norm(spectrum[k]);
     if (std::norm(spectrum[k]) > std::norm(spectrum[best])) best = k;
   }
   double line = 0.0;
-  for (std::size_t k = std::max<std::size_t>(best, 3) - 2; k <= std::min(best + 2, n / 2); ++k)
+  for (std::size_t k = std::max<std::size_t>(best, 3) - 2; k <= std::min(best + 2, wide / 2); ++k)
     line += std::norm(spectrum[k]);
-  if (!(line > kOfPower * all) || static_cast<double>(best) < kFewestPeriods) return std::nullopt;
+  const double step = static_cast<double>(n - 1) / static_cast<double>(wide) / length;  // Hz
+  const double periods = static_cast<double>(best * n) / static_cast<double>(wide);
+  if (!(line > kOfPower * all) || periods < kFewestPeriods) return std::nullopt;
   // The maximum between the neighbours, by golden section.
   constexpr double kGolden = 0.6180339887498949;
-  const double step = static_cast<double>(n - 1) / static_cast<double>(n) / length;
   double low = (static_cast<double>(best) - 1.0) * step;
   double high = (static_cast<double>(best) + 1.0) * step;
   double one = high - kGolden * (high - low), two = low + kGolden * (high - low);

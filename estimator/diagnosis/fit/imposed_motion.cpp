@@ -29,8 +29,7 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
       p_(model.parameter_count()),
       memory_(s_ - model.mechanical()),
       frequency_(frequency_hz),
-      motion_(motion),
-      band_(points, std::max(1, memory_), stencil_.reach) {
+      motion_(motion) {
   if (model.mechanical() != 1)
     throw std::invalid_argument(
         fmt::format("{}: a motion can only be imposed on a model of one coordinate", model.name()));
@@ -57,7 +56,9 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
   std::copy(a_.begin(), a_.end(), at_.a[0]);
   for (int c = 1; c < s_; ++c)
     std::fill_n(at_.u[static_cast<std::size_t>(c)], n_, model.rest(c));
-  rows_.resize(static_cast<std::size_t>(n_ * std::max(1, memory_) * (1 + p_)));
+  if (memory_ == 0) return;
+  band_.emplace(n_, memory_, stencil_.reach);
+  rows_.resize(static_cast<std::size_t>(n_ * memory_ * (1 + p_)));
 }
 
 double ImposedMotion::difference(const double* column, int i) const {
@@ -90,7 +91,7 @@ double ImposedMotion::row_norm() const {
 }
 
 bool ImposedMotion::factorise() {
-  band_.clear();
+  band_->clear();
   for (int i = 0; i < n_; ++i) {
     for (int d = 1; d < s_; ++d) {
       for (int e = 1; e < s_; ++e) {
@@ -100,11 +101,11 @@ bool ImposedMotion::factorise() {
         for (std::size_t k = 0; k < std::size(values); ++k)
           values[k] = over_v * stencil_.first[k];
         values[stencil_.reach] += at_.g_u[de][i];
-        band_.add(i, d - 1, e - 1, values);
+        band_->add(i, d - 1, e - 1, values);
       }
     }
   }
-  return band_.factorise();
+  return band_->factorise();
 }
 
 // Damped Newton on the memory; its course over theta stays in `rows_`.
@@ -121,7 +122,7 @@ bool ImposedMotion::solve_memory(std::span<const double> theta) {
           row[1 + k] = -at_.g_theta[static_cast<std::size_t>(d * p_ + k)][i];
       }
     }
-    band_.solve(rows_.data(), stride, stride);
+    band_->solve(rows_.data(), stride, stride);
     double largest = 0.0, size = 1e-300;
     std::vector<std::vector<double>> kept;
     for (int c = 1; c < s_; ++c) {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -56,8 +57,8 @@ class ImposedMotion {
   Stencil stencil_ = upwind_stencil(Scheme::order4);
   Eigen::VectorXd u_, v_, a_, force_;
   Eigen::MatrixXd slope_;
-  ModelArrays at_;  // the motion, then the memories
-  CyclicBandedLu band_;
+  ModelArrays at_;                      // the motion, then the memories
+  std::optional<CyclicBandedLu> band_;  // of the memories
   std::vector<double> rows_;
   std::unique_ptr<MotionIntegrator> integrator_;  // of parts in series
 };

@@ -73,10 +73,9 @@ MotionIntegrator::MotionIntegrator(const Model& model, Motion motion, bool inert
   force_.resize(n_);
   slope_.resize(n_, p_);
   w_.resize(rows_, q_);
-  for (VectorXd* values : {&step_.h, &step_.trial, &step_.trial_h})
+  for (VectorXd* values : {&step_.h, &step_.trial, &step_.trial_h, &step_.move})
     values->resize(q_);
-  step_.slope.resize(q_, q_);
-  step_.move.resize(q_, 1);
+  step_.slope.resize(q_ * q_);
 }
 
 // w' = (3 w - 4 w_1 + w_2) / 2 dt; at the second step one of the first order, at the first none.
@@ -124,13 +123,12 @@ bool MotionIntegrator::residual(const VectorXd& w, double now, const VectorXd& h
   return h.allFinite();
 }
 
-// The derivative of these equations over w, from the i-th point of the arrays.
-void MotionIntegrator::slope_at(const ModelArrays& arrays, int i, double now,
-                                MatrixXd& slope) const {
+// The derivative of these equations over w, from the i-th point of the arrays, row after row.
+void MotionIntegrator::slope_at(const ModelArrays& arrays, int i, double now, double* slope) const {
   for (int d = 0; d < q_; ++d) {
     for (int e = 0; e < q_; ++e) {
       const auto de = static_cast<std::size_t>((d + 1) * s_ + e + 1);
-      slope(d, e) = arrays.g_u[de][i] + now * arrays.g_v[de][i];
+      slope[d * q_ + e] = arrays.g_u[de][i] + now * arrays.g_v[de][i];
     }
   }
 }
@@ -143,22 +141,22 @@ bool MotionIntegrator::afford(int points) {
 // Damped Newton for w at one step.
 bool MotionIntegrator::solve_step(double now, const VectorXd& history,
                                   std::span<const double> theta, VectorXd& w) {
-  auto& [h, trial, trial_h, slope, move] = step_;
+  auto& [h, trial, trial_h, move, slope] = step_;
   if (!residual(w, now, history, theta, h)) return false;
   for (int round = 0; round < kMostNewton; ++round) {
-    slope_at(one_, 0, now, slope);
-    move.col(0) = h;
-    solve(slope, move);
+    slope_at(one_, 0, now, slope.data());
+    move = h;
+    solve(slope.data(), move.data(), 1);
     if (!move.allFinite()) return false;
     const double length = move.cwiseAbs().maxCoeff();
     if (length < kSolved * std::max(w.cwiseAbs().maxCoeff(), 1e-9)) {
-      w -= move.col(0);
+      w -= move;
       return true;
     }
     bool better = false;
     const double norm = h.norm();
     for (double share = 1.0; share > 1e-4 && !better; share *= 0.5) {
-      trial = w - share * move.col(0);
+      trial = w - share * move;
       better =
           residual(trial, now, history, theta, trial_h) && (trial_h.norm() < norm || norm < 1e-14);
     }
@@ -192,32 +190,32 @@ void MotionIntegrator::begin_from(const MotionIntegrator& other) {
   has_course_ = true;
 }
 
-// right = slope^-1 right, both with a row for each carried coordinate; `slope` is destroyed. Gauss
-// with row exchanges: the matrices are too small for a library's.
-void MotionIntegrator::solve(MatrixXd& slope, MatrixXd& right) const {
-  const Index columns = right.cols();
+// right = slope^-1 right, both with a row for each carried coordinate, row after row; `slope` is
+// destroyed. Gauss with row exchanges: the matrices are too small for a library's.
+void MotionIntegrator::solve(double* slope, double* right, int columns) const {
   for (int d = 0; d < q_; ++d) {
     int pivot = d;
     for (int r = d + 1; r < q_; ++r) {
-      if (std::fabs(slope(r, d)) > std::fabs(slope(pivot, d))) pivot = r;
+      if (std::fabs(slope[r * q_ + d]) > std::fabs(slope[pivot * q_ + d])) pivot = r;
     }
     if (pivot != d) {
-      slope.row(d).swap(slope.row(pivot));
-      right.row(d).swap(right.row(pivot));
+      std::swap_ranges(slope + d * q_, slope + (d + 1) * q_, slope + pivot * q_);
+      std::swap_ranges(right + d * columns, right + (d + 1) * columns, right + pivot * columns);
     }
     for (int r = d + 1; r < q_; ++r) {
-      const double factor = slope(r, d) / slope(d, d);
+      const double factor = slope[r * q_ + d] / slope[d * q_ + d];
       for (int e = d + 1; e < q_; ++e)
-        slope(r, e) -= factor * slope(d, e);
-      for (Index k = 0; k < columns; ++k)
-        right(r, k) -= factor * right(d, k);
+        slope[r * q_ + e] -= factor * slope[d * q_ + e];
+      for (int k = 0; k < columns; ++k)
+        right[r * columns + k] -= factor * right[d * columns + k];
     }
   }
   for (int d = q_; d-- > 0;) {
-    for (Index k = 0; k < columns; ++k) {
+    for (int k = 0; k < columns; ++k) {
+      double& x = right[d * columns + k];
       for (int e = d + 1; e < q_; ++e)
-        right(d, k) -= slope(d, e) * right(e, k);
-      right(d, k) /= slope(d, d);
+        x -= slope[d * q_ + e] * right[e * columns + k];
+      x /= slope[d * q_ + d];
     }
   }
 }
@@ -271,32 +269,33 @@ bool MotionIntegrator::step_through(int first, int last, std::span<const double>
 // A round is a forward substitution. The points are evaluated together, which costs a small part of
 // what they cost one by one. Returns false if it does not converge; w is then undefined there.
 bool MotionIntegrator::correct(int first, int last, std::span<const double> theta) {
-  MatrixXd slope(q_, q_), now(q_, 1), before(q_, 1), earlier(q_, 1);
+  moves_.resize(static_cast<std::size_t>(q_) * 3);
   for (int round = 0; round < kMostCorrections; ++round) {
     load(first, last);
     if (!afford(last - first) || !block_.evaluate_internal(*model_, last - first, theta.data()))
       return false;
     double largest = 0.0;
-    now.setZero();
-    before.setZero();
+    std::fill(moves_.begin(), moves_.end(), 0.0);
+    double* now = moves_.data();  // the moves of this step and of the two before
+    double *before = now + q_, *earlier = before + q_;
     for (int row = std::max(first, 1); row < last; ++row) {
       const int i = row - first;
       const Difference rate = difference_at(row);
-      earlier.swap(before);
-      before.swap(now);
-      slope_at(block_, i, rate.now, slope);
+      std::swap(earlier, before);
+      std::swap(before, now);
+      slope_at(block_, i, rate.now, step_.slope.data());
       for (int d = 0; d < q_; ++d) {
-        now(d, 0) = -block_.g[static_cast<std::size_t>(d + 1)][i];
+        now[d] = -block_.g[static_cast<std::size_t>(d + 1)][i];
         for (int e = 0; e < q_; ++e)
-          now(d, 0) -= block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] *
-                       (rate.last * before(e, 0) + rate.before * earlier(e, 0));
+          now[d] -= block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] *
+                    (rate.last * before[e] + rate.before * earlier[e]);
       }
-      solve(slope, now);
+      solve(step_.slope.data(), now, 1);
       double move = 0.0, size = 1e-9;
       for (int d = 0; d < q_; ++d) {
-        if (!std::isfinite(now(d, 0))) return false;
-        w_(row, d) += now(d, 0);
-        move = std::max(move, std::fabs(now(d, 0)));
+        if (!std::isfinite(now[d])) return false;
+        w_(row, d) += now[d];
+        move = std::max(move, std::fabs(now[d]));
         size = std::max(size, std::fabs(w_(row, d)));
       }
       largest = std::max(largest, move / size);
@@ -309,12 +308,12 @@ bool MotionIntegrator::correct(int first, int last, std::span<const double> thet
 // Carries w's derivatives over theta along a block, from the derivatives of the model at its
 // points, and adds what they do to the force.
 bool MotionIntegrator::carry_slopes(int first, int last) {
-  auto& [slope, now, before, earlier, history, cycle, size, change, change_before] = bends_;
+  auto& [now, before, earlier, history, cycle, size, change, change_before] = bends_;
+  const int all = q_ * p_;
   if (first == 0) {
-    slope.resize(q_, q_);
-    now = before = earlier = history = MatrixXd::Zero(q_, p_);
-    cycle.setZero(q_ * p_, n_);
-    size = VectorXd::Constant(q_ * p_, 1e-300);
+    now = before = earlier = history = VectorXd::Zero(all);
+    cycle.setZero(all, n_);
+    size = VectorXd::Constant(all, 1e-300);
   }
   for (int row = std::max(first, 1); row < last; ++row) {
     const int i = row - first, at = row % n_;
@@ -322,27 +321,33 @@ bool MotionIntegrator::carry_slopes(int first, int last) {
     earlier.swap(before);
     before.swap(now);
     history = rate.last * before + rate.before * earlier;
-    slope_at(block_, i, rate.now, slope);
+    slope_at(block_, i, rate.now, step_.slope.data());
     for (int d = 0; d < q_; ++d) {
-      for (int k = 0; k < p_; ++k) {
-        now(d, k) = -block_.g_theta[static_cast<std::size_t>((d + 1) * p_ + k)][i];
-        for (int e = 0; e < q_; ++e)
-          now(d, k) -=
-              block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] * history(e, k);
+      double* of = &now[d * p_];
+      for (int k = 0; k < p_; ++k)
+        of[k] = -block_.g_theta[static_cast<std::size_t>((d + 1) * p_ + k)][i];
+      for (int e = 0; e < q_; ++e) {
+        const double over = block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i];
+        for (int k = 0; k < p_; ++k)
+          of[k] -= over * history[e * p_ + k];
       }
     }
-    solve(slope, now);
-    if (!now.allFinite()) return false;
+    solve(step_.slope.data(), now.data(), p_);
+    change_before = change;
+    change = 0.0;
+    double* last_cycle = &cycle(0, at);
+    for (int k = 0; k < all; ++k) {
+      if (!std::isfinite(now[k])) return false;
+      size[k] = std::max(size[k], std::fabs(now[k]));
+      change = std::max(change, std::fabs(now[k] - last_cycle[k]) / size[k]);
+      last_cycle[k] = now[k];
+    }
     for (int d = 0; d < q_; ++d) {
       const auto c = static_cast<std::size_t>(d + 1);
-      slope_.row(at) += block_.g_u[c][i] * now.row(d);
-      slope_.row(at) += block_.g_v[c][i] * (rate.now * now.row(d) + history.row(d));
+      const double over_w = block_.g_u[c][i] + rate.now * block_.g_v[c][i];
+      for (int k = 0; k < p_; ++k)
+        slope_(at, k) += over_w * now[d * p_ + k] + block_.g_v[c][i] * history[d * p_ + k];
     }
-    const Eigen::Map<const VectorXd> flat(now.data(), now.size());
-    size = size.cwiseMax(flat.cwiseAbs());
-    change_before = change;
-    change = (flat - cycle.col(at)).cwiseAbs().cwiseQuotient(size).maxCoeff();
-    cycle.col(at) = flat;
   }
   return true;
 }

@@ -64,10 +64,10 @@ class MotionIntegrator {
   void load(int first, int last);
   bool residual(const Eigen::VectorXd& w, double now, const Eigen::VectorXd& history,
                 std::span<const double> theta, Eigen::VectorXd& h);
-  void slope_at(const ModelArrays& arrays, int i, double now, Eigen::MatrixXd& slope) const;
+  void slope_at(const ModelArrays& arrays, int i, double now, double* slope) const;
   bool solve_step(double now, const Eigen::VectorXd& history, std::span<const double> theta,
                   Eigen::VectorXd& w);
-  void solve(Eigen::MatrixXd& slope, Eigen::MatrixXd& right) const;
+  void solve(double* slope, double* right, int columns) const;
   bool afford(int points);
   bool march(std::span<const double> theta);
   bool correct(int first, int last, std::span<const double> theta);
@@ -88,11 +88,12 @@ class MotionIntegrator {
   Eigen::MatrixXd w_;        // rows x q, the course of what is carried along
   bool has_course_ = false;  // w_ is the course of the theta before
   struct Step {              // of one step's Newton iteration
-    Eigen::VectorXd h, trial, trial_h;
-    Eigen::MatrixXd slope, move;
+    Eigen::VectorXd h, trial, trial_h, move;
+    std::vector<double> slope;  // q x q
   } step_;
-  struct Bends {  // derivatives of w over theta, q x p
-    Eigen::MatrixXd slope, now, before, earlier, history;
+  std::vector<double> moves_;  // of a block's Newton iteration, at three steps
+  struct Bends {               // derivatives of w over theta, q x p, row after row
+    Eigen::VectorXd now, before, earlier, history;
     Eigen::MatrixXd cycle;                     // one column for each step of a cycle
     Eigen::VectorXd size;                      // the largest of each
     double change = 0.0, change_before = 0.0;  // from cycle to cycle, of the last two steps

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/math/dense.hpp"
+#include "estimator/math/dense_product.hpp"
 #include "estimator/math/simd_math.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -20,6 +20,8 @@ constexpr double kJump = 0.01;  // of it: over which a force may jump where the 
 constexpr double kSmooth[] = {0.12, 0.3, 0.8, 2.5};  // lengths of the prior, axes from 0 to 1
 constexpr int kHalvings = 50;                        // of an interval about an eigenvalue
 constexpr int kRatios = 8;                           // of noise to prior, that are weighed together
+constexpr double kLeastRatio = 1e-12, kLargestRatio = 1e6;  // of noise to the prior's largest
+constexpr double kRatioStep = 3.0;                          // from one to the next
 constexpr int kFactors = 8;  // of a product whose logarithm is taken: 1e-16 to 1 each
 
 // Uniform cubic B-splines on 0..1, the four about `at`.
@@ -33,92 +35,133 @@ void cubic(double at, Index count, Index& first, double weights[4]) {
   weights[3] = t * t * t / 6.0;
 }
 
-// The residual's variance by a prior, made tridiagonal, with the residual in the same directions.
-// `rest`: the residual's square in directions that no surface reaches.
-struct Trial {
-  Tridiagonal prior;
-  double rest = 0.0, rest_count = 0.0;
-};
-
 // The largest eigenvalue, by bisection: x is larger where all pivots of prior - x are negative.
 double largest_of(const Tridiagonal& prior) {
-  const Index n = prior.diagonal.size();
-  double low = prior.diagonal.maxCoeff();
-  double high = low + 2.0 * (n > 1 ? prior.beside.cwiseAbs().maxCoeff() : 0.0);
+  const VectorXd &diagonal = prior.diagonal(), &beside = prior.beside();
+  double low = diagonal.maxCoeff();
+  double high = low + 2.0 * (beside.size() > 0 ? beside.cwiseAbs().maxCoeff() : 0.0);
   for (int halved = 0; halved < kHalvings; ++halved) {
     const double x = 0.5 * (low + high);
-    double pivot = prior.diagonal[0] - x;
-    for (Index k = 1; k < n && pivot < 0.0; ++k)
-      pivot = prior.diagonal[k] - x - prior.beside[k - 1] * prior.beside[k - 1] / pivot;
+    double pivot = diagonal[0] - x;
+    for (Index k = 1; k < diagonal.size() && pivot < 0.0; ++k)
+      pivot = diagonal[k] - x - beside[k - 1] * beside[k - 1] / pivot;
     (pivot < 0.0 ? high : low) = x;
   }
-  return high;
+  return std::max(high, 1e-300);
 }
 
-// Logarithm of the determinant of prior + ratio, and the residual's square weighted by its inverse,
-// for some ratios at once: each pivot waits for a division by the one before.
+// Nuisances and, last, the residual in a prior's directions, and what of them no surface reaches.
+struct Beside {
+  MatrixXd rotated, unreached;   // the second: their products
+  double unreached_count = 0.0;  // directions
+  double count = 0.0;            // of all directions, less the nuisances
+};
+
+// For some ratios of noise to prior at once, as each pivot waits for a division by the one before:
+// the logarithm of the restricted likelihood's determinant, and the residual's square.
 struct RatioSums {
   double log_size[kRatios], square[kRatios];
 };
 
-SHAKER_SIMD_CLONES RatioSums sums_at(const Tridiagonal& prior, const double* ratios) {
-  const Index n = prior.diagonal.size();
-  double pivot[kRatios], along[kRatios], product[kRatios];
-  RatioSums sum{};
-  for (int r = 0; r < kRatios; ++r) {
+// products += what the columns have with each other by the inverse of prior + ratio; `pivots`: the
+// logarithm of its determinant.
+SHAKER_SIMD_CLONES void add_products(const SeenPrior& prior, const MatrixXd& columns,
+                                     const double* __restrict ratios, double* __restrict along,
+                                     double* __restrict products, double* __restrict pivots) {
+  const double* diagonal = prior.seen.diagonal().data();
+  const double* beside = prior.seen.beside().data();
+  const Index n = columns.rows(), count = columns.cols();
+  const double scale = 1.0 / prior.largest;
+  double pivot[kRatios], product[kRatios], inverse[kRatios], factor[kRatios];
+  for (int r = 0; r < kRatios; ++r)
     pivot[r] = product[r] = 1.0;
-    along[r] = 0.0;
-  }
-  double beside = 0.0;
   for (Index k = 0; k < n; ++k) {
+    const double off = k > 0 ? beside[k - 1] * scale : 0.0;
     for (int r = 0; r < kRatios; ++r) {
-      const double factor = beside / pivot[r];
+      factor[r] = off / pivot[r];
       // Rounding may take it below what the noise alone makes of it.
-      pivot[r] = std::max(prior.diagonal[k] + ratios[r] - factor * beside, ratios[r]);
-      along[r] = prior.rotated[k] - factor * along[r];
-      sum.square[r] += along[r] * along[r] / pivot[r];
+      pivot[r] = std::max(diagonal[k] * scale + ratios[r] - factor[r] * off, ratios[r]);
+      inverse[r] = 1.0 / pivot[r];
       product[r] *= pivot[r];
     }
-    if (k + 1 < n) beside = prior.beside[k];
+    double* to = products;
+    for (Index a = 0; a < count; ++a) {
+      double* mine = along + a * kRatios;
+      double weighed[kRatios];
+      for (int r = 0; r < kRatios; ++r) {
+        mine[r] = columns(k, a) - factor[r] * mine[r];
+        weighed[r] = mine[r] * inverse[r];
+      }
+      for (Index b = 0; b <= a; ++b, to += kRatios) {
+        for (int r = 0; r < kRatios; ++r)
+          to[r] += weighed[r] * along[b * kRatios + r];
+      }
+    }
     if (k % kFactors != kFactors - 1 && k + 1 < n) continue;
     for (int r = 0; r < kRatios; ++r) {
-      sum.log_size[r] += std::log(product[r]);
+      pivots[r] += std::log(product[r]);
       product[r] = 1.0;
     }
+  }
+}
+
+// Eliminates the nuisances from their products with the residual, row after row of the lower half.
+RatioSums sums_at(const SeenPrior& prior, const Beside& beside, const double* ratios) {
+  const Index count = beside.rotated.cols();
+  RatioSums sum{};
+  std::vector<double> along(static_cast<std::size_t>(count * kRatios), 0.0);
+  std::vector<double> products(static_cast<std::size_t>(count * (count + 1) / 2 * kRatios), 0.0);
+  add_products(prior, beside.rotated, ratios, along.data(), products.data(), sum.log_size);
+  const auto at = [&](Index a, Index b, int r) -> double& {
+    return products[static_cast<std::size_t>((a * (a + 1) / 2 + b) * kRatios + r)];
+  };
+  for (int r = 0; r < kRatios; ++r) {
+    sum.log_size[r] += beside.unreached_count * std::log(ratios[r]);
+    for (Index a = 0; beside.unreached_count > 0.0 && a < count; ++a) {
+      for (Index b = 0; b <= a; ++b)
+        at(a, b, r) += beside.unreached(a, b) / ratios[r];
+    }
+    for (Index j = 0; j + 1 < count; ++j) {
+      sum.log_size[r] += std::log(std::max(at(j, j, r), 1e-300));
+      for (Index a = j + 1; a < count; ++a) {
+        const double factor = at(a, j, r) / std::max(at(j, j, r), 1e-300);
+        for (Index b = j + 1; b <= a; ++b)
+          at(a, b, r) -= factor * at(b, j, r);
+      }
+    }
+    sum.square[r] = std::max(at(count - 1, count - 1, r), 0.0);
   }
   return sum;
 }
 
-// The likeliest size of a prior, and noise.
+// The likeliest size of a prior, and noise. For each ratio of the two the size is known.
 struct Likeliest {
   double evidence = -std::numeric_limits<double>::infinity(), size = 1.0, noise = 1.0;
 };
 
-Likeliest likeliest(Trial trial, double least_noise) {
-  // In units of the prior's largest variance.
-  const double scale = 1.0 / std::max(largest_of(trial.prior), 1e-300);
-  trial.prior.diagonal *= scale;
-  trial.prior.beside *= scale;
-  const auto count = static_cast<double>(trial.prior.diagonal.size());
-  std::vector<double> sizes;
-  for (double size = 0.1; size < 1e10; size *= 3.0)
-    sizes.push_back(size);
-  Likeliest best;
-  for (double noise = least_noise; noise < 1e5; noise *= 1.5) {
-    for (std::size_t from = 0; from < sizes.size(); from += kRatios) {
-      double ratios[kRatios];
-      for (std::size_t r = 0; r < kRatios; ++r)
-        ratios[r] = noise / sizes[std::min(from + r, sizes.size() - 1)];
-      const RatioSums sum = sums_at(trial.prior, ratios);
-      for (std::size_t r = 0; r < kRatios && from + r < sizes.size(); ++r) {
-        const double size = sizes[from + r];
-        const double evidence =
-            -0.5 * (count * std::log(size) + sum.log_size[r] + sum.square[r] / size +
-                    trial.rest_count * std::log(noise) + trial.rest / noise);
-        if (evidence > best.evidence) best = {evidence, size * scale, noise};
-      }
-    }
+void look_between(const SeenPrior& prior, const Beside& beside, double least_noise, double first,
+                  double step, Likeliest& best) {
+  double ratios[kRatios];
+  for (int r = 0; r < kRatios; ++r)
+    ratios[r] = first * std::pow(step, r);
+  const RatioSums sum = sums_at(prior, beside, ratios);
+  for (int r = 0; r < kRatios; ++r) {
+    const double size = std::max({sum.square[r] / beside.count, least_noise / ratios[r], 1e-300});
+    const double evidence =
+        -0.5 * (beside.count * std::log(size) + sum.log_size[r] + sum.square[r] / size);
+    if (evidence > best.evidence) best = {evidence, size, ratios[r] * size};
   }
+}
+
+Likeliest likeliest(const SeenPrior& prior, const Beside& beside, double least_noise) {
+  Likeliest best;
+  const double next = std::pow(kRatioStep, kRatios);
+  for (double first = kLeastRatio; first < kLargestRatio; first *= next)
+    look_between(prior, beside, least_noise, first, kRatioStep, best);
+  const double finer = std::pow(kRatioStep, 2.0 / (kRatios + 1));
+  look_between(prior, beside, least_noise, best.noise / best.size / kRatioStep * finer, finer,
+               best);
+  best.size /= prior.largest;
   return best;
 }
 
@@ -176,21 +219,30 @@ MatrixXd ForceSurface::covariance(double along_stroke, double along_velocity) co
 
 SeenPriors ForceSurface::seen_by(const MatrixXd& reach) const {
   constexpr Index kEven = kAcross * kAlong;  // independent of what jumps
-  const MatrixXd even = reach.leftCols(kEven), jump = reach.rightCols(kAcross);
-  SeenPriors of{reach, {}};
+  SeenPriors of;
+  of.reach = of.inside = reach;
+  if (reach.rows() > size()) {
+    of.reached.emplace(reach);
+    of.inside = of.reached->r();
+  }
+  const MatrixXd even = of.inside.leftCols(kEven), jump = of.inside.rightCols(kAcross);
   for (const double along_stroke : kSmooth) {
     for (const double along_velocity : kSmooth) {
       const MatrixXd prior = covariance(along_stroke, along_velocity);
-      of.seen.push_back(even * prior.topLeftCorner(kEven, kEven) * even.transpose() +
-                        jump * prior.bottomRightCorner(kAcross, kAcross) * jump.transpose());
+      const MatrixXd seen_even = product(even, prior.topLeftCorner(kEven, kEven)),
+                     seen_jump = product(jump, prior.bottomRightCorner(kAcross, kAcross));
+      const Tridiagonal seen(product(seen_even, even.transpose()) +
+                             product(seen_jump, jump.transpose()));
+      of.priors.push_back({along_stroke, along_velocity, largest_of(seen), seen});
     }
   }
   return of;
 }
 
-SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise,
-                             std::vector<SeenPriors>& known) const {
-  // Orthogonal to all that the nuisances can do.
+SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise, SeenPriors& known) const {
+  if (known.reach.rows() != data.reach.rows() || known.reach != data.reach)
+    known = seen_by(data.reach);
+  // The residual beside all that the nuisances can do.
   MatrixXd nuisance = data.nuisance;
   for (Index k = 0; k < nuisance.cols(); ++k) {
     const double norm = nuisance.col(k).norm();
@@ -198,53 +250,44 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise,
   }
   PivotedQr qr(nuisance);
   qr.set_threshold(1e-9);
-  const Index left = nuisance.rows() - qr.rank();
-  const VectorXd residual = qr.rotated(data.residual).bottomRows(left);
-  MatrixXd reach = qr.rotated(data.reach).bottomRows(left);
-  VectorXd seen = residual;
-  double unreached = 0.0, unreached_count = 0.0;
-  if (left > size()) {  // only the directions that any surface reaches
-    Triangle compressed = triangle_of(reach, residual);
-    seen = std::move(compressed.rotated);
-    reach = std::move(compressed.r);
-    unreached = residual.squaredNorm() - seen.squaredNorm();
-    unreached_count = static_cast<double>(left - size());
-  }
-
-  const bool compressed = left > size();
-  const SeenPriors of_triangle = compressed ? seen_by(reach) : SeenPriors{};
-  const SeenPriors* priors = &of_triangle;
-  if (!compressed) {
-    const auto same = std::find_if(known.begin(), known.end(), [&](const SeenPriors& one) {
-      return one.reach.rows() == data.reach.rows() && one.reach == data.reach;
-    });
-    priors = same != known.end() ? &*same : &known.emplace_back(seen_by(data.reach));
-  }
-  double stroke = 1.0, velocity = 1.0;  // of the likeliest prior
+  const Index rank = qr.rank();
+  const MatrixXd basis = qr.basis(rank);
+  const VectorXd residual = data.residual - basis * (basis.transpose() * data.residual);
+  MatrixXd columns(residual.size(), rank + 1);
+  columns << basis, residual;
+  if (known.reached) columns = known.reached->rotated(columns);
+  const MatrixXd reached = columns.topRows(known.inside.rows());
+  const MatrixXd rest = columns.bottomRows(columns.rows() - reached.rows());
+  Beside beside{{},
+                rest.transpose() * rest,
+                static_cast<double>(rest.rows()),
+                static_cast<double>(columns.rows() - rank)};
+  const SeenPrior* smooth = &known.priors.front();
   Likeliest best;
-  for (std::size_t k = 0; k < priors->seen.size(); ++k) {
-    MatrixXd prior = priors->seen[k];
-    if (!compressed)
-      prior = qr.rotated(MatrixXd(qr.rotated(prior).transpose())).bottomRightCorner(left, left);
-    const Likeliest found =
-        likeliest({tridiagonal_of(prior, seen), unreached, unreached_count}, least_noise);
+  for (const SeenPrior& prior : known.priors) {
+    beside.rotated = prior.seen.rotated(reached);
+    const Likeliest found = likeliest(prior, beside, least_noise);
     if (found.evidence <= best.evidence) continue;
     best = found;
-    stroke = kSmooth[k / std::size(kSmooth)];
-    velocity = kSmooth[k % std::size(kSmooth)];
+    smooth = &prior;
   }
-  const double tall = best.size, noise = best.noise;
   // Posterior over the coefficients: their prior is root root'.
-  const MatrixXd root = Cholesky(tall * covariance(stroke, velocity)).root();
-  const MatrixXd through = reach * root;
-  MatrixXd precision = through.transpose() * through / noise;
-  precision.diagonal().array() += 1.0;
+  const MatrixXd root =
+      Cholesky(best.size * covariance(smooth->along_stroke, smooth->along_velocity)).root();
+  const MatrixXd through = product(known.inside, root);
+  const MatrixXd imitated = reached.leftCols(rank).transpose() * through;
+  const MatrixXd precision =
+      MatrixXd::Identity(size(), size()) +
+      (product_with_own(through.transpose()) - product_with_own(imitated.transpose())) / best.noise;
   const Cholesky factor(precision);
   SurfaceFit fit;
-  fit.mean = root * factor.solve(VectorXd(through.transpose() * seen)) / noise;
-  fit.root = factor.whiten(MatrixXd(root.transpose())).transpose();
+  const VectorXd moved =
+      factor.solve(VectorXd(through.transpose() * reached.col(rank))) / best.noise;
+  fit.mean = root * moved;
+  fit.spread = factor.whiten(MatrixXd(root.transpose()));
   const double before = residual.squaredNorm();
-  const double after = (seen - reach * fit.mean).squaredNorm() + unreached;
+  const double after = (reached.col(rank) - through * moved).squaredNorm() -
+                       (imitated * moved).squaredNorm() + rest.col(rank).squaredNorm();
   fit.share = before > 0.0 ? std::clamp(1.0 - after / before, 0.0, 1.0) : 0.0;
   return fit;
 }

@@ -1,9 +1,12 @@
 // A smooth force over stroke and velocity, estimated from residuals (remaining_force.hpp).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Dense>
+
+#include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -15,15 +18,24 @@ struct SurfaceData {
 };
 
 struct SurfaceFit {
-  Eigen::VectorXd mean;  // coefficients
-  Eigen::MatrixXd root;  // their covariance is root root'
-  double share = 0.0;    // of the residuals' square, nuisances taken out, that it explains
+  Eigen::VectorXd mean;    // coefficients
+  Eigen::MatrixXd spread;  // their covariance is spread^T spread
+  double share = 0.0;      // of the residuals' square, nuisances taken out, that it explains
 };
 
-// What the priors of all smoothness make of a reach, kept for fits with the same one.
+// The data's variance by a prior of one smoothness, over its largest.
+struct SeenPrior {
+  double along_stroke = 0.0, along_velocity = 0.0;
+  double largest = 1.0;
+  Tridiagonal seen;
+};
+
+// What the priors of all smoothness make of a reach, kept for the next fit with the same one.
 struct SeenPriors {
   Eigen::MatrixXd reach;
-  std::vector<Eigen::MatrixXd> seen;  // reach prior reach^T
+  std::optional<TallQr> reached;  // the directions of the data that it reaches; none: all
+  Eigen::MatrixXd inside;         // the reach in these directions
+  std::vector<SeenPrior> priors;
 };
 
 class ForceSurface {
@@ -36,8 +48,8 @@ class ForceSurface {
   // Values of the splines at points, one column for each spline.
   Eigen::MatrixXd splines(const Eigen::VectorXd& stroke, const Eigen::VectorXd& velocity) const;
   // Fits the surface. Its smoothness and size and the noise (of a variance of at least
-  // `least_noise`) come from the residuals. `known`: of earlier fits of this surface; more are added.
-  SurfaceFit fit(const SurfaceData& data, double least_noise, std::vector<SeenPriors>& known) const;
+  // `least_noise`) come from the residuals. `known`: of the last fit of this surface, or empty.
+  SurfaceFit fit(const SurfaceData& data, double least_noise, SeenPriors& known) const;
 
  private:
   Eigen::MatrixXd covariance(double along_stroke, double along_velocity) const;

@@ -203,25 +203,39 @@ MatrixXd less_parameters(const Grid& grid, const MatrixXd& slopes, const MatrixX
   return root.cwiseInverse().asDiagonal() * (scaled - basis * (basis.transpose() * scaled));
 }
 
-// Takes out of forces at the cells what the fit's parameters do beside them. The fit weighs what is
-// compared, the response as a rule, and not the force.
-MatrixXd beside_estimates(const SurfaceData& seen, const MatrixXd& slopes, const MatrixXd& forces) {
+// Takes out of forces at the cells what the fit's parameters do beside them. `coefficients`: the
+// splines', of each force. The fit weighs what is compared, the response as a rule, and not the
+// force.
+MatrixXd beside_estimates(const SurfaceData& seen, const MatrixXd& slopes,
+                          const MatrixXd& coefficients, const MatrixXd& forces) {
   const VectorXd inverse = seen.nuisance.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   const PivotedQr factor(seen.nuisance * inverse.asDiagonal());
   const MatrixXd moved = inverse.asDiagonal() * factor.solve(seen.reach);
-  return forces - slopes * moved.topRows(slopes.cols());
+  return forces - slopes * (moved.topRows(slopes.cols()) * coefficients);
 }
 
-// The means over cells of the fitted surface, and their standard errors.
-void put_forces(const MatrixXd& at_cells, const SurfaceFit& fitted, double ForceCell::*mean,
-                double ForceCell::*standard_error, std::vector<ForceCell>& cells) {
-  const VectorXd force = at_cells * fitted.mean;
-  const double linear = kLinear * force.cwiseAbs().maxCoeff();
-  const VectorXd error =
-      ((at_cells * fitted.root).rowwise().squaredNorm().array() + linear * linear).sqrt();
-  for (Index c = 0; c < force.size(); ++c) {
-    cells[static_cast<std::size_t>(c)].*mean = force[c];
-    cells[static_cast<std::size_t>(c)].*standard_error = error[c];
+// The surface's mean at the cells, then a column for each direction in which it is uncertain. Few
+// splines reach a cell.
+MatrixXd at_cells(const MatrixXd& splines, const MatrixXd& coefficients) {
+  const MatrixXd across = coefficients.transpose();
+  MatrixXd forces = MatrixXd::Zero(across.rows(), splines.rows());
+  for (Index c = 0; c < splines.rows(); ++c) {
+    for (Index k = 0; k < splines.cols(); ++k) {
+      if (splines(c, k) != 0.0) forces.col(c) += splines(c, k) * across.col(k);
+    }
+  }
+  return forces.transpose();
+}
+
+// Means and standard errors of the force, from `at_cells`.
+void put_forces(const MatrixXd& forces, double ForceCell::*mean, double ForceCell::*standard_error,
+                std::vector<ForceCell>& cells) {
+  const double linear = kLinear * forces.col(0).cwiseAbs().maxCoeff();
+  for (Index c = 0; c < forces.rows(); ++c) {
+    ForceCell& cell = cells[static_cast<std::size_t>(c)];
+    cell.*mean = forces(c, 0);
+    cell.*standard_error =
+        std::sqrt(forces.row(c).tail(forces.cols() - 1).squaredNorm() + linear * linear);
   }
 }
 
@@ -229,8 +243,7 @@ void put_forces(const MatrixXd& at_cells, const SurfaceFit& fitted, double Force
 
 std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
                                               const std::vector<RunDatum>& data,
-                                              bool errors_of_model,
-                                              std::vector<SeenPriors>& known) {
+                                              bool errors_of_model, SeenPriors& known) {
   std::vector<Course> all;
   try {
     all = courses(fit, data);
@@ -269,9 +282,12 @@ std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
   remaining.share = fitted.share;
   remaining.stroke_step = grid.stroke_step;
   remaining.velocity_step = grid.velocity_step;
-  put_forces(less_parameters(grid, slope_means, spline_means), fitted, &ForceCell::force,
+  MatrixXd coefficients(surface.size(), 1 + surface.size());
+  coefficients << fitted.mean, fitted.spread.transpose();
+  const MatrixXd forces = at_cells(spline_means, coefficients);
+  put_forces(less_parameters(grid, slope_means, forces), &ForceCell::force,
              &ForceCell::standard_error, remaining.cells);
-  put_forces(beside_estimates(seen, slope_means, spline_means), fitted, &ForceCell::beside,
+  put_forces(beside_estimates(seen, slope_means, coefficients, forces), &ForceCell::beside,
              &ForceCell::beside_error, remaining.cells);
   remaining.words = in_words(remaining, fit.spec.length_unit);
   return remaining;

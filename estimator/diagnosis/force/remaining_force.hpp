@@ -24,6 +24,6 @@ namespace shaker::estimator::diagnosis {
 // and if no run determines it. `known`: from another fit's force of the same campaign, or empty.
 std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
                                               const std::vector<RunDatum>& data,
-                                              bool errors_of_model, std::vector<SeenPriors>& known);
+                                              bool errors_of_model, SeenPriors& known);
 
 }  // namespace shaker::estimator::diagnosis

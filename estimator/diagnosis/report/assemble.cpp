@@ -269,7 +269,7 @@ class Assembler {
   const std::vector<RunDatum>& after_data_;  // those that it was fitted to
   Diagnosis said_;
   std::vector<MissingForce> effect_force_;
-  std::vector<SeenPriors> known_priors_;
+  SeenPriors known_priors_;
 };
 
 }  // namespace

@@ -167,7 +167,7 @@ std::vector<VisitedCell> cells_of(const RemainingForce& remaining) {
 std::vector<VisitedCell> left_by(const Hypothesis& h, const Selection& found,
                                  const std::vector<RunDatum>& data, bool chosen,
                                  const std::optional<RemainingForce>& of_chosen,
-                                 std::vector<SeenPriors>& known) {
+                                 SeenPriors& known) {
   if (chosen) return of_chosen ? cells_of(*of_chosen) : std::vector<VisitedCell>();
   const auto own = remaining_force(*h.fit, h.data ? *h.data : data, found.by_gap, known);
   return own ? cells_of(*own) : std::vector<VisitedCell>();
@@ -177,7 +177,7 @@ std::vector<VisitedCell> left_by(const Hypothesis& h, const Selection& found,
 
 IdentifiedDamper identified_damper(const Selection& found, const std::vector<RunDatum>& data,
                                    const Choice& choice, const ModelProbabilities& probabilities,
-                                   const Diagnosis& said, std::vector<SeenPriors>& known) {
+                                   const Diagnosis& said, SeenPriors& known) {
   IdentifiedDamper damper;
   damper.verdict = name(said.verdict);
   const bool explained = said.verdict != Verdict::unexplained;

@@ -16,6 +16,6 @@ namespace shaker::estimator::diagnosis {
 // force of `said` has left (remaining_force.hpp).
 IdentifiedDamper identified_damper(const Selection& found, const std::vector<RunDatum>& data,
                                    const Choice& choice, const ModelProbabilities& probabilities,
-                                   const Diagnosis& said, std::vector<SeenPriors>& known);
+                                   const Diagnosis& said, SeenPriors& known);
 
 }  // namespace shaker::estimator::diagnosis

@@ -21,5 +21,17 @@ TEST(ChiSquared, OfAnExactFitOfManyPointsIsOne) {
   EXPECT_NEAR(chi_squared_above(11.0705, 5), 0.05, 1e-6);
 }
 
+// -2 zeta(3) at 1, -14 zeta(3) at 1/2, and less by 2 / x^3 from one x to the next below.
+TEST(Statistics, TheDerivativeOfTrigammaIsThatOfItsSeries) {
+  constexpr double kZeta3 = 1.2020569031595942;
+  EXPECT_NEAR(tetragamma(1.0), -2.0 * kZeta3, 1e-13);
+  EXPECT_NEAR(tetragamma(0.5), -14.0 * kZeta3, 1e-12);
+  for (const double x : {0.01, 3.0, 12.0, 40.0}) {
+    EXPECT_NEAR(tetragamma(x + 1.0) / (tetragamma(x) + 2.0 / (x * x * x)), 1.0, 1e-8) << x;
+    const double h = 1e-4 * x;
+    EXPECT_NEAR((trigamma(x + h) - trigamma(x - h)) / (2.0 * h) / tetragamma(x), 1.0, 1e-6) << x;
+  }
+}
+
 }  // namespace
 }  // namespace shaker::estimator

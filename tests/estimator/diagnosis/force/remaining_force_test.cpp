@@ -74,7 +74,7 @@ RemainingForce remaining_of(const Campaign& campaign, std::vector<double>* theta
   fit = fit_harmonics(model, weighed.data, fit.theta, nullptr, options);
   EXPECT_TRUE(fit.converged);
   if (theta != nullptr) *theta = fit.theta;
-  std::vector<SeenPriors> known;
+  SeenPriors known;
   const auto found = remaining_force(fit, weighed.data, false, known);
   EXPECT_TRUE(found);
   // The priors that are kept are those of these data.
