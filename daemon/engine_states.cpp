@@ -180,7 +180,9 @@ void Engine::Impl::act(Detector detector) {
     end_at_rest("fail", why);
     return;
   }
-  if (action == config::Action::stop) {
+  // A ramp down that no sensor sees is not waited for: the drive need not follow it.
+  const bool unseen = state == State::ramp_down && !pausing() && detector == Detector::stale_sensor;
+  if (action == config::Action::stop || unseen) {
     fault_detector = detector;
     trip(why);
   } else if (action == config::Action::hold && cutting()) {

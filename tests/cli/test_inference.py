@@ -35,6 +35,26 @@ class MonteCarlo(unittest.TestCase):
         self.assertEqual(one.returncode, 0, one.stderr)
         self.assertEqual(one.stdout, three.stdout)
 
+    def test_parts_give_together_what_one_run_gives(self):
+        words = ("monte-carlo", "--figure", 12, "--replications", 50, "--profile")
+        whole = run(*words, "--json")
+        with tempfile.TemporaryDirectory() as folder:
+            for count in (1, 7, 64):
+                files = [pathlib.Path(folder) / f"{count}-{i}.jsonl" for i in range(1, count + 1)]
+                for i, file in enumerate(files, 1):
+                    made = run(*words, "--shard", f"{i}/{count}", "--keep", file)
+                    self.assertEqual(made.returncode, 0, made.stderr)
+                merged = run(*words, "--json", "--merge", *reversed(files))
+                self.assertEqual(merged.stdout, whole.stdout, f"{count} parts: {merged.stderr}")
+            for others, sentence in (((*words, "--merge", *files[1:]), "no file has replication 1; run its part again"),
+                                     ((*words, "--merge", *files, files[3]), "replication 4 is there twice"),
+                                     ((*words, "--seed", 2, "--merge", *files), "kept with other options"),
+                                     ((*words, "--merge", __file__), "not a kept replication"),
+                                     ((*words, "--shard", "8/7", "--keep", files[0]), "write 3/7 for the third of")):
+                refused = run(*others)
+                self.assertEqual(refused.returncode, 2)
+                self.assertIn(sentence, refused.stderr)
+
     def test_says_what_is_missing(self):
         oleo = EXAMPLES / "model-oleo.json"
         for words, sentence in (((), "model file"), ((oleo,), "--frequency"),

@@ -266,6 +266,22 @@ TEST(EngineFaults, NotANumberInMidRunIsAStaleSensor) {
   EXPECT_EQ(bench.outlet.alarms("stale_sensor"), 1);
 }
 
+TEST(EngineFaults, ARampDownThatNoSensorSeesIsStoppedAtOnce) {
+  auto rig = bench_rig();
+  rig.limits.stale_s = 0.2;
+  EngineBench bench(rig);
+  auto campaign = bench_campaign(1, 1000);
+  campaign.ramp_s = 5.0;
+  ASSERT_TRUE(bench.measuring(campaign));
+  ASSERT_TRUE(bench.engine.stop("anna").ok());
+  bench.run(0.5);
+  ASSERT_EQ(bench.engine.state(), State::ramp_down);
+  bench.silent = true;
+  ASSERT_TRUE(bench.run_until(State::fault, 0.5)) << "the ramp takes 5 s";
+  EXPECT_EQ(bench.outlet.alarms("stale_sensor"), 1);
+  EXPECT_EQ(bench.exciter.stops, 1);
+}
+
 // --- the disk
 
 TEST(EngineFaults, AFullDiskRampsDownAndFailsTheRunWithTheReason) {

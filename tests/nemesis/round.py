@@ -177,7 +177,9 @@ class Round:
 
     def deadline(self):
         """When the table must be at rest: the first of the bounds, for each fault alone stops it."""
-        ends = [since + fault.bound_s for fault, began in self.begun if fault.effect == STOPS
+        deaf = any(fault.name == "thread_main" for fault, _ in self.begun)
+        ends = [since + fault.bound_s for fault, began in self.begun
+                if fault.effect == STOPS and not (fault.heard and deaf)
                 and (since := self.since(fault, began)) is not None]
         return min(ends) + self.slack_s if ends else None
 
@@ -272,9 +274,19 @@ class Round:
 
     # --- what must hold afterwards
 
+    def under_way(self):
+        """The fault came in CHECK, which waits for devices, and has ended nothing: the motion was asked for."""
+        began, states = self.begun[0][1], self.states()
+        in_check = [state for t, state, _ in states if t <= began][-1:] == ["CHECK"]
+        waited_for = any(fault.waited_for for fault, _ in self.begun)
+        return in_check and waited_for and not any(t > began and state in ("IDLE", "FAULT")
+                                                   for t, state, _ in states)
+
     def look_after(self):
-        lifted = time.monotonic()
         self.lift()
+        if self.begun and not self.stand.left and self.under_way():
+            self.stop_as_anyone()
+        lifted = time.monotonic()
         self.result.starved = self.stand.starved
         self.at_rest_if_dead()
         self.stand.start_again()

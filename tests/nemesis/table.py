@@ -44,6 +44,8 @@ class Fault:
     silent: bool = False  # no error alarm is owed: someone asked, or nobody is there to raise it
     alone: bool = False  # needs a stand of its own, or makes other faults' bounds meaningless
     stand: dict = field(default_factory=dict)
+    waited_for: bool = False  # CHECK waits for the device: the campaign may go on when it is back
+    heard: bool = False  # the thread that hears clients and signals does it
     may_die: bool = False  # the daemon may end; then the dead-man stops the table
     open: str = ""  # what does not hold yet; the short form leaves it out
 
@@ -57,9 +59,9 @@ def over_the_wire():
         **{f"exception_{code}": lambda s, code=code: wire.Exceptions(code) for code in (4, 5, 6)}}
     for kind, rule in kinds.items():
         yield Fault(f"exciter_{kind}", STOPS, ANSWER_S + DEAD, "no beat gets through: the dead-man",
-                    acts.on("exciter", rule))
+                    acts.on("exciter", rule), waited_for=True)
         yield Fault(f"sensor_{kind}", STOPS, STALE_S + ANSWER_S + DOWN, "stale, then a ramp",
-                    acts.on("sensor", rule))
+                    acts.on("sensor", rule), waited_for=True)
 
 
 def threads():
@@ -71,12 +73,12 @@ def threads():
 WIRES = [
     *over_the_wire(),
     Fault("exciter_reset", STOPS, ANSWER_S + DEAD + DOWN, "connected again and ramped down, or the dead-man",
-          acts.reset("exciter")),
+          acts.reset("exciter"), waited_for=True),
     Fault("sensor_reset", ANY, 0, "a new connection may be quick enough", acts.reset("sensor")),
     Fault("exciter_one_lost", ANY, 0, "one answer more or less", acts.on("exciter", lambda s: wire.OneLost())),
     Fault("sensor_one_lost", ANY, 0, "one answer more or less", acts.on("sensor", lambda s: wire.OneLost())),
     Fault("rig_stopped", STOPS, 1.0 + DEAD + ORDER, "stands still for 1 s; then its dead-man",
-          acts.rig_stands_still, alone=True),
+          acts.rig_stands_still, alone=True, waited_for=True),
     Fault("rig_killed", STOPS, ORDER, "the table is gone", acts.rig_dies, alone=True),
 ]
 
@@ -164,8 +166,8 @@ PROCESS = [
     Fault("stopped_1_s", STOPS, DEAD, "no beat: the dead-man", acts.stands_still(1.0)),
     Fault("stopped_0_3_to_3_s", ANY, 0, "shorter than the dead-man, or not: cleanly", acts.stands_still(0.3, 3.0)),
     Fault("stopped_4_s", STOPS, DEAD, "no beat: the dead-man", acts.stands_still(4.0)),
-    Fault("sigterm", STOPS, DOWN, "ramps down and leaves", acts.ended_by(15), silent=True),
-    Fault("sigint", STOPS, DOWN, "ramps down and leaves", acts.ended_by(2), silent=True),
+    Fault("sigterm", STOPS, DOWN, "ramps down and leaves", acts.ended_by(15), silent=True, heard=True),
+    Fault("sigint", STOPS, DOWN, "ramps down and leaves", acts.ended_by(2), silent=True, heard=True),
     Fault("second_daemon", GOES_ON, 0, "it is refused the rig", acts.second_daemon),
     *(Fault(f"clock_{name}", GOES_ON, 0, "nothing is timed by it", acts.clock_off(seconds))
       for name, seconds in {"day_on": 86400.0, "day_back": -86400.0, "year_back": -400 * 86400.0,
@@ -210,8 +212,8 @@ CLIENTS = [
     Fault("onlooker_stops", GOES_ON, 0, "who looks on may not command", acts.estop_by(acts.view)),
     Fault("flipped_file", GOES_ON, 0, "no file is waited for", acts.flipped_file),
     Fault("awkward_file", GOES_ON, 0, "no file is read at the engine's cost", acts.awkward_file),
-    Fault("operator_gone", STOPS, DOWN, "nobody is in control", acts.operator_goes, silent=True),
-    Fault("lease_lost", STOPS, LEASE + DOWN, "the lease runs out", acts.operator_is_silent, silent=True),
+    Fault("operator_gone", STOPS, DOWN, "nobody is in control", acts.operator_goes, silent=True, heard=True),
+    Fault("lease_lost", STOPS, LEASE + DOWN, "the lease runs out", acts.operator_is_silent, silent=True, heard=True),
 ]
 
 TABLE = {fault.name: fault for fault in

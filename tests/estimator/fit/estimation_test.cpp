@@ -56,6 +56,22 @@ TEST_P(EveryMethod, FindsTheExactOptimumOfOneRun) {
     EXPECT_NEAR(fit.covariance[i], want.covariance[i], 2e-5 * std::fabs(want.covariance[i]));
 }
 
+TEST_P(EveryMethod, BeginsWithoutATraceOfTheFitBefore) {
+  const Model model(testing::oleo(32.2));
+  EstimationOptions options = with(GetParam(), 160);
+  options.keep_iterates = true;
+  Estimator estimator(model, {job1()}, options);
+  const auto start = five_per_cent_above(kOleoFeet);
+  const auto alone = estimator.fit(start).iterates;
+  RunData other = job1();
+  for (double& value : other.displacement)
+    value *= 30.0;
+  estimator.update_run(0, other);
+  estimator.fit(start);
+  estimator.update_run(0, job1());
+  EXPECT_EQ(estimator.fit(start).iterates, alone) << "to the last bit";
+}
+
 TEST_P(EveryMethod, FindsTheExactOptimumOfTwelveRunsJointly) {
   const Model model(testing::oleo(32.2));
   Estimator estimator(model, job2(), with(GetParam(), 320));
