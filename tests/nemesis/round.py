@@ -180,6 +180,7 @@ class Round:
         deaf = any(fault.name == "thread_main" for fault, _ in self.begun)
         ends = [since + fault.bound_s for fault, began in self.begun
                 if fault.effect == STOPS and not (fault.heard and deaf)
+                and not (fault.waited_for and self.in_check(began))
                 and (since := self.since(fault, began)) is not None]
         return min(ends) + self.slack_s if ends else None
 
@@ -197,6 +198,8 @@ class Round:
         observer, give_up = self.stand.observer, time.monotonic() + WAIT_MOTION_S
         while time.monotonic() < give_up:
             end = self.deadline()
+            if not end and not self.at_rest() and self.under_way():
+                return
             if end:
                 end += observer.lateness(since, time.monotonic())
                 if time.monotonic() > end:
@@ -276,11 +279,12 @@ class Round:
 
     def under_way(self):
         """The fault came in CHECK, which waits for devices, and has ended nothing: the motion was asked for."""
-        began, states = self.begun[0][1], self.states()
-        in_check = [state for t, state, _ in states if t <= began][-1:] == ["CHECK"]
-        waited_for = any(fault.waited_for for fault, _ in self.begun)
-        return in_check and waited_for and not any(t > began and state in ("IDLE", "FAULT")
-                                                   for t, state, _ in states)
+        waited_for = [began for fault, began in self.begun if fault.waited_for and self.in_check(began)]
+        return waited_for and not any(t > min(waited_for) and state in ("IDLE", "FAULT")
+                                      for t, state, _ in self.states())
+
+    def in_check(self, moment):
+        return [state for t, state, _ in self.states() if t <= moment][-1:] == ["CHECK"]
 
     def look_after(self):
         self.lift()
