@@ -154,8 +154,7 @@ class Round:
         if moved:
             self.wrong(f"the table moved {moved[0].amplitude:.2f} m/s^2; the campaign was to be refused")
         time.sleep(0.3)  # what is said of it
-        if "error" not in answer and len(self.errors(0.0)) != 1:
-            # A client that got no core has lost its lease in CHECK, before there was anything to refuse.
+        if "error" not in answer and len(self.errors(0.0)) != 1:  # `late`: the lease may be lost in CHECK
             self.late(f"{len(self.errors(0.0))} error alarms tell why it was refused, not one")
         self.look_after()
 
@@ -228,8 +227,7 @@ class Round:
 
     def over(self):
         """No campaign is under way, or nobody is there who could run one."""
-        states = self.states()
-        return self.stand.left or self.stand.witness.closed or states[-1][1] in ("IDLE", "FAULT")
+        return self.stand.left or self.stand.witness.closed or self.states()[-1][1] in ("IDLE", "FAULT")
 
     def at_rest(self):
         reading = self.stand.observer.last()
@@ -278,10 +276,9 @@ class Round:
     # --- what must hold afterwards
 
     def under_way(self):
-        """The fault came in CHECK, which waits for devices, and has ended nothing: the motion was asked for."""
+        """A fault came in CHECK, which waits for devices, and has ended nothing."""
         waited_for = [began for fault, began in self.begun if fault.waited_for and self.in_check(began)]
-        return waited_for and not any(t > min(waited_for) and state in ("IDLE", "FAULT")
-                                      for t, state, _ in self.states())
+        return waited_for and not {"IDLE", "FAULT"} & {s for t, s, _ in self.states() if t > min(waited_for)}
 
     def in_check(self, moment):
         return [state for t, state, _ in self.states() if t <= moment][-1:] == ["CHECK"]

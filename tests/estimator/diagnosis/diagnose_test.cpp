@@ -39,16 +39,6 @@ TEST(Diagnose, NamesNothingWhereNothingIsMissing) {
   EXPECT_LT(quiet.gap.before, 1.2 * quiet.gap.noise_floor);
 }
 
-TEST(Diagnose, WarnsOfAUnitThatTheCatalogueDoesNotCountIn) {
-  auto model = estimator::testing::oleo();
-  Diagnosis said;
-  hold_against_file(model, said);
-  EXPECT_TRUE(said.warnings.empty());
-  model.length_unit = "mm";
-  hold_against_file(model, said);
-  EXPECT_THAT(said.warnings, ::testing::ElementsAre(::testing::HasSubstr("counts in mm")));
-}
-
 // From distant start values the fit of the response may end with the spring at its bound, or
 // fail. The forces along the measured motion give a better start.
 TEST(Diagnose, NamesNothingWhereOnlyTheStartValuesAreOff) {

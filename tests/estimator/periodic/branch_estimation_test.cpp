@@ -116,8 +116,12 @@ TEST(NoSolution, IsTheFitsTroubleWithHowFarTheExcitationGot) {
     config::ParameterSpec parameter;
     parameter.start = values[k];
     parameter.fixed = k > 0;
-    // With much more damping the spring would hold the load, and there would be a solution.
-    if (k == 0) parameter.upper = 0.3;
+    // With much more damping the spring would hold the load, with none the motion would be large:
+    // there would be a solution.
+    if (k == 0) {
+      parameter.lower = 0.1;
+      parameter.upper = 0.3;
+    }
     spec.effects[k].parameters[names[k]] = parameter;
   }
   const Model model(spec);
