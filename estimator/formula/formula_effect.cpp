@@ -25,6 +25,21 @@ bool is_name(const std::string& text) {
                      [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
+struct Equation {
+  std::string place;  // in the model file, with its text
+  ex terms;
+
+  ex derivative(const ex& over, unsigned times = 1) const {
+    const auto symbol = GiNaC::ex_to<GiNaC::symbol>(over);
+    try {
+      return terms.diff(symbol, times);
+    } catch (const std::exception& error) {  // thrown by GiNaC: 0^v
+      throw formula::FormulaError(fmt::format("{}: there is no derivative over {} ({})", place,
+                                              symbol.get_name(), error.what()));
+    }
+  }
+};
+
 class FormulaEffect final : public Effect {
  public:
   explicit FormulaEffect(const config::EffectSpec& spec) : spec_(spec) {
@@ -149,22 +164,25 @@ class FormulaEffect final : public Effect {
     if (spec_.constants.size() > static_cast<std::size_t>(kMostConstants))
       throw formula::FormulaError(fmt::format("at most {} constants are allowed", kMostConstants));
 
-    std::vector<ex> equations{read("formula", spec_.formula, names)};
-    for (const auto& entry : spec_.states)
-      equations.push_back(-read("rate of " + entry.first, entry.second.rate, names));
+    std::vector<Equation> equations{
+        {fmt::format("formula \"{}\"", spec_.formula), read("formula", spec_.formula, names)}};
+    for (const auto& [symbol, state] : spec_.states)
+      equations.push_back({fmt::format("rate of {} \"{}\"", symbol, state.rate),
+                           -read("rate of " + symbol, state.rate, names)});
     std::vector<ex> outputs;
-    for (const ex& equation : equations) {
+    for (const Equation& one : equations) {
+      const ex& equation = one.terms;
       outputs.push_back(equation);
       for (const ex& symbol : varying)
-        outputs.push_back(equation.diff(GiNaC::ex_to<GiNaC::symbol>(symbol)));
+        outputs.push_back(one.derivative(symbol));
       for (std::size_t k = 0; k < parameters; ++k)
-        outputs.push_back(equation.diff(GiNaC::ex_to<GiNaC::symbol>(uniform[k])));
+        outputs.push_back(one.derivative(uniform[k]));
       sees_excitation_ = sees_excitation_ || equation.has(varying[3]);
     }
     tape_.compile(varying, uniform, outputs);
-    const GiNaC::symbol v = GiNaC::ex_to<GiNaC::symbol>(varying[1]);
-    const bool kinked = spec_.states.empty() && equations[0].has(formula::absolute(varying[1]));
-    kink_.compile(varying, uniform, {kinked ? equations[0].diff(v, 2) : ex(0)});
+    const bool kinked =
+        spec_.states.empty() && equations[0].terms.has(formula::absolute(varying[1]));
+    kink_.compile(varying, uniform, {kinked ? equations[0].derivative(varying[1], 2) : ex(0)});
   }
 
   static ex read(const std::string& what, const std::string& text, const formula::Names& names) {

@@ -20,7 +20,8 @@ CORPORA = HERE / "corpus"  # NAME.zip, minimised
 PAGE = SOURCE / "docs" / "soak" / "fuzz.jsonl"
 MOST_OCTETS = 500_000  # of one corpus: ten of them are below 5 MB
 LARGE = {"record": 65536, "candump_log": 16384}
-MORE = {"formula": ["-detect_leaks=0"]}  # libcln, below GiNaC, keeps a block of a few bytes
+MORE = {"formula": ["-detect_leaks=0"]}  # libcln, below GiNaC, keeps a block of a few bytes, and at the end too:
+LEAKS = f"suppressions={SOURCE / 'tests' / 'leaks.supp'}:print_suppressions=0"
 
 
 def targets():
@@ -137,6 +138,7 @@ def main():
                       stdout=subprocess.DEVNULL, check=False).returncode != 0:
         sys.exit("the targets cannot be built")
     os.environ["ASAN_OPTIONS"] = "allocator_may_return_null=1"
+    os.environ["LSAN_OPTIONS"] = LEAKS
     waiting = [Target(name, targets()[name], build) for name in names]
     for target in waiting:
         target.prepare()

@@ -133,6 +133,8 @@ TEST(FormulaEffect, SaysInWhichColumnAFormulaStumblesAndWhatIsAllowed) {
   EXPECT_THAT(refusal("k = v"), HasSubstr("column 3"));
   EXPECT_THAT(refusal("k / (1 - 1)"), HasSubstr("column 5: this divides by zero"));
   EXPECT_THAT(refusal("9^9^9^9 * v"), HasSubstr("not a finite number"));
+  EXPECT_THAT(refusal("k * u + 0 ^ tanh(v)"),
+              HasSubstr("formula \"k * u + 0 ^ tanh(v)\": there is no derivative"));
   EXPECT_THAT(refusal(std::string(100, '(') + "v" + std::string(100, ')')),
               HasSubstr("nested too deep"));
   EXPECT_THAT(refusal(std::string(3000, '-') + "v"), HasSubstr("at most 2000"));
