@@ -48,9 +48,9 @@ AlignedVector in_tiles(const MatrixXd& a) {
 
 // `own`: b is a^T, only the lower half is computed.
 MatrixXd multiplied(const MatrixXd& a, const MatrixXd& b, bool own) {
-  MatrixXd c(a.rows(), b.cols());
-  if (c.size() == 0) return c;
   const Index depth = a.cols();
+  MatrixXd c(a.rows(), b.cols());
+  if (c.size() == 0 || depth == 0) return MatrixXd::Zero(a.rows(), b.cols());
   const AlignedVector packed = in_tiles(a);
   alignas(64) double out[kRows * kColumns];
   for (Index column = 0; column < c.cols(); column += kColumns) {
