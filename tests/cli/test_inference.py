@@ -6,6 +6,7 @@ import tempfile
 import unittest
 
 from support import EXAMPLES, OLEO_FEET, ROOT, run
+from sanitized import some
 
 
 class MonteCarlo(unittest.TestCase):
@@ -39,7 +40,7 @@ class MonteCarlo(unittest.TestCase):
         words = ("monte-carlo", "--figure", 12, "--replications", 50, "--profile")
         whole = run(*words, "--json")
         with tempfile.TemporaryDirectory() as folder:
-            for count in (1, 7, 64):
+            for count in some((7, 1, 64)):
                 files = [pathlib.Path(folder) / f"{count}-{i}.jsonl" for i in range(1, count + 1)]
                 for i, file in enumerate(files, 1):
                     made = run(*words, "--shard", f"{i}/{count}", "--keep", file)
