@@ -1,6 +1,7 @@
 #include "cli/commands/monte_carlo_parts.hpp"
 
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <string_view>
 
@@ -27,14 +28,25 @@ Json line_of(const est::Replication& r, std::size_t at) {
           {"inside_profile", r.inside_profile}};
 }
 
+// JSON writes what is not finite as null.
+double number_in(const Json& value) {
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+std::vector<double> numbers_in(const Json& values) {
+  std::vector<double> numbers;
+  for (const Json& value : values)
+    numbers.push_back(number_in(value));
+  return numbers;
+}
+
 est::Replication replication_in(const Json& line) {
   est::Replication r;
   r.status = static_cast<est::FitStatus>(line.at("status").get<int>());
   r.on_bound = line.at("on_bound");
   r.bias = static_cast<est::Correction>(line.at("bias").get<int>());
-  if (!line.at("noise").is_null()) r.noise = line.at("noise");  // null: NaN
-  line.at("theta").get_to(r.theta);
-  line.at("error").get_to(r.error);
+  r.noise = number_in(line.at("noise"));
+  r.theta = numbers_in(line.at("theta"));
+  r.error = numbers_in(line.at("error"));
   line.at("inside").get_to(r.inside);
   line.at("inside_profile").get_to(r.inside_profile);
   return r;
