@@ -1,6 +1,7 @@
 #include "base/shard.hpp"
 
 #include <charconv>
+#include <fstream>
 #include <stdexcept>
 #include <string_view>
 
@@ -26,6 +27,16 @@ Shard shard_from(const std::string& text) {
     throw std::invalid_argument(
         fmt::format("\"{}\" is no part of a whole; write 3/7 for the third of seven", text));
   return shard;
+}
+
+void each_kept_line(const std::vector<std::filesystem::path>& files, const TakeLine& take) {
+  for (const auto& file : files) {
+    std::ifstream in(file);
+    if (!in) throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
+    std::string text;
+    for (int number = 1; std::getline(in, text); ++number)
+      take(text, number, fmt::format("{}, line {}", file.string(), number));
+  }
 }
 
 }  // namespace shaker

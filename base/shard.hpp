@@ -2,7 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <functional>
 #include <string>
+#include <vector>
 
 namespace shaker {
 
@@ -13,5 +16,10 @@ struct Shard {
 
 // Reads "3/7". Throws std::invalid_argument with a sentence for anything else.
 Shard shard_from(const std::string& text);
+
+// Calls `take` for each line of the files that parts have kept: its text, its number in the file
+// from 1 on, and its place in words. Throws std::runtime_error for a file that cannot be read.
+using TakeLine = std::function<void(const std::string& text, int number, const std::string& here)>;
+void each_kept_line(const std::vector<std::filesystem::path>& files, const TakeLine& take);
 
 }  // namespace shaker

@@ -60,18 +60,12 @@ class Merged {
         all_(static_cast<std::size_t>(count)),
         seen_(static_cast<std::size_t>(count)) {}
 
-  void read(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    if (!in) throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
-    std::string text;
-    for (int number = 1; std::getline(in, text); ++number) {
-      const std::string here = fmt::format("{}, line {}", file.string(), number);
-      try {
-        const Json line = Json::parse(text);
-        number == 1 ? take_head(line, here) : take(line, here);
-      } catch (const Json::exception& error) {
-        throw std::runtime_error(fmt::format("{}: not a kept replication: {}", here, error.what()));
-      }
+  void read(const std::string& text, int number, const std::string& here) {
+    try {
+      const Json line = Json::parse(text);
+      number == 1 ? take_head(line, here) : take(line, here);
+    } catch (const Json::exception& error) {
+      throw std::runtime_error(fmt::format("{}: not a kept replication: {}", here, error.what()));
     }
   }
 
@@ -148,8 +142,9 @@ void keep(const std::vector<est::Replication>& part, const Shard& shard,
 std::vector<est::Replication> merge(long count, const std::string& description,
                                     const std::vector<std::filesystem::path>& files) {
   Merged merged(count, description);
-  for (const auto& file : files)
-    merged.read(file);
+  each_kept_line(files, [&](const std::string& text, int number, const std::string& here) {
+    merged.read(text, number, here);
+  });
   return merged.whole();
 }
 

@@ -108,19 +108,13 @@ std::vector<Scored> merge(const std::vector<Case>& all,
   for (const Case& one : all)
     merged.push_back({one, {}});
   std::vector<std::string> seen(all.size());
-  for (const auto& file : files) {
-    std::ifstream in(file);
-    if (!in) throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
-    std::string text;
-    for (int number = 1; std::getline(in, text); ++number) {
-      const std::string here = fmt::format("{}, line {}", file.string(), number);
-      try {
-        place(Line::parse(text), here, merged, seen);
-      } catch (const Line::exception& error) {
-        throw std::runtime_error(fmt::format("{}: not a kept case: {}", here, error.what()));
-      }
+  each_kept_line(files, [&](const std::string& text, int, const std::string& here) {
+    try {
+      place(Line::parse(text), here, merged, seen);
+    } catch (const Line::exception& error) {
+      throw std::runtime_error(fmt::format("{}: not a kept case: {}", here, error.what()));
     }
-  }
+  });
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (seen[i].empty())
       throw std::runtime_error(
