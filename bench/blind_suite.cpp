@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
 
   try {
     const auto cases = chosen_cases(nulls, static_cast<std::size_t>(every), kind, label);
-    const Shard part = shard_from(shard);
+    const shaker::Shard part = shaker::shard_from(shard);
     const auto scored =
         parts.empty() ? diagnosed(cases_of(cases, part), threads, thorough) : merge(cases, parts);
     if (!kept.empty()) keep(scored, part, kept);
