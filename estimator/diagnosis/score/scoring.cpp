@@ -8,6 +8,7 @@
 
 #include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/time/identified_damper.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -58,6 +59,15 @@ std::vector<int> columns_of(const Model& model, const Probe& probe) {
     }
   }
   return columns;
+}
+
+// The model of the fit with all parameters held: a signature needs no derivatives over them.
+config::ModelSpec held(const HarmonicFit& fit) {
+  config::ModelSpec spec = fit.spec;
+  for (const ModelNumber& number : numbers_of(spec, *fit.model)) {
+    if (!number.constant) spec.effects[number.line].parameters[number.symbol].fixed = true;
+  }
+  return spec;
 }
 
 // Memory, or a coordinate more, makes a model several times as dear; for a signature half the
@@ -167,6 +177,11 @@ double Scoring::best_gain() const {
   return best;
 }
 
+bool Scoring::has(const Candidate& candidate, std::size_t probe) const {
+  return std::any_of(scores.begin(), scores.end(),
+                     [&](const Score& s) { return s.candidate == &candidate && s.probe == probe; });
+}
+
 config::ModelSpec with_line(const config::ModelSpec& spec, const config::EffectSpec& line) {
   config::ModelSpec larger = spec;
   larger.effects.push_back(line);
@@ -218,8 +233,8 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
   if (const Effect* effect = find_effect(probe.line.effect);
       effect != nullptr && effect->in_series() &&
       std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
-    return {{}, "the model has one in its load path already"};
-  const config::ModelSpec spec = with_line(fit.spec, probe.line);
+    return {{}, "the model has one in its load path already", false};
+  const config::ModelSpec spec = with_line(held(fit), probe.line);
   const Model model(spec);
   const std::vector<double> theta = carried_over(model, fit);
   const std::vector<int> columns = columns_of(model, probe);
@@ -237,7 +252,7 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
     if (!fitted(data[r])) continue;
     Prediction& prediction = *all[r].prediction;
     if (!prediction.at(theta, search))
-      return {{}, task.over() ? kTooLong : no_solution(probe, data[r])};
+      return {{}, task.over() ? kTooLong : no_solution(probe, data[r]), task.over()};
     const Index size = data[r].response.size();
     if (whole)
       stacked.col(0).segment(at, size) =
@@ -247,11 +262,12 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
           whitened(data[r], prediction.jacobian().col(columns[k]));
     at += size;
   }
-  return {less_clock(stacked, data), {}};
+  return {less_clock(stacked, data), {}, false};
 }
 
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-              const std::vector<Candidate>& candidates, const FitOptions& options) {
+              const std::vector<Candidate>& candidates, const FitOptions& options,
+              const Scoring* before) {
   Scoring scoring;
   scoring.design.jacobian = stacked_jacobian(fit, data, fit.free);
   scoring.design.freedom.resize(rows_of(data));
@@ -265,15 +281,16 @@ Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
   scoring.residual = project(stacked_residual(fit, data));
   scoring.chi_squared = fit.chi_squared;
   for (const Candidate& candidate : candidates) {
-    const std::size_t before = scoring.scores.size();
-    std::string trouble;
+    const std::size_t first = scoring.scores.size();
+    NotScored none{&candidate, {}, false};
     for (std::size_t p = 0; p < candidate.probes.size(); ++p) {
+      if (before != nullptr && !before->has(candidate, p)) continue;
       const Signatures found = signatures_of(fit, data, candidate.probes[p], options);
-      if (!found.trouble.empty()) trouble = found.trouble;
+      if (!found.trouble.empty()) none.reason = found.trouble;
+      none.stopped = none.stopped || found.stopped;
       add_scores(found.columns, project, candidate, p, scoring);
     }
-    if (scoring.scores.size() == before)
-      scoring.not_scored.push_back({&candidate, std::move(trouble)});
+    if (scoring.scores.size() == first) scoring.not_scored.push_back(std::move(none));
   }
   return scoring;
 }

@@ -28,6 +28,7 @@ struct Score {
 struct NotScored {
   const Candidate* candidate = nullptr;
   std::string reason;
+  bool stopped = false;  // the evaluation budget ended the look at one of its shapes
 };
 
 struct Scoring {
@@ -37,14 +38,19 @@ struct Scoring {
   std::vector<Score> scores;
   std::vector<NotScored> not_scored;
   double best_gain() const;
+  bool has(const Candidate& candidate, std::size_t probe) const;  // that it has a score
 };
 
+// `before`: the scores of the same candidates on another fit. Shapes that had no solution there are
+// left out. Null: all shapes are scored.
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-              const std::vector<Candidate>& candidates, const FitOptions& options);
+              const std::vector<Candidate>& candidates, const FitOptions& options,
+              const Scoring* before = nullptr);
 
 struct Signatures {
   Eigen::MatrixXd columns;  // whitened: one a coefficient, or one of the whole difference
   std::string trouble;      // why there are none; empty: there are
+  bool stopped = false;     // by the evaluation budget
 };
 Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                          const Probe& probe, const FitOptions& options);

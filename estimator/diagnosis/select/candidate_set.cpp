@@ -182,7 +182,9 @@ double CandidateSet::left_by_best() const {
 
 const Scoring& CandidateSet::scored(const std::shared_ptr<const HarmonicFit>& fit) {
   auto& known = scored_[fit];
-  if (!known) known = std::make_shared<const Scoring>(score(*fit, data_, all_, options_.fit));
+  if (!known)
+    known = std::make_shared<const Scoring>(
+        score(*fit, data_, all_, options_.fit, &found_.base_scoring));
   return *known;
 }
 

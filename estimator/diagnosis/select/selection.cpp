@@ -213,6 +213,10 @@ class Search {
       const std::string effect(candidate.effect->name());
       const Hypothesis* known = candidate_set_.find({effect});
       if (known != nullptr && known->fit->stopped) continue;
+      const auto& failed = found_.base_scoring.not_scored;
+      if (std::any_of(failed.begin(), failed.end(),
+                      [&](const NotScored& n) { return n.candidate == &candidate && n.stopped; }))
+        continue;
       const double own = known != nullptr ? known->fit->chi_squared : candidate_set_.left_by_best();
       const auto probe = candidate.probes[candidate.probes.size() / 2];
       auto h = refits_.elsewhere(probe,

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
+#include "estimator/diagnosis/motion_range.hpp"
 #include "estimator/diagnosis/noise/transient.hpp"
 #include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/fixtures.hpp"
@@ -81,6 +82,29 @@ TEST(Scoring, TakesNoLimitOfAnotherModel) {
   const auto with = signatures_of(fit, limited, probe, {});
   ASSERT_GT(without.columns.cols(), 0) << without.trouble;
   EXPECT_EQ(with.columns, without.columns);
+}
+
+// A shape without a motion beside the base model gets none beside a hypothesis, and looking again takes
+// long. A signature needs no derivative over the base model's parameters.
+TEST(Scoring, LeavesOutShapesThatHadNoSolutionBefore) {
+  auto runs =
+      transient_runs({testing::decay_of([](double u, double v) { return 40.0 * u + 0.5 * v; }, {})},
+                     oscillator(42.0));
+  ASSERT_TRUE(runs) << runs.error().what;
+  const HarmonicFit fit = fit_transient(oscillator(42.0), *runs, {});
+  ASSERT_TRUE(fit.converged) << fit.trouble;
+  std::vector<std::string> notes;
+  auto all = candidates(fit.spec, range_of(runs->data), Kind::transient, notes).tried;
+  std::erase_if(all, [](const Candidate& c) { return c.effect->name() != "presliding_friction"; });
+  ASSERT_EQ(all.size(), 1U);
+  ASSERT_GT(all[0].probes.size(), 1U);
+  Scoring before = score(fit, runs->data, all, {});
+  ASSERT_EQ(before.scores.size(), all[0].probes.size());
+  before.scores.erase(before.scores.begin());
+  const Scoring again = score(fit, runs->data, all, {}, &before);
+  ASSERT_EQ(again.scores.size(), before.scores.size());
+  EXPECT_EQ(again.scores[0].probe, before.scores[0].probe);
+  EXPECT_EQ(again.scores[0].gain, before.scores[0].gain);
 }
 
 }  // namespace
