@@ -94,7 +94,7 @@ hurries = dict(register=modbus.FREQUENCY, value=1.8 * FREQUENCY_HZ)
 
 def ask(stand, method):
     """One request on a connection of its own, whether or not it is answered."""
-    with contextlib.suppress(OSError), contextlib.closing(Client(stand.daemon.socket)) as client:
+    with contextlib.suppress(OSError), contextlib.closing(Client(stand.daemon.socket, patience=0.2)) as client:
         client.send({"jsonrpc": "2.0", "id": 1, "method": method})
         client.read(0.2)
 

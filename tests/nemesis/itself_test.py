@@ -2,6 +2,7 @@
 import contextlib
 import json
 import pathlib
+import socket
 import sqlite3
 import struct
 import tempfile
@@ -13,6 +14,7 @@ import ledger
 import lies_drive
 import lies_sensor
 import modbus_wire as modbus
+from daemon import Client
 from observer import Observer, Queue, Reading
 from table import ANY, GOES_ON, REFUSED, STILL_MOVES, STOPS, TABLE
 from witness import missing
@@ -41,6 +43,18 @@ class Wire(unittest.TestCase):
         request = write(0, [1, 2, 3])
         self.assertEqual(request.written(), {0: 1, 1: 2, 2: 3})
         self.assertEqual(request.with_written({0: 1, 1: 9, 2: 3}).written()[1], 9)
+
+
+class Connecting(unittest.TestCase):
+    def test_a_listener_that_accepts_nobody_does_not_hold_a_client(self):
+        with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as links:
+            path = pathlib.Path(folder) / "s.sock"
+            listener = links.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
+            listener.bind(str(path))
+            listener.listen(0)
+            with self.assertRaises(OSError):
+                for _ in range(10):
+                    links.enter_context(contextlib.closing(Client(path, patience=0.1)))
 
 
 class Drive(unittest.TestCase):

@@ -76,14 +76,27 @@ class Schemas:
 class Client:
     """Every line is kept in `lines`, with the time it came in `times` (monotonic, ns)."""
 
-    def __init__(self, path):
+    def __init__(self, path, patience=30.0):
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self.socket.connect(str(path))
+        self.connect(path, patience)
         self.lines, self.times, self.raw, self.rest = [], [], [], b""
         self.closed = False
         self.next_id = 0
         self.renewing = False
         self.renewed = 0.0
+
+    def connect(self, path, patience):
+        """A listener that stands still accepts nobody: with its queue full, a plain connect waits for good."""
+        self.socket.settimeout(patience)
+        end = time.monotonic() + patience
+        while True:
+            try:
+                return self.socket.connect(str(path))
+            except BlockingIOError:
+                if time.monotonic() > end:
+                    self.socket.close()
+                    raise
+                time.sleep(0.01)
 
     def close(self):
         self.socket.close()
