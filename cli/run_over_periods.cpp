@@ -1,7 +1,5 @@
 #include "cli/run_over_periods.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,9 +11,6 @@ namespace shaker::cli {
 namespace {
 
 using estimator::RunData;
-
-constexpr double kMaxDrift = 2e-3;       // in periods; an oleo's noise of about 0.1 mm hides less
-constexpr double kMaxDriftErrors = 5.0;  // in standard errors
 
 // The excitation repeats with every period, also where the response does not.
 void put_excitation_over(const estimator::CycleExcitation& one, int periods, RunData& run) {
@@ -32,7 +27,7 @@ Result<void> check_phase(const CsvTable& table, const std::string& origin, doubl
   if (!table.columns.contains("excitation")) return {};
   const estimator::PhaseDrift drift =
       estimator::phase_drift(table.columns.at("t"), table.columns.at("excitation"), frequency_hz);
-  if (std::fabs(drift.turns) < std::max(kMaxDrift, kMaxDriftErrors * drift.error)) return {};
+  if (!drift.spoils_cycles()) return {};
   return Error{
       ErrorKind::invalid,
       fmt::format("{}: the excitation drifts by {:.3f} of a period against {:g} Hz over the "
@@ -72,15 +67,9 @@ Result<RunOverPeriods> run_over_periods(const CsvTable& table, const std::string
   put_excitation_over(
       {found->frequency_hz, found->amplitude, found->excitation, found->excitation_error}, periods,
       out.data);
-  const std::size_t m = static_cast<std::size_t>(periods);
-  out.cycles = static_cast<long>(cycles.count() / m * m);
-  const auto& t = table.columns.at("t");
-  if (estimator::points_of_equal_steps(t, dwell.frequency_hz)) {
-    put_mean_cycle(estimator::mean_cycle(cycles.y, cycles.points * m), out.data);
-    return out;
-  }
-  auto mean =
-      estimator::mean_of_groups(t, stroke_of(table), dwell.frequency_hz, cycles.count(), periods);
+  out.cycles = static_cast<long>(cycles.count()) / periods * periods;
+  auto mean = estimator::mean_of_groups(table.columns.at("t"), stroke_of(table), dwell.frequency_hz,
+                                        cycles, periods);
   if (mean.group.mean.empty())
     return Error{ErrorKind::invalid,
                  fmt::format("{}: its samples show {:.1f} harmonics of the excitation; at least {} "
@@ -102,20 +91,13 @@ Cycles last_unbroken_cycles(const std::vector<record::CycleRow>& rows) {
 Result<RunOverPeriods> run_over_periods(const std::vector<record::CycleRow>& rows,
                                         const std::string& place, const std::string& name,
                                         int periods) {
-  const auto m = static_cast<std::size_t>(periods);
-  Cycles cycles = last_unbroken_cycles(rows);
-  // The last group ends with the last cycle.
-  const auto drop = [&](std::size_t count) {
-    cycles.y.erase(cycles.y.begin(),
-                   cycles.y.begin() + static_cast<std::ptrdiff_t>(count * cycles.points));
-  };
-  if (cycles.count() > m) drop(cycles.count() % m);
-  if (cycles.count() >= 2 * m) drop(m * estimator::first_steady({cycles.y, cycles.points * m}));
+  const Cycles cycles = estimator::steady_groups(last_unbroken_cycles(rows), periods);
   if (auto good = check_repetition(cycles, periods, place, name); !good) return good.error();
   RunOverPeriods out;
   out.cycles = static_cast<long>(cycles.count());
   put_excitation_over(mean_excitation_of({rows.end() - out.cycles, rows.end()}), periods, out.data);
-  put_mean_cycle(estimator::mean_cycle(cycles.y, cycles.points * m), out.data);
+  put_mean_cycle(estimator::mean_cycle(cycles.y, cycles.points * static_cast<std::size_t>(periods)),
+                 out.data);
   return out;
 }
 

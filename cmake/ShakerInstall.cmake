@@ -25,8 +25,9 @@ install(DIRECTORY config/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/sc
 install(DIRECTORY protocol/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/schema/stream)
 
 # The library for other programs, which examples/ use: find_package(Shaker COMPONENTS estimator
-# diagnosis), or pkg-config. It is not in the rig PC's package.
-set(shaker_installed base config estimator decompositions analysis time_steps diagnosis_campaign diagnosis)
+# estimate diagnosis), or pkg-config. It is not in the rig PC's package.
+set(shaker_installed base config estimator decompositions analysis time_steps time estimate
+                     diagnosis_campaign diagnosis)
 foreach(room IN LISTS shaker_installed)
   set_target_properties(shaker_${room} PROPERTIES EXPORT_NAME ${room})
   install(TARGETS shaker_${room} EXPORT Shaker ARCHIVE COMPONENT development)

@@ -230,7 +230,7 @@ int estimate(const Common& common, const EstimateOptions& options) {
   const auto how = how_to_estimate(options, *input);
   if (!how) return fail(common, kBadInput, how.error().what);
   try {
-    auto found = estimator::estimate_runs(input->model, input->runs, *how);
+    auto found = estimator::estimate(input->model, input->runs, *how);
     if (!found)
       return fail(common, found.error().kind == ErrorKind::invalid ? kBadInput : kNotUsable,
                   found.error().what);

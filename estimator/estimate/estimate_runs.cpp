@@ -81,8 +81,8 @@ Result<void> describe(RefinedFit& fitted, const Fit& fit, const std::vector<RunD
 
 }  // namespace
 
-Result<RunsEstimate> estimate_runs(const config::ModelSpec& spec, std::vector<RunData> runs,
-                                   const RunsEstimateOptions& options) {
+Result<RunsEstimate> estimate(const config::ModelSpec& spec, std::vector<RunData> runs,
+                              const RunsEstimateOptions& options) {
   const auto models = models_of(spec, runs);
   if (!models) return models.error();
   RunsEstimate out;

@@ -1,8 +1,9 @@
-// The estimate of a model from periodic runs: all that stands between runs and an Estimate. It
-// chooses the start, the grid and the fit, and applies loss, bias and intervals.
-//
-// Parameters may differ from run to run (model/run_models.hpp), and responses may repeat only after
-// several periods (time/over_periods.hpp).
+/// \file
+/// The estimate of a model from periodic runs: all that stands between runs and an Estimate. It
+/// chooses the start, the grid and the fit, and applies loss, bias and intervals.
+///
+/// Parameters may differ from run to run (model/run_models.hpp), and responses may repeat only after
+/// several periods (time/over_periods.hpp).
 #pragma once
 
 #include <cstdint>
@@ -24,45 +25,59 @@
 
 namespace shaker::estimator {
 
+/// What is asked of estimate().
 struct RunsEstimateOptions {
-  EstimationOptions fit;
-  double accuracy = 0.0;  // relative, of the parameters; 0: that of accuracy_for()
-  int starts = 1;         // above 1: several_starts()
-  std::uint32_t seed = 1;
-  // The bias is that of the squared loss with linear intervals; with others it stays.
-  Loss loss = Loss::squared;
-  Bias bias = Bias::automatic;
-  IntervalKind intervals = IntervalKind::linear;
-  bool posterior = false;  // its intervals instead
+  EstimationOptions fit;        ///< how each fit steps
+  double accuracy = 0.0;        ///< relative, of the parameters; 0: that of accuracy_for()
+  int starts = 1;               ///< above 1: several_starts()
+  std::uint32_t seed = 1;       ///< of the starts
+  Loss loss = Loss::squared;    ///< of a residual
+  Bias bias = Bias::automatic;  ///< for the squared loss with linear intervals; else it stays
+  IntervalKind intervals = IntervalKind::linear;  ///< where they come from
+  bool posterior = false;                         ///< intervals of the posterior instead
 };
 
-// A parameter that differs from run to run, as it is in one of them.
+/// A parameter that differs from run to run, as it is in one of them.
 struct ValueInRun {
-  std::string run, name, unit;
-  double value = 0.0, standard_error = 0.0, lower = 0.0, upper = 0.0;
+  std::string run;              ///< name of the run
+  std::string name;             ///< of the parameter
+  std::string unit;             ///< of the parameter
+  double value = 0.0;           ///< in that run
+  double standard_error = 0.0;  ///< of the value
+  /// Interval of the value.
+  /// @{
+  double lower = 0.0, upper = 0.0;
+  /// @}
 };
 
+/// What estimate() finds.
 struct RunsEstimate {
-  Estimate estimate;
-  std::shared_ptr<const Model> model;  // of all runs together
-  std::optional<Minima> searched;      // if several starts were asked for
-  std::optional<Posterior> sampled;    // if the posterior was asked for
-  std::vector<ValueInRun> in_runs;
-  std::vector<AreaAtKnot> pin;
+  Estimate estimate;                   ///< values, standard errors, intervals, warnings
+  std::shared_ptr<const Model> model;  ///< of all runs together
+  std::optional<Minima> searched;      ///< if several starts were asked for
+  std::optional<Posterior> sampled;    ///< if the posterior was asked for
+  std::vector<ValueInRun> in_runs;     ///< parameters that differ from run to run
+  std::vector<AreaAtKnot> pin;         ///< of a metering pin's table
+  /// The grid of the final fit.
   struct Grid {
-    int points = 0;
-    double error = 0.0;  // of theta, relative; infinite: not known
-    bool reached = false;
-    std::string sentence;
+    int points = 0;        ///< in a period
+    double error = 0.0;    ///< of theta, relative; infinite: not known
+    bool reached = false;  ///< the accuracy that was asked for
+    std::string sentence;  ///< for a person
   };
-  std::optional<Grid> grid;  // if it was refined
+  std::optional<Grid> grid;  ///< if it was refined
 };
 
-// `spec`: priors count where they are. An Error names the run that lacks a group or a condition, a
-// model that has no response over several periods (both `invalid`), or says that there is no
-// periodic solution or no posterior (`not_converged`). Throws std::invalid_argument for runs or a
-// model that cannot be used. Blocks for milliseconds, with a posterior for minutes; allocates.
-Result<RunsEstimate> estimate_runs(const config::ModelSpec& spec, std::vector<RunData> runs,
-                                   const RunsEstimateOptions& options = {});
+/// Does what `shakerctl estimate` does between its input and its document. Throws
+/// std::invalid_argument for runs or a model that cannot be used. Blocks for milliseconds, with a
+/// posterior for minutes; allocates.
+/// \param spec the model file; its priors count
+/// \param runs one element for each run, lengths in the model's unit
+/// \param options what is asked for
+/// \return the estimate. An Error names the run that lacks a group or a condition, or a model that
+///   has no response over several periods (both `invalid`), or says that there is no periodic
+///   solution or no posterior (`not_converged`)
+Result<RunsEstimate> estimate(const config::ModelSpec& spec, std::vector<RunData> runs,
+                              const RunsEstimateOptions& options = {});
 
 }  // namespace shaker::estimator

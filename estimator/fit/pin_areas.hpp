@@ -1,4 +1,5 @@
-// The table of a metering pin as an estimate finds it: the area of the orifice at each knot.
+/// \file
+/// The table of a metering pin as an estimate finds it: the area of the orifice at each knot.
 #pragma once
 
 #include <vector>
@@ -8,13 +9,20 @@
 
 namespace shaker::estimator {
 
-// In the unit of the model file's areas, the first as stated; without areas: over the first.
+/// In the unit of the model file's areas, the first as stated; without areas: over the first.
 struct AreaAtKnot {
-  double stroke = 0.0, area = 0.0;
-  double lower = 0.0, upper = 0.0;  // 95 %; NaN where the data leave it open
+  double stroke = 0.0;  ///< of the knot, model's length unit
+  double area = 0.0;    ///< the estimate
+  /// Its 95 % interval; NaN where the data leave it open.
+  /// @{
+  double lower = 0.0, upper = 0.0;
+  /// @}
 };
 
-// `estimate`: of `model`. Empty for a model without a table. Pure.
+/// Pure.
+/// \param model the model file
+/// \param estimate of that model
+/// \return one for each knot; empty for a model without a table
 std::vector<AreaAtKnot> pin_areas(const config::ModelSpec& model, const Estimate& estimate);
 
 }  // namespace shaker::estimator

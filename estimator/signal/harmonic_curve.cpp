@@ -89,9 +89,12 @@ CycleExcitation fit_excitation(const std::vector<double>& tau, const std::vector
 }
 
 GroupMean mean_of_groups(const std::vector<double>& t, const std::vector<double>& y,
-                         double frequency_hz, std::size_t cycles, int periods) {
+                         double frequency_hz, const Cycles& cycles, int periods) {
+  if (points_of_equal_steps(t, frequency_hz) > 0)
+    return {mean_cycle(cycles.y, cycles.points * static_cast<std::size_t>(periods)),
+            static_cast<double>(cycles.points / 2)};
   const double first = std::ceil(t.front() * frequency_hz - 1e-9);
-  const double groups = std::floor(static_cast<double>(cycles) / periods);
+  const double groups = std::floor(static_cast<double>(cycles.count()) / periods);
   std::vector<double> tau, value;
   for (std::size_t i = 0; i < t.size(); ++i) {
     const double turn = (t[i] * frequency_hz - first) / periods;

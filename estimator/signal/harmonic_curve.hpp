@@ -23,15 +23,16 @@ HarmonicCurve fit_harmonics(const std::vector<double>& tau, const std::vector<do
 CycleExcitation fit_excitation(const std::vector<double>& tau, const std::vector<double>& x);
 
 // The mean of groups of `periods` cycles, each of which begins in the same phase of the
-// excitation. It has as many points as coefficients. When the samples are spread over the whole
-// period, the errors of the points are independent, and each point is the mean of count / n samples.
+// excitation: at the samples on equal steps, otherwise at as many points as coefficients. When the
+// samples are spread over the whole period, the errors of those points are independent, and each
+// is the mean of count / n samples.
 struct GroupMean {
   MeanCycle group;         // empty when the samples show fewer harmonics than kMinHarmonicsOfGroup
   double harmonics = 0.0;  // of the excitation, that the samples determine
 };
 inline constexpr int kMinHarmonicsOfGroup = 8;  // fewer would hide part of the response
-// From the first whole period in `t` (s) on. `cycles`: whole cycles in the record.
+// From the first whole period in `t` (s) on. `cycles`: the record's, by cycles_of().
 GroupMean mean_of_groups(const std::vector<double>& t, const std::vector<double>& y,
-                         double frequency_hz, std::size_t cycles, int periods);
+                         double frequency_hz, const Cycles& cycles, int periods);
 
 }  // namespace shaker::estimator

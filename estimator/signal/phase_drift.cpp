@@ -1,5 +1,6 @@
 #include "estimator/signal/phase_drift.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -8,6 +9,8 @@ namespace shaker::estimator {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kMaxDrift = 2e-3;       // in periods; an oleo's noise of about 0.1 mm hides less
+constexpr double kMaxDriftErrors = 5.0;  // in standard errors
 
 // The phase of the fundamental in each whole period, in turns, unwrapped; the first one is 0.
 std::vector<double> phases(const std::vector<double>& t, const std::vector<double>& excitation,
@@ -33,6 +36,10 @@ std::vector<double> phases(const std::vector<double>& t, const std::vector<doubl
 }
 
 }  // namespace
+
+bool PhaseDrift::spoils_cycles() const {
+  return std::fabs(turns) >= std::max(kMaxDrift, kMaxDriftErrors * error);
+}
 
 PhaseDrift phase_drift(const std::vector<double>& t, const std::vector<double>& excitation,
                        double frequency_hz) {

@@ -10,6 +10,7 @@ struct PhaseDrift {
   double turns = 0.0;  // from the first whole period to the last, in periods
   double error = 0.0;  // its standard error, from the scatter of the phases about a line
   double frequency_hz = 0.0;
+  bool spoils_cycles() const;  // those that are cut at the nominal frequency are not alike
 };
 
 // From samples of an excitation with its fundamental near `frequency_hz`. t in s, increasing.

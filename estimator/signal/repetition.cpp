@@ -76,10 +76,10 @@ double motion_of(const Cycles& cycles) {
   double mean = 0.0;
   for (const double y : cycles.y)
     mean += y / static_cast<double>(cycles.y.size());
-  double sum = 0.0;
-  for (const double y : cycles.y)
-    sum += (y - mean) * (y - mean);
-  return std::sqrt(sum / static_cast<double>(cycles.y.size()));
+  std::vector<double> off = cycles.y;
+  for (double& y : off)
+    y -= mean;
+  return root_mean_square_of(off);
 }
 
 Cycles part_of(const Cycles& cycles, std::size_t first, std::size_t count) {
@@ -129,6 +129,24 @@ bool still_settles(const Cycles& cycles, int periods) {
                  scatter_above_rounding(part_of(cycles, cycles.count() - half, half), periods);
 }
 
+// The first cycle of the steady part.
+std::size_t first_steady(const Cycles& cycles) {
+  const std::size_t n = cycles.points, count = cycles.count();
+  if (count <= kMinSteadyCycles) return 0;
+  std::size_t first = count - kMinSteadyCycles;
+  while (first > 0) {
+    const Cycles kept = part_of(cycles, first, count - first);
+    const MeanCycle mean = mean_cycle(kept.y, n);
+    std::vector<double> off = part_of(cycles, first - 1, 1).y;
+    for (std::size_t i = 0; i < n; ++i)
+      off[i] -= mean.mean[i];
+    const double noise = scatter_after(kept, 1) * std::sqrt(1.0 + 1.0 / mean.cycles);
+    if (root_mean_square_of(off) > kMaxUnsteadyOverNoise * noise) break;
+    --first;
+  }
+  return first;
+}
+
 }  // namespace
 
 double scatter_after(const Cycles& cycles, int periods) {
@@ -173,23 +191,13 @@ Alternation find_alternation(const Cycles& cycles) {
           std::sqrt(between) > kMaxOfMotion * motion_of(cycles)};
 }
 
-std::size_t first_steady(const Cycles& cycles) {
-  const std::size_t n = cycles.points, count = cycles.count();
-  if (count <= kMinSteadyCycles) return 0;
-  std::size_t first = count - kMinSteadyCycles;
-  while (first > 0) {
-    const Cycles kept = part_of(cycles, first, count - first);
-    const MeanCycle mean = mean_cycle(kept.y, n);
-    double squares = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const double off = cycles.y[(first - 1) * n + i] - mean.mean[i];
-      squares += off * off;
-    }
-    const double noise = scatter_after(kept, 1) * std::sqrt(1.0 + 1.0 / mean.cycles);
-    if (std::sqrt(squares / static_cast<double>(n)) > kMaxUnsteadyOverNoise * noise) break;
-    --first;
-  }
-  return first;
+Cycles steady_groups(Cycles cycles, int periods) {
+  const auto m = static_cast<std::size_t>(periods);
+  const std::size_t count = cycles.count();
+  if (count > m) cycles = part_of(cycles, count % m, count - count % m);
+  if (count < 2 * m) return cycles;
+  const std::size_t first = m * first_steady({cycles.y, cycles.points * m});
+  return part_of(cycles, first, cycles.count() - first);
 }
 
 }  // namespace shaker::estimator

@@ -42,8 +42,8 @@ struct Alternation {
 };
 Alternation find_alternation(const Cycles& cycles);
 
-// The first cycle of the steady part: the one before it differs from the later ones by more than
-// the noise. The last four cycles are taken to be steady.
-std::size_t first_steady(const Cycles& cycles);
+// The last groups of `periods` cycles, from where they are steady: the group before differs from
+// them by more than the noise. The last four groups are taken to be steady.
+Cycles steady_groups(Cycles cycles, int periods);
 
 }  // namespace shaker::estimator

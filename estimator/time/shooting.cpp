@@ -52,9 +52,8 @@ SHAKER_SIMD_CLONES void add_condensed(std::size_t m, std::size_t k, const double
 
 }  // namespace
 
-void Shooting::condense(std::span<const Arc> arcs, const ArcSums& sums, std::size_t first,
-                        std::size_t count, double closing) {
-  const std::size_t wide = k_ + 1, size = m_ * wide;
+void Shooting::condense(std::span<const Arc> arcs, std::span<const ArcEnd> ends, double closing) {
+  const std::size_t wide = k_ + 1, size = m_ * wide, count = arcs.size();
   moves_.resize(count * size);
   gaps_.resize((count - 1) * m_);
   std::fill_n(moves_.begin(), size, 0.0);
@@ -62,29 +61,25 @@ void Shooting::condense(std::span<const Arc> arcs, const ArcSums& sums, std::siz
     moves_[j * wide + j] = 1.0;
   for (std::size_t a = 0; a + 1 < count; ++a) {
     double* next = &moves_[(a + 1) * size];
-    carry(m_, k_, sums.derivatives(first + a), &moves_[a * size], next);
+    carry(m_, k_, ends[a].derivatives, &moves_[a * size], next);
     for (std::size_t j = 0; j < m_; ++j) {
-      const double gap = sums.end(first + a)[j] - arcs[first + a + 1].start[j];
+      const double gap = ends[a].state[j] - arcs[a + 1].start[j];
       gaps_[a * m_ + j] = gap;
       next[j * wide + k_] -= closing * gap;
     }
   }
 }
 
-Shooting::Rows Shooting::move(std::size_t arc) const {
-  const auto rows = static_cast<Eigen::Index>(m_), columns = static_cast<Eigen::Index>(k_ + 1);
-  return {&moves_[arc * m_ * (k_ + 1)], rows, columns};
+Shooting::Rows Shooting::moves() const {
+  return {moves_.data(), static_cast<Eigen::Index>(arcs() * m_), static_cast<Eigen::Index>(k_ + 1)};
 }
 
-void Shooting::follow(std::size_t arc, std::span<const double> step,
-                      std::vector<double>& start) const {
-  const double* row = &moves_[arc * m_ * (k_ + 1)];
-  for (std::size_t j = 0; j < m_; ++j, row += k_ + 1) {
-    double moved = -row[k_];
-    for (std::size_t c = 0; c < k_; ++c)
-      moved += row[c] * step[c];
-    start[j] += moved;
-  }
+Eigen::RowVectorXd Shooting::row(std::size_t arc, const double* own) const {
+  const auto m = static_cast<Eigen::Index>(m_), parameters = static_cast<Eigen::Index>(k_ - m_);
+  Eigen::RowVectorXd total = Eigen::Map<const Eigen::RowVectorXd>(own, m) *
+                             moves().middleRows(static_cast<Eigen::Index>(arc) * m, m);
+  total.segment(m, parameters) += Eigen::Map<const Eigen::RowVectorXd>(own + m_, parameters);
+  return total;
 }
 
 void Shooting::add_products(const ArcSums& sums, std::size_t first,
@@ -93,6 +88,14 @@ void Shooting::add_products(const ArcSums& sums, std::size_t first,
   for (std::size_t a = 0; a < arcs(); ++a)
     add_condensed(m_, k_, sums.products(first + a), &moves_[a * m_ * (k_ + 1)], half.data(),
                   total.data());
+}
+
+void move_starts(std::span<Arc> arcs, const Eigen::VectorXd& moves) {
+  const double* move = moves.data();
+  for (Arc& arc : arcs) {
+    for (double& state : arc.start)
+      state += *move++;
+  }
 }
 
 }  // namespace shaker::estimator

@@ -13,6 +13,11 @@
 
 namespace shaker::estimator {
 
+// An arc's last state, and its derivatives: states x columns, row by row.
+struct ArcEnd {
+  const double *state, *derivatives;
+};
+
 class Shooting {
  public:
   using Rows =
@@ -21,17 +26,17 @@ class Shooting {
   // `columns`: states, then free parameters.
   Shooting(std::size_t states, std::size_t columns) : m_(states), k_(columns) {}
 
-  // Of arcs `first` to `first + count - 1`, one record. A share `closing` of each gap between an
-  // arc's end and the next one's start is to be closed.
-  void condense(std::span<const Arc> arcs, const ArcSums& sums, std::size_t first,
-                std::size_t count, double closing);
+  // Of one record, an end for each arc. A share `closing` of each gap between an arc's end and the
+  // next one's start is to be closed.
+  void condense(std::span<const Arc> arcs, std::span<const ArcEnd> ends, double closing);
 
   std::size_t arcs() const { return moves_.size() / (m_ * (k_ + 1)); }
-  // How an arc's start moves: states x (columns + 1). The last column is what it moves by itself to
-  // close the gaps before it, with a minus. `arc` counts from `first`.
-  Rows move(std::size_t arc) const;
-  // By `step` of the record's first state and of the parameters, and by itself; adds to `start`.
-  void follow(std::size_t arc, std::span<const double> step, std::vector<double>& start) const;
+  // How the arcs' starts move, one below the other: states x (columns + 1) each. The last column is
+  // what a start moves by itself to close the gaps before it, with a minus.
+  Rows moves() const;
+  // A number at a node of an arc whose derivatives over (the arc's start, parameters) are `own`: the
+  // same over (first state, parameters), and what closing takes from the number.
+  Eigen::RowVectorXd row(std::size_t arc, const double* own) const;
   // End less next start, states of each arc but the last.
   const std::vector<double>& gaps() const { return gaps_; }
 
@@ -43,5 +48,8 @@ class Shooting {
   std::size_t m_, k_;
   std::vector<double> moves_, gaps_;
 };
+
+// Adds `moves` of the starts, one below the other.
+void move_starts(std::span<Arc> arcs, const Eigen::VectorXd& moves);
 
 }  // namespace shaker::estimator

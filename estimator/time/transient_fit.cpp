@@ -68,15 +68,17 @@ void TransientEstimator::Impl::move(const Eigen::VectorXd& step) {
   kept = false;
   for (std::size_t k = 0; k < free.size(); ++k)
     fit.theta[static_cast<std::size_t>(free[k])] += step[static_cast<Eigen::Index>(k)];
-  std::vector<double> own(m + free.size());
+  const std::size_t columns = m + free.size();
+  Eigen::VectorXd own(static_cast<Eigen::Index>(columns + 1));
   for (std::size_t index = 0; index < records.size(); ++index) {
     const RecordState& record = records[index];
-    for (std::size_t c = 0; c < own.size(); ++c) {
+    for (std::size_t c = 0; c < columns; ++c) {
       const int unknown = unknown_of(record, c);
-      own[c] = unknown >= 0 ? step[unknown] : 0.0;
+      own[static_cast<Eigen::Index>(c)] = unknown >= 0 ? step[unknown] : 0.0;
     }
-    for (std::size_t a = 0; a < record.arcs; ++a)
-      shooting[index].follow(a, own, arcs[record.first_arc + a].start);
+    own[static_cast<Eigen::Index>(columns)] = -1.0;
+    move_starts(std::span(arcs).subspan(record.first_arc, record.arcs),
+                shooting[index].moves() * own);
   }
 }
 

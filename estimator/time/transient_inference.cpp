@@ -119,12 +119,10 @@ std::vector<double> TransientEstimator::sensitivities(std::size_t index) const {
     const bool last = a + 1 == record.first_arc + record.arcs;
     for (std::size_t i = a == record.first_arc ? record.offset : 0;
          i < arc.times.size() - (last ? 0 : 1); ++i) {
-      const double* row = &arc.sensitivities[(i * m + seen) * columns];
-      const Eigen::RowVectorXd total =
-          Eigen::Map<const Eigen::RowVectorXd>(row, static_cast<Eigen::Index>(m)) *
-          impl.shooting[index].move(a - record.first_arc);
+      const Eigen::RowVectorXd total = impl.shooting[index].row(
+          a - record.first_arc, &arc.sensitivities[(i * m + seen) * columns]);
       for (std::size_t k = m; k < columns; ++k)
-        out.push_back(total[static_cast<Eigen::Index>(k)] + row[k]);
+        out.push_back(total[static_cast<Eigen::Index>(k)]);
       for (std::size_t j = 0; j < m; ++j) {
         if (record.unknown[j] >= 0) out.push_back(total[static_cast<Eigen::Index>(j)]);
       }

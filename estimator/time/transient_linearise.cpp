@@ -41,7 +41,10 @@ void TransientEstimator::Impl::linearise(double closing) {
   fit.largest_gap = 0.0;
   for (std::size_t index = 0; index < records.size(); ++index) {
     const RecordState& record = records[index];
-    shooting[index].condense(arcs, sums, record.first_arc, record.arcs, closing);
+    std::vector<ArcEnd> ends;
+    for (std::size_t a = 0; a < record.arcs; ++a)
+      ends.push_back({sums.end(record.first_arc + a), sums.derivatives(record.first_arc + a)});
+    shooting[index].condense(std::span(arcs).subspan(record.first_arc, record.arcs), ends, closing);
     add_gaps(index);
     add_record_products(index, products);
   }
@@ -97,7 +100,6 @@ bool TransientEstimator::Impl::factor(const Eigen::MatrixXd& products) {
 }
 
 void TransientEstimator::Impl::linearise_by_rows() {
-  using Row = Eigen::Map<const Eigen::RowVectorXd>;
   keep();
   information.clear();
   const auto q = static_cast<Eigen::Index>(unknowns.size());
@@ -106,19 +108,17 @@ void TransientEstimator::Impl::linearise_by_rows() {
   for (std::size_t a = 0; a < arcs.size(); ++a) {
     const RecordState& record = records[record_of[a]];
     const double root = std::sqrt(record.data.weight);
-    const auto move = shooting[record_of[a]].move(a - record.first_arc);
     for (std::size_t i = 0; i < arcs[a].measured.size(); ++i) {
       const std::size_t node = arcs[a].first_measured + i;
-      const double* own = &arcs[a].sensitivities[(node * m + seen) * columns];
-      const Eigen::RowVectorXd moved = Row(own, static_cast<Eigen::Index>(m)) * move;
+      const Eigen::RowVectorXd over = shooting[record_of[a]].row(
+          a - record.first_arc, &arcs[a].sensitivities[(node * m + seen) * columns]);
       auto row = information.row();
       for (std::size_t c = 0; c < columns; ++c) {
         const int unknown = unknown_of(record, c);
-        if (unknown >= 0)
-          row[unknown] = root * (moved[static_cast<Eigen::Index>(c)] + (c >= m ? own[c] : 0.0));
+        if (unknown >= 0) row[unknown] = root * over[static_cast<Eigen::Index>(c)];
       }
       row[q] = root * (arcs[a].measured[i] - arcs[a].states[node * m + seen] +
-                       moved[static_cast<Eigen::Index>(columns)]);
+                       over[static_cast<Eigen::Index>(columns)]);
     }
   }
   const Eigen::MatrixXd prior = prior_rows();

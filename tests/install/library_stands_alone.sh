@@ -22,6 +22,8 @@ expect() {
 }
 expect '^k = 400\.0000 .*1/s\^2' estimate
 expect '^c = 4\.0000 ' estimate
+expect '^k = 400\.[0-9]+, from 39[0-9]\.[0-9]+ to 40[0-9]\.[0-9]+ 1/s\^2' estimate_runs
+expect '^a warning: 1 sample lies further .* run 1 sample 21' estimate_runs
 expect '^k = (300\.0|299\.9)' new_effect
 expect '^length = 0\.1000 ' new_effect
 expect '^cycle 20:  k = (400\.[0-2]|399\.[89])' online

@@ -53,6 +53,7 @@ TransientResponse::TransientResponse(const Model& model, const RunDatum& datum)
       free_(free_of(model)),
       m_(equations_.states()),
       p_(static_cast<int>(free_.size())),
+      shooting_(static_cast<std::size_t>(m_), static_cast<std::size_t>(m_ + p_)),
       transform_(datum.sampled->samples()),
       excitation_(excitation_of(*datum.sampled)) {
   check_instruments(model);
@@ -79,10 +80,6 @@ void TransientResponse::cut() {
     arcs_.push_back(std::move(arc));
     first_.push_back(first);
   }
-  moves_.assign(arcs_.size(), MatrixXd::Zero(m_, m_ + p_));
-  drift_.assign(arcs_.size(), MatrixXd::Zero(m_, p_));
-  closes_.assign(arcs_.size(), VectorXd::Zero(m_));
-  last_moves_ = closes_;
   begin_from_data();
 }
 
@@ -190,16 +187,16 @@ void TransientResponse::size_memories() {
 }
 
 void TransientResponse::condense() {
-  using Row = Eigen::Map<const Eigen::RowVectorXd>;
-  using Rows =
-      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-  const Index wide = m_ + p_;
-  const auto m = static_cast<std::size_t>(m_), k = static_cast<std::size_t>(wide);
+  const auto m = static_cast<std::size_t>(m_), k = static_cast<std::size_t>(m_ + p_);
   const auto seen = static_cast<std::size_t>(model_->observed());
-  moves_[0].setZero();
-  moves_[0].leftCols(m_).setIdentity();
-  closes_[0].setZero();
+  std::vector<ArcEnd> ends;
+  for (const Arc& arc : arcs_)
+    ends.push_back(
+        {&arc.states[arc.states.size() - m], &arc.sensitivities[arc.sensitivities.size() - m * k]});
+  shooting_.condense(arcs_, ends, 1.0);
   gap_ = 0.0;
+  for (std::size_t j = 0; j < shooting_.gaps().size(); ++j)
+    gap_ = std::max(gap_, std::fabs(shooting_.gaps()[j]) / scale_[static_cast<Index>(j % m)]);
   samples_.resize(run_->samples());
   slopes_.setZero(run_->samples(), m_ + model_->parameter_count());
   for (std::size_t a = 0; a < arcs_.size(); ++a) {
@@ -207,27 +204,13 @@ void TransientResponse::condense() {
     const bool last = a + 1 == arcs_.size();
     const std::size_t count = arc.times.size() - (last ? 0 : 1);
     for (std::size_t i = 0; i < count; ++i) {
-      const double* sensitivity = &arc.sensitivities[(i * m + seen) * k];
-      const Row over_start(sensitivity, m_);
+      const std::size_t node = i * m + seen;
+      const Eigen::RowVectorXd over = shooting_.row(a, &arc.sensitivities[node * k]);
       const auto at = static_cast<Index>(first_[a] + i);
-      samples_[at] = arc.states[i * m + seen] + over_start.dot(closes_[a]);
-      const Eigen::RowVectorXd total = over_start * moves_[a];
-      slopes_.row(at).head(m_) = total.head(m_);
+      samples_[at] = arc.states[node] - over[m_ + p_];
+      slopes_.row(at).head(m_) = over.head(m_);
       for (int c = 0; c < p_; ++c)
-        slopes_(at, m_ + free_[static_cast<std::size_t>(c)]) =
-            total[m_ + c] + sensitivity[m + static_cast<std::size_t>(c)];
-    }
-    if (last) break;
-    const std::size_t end = arc.times.size() - 1;
-    const Rows whole(&arc.sensitivities[end * m * k], m_, wide);
-    moves_[a + 1].noalias() = whole.leftCols(m_) * moves_[a];
-    moves_[a + 1].rightCols(p_) += whole.rightCols(p_);
-    closes_[a + 1].noalias() = whole.leftCols(m_) * closes_[a];
-    for (int j = 0; j < m_; ++j) {
-      const double gap = arc.states[end * m + static_cast<std::size_t>(j)] -
-                         arcs_[a + 1].start[static_cast<std::size_t>(j)];
-      closes_[a + 1][j] += gap;
-      gap_ = std::max(gap_, std::fabs(gap) / scale_[j]);
+        slopes_(at, m_ + free_[static_cast<std::size_t>(c)]) = over[m_ + c];
     }
   }
 }
@@ -257,20 +240,20 @@ double TransientResponse::correct() {
   value_ = series.col(0) + of_start * step;
   jacobian_ = series.rightCols(model_->parameter_count()) - of_start * suited;
   const VectorXd taken = course_.next(step, gram, gap_ < kJoined);
-  double largest = 0.0;
-  for (std::size_t a = 0; a < arcs_.size(); ++a) {
-    const MatrixXd first = moves_[a].leftCols(m_) * scale_.asDiagonal();
-    const VectorXd moved = first * step + closes_[a];
-    last_moves_[a] = first * taken + closes_[a];
-    for (int j = 0; j < m_; ++j) {
-      arcs_[a].start[static_cast<std::size_t>(j)] += last_moves_[a][j];
-      largest = std::max(largest, std::fabs(moved[j]) / scale_[j]);
-    }
-    for (int c = 0; c < p_; ++c)
-      drift_[a].col(c) =
-          moves_[a].col(m_ + c) - first * suited.col(free_[static_cast<std::size_t>(c)]);
-  }
-  return largest;
+  const auto moves = shooting_.moves();
+  const MatrixXd first = moves.leftCols(m_) * scale_.asDiagonal();
+  last_moves_ = first * taken - moves.col(m_ + p_);
+  move_starts(arcs_, last_moves_);
+  drift_ = moves.middleCols(m_, p_);
+  for (int c = 0; c < p_; ++c)
+    drift_.col(c) -= first * suited.col(free_[static_cast<std::size_t>(c)]);
+  return relative_size(first * step - moves.col(m_ + p_));
+}
+
+double TransientResponse::relative_size(const VectorXd& moves) const {
+  return (moves.reshaped(m_, moves.size() / m_).array().colwise() / scale_.array())
+      .abs()
+      .maxCoeff();
 }
 
 void TransientResponse::see(const std::vector<double>& theta) {
@@ -279,11 +262,8 @@ void TransientResponse::see(const std::vector<double>& theta) {
 
 // Takes half of the last moves back.
 void TransientResponse::shorten() {
-  for (std::size_t a = 0; a < arcs_.size(); ++a) {
-    last_moves_[a] *= 0.5;
-    for (int j = 0; j < m_; ++j)
-      arcs_[a].start[static_cast<std::size_t>(j)] -= last_moves_[a][j];
-  }
+  last_moves_ *= 0.5;
+  move_starts(arcs_, -last_moves_);
   course_.forget();
 }
 
@@ -351,13 +331,12 @@ bool TransientResponse::at(const std::vector<double>& theta) {
       const auto k = static_cast<std::size_t>(free_[static_cast<std::size_t>(c)]);
       change[c] = theta[k] - theta_[k];
     }
-    for (std::size_t a = 0; a < arcs_.size(); ++a) {
-      const VectorXd moved = drift_[a] * change;
-      // A long way is no straight line: better from where it was.
-      if ((moved.cwiseQuotient(scale_)).cwiseAbs().maxCoeff() > 0.5) continue;
-      for (int j = 0; j < m_; ++j)
-        arcs_[a].start[static_cast<std::size_t>(j)] += moved[j];
+    VectorXd moved = drift_ * change;
+    // A long way is no straight line: better from where it was.
+    for (Index a = 0; a < moved.size(); a += m_) {
+      if (relative_size(moved.segment(a, m_)) > 0.5) moved.segment(a, m_).setZero();
     }
+    move_starts(arcs_, moved);
   }
   if (!close(theta)) return give_up();
   if (!steps_settled_) settle_steps(theta);

@@ -17,6 +17,7 @@
 #include "estimator/math/accelerated_course.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/time/integration.hpp"
+#include "estimator/time/shooting.hpp"
 #include "estimator/time/state_equations.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -57,6 +58,8 @@ class TransientResponse {
   void condense();
   void see(const std::vector<double>& theta);
   double correct();
+  // Largest of `moves` of starts, in scales of the states.
+  double relative_size(const Eigen::VectorXd& moves) const;
 
   const Model* model_;
   std::shared_ptr<const SampledRun> run_;
@@ -64,6 +67,7 @@ class TransientResponse {
   StateEquations equations_;
   std::vector<int> free_;  // parameters of the motion
   int m_ = 0, p_ = 0;
+  Shooting shooting_;
   CosineTransform transform_;
   Excitation excitation_;
   std::vector<double> times_;
@@ -76,11 +80,10 @@ class TransientResponse {
   std::vector<double> theta_;
   bool solved_ = false;
 
-  std::vector<Eigen::MatrixXd> moves_;   // of an arc's start, over [initial state, free]
-  std::vector<Eigen::VectorXd> closes_;  // and by itself, to meet the arc before it
-  std::vector<Eigen::MatrixXd> drift_;   // of an arc's start over free, the initial state suited
-  std::vector<Eigen::VectorXd> last_moves_;  // of the arcs' starts
-  AcceleratedCourse course_;                 // of the initial state
+  // All arcs' starts, one below the other: over free, the initial state suited; their last move.
+  Eigen::MatrixXd drift_;
+  Eigen::VectorXd last_moves_;
+  AcceleratedCourse course_;  // of the initial state
   double gap_ = 0.0;
   Eigen::VectorXd samples_;
   Eigen::MatrixXd slopes_;  // samples x [initial state, all parameters]

@@ -54,13 +54,13 @@ void expect_truth(const Estimate& estimate) {
 TEST(EstimateRuns, EveryWayFindsTheTruth) {
   const std::vector<RunData> runs = {run_at(1.5, kStiffness, 1), run_at(2.5, kStiffness, 2)};
   RunsEstimateOptions options;
-  const auto plain = estimate_runs(oscillator(), runs, options);
+  const auto plain = estimate(oscillator(), runs, options);
   ASSERT_TRUE(plain.ok()) << plain.error().what;
   expect_truth(plain->estimate);
   EXPECT_FALSE(plain->searched || plain->sampled || plain->grid);
   options.loss = Loss::huber;
   options.starts = 3;
-  const auto robust = estimate_runs(oscillator(), runs, options);
+  const auto robust = estimate(oscillator(), runs, options);
   ASSERT_TRUE(robust.ok()) << robust.error().what;
   expect_truth(robust->estimate);
   ASSERT_TRUE(robust->searched);
@@ -68,14 +68,14 @@ TEST(EstimateRuns, EveryWayFindsTheTruth) {
   options = {};
   options.accuracy = 1e-9;
   options.intervals = IntervalKind::profile;
-  const auto refined = estimate_runs(oscillator(), runs, options);
+  const auto refined = estimate(oscillator(), runs, options);
   ASSERT_TRUE(refined.ok()) << refined.error().what;
   expect_truth(refined->estimate);
   ASSERT_TRUE(refined->grid);
   EXPECT_TRUE(refined->grid->reached);
   options = {};
   options.posterior = true;
-  const auto sampled = estimate_runs(oscillator(), runs, options);
+  const auto sampled = estimate(oscillator(), runs, options);
   ASSERT_TRUE(sampled.ok()) << sampled.error().what;
   expect_truth(sampled->estimate);
   ASSERT_TRUE(sampled->sampled);
@@ -88,7 +88,7 @@ TEST(EstimateRuns, AParameterMayDifferFromRunToRun) {
   std::vector<RunData> runs = {run_at(1.5, kStiffness, 1), run_at(2.5, 420.0, 2)};
   runs[0].condition.run = "a";
   runs[1].condition.run = "b";
-  const auto found = estimate_runs(spec, runs);
+  const auto found = estimate(spec, runs);
   ASSERT_TRUE(found.ok()) << found.error().what;
   ASSERT_EQ(found->in_runs.size(), 2U);
   EXPECT_EQ(found->in_runs[1].run, "b");
@@ -99,7 +99,7 @@ TEST(EstimateRuns, AParameterMayDifferFromRunToRun) {
 TEST(EstimateRuns, ALinearModelHasNoResponseOverTwoPeriods) {
   RunData run = run_at(1.5, kStiffness, 1);
   run.periods = 2;
-  const auto found = estimate_runs(oscillator(), {run});
+  const auto found = estimate(oscillator(), {run});
   ASSERT_FALSE(found.ok());
   EXPECT_EQ(found.error().kind, ErrorKind::invalid);
 }
