@@ -26,6 +26,7 @@ Hypothesis leaving(const std::vector<std::string>& effects, double chi_squared,
   Hypothesis h;
   h.effects = effects;
   h.fit = std::make_shared<const HarmonicFit>(std::move(fit));
+  h.added = static_cast<int>(effects.size());
   h.log_evidence = log_evidence;
   return h;
 }
@@ -133,6 +134,20 @@ TEST(ModelProbabilities, DoubtTheFirstOfTwoThatCloseAGapTogether) {
   const Found both({one, leaving({"cavitation", "tyre"}, 3e4, -1.2e4)}, false, 0.0);
   EXPECT_NEAR(both.probability_of("tyre"), 0.2 / (0.2 + 0.03 * (1.0 - std::log(0.03))), 1e-6);
   EXPECT_NEAR(both.probability_of("cavitation"), 0.2 / (0.2 + 0.1), 1e-6);
+}
+
+// The simplest first, then what adds most to it, would end at the stop and the play. What closes far
+// more than they do counts, though one of its effects closes less alone.
+TEST(ModelProbabilities, AnswerWithTheSetThatWeighsMost) {
+  const Found found(
+      {leaving({"coulomb_friction"}, 2.8e5, -6e2), leaving({"presliding_friction"}, 9.2e4, -2e2),
+       leaving({"cubic_stiffness"}, 9e5, -7e2),
+       leaving({"coulomb_friction", "free_play"}, 7.7e4, -1.9e2),
+       leaving({"cubic_stiffness", "presliding_friction"}, 1.6e3, -7.1e1),
+       leaving({"coulomb_friction", "cubic_stiffness", "free_play"}, 3.2e3, -1.3e2)},
+      false, 0.0);
+  EXPECT_THAT(found.answer(), ::testing::ElementsAre("cubic_stiffness", "presliding_friction"));
+  EXPECT_GT(found.probability_of("presliding_friction"), 0.8);
 }
 
 TEST(ModelProbabilities, AddUpOverRivalsOfOneKind) {
