@@ -86,7 +86,6 @@ Diagnosis said_of_gap(Selection by_gap, const Selection& first,
                       const std::vector<SteadyRun>& runs, const std::vector<Candidate>& catalogue,
                       const FitOptions& options) {
   by_gap.adequate = by_gap.explained = false;
-  by_gap.by_gap = true;
   by_gap.probability_base = first.probability_base;
   by_gap.probability_best = first.probability_best;
   // Chooses by the runs that the report shows, as assemble does.
@@ -159,7 +158,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
     if (again.trouble.empty()) {
       first.hypotheses.clear();  // with their solutions: they take memory
       SelectionOptions by_gap = selection;
-      by_gap.simple_first = true;
+      by_gap.by_gap = true;
       by_gap.leave = kLeftByGap;
       Selection second =
           select_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));

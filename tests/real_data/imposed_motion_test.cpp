@@ -49,7 +49,7 @@ Diagnosis diagnosed(const Campaign& campaign) {
 
 class RealDynamometer : public RealData {};
 
-TEST_F(RealDynamometer, MagnetoRheologicalDamperLacksFrictionThenHysteresis) {
+TEST_F(RealDynamometer, MagnetoRheologicalDamperLacksHysteresis) {
   const auto d = diagnosed(dynamometer("mr_damper_utfsm",
                                        {{"mr_2mm5Hz0A.csv", 5.0},
                                         {"mr_5mm3Hz0A.csv", 3.0},
@@ -58,15 +58,14 @@ TEST_F(RealDynamometer, MagnetoRheologicalDamperLacksFrictionThenHysteresis) {
                                         {"mr_25mm0p25Hz0A.csv", 0.25}},
                                        "force_N", 0.01));
   EXPECT_EQ(d.verdict, Verdict::unexplained);
-  ASSERT_GE(d.effects.size(), 2U);
-  EXPECT_EQ(d.effects[0].name, "coulomb_friction");
+  ASSERT_FALSE(d.effects.empty());
   // Hysteresis, either with Dahl's two parameters or with the four of Bouc-Wen, which include
   // them.
-  EXPECT_THAT(d.effects[1].name, ::testing::AnyOf("presliding_friction", "bouc_wen_hysteresis"));
-  EXPECT_LT(d.gap.after, 0.42 * d.gap.before);
+  EXPECT_THAT(d.effects[0].name, ::testing::AnyOf("presliding_friction", "bouc_wen_hysteresis"));
+  EXPECT_LT(d.gap.after, 0.5 * d.gap.before);
 }
 
-TEST_F(RealDynamometer, MagnetoRheologicalDamperWithCurrentLacksFrictionThenHysteresis) {
+TEST_F(RealDynamometer, MagnetoRheologicalDamperWithCurrentLacksHysteresis) {
   const auto d = diagnosed(dynamometer("mr_damper_utfsm",
                                        {{"mr_2mm5Hz0p5A.csv", 5.0},
                                         {"mr_5mm3Hz0p5A.csv", 3.0},
@@ -75,12 +74,11 @@ TEST_F(RealDynamometer, MagnetoRheologicalDamperWithCurrentLacksFrictionThenHyst
                                         {"mr_25mm0p25Hz0p5A.csv", 0.25}},
                                        "force_N", 0.004));
   EXPECT_EQ(d.verdict, Verdict::unexplained);
-  ASSERT_GE(d.effects.size(), 2U);
-  EXPECT_EQ(d.effects[0].name, "coulomb_friction");
+  ASSERT_FALSE(d.effects.empty());
   // Hysteresis, either with Dahl's two parameters or with the four of Bouc-Wen, which include
   // them.
-  EXPECT_THAT(d.effects[1].name, ::testing::AnyOf("presliding_friction", "bouc_wen_hysteresis"));
-  EXPECT_LT(d.gap.after, 0.42 * d.gap.before);
+  EXPECT_THAT(d.effects[0].name, ::testing::AnyOf("presliding_friction", "bouc_wen_hysteresis"));
+  EXPECT_LT(d.gap.after, 0.3 * d.gap.before);
 }
 
 TEST_F(RealDynamometer, BandedFrictionDamperLacksFrictionThatGivesThenFreePlay) {

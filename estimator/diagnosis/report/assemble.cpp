@@ -41,6 +41,7 @@ class Assembler {
         runs_(runs),
         candidates_(candidates),
         choice_(found, data),
+        weights_(found, data),
         probabilities_(found, data, agree(found, data, choice_)),
         before_(*found.base.fit),
         after_(choice_.chosen() != nullptr ? *choice_.chosen()->fit : before_),
@@ -205,9 +206,9 @@ class Assembler {
       for (const ParameterEstimate& p : said_.parameters_after) {
         if (p.effect == effect) named.parameters.push_back(p);
       }
-      named.confusable_with = indistinguishable_set(effect, found_, *best);
-      named.discriminating_run =
-          discriminating_run(rounded(*best), indistinguishable_fits(effect, found_, *best), data_);
+      named.confusable_with = indistinguishable_set(effect, found_, *best, weights_);
+      named.discriminating_run = discriminating_run(
+          rounded(*best), indistinguishable_fits(effect, found_, *best, weights_), data_);
       double share = 0.0;
       const std::string words = where(effect_force_, data_, &share);
       named.where = fmt::format("{} ({:.0f} % of its force)", words, 100.0 * share);
@@ -215,23 +216,15 @@ class Assembler {
         named.held_out_gain = 1.0 - *said_.gap.held_out_after / *said_.gap.held_out_before;
       said_.effects.push_back(std::move(named));
     }
-    // In the order in which they close the gap, then by what each closes alone.
-    const auto& way = choice_.path();
-    const auto rank = [&](const NamedEffect& e) {
-      return std::find_if(way.begin(), way.end(), [&](const Hypothesis* h) {
-        return std::find(h->effects.begin(), h->effects.end(), e.name) != h->effects.end();
-      });
-    };
+    // In the order of what each closes alone.
     const auto alone = [&](const NamedEffect& e) {
       const auto& all = said_.ranking;
       const auto found = std::find_if(all.begin(), all.end(),
                                       [&](const Ranked& ranked) { return ranked.name == e.name; });
       return found == all.end() ? 0.0 : found->gain_refitted.value_or(found->gain);
     };
-    std::stable_sort(said_.effects.begin(), said_.effects.end(), [&](const auto& a, const auto& b) {
-      if (rank(a) != rank(b)) return rank(a) < rank(b);
-      return alone(a) > alone(b);
-    });
+    std::stable_sort(said_.effects.begin(), said_.effects.end(),
+                     [&](const auto& a, const auto& b) { return alone(a) > alone(b); });
   }
 
   // Of the named effects, where more than one of a kind may be what is missing.
@@ -262,6 +255,7 @@ class Assembler {
   const std::vector<SteadyRun>& runs_;
   const std::vector<Candidate>& candidates_;
   Choice choice_;
+  const Weights weights_;
   const ModelProbabilities probabilities_;
   double trusted_ = 1.0;  // of the probabilities
   const HarmonicFit& before_;

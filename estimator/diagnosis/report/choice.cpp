@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "estimator/diagnosis/select/nesting.hpp"
+#include "estimator/diagnosis/select/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -12,12 +13,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kFirstEffect = 0.75;  // of the gap's square, by the first effect
-constexpr double kHalved = 0.5;        // of chi-squared, by one more effect
-constexpr double kOfGap = 0.6;         // of the gap's square, by one more where that is weighed
-constexpr double kRicher = 0.1;  // of the gap's square, by what holds the simple one and does more
-constexpr double kNearlyAll = 0.99;          // of chi-squared that the richer one closes
-constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
+constexpr std::size_t kMostEffects = 3;
+constexpr double kNearlyAll = 0.99;  // of chi-squared that the richer one closes
 
 // The same effects, but for one in the place of a simpler one that it holds.
 bool richer(const Hypothesis& h, const Hypothesis& simple) {
@@ -46,23 +43,20 @@ VectorXd residual_of(const HarmonicFit& fit, const std::vector<RunDatum>& data, 
   return data[run].response - fit.predictions[run].value();
 }
 
-bool counts(const Hypothesis& h) {
-  return h.disqualified.empty() && std::isfinite(h.fit->chi_squared);
-}
-
 Choice::Choice(const Selection& found, const std::vector<RunDatum>& data)
     : found_(found), data_(data) {
-  for (const Hypothesis* next = after(found_.base); next != nullptr; next = after(*next))
-    path_.push_back(next);
   if (found_.adequate || found_.best >= found_.hypotheses.size()) return;
   const Hypothesis* best = &found_.hypotheses[found_.best];
   if (!counts(*best)) return;
-  if (found_.explained)
-    chosen_ = best;
-  else if (!path_.empty())
-    chosen_ = path_.back();
-  drop_idle();
+  chosen_ = found_.explained ? best : heaviest(kMostEffects);
   name_simpler();
+}
+
+const Hypothesis* Choice::heaviest(std::size_t most) const {
+  return Weights(found_, data_).heaviest(most, [&](const Hypothesis& h) {
+    return std::none_of(h.effects.begin(), h.effects.end(),
+                        [&](const std::string& effect) { return dropped_.contains(effect); });
+  });
 }
 
 // A record has no corners that are sharper than its samples: what a static peak as narrow as that
@@ -78,20 +72,6 @@ void Choice::name_simpler() {
   }
 }
 
-// An effect that the others do better without has not earned its place.
-void Choice::drop_idle() {
-  const auto better_without = [&](const Hypothesis& h) {
-    return chosen_ != nullptr && counts(h) && h.effects.size() + 1 == chosen_->effects.size() &&
-           h.log_evidence >= chosen_->log_evidence &&
-           std::includes(chosen_->effects.begin(), chosen_->effects.end(), h.effects.begin(),
-                         h.effects.end());
-  };
-  for (auto next = found_.hypotheses.begin(); next != found_.hypotheses.end();) {
-    next = std::find_if(found_.hypotheses.begin(), found_.hypotheses.end(), better_without);
-    if (next != found_.hypotheses.end()) chosen_ = &*next;
-  }
-}
-
 bool Choice::drop_unlikely(const std::function<double(const std::string&)>& probability,
                            double least) {
   if (chosen_ == nullptr) return false;
@@ -101,51 +81,8 @@ bool Choice::drop_unlikely(const std::function<double(const std::string&)>& prob
     if (probability(effect) < least) dropped_.insert(effect);
   }
   if (dropped_.size() == known) return false;
-  chosen_ = nullptr;
-  std::pair<bool, double> most(false, least);
-  for (const Hypothesis& h : found_.hypotheses) {
-    if (!counts(h) || h.effects.size() > unsure.effects.size()) continue;
-    std::pair<bool, double> now(std::includes(unsure.effects.begin(), unsure.effects.end(),
-                                              h.effects.begin(), h.effects.end()),
-                                1.0);
-    for (const std::string& effect : h.effects)
-      now.second = dropped_.contains(effect) ? 0.0 : std::min(now.second, probability(effect));
-    if (now.second < least || now < most) continue;
-    chosen_ = &h;
-    most = now;
-  }
+  chosen_ = heaviest(unsure.effects.size());
   return true;
-}
-
-// The next larger hypothesis that closes enough of what `smallest` leaves: an effect more, or a
-// richer one in the place of the simple one that it holds, where that closes nearly all. Of those
-// that close nearly as much, the one with the fewest parameters: friction before hysteresis that
-// can do what friction does.
-const Hypothesis* Choice::after(const Hypothesis& smallest) const {
-  const double next_effect = found_.by_gap ? kOfGap : kHalved;
-  const double limit = &smallest == &found_.base ? kFirstEffect : next_effect;
-  const auto larger = [&](const Hypothesis& h) {
-    if (!counts(h)) return false;
-    if (richer(h, smallest)) return left_of(h, smallest) < kRicher;
-    return h.effects.size() == smallest.effects.size() + 1 &&
-           std::includes(h.effects.begin(), h.effects.end(), smallest.effects.begin(),
-                         smallest.effects.end());
-  };
-  double least = limit;
-  for (const Hypothesis& h : found_.hypotheses) {
-    if (larger(h)) least = std::min(least, left_of(h, smallest));
-  }
-  const Hypothesis* next = nullptr;
-  for (const Hypothesis& h : found_.hypotheses) {
-    if (!larger(h)) continue;
-    const double left = left_of(h, smallest);
-    if (left >= limit || 1.0 - left < kNearlyAsMuch * (1.0 - least)) continue;
-    const auto price = [](const Hypothesis& of) { return of.fit->free.size(); };
-    if (next == nullptr || price(h) < price(*next) ||
-        (price(h) == price(*next) && h.fit->chi_squared < next->fit->chi_squared))
-      next = &h;
-  }
-  return next;
 }
 
 double Choice::left_of(const Hypothesis& one, const Hypothesis& other) const {

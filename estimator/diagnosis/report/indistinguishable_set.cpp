@@ -9,13 +9,13 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kInTheSet = 4.0;      // of log evidence behind the best: cannot be excluded
+constexpr double kInTheSet = 4.0;      // of log weight behind the best: cannot be excluded
 constexpr double kGainInTheSet = 8.0;  // of chi-squared behind, for those that were not refitted
 
 }  // namespace
 
 std::vector<std::string> indistinguishable_set(const std::string& effect, const Selection& found,
-                                               const Hypothesis& best) {
+                                               const Hypothesis& best, const Weights& weights) {
   std::vector<std::string> others;
   for (const std::string& e : best.effects) {
     if (e != effect) others.push_back(e);
@@ -23,7 +23,7 @@ std::vector<std::string> indistinguishable_set(const std::string& effect, const 
   std::vector<std::string> set;
   for (const Hypothesis& h : found.hypotheses) {
     if (!h.disqualified.empty() || h.effects.size() != best.effects.size()) continue;
-    if (h.log_evidence < best.log_evidence - kInTheSet) continue;
+    if (weights.log_of(h) < weights.log_of(best) - kInTheSet) continue;
     std::string other;
     int unshared = 0;
     for (const std::string& e : h.effects) {
@@ -52,9 +52,10 @@ std::vector<std::string> indistinguishable_set(const std::string& effect, const 
 
 std::vector<const HarmonicFit*> indistinguishable_fits(const std::string& effect,
                                                        const Selection& found,
-                                                       const Hypothesis& best) {
+                                                       const Hypothesis& best,
+                                                       const Weights& weights) {
   std::vector<const HarmonicFit*> fits;
-  for (const std::string& rival : indistinguishable_set(effect, found, best)) {
+  for (const std::string& rival : indistinguishable_set(effect, found, best, weights)) {
     std::vector<std::string> effects = best.effects;
     std::replace(effects.begin(), effects.end(), effect, rival);
     std::sort(effects.begin(), effects.end());

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "estimator/diagnosis/select/nesting.hpp"
+#include "estimator/diagnosis/select/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -14,8 +14,6 @@ constexpr double kUnknown = 0.02;               // that there is something unkno
 // That the unknown stands beside a named effect, over that the effect only imitates it. Dampers
 // that lack several things have the unknown beside the effects as a rule (docs/dirty_suite.md).
 constexpr double kUnknownBeside = 0.2;
-constexpr double kIndependent = 4.0;      // numbers in a run's model error: its parts hang together
-constexpr double kShareOfRecord = 0.125;  // of a record's
 
 // Probability that something else is missing, given the probability p that noise alone makes what
 // is left: the largest evidence against noise is 1 / (-e p log p) (Sellke, Bayarri and Berger,
@@ -26,68 +24,24 @@ double unknown_share(double p) {
   return kUnknown / (kUnknown + (1.0 - kUnknown) * noise);
 }
 
-// Log of what a set of so many effects has beforehand, over what one effect has: few campaigns lack
-// two, and of the pairs there are many more.
-double log_before(std::size_t effects, std::size_t catalogue) {
-  constexpr double kOneMore = 0.1;  // that one more is missing
-  double sum = 0.0;
-  for (std::size_t k = 1; k < effects; ++k) {
-    const double others = catalogue > k ? static_cast<double>(catalogue - k) : 1.0;
-    sum += std::log(kOneMore * static_cast<double>(k + 1) / others);
-  }
-  return sum;
-}
-
-std::size_t size_of_catalogue(const Selection& found) {
-  std::set<const Candidate*> all;
-  for (const Score& score : found.base_scoring.scores)
-    all.insert(score.candidate);
-  return all.size();
-}
-
-// What the evidence of all is divided by.
-double scale_of(const Selection& found, const std::vector<RunDatum>& data, const Hypothesis* best) {
-  double scale = 1.0;
-  if (!found.explained && !found.adequate && best != nullptr) {
-    const double freedom =
-        found.base.fit->observations - static_cast<double>(best->fit->free.size());
-    scale = std::max(1.0, best->fit->chi_squared / std::max(1.0, freedom));
-  }
-  if (!found.by_gap) return scale;
-  double independent = 0.0;
-  for (const RunDatum& datum : data) {
-    if (datum.role != Role::fit) continue;
-    independent +=
-        datum.sampled ? kShareOfRecord * static_cast<double>(datum.response.size()) : kIndependent;
-  }
-  return std::max(scale, found.base.fit->observations / independent);
-}
-
-// Of each hypothesis.
+// Of each hypothesis. Beside a gap, what has more effects than the chosen one has been set aside for
+// it.
 std::vector<double> weights(const Selection& found, const std::vector<RunDatum>& data,
                             const Choice& choice) {
+  const Weights weights(found, data);
   const Hypothesis* best = choice.chosen();
-  const double scale = scale_of(found, data, best);
-  const std::size_t catalogue = size_of_catalogue(found);
-  const auto log_weight = [&](const Hypothesis& h) {
-    return h.log_evidence / scale + log_before(h.effects.size(), catalogue);
+  const auto weighs = [&](const Hypothesis& h) {
+    return counts(h) &&
+           (best == nullptr || found.explained || h.effects.size() <= best->effects.size());
   };
-  // Beside a gap, what has more effects than the chosen one has been set aside for it; by shares of
-  // the gap, what has more parameters too.
-  const auto richer = [&](const Hypothesis& h) {
-    return best != nullptr && !found.explained &&
-           (h.effects.size() > best->effects.size() ||
-            (found.by_gap && h.fit->free.size() > best->fit->free.size()));
-  };
-  const auto weighs = [&](const Hypothesis& h) { return counts(h) && !richer(h); };
-  double largest = log_weight(found.base);
+  double largest = weights.log_of(found.base);
   for (const Hypothesis& h : found.hypotheses) {
-    if (weighs(h)) largest = std::max(largest, log_weight(h));
+    if (weighs(h)) largest = std::max(largest, weights.log_of(h));
   }
   std::vector<double> weight;
-  double sum = std::exp(log_weight(found.base) - largest);
+  double sum = std::exp(weights.log_of(found.base) - largest);
   for (const Hypothesis& h : found.hypotheses) {
-    weight.push_back(weighs(h) ? std::exp(log_weight(h) - largest) : 0.0);
+    weight.push_back(weighs(h) ? std::exp(weights.log_of(h) - largest) : 0.0);
     sum += weight.back();
   }
   for (double& w : weight)
@@ -109,19 +63,26 @@ int spoken_for(const Hypothesis& h, const std::vector<std::string>& effects) {
                     [&](const std::string& effect) { return speaks_for(h, effect); }));
 }
 
+// The part of `h` without those effects that leaves least.
+const Hypothesis& rest_of(const Hypothesis& h, const std::vector<std::string>& effects,
+                          const Selection& found) {
+  const Hypothesis* best = &found.base;
+  for (const Hypothesis& part : found.hypotheses) {
+    if (counts(part) && part.effects.size() < h.effects.size() && spoken_for(part, effects) == 0 &&
+        part.fit->chi_squared < best->fit->chi_squared &&
+        std::includes(h.effects.begin(), h.effects.end(), part.effects.begin(), part.effects.end()))
+      best = &part;
+  }
+  return *best;
+}
+
 // That what effects of one kind close in `h` is their own, where something is left that is not
 // noise.
 double own_part(const Hypothesis& h, const std::vector<std::string>& effects,
                 const Selection& found, const Choice& choice) {
-  const Hypothesis* without = &found.base;
-  for (const Hypothesis* step : choice.path()) {
-    if (spoken_for(*step, effects) > 0) break;
-    if (std::includes(h.effects.begin(), h.effects.end(), step->effects.begin(),
-                      step->effects.end()))
-      without = step;
-  }
-  const double left = std::min(1.0, choice.left_of(h, *without));
-  const auto added = static_cast<int>(h.effects.size() - without->effects.size());
+  const Hypothesis& without = rest_of(h, effects, found);
+  const double left = std::min(1.0, choice.left_of(h, without));
+  const auto added = static_cast<int>(h.effects.size() - without.effects.size());
   const int steps = added - std::max(0, std::min(spoken_for(h, effects), added) - 1);
   return chance_beside_unknown(left, steps);
 }

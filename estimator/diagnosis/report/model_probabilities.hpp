@@ -1,12 +1,10 @@
 // How sure a name is: shares of the probability among everything that was refitted, nothing, and
 // the unknown.
 //
-// A set of effects has beforehand what it takes that so many are missing at once, spread over all
-// such sets of the catalogue: a second name must be better than the best of so many. Where the best
-// leaves nothing but noise, the unknown has what the test of that leaves it. Otherwise the unknown
-// is there, and two things may be so: the named effect is there beside it, or the unknown alone
-// makes the gap and the named effect imitates a part of it. The second is as likely as so much of a
-// gap is closed by chance. Evidence counts by as much less as the best leaves more than noise.
+// What each hypothesis weighs says weights.hpp. Where the best leaves nothing but noise, the unknown
+// has what the test of that leaves it. Otherwise the unknown is there, and two things may be so: the
+// named effect is there beside it, or the unknown alone makes the gap and the named effect imitates
+// a part of it. The second is as likely as so much of a gap is closed by chance.
 #pragma once
 
 #include <cstddef>

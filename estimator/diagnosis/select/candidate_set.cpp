@@ -6,6 +6,7 @@
 
 #include "estimator/diagnosis/noise/residual.hpp"
 #include "estimator/diagnosis/select/nesting.hpp"
+#include "estimator/diagnosis/select/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -67,8 +68,7 @@ void CandidateSet::judge_best() {
   found_.explained = small_gap_ = false;
   // The probability is not needed in a search by shares of the gap, nor the scores if chance is
   // excluded.
-  if (options_.simple_first || without_chance(best.fit->chi_squared, best.fit->observations))
-    return;
+  if (options_.by_gap || without_chance(best.fit->chi_squared, best.fit->observations)) return;
   found_.probability_best = probability(scored(best));
   found_.explained = found_.probability_best > options_.false_alarm_rate;
   small_gap_ = found_.explained &&
@@ -123,7 +123,7 @@ void CandidateSet::narrow_rivals() {
 // A simpler hypothesis close behind the best may become the best. This does not apply to a search
 // by shares of the gap.
 void CandidateSet::try_simpler_rivals() {
-  if (options_.simple_first) return;
+  if (options_.by_gap) return;
   const std::vector<Hypothesis> all = found_.hypotheses;  // they may become more
   const double least = found_.hypotheses[found_.best].log_evidence - kReducedBehind;
   for (const Hypothesis& h : all) {
@@ -173,7 +173,7 @@ void CandidateSet::prefer_simpler() {
 // In a search by shares of the gap the errors come from the residual of a first search. A fit that
 // leaves no more than these errors therefore proves nothing.
 bool CandidateSet::settled() const {
-  return chosen_ && found_.explained && small_gap_ && !options_.simple_first;
+  return chosen_ && found_.explained && small_gap_ && !options_.by_gap;
 }
 
 double CandidateSet::left_by_best() const {
@@ -230,9 +230,13 @@ void CandidateSet::keep(Hypothesis h, std::vector<std::size_t>& made) {
 }
 
 void CandidateSet::sort_by_evidence(std::vector<std::size_t>& level) const {
-  std::stable_sort(level.begin(), level.end(), [&](std::size_t a, std::size_t b) {
-    return found_.hypotheses[a].log_evidence > found_.hypotheses[b].log_evidence;
-  });
+  const Weights weights(found_, data_);
+  const auto weight = [&](std::size_t k) {
+    const Hypothesis& h = found_.hypotheses[k];
+    return found_.by_gap ? weights.log_of(h) : h.log_evidence;
+  };
+  std::stable_sort(level.begin(), level.end(),
+                   [&](std::size_t a, std::size_t b) { return weight(a) > weight(b); });
 }
 
 }  // namespace shaker::estimator::diagnosis

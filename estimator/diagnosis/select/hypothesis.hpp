@@ -23,6 +23,7 @@ struct Hypothesis {
   // tried again.
   std::shared_ptr<const HarmonicFit> blunt;
   double blunt_above = 0.0;
+  int added = 0;  // parameters and constants, to those of the base model
   double log_evidence = 0.0;
   std::optional<double> cross_validated;  // log probability of each run given the others, summed
   std::string disqualified;               // why it cannot be; empty: it can

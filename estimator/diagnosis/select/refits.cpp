@@ -261,9 +261,9 @@ bool Refits::recentred(Hypothesis& h) const {
 void Refits::describe(Hypothesis& h) const {
   const auto constants =
       fitted_places(h.fit->spec, first_added()).size() + (h.fit->constant ? 1U : 0U);
-  const auto added = static_cast<int>(constants + h.fit->free.size() - base_.free.size());
+  h.added = static_cast<int>(constants + h.fit->free.size() - base_.free.size());
   const std::vector<RunDatum>& data = h.data ? *h.data : data_;
-  h.log_evidence = log_evidence(*h.fit, data, added);
+  h.log_evidence = log_evidence(*h.fit, data, h.added);
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit) continue;
     h.log_evidence -= log_scale(data[r]) - log_scale(data_[r]);

@@ -8,13 +8,14 @@
 #include "estimator/diagnosis/select/candidate_set.hpp"
 #include "estimator/diagnosis/select/nesting.hpp"
 #include "estimator/diagnosis/select/refits.hpp"
+#include "estimator/diagnosis/select/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kMinRefitGain = 5.0;        // of chi-squared: less is chance
-constexpr double kNearlyAsMuch = 2.0 / 3.0;  // of the gap's square that the best closes
-constexpr double kMaxNearRatio = 4.0;        // of chi-squared, times the best one's
+constexpr int kExchanges = 2;          // for each effect of the best
+constexpr double kMinRefitGain = 5.0;  // of chi-squared: less is chance
+constexpr double kMaxNearRatio = 4.0;  // of chi-squared, times the best one's
 constexpr double kMaxRemainingShare =
     0.5;  // of chi-squared, that one more effect must leave at most
 
@@ -53,14 +54,14 @@ class Search {
         options_(options),
         progress_(progress),
         refits_(*found.base.fit, data, options.fit,
-                options.simple_first ? Errors::residual : Errors::noise),
+                options.by_gap ? Errors::residual : Errors::noise),
         candidate_set_(found, data, all, options, refits_) {}
 
   void judge_base() {
     // An effect without a coefficient is probed where it acts, which may be far from the fit. This
     // is done once; later, or if an earlier search has done so, only nearby values are tried.
     FitOptions far = options_.fit;
-    far.from_rest = !options_.simple_first;
+    far.from_rest = !options_.by_gap;
     found_.base_scoring = score(*found_.base.fit, data_, all_, far);
     found_.probability_base = candidate_set_.probability(found_.base_scoring);
     found_.adequate = found_.probability_base > options_.false_alarm_rate;
@@ -73,9 +74,9 @@ class Search {
     for (const std::size_t h : extend(found_.base, found_.base_scoring, options_.refits))
       level.push_back(h);
     candidate_set_.choose();
-    if (!options_.simple_first && begin_near_ones_elsewhere(level)) candidate_set_.choose();
+    if (!options_.by_gap && begin_near_ones_elsewhere(level)) candidate_set_.choose();
     if (options_.known != nullptr) prune();
-    if (!candidate_set_.settled() && !options_.simple_first && candidate_set_.goes_on()) {
+    if (!candidate_set_.settled() && !options_.by_gap && candidate_set_.goes_on()) {
       begin_elsewhere(level);
       candidate_set_.choose();
     }
@@ -84,7 +85,6 @@ class Search {
       progress_(0.4 + 0.2 * size);
       std::vector<std::size_t> next;
       candidate_set_.sort_by_evidence(level);
-      if (options_.simple_first) put_simple_first(level);
       for (std::size_t i = 0; i < level.size() && i < 2U; ++i) {
         // A copy: extending the search makes the vector grow.
         const Hypothesis parent = found_.hypotheses[level[i]];
@@ -97,9 +97,10 @@ class Search {
       const double before = candidate_set_.left_by_best();
       candidate_set_.choose();
       prune();
-      if (!options_.simple_first && candidate_set_.left_by_best() > kMaxRemainingShare * before)
-        break;
+      if (!options_.by_gap && candidate_set_.left_by_best() > kMaxRemainingShare * before) break;
     }
+    while (!candidate_set_.settled() && exchanged())
+      candidate_set_.choose();
   }
 
  private:
@@ -148,12 +149,8 @@ class Search {
       const bool guessed = next.probe->coefficients.empty() && parent.effects.empty();
       if (tried >= most && !guessed) continue;
       const std::string added(next.candidate->effect->name());
-      // Of an effect and its special case only one is wanted. But on a damper that no model
-      // explains the simple one is named first, and the richer one may add what is still missing.
-      const auto stands = [&](const std::string& e) {
-        const bool adds = options_.simple_first && simpler_than(added) == e;
-        return e == added || (related(e, added) && !adds);
-      };
+      // Of an effect and its special case only one is wanted.
+      const auto stands = [&](const std::string& e) { return e == added || related(e, added); };
       if (std::any_of(parent.effects.begin(), parent.effects.end(), stands)) continue;
       std::vector<std::string> effects = parent.effects;
       effects.insert(std::upper_bound(effects.begin(), effects.end(), added), added);
@@ -188,21 +185,33 @@ class Search {
     if (std::find(made.begin(), made.end(), kept) == made.end()) made.push_back(kept);
   }
 
-  void put_simple_first(std::vector<std::size_t>& level) const {
-    double most = 0.0;
-    const auto closed = [&](std::size_t h) {
-      return found_.base.fit->chi_squared - found_.hypotheses[h].fit->chi_squared;
+  // Of effects that do nearly the same alone, only one may have been extended. In the hypothesis
+  // that weighs most, each effect gives its place to those that gain most beside the others.
+  // Returns true if another hypothesis weighs most then.
+  bool exchanged() {
+    const auto heaviest = [&] {
+      const auto any = [](const Hypothesis&) { return true; };
+      const Hypothesis* h =
+          Weights(found_, data_).heaviest(static_cast<std::size_t>(options_.most_effects), any);
+      return h == nullptr ? Hypothesis() : *h;
     };
-    for (const std::size_t h : level) {
-      if (found_.hypotheses[h].disqualified.empty()) most = std::max(most, closed(h));
+    const Hypothesis best = heaviest();  // a copy: they become more
+    if (best.effects.size() < 2) return false;
+    std::vector<std::size_t> made;
+    for (std::size_t line = found_.base.fit->spec.effects.size();
+         line < best.fit->spec.effects.size(); ++line) {
+      if (!candidate_set_.goes_on()) return false;
+      std::vector<std::string> others = best.effects;
+      std::erase(others, best.fit->spec.effects[line].effect);
+      if (candidate_set_.find(others) == nullptr)
+        candidate_set_.keep(refits_.without(best, line), made);
+      const Hypothesis* known = candidate_set_.find(others);
+      if (known == nullptr) continue;
+      const Hypothesis parent = *known;
+      extend(parent, candidate_set_.scored(parent.rounded ? parent.rounded : parent.fit),
+             kExchanges);
     }
-    const auto simple = [&](std::size_t h) {
-      return found_.hypotheses[h].disqualified.empty() && closed(h) > kNearlyAsMuch * most;
-    };
-    std::stable_sort(level.begin(), level.end(), [&](std::size_t a, std::size_t b) {
-      if (!simple(a) || !simple(b)) return simple(a) && !simple(b);
-      return found_.hypotheses[a].fit->free.size() < found_.hypotheses[b].fit->free.size();
-    });
+    return heaviest().effects != best.effects;
   }
 
   // If the base model has bent far, an effect may have no gain at its fit, or may end in a valley
@@ -279,6 +288,7 @@ Selection judge(HarmonicFit base, const std::vector<RunDatum>& data,
                 const std::vector<Candidate>& candidates, const SelectionOptions& options) {
   Selection found;
   found.base.fit = std::make_shared<const HarmonicFit>(std::move(base));
+  found.by_gap = options.by_gap;
   Search(found, data, candidates, options, {}).judge_base();
   return found;
 }
@@ -288,8 +298,7 @@ Selection select_effects(HarmonicFit base, const std::vector<RunDatum>& data,
                          const std::function<void(double)>& progress) {
   Selection found = judge(std::move(base), data, candidates, options);
   progress(0.2);
-  if (!found.adequate || options.simple_first)
-    Search(found, data, candidates, options, progress).run();
+  if (!found.adequate || options.by_gap) Search(found, data, candidates, options, progress).run();
   return found;
 }
 

@@ -15,9 +15,8 @@ struct SelectionOptions {
   FitOptions fit;
   int most_effects = 3;
   int refits = 8;  // of single effects
-  // Of hypotheses that close nearly the same share of the gap, extend the one with the fewest
-  // parameters (model_error.hpp).
-  bool simple_first = false;
+  // The errors are what a first search left (model_error.hpp).
+  bool by_gap = false;
   // A hypothesis of an earlier search on the same runs; it is fitted again first.
   const Hypothesis* known = nullptr;
   // Share of the diagnosis' budget to leave for later searches. When no more is left, the best
@@ -49,7 +48,7 @@ Selection judge(HarmonicFit base, const std::vector<RunDatum>& data,
 Selection select_effects(HarmonicFit base, const std::vector<RunDatum>& data,
                          const std::vector<Candidate>& candidates, const SelectionOptions& options,
                          const std::function<void(double)>& progress);
-// A search by shares of the gap (simple_first) stops at the finer grids. This takes one hypothesis
+// A search by shares of the gap (by_gap) stops at the finer grids. This takes one hypothesis
 // to zero smoothing width, if that leaves less and is admissible.
 void take_to_zero_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
                         const FitOptions& options);
