@@ -139,6 +139,7 @@ struct Engine::Impl {
   void watch_hold();
   void learn_rest();
   bool table_is_seen() const;
+  bool stroke_is_seen() const;
   Motion table_motion(Nanoseconds from) const;
   Motion stroke_motion(Nanoseconds from);
   void watch_rest();

@@ -21,7 +21,9 @@ void Engine::Impl::command(double frequency_hz, double amplitude) {
         fmt::format("internal error: a setpoint of {:g} m/s^2 in {}", amplitude, name(state)));
   }
   if (!setpoint.enable) enabled = clock.now();
-  ramp_from = asked;
+  // A table that is still on the way has at most the levels of both ends.
+  const bool on_the_way = setpoint.enable && since(ordered) < setpoint.ramp_s + kLagS;
+  ramp_from = on_the_way ? std::max(ramp_from, asked) : asked;
   asked = std::min(amplitude, rig.limits.excitation_max_m_s2);
   setpoint = {.frequency_hz = frequency_hz,
               .amplitude = trimmed(asked),
@@ -248,9 +250,12 @@ std::optional<Nanoseconds> Engine::Impl::must_rest_since() {
 }
 
 void Engine::Impl::tick_ramp_down() {
-  // The exciter's report suffices only if none of our sensors observes the table.
+  // The exciter's report suffices only if none of our sensors observes the table. It is not waited
+  // for where no sensor at all is alive: the stop that follows the ramp comes at its end.
   const Motion own = table_motion(ordered + from_seconds(setpoint.ramp_s));
-  if (arrived() && (own == Motion::rests || !table_is_seen())) {
+  const bool blind = !table_is_seen() && !stroke_is_seen();
+  if (blind ? since(ordered) >= setpoint.ramp_s
+            : arrived() && (own == Motion::rests || !table_is_seen())) {
     halt();
     finish_ended_run();
     const std::string why = reason;

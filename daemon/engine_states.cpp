@@ -180,9 +180,10 @@ void Engine::Impl::act(Detector detector) {
     end_at_rest("fail", why);
     return;
   }
-  // A ramp down that no sensor sees is not waited for: the drive need not follow it.
-  const bool unseen = state == State::ramp_down && !pausing() && detector == Detector::stale_sensor;
-  if (action == config::Action::stop || unseen) {
+  // A ramp down that the table does not follow, or that a sensor no longer shows, is not waited for.
+  const bool astray = state == State::ramp_down && (detector == Detector::stale_sensor ||
+                                                    detector == Detector::command_error);
+  if (action == config::Action::stop || astray) {
     fault_detector = detector;
     trip(why);
   } else if (action == config::Action::hold && cutting()) {

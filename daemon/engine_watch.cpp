@@ -128,6 +128,10 @@ bool Engine::Impl::table_is_seen() const {
          since(monitor(Channel::excitation).last_good()) < kSeenS;
 }
 
+bool Engine::Impl::stroke_is_seen() const {
+  return since(monitor(Channel::displacement).last_good()) < kSeenS;
+}
+
 // Motion of the table since `from` according to our own sensor of the excitation.
 Motion Engine::Impl::table_motion(Nanoseconds from) const {
   const RestWatch& table = rest(Channel::excitation);
@@ -139,10 +143,8 @@ Motion Engine::Impl::table_motion(Nanoseconds from) const {
 // decreases from second to second; a sustained level is motion.
 Motion Engine::Impl::stroke_motion(Nanoseconds from) {
   const RestWatch& stroke = rest(Channel::displacement);
-  if (!stroke.knows_rest() || since(monitor(Channel::displacement).last_good()) > kSeenS ||
-      !stroke.covers_since(from)) {
+  if (!stroke.knows_rest() || !stroke_is_seen() || !stroke.covers_since(from))
     return Motion::unknown;
-  }
   if (!stroke.moves()) return Motion::rests;
   if (since(stop_ordered) > kRingsS) return Motion::moves;
   if (since(level_taken) < 1.0) return Motion::unknown;
@@ -254,10 +256,11 @@ void Engine::Impl::watch_period(Channel channel, Nanoseconds t, double value) {
 }
 
 // Excess amplitude is judged in every state; a deficit only in SETTLE and MEASURE, once the
-// ramp is over. A trimmed order is judged by what is asked for.
+// ramp is over. A trimmed order is judged by what is asked for. Whether a ramp down ends at rest is
+// judged by tick_ramp_down: a table rings.
 void Engine::Impl::judge_command(const PeriodFigures& period) {
   const Nanoseconds ramped = ordered + from_seconds(setpoint.ramp_s + kLagS);
-  const bool reached = period.begin >= ramped;
+  const bool reached = period.begin >= ramped && state != State::ramp_down;
   const double most = reached ? asked : std::max(ramp_from, asked);
   const double still = std::numbers::sqrt2 * table_noise;
   const double all = std::sqrt(std::max(0.0, period.all * period.all - still * still));

@@ -219,11 +219,12 @@ class Round:
     def at_rest_if_dead(self):
         """A daemon that has ended by itself sends no beat: the dead-man has stopped the table by now."""
         if not any(fault.may_die for fault in self.faults) or self.stand.daemon.process.poll() is None:
-            return
+            return False
         self.stand.leaves("killed")
         self.result.died = True
         if not self.at_rest():
             self.late(f"the daemon has ended after {self.named()}, and the table moves")
+        return True
 
     def over(self):
         """No campaign is under way, or nobody is there who could run one."""
@@ -292,6 +293,8 @@ class Round:
         self.at_rest_if_dead()
         self.stand.start_again()
         time.sleep(AFTERWARDS_S)
+        if self.at_rest_if_dead():  # only now: without memory an orderly end takes a while
+            self.stand.start_again()
         if not any(f.effect == STILL_MOVES for f in self.faults):
             moving = self.stand.observer.moving(lifted + ORDER)
             if moving and not self.result.violations:
