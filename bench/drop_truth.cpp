@@ -40,14 +40,25 @@ double top_beside(const std::vector<double>& y, std::size_t at) {
   return y[at] - rise * rise / (8.0 * here);
 }
 
+// The force of the strut per mass. On a tyre the mass does not only go down by the stroke; the
+// balance of the unsprung mass gives the force.
+double load_of(const sim::Values& values, const sim::State& state, double acceleration) {
+  const double stiffness = values.at("tyre_stiffness");
+  if (stiffness == 0.0) return kGravity - acceleration;
+  const double mass = values.at("unsprung_mass");
+  const double tyre = stiffness * state[2] + values.at("tyre_damping") * state[3];
+  return (tyre - mass * acceleration) / (1.0 + mass);
+}
+
 }  // namespace
 
 TrueDrop true_drop(const std::map<std::string, double>& truth, double sink_speed) {
   const sim::Plant plant(kPlant, of_the_plant(truth));
   sim::State start = plant.at_rest();
   start[0] = 0.0;
-  start[1] = sink_speed;
-  if (truth.contains("tyre_stiffness")) start[2] = start[3] = 0.0;
+  const bool tyre = truth.contains("tyre_stiffness");
+  if (tyre) start[1] = start[2] = 0.0;
+  start[tyre ? 3 : 1] = sink_speed;
   const sim::TableMotion still;
   sim::Integrator integrator(plant, start, 0.0);
   std::vector<double> stroke, load, work = {0.0};
@@ -61,7 +72,7 @@ TrueDrop true_drop(const std::map<std::string, double>& truth, double sink_speed
     }
     drop.t.push_back(kDuration * share * (0.002 + 0.998 * share));
     stroke.push_back(integrator.state()[0]);
-    load.push_back(kGravity - integrator.acceleration(still));
+    load.push_back(load_of(plant.values(), integrator.state(), integrator.acceleration(still)));
     const auto last = static_cast<std::size_t>(std::max(0, i - 1));
     work.push_back(work.back() + 0.5 * (load.back() + load[last]) * (stroke.back() - stroke[last]));
   }

@@ -15,7 +15,8 @@ struct TrueDrop {
 
 // `truth`: the hidden parameters of the rig; those of its sensors and exciter stay on the shaker.
 // At touch-down the stroke is 0 and grows with `sink_speed` (m/s), the memory of the parts is that
-// of rest, a tyre is not deflected. There is no lift.
+// of rest. With a tyre the stroke rests, and the deflection of the tyre grows from 0 with that speed.
+// There is no lift.
 TrueDrop true_drop(const std::map<std::string, double>& truth, double sink_speed);
 
 }  // namespace shaker::bench

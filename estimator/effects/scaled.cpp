@@ -1,5 +1,6 @@
 #include "estimator/effects/scaled.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -74,6 +75,9 @@ void state_scaled(config::EffectSpec& line) {
     if (!stated.start) stated.start = own.start;
     if (!stated.lower && std::isfinite(own.lower)) stated.lower = own.lower;
     if (!stated.upper && std::isfinite(own.upper)) stated.upper = own.upper;
+    // A start at a bound may have been rounded otherwise than the bound.
+    stated.start = std::clamp(*stated.start, stated.lower.value_or(own.lower),
+                              stated.upper.value_or(own.upper));
   }
   for (const ConstantInfo& info : effect->constants())
     if (info.width)

@@ -20,6 +20,7 @@ class Tyre final
   };
   static constexpr ConstantInfo kConstants[] = {
       {"g", "m/s^2", 9.80665, "acceleration of gravity (the model's)"},
+      {"shaken", "-", 1.0, "1: the tyre stands on the table; 0: on ground that rests"},
   };
   static constexpr InternalInfo kInternals[] = {
       {"y", "m", 2, 0.0, "deflection of the tyre"},
@@ -41,8 +42,8 @@ class Tyre final
   template <class T>
   static bool formula(const Local<T, 1>& at, const T* theta, const double* constants, T& f, T* h) {
     f = at.w_ddot[0];
-    h[0] = (1.0 + theta[0]) * (at.w_ddot[0] - at.x - constants[0]) + theta[2] * at.w_dot[0] +
-           theta[1] * at.w[0] + at.a;
+    h[0] = (1.0 + theta[0]) * (at.w_ddot[0] - constants[1] * at.x - constants[0]) +
+           theta[2] * at.w_dot[0] + theta[1] * at.w[0] + at.a;
     return true;
   }
 };

@@ -33,23 +33,24 @@ double weight_in(const config::ModelSpec& spec, std::size_t equation) {
   return weight;
 }
 
-std::vector<double> forces_of(const Model& model, double lift) {
-  std::vector<double> force(static_cast<std::size_t>(model.coordinates()), 0.0);
-  force[0] = -lift;
-  return force;
-}
-
-double lift_of(const config::ModelSpec& spec, double share) {
+double lift_of(const config::ModelSpec& spec, const Model& model, double share) {
   const std::size_t equations = std::max<std::size_t>(1, spec.coordinates.size());
   double mass = 0.0;  // of all equations, over the reference mass
   for (std::size_t e = 0; e < equations; ++e)
     mass += row_of(spec.excitation, e, 1.0);
+  const std::vector<double> theta = model.start();
+  for (const Model::Term& term : model.terms()) {
+    if (term.effect->moves_base()) mass += theta[static_cast<std::size_t>(term.first_parameter)];
+  }
   return share * mass * spec.gravity;
 }
 
 // In a drop the excitation is a force beside those of the damper: it acts where the damper acts,
 // also on what is below it.
 config::ModelSpec pushed_like_the_damper(config::ModelSpec spec) {
+  for (config::EffectSpec& effect : spec.effects) {
+    if (effect.effect == "tyre") effect.constants["shaken"] = 0.0;
+  }
   if (spec.coordinates.size() < 2) return spec;
   for (const config::EffectSpec& effect : spec.effects) {
     if (effect.effect == "gravity" || effect.acts.size() != spec.coordinates.size() ||
@@ -65,12 +66,22 @@ config::ModelSpec pushed_like_the_damper(config::ModelSpec spec) {
 
 }  // namespace
 
+// The equation of the effect `tyre` is the balance of both masses.
+std::vector<double> DropTest::forces_of(const Model& model, double lift) {
+  std::vector<double> force(static_cast<std::size_t>(model.coordinates()), 0.0);
+  force[0] = -lift;
+  for (const Model::Term& term : model.terms()) {
+    if (term.effect->moves_base()) force[static_cast<std::size_t>(term.first_internal)] = -lift;
+  }
+  return force;
+}
+
 DropTest::DropTest(const config::ModelSpec& spec, DropConditions conditions)
     : spec_(pushed_like_the_damper(spec)),
       model_(spec_),
       conditions_(conditions),
       weight_(weight_in(spec, 0)),
-      lift_(lift_of(spec, conditions.lift)),
+      lift_(lift_of(spec, model_, conditions.lift)),
       unsprung_weight_(weight_in(spec, 1)),
       equations_(model_, forces_of(model_, lift_)) {
   const auto c = static_cast<std::size_t>(model_.coordinates());
@@ -90,20 +101,38 @@ DropTest::DropTest(const config::ModelSpec& spec, DropConditions conditions)
         fmt::format("the duration is {} s; it must be above 0", conditions_.duration));
   if (equations_.velocity_of(model_.observed()) < 0)
     throw std::invalid_argument("the model's observed coordinate has no mass, so it has no stroke");
-  if (conditions_.contact < 0) {
-    conditions_.contact = model_.mechanical() - 1;
+  // The effect `tyre` has its coordinate among the internal ones.
+  for (const Model::Term& term : model_.terms()) {
+    if (!term.effect->moves_base()) continue;
+    if (conditions_.contact < 0) conditions_.contact = term.first_internal;
+    unsprung_ = term.first_parameter;
+    mass_[static_cast<std::size_t>(term.first_internal)] = 1.0;
   }
-  if (conditions_.contact >= model_.mechanical() || equations_.velocity_of(conditions_.contact) < 0)
+  if (conditions_.contact < 0) conditions_.contact = model_.mechanical() - 1;
+  if (conditions_.contact >= model_.coordinates() ||
+      equations_.velocity_of(conditions_.contact) < 0)
     throw std::invalid_argument(
         fmt::format("coordinate {} cannot meet the ground: the model has {}, counted from 0, and "
                     "it needs a mass",
                     conditions_.contact, model_.coordinates()));
+  tyre_ = find_tyre();
 }
 
-bool DropTest::has_tyre() const {
+int DropTest::find_tyre() const {
+  if (unsprung_ >= 0) return conditions_.contact >= model_.mechanical() ? conditions_.contact : -1;
   return model_.mechanical() == 2 && model_.observed() == 0 && conditions_.contact == 1 &&
-         model_.mass(0, 0) == model_.mass(0, 1) && model_.mass(1, 0) == 0.0 &&
-         model_.mass(1, 1) > 0.0;
+                 model_.mass(0, 0) == model_.mass(0, 1) && model_.mass(1, 0) == 0.0 &&
+                 model_.mass(1, 1) > 0.0
+             ? 1
+             : -1;
+}
+
+double DropTest::unsprung_mass(const std::vector<double>& theta) const {
+  return unsprung_ < 0 ? model_.mass(1, 1) : theta[static_cast<std::size_t>(unsprung_)];
+}
+
+double DropTest::unsprung_weight(const std::vector<double>& theta) const {
+  return unsprung_ < 0 ? unsprung_weight_ : unsprung_mass(theta) * weight_;
 }
 
 std::vector<double> DropTest::touch_down() const {
@@ -148,8 +177,8 @@ Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<dou
     h.speed.push_back(state(i, v));
     out.fastest = std::max(out.fastest, std::fabs(h.speed.back()));
     if (!has_tyre()) continue;
-    h.travel.push_back(h.stroke.back() + state(i, 1));
-    h.travel_speed.push_back(h.speed.back() + state(i, equations_.velocity_of(1)));
+    h.travel.push_back(h.stroke.back() + state(i, tyre_));
+    h.travel_speed.push_back(h.speed.back() + state(i, equations_.velocity_of(tyre_)));
   }
   return Motion{std::move(arc.states), std::move(arc.sensitivities)};
 }
@@ -216,9 +245,9 @@ void DropTest::loads(DropRun& out, const std::vector<double>& theta,
     }
     out.history.load.push_back(load);
     if (has_tyre()) {
-      const auto tyre = static_cast<std::size_t>(equations_.velocity_of(1));
-      out.history.ground_load.push_back(load + unsprung_weight_ -
-                                        model_.mass(1, 1) * rate[tyre][i]);
+      const auto tyre = static_cast<std::size_t>(equations_.velocity_of(tyre_));
+      out.history.ground_load.push_back(load + unsprung_weight(theta) -
+                                        unsprung_mass(theta) * rate[tyre][i]);
     }
     for (std::size_t k = 0; derivatives && k < p; ++k)
       out.stroke_derivatives[i * p + k] =

@@ -164,8 +164,15 @@ class DropTest {
   };
   Result<Motion> integrate(DropRun& run, const std::vector<double>& theta, bool derivatives,
                            const Excitation& push, const DropEffort& effort) const;
-  bool has_tyre() const;  // two coordinates: the stroke, and the deflection of a tyre below it
-  double energy_in(const DropHistory& history, std::size_t end) const;
+  // The lift in each equation. The coordinate of a tyre below the stroke; -1: there is none. The
+  // unsprung mass and its weight over the mass on the damper.
+  static std::vector<double> forces_of(const Model& model, double lift);
+  int find_tyre() const;
+  bool has_tyre() const { return tyre_ >= 0; }
+  double unsprung_mass(const std::vector<double>& theta) const;
+  double unsprung_weight(const std::vector<double>& theta) const;
+  double energy_in(const DropHistory& history, std::size_t end,
+                   const std::vector<double>& theta) const;
   void loads(DropRun& run, const std::vector<double>& theta, const std::vector<double>& states,
              const std::vector<double>& sensitivities, const Excitation& push) const;
   Result<void> read_off(DropRun& run, const std::vector<double>& theta) const;
@@ -175,7 +182,9 @@ class DropTest {
   DropConditions conditions_;
   double weight_ = 0.0, lift_ = 0.0;  // in the first equation, per reference mass
   double unsprung_weight_ = 0.0;      // in the second, if there is one
-  std::vector<double> mass_;          // the first row
+  std::vector<double> mass_;          // by which each coordinate's acceleration is in the first
+  int tyre_ = -1;
+  int unsprung_ = -1;  // the parameter that is the unsprung mass; -1: the model's own mass
   StateEquations equations_;
 };
 

@@ -11,8 +11,8 @@
 namespace shaker::estimator {
 namespace {
 
-// The accelerations of the coordinates of the first equation at the points of a path, over its
-// mass row.
+// The accelerations of the coordinates at the points of a path, each times its mass in the first
+// equation.
 class InertiaAlongPath {
  public:
   InertiaAlongPath(std::size_t points, const std::vector<double>& states) : points_(points) {
@@ -28,17 +28,18 @@ class InertiaAlongPath {
   }
 
   // Nothing where a point is inadmissible.
-  std::optional<std::vector<double>> of(const Model& model, const StateEquations& equations,
+  std::optional<std::vector<double>> of(const std::vector<double>& mass,
+                                        const StateEquations& equations,
                                         const std::vector<double>& theta) {
     StateEquations::Workspace work;
     if (!equations.rates(static_cast<int>(points_), s_.data(), x_, theta.data(), work, rate_.data(),
                          nullptr, nullptr))
       return std::nullopt;
     std::vector<double> inertia(points_, 0.0);
-    for (int e = 0; e < model.coordinates(); ++e) {
-      const int v = equations.velocity_of(e);
+    for (std::size_t e = 0; e < mass.size(); ++e) {
+      const int v = equations.velocity_of(static_cast<int>(e));
       for (std::size_t i = 0; v >= 0 && i < points_; ++i)
-        inertia[i] += model.mass(0, e) * rate_[static_cast<std::size_t>(v)][i];
+        inertia[i] += mass[e] * rate_[static_cast<std::size_t>(v)][i];
     }
     return inertia;
   }
@@ -91,12 +92,13 @@ std::string_view effect_family(std::string_view effect) {
   return "other";
 }
 
-double DropTest::energy_in(const DropHistory& h, std::size_t end) const {
+double DropTest::energy_in(const DropHistory& h, std::size_t end,
+                           const std::vector<double>& theta) const {
   const double speed = conditions_.sink_speed;
   if (!has_tyre()) return 0.5 * mass_[0] * speed * speed + (weight_ - lift_) * h.stroke[end];
   const double tyre = h.travel[end] - h.stroke[end];
-  return 0.5 * (mass_[1] + model_.mass(1, 1)) * speed * speed + (weight_ - lift_) * h.travel[end] +
-         unsprung_weight_ * tyre;
+  return 0.5 * (mass_[0] + unsprung_mass(theta)) * speed * speed +
+         (weight_ - lift_) * h.travel[end] + unsprung_weight(theta) * tyre;
 }
 
 Result<DropShares> DropTest::shares(const std::vector<double>& theta) const {
@@ -111,7 +113,7 @@ Result<DropShares> DropTest::shares(const std::vector<double>& theta) const {
   const auto largest =
       static_cast<std::size_t>(std::max_element(h.load.begin(), h.load.end()) - h.load.begin());
   InertiaAlongPath path(h.t.size(), motion->states);
-  const auto with = path.of(model_, equations_, theta);
+  const auto with = path.of(mass_, equations_, theta);
   DropShares out;
   double strut = 0.0;
   const auto kinds = line_kinds(spec_);
@@ -119,10 +121,8 @@ Result<DropShares> DropTest::shares(const std::vector<double>& theta) const {
     if (kinds[line] != LineKind::load || !sees_stroke(spec_.effects[line], model_.observed()))
       continue;
     const Model model(without_force_of(spec_, line));
-    std::vector<double> lift(static_cast<std::size_t>(model.coordinates()), 0.0);
-    lift[0] = -lift_;
-    const StateEquations equations(model, lift);
-    const auto without = path.of(model, equations, theta);
+    const StateEquations equations(model, forces_of(model, lift_));
+    const auto without = path.of(mass_, equations, theta);
     if (!without) continue;
     EffectShare share;
     share.effect = spec_.effects[line].effect;
@@ -135,7 +135,7 @@ Result<DropShares> DropTest::shares(const std::vector<double>& theta) const {
   }
   for (EffectShare& share : out.effects)
     share.of_energy /= strut;
-  const double in = energy_in(h, end);
+  const double in = energy_in(h, end, theta);
   double left = in - strut - 0.5 * mass_[0] * h.speed[end] * h.speed[end];
   if (has_tyre()) {
     std::vector<double> tyre_speed;
@@ -143,7 +143,7 @@ Result<DropShares> DropTest::shares(const std::vector<double>& theta) const {
       tyre_speed.push_back(h.travel_speed[i] - h.speed[i]);
     left = in - strut - work_between(h.t, h.ground_load, tyre_speed, 0, end) -
            0.5 * mass_[0] * h.travel_speed[end] * h.travel_speed[end] -
-           0.5 * model_.mass(1, 1) * tyre_speed[end] * tyre_speed[end];
+           0.5 * unsprung_mass(theta) * tyre_speed[end] * tyre_speed[end];
   }
   out.energy_residual = left / in;
   return out;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Dense>
 
@@ -15,20 +16,30 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFineSpeed = 0.15;    // of the fastest visited: the velocity's axis is even below
-constexpr double kJumpSpeed = 0.01;    // of it: over which the force may jump at a reversal
-constexpr double kJumpShare = 0.4;     // of the variance
-constexpr double kLengthStroke = 0.7;  // of the visited stroke
-constexpr double kLengthVelocity = 0.7;  // of the velocity's axis
-constexpr std::size_t kMostCells = 150;  // that are conditioned on
-constexpr double kHidden = 0.3;          // of the least force, in a cell
-constexpr double kLeastKept = 0.02;      // of the force's variance, by the parameters
+constexpr double kFineSpeed = 0.15;  // of the fastest visited: the velocity's axis is even below
+constexpr double kJumpSpeed = 0.01;  // of it: over which the force may jump at a reversal
+constexpr double kJumpShare = 0.4;   // of the variance
+constexpr std::size_t kMostCells = 150;     // that are conditioned on
+constexpr std::size_t kCellsCompared = 75;  // by which the force's roughness is found
+constexpr double kHidden = 0.3;             // of the least force, in a cell
+constexpr double kLeastKept = 0.02;         // of the force's variance, by the parameters
 // Powers of the speed that a damping may go with: from laminar flow, and from an orifice that the
 // pressure closes. The base model has the 2 between them.
 constexpr double kLawPowers[] = {1.0, 1.5, 2.5, 3.0};
 
+// How rough the force is.
+struct Roughness {
+  double length_stroke = 0.7;    // over which it changes, of the visited stroke
+  double length_velocity = 0.7;  // of the velocity's axis
+  double orifice = 0.0;          // variance of an orifice's part, over that of the rest
+};
+constexpr double kLengthsStroke[] = {0.2, 0.35, 0.7, 1.4};
+constexpr double kLengthsVelocity[] = {0.35, 0.7, 1.4};
+constexpr double kOrificeParts[] = {0.0, 4.0, 100.0};  // none, twice the rest, nearly alone
+
 struct ForceProcess {
   double low = 0.0, high = 0.0, fastest = 0.0, size = 0.0;
+  Roughness rough = {};
 
   // Outside of the visited stroke distances count by their logarithm.
   double along_stroke(double u) const {
@@ -40,16 +51,22 @@ struct ForceProcess {
   double along_velocity(double v) const {
     return std::asinh(v / (kFineSpeed * fastest)) / std::asinh(1.0 / kFineSpeed);
   }
+  double outside(double u) const { return std::max({0.0, low - u, u - high}) / (high - low); }
   // An orifice may change over the stroke: what it is outside of the visited one counts with the
   // square of the velocity too.
   double growth(double u, double v) const {
     const double speed = v / fastest;
-    const double outside = std::max({0.0, low - u, u - high}) / (high - low);
-    return size * (std::max(1.0, speed * speed) * (1.0 + outside) + outside);
+    return size * (std::max(1.0, speed * speed) * (1.0 + outside(u)) + outside(u));
+  }
+  // Of an orifice that changes over the stroke: what it is at a stroke, it is at any velocity there.
+  double orifice(const VisitedCell& at) const {
+    const double speed = at.velocity / fastest;
+    return size * speed * std::fabs(speed) * (1.0 + outside(at.stroke));
   }
   double covariance(const VisitedCell& a, const VisitedCell& b) const {
-    const double u = (along_stroke(a.stroke) - along_stroke(b.stroke)) / kLengthStroke;
-    const double v = (along_velocity(a.velocity) - along_velocity(b.velocity)) / kLengthVelocity;
+    const double u = (along_stroke(a.stroke) - along_stroke(b.stroke)) / rough.length_stroke;
+    const double v =
+        (along_velocity(a.velocity) - along_velocity(b.velocity)) / rough.length_velocity;
     const auto matern = [](double distance) {
       const double d = std::sqrt(3.0) * distance;
       return (1.0 + d) * std::exp(-d);
@@ -57,8 +74,9 @@ struct ForceProcess {
     const double width = kJumpSpeed * fastest;
     const double ways = std::tanh(a.velocity / width) * std::tanh(b.velocity / width);
     return growth(a.stroke, a.velocity) * growth(b.stroke, b.velocity) *
-           ((1.0 - kJumpShare) * matern(std::hypot(u, v)) +
-            kJumpShare * ways * matern(std::fabs(u)));
+               ((1.0 - kJumpShare) * matern(std::hypot(u, v)) +
+                kJumpShare * ways * matern(std::fabs(u))) +
+           rough.orifice * orifice(a) * orifice(b) * matern(std::fabs(u));
   }
 };
 
@@ -86,11 +104,27 @@ ForceProcess process_of(const std::vector<VisitedCell>& cells, double least) {
   return process;
 }
 
-std::vector<VisitedCell> thinned_cells(const std::vector<VisitedCell>& all) {
-  if (all.size() <= kMostCells) return all;
+// What acts in the cells, and the variance with which it is known there. A cell in which nothing was
+// estimated is known to hold no more than noise hides.
+struct CellForces {
+  VectorXd found, variance;
+};
+CellForces cell_forces(const std::vector<VisitedCell>& cells, double hidden, double size) {
+  CellForces out{VectorXd(static_cast<Index>(cells.size())),
+                 VectorXd(static_cast<Index>(cells.size()))};
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const double error = std::max(cells[c].standard_error, hidden);
+    out.found[static_cast<Index>(c)] = cells[c].force;
+    out.variance[static_cast<Index>(c)] = error * error + 1e-9 * size * size;
+  }
+  return out;
+}
+
+std::vector<VisitedCell> thinned_cells(const std::vector<VisitedCell>& all, std::size_t most) {
+  if (all.size() <= most) return all;
   std::vector<VisitedCell> some;
-  for (std::size_t i = 0; i < kMostCells; ++i)
-    some.push_back(all[i * all.size() / kMostCells]);
+  for (std::size_t i = 0; i < most; ++i)
+    some.push_back(all[i * all.size() / most]);
   return some;
 }
 
@@ -169,6 +203,33 @@ ForcePrior force_prior(const ForceProcess& process, const std::vector<VisitedCel
   return prior;
 }
 
+// The roughness under which the cells' forces are likeliest.
+Roughness likeliest_roughness(ForceProcess process, const std::vector<VisitedCell>& all,
+                              const DamperHypothesis* bent, double hidden) {
+  const auto cells = thinned_cells(all, kCellsCompared);
+  const auto [found, variance] = cell_forces(cells, hidden, process.size);
+  Roughness best = process.rough;
+  if (found.isZero(0.0)) return best;
+  const NumberForces numbers = number_forces(bent, cells, cells);
+  const MatrixXd known =
+      numbers.cells * numbers.cells.transpose() + MatrixXd(variance.asDiagonal());
+  double most = -std::numeric_limits<double>::infinity();
+  for (const double stroke : kLengthsStroke) {
+    for (const double velocity : kLengthsVelocity) {
+      for (const double orifice : kOrificeParts) {
+        process.rough = {stroke, velocity, orifice};
+        const Cholesky factor(force_prior(process, cells, {}, numbers, hidden).cells + known);
+        if (!factor.positive()) continue;
+        const double evidence = -0.5 * factor.whiten(found).squaredNorm() -
+                                factor.root().diagonal().array().log().sum();
+        if (evidence > most) best = process.rough;
+        most = std::max(most, evidence);
+      }
+    }
+  }
+  return best;
+}
+
 std::vector<double> listed(const VectorXd& values) {
   return {values.data(), values.data() + values.size()};
 }
@@ -184,19 +245,14 @@ ForceAlongPath unnamed_force_along(const std::vector<VisitedCell>& visited, doub
                                    const std::vector<double>& stroke,
                                    const std::vector<double>& velocity,
                                    const DamperHypothesis* bent, std::size_t most, double left) {
-  const ForceProcess process = process_of(visited, least);
+  ForceProcess process = process_of(visited, least);
   if (visited.size() < 3 || !(process.high > process.low) || !(process.fastest > 0.0)) return {};
   std::vector<VisitedCell> path;
   for (std::size_t i = 0; i < stroke.size(); ++i)
     path.push_back({stroke[i], velocity[i]});
-  const auto cells = thinned_cells(visited);
-  VectorXd found(static_cast<Index>(cells.size())), variance(found.size());
-  for (std::size_t c = 0; c < cells.size(); ++c) {
-    // A cell in which nothing was estimated is known to hold no more than noise hides.
-    const double error = std::max(cells[c].standard_error, kHidden * least);
-    found[static_cast<Index>(c)] = cells[c].force;
-    variance[static_cast<Index>(c)] = error * error + 1e-9 * process.size * process.size;
-  }
+  const auto cells = thinned_cells(visited, kMostCells);
+  const auto [found, variance] = cell_forces(cells, kHidden * least, process.size);
+  process.rough = likeliest_roughness(process, visited, bent, kHidden * least);
   const NumberForces numbers = number_forces(bent, cells, path);
   const ForcePrior prior = force_prior(process, cells, path, numbers, kHidden * least);
   const Cholesky factor(prior.cells + numbers.cells * numbers.cells.transpose() +

@@ -79,14 +79,14 @@ Formulas springs_and_inertias() {
       {"added_mass", {[](const Seen& s) { return E{s.t[0] * s.a}; }, {0.03}, {}}},
       {"tyre",
        {[](const Seen& s) {
-          const C y = s.w[0], r = s.t[0];
+          const C y = s.w[0], r = s.t[0], x = s.c[1] * s.x;
           // Sprung mass: u'' + y'' + F - g = x; unsprung: r y'' - F + k y + c y' - r g = r x.
-          const C F = s.x + s.c[0] - s.a - s.w_ddot[0];
+          const C F = x + s.c[0] - s.a - s.w_ddot[0];
           return E{s.w_ddot[0],
-                   r * s.w_ddot[0] - F + s.t[1] * y + s.t[2] * s.w_dot[0] - r * s.c[0] - r * s.x};
+                   r * s.w_ddot[0] - F + s.t[1] * y + s.t[2] * s.w_dot[0] - r * s.c[0] - r * x};
         },
         {0.12, 900.0, 3.0},
-        {9.81}}},
+        {9.81, 0.7}}},
   };
 }
 

@@ -117,6 +117,22 @@ TEST(Scaled, AWrittenLineNeedsNoScale) {
   EXPECT_DOUBLE_EQ(line.constants["e"], 2.0);
 }
 
+TEST(Scaled, AStartAtABoundIsWrittenWithinIt) {
+  config::EffectSpec line;
+  line.effect = "stribeck_friction";
+  line.scale = {1.0, 0.7735, 1.0};
+  line.parameters["v_s"].start = std::nextafter(2e-3 * 0.7735, 0.0);
+  line.parameters["ratio"].start = std::nextafter(2.0, 3.0);
+  config::ModelSpec model;
+  model.effects = {line};
+  state_scaled(model);
+  for (const char* symbol : {"v_s", "ratio"}) {
+    const auto& written = model.effects[0].parameters.at(symbol);
+    EXPECT_GE(*written.start, *written.lower) << symbol;
+    EXPECT_LE(*written.start, *written.upper) << symbol;
+  }
+}
+
 // 0.1 m for the zero of a sensor, a motion that is a thousand times as large in its unit.
 TEST(Scaled, WidensARangeThatIsNotStatedAndNoOther) {
   config::ModelSpec model;

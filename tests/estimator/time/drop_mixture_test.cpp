@@ -267,6 +267,28 @@ TEST(UnnamedForce, GoesOnWithAnotherLawOfTheVelocity) {
   }
 }
 
+// An orifice that changes in waves over the stroke. Where the campaign has seen it, it is the same at
+// twice the tested velocity.
+TEST(UnnamedForce, GoesOnWithAnOrificeThatChangesOverTheStroke) {
+  const auto acts = [](double u, double v) {
+    return 2.0 * std::sin(2.0 * M_PI * u / 0.016) * v * std::fabs(v) / 0.04;
+  };
+  std::vector<VisitedCell> cells;
+  for (int i = 0; i < 12; ++i) {
+    for (int k = 0; k < 12; ++k) {
+      const double u = -0.02 + 0.04 * i / 11.0, v = -0.2 + 0.4 * k / 11.0;
+      cells.push_back({u, v, acts(u, v), 0.02});
+    }
+  }
+  const std::vector<double> stroke = {0.004, 0.004}, velocity = {0.3, 0.4};
+  const auto force = unnamed_force_along(cells, 0.03, stroke, velocity, nullptr, 4, 1e-9);
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    const double truth = acts(stroke[i], velocity[i]);
+    EXPECT_LT(std::fabs(force.mean[i] - truth), 2.0 * deviation(force, i)) << force.mean[i];
+    EXPECT_LT(deviation(force, i), 0.25 * truth);
+  }
+}
+
 TEST(VisitedRegion, IsTheHullOfItsCells) {
   const VisitedRegion region(visited_ring().visited);
   EXPECT_TRUE(region.holds(0.0, 0.0));

@@ -86,6 +86,34 @@ TEST(Drop, TheTyreTakesTheFirstBlow) {
   EXPECT_GT(run->figures[figure_called("peak_load")], 9.81);
 }
 
+// The effect `tyre` is the gear whose tyre is a coordinate of the model.
+TEST(Drop, ATyreThatADiagnosisNamesFallsOnTheGround) {
+  const double share = 0.1;
+  auto named = oleo();
+  config::EffectSpec line;
+  line.effect = "tyre";
+  line.parameters["r"].start = share;
+  line.constants["g"] = named.gravity;
+  named.effects.push_back(line);
+  const DropConditions conditions{3.0, 0.3, 1.5, -1};
+  const DropTest test(named, conditions), written(oleo_on_tyre(share), conditions);
+  const std::vector<double> theta = {16.7, 1.5, 5.3, 1.0, share, 1500.0, 8.0};
+  const std::vector<double> other = {16.7, 1.5, 5.3, 1.0, 1500.0, 8.0};
+  // The push is an unnamed force of the strut, which acts on both masses.
+  for (const double push : {0.0, -2.0}) {
+    const auto run = test.run(theta, false, Excitation::constant(push));
+    const auto same = written.run(other, false, Excitation::constant(push));
+    ASSERT_TRUE(run.ok()) << run.error().what;
+    ASSERT_TRUE(same.ok()) << same.error().what;
+    for (std::size_t f = 0; f < kDropFigureCount; ++f)
+      EXPECT_NEAR(run->figures[f], same->figures[f], 1e-6 * (1.0 + std::fabs(same->figures[f])))
+          << kDropFigures[f].name << ", push " << push;
+  }
+  const auto shares = test.shares(theta);
+  ASSERT_TRUE(shares.ok()) << shares.error().what;
+  EXPECT_NEAR(shares->energy_residual, 0.0, 1e-6);
+}
+
 TEST(Drop, BandsByDeltaMethodAndSamplingAgreeWhereTheyAreNarrow) {
   const DropTest test(in_feet(), {10.0, 0.0, 1.0, -1});
   DropUncertainty uncertainty;
