@@ -206,6 +206,8 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
     reject(fmt::format("{}/parameters: {} has no parameter '{}'; it has {}", place, spec.effect,
                        symbol, names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
+  const std::string_view input = config::driven(spec.effect).input;
+  bool driven = input.empty();
   for (const ParameterInfo& stated : known) {
     const ParameterInfo info = scaled(effect, stated, spec.scale);
     const auto given = spec.parameters.find(std::string(info.symbol));
@@ -216,7 +218,10 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
                          info.symbol, info.unit));
     check_formula_unit(said.unit, fmt::format("{}/parameters/{}/unit", place, info.symbol));
     ModelParameter p;
-    p.name = std::string(info.symbol);
+    p.line = index;
+    p.symbol = std::string(info.symbol);
+    const bool goes = !input.empty() && info.absent == 0.0;
+    p.name = goes ? fmt::format("{}[{}]", p.symbol, input) : p.symbol;
     if (std::any_of(model_.parameters_.begin(), model_.parameters_.end(),
                     [&](const ModelParameter& other) { return other.name == p.name; }))
       p.name = fmt::format("{}[{}].{}", spec.effect, index, info.symbol);
@@ -227,6 +232,8 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
     p.start = said.start.value_or(std::clamp(info.start, p.lower, p.upper));
     p.fixed = said.fixed;
     p.variation = said.variation;
+    if (goes) p.variation = {"", std::string(input), spec.reference};
+    driven = driven || goes;
     if (said.prior_mean && said.prior_standard_deviation) {
       p.prior_mean = said.prior_mean;
       p.prior_standard_deviation = said.prior_standard_deviation;
@@ -242,6 +249,9 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
                          info.symbol, p.start, p.lower, p.upper));
     model_.parameters_.push_back(std::move(p));
   }
+  if (!driven)
+    reject(fmt::format("{}/input: {} has no coefficient that could go in proportion to {}", place,
+                       effect.name(), input));
 }
 
 // The unit of a formula's parameter is a label, such as 1/s. The numbers beside it are not

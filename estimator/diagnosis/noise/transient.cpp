@@ -77,6 +77,7 @@ RunDatum datum_of(const std::shared_ptr<SampledRun>& run) {
   datum.name = run->name;
   datum.kind = run->kind;
   datum.role = run->role;
+  datum.conditions = run->conditions;
   datum.by_force = run->kind == Kind::imposed_motion;
   datum.response = CosineTransform(run->samples()).analyse(run->response, run->keep);
   // At the upper end of what their own uncertainty allows: one level serves a whole run, and must
@@ -220,7 +221,7 @@ Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& spec, bool
   std::erase_if(all.tried, [&](const Candidate& candidate) {
     std::string reason = not_shown(candidate, spec, by_force);
     if (reason.empty()) return false;
-    all.not_tried.push_back({std::string(candidate.effect->name()), std::move(reason)});
+    all.not_tried.push_back({candidate.name(), std::move(reason)});
     return true;
   });
   for (Candidate& candidate : all.tried)
