@@ -179,7 +179,8 @@ Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit) {
       const VectorXd& first = a.kind == Kind::imposed_motion ? one.u : one.excitation;
       const VectorXd& second = a.kind == Kind::imposed_motion ? two.u : two.excitation;
       if (done.contains(i) || done.contains(j) || first.size() == 0 ||
-          first.size() != second.size() || std::fabs(one.dt / two.dt - 1.0) > 1e-6 ||
+          a.conditions != b.conditions || first.size() != second.size() ||
+          std::fabs(one.dt / two.dt - 1.0) > 1e-6 ||
           (first - second).norm() > kRepeated * first.norm())
         continue;
       const Index keep = std::min(a.response.size(), b.response.size());
