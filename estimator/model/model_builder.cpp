@@ -249,13 +249,10 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
                          info.symbol, p.start, p.lower, p.upper));
     model_.parameters_.push_back(std::move(p));
   }
-  if (!driven)
-    reject(fmt::format("{}/input: {} has no coefficient that could go in proportion to {}", place,
-                       effect.name(), input));
+  if (!driven) reject(fmt::format("{}/input: {} has no coefficient", place, effect.name()));
 }
 
-// The unit of a formula's parameter is a label, such as 1/s. The numbers beside it are not
-// converted, so a unit in which the model does not count is refused.
+// A formula's unit is a label: its numbers are not converted, so another unit is refused.
 void ModelBuilder::check_formula_unit(const std::string& label, const std::string& place) const {
   const auto unit = unit_called(label);
   if (!unit) return;
@@ -268,8 +265,7 @@ void ModelBuilder::check_formula_unit(const std::string& label, const std::strin
                   place, label, own));
 }
 
-// The lender of a parameter is the effect of that name that sees the same motion; if several do,
-// the first. If none does, it is the first effect of that name.
+// The first effect of that name that sees the same motion lends, else the first of that name.
 void ModelBuilder::borrow() {
   const auto lend = [&](Model::Term& term) {
     for (const Borrowed& want : term.effect->borrows()) {
