@@ -43,8 +43,32 @@ void scale(std::vector<double>& column, double factor) {
     value *= factor;
 }
 
+constexpr const char* kChannels[] = {"t", "displacement", "excitation", "acceleration", "force"};
+
 // The channels of a run, by what its files call them.
 using ColumnNames = std::map<std::string, std::string>;
+
+// "input": "current", or a list of them.
+std::vector<std::string> read_inputs(ObjectReader& document, Findings& findings) {
+  std::vector<std::string> inputs;
+  const Node* node = document.member("input", false);
+  if (node == nullptr) return inputs;
+  const auto add = [&](const Node& name, const std::string& pointer) {
+    const bool channel =
+        std::find(std::begin(kChannels), std::end(kChannels), name.text) != std::end(kChannels);
+    if (name.kind != Node::Kind::string || name.text.empty() || channel)
+      findings.add(name, pointer,
+                   fmt::format("{} is not the name of a further input of the damper, as "
+                               "\"current\"",
+                               name.shown()));
+    inputs.push_back(name.text);
+  };
+  if (node->kind == Node::Kind::array)
+    document.array("input", true, 1, add);
+  else
+    add(*node, document.at("input"));
+  return inputs;
+}
 
 std::vector<std::vector<std::string>> columns_wanted(Kind kind, const ColumnNames& names) {
   std::vector<std::vector<std::string>> wanted = {
@@ -57,7 +81,10 @@ std::vector<std::vector<std::string>> columns_wanted(Kind kind, const ColumnName
   // A channel that is mapped is meant to be read.
   std::erase_if(wanted, [&](const auto& channels) {
     return std::any_of(names.begin(), names.end(), [&](const auto& said) {
-      return said.first != "t" && (kind != Kind::imposed_motion || said.first == "force") &&
+      const bool channel =
+          std::find(std::begin(kChannels), std::end(kChannels), said.first) != std::end(kChannels);
+      return channel && said.first != "t" &&
+             (kind != Kind::imposed_motion || said.first == "force") &&
              std::find(channels.begin(), channels.end(), said.first) == channels.end();
     });
   });
@@ -70,12 +97,15 @@ std::vector<std::vector<std::string>> columns_wanted(Kind kind, const ColumnName
 }
 
 // "columns": {"t": "time_s", "displacement": "pos_mm"}
-ColumnNames read_column_names(ObjectReader& document, Findings& findings) {
+ColumnNames read_column_names(ObjectReader& document, const std::vector<std::string>& inputs,
+                              Findings& findings) {
   ColumnNames names;
   const Node* node = document.member("columns", false);
   if (node == nullptr) return names;
   ObjectReader reader(*node, document.at("columns"), findings);
-  for (const char* channel : {"t", "displacement", "excitation", "acceleration", "force"}) {
+  std::vector<std::string> channels(std::begin(kChannels), std::end(kChannels));
+  channels.insert(channels.end(), inputs.begin(), inputs.end());
+  for (const std::string& channel : channels) {
     std::string name;
     if (reader.member(channel, false) == nullptr) continue;
     reader.required(channel, name);
@@ -123,14 +153,54 @@ struct ColumnFormat {
   ModelUnits model;
   Factors factors;
   ColumnNames names;
+  std::vector<std::string> inputs;
+
+  std::string column_of(const std::string& channel) const {
+    const auto said = names.find(channel);
+    return said == names.end() ? channel : said->second;
+  }
 };
+
+// Adds the inputs that the campaign does not state for this run: columns of its file.
+void want_inputs(const Recording& run, const ColumnFormat& format,
+                 std::vector<std::vector<std::string>>& wanted) {
+  for (const std::string& input : format.inputs) {
+    if (run.condition.values.contains(input)) continue;
+    for (auto& columns : wanted)
+      columns.push_back(format.column_of(input));
+  }
+}
+
+// The mean of each input that was measured, in SI where its header states a known unit, and how it
+// scatters about that.
+void take_inputs(const CsvTable& table, const ColumnFormat& format, Recording& run) {
+  for (const std::string& input : format.inputs) {
+    const auto column = table.columns.find(format.column_of(input));
+    if (column == table.columns.end() || column->second.empty()) continue;
+    const auto header = table.units.find(column->first);
+    const Unit plain;  // its scale is 1
+    const Unit unit =
+        header == table.units.end() ? plain : unit_called(header->second).value_or(plain);
+    const auto count = static_cast<double>(column->second.size());
+    double sum = 0.0, square = 0.0;
+    for (const double value : column->second)
+      sum += unit.to_si(value) / count;
+    for (const double value : column->second)
+      square += std::pow(unit.to_si(value) - sum, 2) / count;
+    run.condition.values[input] = sum;
+    run.input_scatter[input] = std::sqrt(square);
+  }
+}
 
 Result<Recording> read_columns(Described described, const std::filesystem::path& folder,
                                const ColumnFormat& format) {
   Recording& run = described.run;
   const auto file = folder / described.file;
-  auto table = read_csv(file, columns_wanted(run.kind, format.names), kLargestNumber);
+  auto wanted = columns_wanted(run.kind, format.names);
+  want_inputs(run, format, wanted);
+  auto table = read_csv(file, wanted, kLargestNumber);
   if (!table) return table.error();
+  take_inputs(*table, format, run);
   const Factors& stated = format.factors;
   std::map<std::string, double> factor;
   for (const auto& [channel, column, of_campaign] :
@@ -139,8 +209,7 @@ Result<Recording> read_columns(Described described, const std::filesystem::path&
         std::tuple{"excitation", &run.excitation, stated.excitation},
         std::tuple{"acceleration", &run.acceleration, stated.acceleration},
         std::tuple{"force", &run.force, stated.force}}) {
-    const auto said = format.names.find(channel);
-    const std::string& name = said == format.names.end() ? channel : said->second;
+    const std::string name = format.column_of(channel);
     auto found = column_factor(*table, file.string(), name, channel, format.model, of_campaign);
     if (!found) return found.error();
     // An accelerometer without a unit has that of the table's acceleration.
@@ -217,7 +286,8 @@ Result<Campaign> read_document(const Node& root, const std::filesystem::path& fi
   const bool massless = format.model.mass == 0.0 && all_imposed(runs);
   if (massless) format.model.mass = kMassOfADynamometer;
   format.factors = read_units(document, findings, format.model);
-  format.names = read_column_names(document, findings);
+  format.inputs = campaign.inputs = read_inputs(document, findings);
+  format.names = read_column_names(document, format.inputs, findings);
   document.finish();
   if (!findings.empty()) return findings.error();
   if (gravity) use_gravity(*gravity, model, campaign);

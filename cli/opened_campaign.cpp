@@ -46,6 +46,30 @@ void join(Campaign& all, Campaign next, const std::string& name) {
     all.runs.push_back(std::move(run));
   }
   all.warnings.insert(all.warnings.end(), next.warnings.begin(), next.warnings.end());
+  for (std::string& input : next.inputs) {
+    if (std::find(all.inputs.begin(), all.inputs.end(), input) == all.inputs.end())
+      all.inputs.push_back(std::move(input));
+  }
+}
+
+bool all_state(const Campaign& campaign, const std::string& condition) {
+  return std::all_of(campaign.runs.begin(), campaign.runs.end(), [&](const Recording& run) {
+    return run.condition.values.contains(condition);
+  });
+}
+
+// Parameters that the diagnosis takes as the same in all runs although they differ: what goes with
+// a condition of every run it does not.
+std::string taken_as_one(config::ModelSpec model, const Campaign& campaign) {
+  for (config::EffectSpec& line : model.effects) {
+    const config::Driven parts = config::driven(line.effect);
+    if (all_state(campaign, std::string(parts.input))) line.effect = std::string(parts.effect);
+    for (auto& [symbol, parameter] : line.parameters) {
+      if (!parameter.variation.over.empty() && all_state(campaign, parameter.variation.condition()))
+        parameter.variation = {};
+    }
+  }
+  return estimator::taken_as_one(model, "a diagnosis");
 }
 
 }  // namespace
@@ -123,7 +147,7 @@ Result<OpenedCampaign> open_campaigns(const std::vector<fs::path>& places, const
     else
       join(opened.campaign, std::move(*next), own_name(place));
   }
-  if (auto why = estimator::taken_as_one(opened.model, "a diagnosis"); !why.empty())
+  if (auto why = taken_as_one(opened.model, opened.campaign); !why.empty())
     opened.campaign.warnings.push_back(std::move(why));
   return opened;
 }

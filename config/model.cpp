@@ -18,6 +18,7 @@ constexpr double kLargestGravity = 1000.0;  // m/s^2
 constexpr std::size_t kCoordinatesMax = 100, kEffectsMax = 200;
 
 constexpr double kLargestSmoothness = 10.0;
+constexpr std::string_view kOver = " over ";  // between an effect and the input that drives it
 
 bool is_known_length(const std::string& unit) {
   return unit_called(unit, Dimension::length) || unit_called(unit, Dimension::angle);
@@ -126,10 +127,23 @@ void read_table(ObjectReader& effect, Findings& findings, EffectSpec& spec) {
   if (const std::string wrong = fault_of(table); !wrong.empty()) effect.complain("table", wrong);
 }
 
+// "input": "current", and the "reference" at which the coefficients are stated.
+void read_input(ObjectReader& reader, EffectSpec& spec) {
+  std::string input;
+  reader.optional("input", input);
+  spec.effect = driven_name(spec.effect, input);
+  reader.optional("reference", spec.reference, above(0));
+  if (spec.reference && input.empty())
+    reader.complain("reference",
+                    "stands beside \"input\" only: it is the input at which the coefficients are "
+                    "stated");
+}
+
 EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& findings) {
   EffectSpec spec;
   ObjectReader reader(node, pointer, findings);
   reader.required("effect", spec.effect);
+  read_input(reader, spec);
   if (const Node* parameters = reader.member("parameters", false)) {
     ObjectReader inner(*parameters, reader.at("parameters"), findings);
     for (std::size_t i = 0; i < parameters->keys.size(); ++i) {
@@ -253,6 +267,18 @@ ModelSpec read_model(const Node& node, const std::string& pointer, Findings& fin
   return model;
 }
 
+Driven driven(std::string_view name) {
+  const auto at = name.find(kOver);
+  if (at == name.npos) return {name, {}};
+  return {name.substr(0, at), name.substr(at + kOver.size())};
+}
+
+std::string driven_name(std::string_view effect, std::string_view input) {
+  std::string name(effect);
+  if (!input.empty()) name.append(kOver).append(input);
+  return name;
+}
+
 Result<ModelSpec> parse_model(const std::string& text, const std::string& origin) {
   const auto root = parse_json(text, origin);
   if (!root) return root.error();
@@ -272,7 +298,10 @@ std::string to_json_text(const ModelSpec& model) {
   using Json = nlohmann::ordered_json;
   Json effects = Json::array();
   for (const EffectSpec& effect : model.effects) {
-    Json item = {{"effect", effect.effect}};
+    const Driven parts = driven(effect.effect);
+    Json item = {{"effect", parts.effect}};
+    if (!parts.input.empty()) item["input"] = parts.input;
+    if (effect.reference) item["reference"] = *effect.reference;
     for (const auto& [symbol, spec] : effect.parameters) {
       Json& parameter = item["parameters"][symbol] = Json::object();
       if (spec.start) parameter["start"] = *spec.start;

@@ -14,6 +14,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.hpp"
@@ -80,9 +81,25 @@ struct MotionScale {
   bool operator==(const MotionScale&) const = default;
 };
 
+/// An effect that an input of the runs drives, as a coil's current: the effect of the catalogue, and
+/// the input. Its name is "coulomb_friction over current".
+struct Driven {
+  std::string_view effect;  ///< name in the catalogue
+  std::string_view input;   ///< empty: no input drives it
+};
+/// \param name name of an effect
+/// \return its parts
+Driven driven(std::string_view name);
+/// \param effect name in the catalogue
+/// \param input of the runs; may be empty
+/// \return the name of the effect that the input drives
+std::string driven_name(std::string_view effect, std::string_view input);
+
 /// One effect of a model file.
 struct EffectSpec {
-  std::string effect;                               ///< name in the catalogue
+  std::string effect;  ///< name in the catalogue, and the input that drives it (driven_name)
+  /// Of a driven effect: the input at which its coefficients are stated. Empty: the mean of the runs.
+  std::optional<double> reference;
   std::map<std::string, ParameterSpec> parameters;  ///< by symbol
   std::map<std::string, double> constants;          ///< constants, e.g. a smoothing width
   /// For models of several coordinates (both empty for one): the combination of coordinates that

@@ -5,6 +5,7 @@
 /// with transients, are not a whole number of samples a cycle, and carry noise and quantisation.
 #pragma once
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,6 +39,8 @@ struct Recording {
   std::vector<double> acceleration;  ///< of the displacement's coordinate, m/s^2; may be empty
   /// For parameters that differ from run to run. The name in it is not used.
   config::RunCondition condition = {};
+  /// Of inputs that were measured in this run: the standard deviation about their mean.
+  std::map<std::string, double> input_scatter = {};
 };
 
 /// The runs of one damper.
@@ -45,6 +48,7 @@ struct Campaign {
   std::string name;                   ///< of the campaign, for messages
   std::vector<Recording> runs;        ///< in the order of measurement
   std::vector<std::string> warnings;  ///< of whoever read it
+  std::vector<std::string> inputs;    ///< conditions of the runs that may drive effects
 };
 
 /// The recording of a run of accepted cycles, whoever read them: any struct with the columns of

@@ -8,6 +8,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/inputs.hpp"
 #include "estimator/diagnosis/motion_range.hpp"
 #include "estimator/diagnosis/noise/above_noise.hpp"
 #include "estimator/diagnosis/noise/agreement.hpp"
@@ -31,8 +32,6 @@ namespace {
 
 constexpr double kMinRestartGain = 5.0;  // times what is left a datum: less is chance
 constexpr double kUsualRuns = 6.0;
-constexpr std::size_t kSpeeds =
-    10000;                        // of a run: enough for its cycles, too few to show its noise
 constexpr int kRecordSteps = 40;  // of a fit: each integrates every sample
 constexpr int kRecordStepsOfBase = 120;
 // For records. In units of the budget of periodic runs: the share of a search, and the number of
@@ -143,8 +142,10 @@ void tell_if_cut_short(Diagnosis& said) {
         "--thorough goes on");
 }
 
-SelectionOptions selection_for(const DiagnoseOptions& options, const FitOptions& fitting) {
+SelectionOptions selection_for(const DiagnoseOptions& options, const FitOptions& fitting,
+                               const Campaign& campaign) {
   SelectionOptions selection;
+  selection.refits *= 1 + static_cast<int>(campaign.inputs.size());  // as the catalogue is longer
   selection.fit = fitting;
   selection.most_effects = options.most_effects;
   selection.false_alarm_rate = options.false_alarm_rate;
@@ -157,9 +158,10 @@ SelectionOptions selection_for(const DiagnoseOptions& options, const FitOptions&
 // The catalogue, or an empty one if no effect may be added: then the answer is about the model as
 // it is.
 Catalogue tried_by(const DiagnoseOptions& options, const config::ModelSpec& model,
-                   const MotionRange& range, Kind kind, std::vector<std::string>& warnings) {
+                   const MotionRange& range, const Campaign& campaign,
+                   std::vector<std::string>& warnings) {
   if (options.most_effects == 0) return {};
-  return candidates(model, range, kind, warnings);
+  return candidates(model, range, campaign.runs.front().kind, warnings, inputs_of(campaign));
 }
 
 // Fits the model to the stroke. For periodic runs it appends the further channels to `data` and
@@ -214,8 +216,8 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   if (!fitted) return fitted.error();
   HarmonicFit& base = *fitted;
 
-  const auto catalogue = tried_by(options, model, range, campaign.runs.front().kind, warnings);
-  const SelectionOptions selection = selection_for(options, fitting);
+  const auto catalogue = tried_by(options, model, range, campaign, warnings);
+  const SelectionOptions selection = selection_for(options, fitting, campaign);
   progress("scoring the catalogue", 0.2);
   const std::vector<double> theta = base.theta;
   const double left = base.chi_squared;
@@ -302,7 +304,6 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (!runs) return runs.error();
   const MotionRange range = range_of(runs->data);
   const config::ModelSpec model = with_room(stated, scale_of(range));
-  const Kind kind = campaign.runs.front().kind;
   progress("fitting the model", 0.05);
   const FitOptions fitting = bounded(*runs, options);
   const std::string unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
@@ -314,9 +315,9 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
     motions.push_back(motion_of(datum.response));
   if (auto good = above_noise(runs->data, motions, unit, runs->warnings); !good)
     return good.error();
-  const auto catalogue = shown_by_transients(tried_by(options, model, range, kind, runs->warnings),
-                                             model, runs->by_force);
-  SelectionOptions selection = selection_for(options, fitting);
+  const auto catalogue = shown_by_transients(
+      tried_by(options, model, range, campaign, runs->warnings), model, runs->by_force);
+  SelectionOptions selection = selection_for(options, fitting, campaign);
   selection.draws = std::min(options.draws, kRecordDraws);
   progress("scoring the catalogue", 0.2);
   const std::vector<SteadyRun> none(runs->data.size());
@@ -347,36 +348,18 @@ double budget_of(const Campaign& campaign, const DiagnoseOptions& options) {
          std::max(1.0, static_cast<double>(campaign.runs.size()) / kUsualRuns);
 }
 
-// Estimates the speed of the fastest run: the root mean square of the recorded strokes' velocity,
-// times the square root of two. It is rough, since it includes the noise.
-double swiftest(const Campaign& campaign) {
-  double speed = 0.0;
-  for (const Recording& run : campaign.runs) {
-    const std::size_t n = std::min(run.t.size(), run.displacement.size());
-    const std::size_t stride = std::max<std::size_t>(1, n / kSpeeds);
-    double square = 0.0;
-    std::size_t count = 0;
-    for (std::size_t i = stride; i < n; i += stride) {
-      const double v =
-          (run.displacement[i] - run.displacement[i - stride]) / (run.t[i] - run.t[i - stride]);
-      if (!std::isfinite(v)) continue;
-      square += v * v;
-      ++count;
-    }
-    if (count > 0) speed = std::max(speed, std::sqrt(2.0 * square / static_cast<double>(count)));
-  }
-  return speed;
-}
-
 bool periodic(const Recording& run) {
   return run.kind == Kind::periodic || (run.kind == Kind::imposed_motion && run.frequency_hz > 0.0);
 }
 
 }  // namespace
 
-Result<Diagnosis> diagnose(const Campaign& campaign, const config::ModelSpec& model,
+Result<Diagnosis> diagnose(const Campaign& recorded, const config::ModelSpec& stated,
                            const DiagnoseOptions& options, const Progress& progress) {
-  if (auto good = check(campaign, options); !good) return good.error();
+  if (auto good = check(recorded, options); !good) return good.error();
+  const std::optional<Campaign> common = with_common_conditions(recorded);
+  const Campaign& campaign = common ? *common : recorded;
+  const config::ModelSpec model = with_references(stated, campaign);
   const Progress report = progress ? progress : [](std::string_view, double) {};
   try {
     // If the file states that a friction reverses at once, the grids choose the width.

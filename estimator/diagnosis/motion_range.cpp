@@ -11,6 +11,9 @@ namespace {
 
 using Eigen::VectorXd;
 
+// Of a run: enough for its cycles, too few to show its noise.
+constexpr std::size_t kSpeeds = 10000;
+
 double largest(const VectorXd& curve) {
   return curve.size() > 0 ? curve.cwiseAbs().maxCoeff() : 0.0;
 }
@@ -66,6 +69,25 @@ MotionRange range_of(const std::vector<RunDatum>& data) {
       widen(range, datum);
   }
   return range;
+}
+
+double swiftest(const Campaign& campaign) {
+  double speed = 0.0;
+  for (const Recording& run : campaign.runs) {
+    const std::size_t n = std::min(run.t.size(), run.displacement.size());
+    const std::size_t stride = std::max<std::size_t>(1, n / kSpeeds);
+    double square = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = stride; i < n; i += stride) {
+      const double v =
+          (run.displacement[i] - run.displacement[i - stride]) / (run.t[i] - run.t[i - stride]);
+      if (!std::isfinite(v)) continue;
+      square += v * v;
+      ++count;
+    }
+    if (count > 0) speed = std::max(speed, std::sqrt(2.0 * square / static_cast<double>(count)));
+  }
+  return speed;
 }
 
 }  // namespace shaker::estimator::diagnosis

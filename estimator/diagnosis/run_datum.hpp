@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,6 +32,7 @@ struct RunDatum {
   Kind kind = Kind::periodic;
   Role role = Role::fit;
   double frequency_hz = 0.0;
+  std::map<std::string, double> conditions;  // that all runs of the campaign state
   Eigen::VectorXd driver;    // harmonics of what is imposed; empty for a sampled run
   Eigen::VectorXd response;  // mean harmonics of what is predicted
   Eigen::VectorXd error;     // standard error of each

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "config/model.hpp"
+
 namespace shaker::estimator {
 
 std::span<const Effect* const> catalogue() {
@@ -53,6 +55,7 @@ std::span<const Effect* const> catalogue() {
 }
 
 const Effect* find_effect(std::string_view name) {
+  name = config::driven(name).effect;
   for (const Effect* effect : catalogue()) {
     if (effect->name() == name) return effect;
   }

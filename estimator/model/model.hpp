@@ -32,7 +32,12 @@ namespace shaker::estimator {
 struct ModelParameter {
   std::string name;    ///< unique in the model
   std::string effect;  ///< the effect that has it
-  std::string unit;    ///< in the model's own length unit
+  /// Its line among the model file's effects, and its symbol there.
+  /// @{
+  std::size_t line = 0;
+  std::string symbol;
+  /// @}
+  std::string unit;  ///< in the model's own length unit
   /// Start and bounds, in `unit`.
   /// @{
   double start = 0.0, lower = 0.0, upper = 0.0;

@@ -206,6 +206,8 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
     reject(fmt::format("{}/parameters: {} has no parameter '{}'; it has {}", place, spec.effect,
                        symbol, names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
+  const std::string_view input = config::driven(spec.effect).input;
+  bool driven = input.empty();
   for (const ParameterInfo& stated : known) {
     const ParameterInfo info = scaled(effect, stated, spec.scale);
     const auto given = spec.parameters.find(std::string(info.symbol));
@@ -216,7 +218,10 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
                          info.symbol, info.unit));
     check_formula_unit(said.unit, fmt::format("{}/parameters/{}/unit", place, info.symbol));
     ModelParameter p;
-    p.name = std::string(info.symbol);
+    p.line = index;
+    p.symbol = std::string(info.symbol);
+    const bool goes = !input.empty() && info.absent == 0.0;
+    p.name = goes ? fmt::format("{}[{}]", p.symbol, input) : p.symbol;
     if (std::any_of(model_.parameters_.begin(), model_.parameters_.end(),
                     [&](const ModelParameter& other) { return other.name == p.name; }))
       p.name = fmt::format("{}[{}].{}", spec.effect, index, info.symbol);
@@ -227,6 +232,8 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
     p.start = said.start.value_or(std::clamp(info.start, p.lower, p.upper));
     p.fixed = said.fixed;
     p.variation = said.variation;
+    if (goes) p.variation = {"", std::string(input), spec.reference};
+    driven = driven || goes;
     if (said.prior_mean && said.prior_standard_deviation) {
       p.prior_mean = said.prior_mean;
       p.prior_standard_deviation = said.prior_standard_deviation;
@@ -242,10 +249,10 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
                          info.symbol, p.start, p.lower, p.upper));
     model_.parameters_.push_back(std::move(p));
   }
+  if (!driven) reject(fmt::format("{}/input: {} has no coefficient", place, effect.name()));
 }
 
-// The unit of a formula's parameter is a label, such as 1/s. The numbers beside it are not
-// converted, so a unit in which the model does not count is refused.
+// A formula's unit is a label: its numbers are not converted, so another unit is refused.
 void ModelBuilder::check_formula_unit(const std::string& label, const std::string& place) const {
   const auto unit = unit_called(label);
   if (!unit) return;
@@ -258,8 +265,7 @@ void ModelBuilder::check_formula_unit(const std::string& label, const std::strin
                   place, label, own));
 }
 
-// The lender of a parameter is the effect of that name that sees the same motion; if several do,
-// the first. If none does, it is the first effect of that name.
+// The first effect of that name that sees the same motion lends, else the first of that name.
 void ModelBuilder::borrow() {
   const auto lend = [&](Model::Term& term) {
     for (const Borrowed& want : term.effect->borrows()) {

@@ -33,10 +33,14 @@ std::string lacks(const ModelParameter& p, const RunCondition& run) {
         "{} goes with {}, and run {} does not say its {}: give it in the campaign's "
         "file, \"conditions\": {{\"{}\": 300}}",
         p.name, variation.over, run.run, wanted, wanted);
-  if (!(found->second > 0.0))
+  // In proportion to a coil's current that is off: 0.
+  const bool possible =
+      variation.inverse() || !variation.reference ? found->second > 0.0 : found->second >= 0.0;
+  if (!possible)
     return fmt::format(
         "{} goes in proportion to {}, and that of run {} is {:g}: it must be above "
-        "0 (a temperature in K, or with its unit, as \"20 degC\")",
+        "0 (a temperature in K, or with its unit, as \"20 degC\"; 0 is possible beside a "
+        "\"reference\")",
         p.name, wanted, run.run, found->second);
   return {};
 }
@@ -138,7 +142,8 @@ class RunModelMaker {
 
 bool varies_by_run(const config::ModelSpec& spec) {
   return std::any_of(spec.effects.begin(), spec.effects.end(), [](const auto& effect) {
-    return std::any_of(effect.parameters.begin(), effect.parameters.end(),
+    return !config::driven(effect.effect).input.empty() ||
+           std::any_of(effect.parameters.begin(), effect.parameters.end(),
                        [](const auto& entry) { return !entry.second.variation.none(); });
   });
 }
@@ -146,6 +151,7 @@ bool varies_by_run(const config::ModelSpec& spec) {
 std::string taken_as_one(const config::ModelSpec& spec, const std::string& what) {
   std::vector<std::string> names;
   for (const auto& effect : spec.effects) {
+    if (!config::driven(effect.effect).input.empty()) names.push_back(effect.effect);
     for (const auto& [symbol, parameter] : effect.parameters) {
       if (!parameter.variation.none()) names.push_back(symbol);
     }

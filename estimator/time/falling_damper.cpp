@@ -49,8 +49,7 @@ void scale_lower_bodies(config::ModelSpec& spec, double factor) {
 void scale_parameters(const Model& model, config::EffectSpec& line, double factor) {
   for (const ModelParameter& p : model.parameters()) {
     if (p.effect != line.effect) continue;
-    const std::string symbol = p.name.substr(p.name.rfind('.') + 1);
-    config::ParameterSpec& given = line.parameters[symbol];
+    config::ParameterSpec& given = line.parameters[p.symbol];
     given.start = factor * given.start.value_or(p.start);
     given.lower = factor * given.lower.value_or(p.lower);
     given.upper = factor * given.upper.value_or(p.upper);

@@ -55,7 +55,7 @@ std::vector<ModelNumber> numbers_of(const config::ModelSpec& spec, const Model& 
       const auto line = std::find_if(spec.effects.begin(), spec.effects.end(),
                                      [&](const auto& e) { return e.effect == p.effect; });
       number.line = static_cast<std::size_t>(line - spec.effects.begin());
-      number.symbol = p.name;
+      number.symbol = p.symbol;
     }
     numbers.push_back(std::move(number));
   }

@@ -105,5 +105,26 @@ TEST(Model, SurvivesBeingWrittenAndReadAgain) {
   EXPECT_EQ(to_json_text(*again), to_json_text(model));
 }
 
+TEST(Model, MayHoldAnEffectThatAnInputDrives) {
+  const std::string text =
+      R"({"name": "magnetorheological", "effects": [
+          {"effect": "coulomb_friction", "parameters": {"f_c": {"start": 2.0}}},
+          {"effect": "coulomb_friction", "input": "current", "reference": 0.5,
+           "parameters": {"f_c": {"start": 9.0}}}]})";
+  const auto model = parse_model(text, "m.json");
+  ASSERT_TRUE(model) << model.error().what;
+  EXPECT_EQ(model->effects[0].effect, "coulomb_friction");
+  EXPECT_EQ(model->effects[1].effect, "coulomb_friction over current");
+  EXPECT_EQ(model->effects[1].reference, 0.5);
+  EXPECT_EQ(driven(model->effects[1].effect).effect, "coulomb_friction");
+  EXPECT_EQ(driven(model->effects[1].effect).input, "current");
+  EXPECT_EQ(driven("coulomb_friction").input, "");
+  const auto again = parse_model(to_json_text(*model), "again");
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(again->effects[1].effect, "coulomb_friction over current");
+  EXPECT_EQ(again->effects[1].reference, 0.5);
+  EXPECT_FALSE(again->effects[0].reference);
+}
+
 }  // namespace
 }  // namespace shaker::config

@@ -6,6 +6,7 @@
 // least squares, so that samples need not be whole in number nor evenly spaced.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,8 @@ struct SteadyRun {
   std::string name;
   Kind kind = Kind::periodic;
   Role role = Role::fit;
-  double frequency_hz = 0.0;  // measured
+  double frequency_hz = 0.0;                 // measured
+  std::map<std::string, double> conditions;  // as recorded
   int harmonics = 0, driver_harmonics = 0;
   // A row a cycle. `response` is what is predicted (displacement, or the force of imposed motion);
   // `driver` is what is imposed (excitation, or displacement).

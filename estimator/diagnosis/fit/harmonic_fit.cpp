@@ -6,12 +6,14 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/fit/model_of_run.hpp"
 #include "estimator/diagnosis/fit/normal_equations.hpp"
 #include "estimator/diagnosis/fit/predicted_runs.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/math/box_minimum.hpp"
 #include "estimator/math/damped_minimum.hpp"
 #include "estimator/math/dense.hpp"
+#include "estimator/model/run_models.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -315,16 +317,17 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
   for (int k = 0; k < fit.model->parameter_count(); ++k) {
     if (!fit.model->parameters()[static_cast<std::size_t>(k)].fixed) fit.free.push_back(k);
   }
-  const bool rounded = options.sharp && has_smoothing(spec);
+  fit.rounded = options.sharp && has_smoothing(spec);
+  const bool varies = varies_by_run(spec);
   fit.predictions.reserve(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (const std::size_t first = first_of_response(data, r); first < r) {
       fit.run_models.push_back(fit.run_models[first]);
       fit.predictions.emplace_back(fit.predictions[first], data[r]);
     } else {
-      fit.run_models.push_back(
-          rounded ? std::make_shared<const Model>(rounded_for(spec, data[r], options.points))
-                  : fit.model);
+      fit.run_models.push_back(fit.rounded ? rounded_model(spec, data[r], options.points)
+                               : varies    ? model_of_run(spec, data[r])
+                                           : fit.model);
       fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);
     }
     if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);

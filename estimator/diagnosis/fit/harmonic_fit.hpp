@@ -51,8 +51,9 @@ struct FittedConstant {
 struct HarmonicFit {
   config::ModelSpec spec;
   std::shared_ptr<const Model> model;
-  std::vector<std::shared_ptr<const Model>> run_models;  // they differ in rounding widths only
-  std::vector<Prediction> predictions;                   // one a run, in the campaign's order
+  // They differ in smoothing widths, and in what goes with a condition of the run.
+  std::vector<std::shared_ptr<const Model>> run_models;
+  std::vector<Prediction> predictions;  // one a run, in the campaign's order
   std::vector<double> theta;
   std::vector<int> free;       // parameters that were fitted
   Eigen::MatrixXd covariance;  // free x free; NaN where there is no solution
@@ -63,6 +64,7 @@ struct HarmonicFit {
   bool converged = false;
   bool stopped = false;       // it took all the budget that it may: nothing is known of it
   bool predicts_all = false;  // the runs that are held out too
+  bool rounded = false;       // smoothing widths are those of the grid
   std::string trouble;        // sentence when it did not
   // standard_error() includes the effect of this constant; `covariance` is that of the parameters
   // alone.

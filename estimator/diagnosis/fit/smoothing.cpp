@@ -31,7 +31,7 @@ bool worth_zero_width(const HarmonicFit& first, const std::vector<RunDatum>& dat
   // What half the width changes by d, no width changes by 2 d: enough to come down to noise?
   const double noise = std::sqrt(first.observations / std::max(first.chi_squared, 1e-300));
   touched = std::max(touched, kNeeded * std::pow(0.5 * std::max(1.0 - noise, 0.0), 2));
-  std::vector<std::unique_ptr<const Model>> models;
+  std::vector<std::shared_ptr<const Model>> models;
   std::vector<std::unique_ptr<Prediction>> finer(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit) continue;
@@ -39,7 +39,7 @@ bool worth_zero_width(const HarmonicFit& first, const std::vector<RunDatum>& dat
       finer[r] = std::make_unique<Prediction>(*finer[known], data[r]);
       continue;
     }
-    models.push_back(std::make_unique<const Model>(rounded_for(first.spec, data[r], points)));
+    models.push_back(rounded_model(first.spec, data[r], points));
     finer[r] = std::make_unique<Prediction>(*models.back(), data[r], points);
     finer[r]->start_from(first.predictions[r]);
   }

@@ -26,6 +26,9 @@ bool has_smoothing(const config::ModelSpec& spec);
 // Returns the model with the smallest widths that `points` steps resolve for the motion of `datum`.
 // Widths that the model file states stay.
 config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points);
+// The same, as the run's own model.
+std::shared_ptr<const Model> rounded_model(const config::ModelSpec& spec, const RunDatum& datum,
+                                           int points);
 
 // Returns the model with the widths of the catalogue written into its lines.
 config::ModelSpec stated_for(const config::ModelSpec& spec);

@@ -24,7 +24,7 @@ constexpr int kPointsAWidth = 2;
 
 // A grid, and the model with corners as wide as its steps are long.
 struct Rung {
-  std::unique_ptr<Model> model;
+  std::shared_ptr<const Model> model;
   std::vector<Prediction> channels;  // those that have not settled; one solution for all
 };
 
@@ -48,7 +48,7 @@ struct Climb {
 Rung rung_of(const config::ModelSpec& spec, const std::vector<Climb*>& open, int points,
              AnalysisMatrices& matrices) {
   const RunDatum& run = open.front()->datum;
-  Rung rung{std::make_unique<Model>(rounded_for(spec, run, points / kPointsAWidth)), {}};
+  Rung rung{rounded_model(spec, run, points / kPointsAWidth), {}};
   rung.channels.reserve(open.size());
   rung.channels.emplace_back(*rung.model, run, points);
   for (std::size_t c = 1; c < open.size(); ++c)

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
+#include "estimator/diagnosis/fit/model_of_run.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/effects/catalogue.hpp"
 #include "estimator/effects/scaled.hpp"
@@ -111,6 +112,11 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
         std::clamp(passed, kSharpest * corner.width, kBluntest * corner.width);
   }
   return rounded;
+}
+
+std::shared_ptr<const Model> rounded_model(const config::ModelSpec& spec, const RunDatum& datum,
+                                           int points) {
+  return model_of_run(rounded_for(spec, datum, points), datum);
 }
 
 config::ModelSpec stated_for(const config::ModelSpec& spec) {

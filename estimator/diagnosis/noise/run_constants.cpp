@@ -130,7 +130,7 @@ bool rests_at_zero(const HarmonicFit& fit) {
 int parameter_of(const Model& model, const std::string& effect, const std::string& symbol) {
   for (int k = 0; k < model.parameter_count(); ++k) {
     const ModelParameter& p = model.parameters()[static_cast<std::size_t>(k)];
-    if (p.effect == effect && p.name.ends_with(symbol)) return k;
+    if (p.effect == effect && p.symbol == symbol) return k;
   }
   return -1;
 }

@@ -8,6 +8,7 @@
 // found in the same way.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,7 +28,8 @@ struct SampledRun {
   std::string record;  // name of the recording
   Kind kind = Kind::transient;
   Role role = Role::fit;
-  double start = 0.0, dt = 0.0;  // s
+  std::map<std::string, double> conditions;  // as recorded
+  double start = 0.0, dt = 0.0;              // s
   Eigen::VectorXd response;      // what is compared: displacement, or the force of imposed motion
   Eigen::VectorXd excitation;    // empty: none
   Eigen::VectorXd u, v, a;       // the measured motion without what lies above its band

@@ -58,8 +58,8 @@ class Assembler {
     said_.chi_squared_after = after_.chi_squared;
     said_.observations = before_.observations;
     said_.model = before_.spec.name;
-    said_.parameters_before = describe(before_, data_);
-    said_.parameters_after = describe(after_, data_, places());
+    said_.parameters_before = diagnosis::describe(before_, data_);
+    said_.parameters_after = diagnosis::describe(after_, data_, places());
     said_.improved = at_estimates(after_);
     if (at_limit()) said_.improved = stated_sharp(said_.improved);
     state_scaled(said_.improved);
@@ -152,7 +152,7 @@ class Assembler {
   void ranking() {
     for (const Candidate& candidate : candidates_) {
       Ranked ranked;
-      ranked.name = std::string(candidate.effect->name());
+      ranked.name = candidate.name();
       ranked.hidden = 1.0;
       for (std::size_t k = 0; k < found_.base_scoring.scores.size(); ++k) {
         const Score& s = found_.base_scoring.scores[k];
@@ -198,10 +198,7 @@ class Assembler {
     for (const std::string& effect : best->effects) {
       NamedEffect named;
       named.name = effect;
-      if (const Effect* known = find_effect(effect)) {
-        named.formula = std::string(known->formula());
-        named.meaning = std::string(known->meaning());
-      }
+      describe(named);
       named.probability = trusted_ * probabilities_.probability_of(effect);
       for (const ParameterEstimate& p : said_.parameters_after) {
         if (p.effect == effect) named.parameters.push_back(p);
@@ -227,6 +224,20 @@ class Assembler {
                      [&](const auto& a, const auto& b) { return alone(a) > alone(b); });
   }
 
+  // Words and formula.
+  void describe(NamedEffect& named) const {
+    const Effect* known = find_effect(named.name);
+    if (known == nullptr) return;
+    named.formula = std::string(known->formula());
+    named.meaning = std::string(known->meaning());
+    const std::string_view input = config::driven(named.name).input;
+    for (const config::EffectSpec& line : said_.improved.effects) {
+      if (input.empty() || line.effect != named.name) continue;
+      named.formula = fmt::format("({}) {} / {:g}", named.formula, input, *line.reference);
+      named.meaning += fmt::format(", in proportion to {}", input);
+    }
+  }
+
   // Of the named effects, where more than one of a kind may be what is missing.
   void kinds() {
     std::set<const EffectKind*> told;
@@ -236,8 +247,9 @@ class Assembler {
       KindShare share;
       share.name = std::string(kind->name);
       std::vector<std::string> all;
-      for (const std::string_view effect : kind->effects) {
-        all.emplace_back(effect);
+      for (const Candidate& candidate : candidates_) {
+        if (kind_of(candidate.name()) != kind) continue;
+        all.push_back(candidate.name());
         const double probability = trusted_ * probabilities_.probability_of(all.back());
         if (probability >= kLeastOfKind) share.members.push_back({all.back(), probability});
       }

@@ -22,7 +22,7 @@ bool richer(const Hypothesis& h, const Hypothesis& simple) {
   for (const std::string& effect : h.effects) {
     const bool shared =
         std::find(simple.effects.begin(), simple.effects.end(), effect) != simple.effects.end();
-    less.push_back(shared ? effect : std::string(simpler_than(effect)));
+    less.push_back(shared ? effect : simpler_than(effect));
   }
   std::sort(less.begin(), less.end());
   return h.effects != simple.effects && less == simple.effects;

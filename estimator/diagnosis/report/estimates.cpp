@@ -69,23 +69,8 @@ std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vecto
 config::ModelSpec at_estimates(const HarmonicFit& fit) {
   config::ModelSpec spec = fit.spec;
   const auto& parameters = fit.model->parameters();
-  for (std::size_t i = 0; i < spec.effects.size(); ++i) {
-    config::EffectSpec& line = spec.effects[i];
-    for (std::size_t k = 0; k < parameters.size(); ++k) {
-      if (parameters[k].effect != line.effect) continue;
-      std::string symbol = parameters[k].name;
-      const auto dot = symbol.rfind("].");
-      if (dot != std::string::npos) {
-        if (!symbol.starts_with(fmt::format("{}[{}]", line.effect, i))) continue;
-        symbol = symbol.substr(dot + 2);
-      } else if (std::any_of(spec.effects.begin(),
-                             spec.effects.begin() + static_cast<std::ptrdiff_t>(i),
-                             [&](const auto& e) { return e.effect == line.effect; })) {
-        continue;  // an earlier line of the same effect owns the plain name
-      }
-      line.parameters[symbol].start = fit.theta[k];
-    }
-  }
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    spec.effects[parameters[k].line].parameters[parameters[k].symbol].start = fit.theta[k];
   return spec;
 }
 

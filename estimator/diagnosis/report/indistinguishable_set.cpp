@@ -37,10 +37,10 @@ std::vector<std::string> indistinguishable_set(const std::string& effect, const 
   // Those that were not worth a refit by a hair.
   double own = 0.0;
   for (const Score& s : found.base_scoring.scores) {
-    if (s.candidate->effect->name() == effect) own = std::max(own, s.gain);
+    if (s.candidate->name() == effect) own = std::max(own, s.gain);
   }
   for (const Score& s : found.base_scoring.scores) {
-    const std::string other(s.candidate->effect->name());
+    const std::string& other = s.candidate->name();
     const bool refitted = std::any_of(
         found.hypotheses.begin(), found.hypotheses.end(),
         [&](const Hypothesis& h) { return h.effects.size() == 1 && h.effects[0] == other; });

@@ -203,10 +203,11 @@ constexpr std::string_view kOtherPlace =
 
 // Why an effect cannot be scored on such runs; empty: it can.
 std::string why_not(const Effect& effect, const config::ModelSpec& base, Kind kind,
-                    const config::EffectSpec* path) {
+                    const config::EffectSpec* path, std::string_view input = {}) {
+  const std::string name = config::driven_name(effect.name(), input);
   const bool held =
       std::any_of(base.effects.begin(), base.effects.end(),
-                  [&](const config::EffectSpec& line) { return line.effect == effect.name(); });
+                  [&](const config::EffectSpec& line) { return line.effect == name; });
   const bool misplaced =
       base.coordinates.size() > 1 && of_damper(effect) && !placeable(effect, base, path);
   if (held && !misplaced) return "the model holds it";
@@ -221,6 +222,28 @@ std::string why_not(const Effect& effect, const config::ModelSpec& base, Kind ki
   return {};
 }
 
+// A load of the damper that is in proportion to coefficients of its own: an input may drive it. One in
+// terms of another effect's parameters changes that effect.
+bool may_be_driven(const Effect& effect) {
+  bool any = false;
+  if (!effect.borrows().empty()) return false;
+  for (const ParameterInfo& p : effect.parameters()) {
+    if (std::isnan(p.absent)) continue;
+    if (p.absent != 0.0) return false;
+    any = true;
+  }
+  return any && of_damper(effect) && effect.carries_load() && !effect.moves_base();
+}
+
+// The same forces, in proportion to the input.
+Candidate driven_by(const DrivingInput& input, Candidate candidate) {
+  for (Probe& probe : candidate.probes) {
+    probe.line.effect = config::driven_name(probe.line.effect, input.name);
+    probe.line.reference = input.reference;
+  }
+  return candidate;
+}
+
 }  // namespace
 
 config::MotionScale scale_of(const MotionRange& range) {
@@ -230,23 +253,39 @@ config::MotionScale scale_of(const MotionRange& range) {
 }
 
 Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Kind kind,
-                     std::vector<std::string>& notes) {
+                     std::vector<std::string>& notes, const std::vector<DrivingInput>& inputs) {
   const bool several = base.coordinates.size() > 1;
   const config::EffectSpec* path = several ? load_path(base) : nullptr;
   std::vector<std::string> misplaced;
   Catalogue all;
-  for (const Effect* effect : catalogue()) {
-    std::string reason = why_not(*effect, base, kind, path);
-    if (!reason.empty()) {
-      if (reason == kNoPlace || reason == kOtherPlace) misplaced.emplace_back(effect->name());
-      all.not_tried.push_back({std::string(effect->name()), std::move(reason)});
-      continue;
-    }
-    all.tried.push_back({effect, probes_of(*effect, range)});
-    if (!several || !of_damper(*effect)) continue;
-    for (Probe& probe : all.tried.back().probes) {
+  const auto candidate_of = [&](const Effect& effect) {
+    Candidate candidate{&effect, probes_of(effect, range)};
+    if (!several || !of_damper(effect)) return candidate;
+    for (Probe& probe : candidate.probes) {
       probe.line.sees = path->sees;
       probe.line.acts = path->acts;
+    }
+    return candidate;
+  };
+  for (const Effect* effect : catalogue()) {
+    std::string reason = why_not(*effect, base, kind, path);
+    if (reason.empty()) {
+      all.tried.push_back(candidate_of(*effect));
+      continue;
+    }
+    if (reason == kNoPlace || reason == kOtherPlace) misplaced.emplace_back(effect->name());
+    all.not_tried.push_back({std::string(effect->name()), std::move(reason)});
+  }
+  for (const DrivingInput& input : inputs) {
+    for (const Effect* effect : catalogue()) {
+      if (!may_be_driven(*effect)) continue;
+      std::string reason =
+          input.unusable.empty() ? why_not(*effect, base, kind, path, input.name) : input.unusable;
+      if (reason.empty())
+        all.tried.push_back(driven_by(input, candidate_of(*effect)));
+      else
+        all.not_tried.push_back(
+            {config::driven_name(effect->name(), input.name), std::move(reason)});
     }
   }
   if (!misplaced.empty()) notes.push_back(words_of(misplaced, path));

@@ -8,6 +8,7 @@
 #include "config/model.hpp"
 #include "estimator/diagnosis/campaign.hpp"
 #include "estimator/diagnosis/diagnosis.hpp"
+#include "estimator/diagnosis/inputs.hpp"
 #include "estimator/effects/effect.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -23,7 +24,9 @@ struct Probe {
 
 struct Candidate {
   const Effect* effect = nullptr;
-  std::vector<Probe> probes;
+  std::vector<Probe> probes;  // at least one
+  // The effect's, and that of the input which drives it.
+  const std::string& name() const { return probes.front().line.effect; }
 };
 
 // The whole catalogue: the candidates, and the effects that cannot be scored, each with the reason.
@@ -47,7 +50,10 @@ config::MotionScale scale_of(const MotionRange& range);
 // damper gets the coordinate of the first of the damper's effects that carries load and sees the
 // observed coordinate. `notes` names the effects that have no such place: effects without load (the
 // coordinate of a mass or a tyre is unknown), or those whose name stands in another place already.
+//
+// Each input gives loads of the damper more: those that are in proportion to coefficients of their
+// own, in proportion to the input too. They stand behind the others.
 Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Kind kind,
-                     std::vector<std::string>& notes);
+                     std::vector<std::string>& notes, const std::vector<DrivingInput>& inputs = {});
 
 }  // namespace shaker::estimator::diagnosis

@@ -6,8 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/fit/model_of_run.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
 #include "estimator/effects/catalogue.hpp"
+#include "estimator/model/run_models.hpp"
 #include "estimator/time/identified_damper.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -50,10 +52,7 @@ std::vector<int> columns_of(const Model& model, const Probe& probe) {
   const auto& parameters = model.parameters();
   for (const std::string& symbol : probe.coefficients) {
     for (std::size_t k = parameters.size(); k-- > 0;) {
-      const std::string& name = parameters[k].name;
-      const bool same =
-          name == symbol || (name.size() > symbol.size() && name.ends_with("." + symbol));
-      if (!same || parameters[k].effect != probe.line.effect) continue;
+      if (parameters[k].symbol != symbol || parameters[k].effect != probe.line.effect) continue;
       columns.push_back(static_cast<int>(k));
       break;
     }
@@ -80,7 +79,7 @@ int points_for(const Model& model, const HarmonicFit& fit, const FitOptions& opt
 
 // A run's prediction by a model that holds a probe.
 struct Seen {
-  std::unique_ptr<const Model> rounded;
+  std::shared_ptr<const Model> own;  // of the run; null: it has none
   std::unique_ptr<Prediction> prediction;
 };
 
@@ -94,11 +93,10 @@ Seen seen_at(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::siz
   if (const std::size_t first = first_of_response(data, r); first < r) {
     seen.prediction = std::make_unique<Prediction>(*all[first].prediction, datum);
   } else {
-    if (fit.run_models[r] != fit.model)
-      seen.rounded =
-          std::make_unique<const Model>(rounded_for(spec, datum, fit.predictions[r].points()));
-    seen.prediction =
-        std::make_unique<Prediction>(seen.rounded ? *seen.rounded : model, datum, points);
+    if (fit.run_models[r] != fit.model || varies_by_run(spec))
+      seen.own = fit.rounded ? rounded_model(spec, datum, fit.predictions[r].points())
+                             : model_of_run(spec, datum);
+    seen.prediction = std::make_unique<Prediction>(seen.own ? *seen.own : model, datum, points);
   }
   seen.prediction->start_from(fit.predictions[r]);
   return seen;

@@ -28,7 +28,7 @@ bool without_chance(double chi_squared, std::ptrdiff_t observations) {
 
 // Returns the effects with a richer one replaced by its special case.
 std::vector<std::string> simplified(std::vector<std::string> effects, const std::string& effect) {
-  std::replace(effects.begin(), effects.end(), effect, std::string(simpler_than(effect)));
+  std::replace(effects.begin(), effects.end(), effect, simpler_than(effect));
   std::sort(effects.begin(), effects.end());
   return effects;
 }
@@ -142,7 +142,7 @@ void CandidateSet::try_simpler(const Hypothesis& best, const std::string& effect
   const double near = kOtherValley * rounded(best).chi_squared;
   if (known != nullptr && known->disqualified.empty() && rounded(*known).chi_squared < near) return;
   const auto simpler = std::find_if(all_.begin(), all_.end(), [&](const Candidate& candidate) {
-    return candidate.effect->name() == simpler_than(effect);
+    return candidate.name() == simpler_than(effect);
   });
   if (simpler == all_.end()) return;
   std::vector<std::size_t> made;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "config/model.hpp"
+
 namespace shaker::estimator::diagnosis {
 
 std::span<const EffectKind> effect_kinds() {
@@ -21,6 +23,7 @@ std::span<const EffectKind> effect_kinds() {
 }
 
 const EffectKind* kind_of(std::string_view effect) {
+  effect = config::driven(effect).effect;
   for (const EffectKind& kind : effect_kinds()) {
     if (std::find(kind.effects.begin(), kind.effects.end(), effect) != kind.effects.end())
       return &kind;

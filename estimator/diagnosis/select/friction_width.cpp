@@ -110,8 +110,7 @@ class Widths {
         other.run_models.push_back(other.run_models[first]);
         other.predictions.emplace_back(other.predictions[first], data_[r]);
       } else {
-        other.run_models.push_back(
-            std::make_shared<const Model>(rounded_for(spec, data_[r], points)));
+        other.run_models.push_back(rounded_model(spec, data_[r], points));
         other.predictions.emplace_back(*other.run_models[r], data_[r], points);
         other.predictions[r].start_from(fit.predictions[r]);
       }

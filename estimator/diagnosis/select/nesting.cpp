@@ -33,7 +33,7 @@ const std::vector<Nesting>& nestings() {
 }
 
 bool holds(std::string_view richer, std::string_view simpler) {
-  for (std::string_view s = simpler_than(richer); !s.empty(); s = simpler_than(s)) {
+  for (std::string s = simpler_than(richer); !s.empty(); s = simpler_than(s)) {
     if (s == simpler) return true;
   }
   return false;
@@ -41,9 +41,10 @@ bool holds(std::string_view richer, std::string_view simpler) {
 
 }  // namespace
 
-std::string_view simpler_than(std::string_view effect) {
+std::string simpler_than(std::string_view effect) {
+  const config::Driven name = config::driven(effect);
   for (const Nesting& n : nestings()) {
-    if (n.richer == effect) return n.simpler;
+    if (n.richer == name.effect) return config::driven_name(n.simpler, name.input);
   }
   return {};
 }
@@ -57,7 +58,7 @@ bool reduces(const HarmonicFit& fit, std::string_view effect) {
   const auto stands = [&](const Special& special) {
     for (std::size_t k = parameters.size(); k-- > 0;) {
       const ModelParameter& p = parameters[k];
-      if (p.effect != effect || !p.name.ends_with(special.symbol)) continue;
+      if (p.effect != effect || p.symbol != special.symbol) continue;
       const double value = special.place == Place::zero    ? 0.0
                            : special.place == Place::lower ? p.lower
                                                            : p.upper;
@@ -67,7 +68,8 @@ bool reduces(const HarmonicFit& fit, std::string_view effect) {
     return false;
   };
   return std::any_of(nestings().begin(), nestings().end(), [&](const Nesting& n) {
-    return n.richer == effect && std::all_of(n.where.begin(), n.where.end(), stands);
+    return n.richer == config::driven(effect).effect &&
+           std::all_of(n.where.begin(), n.where.end(), stands);
   });
 }
 

@@ -9,8 +9,9 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Returns the special case of an effect; empty if the catalogue has none.
-std::string_view simpler_than(std::string_view effect);
+// Returns the special case of an effect, driven by the same input if there is one; empty if the
+// catalogue has none.
+std::string simpler_than(std::string_view effect);
 // True if one of the two is a special case of the other, directly or through a third.
 bool related(std::string_view a, std::string_view b);
 // True if the parameters that make the effect richer are within two standard errors of the values

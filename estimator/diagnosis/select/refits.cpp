@@ -26,15 +26,10 @@ constexpr int kMemoryShare = 2;                  // of a way on a coarse grid: t
 int find_parameter(const Model& model, const std::string& effect, std::string_view symbol) {
   const auto& parameters = model.parameters();
   for (std::size_t k = parameters.size(); k-- > 0;) {
-    if (parameters[k].effect == effect &&
-        (parameters[k].name == symbol || parameters[k].name.ends_with("." + std::string(symbol))))
+    if (parameters[k].effect == effect && parameters[k].symbol == symbol)
       return static_cast<int>(k);
   }
   return -1;
-}
-
-std::string_view last_part(std::string_view name) {
-  return name.substr(name.rfind('.') + 1);
 }
 
 // Number of standard errors by which a parameter would pass the bound that holds it, with all other
@@ -223,7 +218,7 @@ Hypothesis Refits::with_simpler(const Hypothesis& richer, const std::string& eff
   for (std::size_t k = 0; k < start.size(); ++k) {
     const ModelParameter& p = model.parameters()[k];
     const int of =
-        p.effect == simpler.effect ? find_parameter(*parent.model, effect, last_part(p.name)) : -1;
+        p.effect == simpler.effect ? find_parameter(*parent.model, effect, p.symbol) : -1;
     if (of >= 0)
       start[k] = std::clamp(parent.theta[static_cast<std::size_t>(of)], p.lower, p.upper);
   }

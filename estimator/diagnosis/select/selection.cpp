@@ -148,7 +148,7 @@ class Search {
       // The score says little, so all such effects are tried once.
       const bool guessed = next.probe->coefficients.empty() && parent.effects.empty();
       if (tried >= most && !guessed) continue;
-      const std::string added(next.candidate->effect->name());
+      const std::string& added = next.candidate->name();
       // Of an effect and its special case only one is wanted.
       const auto stands = [&](const std::string& e) { return e == added || related(e, added); };
       if (std::any_of(parent.effects.begin(), parent.effects.end(), stands)) continue;
@@ -219,7 +219,7 @@ class Search {
   void begin_elsewhere(std::vector<std::size_t>& level) {
     for (const Candidate& candidate : all_) {
       if (!candidate_set_.goes_on()) return;
-      const std::string effect(candidate.effect->name());
+      const std::string& effect = candidate.name();
       const Hypothesis* known = candidate_set_.find({effect});
       if (known != nullptr && known->fit->stopped) continue;
       const auto& failed = found_.base_scoring.not_scored;
@@ -245,7 +245,7 @@ class Search {
     const double near = kMaxNearRatio * best;
     bool better = false;
     for (const Candidate& candidate : all_) {
-      const Hypothesis* known = candidate_set_.find({std::string(candidate.effect->name())});
+      const Hypothesis* known = candidate_set_.find({candidate.name()});
       if (known == nullptr || known->rounded || !(known->fit->chi_squared < near)) continue;
       const double own = known->fit->chi_squared;
       auto h =

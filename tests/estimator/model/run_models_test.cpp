@@ -119,6 +119,47 @@ TEST(RunModels, GiveEachRunItsOwnValuesWithMemoryExciterAndInstrument) {
   expect_own_values(spec);
 }
 
+// Friction beside the same friction in proportion to a current, which is off in one run.
+TEST(RunModels, GiveAnEffectThatAnInputDrivesTheInputOfTheRun) {
+  auto spec = testing::model_of({testing::effect("coulomb_friction"),
+                                 testing::effect("coulomb_friction over current"),
+                                 testing::effect("linear_stiffness")});
+  spec.effects[1].reference = 2.0;
+  const std::vector<config::RunCondition> runs = {{"off", "", {{"current", 0.0}}},
+                                                  {"half", "", {{"current", 1.0}}},
+                                                  {"full", "", {{"current", 2.0}}}};
+  EXPECT_TRUE(varies_by_run(spec));
+  EXPECT_THAT(taken_as_one(spec, "a plan"), HasSubstr("coulomb_friction over current"));
+  const auto models = run_models(spec, runs);
+  ASSERT_TRUE(models) << models.error().what;
+  EXPECT_THAT(names_of(models->joint()), ElementsAre("f_c", "f_c[current]", "k"));
+  EXPECT_EQ(models->joint().parameters()[1].effect, "coulomb_friction over current");
+  EXPECT_EQ(models->joint().parameters()[1].line, 1U);
+  EXPECT_EQ(models->joint().parameters()[1].symbol, "f_c");
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    ASSERT_EQ(models->varying[r].size(), 1U);
+    EXPECT_EQ(models->varying[r][0].name, "f_c[current]");
+    EXPECT_DOUBLE_EQ(models->varying[r][0].factor, 0.5 * static_cast<double>(r));
+  }
+  spec.effects[1].reference.reset();  // the mean of runs that are partly off: a share of nothing
+  EXPECT_THAT(run_models(spec, runs).error().what, HasSubstr("0 is possible beside"));
+  spec.effects[1].reference = 2.0;
+  auto backwards = runs;
+  backwards[0].values["current"] = -1.0;
+  EXPECT_FALSE(run_models(spec, backwards));
+}
+
+TEST(RunModels, RefuseAnInputOfAnEffectWithoutACoefficient) {
+  auto spec = testing::oleo();
+  spec.effects[1].effect = "gas_spring over current";
+  try {
+    const Model refused(spec);
+    FAIL() << "the gas has no coefficient";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("gas_spring has no coefficient"));
+  }
+}
+
 TEST(RunModels, SayWhichRunLacksWhat) {
   auto spec = testing::oleo();
   vary(spec, 1, "theta2", {"group", "", {}});

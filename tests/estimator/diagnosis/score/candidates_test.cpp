@@ -82,6 +82,34 @@ TEST(Candidates, NameThoseThatHaveNoPlaceAmongSeveralCoordinates) {
   EXPECT_THAT(notes, Contains(HasSubstr("no effect of a damper that sees")));
 }
 
+TEST(Candidates, HaveLoadsInProportionToAnInput) {
+  std::vector<std::string> notes;
+  const std::vector<DrivingInput> inputs = {{"current", 0.5, ""}, {"voltage", 2.0, "it is off"}};
+  const auto base = estimator::testing::oleo();
+  const Catalogue all = candidates(base, kRange, Kind::periodic, notes, inputs);
+  const auto named = [&](const std::string& name) {
+    return std::find_if(all.tried.begin(), all.tried.end(),
+                        [&](const Candidate& c) { return c.name() == name; });
+  };
+  // Of what the model holds too: its coefficient may grow.
+  for (const char* name : {"coulomb_friction over current", "bouc_wen_hysteresis over current",
+                           "orifice_damping over current", "viscous_damping over current"}) {
+    const auto found = named(name);
+    ASSERT_NE(found, all.tried.end()) << name;
+    EXPECT_EQ(found->probes.front().line.reference, 0.5);
+    auto larger = base;
+    larger.effects.push_back(found->probes.front().line);
+    EXPECT_NO_THROW(Model{larger}) << name;
+  }
+  for (const char* name : {"rebound_damping over current", "free_play over current",
+                           "added_mass over current", "sensor_offset over current"})
+    EXPECT_EQ(named(name), all.tried.end()) << name;
+  EXPECT_EQ(named("coulomb_friction over voltage"), all.tried.end());
+  EXPECT_TRUE(std::any_of(all.not_tried.begin(), all.not_tried.end(), [](const NotTried& n) {
+    return n.name == "coulomb_friction over voltage" && n.reason == "it is off";
+  }));
+}
+
 // Nothing is left out without a word.
 TEST(Candidates, AreAllOfTheCatalogueOrNamedWithAReason) {
   config::ModelSpec without = estimator::testing::oleo();

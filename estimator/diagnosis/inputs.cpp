@@ -1,0 +1,104 @@
+#include "estimator/diagnosis/inputs.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+// Of the largest value: runs that differ by less do not tell what an input drives from what it does
+// not.
+constexpr double kLeastSpan = 0.01;
+// Of the span of the runs' means, by which an input may scatter within a run: only its mean counts.
+constexpr double kMostScatter = 0.1;
+
+bool states(const Recording& run, const std::string& condition) {
+  return run.condition.values.contains(condition);
+}
+
+bool all_state(const Campaign& campaign, const std::string& condition) {
+  return std::all_of(campaign.runs.begin(), campaign.runs.end(),
+                     [&](const Recording& run) { return states(run, condition); });
+}
+
+// Why the input cannot be used; sets its reference.
+std::string fault_of(const Campaign& campaign, DrivingInput& input) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Recording& run : campaign.runs) {
+    if (!states(run, input.name))
+      return fmt::format("run {} does not say its {}", run.name, input.name);
+    const double value = run.condition.values.at(input.name);
+    least = std::min(least, value);
+    input.reference = std::max(input.reference, value);
+  }
+  if (least < 0.0)
+    return fmt::format("{} is below 0 in a run, and a coefficient goes in proportion to it",
+                       input.name);
+  const double span = input.reference - least;
+  if (!(span > kLeastSpan * input.reference))
+    return fmt::format("{} is {:.4g} in all runs", input.name, input.reference);
+  for (const Recording& run : campaign.runs) {
+    const auto scatter = run.input_scatter.find(input.name);
+    if (scatter == run.input_scatter.end() || scatter->second <= kMostScatter * span) continue;
+    return fmt::format(
+        "{0} varies within run {1}, by {2:.3g} about its mean of {3:.3g}, and the means of the "
+        "runs "
+        "differ by {4:.3g}: only the mean of a run counts; hold it still in a run, or state it "
+        "under \"conditions\" if this is the sensor's noise",
+        input.name, run.name, scatter->second, run.condition.values.at(input.name), span);
+  }
+  return {};
+}
+
+double mean_of(const Campaign& campaign, const std::string& condition) {
+  double sum = 0.0;
+  for (const Recording& run : campaign.runs)
+    sum += run.condition.values.at(condition);
+  return sum / static_cast<double>(campaign.runs.size());
+}
+
+}  // namespace
+
+std::vector<DrivingInput> inputs_of(const Campaign& campaign) {
+  std::vector<DrivingInput> inputs;
+  for (const std::string& name : campaign.inputs) {
+    DrivingInput& input = inputs.emplace_back(DrivingInput{name, 0.0, {}});
+    input.unusable = fault_of(campaign, input);
+  }
+  return inputs;
+}
+
+std::optional<Campaign> with_common_conditions(const Campaign& campaign) {
+  std::set<std::string> partly;
+  for (const Recording& run : campaign.runs) {
+    for (const auto& [condition, value] : run.condition.values) {
+      if (!all_state(campaign, condition)) partly.insert(condition);
+    }
+  }
+  if (partly.empty()) return std::nullopt;
+  Campaign common = campaign;
+  for (Recording& run : common.runs)
+    std::erase_if(run.condition.values,
+                  [&](const auto& stated) { return partly.contains(stated.first); });
+  return common;
+}
+
+config::ModelSpec with_references(config::ModelSpec model, const Campaign& campaign) {
+  for (config::EffectSpec& line : model.effects) {
+    const std::string input(config::driven(line.effect).input);
+    if (!input.empty() && !line.reference && all_state(campaign, input) &&
+        mean_of(campaign, input) > 0.0)
+      line.reference = mean_of(campaign, input);
+    for (auto& [symbol, parameter] : line.parameters) {
+      config::RunVariation& v = parameter.variation;
+      if (!v.over.empty() && !v.reference && all_state(campaign, v.condition()))
+        v.reference = mean_of(campaign, v.condition());
+    }
+  }
+  return model;
+}
+
+}  // namespace shaker::estimator::diagnosis

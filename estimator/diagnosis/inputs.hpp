@@ -1,0 +1,29 @@
+// The further inputs of a damper: a coil's current, a voltage, a temperature, a pressure. An effect
+// that one of them drives has coefficients in proportion to it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/model.hpp"
+#include "estimator/diagnosis/campaign.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+struct DrivingInput {
+  std::string name;
+  double reference = 0.0;  // largest of the runs: there a driven coefficient is stated
+  std::string unusable;    // why these runs cannot show what it drives; empty: they can
+};
+
+// The inputs that the campaign names.
+std::vector<DrivingInput> inputs_of(const Campaign& campaign);
+
+// The campaign without conditions that only some of its runs state; nothing where there are none.
+std::optional<Campaign> with_common_conditions(const Campaign& campaign);
+// States the reference of each parameter that goes with a condition of all runs: their mean, where
+// the file states none. Returns the model otherwise as it is.
+config::ModelSpec with_references(config::ModelSpec model, const Campaign& campaign);
+
+}  // namespace shaker::estimator::diagnosis
