@@ -18,7 +18,6 @@ constexpr double kLargestGravity = 1000.0;  // m/s^2
 constexpr std::size_t kCoordinatesMax = 100, kEffectsMax = 200;
 
 constexpr double kLargestSmoothness = 10.0;
-constexpr std::string_view kOver = " over ";  // between an effect and the input that drives it
 
 bool is_known_length(const std::string& unit) {
   return unit_called(unit, Dimension::length) || unit_called(unit, Dimension::angle);
@@ -265,18 +264,6 @@ ModelSpec read_model(const Node& node, const std::string& pointer, Findings& fin
                });
   reader.finish();
   return model;
-}
-
-Driven driven(std::string_view name) {
-  const auto at = name.find(kOver);
-  if (at == name.npos) return {name, {}};
-  return {name.substr(0, at), name.substr(at + kOver.size())};
-}
-
-std::string driven_name(std::string_view effect, std::string_view input) {
-  std::string name(effect);
-  if (!input.empty()) name.append(kOver).append(input);
-  return name;
 }
 
 Result<ModelSpec> parse_model(const std::string& text, const std::string& origin) {

@@ -87,13 +87,24 @@ struct Driven {
   std::string_view effect;  ///< name in the catalogue
   std::string_view input;   ///< empty: no input drives it
 };
+inline constexpr std::string_view kOver = " over ";  ///< between the two
+
 /// \param name name of an effect
 /// \return its parts
-Driven driven(std::string_view name);
+inline Driven driven(std::string_view name) {
+  const auto at = name.find(kOver);
+  if (at == name.npos) return {name, {}};
+  return {name.substr(0, at), name.substr(at + kOver.size())};
+}
+
 /// \param effect name in the catalogue
 /// \param input of the runs; may be empty
 /// \return the name of the effect that the input drives
-std::string driven_name(std::string_view effect, std::string_view input);
+inline std::string driven_name(std::string_view effect, std::string_view input) {
+  std::string name(effect);
+  if (!input.empty()) name.append(kOver).append(input);
+  return name;
+}
 
 /// One effect of a model file.
 struct EffectSpec {

@@ -282,6 +282,45 @@ TEST(EngineFaults, ARampDownThatNoSensorSeesIsStoppedAtOnce) {
   EXPECT_EQ(bench.exciter.stops, 1);
 }
 
+TEST(EngineFaults, ARampDownThatTheTableDoesNotFollowIsStoppedAtOnce) {
+  EngineBench bench;
+  auto campaign = bench_campaign(1, 1000);
+  campaign.ramp_s = 5.0;
+  ASSERT_TRUE(bench.measuring(campaign));
+  ASSERT_TRUE(bench.engine.stop("anna").ok());
+  bench.run(0.5);
+  ASSERT_EQ(bench.engine.state(), State::ramp_down);
+  bench.exciter.moves_part = 2.5;
+  ASSERT_TRUE(bench.run_until(State::fault, 1.0)) << "three periods of 4 Hz, and no ramp of 5 s";
+  EXPECT_EQ(bench.outlet.alarms("command_error"), 1);
+  EXPECT_EQ(bench.exciter.stops, 1);
+}
+
+TEST(EngineFaults, AStopOnTheWayToAnotherFrequencyIsARampDown) {
+  EngineBench bench;
+  auto campaign = bench_campaign(2, 3);
+  campaign.ramp_s = 5.0;
+  ASSERT_TRUE(bench.measuring(campaign));
+  ASSERT_TRUE(bench.run_until(State::ramp));
+  bench.run(1.0);  // the table still has four fifths of its level
+  ASSERT_TRUE(bench.engine.stop("anna").ok());
+  ASSERT_TRUE(bench.run_until(State::idle, 10.0));
+  EXPECT_EQ(bench.outlet.alarms("command_error"), 0);
+}
+
+TEST(EngineFaults, ARampDownWithoutAnySensorEndsWithTheRamp) {
+  auto rig = bench_rig();
+  rig.limits.stale_s = 0.2;
+  EngineBench bench(rig);
+  ASSERT_TRUE(bench.measuring());
+  bench.silent = bench.excitation_silent = true;
+  bench.exciter.deaf_to_orders = true;
+  ASSERT_TRUE(bench.run_until(State::ramp_down, 0.3));
+  const double ramp = bench_rig().exciter.ramp_s;
+  ASSERT_TRUE(bench.run_until(State::fault, ramp + 0.1)) << "the drive does not confirm rest";
+  EXPECT_FALSE(bench.exciter.status().running);
+}
+
 // --- the disk
 
 TEST(EngineFaults, AFullDiskRampsDownAndFailsTheRunWithTheReason) {

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import acts
 from daemon import Client
 from stand import Stand
-from table import GOES_ON, ORDER, REFUSED, STILL_MOVES, STOPS, TABLE
+from table import DEAD, GOES_ON, ORDER, REFUSED, STILL_MOVES, STOPS, TABLE
 from witness import missing
 
 REST = ("IDLE", "CHECK", "FAULT", "PAUSE")
@@ -217,11 +217,14 @@ class Round:
             self.result.to_rest[self.faults[0].name] = moved[-1].t - moved[0].t
 
     def at_rest_if_dead(self):
-        """A daemon that has ended by itself sends no beat: the dead-man has stopped the table by now."""
+        """A daemon that has ended by itself sends no beat: the dead-man stops the table."""
         if not any(fault.may_die for fault in self.faults) or self.stand.daemon.process.poll() is None:
             return False
         self.stand.leaves("killed")
         self.result.died = True
+        end = time.monotonic() + DEAD + ORDER  # it may have ended just now
+        while not self.at_rest() and time.monotonic() < end:
+            time.sleep(0.02)
         if not self.at_rest():
             self.late(f"the daemon has ended after {self.named()}, and the table moves")
         return True
