@@ -43,8 +43,7 @@ class Round:
         self.faults = [TABLE[name] for name in names]
         self.library, self.slack_s = library, slack_s
         self.result = Result(seed, names)
-        self.begun = []  # (fault, time)
-        self.lifts = []
+        self.begun, self.lifts = [], []  # (fault, time)
         self.asked = float("inf")  # when this test asked for a stop: an emergency stop is an alarm
 
     def run(self):
@@ -222,10 +221,7 @@ class Round:
             return False
         self.stand.leaves("killed")
         self.result.died = True
-        end = time.monotonic() + DEAD + ORDER  # it may have ended just now
-        while not self.at_rest() and time.monotonic() < end:
-            time.sleep(0.02)
-        if not self.at_rest():
+        if not self.comes_to_rest(DEAD + ORDER):  # it may have ended just now
             self.late(f"the daemon has ended after {self.named()}, and the table moves")
         return True
 
@@ -234,8 +230,13 @@ class Round:
         return self.stand.left or self.stand.witness.closed or self.states()[-1][1] in ("IDLE", "FAULT")
 
     def at_rest(self):
-        reading = self.stand.observer.last()
-        return not (reading and reading.moves)
+        return not ((reading := self.stand.observer.last()) and reading.moves)
+
+    def comes_to_rest(self, within_s):
+        end = (now := time.monotonic()) + within_s
+        while not self.at_rest() and time.monotonic() < end + self.stand.observer.lateness(now, end):
+            time.sleep(0.02)
+        return self.at_rest()
 
     def stop_as_anyone(self):
         """Where the campaign goes on it was not disturbed, and a stop from another terminal is heard."""
@@ -248,16 +249,10 @@ class Round:
                 self.late(f"an alarm for {self.named()}, which is harmless: {alarm['code']}: {alarm['text']}")
         self.asked = time.monotonic()
         status, said = self.stand.shakerctl(self.random.choice(("stop", "estop")))
-        heard = time.monotonic()
-        if any(fault.may_die for fault in self.faults):
-            time.sleep(1.0)  # it may have ended by now, and the dead-man has stopped the table
-        elif status != 0:
+        if status != 0 and not any(fault.may_die for fault in self.faults):
             self.late(f"shakerctl was not heard beside {self.named()}: {said.strip()[-200:]}")
             return
-        end = heard + 1.0 + self.slack_s
-        while not self.at_rest() and time.monotonic() < end + self.stand.observer.lateness(heard, end):
-            time.sleep(0.02)
-        if not self.at_rest():
+        if not self.comes_to_rest(1.0 + self.slack_s):
             self.late(f"a stop beside {self.named()} was acknowledged and not done")
 
     def await_alarm(self):
@@ -382,8 +377,7 @@ class Round:
                    and f.read_bytes() == self.stand.damaged_log for f in self.stand.daemon.data.rglob("*"))
         if not kept:
             self.wrong(f"{len(lost)} acknowledged are lost, and the damaged log was not kept")
-        if not [a for a in self.stand.witness.alarms()
-                if a["severity"] != "info" and "all whole" not in a["text"]]:
+        if all(a["severity"] == "info" or "all whole" in a["text"] for a in self.stand.witness.alarms()):
             self.wrong(f"{len(lost)} acknowledged are lost after damage, and no alarm says so")
 
     # --- for whoever reads a violation
