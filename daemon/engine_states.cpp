@@ -181,8 +181,8 @@ void Engine::Impl::act(Detector detector) {
     return;
   }
   // A ramp down that the table does not follow, or that a sensor no longer shows, is not waited for.
-  const bool astray = state == State::ramp_down && (detector == Detector::stale_sensor ||
-                                                    detector == Detector::command_error);
+  const bool astray = state == State::ramp_down &&
+                      (detector == Detector::stale_sensor || detector == Detector::command_error);
   if (action == config::Action::stop || astray) {
     fault_detector = detector;
     trip(why);
