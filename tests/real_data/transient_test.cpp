@@ -44,8 +44,8 @@ TEST_F(RealRecords, SilverboxLacksCubicStiffness) {
   ASSERT_FALSE(d.effects.empty());
   EXPECT_EQ(d.effects[0].name, "cubic_stiffness");
   EXPECT_GT(d.effects[0].probability, 0.8);
-  // The circuit is slightly asymmetric: beside the cubic spring a quadratic one closes three fifths of
-  // the gap that is left on data that were not fitted (0.54 to 0.22 mV).
+  // The circuit is slightly asymmetric: beside the cubic spring a quadratic one closes three fifths
+  // of the gap that is left on data that were not fitted (0.54 to 0.22 mV).
   for (std::size_t i = 1; i < d.effects.size(); ++i) {
     const bool there = d.effects[i].name == "quadratic_stiffness";
     EXPECT_LT(d.effects[i].probability, there ? 1.0 : 0.5) << d.effects[i].name;

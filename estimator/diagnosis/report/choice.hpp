@@ -26,7 +26,8 @@ class Choice {
   // the response: far from the data the noise is a bad measure.
   double left_of(const Hypothesis& one, const Hypothesis& other) const;
   // Chooses again without the effects whose probability is below `least`, until all of them are
-  // above it: the hypothesis that weighs most, of those with as few effects. Returns false if no effect remains. `probability`: of an effect.
+  // above it: the hypothesis that weighs most, of those with as few effects. Returns false if no
+  // effect remains. `probability`: of an effect.
   bool drop_unlikely(const std::function<double(const std::string&)>& probability, double least);
 
  private:

@@ -125,7 +125,8 @@ TEST(ModelProbabilities, DoubtANameBesideAnUnknownAsOftenAsTheUnknownIsImitated)
   EXPECT_GT(chance.probability_of("tyre"), 0.8);
 }
 
-// Three effects that leave a little less than the two that are the answer are no reason to doubt the two.
+// Three effects that leave a little less than the two that are the answer are no reason to doubt
+// the two.
 TEST(ModelProbabilities, LeaveTheAnswerBesideAGapItsNames) {
   const Found found({leaving({"tyre"}, 1.2e5, -5e4), leaving({"cavitation", "tyre"}, 5e3, -2e3),
                      leaving({"end_stop", "metering_pin", "tyre"}, 4.8e3, -1.9e3)},

@@ -84,8 +84,8 @@ TEST(Scoring, TakesNoLimitOfAnotherModel) {
   EXPECT_EQ(with.columns, without.columns);
 }
 
-// A shape without a motion beside the base model gets none beside a hypothesis, and looking again takes
-// long. A signature needs no derivative over the base model's parameters.
+// A shape without a motion beside the base model is not integrated again beside a hypothesis: that
+// takes long, and rarely gives a motion.
 TEST(Scoring, LeavesOutShapesThatHadNoSolutionBefore) {
   auto runs =
       transient_runs({testing::decay_of([](double u, double v) { return 40.0 * u + 0.5 * v; }, {})},
