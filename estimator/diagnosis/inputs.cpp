@@ -45,9 +45,8 @@ std::string fault_of(const Campaign& campaign, DrivingInput& input) {
     if (scatter == run.input_scatter.end() || scatter->second <= kMostScatter * span) continue;
     return fmt::format(
         "{0} varies within run {1}, by {2:.3g} about its mean of {3:.3g}, and the means of the "
-        "runs "
-        "differ by {4:.3g}: only the mean of a run counts; hold it still in a run, or state it "
-        "under \"conditions\" if this is the sensor's noise",
+        "runs differ by {4:.3g}: only the mean of a run counts; hold it still in a run, or state "
+        "it under \"conditions\" if this is the sensor's noise",
         input.name, run.name, scatter->second, run.condition.values.at(input.name), span);
   }
   return {};
