@@ -49,6 +49,13 @@ def configure(build):
                        check=True, stdout=subprocess.DEVNULL)
 
 
+def make(build, names):
+    configure(build)
+    if subprocess.run(["ninja", "-C", build, *(f"fuzz_{name}" for name in names)],
+                      stdout=subprocess.DEVNULL, check=False).returncode != 0:
+        sys.exit("the targets cannot be built")
+
+
 def processor_time():
     """s of the programs that have ended: a target that waited for a core has tried nothing meanwhile."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -84,6 +91,9 @@ class Target:
                 stdout=out, stderr=out, cwd=self.findings, check=False).returncode
         tried = re.search(r"stat::number_of_executed_units: (\d+)", log.read_text(errors="replace"))
         return round(processor_time() - began), int(tried[1]) if tried else 0, int(status != 0)
+
+    def last_words(self):
+        return (self.findings / f"{self.name}.log").read_text(errors="replace")[-4000:]
 
     def minimise(self):
         """The smallest corpus that reaches as much, into the archive: (files, octets)."""
@@ -123,6 +133,7 @@ def sums():
 def main():
     parse = argparse.ArgumentParser(description=__doc__)
     parse.add_argument("--build", type=pathlib.Path, default=SOURCE / "build-fuzz")
+    parse.add_argument("--as-built", action="store_true", help="build nothing")
     parse.add_argument("--minutes", type=float, default=10, help="of all targets together")
     parse.add_argument("--turn", type=int, default=120, help="s that a target runs before the next one does")
     parse.add_argument("--only", action="append", choices=sorted(targets()), metavar="TARGET")
@@ -132,11 +143,9 @@ def main():
     if options.sums:
         return sums()
     build = options.build.resolve()
-    configure(build)
     names = options.only or sorted(targets())
-    if subprocess.run(["ninja", "-C", build, *(f"fuzz_{name}" for name in names)],
-                      stdout=subprocess.DEVNULL, check=False).returncode != 0:
-        sys.exit("the targets cannot be built")
+    if not options.as_built:
+        make(build, names)
     os.environ["ASAN_OPTIONS"] = "allocator_may_return_null=1"
     os.environ["LSAN_OPTIONS"] = LEAKS
     waiting = [Target(name, targets()[name], build) for name in names]
@@ -150,7 +159,7 @@ def main():
         seconds, inputs, findings = target.run(min(turn, max(1, int(end - time.monotonic()))))
         found += findings
         print(f"{target.name}: {seconds} s, {inputs} inputs, {findings} findings"
-              + (f": see {target.findings}" if findings else ""), flush=True)
+              + (f": see {target.findings}\n{target.last_words()}" if findings else ""), flush=True)
         if options.keep:
             keep({"target": target.name, "seconds": seconds, "inputs": inputs, "findings": findings})
     if options.keep:
