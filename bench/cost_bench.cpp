@@ -7,12 +7,12 @@
 
 #include "bench/oleo_in_feet.hpp"
 #include "config/model.hpp"
-#include "estimator/effects/catalogue.hpp"
 #include "estimator/fit/batch_estimation.hpp"
 #include "estimator/fit/estimation.hpp"
-#include "estimator/formula/formula_effect.hpp"
 #include "estimator/inference/profile.hpp"
 #include "estimator/math/aligned.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/formula/formula_effect.hpp"
 #include "estimator/paper/figures.hpp"
 
 namespace {

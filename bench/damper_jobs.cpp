@@ -27,7 +27,7 @@
 #include "bench/oleo_in_feet.hpp"
 #include "config/model.hpp"
 #include "estimator/fit/estimation.hpp"
-#include "estimator/time/transient.hpp"
+#include "estimator/fit/records/transient.hpp"
 #include "tests/estimator/benchmark_jobs.hpp"
 
 namespace {

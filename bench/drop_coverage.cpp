@@ -27,9 +27,9 @@
 
 #include "base/heap.hpp"
 #include "bench/drop_truth.hpp"
-#include "estimator/time/drop_mixture.hpp"
-#include "estimator/time/drop_surrogate.hpp"
-#include "estimator/time/joined_drop.hpp"
+#include "estimator/drop/drop_mixture.hpp"
+#include "estimator/drop/drop_surrogate.hpp"
+#include "estimator/drop/joined_drop.hpp"
 #include "report/damper_document.hpp"
 #include "tests/blind/suite.hpp"
 

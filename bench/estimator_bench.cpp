@@ -18,8 +18,8 @@
 #include "estimator/fit/estimation.hpp"
 #include "estimator/paper/ceres_estimation.hpp"
 #include "estimator/paper/figures.hpp"
-#include "estimator/periodic/accurate_solution.hpp"
-#include "estimator/periodic/sweep.hpp"
+#include "estimator/solve/periodic/accurate_solution.hpp"
+#include "estimator/solve/periodic/sweep.hpp"
 #include "tests/estimator/benchmark_jobs.hpp"
 
 namespace {

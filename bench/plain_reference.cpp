@@ -8,7 +8,7 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
-#include "estimator/periodic/periodic_system.hpp"
+#include "estimator/solve/periodic/periodic_system.hpp"
 
 namespace shaker::bench {
 namespace {

@@ -20,7 +20,7 @@
 
 #include "bench/drop_truth.hpp"
 #include "cli/plan_aim.hpp"
-#include "estimator/time/drop.hpp"
+#include "estimator/drop/drop.hpp"
 #include "sim/integrator.hpp"
 #include "sim/plant.hpp"
 #include "tests/blind/suite.hpp"

@@ -6,8 +6,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include "estimator/fit/records/transient.hpp"
 #include "estimator/paper/figures.hpp"
-#include "estimator/time/transient.hpp"
 
 namespace {
 

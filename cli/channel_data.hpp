@@ -8,7 +8,7 @@
 
 #include "base/result.hpp"
 #include "cli/estimation_input.hpp"
-#include "estimator/objectives/channels.hpp"
+#include "estimator/fit/objectives/channels.hpp"
 
 namespace shaker::cli {
 

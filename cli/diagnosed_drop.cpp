@@ -10,7 +10,7 @@
 #include "cli/joined_drop.hpp"
 #include "cli/opened_campaign.hpp"
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/time/falling_damper.hpp"
+#include "estimator/drop/falling_damper.hpp"
 #include "report/damper_document.hpp"
 
 namespace shaker::cli {

@@ -11,9 +11,9 @@
 #include "cli/commands.hpp"
 #include "cli/drop_output.hpp"
 #include "estimator/diagnosis/diagnosis.hpp"
-#include "estimator/time/drop_mixture.hpp"
-#include "estimator/time/identified_damper.hpp"
-#include "estimator/time/joined_drop.hpp"
+#include "estimator/drop/drop_mixture.hpp"
+#include "estimator/drop/joined_drop.hpp"
+#include "estimator/model/identified_damper.hpp"
 
 namespace shaker::cli {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "estimator/time/drop.hpp"
+#include "estimator/drop/drop.hpp"
 
 namespace shaker::cli {
 

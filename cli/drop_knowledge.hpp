@@ -8,7 +8,7 @@
 
 #include "base/result.hpp"
 #include "cli/commands.hpp"
-#include "estimator/time/identified_damper.hpp"
+#include "estimator/model/identified_damper.hpp"
 
 namespace shaker::cli {
 

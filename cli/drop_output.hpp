@@ -10,7 +10,7 @@
 #include "cli/commands.hpp"
 #include "cli/drop_sections.hpp"
 #include "cli/measured_drop.hpp"
-#include "estimator/time/drop_mixture.hpp"
+#include "estimator/drop/drop_mixture.hpp"
 
 namespace shaker::cli {
 

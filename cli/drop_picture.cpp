@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/time/unnamed_force.hpp"
+#include "estimator/drop/unnamed_force.hpp"
 #include "report/plot/plot.hpp"
 
 namespace shaker::cli {

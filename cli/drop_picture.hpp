@@ -5,8 +5,8 @@
 #include <string>
 
 #include "cli/measured_drop.hpp"
-#include "estimator/time/drop.hpp"
-#include "estimator/time/drop_mixture.hpp"
+#include "estimator/drop/drop.hpp"
+#include "estimator/drop/drop_mixture.hpp"
 
 namespace shaker::cli {
 

@@ -12,8 +12,8 @@
 
 #include "cli/drop_setup.hpp"
 #include "cli/measured_drop.hpp"
-#include "estimator/time/drop.hpp"
-#include "estimator/time/servicing.hpp"
+#include "estimator/drop/drop.hpp"
+#include "estimator/drop/servicing.hpp"
 
 namespace shaker::cli {
 

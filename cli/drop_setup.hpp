@@ -8,10 +8,10 @@
 
 #include "base/result.hpp"
 #include "cli/commands.hpp"
-#include "estimator/time/drop.hpp"
-#include "estimator/time/drop_rule.hpp"
-#include "estimator/time/falling_damper.hpp"
-#include "estimator/time/servicing.hpp"
+#include "estimator/drop/drop.hpp"
+#include "estimator/drop/drop_rule.hpp"
+#include "estimator/drop/falling_damper.hpp"
+#include "estimator/drop/servicing.hpp"
 
 namespace shaker::cli {
 
@@ -34,7 +34,7 @@ struct DropSetup {
   double tested_temperature = 20.0;  // degC
 
   // A model, hypothesis or damper of the shaker as it falls. Throw std::invalid_argument as the
-  // functions of estimator/time/falling_damper.hpp do.
+  // functions of estimator/drop/falling_damper.hpp do.
   config::ModelSpec falling(const config::ModelSpec& model) const;
   estimator::DamperHypothesis falling(estimator::DamperHypothesis hypothesis) const;
   estimator::IdentifiedDamper falling(const estimator::IdentifiedDamper& damper) const;

@@ -11,7 +11,7 @@
 #include "cli/commands.hpp"
 #include "cli/diagnosed_drop.hpp"
 #include "cli/measured_drop.hpp"
-#include "estimator/time/joined_drop.hpp"
+#include "estimator/drop/joined_drop.hpp"
 
 namespace shaker::cli {
 

@@ -1,4 +1,4 @@
-// A measured drop beside its prediction (estimator/time/measured_drop.hpp): its file, and what is said
+// A measured drop beside its prediction (estimator/drop/measured_drop.hpp): its file, and what is said
 // of the comparison.
 #pragma once
 
@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/result.hpp"
-#include "estimator/time/measured_drop.hpp"
+#include "estimator/drop/measured_drop.hpp"
 
 namespace shaker::cli {
 

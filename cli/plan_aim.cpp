@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/design/prior_points.hpp"
-#include "estimator/time/drop.hpp"
+#include "estimator/drop/drop.hpp"
 #include "report/plan_page.hpp"
 #include "report/text_table.hpp"
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "base/result.hpp"
-#include "estimator/time/transient.hpp"
+#include "estimator/fit/records/transient.hpp"
 
 namespace shaker::cli {
 

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "estimator/estimate/estimate_runs.hpp"
+#include "estimator/estimate.hpp"
 
 namespace shaker::cli {
 

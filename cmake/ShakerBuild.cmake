@@ -76,7 +76,7 @@ if(SHAKER_HAS_MOVE_MAX)
   list(APPEND SHAKER_LOOP_OPTIONS -mmove-max=256 -mstore-max=256)
 endif()
 # What nearly every file of the numerics includes, read once. Only for targets that link
-# shaker_estimator, which has the kernels that eigen_kernels.hpp declares.
+# shaker_math, which has the kernels that eigen_kernels.hpp declares.
 file(GENERATE OUTPUT headers.cpp CONTENT "// Only for its precompiled headers.\n")
 add_library(shaker_headers OBJECT ${CMAKE_CURRENT_BINARY_DIR}/headers.cpp)
 target_link_libraries(shaker_headers PRIVATE Threads::Threads fmt::fmt Eigen3::Eigen)

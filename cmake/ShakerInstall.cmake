@@ -26,7 +26,7 @@ install(DIRECTORY protocol/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/
 
 # The library for other programs, which examples/ use: find_package(Shaker COMPONENTS estimator
 # estimate diagnosis), or pkg-config. It is not in the rig PC's package.
-set(shaker_installed base config estimator decompositions analysis time_steps time estimate
+set(shaker_installed base config math model solve integration fit records inference online estimator estimate
                      diagnosis_campaign diagnosis)
 foreach(room IN LISTS shaker_installed)
   set_target_properties(shaker_${room} PROPERTIES EXPORT_NAME ${room})
@@ -48,9 +48,9 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/ShakerConfigVersion.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(FILES cmake/ShakerConfig.cmake ${CMAKE_BINARY_DIR}/ShakerConfigVersion.cmake
         DESTINATION ${shaker_package} COMPONENT development)
-# shaker_pkg_config(NAME DESCRIPTION LIBRARIES...)
+# shaker_pkg_config(NAME DESCRIPTION LIBRARIES...): a library of another project is written as -lNAME.
 function(shaker_pkg_config name description)
-  list(TRANSFORM ARGN PREPEND -lshaker_ OUTPUT_VARIABLE libraries)
+  list(TRANSFORM ARGN PREPEND -lshaker_ REGEX "^[a-z]" OUTPUT_VARIABLE libraries)
   list(JOIN libraries " " libraries)
   file(RELATIVE_PATH up /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
   configure_file(cmake/shaker.pc.in ${name}.pc @ONLY)
@@ -58,9 +58,13 @@ function(shaker_pkg_config name description)
           DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()
 shaker_pkg_config(shaker-estimator "Parameters of a damper from its periodic response"
-                  analysis decompositions estimator config base)
+                  online inference fit solve model math config base)
+shaker_pkg_config(shaker-estimate "All that shakerctl estimate does between runs and an estimate"
+                  estimate records integration inference fit solve model math config base
+                  -lsundials_cvodes -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense
+                  -lsundials_sunnonlinsolfixedpoint)
 shaker_pkg_config(shaker-diagnosis "Names the effect that a damper's model lacks"
-                  diagnosis diagnosis_campaign time_steps analysis decompositions estimator config base)
+                  diagnosis diagnosis_campaign solve model math config base)
 
 install(DIRECTORY python/shakerd DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN py.typed)

@@ -5,7 +5,7 @@
 ///    "effects": [{"effect": "orifice_damping",
 ///                 "parameters": {"theta1": {"start": 16.0, "lower": 0}}}, ...]}
 ///
-/// Omitted values (start, bounds, unit) come from the effect's own table in estimator/effects/.
+/// Omitted values (start, bounds, unit) come from the effect's own table in estimator/model/effects/.
 /// A parameter may be fixed, or differ from run to run. estimator::make_model, which knows the
 /// catalogue, detects unknown effects and parameters.
 #pragma once
@@ -119,7 +119,7 @@ struct EffectSpec {
   /// @{
   std::vector<double> sees, acts;
   /// @}
-  /// Of an effect that the model file defines (estimator/formula/): its force as a formula of u, v,
+  /// Of an effect that the model file defines (estimator/model/formula/): its force as a formula of u, v,
   /// a, x, states, parameters and constants. Empty: the effect is one of the catalogue.
   std::string formula;
   std::map<std::string, StateSpec> states;  ///< internal states, by symbol

@@ -1,90 +1,83 @@
 /// \file
-/// The result of an estimation: parameters with their uncertainty. Plain data without library
-/// types, so that every part of the program can include it.
+/// The estimate of a model from periodic runs: all that stands between runs and an Estimate. It
+/// chooses the start, the grid and the fit, and applies loss, bias and intervals.
 ///
-/// Sources: covariance (3.27) with s^2 from (3.28); intervals (3.29), but with the quantile of
-/// Student's t for the degrees of freedom instead of 1.96. `condition` is that of the Jacobian with
-/// its columns scaled to unit length.
+/// Parameters may differ from run to run (model/run_models.hpp), and responses may repeat only after
+/// several periods (fit/records/over_periods.hpp).
 #pragma once
 
-#include <limits>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/result.hpp"
+#include "config/model.hpp"
+#include "estimator/fit/estimate.hpp"
+#include "estimator/fit/estimation.hpp"
+#include "estimator/fit/objectives/robust.hpp"
+#include "estimator/fit/pin_areas.hpp"
+#include "estimator/fit/several_starts.hpp"
+#include "estimator/inference/intervals.hpp"
+#include "estimator/inference/posterior.hpp"
+#include "estimator/inference/second_order.hpp"
+
 namespace shaker::estimator {
 
-/// One parameter with its uncertainty. Values are in `unit`.
-struct ParameterEstimate {
-  std::string name;             ///< symbol in the model, e.g. "theta1"
-  std::string effect;           ///< e.g. "orifice_damping"
-  std::string unit;             ///< for example "1/m"; empty: dimensionless
-  double value = 0.0;           ///< the estimate; for a fixed parameter its start
-  double standard_error = 0.0;  ///< NaN if undetermined
-  /// Interval, 95 % by default.
+/// What is asked of estimate().
+struct RunsEstimateOptions {
+  EstimationOptions fit;        ///< how each fit steps
+  double accuracy = 0.0;        ///< relative, of the parameters; 0: that of accuracy_for()
+  int starts = 1;               ///< above 1: several_starts()
+  std::uint32_t seed = 1;       ///< of the starts
+  Loss loss = Loss::squared;    ///< of a residual
+  Bias bias = Bias::automatic;  ///< for the squared loss with linear intervals; else it stays
+  IntervalKind intervals = IntervalKind::linear;  ///< where they come from
+  bool posterior = false;                         ///< intervals of the posterior instead
+};
+
+/// A parameter that differs from run to run, as it is in one of them.
+struct ValueInRun {
+  std::string run;              ///< name of the run
+  std::string name;             ///< of the parameter
+  std::string unit;             ///< of the parameter
+  double value = 0.0;           ///< in that run
+  double standard_error = 0.0;  ///< of the value
+  /// Interval of the value.
   /// @{
   double lower = 0.0, upper = 0.0;
   /// @}
-  bool fixed = false;      ///< the fit did not change it; its standard error is 0
-  bool at_bound = false;   ///< the estimate lies at a bound
-  bool determined = true;  ///< false: the data do not determine it; see Estimate::warnings
-  /// Bias that was subtracted from the optimum to give `value` (inference/second_order.hpp). 0:
-  /// `value` is the optimum.
-  double bias = 0.0;
 };
 
-/// A parameter that changed while a run was measured (online/change_detector.hpp).
-struct ParameterChange {
-  /// Symbol and unit of the parameter.
-  /// @{
-  std::string name, unit;
-  /// @}
-  int run = 0;       ///< index of the run in the campaign
-  long cycle = 0;    ///< of the run; about the first cycle after the change
-  long seen_at = 0;  ///< the cycle at which the test detected it
-  /// The change and its standard error, in the parameter's unit.
-  /// @{
-  double jump = 0.0, standard_error = 0.0;
-  /// @}
-  double before = 0.0;  ///< value before the change
-  /// What the test compared. The change was detected where the statistic exceeded the threshold.
-  /// @{
-  double statistic = 0.0, threshold = 0.0;
-  /// @}
-  /// True if the change of this parameter alone explains all that was detected.
-  bool alone = true;
-  /// \return a sentence for the operator
-  std::string sentence() const;
+/// What estimate() finds.
+struct RunsEstimate {
+  Estimate estimate;                   ///< values, standard errors, intervals, warnings
+  std::shared_ptr<const Model> model;  ///< of all runs together
+  std::optional<Minima> searched;      ///< if several starts were asked for
+  std::optional<Posterior> sampled;    ///< if the posterior was asked for
+  std::vector<ValueInRun> in_runs;     ///< parameters that differ from run to run
+  std::vector<AreaAtKnot> pin;         ///< of a metering pin's table
+  /// The grid of the final fit.
+  struct Grid {
+    int points = 0;        ///< in a period
+    double error = 0.0;    ///< of theta, relative; infinite: not known
+    bool reached = false;  ///< the accuracy that was asked for
+    std::string sentence;  ///< for a person
+  };
+  std::optional<Grid> grid;  ///< if it was refined
 };
 
-/// How far the model misses the mean cycles: root mean squares over the mean cycles of all runs
-/// with repeated cycles, in the model's length unit. NaN if there are too few cycles to know the
-/// noise.
-struct ModelGap {
-  double size = std::numeric_limits<double>::quiet_NaN();         ///< measured less simulated
-  double noise_floor = std::numeric_limits<double>::quiet_NaN();  ///< what scatter alone explains
-  int worst_run = 0;  ///< index of the run whose gap is largest as a multiple of its own noise
-};
-
-/// All that one estimation says.
-struct Estimate {
-  std::string model;                          ///< name of the model
-  std::vector<ParameterEstimate> parameters;  ///< all of them, in the model's order
-  std::vector<double> covariance;  ///< free x free parameters, row by row, in their order
-  std::vector<std::string> covariance_order;  ///< names of the free parameters in `covariance`
-  double noise_standard_deviation = 0.0;      ///< s of (3.28), in the model's length unit
-  double sum_of_squares = 0.0;        ///< of the weighted residuals, with the scatter of the cycles
-  double condition = 0.0;             ///< scaled condition number of the Jacobian
-  long observations = 0;              ///< number of data
-  long degrees_of_freedom = 0;        ///< observations less free parameters
-  long cycles = 0;                    ///< number of cycles in the estimate
-  int runs = 0;                       ///< number of runs in the estimate
-  int iterations = 0;                 ///< of the last fit
-  bool converged = false;             ///< the last fit reached its tolerance
-  bool usable = false;                ///< converged, determined, in the bounds, right branch
-  ModelGap gap;                       ///< error of the model, which the intervals do not include
-  bool intervals_hold = true;         ///< false: the gap is more than noise explains
-  std::vector<std::string> warnings;  ///< sentences for the operator
-  std::vector<ParameterChange> changes;  ///< that the test detected at this cycle
-};
+/// Does what `shakerctl estimate` does between its input and its document. Throws
+/// std::invalid_argument for runs or a model that cannot be used. Blocks for milliseconds, with a
+/// posterior for minutes; allocates.
+/// \param spec the model file; its priors count
+/// \param runs one element for each run, lengths in the model's unit
+/// \param options what is asked for
+/// \return the estimate. An Error names the run that lacks a group or a condition, or a model that
+///   has no response over several periods (both `invalid`), or says that there is no periodic
+///   solution or no posterior (`not_converged`)
+Result<RunsEstimate> estimate(const config::ModelSpec& spec, std::vector<RunData> runs,
+                              const RunsEstimateOptions& options = {});
 
 }  // namespace shaker::estimator

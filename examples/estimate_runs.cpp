@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <numbers>
 #include <shaker/config/model.hpp>
-#include <shaker/estimator/estimate/estimate_runs.hpp>
+#include <shaker/estimator/estimate.hpp>
 
 int main() {
   namespace estimator = shaker::estimator;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/result.hpp"
-#include "estimator/time/identified_damper.hpp"
+#include "estimator/model/identified_damper.hpp"
 
 namespace shaker::report {
 

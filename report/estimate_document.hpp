@@ -4,7 +4,7 @@
 // nor `estimator` may include the other, so the conversion is here. Pure; any thread.
 #pragma once
 
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 #include "protocol/documents.hpp"
 
 namespace shaker::report {

@@ -1,5 +1,5 @@
 // Predicts a drop test from an identified model: table, JSON, picture.
-#include "estimator/time/drop.hpp"
+#include "estimator/drop/drop.hpp"
 
 #include <algorithm>
 #include <cmath>

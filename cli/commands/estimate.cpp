@@ -1,4 +1,6 @@
 // An estimate from a file: a campaign database, or one run as CSV.
+#include "estimator/estimate.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -12,7 +14,6 @@
 #include "cli/posterior_text.hpp"
 #include "cli/same_damper.hpp"
 #include "cli/values_in_runs.hpp"
-#include "estimator/estimate/estimate_runs.hpp"
 #include "estimator/fit/run_comparison.hpp"
 #include "estimator/model/run_models.hpp"
 #include "protocol/documents.hpp"

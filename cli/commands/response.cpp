@@ -10,7 +10,7 @@
 
 #include "cli/commands.hpp"
 #include "config/model.hpp"
-#include "estimator/periodic/continuation.hpp"
+#include "estimator/solve/periodic/continuation.hpp"
 #include "report/plot/plot.hpp"
 #include "report/text_table.hpp"
 

@@ -13,9 +13,9 @@
 #include "estimator/design/plan_criteria.hpp"
 #include "estimator/design/plan_search.hpp"
 #include "estimator/fit/determination.hpp"
-#include "estimator/inference/parallel.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
+#include "estimator/math/parallel.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "estimator/design/plan_candidates.hpp"
-#include "estimator/inference/parallel.hpp"
+#include "estimator/math/parallel.hpp"
 #include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator {

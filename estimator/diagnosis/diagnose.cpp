@@ -25,7 +25,7 @@
 #include "estimator/diagnosis/report/stated.hpp"
 #include "estimator/diagnosis/searches.hpp"
 #include "estimator/diagnosis/select/selection.hpp"
-#include "estimator/effects/scaled.hpp"
+#include "estimator/model/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "config/model.hpp"
 #include "estimator/diagnosis/campaign.hpp"
-#include "estimator/estimate.hpp"
-#include "estimator/time/identified_damper.hpp"
+#include "estimator/fit/estimate.hpp"
+#include "estimator/model/identified_damper.hpp"
 
 namespace shaker::estimator::diagnosis {
 

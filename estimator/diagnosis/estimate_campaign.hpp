@@ -7,7 +7,7 @@
 #include "base/result.hpp"
 #include "config/model.hpp"
 #include "estimator/diagnosis/campaign.hpp"
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -12,7 +12,7 @@
 
 #include "estimator/diagnosis/campaign.hpp"
 #include "estimator/diagnosis/evaluation_budget.hpp"
-#include "estimator/instrument/observation.hpp"
+#include "estimator/model/instrument/observation.hpp"
 
 namespace shaker::estimator::diagnosis {
 

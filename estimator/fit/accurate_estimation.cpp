@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/periodic/grid_error.hpp"
+#include "estimator/solve/periodic/grid_error.hpp"
 
 namespace shaker::estimator {
 namespace {

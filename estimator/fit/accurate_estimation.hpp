@@ -3,7 +3,7 @@
 // The second grid has twice the points of the first. After that the observed differences of theta
 // give the next number of points, at most four times the last. Each fit is the start of the next.
 // The decrease of the differences from grid to grid gives the remaining discretisation error
-// (periodic/grid_error.hpp). That error is a bias, which no amount of data averages out.
+// (solve/periodic/grid_error.hpp). That error is a bias, which no amount of data averages out.
 #pragma once
 
 #include <memory>

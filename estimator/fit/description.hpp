@@ -4,7 +4,7 @@
 // branch of the solutions.
 #pragma once
 
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 #include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator {

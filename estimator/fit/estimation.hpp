@@ -28,9 +28,9 @@
 
 #include "base/result.hpp"
 #include "config/run_condition.hpp"
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 #include "estimator/model/model.hpp"
-#include "estimator/periodic/periodic_system.hpp"
+#include "estimator/solve/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {
 
@@ -56,7 +56,7 @@ struct RunData {
   double covariance_degrees = 0.0;
   /// Number of excitation periods in one record; `displacement`, `excitation` and `tau` span them
   /// all. It is above 1 for responses that repeat only after several periods. See
-  /// periodic/multi_period.hpp.
+  /// solve/periodic/multi_period.hpp.
   int periods = 1;
   double cycles = 1.0;   ///< number averaged: each mean has 1 / cycles of the variance
   double scatter = 0.0;  ///< sum of squares of the single cycles about their mean

@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 
 #include "estimator/fit/estimation_impl.hpp"
-#include "estimator/periodic/continuation.hpp"
-#include "estimator/periodic/floquet.hpp"
-#include "estimator/periodic/multi_period.hpp"
+#include "estimator/solve/periodic/continuation.hpp"
+#include "estimator/solve/periodic/floquet.hpp"
+#include "estimator/solve/periodic/multi_period.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "estimator/math/dense.hpp"
 #include "estimator/math/harmonic_basis.hpp"
-#include "estimator/periodic/multi_period.hpp"
+#include "estimator/solve/periodic/multi_period.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "estimator/fit/searches.hpp"
 #include "estimator/math/damped_minimum.hpp"
-#include "estimator/periodic/newton_rate.hpp"
+#include "estimator/solve/periodic/newton_rate.hpp"
 
 namespace shaker::estimator {
 namespace {

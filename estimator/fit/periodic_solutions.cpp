@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "estimator/periodic/continuation.hpp"
-#include "estimator/periodic/multi_period.hpp"
+#include "estimator/solve/periodic/continuation.hpp"
+#include "estimator/solve/periodic/multi_period.hpp"
 
 namespace shaker::estimator {
 namespace {

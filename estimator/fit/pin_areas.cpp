@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/effects/tabulated_pin.hpp"
+#include "estimator/model/effects/tabulated_pin.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "config/model.hpp"
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 
 namespace shaker::estimator {
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/effects/turning.hpp"
+#include "estimator/model/effects/turning.hpp"
 
 namespace shaker::estimator {
 namespace {

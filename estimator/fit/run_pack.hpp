@@ -7,7 +7,7 @@
 
 #include "estimator/fit/fit_data.hpp"
 #include "estimator/math/aligned.hpp"
-#include "estimator/periodic/periodic_lanes.hpp"
+#include "estimator/solve/periodic/periodic_lanes.hpp"
 
 namespace shaker::estimator {
 

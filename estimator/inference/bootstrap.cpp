@@ -7,8 +7,8 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/inference/parallel.hpp"
 #include "estimator/math/dense.hpp"
+#include "estimator/math/parallel.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 #include "estimator/fit/estimation.hpp"
-#include "estimator/objectives/robust.hpp"
+#include "estimator/fit/objectives/robust.hpp"
 
 namespace shaker::estimator {
 

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "estimator/inference/parallel.hpp"
 #include "estimator/inference/profile.hpp"
 #include "estimator/math/numbers.hpp"
+#include "estimator/math/parallel.hpp"
 
 namespace shaker::estimator {
 namespace {

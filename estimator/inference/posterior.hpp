@@ -33,7 +33,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 #include "estimator/fit/estimation.hpp"
 
 namespace shaker::estimator {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <random>
 
-#include "estimator/inference/parallel.hpp"
 #include "estimator/inference/posterior_convergence.hpp"
 #include "estimator/inference/posterior_likelihood.hpp"
 #include "estimator/math/dense.hpp"
+#include "estimator/math/parallel.hpp"
 
 namespace shaker::estimator {
 namespace {

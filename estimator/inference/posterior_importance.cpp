@@ -4,9 +4,9 @@
 #include <cmath>
 #include <random>
 
-#include "estimator/inference/parallel.hpp"
 #include "estimator/inference/posterior_likelihood.hpp"
 #include "estimator/inference/posterior_weights.hpp"
+#include "estimator/math/parallel.hpp"
 
 namespace shaker::estimator {
 namespace {

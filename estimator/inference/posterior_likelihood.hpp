@@ -9,7 +9,7 @@
 
 #include "estimator/fit/estimation.hpp"
 #include "estimator/math/aligned.hpp"
-#include "estimator/periodic/periodic_system.hpp"
+#include "estimator/solve/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {
 

@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "config/model.hpp"
-#include "estimator/effects/effect.hpp"
+#include "estimator/model/effects/effect.hpp"
 
 namespace shaker::estimator {
 

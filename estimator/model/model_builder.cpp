@@ -9,10 +9,10 @@
 #include <fmt/ranges.h>
 
 #include "base/unit.hpp"
-#include "estimator/effects/catalogue.hpp"
-#include "estimator/effects/scaled.hpp"
-#include "estimator/effects/tabulated_pin.hpp"
-#include "estimator/formula/formula_effect.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/effects/scaled.hpp"
+#include "estimator/model/effects/tabulated_pin.hpp"
+#include "estimator/model/formula/formula_effect.hpp"
 
 namespace shaker::estimator {
 namespace {

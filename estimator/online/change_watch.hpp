@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 #include "estimator/online/change_detector.hpp"
 #include "estimator/online/cycle_predictor.hpp"
 

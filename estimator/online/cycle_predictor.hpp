@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include "estimator/online/measured_cycle.hpp"
-#include "estimator/periodic/periodic_system.hpp"
+#include "estimator/solve/periodic/periodic_system.hpp"
 
 namespace shaker::estimator::online {
 

@@ -13,7 +13,7 @@
 
 #include "base/result.hpp"
 #include "config/model.hpp"
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 #include "estimator/online/cycle_picture.hpp"
 #include "estimator/online/measured_cycle.hpp"
 

@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "estimator/fit/records/transient.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/paper/slipped_program.hpp"
 #include "estimator/paper/time_records.hpp"
-#include "estimator/time/transient.hpp"
 
 namespace shaker::estimator::paper {
 namespace {

@@ -10,13 +10,13 @@
 #include <nlohmann/json.hpp>
 
 #include "estimator/fit/accurate_estimation.hpp"
+#include "estimator/fit/objectives/robust.hpp"
+#include "estimator/fit/records/transient.hpp"
 #include "estimator/inference/bootstrap.hpp"
 #include "estimator/inference/profile.hpp"
-#include "estimator/objectives/robust.hpp"
 #include "estimator/paper/ceres_estimation.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
 #include "estimator/paper/optimisers/periodic_problem.hpp"
-#include "estimator/time/transient.hpp"
 
 namespace shaker::estimator {
 namespace {

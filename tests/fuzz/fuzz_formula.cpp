@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "estimator/formula/formula_effect.hpp"
+#include "estimator/model/formula/formula_effect.hpp"
 #include "tests/fuzz/target.hpp"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -31,7 +31,13 @@ expect '^explained' diagnose
 expect '^cubic_stiffness, probability (0\.9|1\.0)' diagnose
 
 packages=$(dirname "$(find "$stage/usr" -name shaker-estimator.pc)")
-# shellcheck disable=SC2046  # one word for each flag
-c++ "$examples/estimate.cpp" -o "$work/by_pkg_config" \
-  $(PKG_CONFIG_PATH=$packages pkg-config --cflags --libs shaker-estimator)
+by_pkg_config() {  # EXAMPLE PACKAGE
+  # shellcheck disable=SC2046  # one word for each flag
+  c++ "$examples/$1.cpp" -o "$work/by_pkg_config" $(PKG_CONFIG_PATH=$packages pkg-config --cflags --libs "$2")
+}
+by_pkg_config estimate shaker-estimator
 expect '^k = 400\.0000' by_pkg_config
+by_pkg_config estimate_runs shaker-estimate
+expect '^k = 400\.[0-9]+, from' by_pkg_config
+by_pkg_config diagnose shaker-diagnosis
+expect '^cubic_stiffness, probability' by_pkg_config

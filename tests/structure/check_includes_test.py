@@ -21,7 +21,7 @@ class Includes(unittest.TestCase):
 
     def test_down_the_tables_is_allowed(self):
         for file, include in (("daemon/a.cpp", "estimator/model/model.hpp"), ("drivers/sim/a.hpp", "sim/plant.hpp"),
-                              ("estimator/paper/a.cpp", "estimator/time/b.hpp"),
+                              ("estimator/paper/a.cpp", "estimator/solve/time/b.hpp"),
                               ("estimator/math/a.cpp", "estimator/math/b.hpp")):
             self.assertEqual(self.said_of(file, include)[0], 0, file)
 
@@ -34,6 +34,12 @@ class Includes(unittest.TestCase):
                          (1, "estimator/math/a.cpp:2: estimator/math/ may not include estimator/paper/\n"))
         self.assertEqual(self.said_of("estimator/a.cpp", "estimator/paper/b.hpp"),
                          (1, "estimator/a.cpp:2: estimator/ may not include estimator/paper/\n"))
+
+    def test_up_inside_a_room_is_refused(self):
+        self.assertEqual(self.said_of("estimator/model/effects/a.cpp", "estimator/model/model.hpp"),
+                         (1, "estimator/model/effects/a.cpp:2: estimator/model/effects/ may not include "
+                             "estimator/model/\n"))
+        self.assertEqual(self.said_of("estimator/model/instrument/a.cpp", "estimator/model/effects/b.hpp")[0], 0)
 
     def test_a_new_inner_room_needs_a_row(self):
         status, text = self.said_of("estimator/new/a.cpp", "estimator/math/b.hpp")

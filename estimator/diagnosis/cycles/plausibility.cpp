@@ -10,7 +10,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/math/harmonic_basis.hpp"
-#include "estimator/periodic/periodic_system.hpp"
+#include "estimator/solve/periodic/periodic_system.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

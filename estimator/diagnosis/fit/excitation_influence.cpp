@@ -8,7 +8,7 @@
 #include "estimator/diagnosis/records/transient_seen.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/time/state_equations.hpp"
+#include "estimator/solve/time/state_equations.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

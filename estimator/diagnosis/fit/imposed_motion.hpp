@@ -17,7 +17,7 @@
 #include "estimator/math/cyclic_banded_lu.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/model/model_arrays.hpp"
-#include "estimator/periodic/scheme.hpp"
+#include "estimator/solve/periodic/scheme.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -10,7 +10,7 @@
 
 #include "estimator/diagnosis/run_datum.hpp"
 #include "estimator/model/model.hpp"
-#include "estimator/periodic/periodic_system.hpp"
+#include "estimator/solve/periodic/periodic_system.hpp"
 
 namespace shaker::estimator::diagnosis {
 

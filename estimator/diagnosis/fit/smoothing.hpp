@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
-#include "estimator/effects/turning.hpp"
+#include "estimator/model/effects/turning.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -5,8 +5,8 @@
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/model_of_run.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/effects/catalogue.hpp"
-#include "estimator/effects/scaled.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

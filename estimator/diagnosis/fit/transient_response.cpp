@@ -10,7 +10,7 @@
 #include "estimator/diagnosis/records/transient_run.hpp"
 #include "estimator/diagnosis/records/transient_seen.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/time/integration_impl.hpp"
+#include "estimator/solve/time/integration_impl.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

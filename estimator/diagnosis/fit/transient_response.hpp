@@ -16,9 +16,9 @@
 #include "estimator/diagnosis/run_datum.hpp"
 #include "estimator/math/accelerated_course.hpp"
 #include "estimator/model/model.hpp"
-#include "estimator/time/integration.hpp"
-#include "estimator/time/shooting.hpp"
-#include "estimator/time/state_equations.hpp"
+#include "estimator/solve/time/integration.hpp"
+#include "estimator/solve/time/shooting.hpp"
+#include "estimator/solve/time/state_equations.hpp"
 
 namespace shaker::estimator::diagnosis {
 

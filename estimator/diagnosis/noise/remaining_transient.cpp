@@ -5,7 +5,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/periodic/floquet.hpp"
+#include "estimator/solve/periodic/floquet.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

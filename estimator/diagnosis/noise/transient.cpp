@@ -13,9 +13,9 @@
 #include "estimator/diagnosis/records/transient_cosines.hpp"
 #include "estimator/diagnosis/records/transient_seen.hpp"
 #include "estimator/diagnosis/score/scoring.hpp"
-#include "estimator/effects/catalogue.hpp"
-#include "estimator/instrument/instrument.hpp"
-#include "estimator/time/state_equations.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/instrument/instrument.hpp"
+#include "estimator/solve/time/state_equations.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -18,7 +18,7 @@
 #include "base/result.hpp"
 #include "estimator/diagnosis/campaign.hpp"
 #include "estimator/diagnosis/run_datum.hpp"
-#include "estimator/time/excitation.hpp"
+#include "estimator/solve/time/excitation.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/instrument/instrument.hpp"
+#include "estimator/model/instrument/instrument.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -20,8 +20,8 @@
 #include "estimator/diagnosis/report/model_probabilities.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
 #include "estimator/diagnosis/select/families.hpp"
-#include "estimator/effects/catalogue.hpp"
-#include "estimator/effects/scaled.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -6,7 +6,7 @@
 #include "config/model.hpp"
 #include "estimator/diagnosis/diagnosis.hpp"
 #include "estimator/diagnosis/fit/harmonic_fit.hpp"
-#include "estimator/estimate.hpp"
+#include "estimator/fit/estimate.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -12,7 +12,7 @@
 #include "estimator/diagnosis/noise/above_noise.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/select/centring.hpp"
-#include "estimator/effects/scaled.hpp"
+#include "estimator/model/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

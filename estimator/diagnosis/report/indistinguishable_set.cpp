@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimator/diagnosis/select/nesting.hpp"
-#include "estimator/effects/catalogue.hpp"
+#include "estimator/model/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -9,8 +9,8 @@
 #include "estimator/diagnosis/records/transient_run.hpp"
 #include "estimator/diagnosis/report/estimates.hpp"
 #include "estimator/diagnosis/report/gaps.hpp"
-#include "estimator/effects/catalogue.hpp"
 #include "estimator/math/statistics.hpp"
+#include "estimator/model/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

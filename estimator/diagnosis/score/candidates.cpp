@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "estimator/effects/catalogue.hpp"
-#include "estimator/effects/scaled.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

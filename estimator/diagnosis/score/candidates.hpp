@@ -9,7 +9,7 @@
 #include "estimator/diagnosis/campaign.hpp"
 #include "estimator/diagnosis/diagnosis.hpp"
 #include "estimator/diagnosis/inputs.hpp"
-#include "estimator/effects/effect.hpp"
+#include "estimator/model/effects/effect.hpp"
 
 namespace shaker::estimator::diagnosis {
 

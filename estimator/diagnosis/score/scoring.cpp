@@ -8,9 +8,9 @@
 
 #include "estimator/diagnosis/fit/model_of_run.hpp"
 #include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/effects/catalogue.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/identified_damper.hpp"
 #include "estimator/model/run_models.hpp"
-#include "estimator/time/identified_damper.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "estimator/effects/catalogue.hpp"
-#include "estimator/effects/scaled.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

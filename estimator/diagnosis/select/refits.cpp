@@ -11,7 +11,7 @@
 #include "estimator/diagnosis/select/centring.hpp"
 #include "estimator/diagnosis/select/evidence.hpp"
 #include "estimator/diagnosis/select/probe_starts.hpp"
-#include "estimator/effects/catalogue.hpp"
+#include "estimator/model/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

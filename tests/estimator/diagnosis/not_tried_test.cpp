@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/effects/catalogue.hpp"
+#include "estimator/model/effects/catalogue.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/fixtures.hpp"

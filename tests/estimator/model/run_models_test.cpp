@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "estimator/periodic/periodic_system.hpp"
+#include "estimator/solve/periodic/periodic_system.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/online/measured_cycle.hpp"
-#include "estimator/periodic/periodic_system.hpp"
+#include "estimator/solve/periodic/periodic_system.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::online::testing {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/effects/catalogue.hpp"
+#include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/model.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
