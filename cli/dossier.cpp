@@ -136,30 +136,15 @@ double fastest_visited(const estimator::IdentifiedDamper& damper) {
   return fastest;
 }
 
-std::string prior_words(const DiagnosedDrop& drop) {
-  const auto& priors = drop.priors;
-  if (!priors.any())
-    return "No prior widens the band beyond the tested velocities: the discharge coefficient and "
-           "the "
-           "polytropic index are taken to stay (--cd-spread, --index-spread).";
-  return fmt::format(
-      "Priors that widen the band: {:g} of C_d for each decade of the Reynolds number beyond the "
-      "tested velocities, {:g} of the polytropic index; both are standard deviations.",
-      priors.discharge_spread, priors.index_spread);
-}
-
 std::vector<std::string> validity(const Dossier& dossier) {
   std::vector<std::string> said = {
       "It serves acceptance after production or overhaul, growth and minor changes of a known "
-      "gear, "
-      "and the choice of the few drops that are worth making. It does not replace the drop of a "
-      "new "
-      "type.",
+      "gear, and the choice of the few drops that are worth making. It does not replace the drop "
+      "of a new type.",
       "The damper is the one of the campaign: its charge, its oil and its temperature. With others "
       "it is another damper.",
       "The intervals hold the noise of the records. They do not hold an error of calibration: "
-      "where "
-      "a transducer reads 1 % too much, strokes and loads follow it.",
+      "where a transducer reads 1 % too much, strokes and loads follow it.",
       "One damper was tested. How far two dampers of one type differ is not known from it."};
   if (dossier.drop == nullptr) return said;
   const DiagnosedDrop& drop = *dossier.drop;
@@ -170,7 +155,7 @@ std::vector<std::string> validity(const Dossier& dossier) {
       "taken to go on as it was.",
       100.0 * drop.drop.extrapolated_energy_share, fastest_visited(drop.damper), drop.length,
       drop.drop.run.fastest, drop.length));
-  said.push_back(prior_words(drop));
+  said.push_back(prior_words(drop.priors));
   said.push_back(drop.output.sections.setup.tyre
                      ? "The tyre is a linear spring and damper with the numbers that were given."
                      : "Unless the model has a tyre there is none: the load is that of the strut.");

@@ -75,6 +75,16 @@ estimator::MixtureOptions mixture_options(const DropOptions& options) {
   return how;
 }
 
+std::string prior_words(const estimator::ExtrapolationPriors& priors) {
+  if (priors.discharge_spread <= 0.0 && priors.index_spread <= 0.0)
+    return "No prior widens the band beyond the tested velocities: the discharge coefficient and "
+           "the polytropic index are taken to stay (--cd-spread, --index-spread).";
+  return fmt::format(
+      "Priors that widen the band: {:g} of C_d for each decade of the Reynolds number beyond the "
+      "tested velocities, {:g} of the polytropic index; both are standard deviations.",
+      priors.discharge_spread, priors.index_spread);
+}
+
 Result<void> complete(const DropOptions& options, const PredictionOf& prediction, DropOutput& out) {
   const config::ModelSpec& model = prediction.model;
   const PredictedDrop& predicted = prediction.predicted;

@@ -43,6 +43,9 @@ Result<void> complete(const DropOptions& options, const PredictionOf& prediction
 // The band of a drop as the options want it.
 estimator::MixtureOptions mixture_options(const DropOptions& options);
 
+// What widens the band beyond the tested velocities: a sentence.
+std::string prior_words(const estimator::ExtrapolationPriors& priors);
+
 // A drop that gives no answer is not usable; everything else is bad input.
 ExitCode drop_exit_code(const Error& error);
 

@@ -69,6 +69,7 @@ void print(const DiagnosedDrop& p) {
       "{:.0f} % of the energy is absorbed outside of the strokes and velocities that the campaign "
       "visited\n",
       100.0 * p.drop.extrapolated_energy_share);
+  fmt::print("{}\n", prior_words(p.priors));
   for (const std::string& warning : p.drop.warnings)
     fmt::print("! {}\n", warning);
 }

@@ -87,6 +87,11 @@ class Drop(Scratch):
             self.assertGreater(drop["extrapolated_energy_share"], 0.1)
             self.assertLessEqual(drop["extrapolated_energy_share"], 1.0)
 
+    def test_the_text_says_which_priors_are_in_the_band(self):
+        asked = ("drop", self.campaign, "--diagnosis", self.diagnosed(), "--sink-speed", "3")
+        self.assertIn("No prior widens the band beyond the tested velocities", self.call(*asked).stdout)
+        self.assertIn("0.04 of C_d for each decade", self.call(*asked, "--cd-spread", "0.04").stdout)
+
     def test_without_a_diagnosis_it_makes_one(self):
         given = self.call("drop", self.campaign, "--diagnosis", self.diagnosed(), "--sink-speed", "2", "--json")
         made = self.call("drop", self.campaign, "--model", self.model, "--sink-speed", "2", "--json")
