@@ -14,8 +14,8 @@
 #include <fmt/format.h>
 
 #include "config/model.hpp"
-#include "estimator/online/change_detector.hpp"
-#include "estimator/online/cycle_predictor.hpp"
+#include "estimator/online/internal/change_detector.hpp"
+#include "estimator/online/internal/cycle_predictor.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 using namespace shaker::estimator;

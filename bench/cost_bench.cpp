@@ -7,9 +7,9 @@
 
 #include "bench/oleo_in_feet.hpp"
 #include "config/model.hpp"
-#include "estimator/fit/batch_estimation.hpp"
 #include "estimator/fit/estimation.hpp"
-#include "estimator/inference/profile.hpp"
+#include "estimator/fit/internal/batch_estimation.hpp"
+#include "estimator/inference/internal/profile.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/formula/formula_effect.hpp"

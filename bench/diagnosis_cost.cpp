@@ -17,9 +17,9 @@
 #include "base/heap.hpp"
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
-#include "estimator/diagnosis/score/candidates.hpp"
-#include "estimator/diagnosis/select/selection.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
+#include "estimator/diagnosis/score/internal/candidates.hpp"
+#include "estimator/diagnosis/select/internal/selection.hpp"
 #include "tests/blind/suite.hpp"
 
 namespace {

@@ -28,7 +28,7 @@
 #include "base/heap.hpp"
 #include "bench/drop_truth.hpp"
 #include "estimator/drop/drop_mixture.hpp"
-#include "estimator/drop/drop_surrogate.hpp"
+#include "estimator/drop/internal/drop_surrogate.hpp"
 #include "estimator/drop/joined_drop.hpp"
 #include "report/damper_document.hpp"
 #include "tests/blind/suite.hpp"

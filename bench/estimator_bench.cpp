@@ -13,13 +13,13 @@
 
 #include "bench/oleo_in_feet.hpp"
 #include "bench/plain_reference.hpp"
-#include "estimator/fit/accurate_estimation.hpp"
-#include "estimator/fit/batch_estimation.hpp"
 #include "estimator/fit/estimation.hpp"
-#include "estimator/paper/ceres_estimation.hpp"
+#include "estimator/fit/internal/accurate_estimation.hpp"
+#include "estimator/fit/internal/batch_estimation.hpp"
 #include "estimator/paper/figures.hpp"
-#include "estimator/solve/periodic/accurate_solution.hpp"
-#include "estimator/solve/periodic/sweep.hpp"
+#include "estimator/paper/internal/ceres_estimation.hpp"
+#include "estimator/solve/periodic/internal/accurate_solution.hpp"
+#include "estimator/solve/periodic/internal/sweep.hpp"
 #include "tests/estimator/benchmark_jobs.hpp"
 
 namespace {

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/online/change_detector.hpp"
+#include "estimator/online/internal/change_detector.hpp"
 
 using namespace shaker::estimator::online;
 

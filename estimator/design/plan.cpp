@@ -9,9 +9,9 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include "estimator/design/plan_candidates.hpp"
-#include "estimator/design/plan_criteria.hpp"
-#include "estimator/design/plan_search.hpp"
+#include "estimator/design/internal/plan_candidates.hpp"
+#include "estimator/design/internal/plan_criteria.hpp"
+#include "estimator/design/internal/plan_search.hpp"
 #include "estimator/fit/determination.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"

@@ -1,4 +1,4 @@
-#include "estimator/design/plan_candidates.hpp"
+#include "estimator/design/internal/plan_candidates.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "estimator/design/plan_criteria.hpp"
+#include "estimator/design/internal/plan_criteria.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "estimator/design/plan_candidates.hpp"
+#include "estimator/design/internal/plan_candidates.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/design/plan_search.hpp"
+#include "estimator/design/internal/plan_search.hpp"
 
 #include <algorithm>
 #include <cmath>

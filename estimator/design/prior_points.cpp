@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/design/plan_candidates.hpp"
+#include "estimator/design/internal/plan_candidates.hpp"
 #include "estimator/math/parallel.hpp"
 #include "estimator/math/statistics.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/inputs.hpp"
+#include "estimator/diagnosis/internal/inputs.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/motion_range.hpp"
+#include "estimator/diagnosis/internal/motion_range.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

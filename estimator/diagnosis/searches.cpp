@@ -1,17 +1,17 @@
-#include "estimator/diagnosis/searches.hpp"
+#include "estimator/diagnosis/internal/searches.hpp"
 
 #include <algorithm>
 #include <functional>
 #include <optional>
 #include <utility>
 
-#include "estimator/diagnosis/noise/run_constants.hpp"
-#include "estimator/diagnosis/report/assemble.hpp"
-#include "estimator/diagnosis/report/model_probabilities.hpp"
-#include "estimator/diagnosis/select/evidence.hpp"
-#include "estimator/diagnosis/select/model_error.hpp"
-#include "estimator/diagnosis/select/unknown_colour.hpp"
-#include "estimator/diagnosis/select/weighed_again.hpp"
+#include "estimator/diagnosis/noise/internal/run_constants.hpp"
+#include "estimator/diagnosis/report/internal/assemble.hpp"
+#include "estimator/diagnosis/report/internal/model_probabilities.hpp"
+#include "estimator/diagnosis/select/internal/evidence.hpp"
+#include "estimator/diagnosis/select/internal/model_error.hpp"
+#include "estimator/diagnosis/select/internal/unknown_colour.hpp"
+#include "estimator/diagnosis/select/internal/weighed_again.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

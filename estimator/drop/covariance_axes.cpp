@@ -1,4 +1,4 @@
-#include "estimator/drop/covariance_axes.hpp"
+#include "estimator/drop/internal/covariance_axes.hpp"
 
 #include <cmath>
 

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/drop/drop_curves.hpp"
+#include "estimator/drop/internal/drop_curves.hpp"
 #include "estimator/solve/time/integration.hpp"
 
 namespace shaker::estimator {

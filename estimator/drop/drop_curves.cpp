@@ -1,4 +1,4 @@
-#include "estimator/drop/drop_curves.hpp"
+#include "estimator/drop/internal/drop_curves.hpp"
 
 #include <algorithm>
 #include <cmath>

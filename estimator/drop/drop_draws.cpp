@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "estimator/drop/drop_surrogate.hpp"
+#include "estimator/drop/internal/drop_surrogate.hpp"
 #include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator {

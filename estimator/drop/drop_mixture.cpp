@@ -10,8 +10,8 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include "estimator/drop/drop_surrogate.hpp"
-#include "estimator/drop/ended_table.hpp"
+#include "estimator/drop/internal/drop_surrogate.hpp"
+#include "estimator/drop/internal/ended_table.hpp"
 #include "estimator/drop/unnamed_force.hpp"
 #include "estimator/math/statistics.hpp"
 

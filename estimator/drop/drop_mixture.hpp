@@ -15,7 +15,7 @@
 
 #include "base/result.hpp"
 #include "estimator/drop/drop.hpp"
-#include "estimator/drop/drop_priors.hpp"
+#include "estimator/drop/internal/drop_priors.hpp"
 #include "estimator/model/identified_damper.hpp"
 
 namespace shaker::estimator {

@@ -1,9 +1,9 @@
-#include "estimator/drop/drop_priors.hpp"
+#include "estimator/drop/internal/drop_priors.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/drop/drop_curves.hpp"
+#include "estimator/drop/internal/drop_curves.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "estimator/drop/drop.hpp"
-#include "estimator/drop/drop_curves.hpp"
+#include "estimator/drop/internal/drop_curves.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "estimator/drop/drop.hpp"
-#include "estimator/drop/drop_curves.hpp"
 #include "estimator/drop/falling_damper.hpp"
+#include "estimator/drop/internal/drop_curves.hpp"
 #include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator {

@@ -1,11 +1,11 @@
-#include "estimator/drop/drop_surrogate.hpp"
+#include "estimator/drop/internal/drop_surrogate.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "estimator/drop/covariance_axes.hpp"
+#include "estimator/drop/internal/covariance_axes.hpp"
 #include "estimator/solve/time/excitation.hpp"
 
 namespace shaker::estimator {

@@ -1,4 +1,4 @@
-#include "estimator/drop/ended_table.hpp"
+#include "estimator/drop/internal/ended_table.hpp"
 
 #include <algorithm>
 #include <charconv>

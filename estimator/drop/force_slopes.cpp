@@ -1,4 +1,4 @@
-#include "estimator/drop/force_slopes.hpp"
+#include "estimator/drop/internal/force_slopes.hpp"
 
 #include <algorithm>
 

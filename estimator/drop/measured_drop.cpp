@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "estimator/drop/drop.hpp"
-#include "estimator/drop/drop_curves.hpp"
+#include "estimator/drop/internal/drop_curves.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/drop/force_slopes.hpp"
+#include "estimator/drop/internal/force_slopes.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator {

@@ -1,4 +1,4 @@
-#include "estimator/fit/accurate_estimation.hpp"
+#include "estimator/fit/internal/accurate_estimation.hpp"
 
 #include <algorithm>
 #include <cmath>

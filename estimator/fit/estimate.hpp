@@ -32,7 +32,7 @@ struct ParameterEstimate {
   double bias = 0.0;
 };
 
-/// A parameter that changed while a run was measured (online/change_detector.hpp).
+/// A parameter that changed while a run was measured (online/internal/change_detector.hpp).
 struct ParameterChange {
   /// Symbol and unit of the parameter.
   /// @{

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "estimator/fit/fit_inference.hpp"
-#include "estimator/fit/searches.hpp"
+#include "estimator/fit/internal/fit_inference.hpp"
+#include "estimator/fit/internal/searches.hpp"
 
 namespace shaker::estimator {
 

@@ -1,4 +1,4 @@
-#include "estimator/fit/fit_data.hpp"
+#include "estimator/fit/internal/fit_data.hpp"
 
 #include <algorithm>
 #include <cmath>

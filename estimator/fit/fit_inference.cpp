@@ -1,4 +1,4 @@
-#include "estimator/fit/fit_inference.hpp"
+#include "estimator/fit/internal/fit_inference.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/fit/fit_inference.hpp"
+#include "estimator/fit/internal/fit_inference.hpp"
 #include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/fit/fit_inference.hpp"
+#include "estimator/fit/internal/fit_inference.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 

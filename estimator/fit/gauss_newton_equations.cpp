@@ -1,4 +1,4 @@
-#include "estimator/fit/gauss_newton_equations.hpp"
+#include "estimator/fit/internal/gauss_newton_equations.hpp"
 
 #include <algorithm>
 #include <cmath>

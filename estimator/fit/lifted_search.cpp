@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/fit/searches.hpp"
+#include "estimator/fit/internal/searches.hpp"
 #include "estimator/math/damped_minimum.hpp"
 #include "estimator/solve/periodic/newton_rate.hpp"
 

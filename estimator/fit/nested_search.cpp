@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/searches.hpp"
+#include "estimator/fit/internal/searches.hpp"
 #include "estimator/math/damped_minimum.hpp"
 #include "estimator/solve/periodic/newton_rate.hpp"
 

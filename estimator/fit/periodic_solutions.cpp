@@ -1,4 +1,4 @@
-#include "estimator/fit/periodic_solutions.hpp"
+#include "estimator/fit/internal/periodic_solutions.hpp"
 
 #include <algorithm>
 #include <cmath>

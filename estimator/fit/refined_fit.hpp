@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "estimator/fit/accurate_estimation.hpp"
 #include "estimator/fit/estimation.hpp"
+#include "estimator/fit/internal/accurate_estimation.hpp"
 
 namespace shaker::estimator {
 

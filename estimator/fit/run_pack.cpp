@@ -1,4 +1,4 @@
-#include "estimator/fit/run_pack.hpp"
+#include "estimator/fit/internal/run_pack.hpp"
 
 #include <algorithm>
 

@@ -7,8 +7,8 @@
 #include <fmt/ranges.h>
 
 #include "estimator/fit/determination.hpp"
-#include "estimator/inference/bootstrap.hpp"
-#include "estimator/inference/profile.hpp"
+#include "estimator/inference/internal/bootstrap.hpp"
+#include "estimator/inference/internal/profile.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -16,8 +16,8 @@ namespace shaker::estimator {
 /// Where intervals come from.
 enum class IntervalKind {
   linear,     ///< (3.29): symmetric, without further computation
-  profile,    ///< profile likelihood: inference/profile.hpp
-  bootstrap,  ///< from 1000 simulated campaigns: inference/bootstrap.hpp
+  profile,    ///< profile likelihood: inference/internal/profile.hpp
+  bootstrap,  ///< from 1000 simulated campaigns: inference/internal/bootstrap.hpp
 };
 /// \param name "linear", "profile" or "bootstrap"
 /// \return the kind; nothing for another name

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/inference/profile.hpp"
+#include "estimator/inference/internal/profile.hpp"
 #include "estimator/math/numbers.hpp"
 #include "estimator/math/parallel.hpp"
 

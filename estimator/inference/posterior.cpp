@@ -7,12 +7,12 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include "estimator/inference/posterior_draws.hpp"
-#include "estimator/inference/posterior_ensembles.hpp"
-#include "estimator/inference/posterior_excitation.hpp"
-#include "estimator/inference/posterior_importance.hpp"
-#include "estimator/inference/posterior_likelihood.hpp"
-#include "estimator/inference/posterior_valley.hpp"
+#include "estimator/inference/internal/posterior_draws.hpp"
+#include "estimator/inference/internal/posterior_ensembles.hpp"
+#include "estimator/inference/internal/posterior_excitation.hpp"
+#include "estimator/inference/internal/posterior_importance.hpp"
+#include "estimator/inference/internal/posterior_likelihood.hpp"
+#include "estimator/inference/internal/posterior_valley.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator {

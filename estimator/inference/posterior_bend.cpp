@@ -1,9 +1,9 @@
-#include "estimator/inference/posterior_bend.hpp"
+#include "estimator/inference/internal/posterior_bend.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/inference/posterior_proposal.hpp"
+#include "estimator/inference/internal/posterior_proposal.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator {

@@ -1,4 +1,4 @@
-#include "estimator/inference/posterior_draws.hpp"
+#include "estimator/inference/internal/posterior_draws.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "estimator/inference/posterior_ensembles.hpp"
+#include "estimator/inference/internal/posterior_ensembles.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "estimator/inference/posterior_convergence.hpp"
-#include "estimator/inference/posterior_likelihood.hpp"
+#include "estimator/inference/internal/posterior_convergence.hpp"
+#include "estimator/inference/internal/posterior_likelihood.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/parallel.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/inference/posterior_excitation.hpp"
+#include "estimator/inference/internal/posterior_excitation.hpp"
 
 #include <cmath>
 #include <random>

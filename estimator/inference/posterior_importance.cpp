@@ -1,11 +1,11 @@
-#include "estimator/inference/posterior_importance.hpp"
+#include "estimator/inference/internal/posterior_importance.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "estimator/inference/posterior_likelihood.hpp"
-#include "estimator/inference/posterior_weights.hpp"
+#include "estimator/inference/internal/posterior_likelihood.hpp"
+#include "estimator/inference/internal/posterior_weights.hpp"
 #include "estimator/math/parallel.hpp"
 
 namespace shaker::estimator {

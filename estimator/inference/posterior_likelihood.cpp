@@ -1,4 +1,4 @@
-#include "estimator/inference/posterior_likelihood.hpp"
+#include "estimator/inference/internal/posterior_likelihood.hpp"
 
 #include <algorithm>
 #include <cmath>

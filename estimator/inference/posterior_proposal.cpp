@@ -1,11 +1,11 @@
-#include "estimator/inference/posterior_proposal.hpp"
+#include "estimator/inference/internal/posterior_proposal.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "estimator/inference/posterior_bend.hpp"
-#include "estimator/inference/posterior_valley.hpp"
+#include "estimator/inference/internal/posterior_bend.hpp"
+#include "estimator/inference/internal/posterior_valley.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator {

@@ -1,10 +1,10 @@
-#include "estimator/inference/posterior_valley.hpp"
+#include "estimator/inference/internal/posterior_valley.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "estimator/inference/posterior_proposal.hpp"
+#include "estimator/inference/internal/posterior_proposal.hpp"
 
 namespace shaker::estimator {
 namespace {

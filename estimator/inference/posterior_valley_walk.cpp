@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/inference/posterior_likelihood.hpp"
-#include "estimator/inference/posterior_valley.hpp"
+#include "estimator/inference/internal/posterior_likelihood.hpp"
+#include "estimator/inference/internal/posterior_valley.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator {

@@ -1,4 +1,4 @@
-#include "estimator/inference/posterior_weights.hpp"
+#include "estimator/inference/internal/posterior_weights.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/inference/profile.hpp"
+#include "estimator/inference/internal/profile.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 /// campaign does not exclude, each with its estimate and probability; what of the motion was
 /// visited; and the force that no hypothesis names.
 ///
-/// Plain data: a diagnosis fills it (estimator/diagnosis/report/hypotheses.hpp), report/ writes
+/// Plain data: a diagnosis fills it (estimator/diagnosis/report/internal/hypotheses.hpp), report/ writes
 /// and reads it, a drop starts from it (drop_mixture.hpp). Forces are per reference mass.
 #pragma once
 

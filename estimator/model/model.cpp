@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/model/model_builder.hpp"
+#include "estimator/model/internal/model_builder.hpp"
 
 namespace shaker::estimator {
 

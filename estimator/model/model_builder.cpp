@@ -1,4 +1,4 @@
-#include "estimator/model/model_builder.hpp"
+#include "estimator/model/internal/model_builder.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "estimator/fit/estimate.hpp"
-#include "estimator/online/change_detector.hpp"
-#include "estimator/online/cycle_predictor.hpp"
+#include "estimator/online/internal/change_detector.hpp"
+#include "estimator/online/internal/cycle_predictor.hpp"
 
 namespace shaker::estimator::online {
 

@@ -1,4 +1,4 @@
-#include "estimator/online/cycle_predictor.hpp"
+#include "estimator/online/internal/cycle_predictor.hpp"
 
 namespace shaker::estimator::online {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/online/extended_kalman.hpp"
+#include "estimator/online/internal/extended_kalman.hpp"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "estimator/online/information_filter.hpp"
+#include "estimator/online/internal/information_filter.hpp"
 
 #include <algorithm>
 #include <cmath>

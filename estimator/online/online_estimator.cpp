@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "estimator/fit/estimation.hpp"
-#include "estimator/online/bias_watch.hpp"
 #include "estimator/online/change_watch.hpp"
+#include "estimator/online/internal/bias_watch.hpp"
 
 namespace shaker::estimator {
 namespace {

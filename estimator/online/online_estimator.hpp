@@ -5,7 +5,7 @@
 /// The estimate is the maximum likelihood with unknown noise variance. Cycles of one run are
 /// averaged point by point, which is the sufficient statistic for white noise. Their scatter
 /// about the mean contains the noise between cycles. With forgetting < 1 a cycle loses weight
-/// with every later cycle. With a false-alarm rate, a test (online/change_detector.hpp) detects
+/// with every later cycle. With a false-alarm rate, a test (online/internal/change_detector.hpp) detects
 /// parameters that change during a run.
 #pragma once
 
@@ -29,7 +29,7 @@ struct OnlineOptions {
 };
 
 /// One thread at a time may use it. `add` allocates. The estimates are corrected for second-order
-/// bias where it matters (online/bias_watch.hpp), as in a batch estimation.
+/// bias where it matters (online/internal/bias_watch.hpp), as in a batch estimation.
 class OnlineEstimator {
  public:
   /// Throws std::invalid_argument for an invalid model, naming the place in its file, or for a

@@ -1,4 +1,4 @@
-#include "estimator/paper/ceres_estimation.hpp"
+#include "estimator/paper/internal/ceres_estimation.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/fit/estimation.hpp"
-#include "estimator/paper/records.hpp"
+#include "estimator/paper/internal/records.hpp"
 
 namespace shaker::estimator::paper {
 namespace {

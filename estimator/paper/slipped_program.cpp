@@ -1,4 +1,4 @@
-#include "estimator/paper/slipped_program.hpp"
+#include "estimator/paper/internal/slipped_program.hpp"
 
 #include <cmath>
 

@@ -10,8 +10,8 @@
 
 #include "estimator/fit/records/transient.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/paper/slipped_program.hpp"
-#include "estimator/paper/time_records.hpp"
+#include "estimator/paper/internal/slipped_program.hpp"
+#include "estimator/paper/internal/time_records.hpp"
 
 namespace shaker::estimator::paper {
 namespace {

@@ -9,12 +9,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "estimator/fit/accurate_estimation.hpp"
+#include "estimator/fit/internal/accurate_estimation.hpp"
 #include "estimator/fit/objectives/robust.hpp"
 #include "estimator/fit/records/transient.hpp"
-#include "estimator/inference/bootstrap.hpp"
-#include "estimator/inference/profile.hpp"
-#include "estimator/paper/ceres_estimation.hpp"
+#include "estimator/inference/internal/bootstrap.hpp"
+#include "estimator/inference/internal/profile.hpp"
+#include "estimator/paper/internal/ceres_estimation.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
 #include "estimator/paper/optimisers/periodic_problem.hpp"
 

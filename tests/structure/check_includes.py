@@ -66,7 +66,10 @@ def refusal(relative: pathlib.PurePath, room: str, path: str) -> str | None:
     own = relative.parts[0]
     if room != own and room not in MAY_INCLUDE[own] | EXTRA.get("/".join(relative.parts[:2]), set()):
         return f"{own}/ may not include {room}/"
-    if own == room == "estimator":
+    inside = own == room == "estimator"
+    if "internal" in path.split("/") and not (inside and inner_room("/".join(relative.parts[1:])) == inner_room(path)):
+        return f"{room}/{path} is internal to its room"
+    if inside:
         here, there = inner_room("/".join(relative.parts[1:])), inner_room(path)
         if here not in INNER_MAY_INCLUDE:
             return f"{written(here)} has no row in tests/structure/check_includes.py"

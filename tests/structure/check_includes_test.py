@@ -41,6 +41,13 @@ class Includes(unittest.TestCase):
                              "estimator/model/\n"))
         self.assertEqual(self.said_of("estimator/model/instrument/a.cpp", "estimator/model/effects/b.hpp")[0], 0)
 
+    def test_an_internal_header_is_for_its_room_alone(self):
+        self.assertEqual(self.said_of("cli/a.cpp", "estimator/drop/internal/b.hpp"),
+                         (1, "cli/a.cpp:2: estimator/drop/internal/b.hpp is internal to its room\n"))
+        self.assertEqual(self.said_of("estimator/drop/a.cpp", "estimator/fit/internal/b.hpp")[0], 1)
+        self.assertEqual(self.said_of("estimator/fit/a.cpp", "estimator/fit/internal/b.hpp")[0], 0)
+        self.assertEqual(self.said_of("estimator/diagnosis/fit/a.cpp", "estimator/diagnosis/noise/internal/b.hpp")[0], 0)
+
     def test_a_new_inner_room_needs_a_row(self):
         status, text = self.said_of("estimator/new/a.cpp", "estimator/math/b.hpp")
         self.assertEqual(status, 1)

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/channel_faults.hpp"
+#include "estimator/diagnosis/cycles/internal/channel_faults.hpp"
 
 #include <algorithm>
 #include <cmath>

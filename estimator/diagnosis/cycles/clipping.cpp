@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/clipping.hpp"
+#include "estimator/diagnosis/cycles/internal/clipping.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/diagnosis/cycles/quantisation_step.hpp"
+#include "estimator/diagnosis/cycles/internal/quantisation_step.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/cut_campaign.hpp"
+#include "estimator/diagnosis/cycles/internal/cut_campaign.hpp"
 
 #include <algorithm>
 

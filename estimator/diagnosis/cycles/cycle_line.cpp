@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/cycle_line.hpp"
+#include "estimator/diagnosis/cycles/internal/cycle_line.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/found_frequency.hpp"
+#include "estimator/diagnosis/cycles/internal/found_frequency.hpp"
 
 #include <algorithm>
 #include <cmath>

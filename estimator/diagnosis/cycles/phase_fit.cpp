@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/phase_fit.hpp"
+#include "estimator/diagnosis/cycles/internal/phase_fit.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/plausibility.hpp"
+#include "estimator/diagnosis/cycles/internal/plausibility.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/quantisation_step.hpp"
+#include "estimator/diagnosis/cycles/internal/quantisation_step.hpp"
 
 #include <algorithm>
 #include <cmath>

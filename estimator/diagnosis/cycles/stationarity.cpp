@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/stationarity.hpp"
+#include "estimator/diagnosis/cycles/internal/stationarity.hpp"
 
 #include <algorithm>
 #include <cmath>

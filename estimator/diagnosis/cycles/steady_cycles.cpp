@@ -7,15 +7,15 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/cycles/channel_faults.hpp"
-#include "estimator/diagnosis/cycles/clipping.hpp"
-#include "estimator/diagnosis/cycles/found_frequency.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/cycles/phase_fit.hpp"
-#include "estimator/diagnosis/cycles/quantisation_step.hpp"
+#include "estimator/diagnosis/cycles/internal/channel_faults.hpp"
+#include "estimator/diagnosis/cycles/internal/clipping.hpp"
+#include "estimator/diagnosis/cycles/internal/found_frequency.hpp"
+#include "estimator/diagnosis/cycles/internal/phase_fit.hpp"
+#include "estimator/diagnosis/cycles/internal/quantisation_step.hpp"
+#include "estimator/diagnosis/cycles/internal/stationarity.hpp"
+#include "estimator/diagnosis/cycles/internal/whole_cycles.hpp"
 #include "estimator/diagnosis/cycles/record_checks.hpp"
-#include "estimator/diagnosis/cycles/stationarity.hpp"
-#include "estimator/diagnosis/cycles/whole_cycles.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/whole_cycles.hpp"
+#include "estimator/diagnosis/cycles/internal/whole_cycles.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "estimator/diagnosis/fit/excitation_influence.hpp"
+#include "estimator/diagnosis/fit/internal/excitation_influence.hpp"
 
 #include <cmath>
 #include <numbers>
 #include <optional>
 
-#include "estimator/diagnosis/records/transient_cosines.hpp"
-#include "estimator/diagnosis/records/transient_seen.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
+#include "estimator/diagnosis/records/internal/transient_seen.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/solve/time/state_equations.hpp"

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/model_of_run.hpp"
-#include "estimator/diagnosis/fit/normal_equations.hpp"
-#include "estimator/diagnosis/fit/predicted_runs.hpp"
-#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/model_of_run.hpp"
+#include "estimator/diagnosis/fit/internal/normal_equations.hpp"
+#include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/math/box_minimum.hpp"
 #include "estimator/math/damped_minimum.hpp"
 #include "estimator/math/dense.hpp"

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/imposed_motion.hpp"
+#include "estimator/diagnosis/fit/internal/imposed_motion.hpp"
 
 #include <algorithm>
 #include <cmath>

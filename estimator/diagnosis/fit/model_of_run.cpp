@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/model_of_run.hpp"
+#include "estimator/diagnosis/fit/internal/model_of_run.hpp"
 
 #include <stdexcept>
 

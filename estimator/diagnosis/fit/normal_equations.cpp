@@ -1,6 +1,6 @@
-#include "estimator/diagnosis/fit/normal_equations.hpp"
+#include "estimator/diagnosis/fit/internal/normal_equations.hpp"
 
-#include "estimator/diagnosis/fit/predicted_runs.hpp"
+#include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

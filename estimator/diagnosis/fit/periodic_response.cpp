@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/periodic_response.hpp"
+#include "estimator/diagnosis/fit/internal/periodic_response.hpp"
 
 #include <algorithm>
 

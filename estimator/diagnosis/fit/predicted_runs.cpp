@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/predicted_runs.hpp"
+#include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
-#include "estimator/diagnosis/fit/prediction.hpp"
+#include "estimator/diagnosis/fit/internal/prediction.hpp"
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/excitation_influence.hpp"
-#include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/diagnosis/records/transient_seen.hpp"
+#include "estimator/diagnosis/fit/internal/excitation_influence.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
+#include "estimator/diagnosis/records/internal/transient_seen.hpp"
 
 namespace shaker::estimator::diagnosis {
 

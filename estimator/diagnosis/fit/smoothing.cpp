@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/smoothing_limit.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing_limit.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

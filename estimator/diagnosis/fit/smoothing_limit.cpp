@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/fit/smoothing_limit.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing_limit.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <memory>
 
-#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/model/model.hpp"
 
 namespace shaker::estimator::diagnosis {

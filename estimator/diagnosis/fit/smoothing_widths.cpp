@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/model_of_run.hpp"
-#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/model_of_run.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/scaled.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/transient_response.hpp"
+#include "estimator/diagnosis/fit/internal/transient_response.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/diagnosis/records/transient_seen.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
+#include "estimator/diagnosis/records/internal/transient_seen.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/solve/time/integration_impl.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/force/force_surface.hpp"
+#include "estimator/diagnosis/force/internal/force_surface.hpp"
 
 #include <algorithm>
 #include <cmath>

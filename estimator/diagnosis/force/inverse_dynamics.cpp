@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/force/inverse_dynamics.hpp"
+#include "estimator/diagnosis/force/internal/inverse_dynamics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
-#include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/force/remaining_force.hpp"
+#include "estimator/diagnosis/force/internal/remaining_force.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
-#include "estimator/diagnosis/force/remaining_words.hpp"
-#include "estimator/diagnosis/noise/transient.hpp"
-#include "estimator/diagnosis/records/transient_cosines.hpp"
+#include "estimator/diagnosis/force/internal/remaining_words.hpp"
+#include "estimator/diagnosis/noise/internal/transient.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {

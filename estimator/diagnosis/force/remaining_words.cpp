@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/force/remaining_words.hpp"
+#include "estimator/diagnosis/force/internal/remaining_words.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/agreement.hpp"
+#include "estimator/diagnosis/noise/internal/agreement.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/excitation_noise.hpp"
+#include "estimator/diagnosis/noise/internal/excitation_noise.hpp"
 
 #include <algorithm>
 

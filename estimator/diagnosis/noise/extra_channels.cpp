@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/extra_channels.hpp"
+#include "estimator/diagnosis/noise/internal/extra_channels.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/noise/noise.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/noise/internal/noise.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

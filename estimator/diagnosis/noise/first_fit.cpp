@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/first_fit.hpp"
+#include "estimator/diagnosis/noise/internal/first_fit.hpp"
 
 #include <algorithm>
 #include <cmath>

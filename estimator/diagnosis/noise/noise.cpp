@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/noise.hpp"
+#include "estimator/diagnosis/noise/internal/noise.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/noise_colour.hpp"
+#include "estimator/diagnosis/noise/internal/noise_colour.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/noise/excitation_noise.hpp"
-#include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/noise/internal/excitation_noise.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
+#include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/statistics.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/noise_floor.hpp"
+#include "estimator/diagnosis/noise/internal/noise_floor.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/remaining_transient.hpp"
+#include "estimator/diagnosis/noise/internal/remaining_transient.hpp"
 
 #include <cmath>
 #include <complex>

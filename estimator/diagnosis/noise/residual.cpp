@@ -1,9 +1,9 @@
-#include "estimator/diagnosis/noise/residual.hpp"
+#include "estimator/diagnosis/noise/internal/residual.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/diagnosis/noise/noise_floor.hpp"
+#include "estimator/diagnosis/noise/internal/noise_floor.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/run_constants.hpp"
+#include "estimator/diagnosis/noise/internal/run_constants.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
+#include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/statistics.hpp"
 #include "estimator/model/model_arrays.hpp"

@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/noise/screening.hpp"
+#include "estimator/diagnosis/noise/internal/screening.hpp"
 
 #include <cmath>
 
-#include "estimator/diagnosis/cycles/plausibility.hpp"
-#include "estimator/diagnosis/noise/first_fit.hpp"
-#include "estimator/diagnosis/noise/wrong_unit.hpp"
+#include "estimator/diagnosis/cycles/internal/plausibility.hpp"
+#include "estimator/diagnosis/noise/internal/first_fit.hpp"
+#include "estimator/diagnosis/noise/internal/wrong_unit.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/transient.hpp"
+#include "estimator/diagnosis/noise/internal/transient.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
-#include "estimator/diagnosis/noise/first_fit.hpp"
-#include "estimator/diagnosis/noise/wrong_unit.hpp"
-#include "estimator/diagnosis/records/transient_cosines.hpp"
-#include "estimator/diagnosis/records/transient_seen.hpp"
-#include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/noise/internal/first_fit.hpp"
+#include "estimator/diagnosis/noise/internal/wrong_unit.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
+#include "estimator/diagnosis/records/internal/transient_seen.hpp"
+#include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/instrument/instrument.hpp"
 #include "estimator/solve/time/state_equations.hpp"

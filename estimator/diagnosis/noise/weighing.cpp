@@ -1,11 +1,11 @@
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/cycles/quantisation_step.hpp"
-#include "estimator/diagnosis/noise/remaining_transient.hpp"
+#include "estimator/diagnosis/cycles/internal/quantisation_step.hpp"
+#include "estimator/diagnosis/noise/internal/remaining_transient.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/wrong_unit.hpp"
+#include "estimator/diagnosis/noise/internal/wrong_unit.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,8 @@
 
 #include "base/unit.hpp"
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/prediction.hpp"
-#include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/fit/internal/prediction.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

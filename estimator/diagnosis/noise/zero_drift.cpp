@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/zero_drift.hpp"
+#include "estimator/diagnosis/noise/internal/zero_drift.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/cycles/cycle_line.hpp"
-#include "estimator/diagnosis/noise/noise.hpp"
+#include "estimator/diagnosis/cycles/internal/cycle_line.hpp"
+#include "estimator/diagnosis/noise/internal/noise.hpp"
 #include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {

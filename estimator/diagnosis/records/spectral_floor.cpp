@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/records/spectral_floor.hpp"
+#include "estimator/diagnosis/records/internal/spectral_floor.hpp"
 
 #include <algorithm>
 #include <cmath>

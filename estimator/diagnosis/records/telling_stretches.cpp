@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/records/telling_stretches.hpp"
+#include "estimator/diagnosis/records/internal/telling_stretches.hpp"
 
 #include <algorithm>
 #include <cstdlib>
 #include <utility>
 
-#include "estimator/diagnosis/records/transient_cosines.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

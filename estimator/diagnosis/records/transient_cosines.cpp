@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/records/transient_cosines.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
 
 #include <cmath>
 #include <complex>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/records/transient_run.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/cycles/record_checks.hpp"
-#include "estimator/diagnosis/records/spectral_floor.hpp"
-#include "estimator/diagnosis/records/telling_stretches.hpp"
-#include "estimator/diagnosis/records/transient_cosines.hpp"
+#include "estimator/diagnosis/records/internal/spectral_floor.hpp"
+#include "estimator/diagnosis/records/internal/telling_stretches.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {

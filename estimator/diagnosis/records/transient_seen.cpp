@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/records/transient_seen.hpp"
+#include "estimator/diagnosis/records/internal/transient_seen.hpp"
 
 #include <cmath>
 #include <complex>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/assemble.hpp"
+#include "estimator/diagnosis/report/internal/assemble.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,19 +7,19 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/diagnosis/force/inverse_dynamics.hpp"
-#include "estimator/diagnosis/force/remaining_force.hpp"
-#include "estimator/diagnosis/report/choice.hpp"
-#include "estimator/diagnosis/report/curves.hpp"
-#include "estimator/diagnosis/report/discriminating_run.hpp"
-#include "estimator/diagnosis/report/estimates.hpp"
-#include "estimator/diagnosis/report/gaps.hpp"
-#include "estimator/diagnosis/report/hypotheses.hpp"
-#include "estimator/diagnosis/report/indistinguishable_set.hpp"
-#include "estimator/diagnosis/report/model_probabilities.hpp"
-#include "estimator/diagnosis/select/centring.hpp"
-#include "estimator/diagnosis/select/families.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/force/internal/inverse_dynamics.hpp"
+#include "estimator/diagnosis/force/internal/remaining_force.hpp"
+#include "estimator/diagnosis/report/internal/choice.hpp"
+#include "estimator/diagnosis/report/internal/curves.hpp"
+#include "estimator/diagnosis/report/internal/discriminating_run.hpp"
+#include "estimator/diagnosis/report/internal/estimates.hpp"
+#include "estimator/diagnosis/report/internal/gaps.hpp"
+#include "estimator/diagnosis/report/internal/hypotheses.hpp"
+#include "estimator/diagnosis/report/internal/indistinguishable_set.hpp"
+#include "estimator/diagnosis/report/internal/model_probabilities.hpp"
+#include "estimator/diagnosis/select/internal/centring.hpp"
+#include "estimator/diagnosis/select/internal/families.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/scaled.hpp"
 

@@ -1,11 +1,11 @@
-#include "estimator/diagnosis/report/choice.hpp"
+#include "estimator/diagnosis/report/internal/choice.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "estimator/diagnosis/select/nesting.hpp"
-#include "estimator/diagnosis/select/weights.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
+#include "estimator/diagnosis/select/internal/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 

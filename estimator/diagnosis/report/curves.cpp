@@ -1,11 +1,11 @@
-#include "estimator/diagnosis/report/curves.hpp"
+#include "estimator/diagnosis/report/internal/curves.hpp"
 
 #include <algorithm>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/records/transient_cosines.hpp"
-#include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/diagnosis/report/choice.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
+#include "estimator/diagnosis/report/internal/choice.hpp"
 
 namespace shaker::estimator::diagnosis {
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/discriminating_run.hpp"
+#include "estimator/diagnosis/report/internal/discriminating_run.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/estimates.hpp"
+#include "estimator/diagnosis/report/internal/estimates.hpp"
 
 #include <algorithm>
 #include <cmath>

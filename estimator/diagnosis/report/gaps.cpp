@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/report/gaps.hpp"
+#include "estimator/diagnosis/report/internal/gaps.hpp"
 
 #include <cmath>
 
-#include "estimator/diagnosis/noise/noise_floor.hpp"
-#include "estimator/diagnosis/report/choice.hpp"
-#include "estimator/diagnosis/select/evidence.hpp"
+#include "estimator/diagnosis/noise/internal/noise_floor.hpp"
+#include "estimator/diagnosis/report/internal/choice.hpp"
+#include "estimator/diagnosis/select/internal/evidence.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/hypotheses.hpp"
+#include "estimator/diagnosis/report/internal/hypotheses.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/diagnosis/force/remaining_force.hpp"
-#include "estimator/diagnosis/noise/above_noise.hpp"
-#include "estimator/diagnosis/report/estimates.hpp"
-#include "estimator/diagnosis/select/centring.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/force/internal/remaining_force.hpp"
+#include "estimator/diagnosis/noise/internal/above_noise.hpp"
+#include "estimator/diagnosis/report/internal/estimates.hpp"
+#include "estimator/diagnosis/select/internal/centring.hpp"
 #include "estimator/model/effects/scaled.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -1,9 +1,9 @@
-#include "estimator/diagnosis/report/indistinguishable_set.hpp"
+#include "estimator/diagnosis/report/internal/indistinguishable_set.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/diagnosis/select/nesting.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {

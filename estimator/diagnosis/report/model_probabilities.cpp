@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/report/model_probabilities.hpp"
+#include "estimator/diagnosis/report/internal/model_probabilities.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/diagnosis/select/nesting.hpp"
-#include "estimator/diagnosis/select/weights.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
+#include "estimator/diagnosis/select/internal/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,14 +1,14 @@
-#include "estimator/diagnosis/report/read_effects.hpp"
+#include "estimator/diagnosis/report/internal/read_effects.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/cycles/quantisation_step.hpp"
-#include "estimator/diagnosis/records/transient_run.hpp"
-#include "estimator/diagnosis/report/estimates.hpp"
-#include "estimator/diagnosis/report/gaps.hpp"
+#include "estimator/diagnosis/cycles/internal/quantisation_step.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
+#include "estimator/diagnosis/report/internal/estimates.hpp"
+#include "estimator/diagnosis/report/internal/gaps.hpp"
 #include "estimator/math/statistics.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/stated.hpp"
+#include "estimator/diagnosis/report/internal/stated.hpp"
 
 #include <algorithm>
 #include <string>
@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

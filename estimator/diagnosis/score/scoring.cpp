@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/score/internal/scoring.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/model_of_run.hpp"
-#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/model_of_run.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/identified_damper.hpp"
 #include "estimator/model/run_models.hpp"

@@ -1,12 +1,12 @@
-#include "estimator/diagnosis/select/candidate_set.hpp"
+#include "estimator/diagnosis/select/internal/candidate_set.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "estimator/diagnosis/noise/residual.hpp"
-#include "estimator/diagnosis/select/nesting.hpp"
-#include "estimator/diagnosis/select/weights.hpp"
+#include "estimator/diagnosis/noise/internal/residual.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
+#include "estimator/diagnosis/select/internal/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

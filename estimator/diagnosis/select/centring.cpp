@@ -1,15 +1,15 @@
 // The rest position u0 of a force k (u - u0) is a constant of its line without a derivative, so it
 // is fitted by differences. With a wrong rest position other effects (a spring, a sensor offset)
 // would compensate and be named too.
-#include "estimator/diagnosis/select/centring.hpp"
+#include "estimator/diagnosis/select/internal/centring.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/diagnosis/score/scoring.hpp"
-#include "estimator/diagnosis/select/refits.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/score/internal/scoring.hpp"
+#include "estimator/diagnosis/select/internal/refits.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {

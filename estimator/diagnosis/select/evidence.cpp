@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/evidence.hpp"
+#include "estimator/diagnosis/select/internal/evidence.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/families.hpp"
+#include "estimator/diagnosis/select/internal/families.hpp"
 
 #include <algorithm>
 

@@ -1,11 +1,11 @@
-#include "estimator/diagnosis/select/friction_width.hpp"
+#include "estimator/diagnosis/select/internal/friction_width.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/score/internal/scoring.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/model_error.hpp"
+#include "estimator/diagnosis/select/internal/model_error.hpp"
 
 #include <cmath>
 

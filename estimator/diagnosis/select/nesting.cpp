@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/nesting.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,16 +1,16 @@
-#include "estimator/diagnosis/select/refits.hpp"
+#include "estimator/diagnosis/select/internal/refits.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/diagnosis/noise/first_fit.hpp"
-#include "estimator/diagnosis/score/scoring.hpp"
-#include "estimator/diagnosis/select/centring.hpp"
-#include "estimator/diagnosis/select/evidence.hpp"
-#include "estimator/diagnosis/select/probe_starts.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/noise/internal/first_fit.hpp"
+#include "estimator/diagnosis/score/internal/scoring.hpp"
+#include "estimator/diagnosis/select/internal/centring.hpp"
+#include "estimator/diagnosis/select/internal/evidence.hpp"
+#include "estimator/diagnosis/select/internal/probe_starts.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {

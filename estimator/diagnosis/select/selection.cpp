@@ -1,14 +1,14 @@
-#include "estimator/diagnosis/select/selection.hpp"
+#include "estimator/diagnosis/select/internal/selection.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "estimator/diagnosis/select/candidate_set.hpp"
-#include "estimator/diagnosis/select/nesting.hpp"
-#include "estimator/diagnosis/select/refits.hpp"
-#include "estimator/diagnosis/select/weights.hpp"
+#include "estimator/diagnosis/select/internal/candidate_set.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
+#include "estimator/diagnosis/select/internal/refits.hpp"
+#include "estimator/diagnosis/select/internal/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

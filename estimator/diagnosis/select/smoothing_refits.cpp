@@ -3,10 +3,10 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/diagnosis/select/friction_width.hpp"
-#include "estimator/diagnosis/select/nesting.hpp"
-#include "estimator/diagnosis/select/refits.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/select/internal/friction_width.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
+#include "estimator/diagnosis/select/internal/refits.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

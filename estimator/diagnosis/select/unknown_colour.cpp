@@ -1,9 +1,9 @@
-#include "estimator/diagnosis/select/unknown_colour.hpp"
+#include "estimator/diagnosis/select/internal/unknown_colour.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include "estimator/diagnosis/noise/noise_colour.hpp"
+#include "estimator/diagnosis/noise/internal/noise_colour.hpp"
 #include "estimator/math/statistics.hpp"
 
 namespace shaker::estimator::diagnosis {

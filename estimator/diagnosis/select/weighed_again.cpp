@@ -1,13 +1,13 @@
-#include "estimator/diagnosis/select/weighed_again.hpp"
+#include "estimator/diagnosis/select/internal/weighed_again.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
-#include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/diagnosis/noise/extra_channels.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/noise/internal/extra_channels.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/weights.hpp"
+#include "estimator/diagnosis/select/internal/weights.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/fit/objectives/channel_inference.hpp"
+#include "estimator/fit/objectives/internal/channel_inference.hpp"
 
 #include <algorithm>
 #include <cmath>

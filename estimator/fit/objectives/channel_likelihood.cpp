@@ -1,4 +1,4 @@
-#include "estimator/fit/objectives/channel_likelihood.hpp"
+#include "estimator/fit/objectives/internal/channel_likelihood.hpp"
 
 #include <cmath>
 #include <stdexcept>

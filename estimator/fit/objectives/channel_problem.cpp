@@ -1,4 +1,4 @@
-#include "estimator/fit/objectives/channel_problem.hpp"
+#include "estimator/fit/objectives/internal/channel_problem.hpp"
 
 #include <algorithm>
 #include <cmath>

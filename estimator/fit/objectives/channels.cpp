@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/objectives/channel_inference.hpp"
+#include "estimator/fit/objectives/internal/channel_inference.hpp"
 #include "estimator/math/box_minimum.hpp"
 #include "estimator/math/damped_minimum.hpp"
 

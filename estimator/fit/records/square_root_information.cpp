@@ -1,4 +1,4 @@
-#include "estimator/fit/records/square_root_information.hpp"
+#include "estimator/fit/records/internal/square_root_information.hpp"
 
 #include "estimator/math/dense.hpp"
 

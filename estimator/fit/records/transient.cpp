@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/records/transient_impl.hpp"
+#include "estimator/fit/records/internal/transient_impl.hpp"
 
 namespace shaker::estimator {
 namespace {

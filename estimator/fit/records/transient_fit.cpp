@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/records/transient_impl.hpp"
+#include "estimator/fit/records/internal/transient_impl.hpp"
 #include "estimator/math/box_minimum.hpp"
 #include "estimator/math/damped_minimum.hpp"
 #include "estimator/math/dense.hpp"

@@ -7,7 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "estimator/fit/determination.hpp"
-#include "estimator/fit/records/transient_impl.hpp"
+#include "estimator/fit/records/internal/transient_impl.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/numbers.hpp"
 #include "estimator/math/statistics.hpp"

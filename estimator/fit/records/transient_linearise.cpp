@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/fit/records/transient_impl.hpp"
+#include "estimator/fit/records/internal/transient_impl.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator {

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/records/transient_impl.hpp"
+#include "estimator/fit/records/internal/transient_impl.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator {

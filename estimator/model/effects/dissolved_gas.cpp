@@ -3,7 +3,7 @@
 //     (m - 1) P,     tau m' = 1 - s (m P / theta2 - 1) - m
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/dual_effect.hpp"
-#include "estimator/model/effects/gas_pressure.hpp"
+#include "estimator/model/effects/internal/gas_pressure.hpp"
 
 namespace shaker::estimator {
 namespace {

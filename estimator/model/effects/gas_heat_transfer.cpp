@@ -4,7 +4,7 @@
 // Slow motion is isothermal, fast motion adiabatic. theta4 no longer has an influence.
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/dual_effect.hpp"
-#include "estimator/model/effects/gas_pressure.hpp"
+#include "estimator/model/effects/internal/gas_pressure.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,7 +1,7 @@
 // mu P tanh(v / e): friction of seals that the gas pressure loads. P is the force of gas_spring.
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/dual_effect.hpp"
-#include "estimator/model/effects/gas_pressure.hpp"
+#include "estimator/model/effects/internal/gas_pressure.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -2,7 +2,7 @@
 // constant covolume cannot be told apart from theta3 and is therefore no effect of its own.
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/dual_effect.hpp"
-#include "estimator/model/effects/gas_pressure.hpp"
+#include "estimator/model/effects/internal/gas_pressure.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -2,7 +2,7 @@
 // kappa of the further stroke.
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/dual_effect.hpp"
-#include "estimator/model/effects/gas_pressure.hpp"
+#include "estimator/model/effects/internal/gas_pressure.hpp"
 
 namespace shaker::estimator {
 namespace {

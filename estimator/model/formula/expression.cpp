@@ -1,4 +1,4 @@
-#include "estimator/model/formula/expression.hpp"
+#include "estimator/model/formula/internal/expression.hpp"
 
 #include <cctype>
 #include <cmath>

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "estimator/model/formula/expression.hpp"
-#include "estimator/model/formula/tape.hpp"
+#include "estimator/model/formula/internal/expression.hpp"
+#include "estimator/model/formula/internal/tape.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,5 +1,5 @@
 // The interpreter of a tape: each instruction is one loop over a block of points.
-#include "estimator/model/formula/tape.hpp"
+#include "estimator/model/formula/internal/tape.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <array>
 
-#include "estimator/paper/optimisers/evaluator.hpp"
-#include "estimator/paper/optimisers/extended.hpp"
+#include "estimator/paper/optimisers/internal/evaluator.hpp"
+#include "estimator/paper/optimisers/internal/extended.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
 
 namespace shaker::estimator::optimisers {

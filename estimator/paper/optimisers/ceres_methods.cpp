@@ -8,8 +8,8 @@
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
 
+#include "estimator/paper/optimisers/internal/scaled.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
-#include "estimator/paper/optimisers/scaled.hpp"
 
 namespace shaker::estimator::optimisers {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/paper/optimisers/descent.hpp"
+#include "estimator/paper/optimisers/internal/descent.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/paper/optimisers/evaluator.hpp"
+#include "estimator/paper/optimisers/internal/evaluator.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/paper/optimisers/extended.hpp"
+#include "estimator/paper/optimisers/internal/extended.hpp"
 
 #include <algorithm>
 #include <optional>

@@ -1,7 +1,7 @@
 // Gauss-Newton by singular value decomposition: p = J^+ e (4.7). This is our own code: the
 // available libraries have it only inside a trust region, but the tables of the paper use the pure
 // method.
-#include "estimator/paper/optimisers/descent.hpp"
+#include "estimator/paper/optimisers/internal/descent.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
 
 namespace shaker::estimator::optimisers {

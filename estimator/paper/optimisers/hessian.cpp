@@ -1,4 +1,4 @@
-#include "estimator/paper/optimisers/hessian.hpp"
+#include "estimator/paper/optimisers/internal/hessian.hpp"
 
 #include <algorithm>
 #include <cmath>

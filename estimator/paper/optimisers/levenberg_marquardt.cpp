@@ -10,7 +10,7 @@
 #include <Eigen/QR>
 
 #include "estimator/math/dense.hpp"
-#include "estimator/paper/optimisers/evaluator.hpp"
+#include "estimator/paper/optimisers/internal/evaluator.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
 
 namespace shaker::estimator::optimisers {

@@ -9,8 +9,8 @@
 #include <span>
 #include <string_view>
 
-#include "estimator/paper/optimisers/problem.hpp"
-#include "estimator/paper/optimisers/summary.hpp"
+#include "estimator/paper/optimisers/internal/problem.hpp"
+#include "estimator/paper/optimisers/internal/summary.hpp"
 
 namespace shaker::estimator::optimisers {
 

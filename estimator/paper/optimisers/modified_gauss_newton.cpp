@@ -15,8 +15,8 @@
 #include <Eigen/SVD>
 
 #include "estimator/math/dense.hpp"
-#include "estimator/paper/optimisers/descent.hpp"
-#include "estimator/paper/optimisers/hessian.hpp"
+#include "estimator/paper/optimisers/internal/descent.hpp"
+#include "estimator/paper/optimisers/internal/hessian.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
 
 namespace shaker::estimator::optimisers {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/paper/optimisers/descent.hpp"
-#include "estimator/paper/optimisers/hessian.hpp"
+#include "estimator/paper/optimisers/internal/descent.hpp"
+#include "estimator/paper/optimisers/internal/hessian.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
 
 namespace shaker::estimator::optimisers {

@@ -21,7 +21,7 @@
 
 #include "estimator/fit/estimation.hpp"
 #include "estimator/math/grid_reading.hpp"
-#include "estimator/paper/optimisers/problem.hpp"
+#include "estimator/paper/optimisers/internal/problem.hpp"
 
 namespace shaker::estimator::optimisers {
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <nlopt.hpp>
 
+#include "estimator/paper/optimisers/internal/scaled.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
-#include "estimator/paper/optimisers/scaled.hpp"
 
 namespace shaker::estimator::optimisers {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/paper/optimisers/scaled.hpp"
+#include "estimator/paper/optimisers/internal/scaled.hpp"
 
 #include <cmath>
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/paper/optimisers/evaluator.hpp"
+#include "estimator/paper/optimisers/internal/evaluator.hpp"
 #include "estimator/paper/optimisers/methods.hpp"
 
 namespace shaker::estimator::optimisers {

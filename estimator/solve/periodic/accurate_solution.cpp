@@ -1,4 +1,4 @@
-#include "estimator/solve/periodic/accurate_solution.hpp"
+#include "estimator/solve/periodic/internal/accurate_solution.hpp"
 
 #include <algorithm>
 #include <cmath>

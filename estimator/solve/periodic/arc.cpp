@@ -1,4 +1,4 @@
-#include "estimator/solve/periodic/arc.hpp"
+#include "estimator/solve/periodic/internal/arc.hpp"
 
 #include <algorithm>
 #include <cmath>

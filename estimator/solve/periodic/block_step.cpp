@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "estimator/math/lanes.hpp"
-#include "estimator/solve/periodic/ring_border.hpp"
+#include "estimator/solve/periodic/internal/ring_border.hpp"
 
 // The loops over a block. g++ keeps their arrays in registers only if it unrolls all of them.
 #if defined(__clang__)

@@ -23,8 +23,8 @@
 #include <string_view>
 #include <vector>
 
-#include "estimator/solve/periodic/arc.hpp"
 #include "estimator/solve/periodic/floquet.hpp"
+#include "estimator/solve/periodic/internal/arc.hpp"
 
 namespace shaker::estimator {
 

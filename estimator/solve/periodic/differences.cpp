@@ -1,10 +1,10 @@
-#include "estimator/solve/periodic/differences.hpp"
+#include "estimator/solve/periodic/internal/differences.hpp"
 
 #include <algorithm>
 #include <array>
 
 #include "estimator/math/simd_math.hpp"
-#include "estimator/solve/periodic/dense.hpp"
+#include "estimator/solve/periodic/internal/dense.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "estimator/solve/periodic/dense.hpp"
+#include "estimator/solve/periodic/internal/dense.hpp"
 
 namespace shaker::estimator {
 namespace {

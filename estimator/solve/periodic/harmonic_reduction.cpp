@@ -1,4 +1,4 @@
-#include "estimator/solve/periodic/harmonic_reduction.hpp"
+#include "estimator/solve/periodic/internal/harmonic_reduction.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/solve/periodic/lane_reversal_parts.hpp"
+#include "estimator/solve/periodic/internal/lane_reversal_parts.hpp"
 
 namespace shaker::estimator::lane_reversals {
 namespace {

@@ -1,9 +1,9 @@
-#include "estimator/solve/periodic/lane_reversals.hpp"
+#include "estimator/solve/periodic/internal/lane_reversals.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/solve/periodic/lane_reversal_parts.hpp"
+#include "estimator/solve/periodic/internal/lane_reversal_parts.hpp"
 
 namespace shaker::estimator {
 

@@ -2,7 +2,7 @@
 // products, and the update of the state.
 #include <cstddef>
 
-#include "estimator/solve/periodic/lane_step.hpp"
+#include "estimator/solve/periodic/internal/lane_step.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/solve/periodic/lane_step.hpp"
+#include "estimator/solve/periodic/internal/lane_step.hpp"
 
 #include <cstddef>
 

@@ -5,9 +5,9 @@
 
 #include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/lanes.hpp"
-#include "estimator/solve/periodic/dense.hpp"
-#include "estimator/solve/periodic/observer.hpp"
-#include "estimator/solve/periodic/ring_step.hpp"
+#include "estimator/solve/periodic/internal/dense.hpp"
+#include "estimator/solve/periodic/internal/observer.hpp"
+#include "estimator/solve/periodic/internal/ring_step.hpp"
 
 namespace shaker::estimator {
 namespace {

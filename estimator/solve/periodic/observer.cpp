@@ -1,10 +1,10 @@
-#include "estimator/solve/periodic/observer.hpp"
+#include "estimator/solve/periodic/internal/observer.hpp"
 
 #include <algorithm>
 #include <numbers>
 
 #include "estimator/model/instrument/instrument.hpp"
-#include "estimator/solve/periodic/dense.hpp"
+#include "estimator/solve/periodic/internal/dense.hpp"
 
 namespace shaker::estimator {
 PeriodicSystem::Observer::Observer(const PeriodicSystem& system,

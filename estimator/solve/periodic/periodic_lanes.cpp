@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/solve/periodic/lane_step.hpp"
+#include "estimator/solve/periodic/internal/lane_step.hpp"
 
 namespace shaker::estimator {
 

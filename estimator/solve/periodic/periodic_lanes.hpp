@@ -14,7 +14,7 @@
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/lanes.hpp"
 #include "estimator/model/model.hpp"
-#include "estimator/solve/periodic/lane_reversals.hpp"
+#include "estimator/solve/periodic/internal/lane_reversals.hpp"
 #include "estimator/solve/periodic/periodic_system.hpp"
 
 namespace shaker::estimator {

@@ -11,9 +11,9 @@
 #include "estimator/math/lanes.hpp"
 #include "estimator/math/numbers.hpp"
 #include "estimator/model/model_arrays.hpp"
-#include "estimator/solve/periodic/dense.hpp"
-#include "estimator/solve/periodic/observer.hpp"
-#include "estimator/solve/periodic/ring_step.hpp"
+#include "estimator/solve/periodic/internal/dense.hpp"
+#include "estimator/solve/periodic/internal/observer.hpp"
+#include "estimator/solve/periodic/internal/ring_step.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,11 +1,11 @@
-#include "estimator/solve/periodic/refinement.hpp"
+#include "estimator/solve/periodic/internal/refinement.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
 
-#include "estimator/solve/periodic/differences.hpp"
-#include "estimator/solve/periodic/lane_step.hpp"
+#include "estimator/solve/periodic/internal/differences.hpp"
+#include "estimator/solve/periodic/internal/lane_step.hpp"
 #include "estimator/solve/periodic/periodic_lanes.hpp"
 #include "estimator/solve/periodic/periodic_system.hpp"
 

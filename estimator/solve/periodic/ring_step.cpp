@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "estimator/math/lanes.hpp"
-#include "estimator/solve/periodic/ring_border.hpp"
+#include "estimator/solve/periodic/internal/ring_border.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/solve/periodic/sweep.hpp"
+#include "estimator/solve/periodic/internal/sweep.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,7 @@
 
 #include "estimator/math/simd_math.hpp"
 #include "estimator/solve/time/integration_impl.hpp"
-#include "estimator/solve/time/lane_inverse.hpp"
+#include "estimator/solve/time/internal/lane_inverse.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/solve/time/lane_block.hpp"
+#include "estimator/solve/time/internal/lane_block.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "estimator/solve/time/lane_inverse.hpp"
+#include "estimator/solve/time/internal/lane_inverse.hpp"
 
 #include <algorithm>
 #include <cmath>

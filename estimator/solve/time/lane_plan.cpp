@@ -1,4 +1,4 @@
-#include "estimator/solve/time/lane_plan.hpp"
+#include "estimator/solve/time/internal/lane_plan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "estimator/solve/time/lane_steps.hpp"
+#include "estimator/solve/time/internal/lane_steps.hpp"
 
 #include "estimator/math/lanes.hpp"
 

@@ -12,8 +12,8 @@
 #include <fmt/format.h>
 
 #include "estimator/solve/time/integration_impl.hpp"
-#include "estimator/solve/time/lane_block.hpp"
-#include "estimator/solve/time/lane_plan.hpp"
+#include "estimator/solve/time/internal/lane_block.hpp"
+#include "estimator/solve/time/internal/lane_plan.hpp"
 
 namespace shaker::estimator {
 namespace {

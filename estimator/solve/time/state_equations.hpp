@@ -18,7 +18,7 @@
 
 #include "estimator/model/model.hpp"
 #include "estimator/model/model_arrays.hpp"
-#include "estimator/solve/time/lane_inverse.hpp"
+#include "estimator/solve/time/internal/lane_inverse.hpp"
 
 namespace shaker::estimator {
 

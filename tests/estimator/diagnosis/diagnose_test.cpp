@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/report/stated.hpp"
+#include "estimator/diagnosis/report/internal/stated.hpp"
 #include "estimator/model/model.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/evaluation_budget.hpp"
+#include "estimator/diagnosis/internal/evaluation_budget.hpp"
 
 #include <gtest/gtest.h>
 

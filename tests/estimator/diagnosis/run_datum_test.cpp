@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/run_datum.hpp"
+#include "estimator/diagnosis/internal/run_datum.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/drop/drop.hpp"
-#include "estimator/drop/drop_curves.hpp"
+#include "estimator/drop/internal/drop_curves.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/fit/batch_estimation.hpp"
+#include "estimator/fit/internal/batch_estimation.hpp"
 
 #include <bit>
 #include <cmath>

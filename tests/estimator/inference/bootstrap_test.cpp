@@ -1,4 +1,4 @@
-#include "estimator/inference/bootstrap.hpp"
+#include "estimator/inference/internal/bootstrap.hpp"
 
 #include <cmath>
 #include <random>

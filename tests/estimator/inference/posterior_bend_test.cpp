@@ -1,5 +1,5 @@
 // The quality of the importance weights for a posterior that is known exactly.
-#include "estimator/inference/posterior_bend.hpp"
+#include "estimator/inference/internal/posterior_bend.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -7,7 +7,7 @@
 
 #include <gmock/gmock.h>
 
-#include "estimator/inference/posterior_importance.hpp"
+#include "estimator/inference/internal/posterior_importance.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/inference/posterior_convergence.hpp"
+#include "estimator/inference/internal/posterior_convergence.hpp"
 
 #include <random>
 

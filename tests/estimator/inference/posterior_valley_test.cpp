@@ -1,7 +1,7 @@
 // The posterior of figure 13 with all four parameters free, against quadrature over Runge-Kutta
 // and shooting in Python (tests/data/posterior/figure13.py), and the proposal that follows a
 // valley.
-#include "estimator/inference/posterior_valley.hpp"
+#include "estimator/inference/internal/posterior_valley.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "estimator/inference/profile.hpp"
+#include "estimator/inference/internal/profile.hpp"
 
 #include <cmath>
 #include <random>
@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "estimator/inference/monte_carlo.hpp"
-#include "estimator/paper/ceres_estimation.hpp"
+#include "estimator/paper/internal/ceres_estimation.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {

@@ -1,4 +1,4 @@
-#include "estimator/online/bias_watch.hpp"
+#include "estimator/online/internal/bias_watch.hpp"
 
 #include <cmath>
 #include <random>

@@ -1,4 +1,4 @@
-#include "estimator/online/change_detector.hpp"
+#include "estimator/online/internal/change_detector.hpp"
 
 #include <cmath>
 #include <random>

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "estimator/fit/estimation.hpp"
-#include "estimator/online/extended_kalman.hpp"
-#include "estimator/online/information_filter.hpp"
+#include "estimator/online/internal/extended_kalman.hpp"
+#include "estimator/online/internal/information_filter.hpp"
 #include "estimator/online/online_estimator.hpp"
 #include "tests/estimator/online/cycles.hpp"
 

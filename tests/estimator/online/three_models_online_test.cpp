@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "estimator/online/extended_kalman.hpp"
+#include "estimator/online/internal/extended_kalman.hpp"
 #include "estimator/online/online_estimator.hpp"
 #include "tests/estimator/online/cycles.hpp"
 #include "tests/estimator/three_models.hpp"

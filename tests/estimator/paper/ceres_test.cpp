@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "estimator/paper/ceres_estimation.hpp"
+#include "estimator/paper/internal/ceres_estimation.hpp"
 #include "tests/estimator/benchmark_jobs.hpp"
 #include "tests/estimator/fixtures.hpp"
 

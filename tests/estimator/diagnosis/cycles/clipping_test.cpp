@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/clipping.hpp"
+#include "estimator/diagnosis/cycles/internal/clipping.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,8 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/cycles/cut_campaign.hpp"
-#include "estimator/diagnosis/cycles/found_frequency.hpp"
+#include "estimator/diagnosis/cycles/internal/cut_campaign.hpp"
+#include "estimator/diagnosis/cycles/internal/found_frequency.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -1,12 +1,12 @@
-#include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
-#include "estimator/diagnosis/select/nesting.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/fit/periodic_response.hpp"
+#include "estimator/diagnosis/fit/internal/periodic_response.hpp"
 
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/fit/harmonic_fit.hpp"
-#include "estimator/diagnosis/fit/smoothing.hpp"
-#include "estimator/diagnosis/fit/smoothing_limit.hpp"
+#include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing_limit.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/smoothing_limit.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing_limit.hpp"
 
 #include <cmath>
 #include <vector>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "sim/campaign_recorder.hpp"
 #include "tests/estimator/fixtures.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/smoothing.hpp"
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 
 #include <cmath>
 #include <map>
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/force/remaining_force.hpp"
+#include "estimator/diagnosis/force/internal/remaining_force.hpp"
 
 #include <cmath>
 #include <functional>
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

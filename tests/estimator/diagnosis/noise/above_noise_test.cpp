@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/above_noise.hpp"
+#include "estimator/diagnosis/noise/internal/above_noise.hpp"
 
 #include <cmath>
 

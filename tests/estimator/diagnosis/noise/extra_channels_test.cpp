@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/extra_channels.hpp"
+#include "estimator/diagnosis/noise/internal/extra_channels.hpp"
 
 #include <cmath>
 #include <complex>
@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -1,10 +1,10 @@
-#include "estimator/diagnosis/noise/first_fit.hpp"
+#include "estimator/diagnosis/noise/internal/first_fit.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/cycles/cut_campaign.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/cycles/internal/cut_campaign.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/noise_colour.hpp"
+#include "estimator/diagnosis/noise/internal/noise_colour.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/noise/transient.hpp"
+#include "estimator/diagnosis/noise/internal/transient.hpp"
 #include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/diagnosis/records.hpp"
 #include "tests/estimator/fixtures.hpp"

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/screening.hpp"
+#include "estimator/diagnosis/noise/internal/screening.hpp"
 
 #include <cmath>
 

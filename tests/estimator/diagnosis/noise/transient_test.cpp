@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/transient.hpp"
+#include "estimator/diagnosis/noise/internal/transient.hpp"
 
 #include <array>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/force/inverse_dynamics.hpp"
-#include "estimator/diagnosis/records/transient_cosines.hpp"
+#include "estimator/diagnosis/force/internal/inverse_dynamics.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
 #include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/diagnosis/records.hpp"
 #include "tests/estimator/fixtures.hpp"

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/noise/wrong_unit.hpp"
+#include "estimator/diagnosis/noise/internal/wrong_unit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/noise/transient.hpp"
+#include "estimator/diagnosis/noise/internal/transient.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

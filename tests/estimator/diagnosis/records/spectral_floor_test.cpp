@@ -1,5 +1,5 @@
 // Synthetic spectra: noise of known power with or without a response at low frequencies.
-#include "estimator/diagnosis/records/spectral_floor.hpp"
+#include "estimator/diagnosis/records/internal/spectral_floor.hpp"
 
 #include <cmath>
 #include <random>

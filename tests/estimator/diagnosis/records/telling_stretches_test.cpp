@@ -1,5 +1,5 @@
 // Records whose course is known: where is which part of them used?
-#include "estimator/diagnosis/records/telling_stretches.hpp"
+#include "estimator/diagnosis/records/internal/telling_stretches.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/curves.hpp"
+#include "estimator/diagnosis/report/internal/curves.hpp"
 
 #include <cmath>
 #include <numbers>

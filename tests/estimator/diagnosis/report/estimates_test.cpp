@@ -1,5 +1,5 @@
 // Which estimates are told to have come to an end of their range?
-#include "estimator/diagnosis/report/estimates.hpp"
+#include "estimator/diagnosis/report/internal/estimates.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

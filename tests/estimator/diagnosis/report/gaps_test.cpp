@@ -1,5 +1,5 @@
 // What runs that were not fitted say of a fit.
-#include "estimator/diagnosis/report/gaps.hpp"
+#include "estimator/diagnosis/report/internal/gaps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/fit/harmonic_fit.hpp"
+#include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {

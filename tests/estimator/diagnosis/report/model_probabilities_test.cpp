@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/report/model_probabilities.hpp"
+#include "estimator/diagnosis/report/internal/model_probabilities.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/report/choice.hpp"
+#include "estimator/diagnosis/report/internal/choice.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

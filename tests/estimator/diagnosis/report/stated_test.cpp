@@ -1,5 +1,5 @@
 // What a model file states, in the improved model and in the hypothesis that leads.
-#include "estimator/diagnosis/report/stated.hpp"
+#include "estimator/diagnosis/report/internal/stated.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/score/candidates.hpp"
+#include "estimator/diagnosis/score/internal/candidates.hpp"
 
 #include <algorithm>
 #include <string>

@@ -1,5 +1,5 @@
 // What is scored, and what is not: no effect is passed by without a word.
-#include "estimator/diagnosis/score/scoring.hpp"
+#include "estimator/diagnosis/score/internal/scoring.hpp"
 
 #include <cmath>
 #include <map>
@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/motion_range.hpp"
-#include "estimator/diagnosis/noise/transient.hpp"
+#include "estimator/diagnosis/internal/motion_range.hpp"
+#include "estimator/diagnosis/noise/internal/transient.hpp"
 #include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/fixtures.hpp"
 

@@ -1,5 +1,5 @@
 // A fitted place of rest is told as any fitted number is.
-#include "estimator/diagnosis/select/centring.hpp"
+#include "estimator/diagnosis/select/internal/centring.hpp"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/probe_starts.hpp"
+#include "estimator/diagnosis/select/internal/probe_starts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/refits.hpp"
+#include "estimator/diagnosis/select/internal/refits.hpp"
 
 #include <algorithm>
 #include <map>
@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
-#include "estimator/diagnosis/select/centring.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
+#include "estimator/diagnosis/select/internal/centring.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 

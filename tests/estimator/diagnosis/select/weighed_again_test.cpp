@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/select/weighed_again.hpp"
+#include "estimator/diagnosis/select/internal/weighed_again.hpp"
 
 #include <cmath>
 #include <complex>
@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "estimator/diagnosis/noise/extra_channels.hpp"
-#include "estimator/diagnosis/noise/weighing.hpp"
+#include "estimator/diagnosis/noise/internal/extra_channels.hpp"
+#include "estimator/diagnosis/noise/internal/weighing.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/paper/optimisers/formula_problem.hpp"
+#include "estimator/paper/optimisers/internal/formula_problem.hpp"
 
 namespace shaker::estimator::optimisers::testing {
 

@@ -2,7 +2,7 @@
 // minima are the independent reference. Written as y - yhat with y as the constant part.
 #pragma once
 
-#include "estimator/paper/optimisers/formula_problem.hpp"
+#include "estimator/paper/optimisers/internal/formula_problem.hpp"
 
 namespace shaker::estimator::optimisers::testing {
 

@@ -1,6 +1,6 @@
 // Harmonic balance with few harmonics, compared with independent solutions: the Duffing table,
 // the reference solution and sensitivities of the oleo; and with the grid for two masses.
-#include "estimator/solve/periodic/harmonic_reduction.hpp"
+#include "estimator/solve/periodic/internal/harmonic_reduction.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,5 @@
 // Starts the solution on a finer grid from that on a coarser one.
-#include "estimator/solve/periodic/refinement.hpp"
+#include "estimator/solve/periodic/internal/refinement.hpp"
 
 #include <cmath>
 #include <numbers>

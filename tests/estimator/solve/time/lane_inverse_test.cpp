@@ -1,5 +1,5 @@
 // Compared with Eigen's pivoted factorisation.
-#include "estimator/solve/time/lane_inverse.hpp"
+#include "estimator/solve/time/internal/lane_inverse.hpp"
 
 #include <random>
 

@@ -1,0 +1,104 @@
+// The force of a model along an imposed motion, given at even steps. The memory of the effects is
+// integrated in time, from rest at the first step, by the second backward difference formula
+// (BDF2), which damps stiff modes. For motions without a period, and for load paths with play,
+// which have no smooth solution over a cycle. Of a motion with a period, the force is that of the
+// second cycle. That is integrated until it repeats the first.
+//
+// Steps are solved in blocks, by Newton's method for all steps of a block: its points are evaluated
+// together. A block that does not converge, or has no course nearby to start from, is solved step
+// by step.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "estimator/diagnosis/internal/evaluation_budget.hpp"
+#include "estimator/model/model.hpp"
+#include "estimator/model/model_arrays.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+struct Motion {
+  double dt = 0.0;
+  Eigen::VectorXd u, v, a, x;  // x: the excitation, empty for none
+  bool periodic = false;       // one whole cycle
+};
+
+// True if parts of the model's load path are in series: some coordinate is the damper's own stroke
+// behind a play.
+bool parts_in_series(const Model& model);
+
+// True if a MotionIntegrator accepts the model: one mechanical coordinate, and no memory with
+// inertia.
+bool can_be_carried(const Model& model);
+
+class MotionIntegrator {
+ public:
+  // `inertia`: the force includes M u''. Throws std::invalid_argument for a model that cannot be
+  // integrated along a motion. `model` must outlive it.
+  MotionIntegrator(const Model& model, Motion motion, bool inertia);
+
+  // Returns false if a step cannot be solved, a point is inadmissible, or the evaluation budget of
+  // the task is used up. Without `slopes`, slope() keeps its old values.
+  bool at(std::span<const double> theta, bool slopes = true);
+  const Eigen::VectorXd& force() const { return force_; }  // of the first equation, x included
+  const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
+  const Motion& motion() const { return motion_; }
+  // Sets the budget that pays for the work. Null: no limit.
+  void spend(std::shared_ptr<EvaluationBudget> budget) { budget_ = std::move(budget); }
+  // Starts the search from the solution of another integrator for the same coordinates and the same
+  // or a nearby motion. The steps of one are a multiple of those of the other.
+  void begin_from(const MotionIntegrator& other);
+
+ private:
+  // Factors of w now, at the last step and at the one before it, in the rate w'.
+  struct Difference {
+    double now = 0.0, last = 0.0, before = 0.0;
+  };
+  Difference difference_at(int row) const;
+  void load_motion(ModelArrays& arrays, int point, int row) const;
+  void load(int first, int last);
+  bool residual(const Eigen::VectorXd& w, double now, const Eigen::VectorXd& history,
+                std::span<const double> theta, Eigen::VectorXd& h);
+  void slope_at(const ModelArrays& arrays, int i, double now, double* slope) const;
+  bool solve_step(double now, const Eigen::VectorXd& history, std::span<const double> theta,
+                  Eigen::VectorXd& w);
+  void solve(double* slope, double* right, int columns) const;
+  bool afford(int points);
+  bool march(std::span<const double> theta);
+  bool correct(int first, int last, std::span<const double> theta);
+  bool step_through(int first, int last, std::span<const double> theta);
+  bool repeats(int last) const;
+  bool follow(std::span<const double> theta, bool slopes);
+  bool carry_slopes(int first, int last);
+
+  const Model* model_;
+  std::shared_ptr<EvaluationBudget> budget_;
+  Motion motion_;
+  bool inertia_;
+  int n_, s_, p_, q_;      // q: coordinates that are carried along
+  int rows_, marched_;     // steps of all cycles; those until a cycle repeats the one before
+  Eigen::VectorXd first_;  // of what is carried along
+  Eigen::VectorXd force_;
+  Eigen::MatrixXd slope_;
+  Eigen::MatrixXd w_;        // rows x q, the course of what is carried along
+  bool has_course_ = false;  // w_ is the course of the theta before
+  struct Step {              // of one step's Newton iteration
+    Eigen::VectorXd h, trial, trial_h, move;
+    std::vector<double> slope;  // q x q
+  } step_;
+  std::vector<double> moves_;  // of a block's Newton iteration, at three steps
+  struct Bends {               // derivatives of w over theta, q x p, row after row
+    Eigen::VectorXd now, before, earlier, history;
+    Eigen::MatrixXd cycle;                     // one column for each step of a cycle
+    Eigen::VectorXd size;                      // the largest of each
+    double change = 0.0, change_before = 0.0;  // from cycle to cycle, of the last two steps
+  } bends_;
+  ModelArrays one_, block_;  // for one point, and for those of a block
+};
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,94 @@
+// A model's response to an excitation without a period, by time integration: the cosines that are
+// compared, with their derivatives with respect to the parameters.
+//
+// The record is cut into arcs, which are integrated in batches and joined by Newton's method
+// (multiple shooting). The initial state is not a parameter. At every theta it is the one that fits
+// the data best, and the derivatives include its adjustment (variable projection). Therefore no
+// effect gets credit for what another initial state explains.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "estimator/diagnosis/internal/run_datum.hpp"
+#include "estimator/diagnosis/records/internal/transient_cosines.hpp"
+#include "estimator/math/accelerated_course.hpp"
+#include "estimator/model/model.hpp"
+#include "estimator/solve/time/integration.hpp"
+#include "estimator/solve/time/shooting.hpp"
+#include "estimator/solve/time/state_equations.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+class TransientResponse {
+ public:
+  // `model` must outlive it. Throws std::invalid_argument for a model that cannot be integrated or
+  // has instruments that only a periodic motion has.
+  TransientResponse(const Model& model, const RunDatum& datum);
+
+  // Returns false if no trajectory goes through the record, from any initial state.
+  bool at(const std::vector<double>& theta);
+  const Eigen::VectorXd& value() const { return value_; }
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }  // over all parameters
+
+  // States of the trajectory, one row for each sample, after a successful `at`.
+  Eigen::MatrixXd states() const;
+
+  // Starts from another model's trajectory, for the states that both have.
+  void start_from(const TransientResponse& other);
+
+ private:
+  void cut();
+  void begin_from_data();
+  // Steps of the explicit integrator between two samples; 0: too many would be needed.
+  int steps_between_samples(const std::vector<double>& theta) const;
+  bool integrate(const std::vector<double>& theta);
+  // True if a state is the memory of an effect and not a motion.
+  bool remembers(int state) const {
+    return state >= model_->mechanical() && state < equations_.coordinates();
+  }
+  void size_memories();
+  bool close(const std::vector<double>& theta);
+  void shorten();
+  void settle_steps(const std::vector<double>& theta);
+  // Condenses the arcs onto the initial state and the parameters: predicted samples and their
+  // derivatives.
+  void condense();
+  void see(const std::vector<double>& theta);
+  double correct();
+  // Largest of `moves` of starts, in scales of the states.
+  double relative_size(const Eigen::VectorXd& moves) const;
+
+  const Model* model_;
+  std::shared_ptr<const SampledRun> run_;
+  RunDatum datum_;  // response and noise, in cosines
+  StateEquations equations_;
+  std::vector<int> free_;  // parameters of the motion
+  int m_ = 0, p_ = 0;
+  Shooting shooting_;
+  CosineTransform transform_;
+  Excitation excitation_;
+  std::vector<double> times_;
+  std::vector<Arc> arcs_;
+  std::vector<std::size_t> first_;  // sample of each arc
+  std::unique_ptr<TimeIntegration> integration_;
+  int steps_ = 0, least_steps_ = 1;  // of the integration between two samples
+  bool steps_settled_ = false, stiff_ = false, sized_ = false;
+  Eigen::VectorXd scale_;  // of each state
+  std::vector<double> theta_;
+  bool solved_ = false;
+
+  // All arcs' starts, one below the other: over free, the initial state suited; their last move.
+  Eigen::MatrixXd drift_;
+  Eigen::VectorXd last_moves_;
+  AcceleratedCourse course_;  // of the initial state
+  double gap_ = 0.0;
+  Eigen::VectorXd samples_;
+  Eigen::MatrixXd slopes_;  // samples x [initial state, all parameters]
+  Eigen::VectorXd value_;
+  Eigen::MatrixXd jacobian_;
+};
+
+}  // namespace shaker::estimator::diagnosis

@@ -1,0 +1,63 @@
+// Constants that may differ from run to run without a missing effect: the sensor's zero, a constant
+// force (the preload, the load cell's zero), the gas pressure (the charge, the temperature), and
+// the viscous damping (the temperature).
+//
+// Each is a normally distributed number in each run, with one standard deviation for all runs. It
+// enters the covariance of a run's errors. Therefore it costs no parameter, and a campaign with
+// equal runs loses nothing.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
+
+namespace shaker::estimator::diagnosis {
+
+// Standard deviations over the runs.
+struct RunConstants {
+  double zero = 0.0;                         // of the response, in its own unit
+  double force = 0.0;                        // in the model's unit of force
+  double gas_pressure = 0.0, damping = 0.0;  // relative
+  // Logarithm of the likelihood ratio with and without them, at the fit.
+  double gain = 0.0;
+  int count() const {  // those that differ
+    return static_cast<int>(zero > 0.0) + static_cast<int>(force > 0.0) +
+           static_cast<int>(gas_pressure > 0.0) + static_cast<int>(damping > 0.0);
+  }
+  // Words for the operator: which of them differ, and by how much.
+  std::string words(const std::string& response_unit, const std::string& force_unit) const;
+};
+
+struct WithRunConstants {
+  RunConstants constants;
+  std::vector<RunDatum> data;  // with their covariance
+};
+
+// Estimates the standard deviations from the residual of `fit`, which was fitted to `fitted`, by
+// restricted maximum likelihood (Harville, Journal of the American Statistical Association 72
+// (1977) 320-338), and adds them to the covariance of `data`. Empty if they explain no more than
+// chance does, or for fewer than three runs.
+std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
+                                                   const std::vector<RunDatum>& fitted,
+                                                   const std::vector<RunDatum>& data,
+                                                   const FitOptions& options);
+
+// The responses of `fitted` less the likeliest part of the constants: what `fit`, which was fitted
+// to `with`, leaves of them is noise and what the model lacks. `fitted`: as given to
+// with_run_constants.
+std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vector<RunDatum>& with,
+                                        const std::vector<RunDatum>& fitted);
+
+// For records: tests whether the means of the runs differ from those of `fit` by more than the
+// noise and by more than a tenth of the missed motion (a missing effect moves means too), as a
+// different zero or preload of each run does. Their scatter is then added to error[0] of `data` and
+// stored in own_zero. What all runs share remains visible. A single recording of a displacement may
+// have such a zero too, where the model makes no force at rest in its zero: where that lies is then
+// a choice of whoever recorded it. Returns a sentence with each run's own mean; empty if they do not differ.
+// `unit`: unit of the response.
+std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
+                             std::vector<RunDatum>& data);
+
+}  // namespace shaker::estimator::diagnosis
