@@ -10,7 +10,7 @@
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
 #include "estimator/diagnosis/records/internal/transient_seen.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/solve/time/integration_impl.hpp"
+#include "estimator/solve/time/integrators.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

@@ -11,7 +11,7 @@
 #include <cvodes/cvodes.h>
 #include <nvector/nvector_serial.h>
 
-#include "estimator/solve/time/integration_impl.hpp"
+#include "estimator/solve/time/integrators.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -10,7 +10,7 @@
 #include <cmath>
 
 #include "estimator/math/simd_math.hpp"
-#include "estimator/solve/time/integration_impl.hpp"
+#include "estimator/solve/time/integrators.hpp"
 #include "estimator/solve/time/internal/lane_inverse.hpp"
 
 namespace shaker::estimator {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/solve/time/integration_impl.hpp"
+#include "estimator/solve/time/integrators.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/solve/time/integration_impl.hpp"
+#include "estimator/solve/time/integrators.hpp"
 #include "estimator/solve/time/internal/lane_block.hpp"
 #include "estimator/solve/time/internal/lane_plan.hpp"
 
