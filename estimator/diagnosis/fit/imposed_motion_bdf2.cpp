@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {

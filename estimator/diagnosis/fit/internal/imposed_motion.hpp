@@ -13,7 +13,7 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
 #include "estimator/math/cyclic_banded_lu.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/model/model_arrays.hpp"

@@ -11,8 +11,8 @@
 #include <Eigen/Dense>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
 #include "estimator/diagnosis/fit/internal/imposed_motion.hpp"
+#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
 #include "estimator/diagnosis/fit/internal/periodic_response.hpp"
 #include "estimator/diagnosis/fit/internal/transient_response.hpp"
 #include "estimator/diagnosis/internal/run_datum.hpp"

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
-#include "estimator/diagnosis/fit/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {
