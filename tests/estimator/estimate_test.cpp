@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "../fixtures.hpp"
+#include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
 namespace {

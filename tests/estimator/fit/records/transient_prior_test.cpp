@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "../fixtures.hpp"
 #include "estimator/fit/records/transient.hpp"
+#include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "../fixtures.hpp"
 #include "estimator/solve/time/integration.hpp"
+#include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
 namespace {

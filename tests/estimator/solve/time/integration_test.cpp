@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "../fixtures.hpp"
+#include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "../fixtures.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/model_arrays.hpp"
+#include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
 namespace {
