@@ -1,6 +1,6 @@
 // Decompositions of dense matrices, and solutions with them. dense.cpp and dense_analysis.cpp
 // compile each of Eigen's templates once, because they cost seconds of compile time in every file
-// that uses them. What a service on the rig needs is in dense.cpp, which shaker_estimator has.
+// that uses them. What a service on the rig needs is in dense.cpp.
 //
 // Vectors and matrices may have any size, an empty matrix only where Eigen's decomposition
 // allows it. Nothing throws. All functions are thread-safe, and all allocate.
