@@ -101,6 +101,13 @@ Diagnosis said_of_gap(Selection by_gap, const Selection& first,
   return said;
 }
 
+// Options of a search after the first one: it starts from the first one's solutions.
+SelectionOptions after(const Selection& first, SelectionOptions selection, double leave) {
+  selection.leave = leave;
+  selection.probed = first.base_scoring.probed;
+  return selection;
+}
+
 // Maps the progress of a search to the part from `from` to `to` of the whole.
 std::function<void(double)> naming_between(const Progress& progress, double from, double to) {
   return [&progress, from, to](double share) { progress("naming", from + (to - from) * share); };
@@ -137,8 +144,7 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
       first.cut_short = true;
       return std::nullopt;
     }
-    SelectionOptions own = selection;
-    own.leave = leave;
+    const SelectionOptions own = after(first, selection, leave);
     return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, own,
                                    named(0.6, 0.9), first.cut_short);
   };
@@ -157,9 +163,8 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), selection.fit);
     if (again.trouble.empty()) {
       first.hypotheses.clear();  // with their solutions: they take memory
-      SelectionOptions by_gap = selection;
+      SelectionOptions by_gap = after(first, selection, kLeftByGap);
       by_gap.by_gap = true;
-      by_gap.leave = kLeftByGap;
       Selection second =
           select_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
       if (!second.hypotheses.empty())  // what a round corner leaves is not the noise's

@@ -33,20 +33,19 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
   if (model.mechanical() != 1)
     throw std::invalid_argument(
         fmt::format("{}: a motion can only be imposed on a model of one coordinate", model.name()));
-  const Eigen::MatrixXd table = synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), n_);
   const VectorXd rate = derivative(motion, frequency_);
-  u_ = table * motion;
-  v_ = table * rate;
-  a_ = table * derivative(rate, frequency_);
+  const VectorXd acceleration = derivative(rate, frequency_);
+  u_ = synthesised(motion, n_);
+  v_ = synthesised(rate, n_);
+  a_ = synthesised(acceleration, n_);
   force_.resize(n_);
   slope_.resize(n_, p_);
   if (parts_in_series(model)) {
-    const MatrixXd fine =
-        synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), kStepsBetweenPoints * n_);
+    const int steps = kStepsBetweenPoints * n_;
     integrator_ = std::make_unique<MotionIntegrator>(
         model,
-        Motion{1.0 / (frequency_ * kStepsBetweenPoints * n_), fine * motion, fine * rate,
-               fine * derivative(rate, frequency_), VectorXd(), true},
+        Motion{1.0 / (frequency_ * steps), synthesised(motion, steps), synthesised(rate, steps),
+               synthesised(acceleration, steps), VectorXd(), true},
         false);
     return;
   }
@@ -54,102 +53,96 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
   std::copy(u_.begin(), u_.end(), at_.u[0]);
   std::copy(v_.begin(), v_.end(), at_.v[0]);
   std::copy(a_.begin(), a_.end(), at_.a[0]);
-  for (int c = 1; c < s_; ++c)
-    std::fill_n(at_.u[static_cast<std::size_t>(c)], n_, model.rest(c));
   if (memory_ == 0) return;
-  band_.emplace(n_, memory_, stencil_.reach);
-  rows_.resize(static_cast<std::size_t>(n_ * memory_ * (1 + p_)));
-}
-
-double ImposedMotion::difference(const double* column, int i) const {
-  double sum = 0.0;
-  for (int k = -stencil_.reach; k <= stencil_.reach; ++k)
-    sum += stencil_.first[static_cast<std::size_t>(k + stencil_.reach)] * column[(i + k + n_) % n_];
-  return sum * frequency_ * n_;
-}
-
-void ImposedMotion::differentiate() {
-  for (int c = 1; c < s_; ++c) {
-    const auto at = static_cast<std::size_t>(c);
-    for (int i = 0; i < n_; ++i)
-      at_.v[at][i] = difference(at_.u[at], i);
-  }
+  ring_.emplace(model, frequency_, n_);
+  rest_.resize(n_, memory_);
+  for (int d = 0; d < memory_; ++d)
+    rest_.col(d).setConstant(model.rest(1 + d));
 }
 
 bool ImposedMotion::evaluate(std::span<const double> theta) {
-  differentiate();
+  if (ring_) ring_->differentiate(at_);
   return at_.evaluate(*model_, n_, theta.data());
 }
 
 double ImposedMotion::row_norm() const {
   double sum = 0.0;
-  for (int c = 1; c < s_; ++c) {
-    for (int i = 0; i < n_; ++i)
-      sum += std::pow(at_.g[static_cast<std::size_t>(c)][i], 2);
-  }
+  for (int c = 1; c < s_; ++c)
+    sum += Eigen::Map<const VectorXd>(at_.g[static_cast<std::size_t>(c)], n_).squaredNorm();
   return std::sqrt(sum / n_);
 }
 
-bool ImposedMotion::factorise() {
-  band_->clear();
-  for (int i = 0; i < n_; ++i) {
-    for (int d = 1; d < s_; ++d) {
-      for (int e = 1; e < s_; ++e) {
-        const auto de = static_cast<std::size_t>(d * s_ + e);
-        const double over_v = at_.g_v[de][i] * frequency_ * n_;
-        double values[kMostAcross];
-        for (std::size_t k = 0; k < std::size(values); ++k)
-          values[k] = over_v * stencil_.first[k];
-        values[stencil_.reach] += at_.g_u[de][i];
-        band_->add(i, d - 1, e - 1, values);
-      }
-    }
-  }
-  return band_->factorise();
+void ImposedMotion::put_memory(const MatrixXd& memory) {
+  for (int d = 0; d < memory_; ++d)
+    std::copy_n(memory.col(d).data(), n_, at_.u[static_cast<std::size_t>(1 + d)]);
 }
 
-// Damped Newton on the memory; its course over theta stays in `rows_`.
-bool ImposedMotion::solve_memory(std::span<const double> theta) {
-  const int stride = 1 + p_;
+// Moves the memories from the last solution along its derivatives. Returns false if they are not
+// known, or theta is the same.
+bool ImposedMotion::predict_memory(std::span<const double> theta) {
+  if (solved_at_.empty() || std::equal(theta.begin(), theta.end(), solved_at_.begin()))
+    return false;
+  const auto by = Eigen::Map<const VectorXd>(theta.data(), p_) -
+                  Eigen::Map<const VectorXd>(solved_at_.data(), p_);
+  for (int d = 0; d < memory_; ++d)
+    Eigen::Map<VectorXd>(at_.u[static_cast<std::size_t>(1 + d)], n_) =
+        solved_.col(d) + over_theta_.middleCols(d * p_, p_) * by;
+  return true;
+}
+
+// Damped Newton on the memory.
+bool ImposedMotion::converge(std::span<const double> theta) {
   if (!evaluate(theta)) return false;
   for (int step = 0; step < kMaxMotionSteps; ++step) {
-    if (!factorise()) return false;
-    for (int i = 0; i < n_; ++i) {
-      for (int d = 1; d < s_; ++d) {
-        double* row = &rows_[static_cast<std::size_t>((i * memory_ + d - 1) * stride)];
-        row[0] = -at_.g[static_cast<std::size_t>(d)][i];
-        for (int k = 0; k < p_; ++k)
-          row[1 + k] = -at_.g_theta[static_cast<std::size_t>(d * p_ + k)][i];
-      }
-    }
-    band_->solve(rows_.data(), stride, stride);
+    if (!ring_->solve(at_)) return false;
+    trial_.resize(n_, memory_);
     double largest = 0.0, size = 1e-300;
-    std::vector<std::vector<double>> kept;
-    for (int c = 1; c < s_; ++c) {
-      const double* column = at_.u[static_cast<std::size_t>(c)];
-      kept.emplace_back(column, column + n_);
-      for (int i = 0; i < n_; ++i) {
-        largest = std::max(
-            largest, std::fabs(rows_[static_cast<std::size_t>((i * memory_ + c - 1) * stride)]));
-        size = std::max(size, std::fabs(column[i]));
-      }
+    for (int d = 0; d < memory_; ++d) {
+      trial_.col(d) = Eigen::Map<const VectorXd>(at_.u[static_cast<std::size_t>(1 + d)], n_);
+      size = std::max(size, trial_.col(d).cwiseAbs().maxCoeff());
+      for (int i = 0; i < n_; ++i)
+        largest = std::max(largest, std::fabs(ring_->row(i, d)[0]));
     }
     if (!std::isfinite(largest)) return false;
     if (largest < 1e-9 * std::max(size, 1e-9)) return true;
     const double before = row_norm();
     bool better = false;
     for (double share = 1.0; share > 1e-3 && !better; share *= 0.5) {
-      for (int c = 1; c < s_; ++c) {
+      for (int d = 0; d < memory_; ++d) {
+        double* w = at_.u[static_cast<std::size_t>(1 + d)];
         for (int i = 0; i < n_; ++i)
-          at_.u[static_cast<std::size_t>(c)][i] =
-              kept[static_cast<std::size_t>(c - 1)][static_cast<std::size_t>(i)] +
-              share * rows_[static_cast<std::size_t>((i * memory_ + c - 1) * stride)];
+          w[i] = trial_(i, d) + share * ring_->row(i, d)[0];
       }
       better = evaluate(theta) && row_norm() < (1.0 - 0.1 * share) * before;
     }
     if (!better) return largest < 1e-6 * std::max(size, 1e-9);
   }
   return false;
+}
+
+bool ImposedMotion::solve_memory(std::span<const double> theta) {
+  const bool known = solved_.size() > 0;
+  bool found = predict_memory(theta) && converge(theta);
+  if (!found) {
+    put_memory(known ? solved_ : rest_);
+    found = converge(theta);
+  }
+  if (!found && known && solved_at_.empty()) {
+    put_memory(rest_);
+    found = converge(theta);
+  }
+  if (!found) return false;
+  solved_at_.assign(theta.begin(), theta.end());
+  solved_.resize(n_, memory_);
+  over_theta_.resize(n_, memory_ * p_);
+  for (int d = 0; d < memory_; ++d) {
+    solved_.col(d) = Eigen::Map<const VectorXd>(at_.u[static_cast<std::size_t>(1 + d)], n_);
+    for (int i = 0; i < n_; ++i) {
+      for (int k = 0; k < p_; ++k)
+        over_theta_(i, d * p_ + k) = ring_->row(i, d)[1 + k];
+    }
+  }
+  return true;
 }
 
 bool ImposedMotion::at(std::span<const double> theta, bool slopes) {
@@ -163,30 +156,39 @@ bool ImposedMotion::at(std::span<const double> theta, bool slopes) {
     return true;
   }
   if (memory_ > 0 ? !solve_memory(theta) : !evaluate(theta)) return false;
-  for (int i = 0; i < n_; ++i)
-    force_[i] = at_.g[0][i] - model_->mass(0, 0) * a_[i];
+  force_ = Eigen::Map<const VectorXd>(at_.g[0], n_) - model_->mass(0, 0) * a_;
   if (!slopes) return force_.allFinite();
-  for (int i = 0; i < n_; ++i) {
-    for (int k = 0; k < p_; ++k)
-      slope_(i, k) = at_.g_theta[static_cast<std::size_t>(k)][i];
-  }
-  std::vector<double> column(static_cast<std::size_t>(n_));
-  for (int e = 1; e < s_; ++e) {
-    for (int k = 0; k < p_; ++k) {
-      for (int i = 0; i < n_; ++i)
-        column[static_cast<std::size_t>(i)] =
-            rows_[static_cast<std::size_t>((i * memory_ + e - 1) * (1 + p_) + 1 + k)];
-      for (int i = 0; i < n_; ++i)
-        slope_(i, k) +=
-            at_.g_u[static_cast<std::size_t>(e)][i] * column[static_cast<std::size_t>(i)] +
-            at_.g_v[static_cast<std::size_t>(e)][i] * difference(column.data(), i);
-    }
+  for (int k = 0; k < p_; ++k)
+    slope_.col(k) = Eigen::Map<const VectorXd>(at_.g_theta[static_cast<std::size_t>(k)], n_);
+  for (int d = 0; d < memory_; ++d) {
+    const auto e = static_cast<std::size_t>(1 + d);
+    ring_->add_to_slope(d, at_.g_u[e], at_.g_v[e], slope_);
   }
   return force_.allFinite() && slope_.allFinite();
 }
 
 void ImposedMotion::start_from(const ImposedMotion& other) {
   if (integrator_ && other.integrator_) integrator_->begin_from(*other.integrator_);
+  for (int e = 0; integrator_ && e < other.solved_.cols(); ++e)
+    integrator_->begin_from(other.model_->coordinate_name(1 + e), other.solved_.col(e));
+  if (!ring_ || other.solved_.size() == 0) return;
+  bool any = false;
+  MatrixXd start = solved_.size() > 0 ? solved_ : rest_;
+  for (int d = 0; d < memory_; ++d) {
+    for (int e = 0; e < other.memory_; ++e) {
+      if (model_->coordinate_name(1 + d) != other.model_->coordinate_name(1 + e)) continue;
+      any = true;
+      for (int i = 0; i < n_; ++i) {
+        const double place = static_cast<double>(i) * other.n_ / n_;
+        const int at = static_cast<int>(place);
+        const double last = other.solved_(at, e);
+        start(i, d) = last + (place - at) * (other.solved_((at + 1) % other.n_, e) - last);
+      }
+    }
+  }
+  if (!any) return;
+  solved_ = std::move(start);
+  solved_at_.clear();
 }
 
 MatrixXd ImposedMotion::over_motion() const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -16,10 +17,8 @@ using Eigen::VectorXd;
 constexpr int kMostNewton = 40;
 constexpr double kSolved = 1e-10;
 constexpr int kMostCorrections = 12;  // of a block; step by step it costs about as much as 30
-constexpr int kBlock = 32;            // steps; more do not fit into the fastest memory
 constexpr int kLaps = 2;              // of a cycle: the first forgets how it began
-// What a coordinate, or a derivative of one, may change from cycle to cycle where it repeats.
-constexpr double kRepeated = 1e-10, kBendsRepeated = 1e-8;
+constexpr double kRepeated = 1e-10;   // of a coordinate, from cycle to cycle
 
 // The coordinate's name says so.
 bool in_series(const Model& model, int coordinate) {
@@ -97,15 +96,19 @@ void MotionIntegrator::load_motion(ModelArrays& arrays, int point, int row) cons
 void MotionIntegrator::load(int first, int last) {
   for (int row = first; row < last; ++row)
     load_motion(block_, row - first, row);
+  const Difference steady = difference_at(2);
   for (int d = 0; d < q_; ++d) {
     const auto c = static_cast<std::size_t>(d + 1);
-    const auto w = w_.col(d);
-    for (int row = first; row < last; ++row) {
-      const Difference rate = difference_at(row);
-      block_.u[c][row - first] = w[row];
-      block_.v[c][row - first] = rate.now * w[row] + (row > 0 ? rate.last * w[row - 1] : 0.0) +
-                                 (row > 1 ? rate.before * w[row - 2] : 0.0);
-    }
+    const double* w = w_.col(d).data();
+    double *value = block_.u[c], *rate = block_.v[c];
+    std::copy(w + first, w + last, value);
+    int row = first;
+    for (; row < std::min(last, 2); ++row)
+      rate[row - first] =
+          row == 0 ? 0.0 : difference_at(1).now * w[1] + difference_at(1).last * w[0];
+    for (; row < last; ++row)
+      rate[row - first] =
+          steady.now * w[row] + steady.last * w[row - 1] + steady.before * w[row - 2];
   }
 }
 
@@ -167,6 +170,14 @@ bool MotionIntegrator::solve_step(double now, const VectorXd& history,
   return true;
 }
 
+// The search has a course when all coordinates have.
+void MotionIntegrator::begun(int coordinate) {
+  begun_.resize(static_cast<std::size_t>(q_), false);
+  begun_[static_cast<std::size_t>(coordinate)] = true;
+  has_course_ = std::find(begun_.begin(), begun_.end(), false) == begun_.end();
+  bends_at_.clear();
+}
+
 void MotionIntegrator::begin_from(const MotionIntegrator& other) {
   const int finer = other.rows_ / rows_, coarser = rows_ / other.rows_;
   if (!other.has_course_ || (finer * rows_ != other.rows_ && coarser * other.rows_ != rows_))
@@ -175,7 +186,7 @@ void MotionIntegrator::begin_from(const MotionIntegrator& other) {
     int e = 0;
     while (e < other.q_ && other.model_->coordinate_name(e + 1) != model_->coordinate_name(d + 1))
       ++e;
-    if (e == other.q_) return;
+    if (e == other.q_) continue;
     const auto known = other.w_.col(e);
     for (int row = 0; row < rows_; ++row) {
       if (finer > 0) {
@@ -186,13 +197,31 @@ void MotionIntegrator::begin_from(const MotionIntegrator& other) {
       const double past = static_cast<double>(row % coarser) / coarser;
       w_(row, d) = known[at] + past * (known[std::min(at + 1, other.rows_ - 1)] - known[at]);
     }
+    begun(d);
   }
-  has_course_ = true;
+}
+
+void MotionIntegrator::begin_from(const std::string& coordinate, const VectorXd& cycle) {
+  for (int d = 0; d < q_; ++d) {
+    if (model_->coordinate_name(d + 1) != coordinate) continue;
+    for (int row = 0; row < rows_; ++row) {
+      const double place = static_cast<double>(row % n_ * cycle.size()) / n_;
+      const auto at = static_cast<Index>(place);
+      const double next = cycle[(at + 1) % cycle.size()];
+      w_(row, d) = cycle[at] + (place - static_cast<double>(at)) * (next - cycle[at]);
+    }
+    begun(d);
+  }
 }
 
 // right = slope^-1 right, both with a row for each carried coordinate, row after row; `slope` is
 // destroyed. Gauss with row exchanges: the matrices are too small for a library's.
 void MotionIntegrator::solve(double* slope, double* right, int columns) const {
+  if (q_ == 1) {
+    for (int k = 0; k < columns; ++k)
+      right[k] /= slope[0];
+    return;
+  }
   for (int d = 0; d < q_; ++d) {
     int pivot = d;
     for (int r = d + 1; r < q_; ++r) {
@@ -265,122 +294,79 @@ bool MotionIntegrator::step_through(int first, int last, std::span<const double>
   return true;
 }
 
+// Moves w at the steps of a block by one round of Newton's method: a forward substitution. Returns
+// the largest move relative to w, or infinity.
+double MotionIntegrator::move_all(int first, int last) {
+  double largest = 0.0;
+  moves_.assign(static_cast<std::size_t>(q_) * 3, 0.0);
+  double* now = moves_.data();  // the moves of this step and of the two before
+  double *before = now + q_, *earlier = before + q_;
+  for (int row = std::max(first, 1); row < last; ++row) {
+    const int i = row - first;
+    const Difference rate = difference_at(row);
+    std::swap(earlier, before);
+    std::swap(before, now);
+    slope_at(block_, i, rate.now, step_.slope.data());
+    for (int d = 0; d < q_; ++d) {
+      now[d] = -block_.g[static_cast<std::size_t>(d + 1)][i];
+      for (int e = 0; e < q_; ++e)
+        now[d] -= block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] *
+                  (rate.last * before[e] + rate.before * earlier[e]);
+    }
+    solve(step_.slope.data(), now, 1);
+    double move = 0.0, size = 1e-9;
+    for (int d = 0; d < q_; ++d) {
+      if (!std::isfinite(now[d])) return std::numeric_limits<double>::infinity();
+      w_(row, d) += now[d];
+      move = std::max(move, std::fabs(now[d]));
+      size = std::max(size, std::fabs(w_(row, d)));
+    }
+    largest = std::max(largest, move / size);
+  }
+  return largest;
+}
+
+// The same where one coordinate is carried along.
+double MotionIntegrator::move_one(int first, int last) {
+  const double *g = block_.g[1], *g_u = block_.g_u[3], *g_v = block_.g_v[3];
+  double* w = w_.data();
+  double before = 0.0, earlier = 0.0, largest = 0.0;
+  for (int row = std::max(first, 1); row < last; ++row) {
+    const int i = row - first;
+    const Difference rate = difference_at(row);
+    const double now = (-g[i] - g_v[i] * (rate.last * before + rate.before * earlier)) /
+                       (g_u[i] + rate.now * g_v[i]);
+    if (!std::isfinite(now)) return std::numeric_limits<double>::infinity();
+    w[row] += now;
+    largest = std::max(largest, std::fabs(now) / std::max(1e-9, std::fabs(w[row])));
+    earlier = before;
+    before = now;
+  }
+  return largest;
+}
+
 // Newton for all steps of a block, from the present course: nearby parameters have a nearby course.
-// A round is a forward substitution. The points are evaluated together, which costs a small part of
+// The points are evaluated together, which costs a small part of
 // what they cost one by one. Returns false if it does not converge; w is then undefined there.
 bool MotionIntegrator::correct(int first, int last, std::span<const double> theta) {
-  moves_.resize(static_cast<std::size_t>(q_) * 3);
   for (int round = 0; round < kMostCorrections; ++round) {
     load(first, last);
     if (!afford(last - first) || !block_.evaluate_internal(*model_, last - first, theta.data()))
       return false;
-    double largest = 0.0;
-    std::fill(moves_.begin(), moves_.end(), 0.0);
-    double* now = moves_.data();  // the moves of this step and of the two before
-    double *before = now + q_, *earlier = before + q_;
-    for (int row = std::max(first, 1); row < last; ++row) {
-      const int i = row - first;
-      const Difference rate = difference_at(row);
-      std::swap(earlier, before);
-      std::swap(before, now);
-      slope_at(block_, i, rate.now, step_.slope.data());
-      for (int d = 0; d < q_; ++d) {
-        now[d] = -block_.g[static_cast<std::size_t>(d + 1)][i];
-        for (int e = 0; e < q_; ++e)
-          now[d] -= block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] *
-                    (rate.last * before[e] + rate.before * earlier[e]);
-      }
-      solve(step_.slope.data(), now, 1);
-      double move = 0.0, size = 1e-9;
-      for (int d = 0; d < q_; ++d) {
-        if (!std::isfinite(now[d])) return false;
-        w_(row, d) += now[d];
-        move = std::max(move, std::fabs(now[d]));
-        size = std::max(size, std::fabs(w_(row, d)));
-      }
-      largest = std::max(largest, move / size);
-    }
+    const double largest = q_ == 1 ? move_one(first, last) : move_all(first, last);
+    if (!std::isfinite(largest)) return false;
     if (largest < kSolved) return true;
   }
   return false;
 }
 
-// Carries w's derivatives over theta along a block, from the derivatives of the model at its
-// points, and adds what they do to the force.
-bool MotionIntegrator::carry_slopes(int first, int last) {
-  auto& [now, before, earlier, history, cycle, size, change, change_before] = bends_;
-  const int all = q_ * p_;
-  if (first == 0) {
-    now = before = earlier = history = VectorXd::Zero(all);
-    cycle.setZero(all, n_);
-    size = VectorXd::Constant(all, 1e-300);
-  }
-  for (int row = std::max(first, 1); row < last; ++row) {
-    const int i = row - first, at = row % n_;
-    const Difference rate = difference_at(row);
-    earlier.swap(before);
-    before.swap(now);
-    history = rate.last * before + rate.before * earlier;
-    slope_at(block_, i, rate.now, step_.slope.data());
-    for (int d = 0; d < q_; ++d) {
-      double* of = &now[d * p_];
-      for (int k = 0; k < p_; ++k)
-        of[k] = -block_.g_theta[static_cast<std::size_t>((d + 1) * p_ + k)][i];
-      for (int e = 0; e < q_; ++e) {
-        const double over = block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i];
-        for (int k = 0; k < p_; ++k)
-          of[k] -= over * history[e * p_ + k];
-      }
-    }
-    solve(step_.slope.data(), now.data(), p_);
-    change_before = change;
-    change = 0.0;
-    double* last_cycle = &cycle(0, at);
-    for (int k = 0; k < all; ++k) {
-      if (!std::isfinite(now[k])) return false;
-      size[k] = std::max(size[k], std::fabs(now[k]));
-      change = std::max(change, std::fabs(now[k] - last_cycle[k]) / size[k]);
-      last_cycle[k] = now[k];
-    }
-    for (int d = 0; d < q_; ++d) {
-      const auto c = static_cast<std::size_t>(d + 1);
-      const double over_w = block_.g_u[c][i] + rate.now * block_.g_v[c][i];
-      for (int k = 0; k < p_; ++k)
-        slope_(at, k) += over_w * now[d * p_ + k] + block_.g_v[c][i] * history[d * p_ + k];
-    }
-  }
-  return true;
-}
-
-// Force and slopes along the course: of the last cycle, until its slopes repeat those of the one
-// before.
-bool MotionIntegrator::follow(std::span<const double> theta, bool slopes) {
-  const double mass = inertia_ ? 0.0 : model_->mass(0, 0);
-  const bool bends = slopes && q_ > 0;
-  const int end = bends ? rows_ : marched_;
-  for (int first = bends ? 0 : marched_ - n_; first < end; first += kBlock) {
-    const int last = std::min(first + kBlock, end);
-    load(first, last);
-    if (!afford(last - first) || !block_.evaluate(*model_, last - first, theta.data()))
-      return false;
-    for (int row = first; row < last; ++row) {
-      const int i = row - first, at = row % n_;
-      force_[at] = block_.g[0][i] - mass * motion_.a[at];
-      if (!slopes) continue;
-      for (int k = 0; k < p_; ++k)
-        slope_(at, k) = block_.g_theta[static_cast<std::size_t>(k)][i];
-    }
-    if (bends && !carry_slopes(first, last)) return false;
-    if (last >= std::max(marched_, n_ + 4) &&
-        std::max(bends_.change, bends_.change_before) < kBendsRepeated)
-      break;
-  }
-  return force_.allFinite() && (!slopes || slope_.allFinite());
-}
-
 bool MotionIntegrator::at(std::span<const double> theta, bool slopes) {
+  if (has_course_) predict(theta);
+  bends_at_.clear();
   has_course_ = q_ == 0 || march(theta);
-  return has_course_ && follow(theta, slopes);
+  if (!has_course_ || !follow(theta, slopes)) return false;
+  if (slopes && q_ > 0) bends_at_.assign(theta.begin(), theta.end());
+  return true;
 }
 
 }  // namespace shaker::estimator::diagnosis

@@ -4,6 +4,7 @@
 #include "estimator/diagnosis/fit/internal/excitation_influence.hpp"
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
 #include "estimator/diagnosis/records/internal/transient_seen.hpp"
+#include "estimator/math/dense_product.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -84,7 +85,7 @@ bool Prediction::on_grid(const std::vector<double>& theta, HowFar search) {
   if (imposed_) {
     if (!imposed_->at(theta)) return false;
     value_ = analysis() * imposed_->force();
-    jacobian_ = analysis() * imposed_->slope();
+    jacobian_ = product(analysis(), imposed_->slope());
     return true;
   }
   if (!response_->at(theta, search)) return false;

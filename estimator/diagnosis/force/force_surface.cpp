@@ -240,8 +240,11 @@ SeenPriors ForceSurface::seen_by(const MatrixXd& reach) const {
 }
 
 SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise, SeenPriors& known) const {
-  if (known.reach.rows() != data.reach.rows() || known.reach != data.reach)
+  if (known.reach.rows() != data.reach.rows() || known.reach != data.reach) {
+    const int points = known.points;
     known = seen_by(data.reach);
+    known.points = points;
+  }
   // The residual beside all that the nuisances can do.
   MatrixXd nuisance = data.nuisance;
   for (Index k = 0; k < nuisance.cols(); ++k) {

@@ -91,11 +91,12 @@ MatrixXd reach_of(const PeriodicSystem& from, const std::vector<double>& theta, 
 }
 
 std::optional<Course> of_cycle(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                               std::size_t r) {
+                               std::size_t r, int& points_of_imposed) {
   const RunDatum& datum = data[r];
   const Prediction& prediction = fit.predictions[r];
-  const int n = prediction.points();
   const bool imposed = prediction.imposed() != nullptr;
+  if (imposed && points_of_imposed == 0) points_of_imposed = prediction.points();
+  const int n = imposed ? points_of_imposed : prediction.points();
   const VectorXd& motion = imposed ? datum.driver : datum.response;
   const VectorXd rate = derivative(motion, datum.frequency_hz);
   const auto table = synthesis_matrix(static_cast<int>((motion.size() - 1) / 2), n);
@@ -123,11 +124,13 @@ std::optional<Course> of_cycle(const HarmonicFit& fit, const std::vector<RunDatu
   return course;
 }
 
-std::vector<Course> courses(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+std::vector<Course> courses(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                            int& points_of_imposed) {
   std::vector<Course> all;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (data[r].role != Role::fit) continue;
-    auto one = data[r].sampled ? of_record(fit, data[r], r) : of_cycle(fit, data, r);
+    auto one =
+        data[r].sampled ? of_record(fit, data[r], r) : of_cycle(fit, data, r, points_of_imposed);
     if (one) all.push_back(std::move(*one));
   }
   return all;
@@ -246,7 +249,7 @@ std::optional<RemainingForce> remaining_force(const HarmonicFit& fit,
                                               bool errors_of_model, SeenPriors& known) {
   std::vector<Course> all;
   try {
-    all = courses(fit, data);
+    all = courses(fit, data, known.points);
   } catch (const std::invalid_argument&) {
     return std::nullopt;  // a motion cannot be imposed on this model
   }

@@ -77,29 +77,44 @@ int points_for(const Model& model, const HarmonicFit& fit, const FitOptions& opt
   return dear ? options.points / 2 : options.points;
 }
 
-// A run's prediction by a model that holds a probe.
-struct Seen {
-  std::shared_ptr<const Model> own;  // of the run; null: it has none
-  std::unique_ptr<Prediction> prediction;
-};
-
-// With corners as the fit has them: its solution is this one's too. `all`: of the runs before.
-Seen seen_at(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::size_t r,
-             const std::vector<Seen>& all, const config::ModelSpec& spec, const Model& model,
-             int points) {
-  Seen seen;
+// With corners as the fit has them: its solution is this one's too.
+ProbedRun probed_run(const HarmonicFit& fit, const std::vector<RunDatum>& data, std::size_t r,
+                     const ProbedRuns& before, const config::ModelSpec& spec,
+                     const std::shared_ptr<const Model>& model, int points) {
+  ProbedRun seen{model, nullptr};
   RunDatum datum = data[r];
   datum.to_limit.reset();  // it is of the model without the probe
   if (const std::size_t first = first_of_response(data, r); first < r) {
-    seen.prediction = std::make_unique<Prediction>(*all[first].prediction, datum);
+    seen.prediction = std::make_shared<Prediction>(*before[first].prediction, datum);
   } else {
     if (fit.run_models[r] != fit.model || varies_by_run(spec))
-      seen.own = fit.rounded ? rounded_model(spec, datum, fit.predictions[r].points())
-                             : model_of_run(spec, datum);
-    seen.prediction = std::make_unique<Prediction>(seen.own ? *seen.own : model, datum, points);
+      seen.model = fit.rounded ? rounded_model(spec, datum, fit.predictions[r].points())
+                               : model_of_run(spec, datum);
+    seen.prediction = std::make_shared<Prediction>(*seen.model, datum, points);
   }
   seen.prediction->start_from(fit.predictions[r]);
   return seen;
+}
+
+ProbedRuns probed_runs(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                       const config::ModelSpec& spec, const std::shared_ptr<const Model>& model,
+                       int points, const ProbedRuns* near) {
+  ProbedRuns all(data.size());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    all[r] = probed_run(fit, data, r, all, spec, model, points);
+    if (near != nullptr && r < near->size() && (*near)[r].prediction)
+      all[r].prediction->start_from(*(*near)[r].prediction);
+  }
+  return all;
+}
+
+// Every solution along an imposed motion begins at rest, unless it is told of another one.
+bool worth_keeping(const ProbedRuns& runs) {
+  return std::any_of(runs.begin(), runs.end(), [](const ProbedRun& run) {
+    return run.prediction && run.prediction->imposed() != nullptr &&
+           run.model->coordinates() > run.model->mechanical();
+  });
 }
 
 // Of the work of a fit, that the look at one shape may take.
@@ -223,7 +238,7 @@ MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& d
 }
 
 Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                         const Probe& probe, const FitOptions& options) {
+                         const Probe& probe, const FitOptions& options, const ProbedRuns* near) {
   // A load path has one play.
   const auto same = [&](const config::EffectSpec& line) {
     return line.effect == probe.line.effect;
@@ -231,26 +246,23 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
   if (const Effect* effect = find_effect(probe.line.effect);
       effect != nullptr && effect->in_series() &&
       std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
-    return {{}, "the model has one in its load path already", false};
+    return {{}, "the model has one in its load path already", false, {}};
   const config::ModelSpec spec = with_line(held(fit), probe.line);
-  const Model model(spec);
+  const auto shared = std::make_shared<const Model>(spec);
+  const Model& model = *shared;
   const std::vector<double> theta = carried_over(model, fit);
   const std::vector<int> columns = columns_of(model, probe);
   const bool whole = columns.empty();
   MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
   const HowFar search = options.from_rest ? HowFar::from_rest : HowFar::near;
   const Task task(data.front().budget, kWorkOfProbe * options.fit_budget);
-  std::vector<Seen> all(data.size());
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (fitted(data[r]))
-      all[r] = seen_at(fit, data, r, all, spec, model, points_for(model, fit, options));
-  }
+  ProbedRuns all = probed_runs(fit, data, spec, shared, points_for(model, fit, options), near);
   Index at = 0;
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!fitted(data[r])) continue;
     Prediction& prediction = *all[r].prediction;
     if (!prediction.at(theta, search))
-      return {{}, task.over() ? kTooLong : no_solution(probe, data[r]), task.over()};
+      return {{}, task.over() ? kTooLong : no_solution(probe, data[r]), task.over(), {}};
     const Index size = data[r].response.size();
     if (whole)
       stacked.col(0).segment(at, size) =
@@ -260,13 +272,15 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
           whitened(data[r], prediction.jacobian().col(columns[k]));
     at += size;
   }
-  return {less_clock(stacked, data), {}, false};
+  return {less_clock(stacked, data), {}, false, std::move(all)};
 }
 
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
               const std::vector<Candidate>& candidates, const FitOptions& options,
-              const Scoring* before) {
+              const Scoring* before, std::shared_ptr<const Probed> probed) {
   Scoring scoring;
+  if (before != nullptr) probed = before->probed;
+  auto kept = std::make_shared<Probed>();
   scoring.design.jacobian = stacked_jacobian(fit, data, fit.free);
   scoring.design.freedom.resize(rows_of(data));
   Index at = 0;
@@ -283,13 +297,18 @@ Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
     NotScored none{&candidate, {}, false};
     for (std::size_t p = 0; p < candidate.probes.size(); ++p) {
       if (before != nullptr && !before->has(candidate, p)) continue;
-      const Signatures found = signatures_of(fit, data, candidate.probes[p], options);
+      const auto known = probed ? probed->find({&candidate, p}) : Probed::const_iterator();
+      const ProbedRuns* near = probed && known != probed->end() ? &known->second : nullptr;
+      Signatures found = signatures_of(fit, data, candidate.probes[p], options, near);
       if (!found.trouble.empty()) none.reason = found.trouble;
       none.stopped = none.stopped || found.stopped;
       add_scores(found.columns, project, candidate, p, scoring);
+      if (before == nullptr && worth_keeping(found.runs))
+        kept->emplace(std::pair(&candidate, p), std::move(found.runs));
     }
     if (scoring.scores.size() == first) scoring.not_scored.push_back(std::move(none));
   }
+  scoring.probed = before != nullptr ? before->probed : std::move(kept);
   return scoring;
 }
 

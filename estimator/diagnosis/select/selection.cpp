@@ -5,10 +5,12 @@
 #include <limits>
 #include <utility>
 
+#include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/select/internal/candidate_set.hpp"
 #include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
 #include "estimator/diagnosis/select/internal/weights.hpp"
+#include "estimator/model/effects/turning.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -44,6 +46,12 @@ std::vector<Ordered> ordered(const Scoring& scoring) {
   return best;
 }
 
+// In a search by shares of the gap, the base model's probability only decides whether its corners
+// are made narrower.
+bool has_corners(const config::ModelSpec& spec) {
+  return has_smoothing(spec) || !turnings_of(spec).empty();
+}
+
 class Search {
  public:
   Search(Selection& found, const std::vector<RunDatum>& data, const std::vector<Candidate>& all,
@@ -62,9 +70,11 @@ class Search {
     // is done once; later, or if an earlier search has done so, only nearby values are tried.
     FitOptions far = options_.fit;
     far.from_rest = !options_.by_gap;
-    found_.base_scoring = score(*found_.base.fit, data_, all_, far);
-    found_.probability_base = candidate_set_.probability(found_.base_scoring);
-    found_.adequate = found_.probability_base > options_.false_alarm_rate;
+    found_.base_scoring = score(*found_.base.fit, data_, all_, far, nullptr, options_.probed);
+    if (!options_.by_gap || has_corners(found_.base.fit->spec)) {
+      found_.probability_base = candidate_set_.probability(found_.base_scoring);
+      found_.adequate = found_.probability_base > options_.false_alarm_rate;
+    }
     refits_.describe(found_.base);
     if (!found_.adequate) narrow_base();
   }

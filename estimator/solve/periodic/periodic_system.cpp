@@ -13,7 +13,7 @@
 #include "estimator/model/model_arrays.hpp"
 #include "estimator/solve/periodic/internal/dense.hpp"
 #include "estimator/solve/periodic/internal/observer.hpp"
-#include "estimator/solve/periodic/internal/ring_step.hpp"
+#include "estimator/solve/periodic/ring_step.hpp"
 
 namespace shaker::estimator {
 namespace {

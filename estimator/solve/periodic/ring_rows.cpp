@@ -2,7 +2,7 @@
 // update of the state.
 #include <cstddef>
 
-#include "estimator/solve/periodic/internal/ring_step.hpp"
+#include "estimator/solve/periodic/ring_step.hpp"
 
 namespace shaker::estimator {
 namespace {

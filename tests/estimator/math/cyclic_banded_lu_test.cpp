@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/math/aligned.hpp"
-#include "estimator/solve/periodic/internal/ring_step.hpp"
+#include "estimator/solve/periodic/ring_step.hpp"
 
 namespace shaker::estimator {
 namespace {

@@ -14,10 +14,9 @@
 #include <Eigen/Dense>
 
 #include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
-#include "estimator/math/cyclic_banded_lu.hpp"
+#include "estimator/diagnosis/fit/internal/memory_ring.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/model/model_arrays.hpp"
-#include "estimator/solve/periodic/scheme.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -30,8 +29,7 @@ class ImposedMotion {
   // Returns false if the memory has no periodic solution or a point is inadmissible. Without
   // `slopes`, slope() is undefined.
   bool at(std::span<const double> theta, bool slopes = true);
-  // For parts in series: starts the search from the solution of another object, for the same or a
-  // nearby motion.
+  // Starts the search from the solution of another object, for the same or a nearby motion.
   void start_from(const ImposedMotion& other);
   const Eigen::VectorXd& force() const { return force_; }
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
@@ -44,22 +42,24 @@ class ImposedMotion {
  private:
   bool evaluate(std::span<const double> theta);
   double row_norm() const;
-  bool factorise();
+  void put_memory(const Eigen::MatrixXd& memory);
+  bool predict_memory(std::span<const double> theta);
+  bool converge(std::span<const double> theta);
   bool solve_memory(std::span<const double> theta);
-  void differentiate();
-  double difference(const double* column, int i) const;
 
   const Model* model_;
   int n_, s_, p_, memory_;
   double frequency_;
   Eigen::VectorXd motion_;
   std::vector<double> theta_;
-  Stencil stencil_ = upwind_stencil(Scheme::order4);
   Eigen::VectorXd u_, v_, a_, force_;
   Eigen::MatrixXd slope_;
-  ModelArrays at_;                      // the motion, then the memories
-  std::optional<CyclicBandedLu> band_;  // of the memories
-  std::vector<double> rows_;
+  ModelArrays at_;  // the motion, then the memories
+  std::optional<MemoryRing> ring_;
+  // Memories, points x memories: at rest, and the last solution or at first that of another object.
+  Eigen::MatrixXd rest_, solved_, trial_;
+  std::vector<double> solved_at_;  // theta of the last solution; empty: none, or another object's
+  Eigen::MatrixXd over_theta_;     // its derivatives: a memory's columns, then the next one's
   std::unique_ptr<MotionIntegrator> integrator_;  // of parts in series
 };
 

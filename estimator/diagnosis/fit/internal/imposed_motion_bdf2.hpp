@@ -11,6 +11,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -50,11 +51,14 @@ class MotionIntegrator {
   const Motion& motion() const { return motion_; }
   // Sets the budget that pays for the work. Null: no limit.
   void spend(std::shared_ptr<EvaluationBudget> budget) { budget_ = std::move(budget); }
-  // Starts the search from the solution of another integrator for the same coordinates and the same
-  // or a nearby motion. The steps of one are a multiple of those of the other.
+  // Starts the search from the courses of another integrator for the same or a nearby motion, for
+  // the coordinates that both have. The steps of one are a multiple of those of the other.
   void begin_from(const MotionIntegrator& other);
+  // Starts the search for one coordinate of a periodic motion from its course over a cycle.
+  void begin_from(const std::string& coordinate, const Eigen::VectorXd& cycle);
 
  private:
+  static constexpr int kBlock = 32;  // steps; more do not fit into the fastest memory
   // Factors of w now, at the last step and at the one before it, in the rate w'.
   struct Difference {
     double now = 0.0, last = 0.0, before = 0.0;
@@ -69,12 +73,16 @@ class MotionIntegrator {
                   Eigen::VectorXd& w);
   void solve(double* slope, double* right, int columns) const;
   bool afford(int points);
+  void begun(int coordinate);
+  void predict(std::span<const double> theta);
   bool march(std::span<const double> theta);
+  double move_all(int first, int last);
+  double move_one(int first, int last);
   bool correct(int first, int last, std::span<const double> theta);
   bool step_through(int first, int last, std::span<const double> theta);
   bool repeats(int last) const;
   bool follow(std::span<const double> theta, bool slopes);
-  bool carry_slopes(int first, int last);
+  void carry_slopes(int first, int last);
 
   const Model* model_;
   std::shared_ptr<EvaluationBudget> budget_;
@@ -85,9 +93,11 @@ class MotionIntegrator {
   Eigen::VectorXd first_;  // of what is carried along
   Eigen::VectorXd force_;
   Eigen::MatrixXd slope_;
-  Eigen::MatrixXd w_;        // rows x q, the course of what is carried along
-  bool has_course_ = false;  // w_ is the course of the theta before
-  struct Step {              // of one step's Newton iteration
+  Eigen::MatrixXd w_;             // rows x q, the course of what is carried along
+  bool has_course_ = false;       // w_ is the course of the theta before
+  std::vector<bool> begun_;       // w_ has a course of these coordinates
+  std::vector<double> bends_at_;  // theta of bends_; empty: they are not those of w_
+  struct Step {                   // of one step's Newton iteration
     Eigen::VectorXd h, trial, trial_h, move;
     std::vector<double> slope;  // q x q
   } step_;

@@ -36,6 +36,7 @@ struct SeenPriors {
   std::optional<TallQr> reached;  // the directions of the data that it reaches; none: all
   Eigen::MatrixXd inside;         // the reach in these directions
   std::vector<SeenPrior> priors;
+  int points = 0;  // of a cycle of an imposed motion: all fits are read on one grid; 0: none yet
 };
 
 class ForceSurface {

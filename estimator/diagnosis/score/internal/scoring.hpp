@@ -6,7 +6,10 @@
 // the signature and of the residual, and the two are compared.
 #pragma once
 
+#include <map>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
@@ -31,29 +34,43 @@ struct NotScored {
   bool stopped = false;  // the evaluation budget ended the look at one of its shapes
 };
 
+// A run's prediction by a model that holds a probe.
+struct ProbedRun {
+  std::shared_ptr<const Model> model;
+  std::shared_ptr<Prediction> prediction;  // null: the run is not fitted
+};
+using ProbedRuns = std::vector<ProbedRun>;
+// Of a candidate's probes. Those on another fit of the same runs start from them.
+using Probed = std::map<std::pair<const Candidate*, std::size_t>, ProbedRuns>;
+
 struct Scoring {
   Design design;             // signatures in the order of `scores`
   Eigen::VectorXd residual;  // whitened, with the parameters' part projected out
   double chi_squared = 0.0;
   std::vector<Score> scores;
   std::vector<NotScored> not_scored;
+  std::shared_ptr<const Probed> probed;  // with a memory, along an imposed motion; null: none
   double best_gain() const;
   bool has(const Candidate& candidate, std::size_t probe) const;  // that it has a score
 };
 
 // `before`: the scores of the same candidates on another fit. Shapes that had no solution there are
-// left out. Null: all shapes are scored.
+// left out. Null: all shapes are scored. `probed`: of another scoring of the same candidates and
+// runs, from which this one starts; may be null.
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
               const std::vector<Candidate>& candidates, const FitOptions& options,
-              const Scoring* before = nullptr);
+              const Scoring* before = nullptr, std::shared_ptr<const Probed> probed = nullptr);
 
 struct Signatures {
   Eigen::MatrixXd columns;  // whitened: one a coefficient, or one of the whole difference
   std::string trouble;      // why there are none; empty: there are
   bool stopped = false;     // by the evaluation budget
+  ProbedRuns runs;
 };
+// `near`: the same probe on another fit, from which the predictions start; may be null.
 Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                         const Probe& probe, const FitOptions& options);
+                         const Probe& probe, const FitOptions& options,
+                         const ProbedRuns* near = nullptr);
 
 // Residuals and Jacobian of the fitted runs, one run after another.
 Eigen::VectorXd stacked_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data);

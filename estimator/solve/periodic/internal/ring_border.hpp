@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "estimator/solve/periodic/internal/ring_step.hpp"
+#include "estimator/solve/periodic/ring_step.hpp"
 
 namespace shaker::estimator {
 

@@ -221,6 +221,65 @@ TEST(MotionIntegrator, BeginsFromTheCourseOnACoarserGrid) {
   EXPECT_LT((begun.slope() - fresh.slope()).norm(), 1e-6 * fresh.slope().norm());
 }
 
+// The course for nearby parameters follows from the derivatives of the last one.
+TEST(MotionIntegrator, PredictsTheCourseForNearbyParameters) {
+  const Model model(hysteresis_behind_play());
+  MotionIntegrator known(model, cosine(1024, 1, true), false);
+  MotionIntegrator unknown(model, cosine(1024, 1, true), false);
+  std::vector<double> nearby = kHysteresisBehindPlay;
+  for (double& value : nearby)
+    value *= 1.0001;
+  ASSERT_TRUE(known.at(nearby));
+  ASSERT_TRUE(unknown.at(nearby, false));
+  EXPECT_LT(work_of(known), 0.9 * work_of(unknown));
+  EXPECT_LT((known.force() - unknown.force()).norm(), 1e-8 * unknown.force().norm());
+}
+
+// Two models that hold one coordinate each tell where to begin with both. The solution is the same.
+TEST(MotionIntegrator, BeginsFromTheCoursesOfTwoModels) {
+  using estimator::testing::effect;
+  const Model model(hysteresis_behind_play());
+  const Model play(estimator::testing::model_of({effect("viscous_damping"), effect("free_play")}));
+  MotionIntegrator behind_play(play, cosine(1024, 1, true), false);
+  ASSERT_TRUE(behind_play.at(std::vector<double>{10.0, 2e-3, 2e4}));
+  const Model memory(estimator::testing::model_of({effect("bouc_wen_hysteresis")}));
+  Eigen::VectorXd motion = Eigen::VectorXd::Zero(3);
+  motion[1] = 0.01;
+  ImposedMotion loop(memory, 1.0, motion, 256);
+  ASSERT_TRUE(loop.at(std::vector<double>{2.0, 1e-3, 0.5, 1.3}));
+  MotionIntegrator fresh(model, cosine(1024, 1, true), false);
+  ASSERT_TRUE(fresh.at(kHysteresisBehindPlay));
+  MotionIntegrator begun(model, cosine(1024, 1, true), false);
+  begun.begin_from(behind_play);
+  begun.begin_from("bouc_wen_hysteresis.s", loop.force() / 2.0);
+  ASSERT_TRUE(begun.at(kHysteresisBehindPlay));
+  EXPECT_LT((begun.force() - fresh.force()).norm(), 1e-8 * fresh.force().norm());
+}
+
+// Where the search begins does not change the solution.
+TEST(ImposedMotion, BeginsFromTheMemoryOfAnotherModelOnAnotherGrid) {
+  using estimator::testing::effect;
+  const Model smaller(estimator::testing::model_of({effect("bouc_wen_hysteresis")}));
+  const Model larger(estimator::testing::model_of(
+      {effect("viscous_damping"), effect("bouc_wen_hysteresis"), effect("presliding_friction")}));
+  Eigen::VectorXd motion = Eigen::VectorXd::Zero(3);
+  motion[1] = 0.002;
+  ImposedMotion coarse(smaller, 1.0, motion, 128);
+  ASSERT_TRUE(coarse.at(std::vector<double>{2.0, 1e-3, 0.5, 1.3}));
+  ImposedMotion fresh(larger, 1.0, motion, 256), begun(larger, 1.0, motion, 256);
+  begun.start_from(coarse);
+  for (const double gamma : {0.5, 0.6, -0.2}) {
+    const std::vector<double> theta = {5.0, 2.0, 1e-3, gamma, 1.3, 0.5, 5e-4};
+    ImposedMotion anew(larger, 1.0, motion, 256);
+    for (ImposedMotion* imposed : {&fresh, &begun, &anew})
+      ASSERT_TRUE(imposed->at(theta)) << gamma;
+    for (const ImposedMotion* imposed : {&fresh, &begun}) {
+      EXPECT_LT((imposed->force() - anew.force()).norm(), 1e-7 * anew.force().norm()) << gamma;
+      EXPECT_LT((imposed->slope() - anew.slope()).norm(), 1e-6 * anew.slope().norm()) << gamma;
+    }
+  }
+}
+
 // A campaign on a dynamometer: viscous damping and the presliding friction of a seal.
 TEST(ImposedMotion, NamesTheHysteresisOfADynamometersDamper) {
   std::mt19937_64 source(5);
