@@ -98,6 +98,12 @@ def calibration_error(said: list) -> float:
     return math.fsum(abs(math.fsum(p - right for p, right in held)) for _, held in bins(said)) / max(len(said), 1)
 
 
+def calibration_error_by_chance(said: list) -> float:
+    """What the calibration error of so many calibrated names is on average: the scatter of the shares of each bin."""
+    scatter = (math.sqrt(2 / math.pi * math.fsum(p * (1 - p) for p, _ in held)) for _, held in bins(said))
+    return math.fsum(scatter) / max(len(said), 1)
+
+
 def brier(said: list) -> float:
     return math.fsum((p - right) ** 2 for p, right in said) / max(len(said), 1)
 
@@ -116,6 +122,7 @@ def column(lines: list) -> list[str]:
             share(hidden, first_right), share(hidden, in_set), share(lines, wrong_and_sure),
             share(near, lambda s: s[1]), f"{brier(said):.3f}" if said else "-",
             f"{calibration_error(said):.3f}" if said else "-",
+            f"{calibration_error_by_chance(said):.3f}" if said else "-",
             share(answered, lambda x: x["after"] <= 1.1 * expected_gap(x)),
             f"{math.fsum(seconds) / len(seconds):.2f}, {max(seconds):.2f}" if seconds else "-"]
 
@@ -124,7 +131,8 @@ FIGURES = (("answered at all", ""), ("nothing hidden, and something found missin
            ("effects hidden, and not called adequate", ""), ("the largest missing effect named first", "90 %"),
            ("the largest named or in the set", "97 %"), ("a name that is not there at more than 0.9", "at most 1 %"),
            ("right, of names at 0.85 .. 0.95", "90 +- 3 %"), ("Brier score of the names", ""),
-           ("expected calibration error", "at most 0.03"), ("gap left at most 1.1 x what the unknown makes", "all"),
+           ("expected calibration error", "at most 0.03"), ("the same of calibrated names, by chance", ""),
+           ("gap left at most 1.1 x what the unknown makes", "all"),
            ("processor time, s: mean, slowest", ""))
 
 

@@ -81,8 +81,8 @@ class Input(Scratch):
     def test_friction_that_grows_with_the_current_is_named(self):
         self.campaign("t,displacement,force", dynamometer(lambda i: 0.3 + 0.8 * i), [VISCOUS, SPRING])
         said = self.answer("--out", self.path / "out")
-        # A width that is not the catalogue's is fitted to one friction only: the verdict stays open.
-        self.assertEqual(self.names(said), ["coulomb_friction", "coulomb_friction over current"])
+        self.assertEqual((said["verdict"], self.names(said)),
+                         ("explained", ["coulomb_friction", "coulomb_friction over current"]))
         self.assertLess(said["gap"]["after"], 0.1 * said["gap"]["before"])
         (driven,) = (e for e in said["effects"] if e["name"].endswith("over current"))
         self.assertIn("in proportion to current", driven["meaning"])
@@ -90,12 +90,15 @@ class Input(Scratch):
         self.assertEqual(value["name"], "f_c[current]")  # at the largest current, 1 A
         self.assertAlmostEqual(value["value"], 0.8, delta=0.008)
         self.assertLess(value["standard_error"], 0.02)
-        after = [p["name"] for p in said["parameters_after"]]
-        self.assertEqual(sorted(after), ["c", "f_c", "f_c[current]", "k"])
+        # Both parts reverse over one width, which is not the catalogue's.
+        after = {p["name"]: p["value"] for p in said["parameters_after"]}
+        self.assertEqual(sorted(after), ["c", "e", "f_c", "f_c[current]", "k"])
+        self.assertAlmostEqual(after["e"], 4e-3, delta=2e-4)
         # The files: the model, the hypotheses and the page.
         lines = json.loads((self.path / "out" / "model.json").read_text())["effects"]
         (line,) = (e for e in lines if "input" in e)
         self.assertEqual((line["effect"], line["input"], line["reference"]), ("coulomb_friction", "current", 1.0))
+        self.assertEqual([e["constants"]["e"] for e in lines if e["effect"] == "coulomb_friction"], [after["e"]] * 2)
         best = json.loads((self.path / "out" / "hypotheses.json").read_text())["hypotheses"][0]
         self.assertIn("coulomb_friction over current", best["effects"])
         self.assertIn("coulomb_friction over current", (self.path / "out" / "report.html").read_text())

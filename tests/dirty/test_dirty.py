@@ -133,6 +133,17 @@ class Sums(unittest.TestCase):
         self.assertAlmostEqual(dirty_suite.brier(said), (0.01 + 0.01 + 0.81 + 0.04) / 4)
         self.assertAlmostEqual(dirty_suite.calibration_error(said), (3 * (0.9 - 2 / 3) + 0.2) / 4)
 
+    def test_calibrated_names_have_a_calibration_error_by_chance(self):
+        draws = random.Random(1)
+
+        def calibrated():
+            stated = [draws.random() for _ in range(150)]
+            return [(p, draws.random() < p) for p in stated]
+        drawn = [calibrated() for _ in range(200)]
+        mean = statistics.fmean(map(dirty_suite.calibration_error, drawn))
+        self.assertGreater(mean, 0.06)  # twice what is wanted
+        self.assertAlmostEqual(dirty_suite.calibration_error_by_chance(drawn[0]), mean, delta=0.1 * mean)
+
     def test_the_gap_is_held_against_what_the_unknown_makes(self):
         self.assertAlmostEqual(dirty_suite.expected_gap(line(0, "end_stop", 0.5)), 5e-4)
 

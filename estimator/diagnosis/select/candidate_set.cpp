@@ -26,13 +26,6 @@ bool without_chance(double chi_squared, std::ptrdiff_t observations) {
   return chi_squared > kNoChance * static_cast<double>(observations);
 }
 
-// Returns the effects with a richer one replaced by its special case.
-std::vector<std::string> simplified(std::vector<std::string> effects, const std::string& effect) {
-  std::replace(effects.begin(), effects.end(), effect, simpler_than(effect));
-  std::sort(effects.begin(), effects.end());
-  return effects;
-}
-
 // True if one set is the other with a richer effect replaced by its special case.
 bool special_case(const Hypothesis& simpler, const Hypothesis& richer) {
   return std::any_of(richer.effects.begin(), richer.effects.end(), [&](const std::string& effect) {
@@ -146,7 +139,7 @@ void CandidateSet::try_simpler(const Hypothesis& best, const std::string& effect
   });
   if (simpler == all_.end()) return;
   std::vector<std::size_t> made;
-  keep(refits_.with_simpler(best, effect, simpler->probes.front().line), made);
+  keep(refits_.with_instead(best, effect, simpler->probes.front().line), made);
 }
 
 // A richer effect gives way to its special case if the data do not exclude that.

@@ -50,16 +50,16 @@ std::vector<double> moved(const HarmonicFit& fit, const VectorXd& by) {
   return theta;
 }
 
-// Fits with different widths of one friction.
+// Fits with different widths of one friction, in all its lines.
 class Widths {
  public:
-  Widths(const HarmonicFit& near, const Turning& turning, const std::vector<RunDatum>& data,
-         const FitOptions& options)
-      : spec_(near.spec), turning_(turning), data_(data), options_(options) {}
+  Widths(const HarmonicFit& near, const std::vector<Turning>& turnings,
+         const std::vector<RunDatum>& data, const FitOptions& options)
+      : spec_(near.spec), turnings_(turnings), data_(data), options_(options) {}
 
   // Empty if the other width has no solution.
   std::optional<WidthStep> step_from(const HarmonicFit& fit, double width) const {
-    const double to = width > 0.0 ? (1.0 + kWider) * width : kFirst * turning_.usual;
+    const double to = width > 0.0 ? (1.0 + kWider) * width : kFirst * usual();
     const auto wider = predicted(at(to), fit);
     if (!wider) return std::nullopt;
     const VectorXd apart = stacked_residual(fit, data_) - stacked_residual(*wider, data_);
@@ -69,7 +69,7 @@ class Widths {
   // The fit at the width of a step, or halfway there; null if neither is better.
   std::shared_ptr<HarmonicFit> stepped(const HarmonicFit& fit, const WidthStep& step,
                                        double& width) const {
-    double to = std::clamp(width + step.by, kNarrowest * turning_.usual, kWidest * turning_.usual);
+    double to = std::clamp(width + step.by, kNarrowest * usual(), kWidest * usual());
     if (width > 0.0) to = std::clamp(to, width / kStride, width * kStride);
     for (int half = 0; half <= kMostHalves; ++half, to = 0.5 * (width + to)) {
       auto next = fitted(at(to), fit, moved(fit, step.bends * (to - width)));
@@ -81,9 +81,12 @@ class Widths {
   }
 
  private:
+  double usual() const { return turnings_.front().usual; }
+
   config::ModelSpec at(double width) const {
     config::ModelSpec spec = spec_;
-    spec.effects[turning_.line].constants[turning_.symbol] = width;
+    for (const Turning& turning : turnings_)
+      spec.effects[turning.line].constants[turning.symbol] = width;
     return spec;
   }
 
@@ -123,7 +126,7 @@ class Widths {
   }
 
   const config::ModelSpec& spec_;
-  const Turning& turning_;
+  const std::vector<Turning>& turnings_;
   const std::vector<RunDatum>& data_;
   const FitOptions& options_;
 };
@@ -134,10 +137,19 @@ bool promising(const WidthStep& step, const HarmonicFit& fit, double most) {
   return step.gain > kMinChiSquaredGain && left < std::max(most, kPromised * fit.chi_squared);
 }
 
-std::optional<Turning> only_turning(const HarmonicFit& fit) {
-  const auto all = turnings_of(fit.spec);
-  const bool one = all.size() == 1 && fit.model->coordinates() == fit.model->mechanical();
-  return one ? std::optional<Turning>(all.front()) : std::nullopt;
+// The lines of the model's friction without memory, if there is one only. What a further input
+// drives of it is the same friction, if it has the same width.
+std::vector<Turning> only_friction(const HarmonicFit& fit) {
+  if (fit.model->coordinates() != fit.model->mechanical()) return {};
+  std::vector<Turning> all = turnings_of(fit.spec);
+  const auto name = [&](const Turning& turning) {
+    return config::driven(fit.spec.effects[turning.line].effect).effect;
+  };
+  const auto same = [&](const Turning& turning) {
+    return name(turning) == name(all.front()) && turning.width == all.front().width;
+  };
+  if (!std::all_of(all.begin(), all.end(), same)) all.clear();
+  return all;
 }
 
 }  // namespace
@@ -145,10 +157,11 @@ std::optional<Turning> only_turning(const HarmonicFit& fit) {
 std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bool sharp,
                                                      const std::vector<RunDatum>& data,
                                                      const FitOptions& options, double most) {
-  const auto turning = only_turning(near);
-  if (!turning || !near.covariance.allFinite()) return nullptr;
-  const Widths widths(near, *turning, data, options);
-  double width = sharp ? 0.0 : turning->width;
+  const std::vector<Turning> turnings = only_friction(near);
+  if (turnings.empty() || !near.covariance.allFinite()) return nullptr;
+  const Widths widths(near, turnings, data, options);
+  const Turning& turning = turnings.front();
+  double width = sharp ? 0.0 : turning.width;
   auto step = widths.step_from(near, width);
   if (!step || !promising(*step, near, most)) return nullptr;
   std::shared_ptr<HarmonicFit> best = widths.stepped(near, *step, width);
@@ -161,8 +174,8 @@ std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bo
     best = std::move(better);
   }
   if (!best || best->chi_squared > most) return nullptr;
-  best->constant = {turning->line, turning->symbol,      turning->unit,
-                    width,         step->standard_error, step->bends};
+  best->constant = {turning.line, turning.symbol,       turning.unit,
+                    width,        step->standard_error, step->bends};
   return best;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "estimator/diagnosis/score/internal/scoring.hpp"
+
 namespace shaker::estimator::diagnosis {
 namespace {
 
@@ -18,6 +20,9 @@ constexpr double kRounding = 1e-9;  // of a value
 struct Nesting {
   std::string_view richer, simpler;
   std::vector<Special> where;  // all of them
+  // A parameter that the two call differently; all others that they share have one name. Empty in
+  // the richer one: it has none for that.
+  std::string_view in_richer = {}, in_simpler = {};
 };
 
 const std::vector<Nesting>& nestings() {
@@ -25,11 +30,29 @@ const std::vector<Nesting>& nestings() {
       {"stribeck_friction", "coulomb_friction", {{"ratio", Place::lower}}},
       // A static peak as narrow as the smoothing width only makes the reversal sharper.
       {"stribeck_friction", "coulomb_friction", {{"v_s", Place::lower}}},
-      {"bouc_wen_hysteresis", "presliding_friction", {{"gamma", Place::zero}, {"n", Place::lower}}},
+      {"bouc_wen_hysteresis",
+       "presliding_friction",
+       {{"gamma", Place::zero}, {"n", Place::lower}},
+       "f_h",
+       "f_c"},
       {"presliding_friction", "coulomb_friction", {{"z0", Place::lower}}},
       // Rigid oil with laminar flow below q_l damps by theta1 q_l v in addition.
-      {"oil_compressibility", "viscous_damping", {{"k_o", Place::upper}}}};
+      {"oil_compressibility", "viscous_damping", {{"k_o", Place::upper}}, "", "c"}};
   return all;
+}
+
+double value_of(const Special& special, const ModelParameter& p) {
+  if (special.place == Place::zero) return 0.0;
+  return special.place == Place::lower ? p.lower : p.upper;
+}
+
+// The last parameter of that effect and symbol; null: none.
+const double* value_of(const HarmonicFit& fit, std::string_view effect, std::string_view symbol) {
+  const auto& parameters = fit.model->parameters();
+  for (std::size_t k = parameters.size(); k-- > 0;) {
+    if (parameters[k].effect == effect && parameters[k].symbol == symbol) return &fit.theta[k];
+  }
+  return nullptr;
 }
 
 bool holds(std::string_view richer, std::string_view simpler) {
@@ -49,6 +72,19 @@ std::string simpler_than(std::string_view effect) {
   return {};
 }
 
+std::vector<std::string> simplified(std::vector<std::string> effects, const std::string& effect) {
+  std::replace(effects.begin(), effects.end(), effect, simpler_than(effect));
+  std::sort(effects.begin(), effects.end());
+  return effects;
+}
+
+bool holds_all_of_simpler(std::string_view effect) {
+  const std::string_view name = config::driven(effect).effect;
+  return std::any_of(nestings().begin(), nestings().end(), [&](const Nesting& n) {
+    return n.richer == name && n.in_richer.empty() == n.in_simpler.empty();
+  });
+}
+
 bool related(std::string_view a, std::string_view b) {
   return holds(a, b) || holds(b, a);
 }
@@ -59,9 +95,7 @@ bool reduces(const HarmonicFit& fit, std::string_view effect) {
     for (std::size_t k = parameters.size(); k-- > 0;) {
       const ModelParameter& p = parameters[k];
       if (p.effect != effect || p.symbol != special.symbol) continue;
-      const double value = special.place == Place::zero    ? 0.0
-                           : special.place == Place::lower ? p.lower
-                                                           : p.upper;
+      const double value = value_of(special, p);
       const double error = fit.standard_error(static_cast<int>(k));
       return std::fabs(fit.theta[k] - value) <= 2.0 * error + kRounding * std::fabs(value);
     }
@@ -71,6 +105,29 @@ bool reduces(const HarmonicFit& fit, std::string_view effect) {
     return n.richer == config::driven(effect).effect &&
            std::all_of(n.where.begin(), n.where.end(), stands);
   });
+}
+
+std::vector<double> carried_across(const Model& model, std::string_view effect,
+                                   const HarmonicFit& fit, std::string_view other) {
+  std::vector<double> theta = carried_over(model, fit);
+  const std::string_view to = config::driven(effect).effect, from = config::driven(other).effect;
+  for (const Nesting& n : nestings()) {
+    const bool enriched = n.richer == to && n.simpler == from;
+    if (!enriched && !(n.richer == from && n.simpler == to)) continue;
+    const auto& mine = enriched ? n.in_richer : n.in_simpler;
+    const auto& theirs = enriched ? n.in_simpler : n.in_richer;
+    for (std::size_t k = 0; k < theta.size(); ++k) {
+      const ModelParameter& p = model.parameters()[k];
+      if (p.effect != effect) continue;
+      const double* known = value_of(fit, other, p.symbol == mine ? theirs : p.symbol);
+      if (known != nullptr) theta[k] = std::clamp(*known, p.lower, p.upper);
+      for (const Special& special : n.where) {
+        if (enriched && p.symbol == special.symbol) theta[k] = value_of(special, p);
+      }
+    }
+    break;
+  }
+  return theta;
 }
 
 }  // namespace shaker::estimator::diagnosis

@@ -10,6 +10,7 @@
 #include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/diagnosis/select/internal/centring.hpp"
 #include "estimator/diagnosis/select/internal/evidence.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/diagnosis/select/internal/probe_starts.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 
@@ -202,27 +203,18 @@ Hypothesis Refits::without(const Hypothesis& larger, std::size_t line) const {
   return h;
 }
 
-Hypothesis Refits::with_simpler(const Hypothesis& richer, const std::string& effect,
-                                const config::EffectSpec& simpler) const {
-  const HarmonicFit& parent = rounded(richer);
+Hypothesis Refits::with_instead(const Hypothesis& known, const std::string& effect,
+                                const config::EffectSpec& other) const {
+  const HarmonicFit& parent = rounded(known);
   Hypothesis h;
-  h.effects = richer.effects;
-  std::replace(h.effects.begin(), h.effects.end(), effect, simpler.effect);
+  h.effects = known.effects;
+  std::replace(h.effects.begin(), h.effects.end(), effect, other.effect);
   std::sort(h.effects.begin(), h.effects.end());
   config::ModelSpec spec = parent.spec;
   const auto line = std::find_if(spec.effects.rbegin(), spec.effects.rend(),
-                                 [&](const auto& known) { return known.effect == effect; });
-  *line = simpler;
-  const Model model(spec);
-  std::vector<double> start = carried_over(model, parent);
-  for (std::size_t k = 0; k < start.size(); ++k) {
-    const ModelParameter& p = model.parameters()[k];
-    const int of =
-        p.effect == simpler.effect ? find_parameter(*parent.model, effect, p.symbol) : -1;
-    if (of >= 0)
-      start[k] = std::clamp(parent.theta[static_cast<std::size_t>(of)], p.lower, p.upper);
-  }
-  h.fit = refitted(spec, start, nullptr);
+                                 [&](const auto& own) { return own.effect == effect; });
+  *line = other;
+  h.fit = refitted(spec, carried_across(Model(spec), other.effect, parent, effect), nullptr);
   judge(h);
   if (std::isfinite(h.fit->chi_squared)) describe(h);
   return h;

@@ -172,9 +172,33 @@ class Search {
       found_.hypotheses.push_back(refits_.with(parent, *next.probe));
       keep_what_remains(found_.hypotheses.back(), made);
     }
+    begin_at_special_cases(made);
     std::erase_if(
         made, [&](std::size_t h) { return !std::isfinite(found_.hypotheses[h].fit->chi_squared); });
     return made;
+  }
+
+  // A richer effect leaves no more than its special case. Where its fit does, that ended in another
+  // valley, and starts from the special case. The fit of a record is too expensive to be repeated.
+  void begin_at_special_cases(const std::vector<std::size_t>& made) {
+    if (on_samples(data_)) return;
+    for (const std::size_t k : made) {
+      const Hypothesis richer = found_.hypotheses[k];  // a copy: it may be replaced
+      for (const std::string& effect : richer.effects) {
+        if (!holds_all_of_simpler(effect) || reduces(*richer.fit, effect)) continue;
+        const Hypothesis* special = candidate_set_.find(simplified(richer.effects, effect));
+        if (special == nullptr || !special->disqualified.empty() || richer.fit->stopped ||
+            rounded(*special).chi_squared >= rounded(richer).chi_squared)
+          continue;
+        const auto candidate = std::find_if(all_.begin(), all_.end(),
+                                            [&](const Candidate& c) { return c.name() == effect; });
+        std::vector<std::size_t> replaced;
+        if (candidate != all_.end() && candidate_set_.goes_on())
+          candidate_set_.keep(
+              refits_.with_instead(*special, simpler_than(effect), candidate->probes.front().line),
+              replaced);
+      }
+    }
   }
 
   // A fit that switched an effect off belongs to the smaller set. That set may have ended in a

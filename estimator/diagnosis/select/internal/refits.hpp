@@ -33,9 +33,10 @@ class Refits {
   // Returns the line of an added effect that the fit has switched off; without() removes it.
   std::optional<std::size_t> switched_off(const Hypothesis& h) const;
   Hypothesis without(const Hypothesis& larger, std::size_t line) const;
-  // Replaces a richer effect by its special case and fits again from there.
-  Hypothesis with_simpler(const Hypothesis& richer, const std::string& effect,
-                          const config::EffectSpec& simpler) const;
+  // Replaces an effect by one that holds it as a special case, or by its special case, and fits
+  // again from there.
+  Hypothesis with_instead(const Hypothesis& known, const std::string& effect,
+                          const config::EffectSpec& other) const;
   // Fits a hypothesis again that was fitted to other errors of the same runs, from its parameters.
   Hypothesis again(const Hypothesis& known) const;
   // Computes evidence and cross-validation of the present fit.

@@ -12,6 +12,7 @@
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
 #include "estimator/diagnosis/noise/internal/weighing.hpp"
 #include "estimator/diagnosis/select/internal/centring.hpp"
+#include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
 #include "tests/estimator/fixtures.hpp"
 
@@ -176,12 +177,58 @@ TEST(Refits, PutsTheSimplerEffectInThePlaceOfTheRicherOne) {
       hidden.refits().with(hidden.base(), candidate("rebound_damping").probes.at(0));
   const Hypothesis richer =
       hidden.refits().with(rebound, candidate("stribeck_friction").probes.at(0));
-  const Hypothesis simpler = hidden.refits().with_simpler(
+  const Hypothesis simpler = hidden.refits().with_instead(
       richer, "stribeck_friction", candidate("coulomb_friction").probes.at(0).line);
   EXPECT_EQ(simpler.effects, (std::vector<std::string>{"coulomb_friction", "rebound_damping"}));
   EXPECT_EQ(simpler.fit->free.size() + 2, richer.fit->free.size());
   EXPECT_TRUE(simpler.disqualified.empty()) << simpler.disqualified;
   EXPECT_NEAR(simpler.fit->theta.back(), 0.2, 0.01);
+}
+
+// Value of the last parameter of that name.
+double value_of(const HarmonicFit& fit, const std::string& name) {
+  const auto& all = fit.model->parameters();
+  for (std::size_t k = all.size(); k-- > 0;) {
+    if (all[k].name == name) return fit.theta[k];
+  }
+  ADD_FAILURE() << name;
+  return 0.0;
+}
+
+// Whatever the catalogue starts the richer effect from, it leaves no more than its special case.
+TEST(Refits, StartsTheRicherEffectAsItsSpecialCase) {
+  const Hidden hidden({{"coulomb_friction", 0.2}});
+  const Hypothesis simpler =
+      hidden.refits().with(hidden.base(), candidate("presliding_friction").probes.at(0));
+  config::EffectSpec line = candidate("bouc_wen_hysteresis").probes.at(0).line;
+  line.parameters["f_h"].start = 50.0;
+  line.parameters["gamma"].start = 4.5;
+  const auto spec = [&] {
+    config::ModelSpec model = simpler.fit->spec;
+    model.effects.back() = line;
+    return model;
+  }();
+  const Model richer(spec);
+  const auto start =
+      carried_across(richer, "bouc_wen_hysteresis", *simpler.fit, "presliding_friction");
+  const std::size_t first = start.size() - 4;  // f_h, z0, gamma, n
+  EXPECT_EQ(start[first], value_of(*simpler.fit, "f_c"));
+  EXPECT_EQ(start[first + 1],
+            std::max(value_of(*simpler.fit, "z0"), richer.parameters()[first + 1].lower));
+  EXPECT_EQ(start[first + 2], 0.0);
+  EXPECT_EQ(start[first + 3], 1.0);
+  const Hypothesis found = hidden.refits().with_instead(simpler, "presliding_friction", line);
+  EXPECT_EQ(found.effects, std::vector<std::string>{"bouc_wen_hysteresis"});
+  EXPECT_LT(found.fit->chi_squared, simpler.fit->chi_squared + 1.0);
+}
+
+// What rigid oil does beside viscous damping is in no parameter of the richer effect.
+TEST(Refits, TellsWhichEffectsCanStartAsTheirSpecialCase) {
+  for (const char* effect : {"stribeck_friction", "presliding_friction", "bouc_wen_hysteresis",
+                             "bouc_wen_hysteresis over current"})
+    EXPECT_TRUE(holds_all_of_simpler(effect)) << effect;
+  for (const char* effect : {"oil_compressibility", "coulomb_friction", "end_stop"})
+    EXPECT_FALSE(holds_all_of_simpler(effect)) << effect;
 }
 
 }  // namespace
