@@ -5,16 +5,18 @@ import pathlib
 import socket
 import sqlite3
 import struct
+import sys
 import tempfile
 import threading
 import unittest
 
 import places  # noqa: F401  first: it says where the others are
+import freeze
 import ledger
 import lies_drive
 import lies_sensor
 import modbus_wire as modbus
-from daemon import Client
+from daemon import Client, Program
 from observer import Observer, Queue, Reading
 from table import ANY, GOES_ON, REFUSED, STILL_MOVES, STOPS, TABLE
 from witness import missing
@@ -31,6 +33,32 @@ def read(function, address, count, unit=1):
 
 def answer(request, words):
     return request.with_pdu(struct.pack(f">BB{len(words)}H", request.function, 2 * len(words), *words))
+
+
+class Freeze(unittest.TestCase):
+    def test_a_frozen_program_has_not_ended(self):
+        program = Program([sys.executable, "-c", "import time; time.sleep(60)"])
+        self.addCleanup(program.wait)
+        self.addCleanup(program.kill)
+        try:
+            freeze.Frozen([program.pid]).lift()
+        except PermissionError as trouble:
+            self.skipTest(f"{trouble}; ptrace is not allowed here")
+        polls, enough = [], threading.Event()
+
+        def poll():
+            while not enough.is_set():
+                polls.append(program.poll())
+
+        polling = threading.Thread(target=poll)
+        polling.start()
+        try:
+            for _ in range(100):
+                freeze.Frozen([program.pid]).lift()
+        finally:
+            enough.set()
+            polling.join()
+        self.assertEqual(set(polls), {None})
 
 
 class Wire(unittest.TestCase):

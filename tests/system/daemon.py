@@ -161,6 +161,17 @@ class Client:
         return [line for line in self.lines if line.get("type") == name]
 
 
+class Program(subprocess.Popen):
+    """A thread that ptrace has stopped is no end: Popen takes it for one, and hides it from the tracer."""
+
+    def poll(self):
+        if self.returncode is None:
+            found = os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+            if found is None or found.si_code not in (os.CLD_EXITED, os.CLD_KILLED, os.CLD_DUMPED):
+                return None
+        return super().poll()
+
+
 class Daemon:
     """shakerd in a directory of its own, removed at the end; may be started again in it."""
 
@@ -179,7 +190,7 @@ class Daemon:
 
     def start(self):
         self.log = open(self.directory / "log", "ab")
-        self.process = subprocess.Popen(self.command(), stderr=self.log, stdout=self.log)
+        self.process = Program(self.command(), stderr=self.log, stdout=self.log)
         end = time.monotonic() + 20
         while time.monotonic() < end and self.process.poll() is None:
             with contextlib.suppress(OSError):
