@@ -279,10 +279,10 @@ def mob(kind, by, count):
 def estop_by(dial):
     """Who may only listen."""
     def begin(stand):
-        with contextlib.closing(dial(stand)()) as link:
+        # Where all places are taken, the daemon closes the connection at once.
+        with contextlib.closing(dial(stand)()) as link, contextlib.suppress(OSError):
             link.sendall(b'{"jsonrpc":"2.0","id":1,"method":"estop"}\n')
-            with contextlib.suppress(OSError):
-                link.recv(4096)
+            link.recv(4096)
         return nothing
     return begin
 
