@@ -77,8 +77,8 @@ const std::vector<Family>& families() {
        {"orifice_damping", "laminar_orifice", "metering_pin", "tabulated_pin", "rebound_damping",
         "relief_valve", "cavitation"}},
       {"friction",
-       {"coulomb_friction", "pressure_friction", "stribeck_friction", "presliding_friction",
-        "bouc_wen_hysteresis"}}};
+       {"coulomb_friction", "pressure_friction", "stribeck_friction", "pinched_friction",
+        "presliding_friction", "bouc_wen_hysteresis"}}};
   return all;
 }
 

@@ -38,7 +38,9 @@ std::vector<double> grid(const ParameterInfo& p, const MotionRange& range, int c
   std::vector<double> values;
   const bool wide = low > 0.0 && high / low > 8.0;
   if (p.unit == "m" && (!wide || high >= range.high)) {
-    values = linear(range.low, range.high, {0.5, 0.75, 0.9});  // a place along the stroke
+    // A place along the stroke: what sets in does so towards its end.
+    values = low < 0.0 ? linear(range.low, range.high, {0.1, 0.3, 0.5, 0.7, 0.9})
+                       : linear(range.low, range.high, {0.5, 0.75, 0.9});
   } else if (wide) {
     if (p.unit == "m/s") high = std::min(high, std::max(range.speed, 2.0 * low));
     // A force at which something gives: of the size of those that move the mass.

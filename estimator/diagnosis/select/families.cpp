@@ -9,8 +9,8 @@ namespace shaker::estimator::diagnosis {
 std::span<const EffectKind> effect_kinds() {
   static const std::vector<EffectKind> all = {
       {"dry friction",
-       {"coulomb_friction", "stribeck_friction", "pressure_friction", "presliding_friction",
-        "bouc_wen_hysteresis"}},
+       {"coulomb_friction", "stribeck_friction", "pressure_friction", "pinched_friction",
+        "presliding_friction", "bouc_wen_hysteresis"}},
       {"damping that follows the velocity",
        {"viscous_damping", "orifice_damping", "laminar_orifice", "rebound_damping", "metering_pin",
         "tabulated_pin", "relief_valve", "cavitation"}},

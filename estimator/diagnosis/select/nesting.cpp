@@ -36,6 +36,7 @@ const std::vector<Nesting>& nestings() {
        "f_h",
        "f_c"},
       {"presliding_friction", "coulomb_friction", {{"z0", Place::lower}}},
+      {"pinched_friction", "coulomb_friction", {{"u_p", Place::lower}}},
       // Rigid oil with laminar flow below q_l damps by theta1 q_l v in addition.
       {"oil_compressibility", "viscous_damping", {{"k_o", Place::upper}}, "", "c"}};
   return all;

@@ -15,6 +15,7 @@ std::span<const Effect* const> catalogue() {
       &coulomb_friction(),
       &pressure_friction(),
       &stribeck_friction(),
+      &pinched_friction(),
       &presliding_friction(),
       &bouc_wen_hysteresis(),
       &viscous_damping(),

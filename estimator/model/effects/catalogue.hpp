@@ -26,6 +26,7 @@ const Effect& gravity();
 const Effect& coulomb_friction();
 const Effect& pressure_friction();
 const Effect& stribeck_friction();
+const Effect& pinched_friction();
 const Effect& presliding_friction();
 const Effect& bouc_wen_hysteresis();
 const Effect& viscous_damping();

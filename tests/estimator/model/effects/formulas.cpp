@@ -114,6 +114,13 @@ Formulas frictions() {
         },
         {0.4, 1.4, 0.09},
         {0.04}}},
+      {"pinched_friction",
+       {[](const Seen& s) {
+          const C near = std::exp(-std::pow((s.u - s.t[1]) / s.t[2], 2));
+          return E{(s.t[0] - s.t[0] * near) * std::tanh(s.v / s.c[0])};
+        },
+        {0.4, 0.02, 0.05},
+        {0.04}}},
       {"bouc_wen_hysteresis",
        {[](const Seen& s) {
           const C size = smooth(s.w[0], s.c[1]), n = s.t[3];

@@ -1,0 +1,25 @@
+// A linear oscillator is fitted to two free decays of a force, one to each side.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "estimator/diagnosis/diagnose.hpp"
+#include "tests/estimator/diagnosis/free_decay.hpp"
+#include "tests/estimator/fixtures.hpp"
+
+namespace shaker::estimator::diagnosis::testing {
+
+inline Result<Diagnosis> diagnosis_of_decays(const std::function<double(double, double)>& force) {
+  Campaign campaign;
+  campaign.name = "decays";
+  std::uint64_t seed = 1;
+  for (const double start : {0.1, -0.08}) {
+    campaign.runs.push_back(decay_of(force, {start, 8.0, 100.0, 2e-5, seed++}));
+    campaign.runs.back().name = "r" + std::to_string(seed);
+  }
+  return diagnose(campaign, estimator::testing::linear_oscillator());
+}
+
+}  // namespace shaker::estimator::diagnosis::testing
