@@ -19,6 +19,7 @@ import tempfile
 
 KINDS = ("periodic", "imposed", "sweep", "decay", "drop")
 SURE = 0.9
+ACTS_AS = {"bearing_tilt": "pinched_friction"}  # what of the catalogue nearly is an unknown: no wrong name
 LIMIT_S = 300  # of processor time of a diagnosis
 
 
@@ -76,8 +77,12 @@ def in_set(line: dict) -> bool:
     return any(line["largest"] in [n["name"], *n["set"]] for n in line["names"])
 
 
+def is_there(name: str, line: dict) -> bool:
+    return name in line["effects"] or name == ACTS_AS.get(line["unknown"])
+
+
 def wrong_and_sure(line: dict) -> bool:
-    return any(n["probability"] > SURE and n["name"] not in line["effects"] for n in line["names"])
+    return any(n["probability"] > SURE and not is_there(n["name"], line) for n in line["names"])
 
 
 def expected_gap(line: dict) -> float:
@@ -87,7 +92,7 @@ def expected_gap(line: dict) -> float:
 
 def statements(lines: list) -> list[tuple[float, bool]]:
     """Every name that was said: its probability, and whether it is there."""
-    return [(n["probability"], n["name"] in line["effects"]) for line in lines for n in line["names"]]
+    return [(n["probability"], is_there(n["name"], line)) for line in lines for n in line["names"]]
 
 
 def bins(said: list) -> list[tuple[float, list]]:
@@ -153,7 +158,7 @@ def wrong_names(lines: list) -> list[list[str]]:
     wrong: dict[str, list[float]] = {}
     for line in lines:
         for n in line["names"]:
-            if n["name"] not in line["effects"]:
+            if not is_there(n["name"], line):
                 wrong.setdefault(n["name"], []).append(n["probability"])
     order = sorted(wrong.items(), key=lambda item: (-len(item[1]), item[0]))
     return [[f"`{name}`", str(len(p)), f"{math.fsum(p) / len(p):.2f}", f"{max(p):.2f}"] for name, p in order]
