@@ -19,7 +19,7 @@ import tempfile
 
 KINDS = ("periodic", "imposed", "sweep", "decay", "drop")
 SURE = 0.9
-ACTS_AS = {"bearing_tilt": "pinched_friction"}  # what of the catalogue nearly is an unknown: no wrong name
+ACTS_AS = {"bearing_tilt": "pinched_friction"}  # the effect that nearly describes an unknown: not a wrong name
 LIMIT_S = 300  # of processor time of a diagnosis
 
 

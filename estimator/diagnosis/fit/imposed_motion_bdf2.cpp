@@ -346,8 +346,8 @@ double MotionIntegrator::move_one(int first, int last) {
 }
 
 // Newton for all steps of a block, from the present course: nearby parameters have a nearby course.
-// The points are evaluated together, which costs a small part of
-// what they cost one by one. Returns false if it does not converge; w is then undefined there.
+// The points are evaluated together, which costs a small part of what they cost one by one. Returns
+// false if it does not converge; w is then undefined there.
 bool MotionIntegrator::correct(int first, int last, std::span<const double> theta) {
   for (int round = 0; round < kMostCorrections; ++round) {
     load(first, last);
