@@ -16,6 +16,7 @@
 #include "estimator/diagnosis/noise/internal/excitation_noise.hpp"
 #include "estimator/diagnosis/noise/internal/extra_channels.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
+#include "estimator/diagnosis/noise/internal/own_forces.hpp"
 #include "estimator/diagnosis/noise/internal/run_constants.hpp"
 #include "estimator/diagnosis/noise/internal/screening.hpp"
 #include "estimator/diagnosis/noise/internal/transient.hpp"
@@ -269,31 +270,56 @@ bool serves(const HarmonicFit& fit) {
   return fit.trouble.empty() || is_far_above_noise(fit);
 }
 
-// Fits the model to records, and completes their errors by what the fit shows.
-Result<HarmonicFit> fit_records(const config::ModelSpec& model, const std::string& unit,
-                                FitOptions options, TransientRuns& runs) {
-  options.max_iterations = kRecordStepsOfBase;  // from start values that may be far off
-  HarmonicFit base = fit_transient(model, runs, options);
-  if (!serves(base)) return not_fitted(base);
-  if (auto good = use_repetitions(runs, base); !good) return good.error();
-  const auto again = [&] {
-    base = fit_harmonics(model, runs.data, base.theta, &base, options);
+struct FittedRecords {
+  HarmonicFit base;
+  std::optional<OwnForces> own_forces;
+};
+
+// Lets the records differ in their zeros and in a constant force, where they do. `largest`: force of
+// the motion. Returns false where no fit serves.
+bool let_records_differ(const std::string& unit, double largest, const FitOptions& options,
+                        TransientRuns& runs, FittedRecords& fitted) {
+  HarmonicFit& base = fitted.base;
+  const std::vector<RunDatum> alike = runs.data;
+  const auto let_zeros = [&](std::string& differ) {
+    differ = let_zeros_differ(base, unit, runs.data);
+    if (differ.empty()) return true;
+    const config::ModelSpec spec = base.spec;
+    base = fit_harmonics(spec, runs.data, base.theta, &base, options);
     return serves(base);
   };
+  std::string zeros;
+  if (!let_zeros(zeros)) return false;
+  fitted.own_forces = let_forces_differ(base, largest, runs.data, options);
+  if (fitted.own_forces) {
+    runs.warnings.push_back(fitted.own_forces->words);
+    runs.data = alike;  // a force moves the mean too
+    if (!let_zeros(zeros)) return false;
+  }
+  if (!zeros.empty()) runs.warnings.push_back(zeros);
+  return true;
+}
+
+// Fits the model to records, and completes their errors by what the fit shows.
+Result<FittedRecords> fit_records(const config::ModelSpec& model, const std::string& unit,
+                                  double largest, FitOptions options, TransientRuns& runs) {
+  options.max_iterations = kRecordStepsOfBase;  // from start values that may be far off
+  FittedRecords fitted{fit_transient(model, runs, options), {}};
+  HarmonicFit& base = fitted.base;
+  if (!serves(base)) return not_fitted(base);
+  if (auto good = use_repetitions(runs, base); !good) return good.error();
   // Done twice, because the response to the excitation depends on the fit.
   const std::vector<RunDatum> own = runs.data;
   for (int round = 0; round < 2; ++round) {
     const bool counted = count_excitation_noise(runs, own, base);
-    if (!again()) return not_fitted(base);
+    base = fit_harmonics(model, runs.data, base.theta, &base, options);
+    if (!serves(base)) return not_fitted(base);
     if (!counted) break;
   }
-  if (const std::string differ = let_zeros_differ(base, unit, runs.data); !differ.empty()) {
-    runs.warnings.push_back(differ);
-    if (!again()) return not_fitted(base);
-  }
+  if (!let_records_differ(unit, largest, options, runs, fitted)) return not_fitted(base);
   if (!base.trouble.empty())
     runs.warnings.push_back(base.trouble + ": it is far from the data without what is missing");
-  return base;
+  return fitted;
 }
 
 // Diagnoses a campaign of runs without a period.
@@ -307,9 +333,8 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   progress("fitting the model", 0.05);
   const FitOptions fitting = bounded(*runs, options);
   const std::string unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
-  auto fitted = fit_records(model, unit, fitting, *runs);
+  auto fitted = fit_records(model, unit, range.force, fitting, *runs);
   if (!fitted) return fitted.error();
-  HarmonicFit& base = *fitted;
   std::vector<double> motions;
   for (const RunDatum& datum : runs->data)
     motions.push_back(motion_of(datum.response));
@@ -322,7 +347,8 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   progress("scoring the catalogue", 0.2);
   const std::vector<SteadyRun> none(runs->data.size());
   Diagnosis said =
-      searched(std::move(base), runs->data, none, catalogue.tried, selection, progress);
+      searched(std::move(fitted->base), runs->data, none, catalogue.tried, selection, progress);
+  if (fitted->own_forces) take_out(*fitted->own_forces, said);
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
   said.gap.unit = unit;

@@ -240,6 +240,7 @@ std::optional<ZeroWidthFit> carried(const HarmonicFit& fit, const std::vector<Ru
 std::optional<ZeroWidthFit> to_zero_width(const HarmonicFit& first,
                                           const std::vector<RunDatum>& data,
                                           const FitOptions& stated, const ZeroWidthOptions& worth) {
+  if (!std::isfinite(first.chi_squared)) return std::nullopt;  // it has no solution
   FitOptions options = stated;
   const Task task(data.front().budget, kZeroWidthBudget * options.fit_budget);
   // Far from noise the long way to a solution on fine grids is not worth its time.

@@ -355,6 +355,13 @@ MatrixXd TransientResponse::states() const {
   return all;
 }
 
+double TransientResponse::start_of(const std::string& state) const {
+  const auto& names = equations_.names();
+  const auto found = std::find(names.begin(), names.end(), state);
+  if (found == names.end()) throw std::invalid_argument("the model has no state " + state);
+  return arcs_.front().start[static_cast<std::size_t>(found - names.begin())];
+}
+
 void TransientResponse::start_from(const TransientResponse& other) {
   if (arcs_.size() != other.arcs_.size() || !other.solved_) return;
   least_steps_ = other.least_steps_;

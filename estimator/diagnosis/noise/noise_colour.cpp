@@ -115,7 +115,9 @@ std::vector<RunDatum> with_spectrum_left(const HarmonicFit& fit,
                                          const std::vector<RunDatum>& data, ColourOf of) {
   std::vector<RunDatum> out = data;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    const VectorXd left = fitted[r].response - fit.predictions[r].value();
+    // An own zero is no course either.
+    const VectorXd left =
+        without_own_zero(fitted[r], fitted[r].response - fit.predictions[r].value());
     if (left.size() != data[r].response.size()) continue;
     MatrixXd covariance;
     if (of == ColourOf::excitation)
@@ -140,8 +142,9 @@ double spectrum_gain(const ResidualOf& one, const ResidualOf& other) {
   for (std::size_t r = 0; r < one.data.size(); ++r) {
     if (one.data[r].role != Role::fit) continue;
     const auto powers = [&](const ResidualOf& of) -> VectorXd {
-      return band_powers(of.data[r].response - of.fit.predictions[r].value(), count)
-          .cwiseMax(1e-300);
+      const VectorXd left =
+          without_own_zero(of.data[r], of.data[r].response - of.fit.predictions[r].value());
+      return band_powers(left, count).cwiseMax(1e-300);
     };
     gain += (powers(other).array().log() - powers(one).array().log()).sum();
   }

@@ -141,13 +141,14 @@ std::optional<OfUnknownColour> nothing_but_colour(const Selection& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,
                                                   const SelectionOptions& options) {
-  if (searched.adequate || searched.explained || !on_samples(data)) return std::nullopt;
+  if (searched.adequate || !on_samples(data)) return std::nullopt;
   const HarmonicFit& base = *searched.base.fit;
   if (!closed_by_effects(searched, data)) {
     for (const ColourOf of : possible(data)) {
       if (auto found = without_force(base, data, data, of, catalogue, options)) return found;
     }
   }
+  if (searched.explained) return std::nullopt;
   for (const ColourOf of : possible(data)) {
     auto beside = beside_constants(base, data_of(searched.base, data), data, of, options.fit);
     if (!beside || closed_by_effects(*beside, searched, data, of, options.fit)) continue;

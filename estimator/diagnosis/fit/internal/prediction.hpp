@@ -71,6 +71,8 @@ class Prediction {
   // Null for an imposed motion. After rest() only its state and its excitation are available.
   const PeriodicSystem* response() const { return response_ ? &response_->system() : nullptr; }
   const ImposedMotion* imposed() const { return imposed_.get(); }  // null for a response
+  // The response of a record; null for other runs, and for the force along a motion.
+  const TransientResponse* transient() const { return transient_.get(); }
   // The record of a run without a period; null for other runs.
   const SampledRun* sampled() const { return sampled_.get(); }
 

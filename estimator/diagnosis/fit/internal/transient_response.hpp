@@ -8,6 +8,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -35,6 +36,9 @@ class TransientResponse {
 
   // States of the trajectory, one row for each sample, after a successful `at`.
   Eigen::MatrixXd states() const;
+
+  // Initial value of a state, by its name.
+  double start_of(const std::string& state) const;
 
   // Starts from another model's trajectory, for the states that both have.
   void start_from(const TransientResponse& other);

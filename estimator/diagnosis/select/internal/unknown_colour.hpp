@@ -20,10 +20,11 @@ struct OfUnknownColour {
   std::optional<RunConstants> constants;  // in the errors too; empty: the runs do not differ
 };
 
-// Tests whether nothing is missing and the residual of the base model is noise, by itself or beside
-// constants that differ from run to run. Empty for periodic
-// runs, and if the noise above the response suffices. Call it after the search: an effect that
-// bends the base model far may have no gain at the base fit.
+// Tests whether nothing is missing and the residual of the base model is noise, by itself or, where
+// the search explained nothing, beside constants that differ from run to run. Empty for periodic
+// runs, and where the search found nothing missing. Effects that explain the data beside the noise
+// above the response are not there for certain while noise of another colour does as much. Call it
+// after the search: an effect that bends the base model far may have no gain at the base fit.
 std::optional<OfUnknownColour> nothing_but_colour(const Selection& searched,
                                                   const std::vector<RunDatum>& data,
                                                   const std::vector<Candidate>& catalogue,

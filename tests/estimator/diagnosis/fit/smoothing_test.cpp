@@ -8,8 +8,10 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
+#include "estimator/diagnosis/noise/internal/transient.hpp"
 #include "estimator/diagnosis/noise/internal/weighing.hpp"
 #include "tests/estimator/diagnosis/campaigns.hpp"
+#include "tests/estimator/diagnosis/free_decay.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -102,6 +104,21 @@ TEST(Corners, AreLeftWhereNoSharpnessLeadsToNoise) {
   ASSERT_TRUE(fit.converged);
   EXPECT_GT(fit.chi_squared, 100.0 * fit.observations);
   EXPECT_FALSE(to_zero_width(fit, data, {}));
+}
+
+// A fit that was stopped before it had a motion has nothing to compare a finer one with.
+TEST(Corners, OfAFitWithoutAMotionAreLeft) {
+  auto model = estimator::testing::linear_oscillator();
+  model.effects.push_back(estimator::testing::effect("presliding_friction"));
+  const auto force = [](double u, double v) { return 60.0 * u + 0.4 * v; };
+  auto runs = transient_runs({testing::decay_of(force, {})}, model);
+  ASSERT_TRUE(runs) << runs.error().what;
+  runs->data.front().budget = std::make_shared<EvaluationBudget>();
+  FitOptions options;
+  options.fit_budget = 1.0;
+  const HarmonicFit stopped = fit_transient(model, *runs, options);
+  ASSERT_TRUE(stopped.stopped);
+  EXPECT_FALSE(to_zero_width(stopped, runs->data, {}));
 }
 
 TEST(Corners, OfARivalMustLeadBelowWhatTheBestLeaves) {

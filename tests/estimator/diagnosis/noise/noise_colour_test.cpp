@@ -89,6 +89,21 @@ TEST(NoiseColour, IsTheSpectrumOfWhatAFitLeaves) {
   }
 }
 
+// A zero of the record's own stands in its mean alone, and makes no noise of low frequency.
+TEST(NoiseColour, HoldsNoZeroOfTheRecord) {
+  const Fit of = fit_of({}, 1);
+  std::vector<RunDatum> moved = of.runs.data;
+  for (RunDatum& datum : moved) {
+    datum.own_zero = 100.0 * kDeviation;
+    datum.response[0] += datum.own_zero;
+  }
+  const auto data = with_spectrum_left(of.fit, of.runs.data, of.runs.data, ColourOf::response);
+  const auto same = with_spectrum_left(of.fit, moved, moved, ColourOf::response);
+  for (std::size_t r = 0; r < data.size(); ++r)
+    EXPECT_LE(same[r].error[1], data[r].error[1]);
+  EXPECT_NEAR(spectrum_gain({of.fit, of.runs.data}, {of.fit, moved}), 0.0, 10.0);
+}
+
 TEST(NoiseColour, LiesAlongNoSmoothForceUnlessOneIsMissing) {
   int unlikely = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
