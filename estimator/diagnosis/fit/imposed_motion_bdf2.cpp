@@ -253,12 +253,12 @@ void MotionIntegrator::solve(double* slope, double* right, int columns) const {
 bool MotionIntegrator::march(std::span<const double> theta) {
   w_.row(0) = first_.transpose();  // without a rate: what is memory begins at rest
   marched_ = rows_;
-  for (int first = 0; first < rows_; first += kBlock) {
-    const int last = std::min(first + kBlock, rows_);
+  for (int first = 0, last = 0; first < rows_; first = last) {
+    last = std::min(first + kBlock, rows_);
     for (int row = std::max(first, n_); !has_course_ && row < last; ++row)
       w_.row(row) = w_.row(row - n_);
-    const bool nearby = has_course_ || first >= n_;
-    if (!(nearby && correct(first, last, theta)) && !step_through(first, last, theta)) return false;
+    if (has_course_ || first >= n_) correct(first, last, theta);
+    if (first < last && !step_through(first, last, theta)) return false;
     if (!repeats(last)) continue;
     marched_ = last;
     for (int row = last; row < rows_; ++row)
@@ -294,15 +294,15 @@ bool MotionIntegrator::step_through(int first, int last, std::span<const double>
   return true;
 }
 
-// Moves w at the steps of a block by one round of Newton's method: a forward substitution. Returns
-// the largest move relative to w, or infinity.
-double MotionIntegrator::move_all(int first, int last) {
-  double largest = 0.0;
+// Moves w at the steps of a block by one round of Newton's method: a forward substitution. Sets
+// `first` to the first step that still moves. Returns false if a move is not finite.
+bool MotionIntegrator::move_all(int& first, int last) {
+  const int begin = first;
   moves_.assign(static_cast<std::size_t>(q_) * 3, 0.0);
   double* now = moves_.data();  // the moves of this step and of the two before
   double *before = now + q_, *earlier = before + q_;
-  for (int row = std::max(first, 1); row < last; ++row) {
-    const int i = row - first;
+  for (int row = begin; row < last; ++row) {
+    const int i = row - begin;
     const Difference rate = difference_at(row);
     std::swap(earlier, before);
     std::swap(before, now);
@@ -316,48 +316,48 @@ double MotionIntegrator::move_all(int first, int last) {
     solve(step_.slope.data(), now, 1);
     double move = 0.0, size = 1e-9;
     for (int d = 0; d < q_; ++d) {
-      if (!std::isfinite(now[d])) return std::numeric_limits<double>::infinity();
+      if (!std::isfinite(now[d])) return false;
       w_(row, d) += now[d];
       move = std::max(move, std::fabs(now[d]));
       size = std::max(size, std::fabs(w_(row, d)));
     }
-    largest = std::max(largest, move / size);
+    if (first == row && move < kSolved * size) ++first;
   }
-  return largest;
+  return true;
 }
 
 // The same where one coordinate is carried along.
-double MotionIntegrator::move_one(int first, int last) {
+bool MotionIntegrator::move_one(int& first, int last) {
+  const int begin = first;
   const double *g = block_.g[1], *g_u = block_.g_u[3], *g_v = block_.g_v[3];
   double* w = w_.data();
-  double before = 0.0, earlier = 0.0, largest = 0.0;
-  for (int row = std::max(first, 1); row < last; ++row) {
-    const int i = row - first;
+  double before = 0.0, earlier = 0.0;
+  for (int row = begin; row < last; ++row) {
+    const int i = row - begin;
     const Difference rate = difference_at(row);
     const double now = (-g[i] - g_v[i] * (rate.last * before + rate.before * earlier)) /
                        (g_u[i] + rate.now * g_v[i]);
-    if (!std::isfinite(now)) return std::numeric_limits<double>::infinity();
+    if (!std::isfinite(now)) return false;
     w[row] += now;
-    largest = std::max(largest, std::fabs(now) / std::max(1e-9, std::fabs(w[row])));
+    if (first == row && std::fabs(now) < kSolved * std::max(1e-9, std::fabs(w[row]))) ++first;
     earlier = before;
     before = now;
   }
-  return largest;
+  return true;
 }
 
 // Newton for all steps of a block, from the present course: nearby parameters have a nearby course.
-// The points are evaluated together, which costs a small part of what they cost one by one. Returns
-// false if it does not converge; w is then undefined there.
-bool MotionIntegrator::correct(int first, int last, std::span<const double> theta) {
-  for (int round = 0; round < kMostCorrections; ++round) {
+// The points are evaluated together, which costs a small part of what they cost one by one. Steps
+// settle one after the other; `first` becomes the first that has not, or `last`. From there on w is
+// then undefined.
+void MotionIntegrator::correct(int& first, int last, std::span<const double> theta) {
+  first = std::max(first, 1);
+  for (int round = 0; round < kMostCorrections && first < last; ++round) {
     load(first, last);
     if (!afford(last - first) || !block_.evaluate_internal(*model_, last - first, theta.data()))
-      return false;
-    const double largest = q_ == 1 ? move_one(first, last) : move_all(first, last);
-    if (!std::isfinite(largest)) return false;
-    if (largest < kSolved) return true;
+      return;
+    if (!(q_ == 1 ? move_one(first, last) : move_all(first, last))) return;
   }
-  return false;
 }
 
 bool MotionIntegrator::at(std::span<const double> theta, bool slopes) {
