@@ -25,6 +25,39 @@ bool in_series(const Model& model, int coordinate) {
   return model.coordinate_name(coordinate).ends_with(".damper");
 }
 
+// right = slope^-1 right, both with a row for each carried coordinate, row after row; `slope` is
+// destroyed. Gauss with row exchanges: the matrices are too small for a library. kSize: their size,
+// or 0 for any.
+template <int kSize>
+void divide(int any_size, double* slope, double* right, int columns) {
+  const int q = kSize > 0 ? kSize : any_size;
+  for (int d = 0; d < q; ++d) {
+    int pivot = d;
+    for (int r = d + 1; r < q; ++r) {
+      if (std::fabs(slope[r * q + d]) > std::fabs(slope[pivot * q + d])) pivot = r;
+    }
+    if (pivot != d) {
+      std::swap_ranges(slope + d * q, slope + (d + 1) * q, slope + pivot * q);
+      std::swap_ranges(right + d * columns, right + (d + 1) * columns, right + pivot * columns);
+    }
+    for (int r = d + 1; r < q; ++r) {
+      const double factor = slope[r * q + d] / slope[d * q + d];
+      for (int e = d + 1; e < q; ++e)
+        slope[r * q + e] -= factor * slope[d * q + e];
+      for (int k = 0; k < columns; ++k)
+        right[r * columns + k] -= factor * right[d * columns + k];
+    }
+  }
+  for (int d = q; d-- > 0;) {
+    for (int k = 0; k < columns; ++k) {
+      double& x = right[d * columns + k];
+      for (int e = d + 1; e < q; ++e)
+        x -= slope[d * q + e] * right[e * columns + k];
+      x /= slope[d * q + d];
+    }
+  }
+}
+
 }  // namespace
 
 bool parts_in_series(const Model& model) {
@@ -214,39 +247,11 @@ void MotionIntegrator::begin_from(const std::string& coordinate, const VectorXd&
   }
 }
 
-// right = slope^-1 right, both with a row for each carried coordinate, row after row; `slope` is
-// destroyed. Gauss with row exchanges: the matrices are too small for a library's.
+// Dispatches to the sizes that the effects of the catalogue have.
 void MotionIntegrator::solve(double* slope, double* right, int columns) const {
-  if (q_ == 1) {
-    for (int k = 0; k < columns; ++k)
-      right[k] /= slope[0];
-    return;
-  }
-  for (int d = 0; d < q_; ++d) {
-    int pivot = d;
-    for (int r = d + 1; r < q_; ++r) {
-      if (std::fabs(slope[r * q_ + d]) > std::fabs(slope[pivot * q_ + d])) pivot = r;
-    }
-    if (pivot != d) {
-      std::swap_ranges(slope + d * q_, slope + (d + 1) * q_, slope + pivot * q_);
-      std::swap_ranges(right + d * columns, right + (d + 1) * columns, right + pivot * columns);
-    }
-    for (int r = d + 1; r < q_; ++r) {
-      const double factor = slope[r * q_ + d] / slope[d * q_ + d];
-      for (int e = d + 1; e < q_; ++e)
-        slope[r * q_ + e] -= factor * slope[d * q_ + e];
-      for (int k = 0; k < columns; ++k)
-        right[r * columns + k] -= factor * right[d * columns + k];
-    }
-  }
-  for (int d = q_; d-- > 0;) {
-    for (int k = 0; k < columns; ++k) {
-      double& x = right[d * columns + k];
-      for (int e = d + 1; e < q_; ++e)
-        x -= slope[d * q_ + e] * right[e * columns + k];
-      x /= slope[d * q_ + d];
-    }
-  }
+  if (q_ == 1) return divide<1>(1, slope, right, columns);
+  if (q_ == 2) return divide<2>(2, slope, right, columns);
+  divide<0>(q_, slope, right, columns);
 }
 
 // Carries w along the motion. Returns false where a step has no solution.
