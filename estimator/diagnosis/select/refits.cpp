@@ -109,18 +109,6 @@ std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>
   return {};
 }
 
-// True if the fit went past where the line starts its effect, to the end of a parameter's range:
-// that start lies on the fit's way.
-bool went_past(const HarmonicFit& fit, const Model& began, const config::EffectSpec& line) {
-  return std::any_of(line.parameters.begin(), line.parameters.end(), [&](const auto& of) {
-    const int k = find_parameter(*fit.model, line.effect, of.first);
-    if (k < 0 || !fit.at_bound(k) || !of.second.start) return false;
-    const ModelParameter& p = began.parameters()[static_cast<std::size_t>(k)];
-    const double start = *of.second.start;
-    return fit.theta[static_cast<std::size_t>(k)] <= p.lower ? start < p.start : start > p.start;
-  });
-}
-
 }  // namespace
 
 const HarmonicFit& rounded(const Hypothesis& h) {
@@ -158,13 +146,12 @@ std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const Har
     if (fit->chi_squared < best->chi_squared) best = std::move(fit);
   };
   const auto near = with_line(parent.spec, probe.line);
-  const Model began(near);
   const std::shared_ptr<const HarmonicFit> first = best;
-  const auto start = fitted_to_forces(near, data_, carried_over(began, parent), options_);
+  const auto start = fitted_to_forces(near, data_, carried_over(Model(near), parent), options_);
   if (!start.empty()) take(near, start);
   for (const config::EffectSpec& line : lines) {
     if (best->chi_squared <= parent.chi_squared) break;
-    if (went_past(*first, began, line)) continue;
+    if (went_past(*first, line)) continue;
     const auto apart = with_line(parent.spec, line);
     auto from = carried_over(Model(apart), parent);
     if (along_motion(data_)) {
