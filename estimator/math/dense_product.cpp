@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/lanes.hpp"
@@ -46,12 +47,11 @@ AlignedVector in_tiles(const MatrixXd& a) {
   return packed;
 }
 
-// `own`: b is a^T, only the lower half is computed.
-MatrixXd multiplied(const MatrixXd& a, const MatrixXd& b, bool own) {
+// `packed`: a in tiles. `own`: b is a^T, only the lower half is computed.
+MatrixXd multiplied(const MatrixXd& a, const AlignedVector& packed, const MatrixXd& b, bool own) {
   const Index depth = a.cols();
   MatrixXd c(a.rows(), b.cols());
   if (c.size() == 0 || depth == 0) return MatrixXd::Zero(a.rows(), b.cols());
-  const AlignedVector packed = in_tiles(a);
   alignas(64) double out[kRows * kColumns];
   for (Index column = 0; column < c.cols(); column += kColumns) {
     ColumnsOfB columns;
@@ -71,13 +71,19 @@ MatrixXd multiplied(const MatrixXd& a, const MatrixXd& b, bool own) {
 }  // namespace
 
 MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
-  return multiplied(a, b, false);
+  return multiplied(a, in_tiles(a), b, false);
 }
 
 MatrixXd product_with_own(const MatrixXd& a) {
-  MatrixXd c = multiplied(a, a.transpose(), true);
+  MatrixXd c = multiplied(a, in_tiles(a), a.transpose(), true);
   c.triangularView<Eigen::StrictlyUpper>() = c.transpose();
   return c;
+}
+
+LeftFactor::LeftFactor(MatrixXd matrix) : matrix_(std::move(matrix)), tiles_(in_tiles(matrix_)) {}
+
+MatrixXd LeftFactor::times(const MatrixXd& b) const {
+  return multiplied(matrix_, tiles_, b, false);
 }
 
 }  // namespace shaker::estimator

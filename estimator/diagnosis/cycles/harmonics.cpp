@@ -74,9 +74,9 @@ Eigen::MatrixXd analysis_matrix(int harmonics, int points) {
   return table;
 }
 
-std::shared_ptr<const Eigen::MatrixXd> AnalysisMatrices::get(int harmonics, int points) {
+std::shared_ptr<const LeftFactor> AnalysisMatrices::get(int harmonics, int points) {
   auto& known = made_[{harmonics, points}];
-  if (!known) known = std::make_shared<const Eigen::MatrixXd>(analysis_matrix(harmonics, points));
+  if (!known) known = std::make_shared<const LeftFactor>(analysis_matrix(harmonics, points));
   return known;
 }
 

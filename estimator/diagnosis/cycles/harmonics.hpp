@@ -7,6 +7,8 @@
 
 #include <Eigen/Dense>
 
+#include "estimator/math/dense_product.hpp"
+
 namespace shaker::estimator::diagnosis {
 
 inline Eigen::Index harmonic_size(int harmonics) {
@@ -26,10 +28,10 @@ Eigen::MatrixXd analysis_matrix(int harmonics, int points);
 // Such matrices, each made once. Not for several threads.
 class AnalysisMatrices {
  public:
-  std::shared_ptr<const Eigen::MatrixXd> get(int harmonics, int points);
+  std::shared_ptr<const LeftFactor> get(int harmonics, int points);
 
  private:
-  std::map<std::pair<int, int>, std::shared_ptr<const Eigen::MatrixXd>> made_;
+  std::map<std::pair<int, int>, std::shared_ptr<const LeftFactor>> made_;
 };
 // n x (2 H + 1): and back.
 Eigen::MatrixXd synthesis_matrix(int harmonics, int points);

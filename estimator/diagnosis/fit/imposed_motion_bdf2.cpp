@@ -25,6 +25,39 @@ bool in_series(const Model& model, int coordinate) {
   return model.coordinate_name(coordinate).ends_with(".damper");
 }
 
+// right = slope^-1 right, both with a row for each carried coordinate, row after row; `slope` is
+// destroyed. Gauss with row exchanges: the matrices are too small for a library. kSize: their size,
+// or 0 for any.
+template <int kSize>
+void divide(int any_size, double* slope, double* right, int columns) {
+  const int q = kSize > 0 ? kSize : any_size;
+  for (int d = 0; d < q; ++d) {
+    int pivot = d;
+    for (int r = d + 1; r < q; ++r) {
+      if (std::fabs(slope[r * q + d]) > std::fabs(slope[pivot * q + d])) pivot = r;
+    }
+    if (pivot != d) {
+      std::swap_ranges(slope + d * q, slope + (d + 1) * q, slope + pivot * q);
+      std::swap_ranges(right + d * columns, right + (d + 1) * columns, right + pivot * columns);
+    }
+    for (int r = d + 1; r < q; ++r) {
+      const double factor = slope[r * q + d] / slope[d * q + d];
+      for (int e = d + 1; e < q; ++e)
+        slope[r * q + e] -= factor * slope[d * q + e];
+      for (int k = 0; k < columns; ++k)
+        right[r * columns + k] -= factor * right[d * columns + k];
+    }
+  }
+  for (int d = q; d-- > 0;) {
+    for (int k = 0; k < columns; ++k) {
+      double& x = right[d * columns + k];
+      for (int e = d + 1; e < q; ++e)
+        x -= slope[d * q + e] * right[e * columns + k];
+      x /= slope[d * q + d];
+    }
+  }
+}
+
 }  // namespace
 
 bool parts_in_series(const Model& model) {
@@ -214,51 +247,23 @@ void MotionIntegrator::begin_from(const std::string& coordinate, const VectorXd&
   }
 }
 
-// right = slope^-1 right, both with a row for each carried coordinate, row after row; `slope` is
-// destroyed. Gauss with row exchanges: the matrices are too small for a library's.
+// Dispatches to the sizes that the effects of the catalogue have.
 void MotionIntegrator::solve(double* slope, double* right, int columns) const {
-  if (q_ == 1) {
-    for (int k = 0; k < columns; ++k)
-      right[k] /= slope[0];
-    return;
-  }
-  for (int d = 0; d < q_; ++d) {
-    int pivot = d;
-    for (int r = d + 1; r < q_; ++r) {
-      if (std::fabs(slope[r * q_ + d]) > std::fabs(slope[pivot * q_ + d])) pivot = r;
-    }
-    if (pivot != d) {
-      std::swap_ranges(slope + d * q_, slope + (d + 1) * q_, slope + pivot * q_);
-      std::swap_ranges(right + d * columns, right + (d + 1) * columns, right + pivot * columns);
-    }
-    for (int r = d + 1; r < q_; ++r) {
-      const double factor = slope[r * q_ + d] / slope[d * q_ + d];
-      for (int e = d + 1; e < q_; ++e)
-        slope[r * q_ + e] -= factor * slope[d * q_ + e];
-      for (int k = 0; k < columns; ++k)
-        right[r * columns + k] -= factor * right[d * columns + k];
-    }
-  }
-  for (int d = q_; d-- > 0;) {
-    for (int k = 0; k < columns; ++k) {
-      double& x = right[d * columns + k];
-      for (int e = d + 1; e < q_; ++e)
-        x -= slope[d * q_ + e] * right[e * columns + k];
-      x /= slope[d * q_ + d];
-    }
-  }
+  if (q_ == 1) return divide<1>(1, slope, right, columns);
+  if (q_ == 2) return divide<2>(2, slope, right, columns);
+  divide<0>(q_, slope, right, columns);
 }
 
 // Carries w along the motion. Returns false where a step has no solution.
 bool MotionIntegrator::march(std::span<const double> theta) {
   w_.row(0) = first_.transpose();  // without a rate: what is memory begins at rest
   marched_ = rows_;
-  for (int first = 0; first < rows_; first += kBlock) {
-    const int last = std::min(first + kBlock, rows_);
+  for (int first = 0, last = 0; first < rows_; first = last) {
+    last = std::min(first + kBlock, rows_);
     for (int row = std::max(first, n_); !has_course_ && row < last; ++row)
       w_.row(row) = w_.row(row - n_);
-    const bool nearby = has_course_ || first >= n_;
-    if (!(nearby && correct(first, last, theta)) && !step_through(first, last, theta)) return false;
+    if (has_course_ || first >= n_) correct(first, last, theta);
+    if (first < last && !step_through(first, last, theta)) return false;
     if (!repeats(last)) continue;
     marched_ = last;
     for (int row = last; row < rows_; ++row)
@@ -294,15 +299,15 @@ bool MotionIntegrator::step_through(int first, int last, std::span<const double>
   return true;
 }
 
-// Moves w at the steps of a block by one round of Newton's method: a forward substitution. Returns
-// the largest move relative to w, or infinity.
-double MotionIntegrator::move_all(int first, int last) {
-  double largest = 0.0;
+// Moves w at the steps of a block by one round of Newton's method: a forward substitution. Sets
+// `first` to the first step that still moves. Returns false if a move is not finite.
+bool MotionIntegrator::move_all(int& first, int last) {
+  const int begin = first;
   moves_.assign(static_cast<std::size_t>(q_) * 3, 0.0);
   double* now = moves_.data();  // the moves of this step and of the two before
   double *before = now + q_, *earlier = before + q_;
-  for (int row = std::max(first, 1); row < last; ++row) {
-    const int i = row - first;
+  for (int row = begin; row < last; ++row) {
+    const int i = row - begin;
     const Difference rate = difference_at(row);
     std::swap(earlier, before);
     std::swap(before, now);
@@ -316,48 +321,48 @@ double MotionIntegrator::move_all(int first, int last) {
     solve(step_.slope.data(), now, 1);
     double move = 0.0, size = 1e-9;
     for (int d = 0; d < q_; ++d) {
-      if (!std::isfinite(now[d])) return std::numeric_limits<double>::infinity();
+      if (!std::isfinite(now[d])) return false;
       w_(row, d) += now[d];
       move = std::max(move, std::fabs(now[d]));
       size = std::max(size, std::fabs(w_(row, d)));
     }
-    largest = std::max(largest, move / size);
+    if (first == row && move < kSolved * size) ++first;
   }
-  return largest;
+  return true;
 }
 
 // The same where one coordinate is carried along.
-double MotionIntegrator::move_one(int first, int last) {
+bool MotionIntegrator::move_one(int& first, int last) {
+  const int begin = first;
   const double *g = block_.g[1], *g_u = block_.g_u[3], *g_v = block_.g_v[3];
   double* w = w_.data();
-  double before = 0.0, earlier = 0.0, largest = 0.0;
-  for (int row = std::max(first, 1); row < last; ++row) {
-    const int i = row - first;
+  double before = 0.0, earlier = 0.0;
+  for (int row = begin; row < last; ++row) {
+    const int i = row - begin;
     const Difference rate = difference_at(row);
     const double now = (-g[i] - g_v[i] * (rate.last * before + rate.before * earlier)) /
                        (g_u[i] + rate.now * g_v[i]);
-    if (!std::isfinite(now)) return std::numeric_limits<double>::infinity();
+    if (!std::isfinite(now)) return false;
     w[row] += now;
-    largest = std::max(largest, std::fabs(now) / std::max(1e-9, std::fabs(w[row])));
+    if (first == row && std::fabs(now) < kSolved * std::max(1e-9, std::fabs(w[row]))) ++first;
     earlier = before;
     before = now;
   }
-  return largest;
+  return true;
 }
 
 // Newton for all steps of a block, from the present course: nearby parameters have a nearby course.
-// The points are evaluated together, which costs a small part of what they cost one by one. Returns
-// false if it does not converge; w is then undefined there.
-bool MotionIntegrator::correct(int first, int last, std::span<const double> theta) {
-  for (int round = 0; round < kMostCorrections; ++round) {
+// The points are evaluated together, which costs a small part of what they cost one by one. Steps
+// settle one after the other; `first` becomes the first that has not, or `last`. From there on w is
+// then undefined.
+void MotionIntegrator::correct(int& first, int last, std::span<const double> theta) {
+  first = std::max(first, 1);
+  for (int round = 0; round < kMostCorrections && first < last; ++round) {
     load(first, last);
     if (!afford(last - first) || !block_.evaluate_internal(*model_, last - first, theta.data()))
-      return false;
-    const double largest = q_ == 1 ? move_one(first, last) : move_all(first, last);
-    if (!std::isfinite(largest)) return false;
-    if (largest < kSolved) return true;
+      return;
+    if (!(q_ == 1 ? move_one(first, last) : move_all(first, last))) return;
   }
-  return false;
 }
 
 bool MotionIntegrator::at(std::span<const double> theta, bool slopes) {

@@ -4,7 +4,6 @@
 #include "estimator/diagnosis/fit/internal/excitation_influence.hpp"
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
 #include "estimator/diagnosis/records/internal/transient_seen.hpp"
-#include "estimator/math/dense_product.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -84,12 +83,12 @@ bool Prediction::on_grid(const std::vector<double>& theta, HowFar search) {
   if (sampled_) return at_sampled(theta);
   if (imposed_) {
     if (!imposed_->at(theta)) return false;
-    value_ = analysis() * imposed_->force();
-    jacobian_ = product(analysis(), imposed_->slope());
+    value_ = analysis().matrix() * imposed_->force();
+    jacobian_ = analysis().times(imposed_->slope());
     return true;
   }
   if (!response_->at(theta, search)) return false;
-  const Eigen::MatrixXd all = analysis() * response_->curves(channel_);
+  const Eigen::MatrixXd all = analysis().matrix() * response_->curves(channel_);
   value_ = all.col(0);
   jacobian_ = all.rightCols(all.cols() - 1);
   return true;
@@ -99,7 +98,7 @@ Eigen::MatrixXd Prediction::over_excitation(int driver_harmonics) {
   const Eigen::MatrixXd curves =
       response_ ? response_->over_excitation(driver_harmonics) : Eigen::MatrixXd();
   if (curves.size() == 0) return Eigen::MatrixXd::Zero(value_.size(), 2 * driver_harmonics);
-  return analysis() * curves;
+  return analysis().matrix() * curves;
 }
 
 Eigen::MatrixXd Prediction::over_record(const std::vector<double>& theta, Index count) const {
@@ -109,12 +108,13 @@ Eigen::MatrixXd Prediction::over_record(const std::vector<double>& theta, Index 
 }
 
 Eigen::MatrixXd Prediction::over_motion() {
-  return imposed_ ? Eigen::MatrixXd(analysis() * imposed_->over_motion()) : Eigen::MatrixXd();
+  return imposed_ ? Eigen::MatrixXd(analysis().matrix() * imposed_->over_motion())
+                  : Eigen::MatrixXd();
 }
 
-const Eigen::MatrixXd& Prediction::analysis() {
+const LeftFactor& Prediction::analysis() {
   if (!analysis_)
-    analysis_ = std::make_shared<const Eigen::MatrixXd>(analysis_matrix(harmonics_, points_));
+    analysis_ = std::make_shared<const LeftFactor>(analysis_matrix(harmonics_, points_));
   return *analysis_;
 }
 

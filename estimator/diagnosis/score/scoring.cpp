@@ -71,10 +71,41 @@ config::ModelSpec held(const HarmonicFit& fit) {
 
 // Memory, or a coordinate more, makes a model several times as dear; for a signature half the
 // points will do.
+int points_for(bool dear, const HarmonicFit& fit, const FitOptions& options) {
+  return dear || fit.model->coordinates() > fit.model->mechanical() ? options.points / 2
+                                                                    : options.points;
+}
 int points_for(const Model& model, const HarmonicFit& fit, const FitOptions& options) {
-  const bool dear =
-      model.coordinates() > model.mechanical() || model.coordinates() > fit.model->coordinates();
-  return dear ? options.points / 2 : options.points;
+  return points_for(
+      model.coordinates() > model.mechanical() || model.coordinates() > fit.model->coordinates(),
+      fit, options);
+}
+
+// Along an imposed motion the forces of effects add up: an effect that shares nothing with the
+// others adds the same force to each model.
+bool adds_its_own(const HarmonicFit& fit, const std::vector<RunDatum>& data, const Probe& probe) {
+  const Effect* effect = find_effect(probe.line.effect);
+  if (effect == nullptr || effect->group() != Group::damper || effect->in_series() ||
+      effect->sees_excitation() || !effect->borrows().empty())
+    return false;
+  const auto shares = [&](const Model::Term& term) {
+    const auto borrowed = term.effect->borrows();
+    return term.effect->in_series() ||
+           std::any_of(borrowed.begin(), borrowed.end(),
+                       [&](const Borrowed& b) { return b.effect == effect->name(); });
+  };
+  const auto terms = fit.model->terms();
+  return std::none_of(terms.begin(), terms.end(), shares) &&
+         std::all_of(data.begin(), data.end(), [](const RunDatum& datum) {
+           return datum.kind == Kind::imposed_motion && !datum.sampled;
+         });
+}
+
+// The fit's model with the probe; or only the probe, where that adds a force of its own.
+config::ModelSpec probed_spec(const HarmonicFit& fit, const Probe& probe, bool own) {
+  config::ModelSpec spec = own ? fit.spec : held(fit);
+  if (own) spec.effects.clear();
+  return with_line(spec, probe.line);
 }
 
 // With corners as the fit has them: its solution is this one's too.
@@ -145,6 +176,46 @@ MatrixXd less_clock(const MatrixXd& stacked, const std::vector<RunDatum>& data) 
   if (size == 0.0) return stacked;
   const double share = (1.0 - 1.0 / std::sqrt(1.0 + size)) / size;
   return stacked - share * k * (k.transpose() * stacked);
+}
+
+// The changes of the fitted runs in units of the noise, one run after another.
+MatrixXd stacked(const std::vector<KnownChange>& changes, const std::vector<RunDatum>& data) {
+  MatrixXd all;
+  Index at = 0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    if (!fitted(data[r])) continue;
+    if (at == 0) all.resize(rows_of(data), changes[r].columns.cols());
+    all.middleRows(at, changes[r].columns.rows()) = whitened(data[r], changes[r].columns);
+    at += changes[r].columns.rows();
+  }
+  return all;
+}
+
+bool are_known(const std::vector<KnownChange>& changes, const std::vector<RunDatum>& data) {
+  if (changes.size() != data.size()) return false;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const KnownChange& known = changes[r];
+    if (fitted(data[r]) &&
+        (known.columns.rows() != data[r].response.size() ||
+         known.motion.size() != data[r].driver.size() || known.motion != data[r].driver ||
+         known.frequency_hz != data[r].frequency_hz))
+      return false;
+  }
+  return true;
+}
+
+void remember_motion(const std::vector<RunDatum>& data, std::vector<KnownChange>& changes) {
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    changes[r].frequency_hz = data[r].frequency_hz;
+    changes[r].motion = data[r].driver;
+  }
+}
+
+ProbeKey key_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
+                const Candidate& candidate, std::size_t probe, const FitOptions& options) {
+  if (!adds_its_own(fit, data, candidate.probes[probe])) return {&candidate, probe, 0, 0};
+  return {&candidate, probe, points_for(!candidate.effect->internals().empty(), fit, options),
+          fit.rounded ? fit.predictions.front().points() : 0};
 }
 
 // The scores of one probe, and their signatures.
@@ -238,7 +309,7 @@ MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& d
 }
 
 Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                         const Probe& probe, const FitOptions& options, const ProbedRuns* near) {
+                         const Probe& probe, const FitOptions& options, const Probed* near) {
   // A load path has one play.
   const auto same = [&](const config::EffectSpec& line) {
     return line.effect == probe.line.effect;
@@ -247,40 +318,46 @@ Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& da
       effect != nullptr && effect->in_series() &&
       std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
     return {{}, "the model has one in its load path already", false, {}};
-  const config::ModelSpec spec = with_line(held(fit), probe.line);
+  const bool own = adds_its_own(fit, data, probe);
+  if (own && near != nullptr && are_known(near->changes, data))
+    return {less_clock(stacked(near->changes, data), data), {}, false, {}};
+  const config::ModelSpec spec = probed_spec(fit, probe, own);
   const auto shared = std::make_shared<const Model>(spec);
   const Model& model = *shared;
-  const std::vector<double> theta = carried_over(model, fit);
+  const std::vector<double> theta = own ? model.start() : carried_over(model, fit);
   const std::vector<int> columns = columns_of(model, probe);
-  const bool whole = columns.empty();
-  MatrixXd stacked(rows_of(data), whole ? 1 : static_cast<Index>(columns.size()));
   const HowFar search = options.from_rest ? HowFar::from_rest : HowFar::near;
   const Task task(data.front().budget, kWorkOfProbe * options.fit_budget);
-  ProbedRuns all = probed_runs(fit, data, spec, shared, points_for(model, fit, options), near);
-  Index at = 0;
+  Probed found{probed_runs(fit, data, spec, shared, points_for(model, fit, options),
+                           near != nullptr ? &near->runs : nullptr),
+               std::vector<KnownChange>(data.size())};
   for (std::size_t r = 0; r < data.size(); ++r) {
     if (!fitted(data[r])) continue;
-    Prediction& prediction = *all[r].prediction;
+    Prediction& prediction = *found.runs[r].prediction;
     if (!prediction.at(theta, search))
       return {{}, task.over() ? kTooLong : no_solution(probe, data[r]), task.over(), {}};
-    const Index size = data[r].response.size();
-    if (whole)
-      stacked.col(0).segment(at, size) =
-          whitened(data[r], prediction.value() - fit.predictions[r].value());
-    for (std::size_t k = 0; k < columns.size(); ++k)
-      stacked.col(static_cast<Index>(k)).segment(at, size) =
-          whitened(data[r], prediction.jacobian().col(columns[k]));
-    at += size;
+    MatrixXd& change = found.changes[r].columns;
+    if (columns.empty()) change = prediction.value();
+    if (columns.empty() && !own) change -= fit.predictions[r].value();
+    if (!columns.empty()) change = prediction.jacobian()(Eigen::all, columns);
   }
-  return {less_clock(stacked, data), {}, false, std::move(all)};
+  MatrixXd whitened = less_clock(stacked(found.changes, data), data);
+  if (own) {
+    remember_motion(data, found.changes);
+    found.runs.clear();
+  } else {
+    found.changes.clear();
+  }
+  return {std::move(whitened), {}, false, std::move(found)};
 }
 
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
               const std::vector<Candidate>& candidates, const FitOptions& options,
-              const Scoring* before, std::shared_ptr<const Probed> probed) {
+              const Scoring* before, std::shared_ptr<ProbedAll> probed) {
   Scoring scoring;
-  if (before != nullptr) probed = before->probed;
-  auto kept = std::make_shared<Probed>();
+  scoring.probed = before != nullptr ? before->probed
+                   : probed          ? std::move(probed)
+                                     : std::make_shared<ProbedAll>();
   scoring.design.jacobian = stacked_jacobian(fit, data, fit.free);
   scoring.design.freedom.resize(rows_of(data));
   Index at = 0;
@@ -297,18 +374,18 @@ Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
     NotScored none{&candidate, {}, false};
     for (std::size_t p = 0; p < candidate.probes.size(); ++p) {
       if (before != nullptr && !before->has(candidate, p)) continue;
-      const auto known = probed ? probed->find({&candidate, p}) : Probed::const_iterator();
-      const ProbedRuns* near = probed && known != probed->end() ? &known->second : nullptr;
-      Signatures found = signatures_of(fit, data, candidate.probes[p], options, near);
+      const ProbeKey key = key_of(fit, data, candidate, p, options);
+      const auto known = scoring.probed->find(key);
+      Signatures found = signatures_of(fit, data, candidate.probes[p], options,
+                                       known != scoring.probed->end() ? &known->second : nullptr);
       if (!found.trouble.empty()) none.reason = found.trouble;
       none.stopped = none.stopped || found.stopped;
       add_scores(found.columns, project, candidate, p, scoring);
-      if (before == nullptr && worth_keeping(found.runs))
-        kept->emplace(std::pair(&candidate, p), std::move(found.runs));
+      if (!found.probed.changes.empty() || (before == nullptr && worth_keeping(found.probed.runs)))
+        scoring.probed->insert_or_assign(key, std::move(found.probed));
     }
     if (scoring.scores.size() == first) scoring.not_scored.push_back(std::move(none));
   }
-  scoring.probed = before != nullptr ? before->probed : std::move(kept);
   return scoring;
 }
 

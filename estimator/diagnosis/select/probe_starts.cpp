@@ -44,4 +44,17 @@ std::vector<config::EffectSpec> placed_apart(const Probe& probe) {
   return lines;
 }
 
+bool went_past(const HarmonicFit& fit, const config::EffectSpec& line) {
+  for (std::size_t k = 0; k < fit.theta.size(); ++k) {
+    const ModelParameter& p = fit.model->parameters()[k];
+    const auto of = line.parameters.find(p.symbol);
+    if (p.effect != line.effect || of == line.parameters.end() || !of->second.start) continue;
+    const double start = *of->second.start, end = fit.theta[k];
+    if (fit.at_bound(static_cast<int>(k)) &&
+        ((end <= start && start < p.start) || (end >= start && start > p.start)))
+      return true;
+  }
+  return false;
+}
+
 }  // namespace shaker::estimator::diagnosis

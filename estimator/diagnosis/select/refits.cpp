@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/score/internal/scoring.hpp"
@@ -22,6 +23,7 @@ constexpr double kRecentringGain = 5.0;  // of chi-squared: less is chance
 constexpr int kMemorySteps = 60;
 constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
 constexpr int kMemoryShare = 2;                  // of a way on a coarse grid: the points
+constexpr double kNearBest = 2.0;                // of chi-squared, times the best one's
 
 // Index of an effect's parameter in a model, for the last line of that effect; -1: none.
 int find_parameter(const Model& model, const std::string& effect, std::string_view symbol) {
@@ -132,7 +134,8 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
 
 // Forces along the measured motion hardly have valleys between the parameters, so the fit starts
 // there. If that is no better than without the effect, it starts from much lower and much higher
-// values too. Returns the best fit.
+// values too, unless the first fit came by there. Along an imposed motion a few steps show whether
+// such a start leads anywhere near. Returns the best fit.
 std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const HarmonicFit> best,
                                                        const HarmonicFit& parent,
                                                        const Probe& probe) const {
@@ -143,12 +146,22 @@ std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const Har
     if (fit->chi_squared < best->chi_squared) best = std::move(fit);
   };
   const auto near = with_line(parent.spec, probe.line);
+  const std::shared_ptr<const HarmonicFit> first = best;
   const auto start = fitted_to_forces(near, data_, carried_over(Model(near), parent), options_);
   if (!start.empty()) take(near, start);
   for (const config::EffectSpec& line : lines) {
     if (best->chi_squared <= parent.chi_squared) break;
+    if (went_past(*first, line)) continue;
     const auto apart = with_line(parent.spec, line);
-    take(apart, carried_over(Model(apart), parent));
+    auto from = carried_over(Model(apart), parent);
+    if (along_motion(data_)) {
+      FitOptions quick = options_for(apart);
+      quick.max_iterations = kQuickSteps;
+      const HarmonicFit look = fit_harmonics(apart, data_, from, &parent, quick);
+      if (!(look.chi_squared < kNearBest * best->chi_squared)) continue;
+      from = look.theta;
+    }
+    take(apart, from);
   }
   return best;
 }

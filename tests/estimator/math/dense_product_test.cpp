@@ -14,6 +14,7 @@ TEST(DenseProduct, IsThatOfItsElements) {
       for (const int columns : {1, 3, 4, 5, 17}) {
         const MatrixXd a = MatrixXd::Random(rows, depth), b = MatrixXd::Random(depth, columns);
         const MatrixXd own = product_with_own(a), c = product(a, b);
+        EXPECT_EQ(LeftFactor(a).times(b), c);
         ASSERT_EQ(c.rows(), rows);
         ASSERT_EQ(c.cols(), columns);
         for (int i = 0; i < rows; ++i) {

@@ -76,9 +76,9 @@ class MotionIntegrator {
   void begun(int coordinate);
   void predict(std::span<const double> theta);
   bool march(std::span<const double> theta);
-  double move_all(int first, int last);
-  double move_one(int first, int last);
-  bool correct(int first, int last, std::span<const double> theta);
+  bool move_all(int& first, int last);
+  bool move_one(int& first, int last);
+  void correct(int& first, int last, std::span<const double> theta);
   bool step_through(int first, int last, std::span<const double> theta);
   bool repeats(int last) const;
   bool follow(std::span<const double> theta, bool slopes);

@@ -78,7 +78,7 @@ class Prediction {
 
  private:
   bool on_grid(const std::vector<double>& theta, HowFar search);
-  const Eigen::MatrixXd& analysis();
+  const LeftFactor& analysis();
   bool alike(const Prediction& other) const;
   bool at_sampled(const std::vector<double>& theta);
 
@@ -95,9 +95,9 @@ class Prediction {
   std::unique_ptr<CosineTransform> transform_;
   std::shared_ptr<const ToLimit> to_limit_;
   Eigen::VectorXd excitation_;  // of a sampled run whose forces are compared, in cosines
-  std::shared_ptr<const Eigen::MatrixXd> analysis_;  // null until it is wanted
-  std::vector<double> at_;                           // theta of the last success,
-  bool is_at_ = false;                               // where everything still is
+  std::shared_ptr<const LeftFactor> analysis_;  // null until it is wanted
+  std::vector<double> at_;                      // theta of the last success,
+  bool is_at_ = false;                          // where everything still is
   Eigen::VectorXd value_;
   Eigen::MatrixXd jacobian_;
 };

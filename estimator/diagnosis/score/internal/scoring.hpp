@@ -6,10 +6,10 @@
 // the signature and of the residual, and the two are compared.
 #pragma once
 
+#include <compare>
 #include <map>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
@@ -40,8 +40,27 @@ struct ProbedRun {
   std::shared_ptr<Prediction> prediction;  // null: the run is not fitted
 };
 using ProbedRuns = std::vector<ProbedRun>;
-// Of a candidate's probes. Those on another fit of the same runs start from them.
-using Probed = std::map<std::pair<const Candidate*, std::size_t>, ProbedRuns>;
+// The change of a run's harmonics by a probe, along an imposed motion of which it is known.
+struct KnownChange {
+  double frequency_hz = 0.0;
+  Eigen::VectorXd motion;
+  Eigen::MatrixXd columns;
+};
+// What is known of a probe from one fit: the solutions, from which those on another fit of the same
+// runs start, or the changes, if they do not depend on the fit.
+struct Probed {
+  ProbedRuns runs;
+  std::vector<KnownChange> changes;
+};
+// `points`, `corners`: where the changes do not depend on the fit, those of the grid and those that
+// the corners are made for; otherwise 0.
+struct ProbeKey {
+  const Candidate* candidate = nullptr;
+  std::size_t probe = 0;
+  int points = 0, corners = 0;
+  auto operator<=>(const ProbeKey&) const = default;
+};
+using ProbedAll = std::map<ProbeKey, Probed>;
 
 struct Scoring {
   Design design;             // signatures in the order of `scores`
@@ -49,28 +68,28 @@ struct Scoring {
   double chi_squared = 0.0;
   std::vector<Score> scores;
   std::vector<NotScored> not_scored;
-  std::shared_ptr<const Probed> probed;  // with a memory, along an imposed motion; null: none
+  std::shared_ptr<ProbedAll> probed;  // along an imposed motion
   double best_gain() const;
   bool has(const Candidate& candidate, std::size_t probe) const;  // that it has a score
 };
 
 // `before`: the scores of the same candidates on another fit. Shapes that had no solution there are
 // left out. Null: all shapes are scored. `probed`: of another scoring of the same candidates and
-// runs, from which this one starts; may be null.
+// runs, which this one uses and adds to; may be null.
 Scoring score(const HarmonicFit& fit, const std::vector<RunDatum>& data,
               const std::vector<Candidate>& candidates, const FitOptions& options,
-              const Scoring* before = nullptr, std::shared_ptr<const Probed> probed = nullptr);
+              const Scoring* before = nullptr, std::shared_ptr<ProbedAll> probed = nullptr);
 
 struct Signatures {
   Eigen::MatrixXd columns;  // whitened: one a coefficient, or one of the whole difference
   std::string trouble;      // why there are none; empty: there are
   bool stopped = false;     // by the evaluation budget
-  ProbedRuns runs;
+  Probed probed;
 };
-// `near`: the same probe on another fit, from which the predictions start; may be null.
+// `near`: the same probe on another fit; may be null.
 Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                          const Probe& probe, const FitOptions& options,
-                         const ProbedRuns* near = nullptr);
+                         const Probed* near = nullptr);
 
 // Residuals and Jacobian of the fitted runs, one run after another.
 Eigen::VectorXd stacked_residual(const HarmonicFit& fit, const std::vector<RunDatum>& data);

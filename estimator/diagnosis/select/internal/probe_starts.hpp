@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "config/model.hpp"
+#include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
 #include "estimator/diagnosis/score/internal/candidates.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -16,5 +17,9 @@ std::vector<config::EffectSpec> starts_of(const Probe& probe);
 // For an effect without a coefficient, which is fully present from the start: lines with its first
 // parameter much lower and much higher. Empty for other effects.
 std::vector<config::EffectSpec> placed_apart(const Probe& probe);
+
+// True if a fit of the effect went past where `line` starts it, to the end of a parameter's range:
+// that start lies on the fit's way.
+bool went_past(const HarmonicFit& fit, const config::EffectSpec& line);
 
 }  // namespace shaker::estimator::diagnosis

@@ -20,8 +20,8 @@ struct SelectionOptions {
   bool by_gap = false;
   // A hypothesis of an earlier search on the same runs; it is fitted again first.
   const Hypothesis* known = nullptr;
-  // Solutions of the probes of an earlier search on the same runs; null: none.
-  std::shared_ptr<const Probed> probed = nullptr;
+  // What an earlier search on the same runs knows of the probes; null: nothing.
+  std::shared_ptr<ProbedAll> probed = nullptr;
   // Share of the diagnosis' budget to leave for later searches. When no more is left, the best
   // hypothesis so far stands.
   double leave = 0.0;

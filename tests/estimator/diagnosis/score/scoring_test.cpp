@@ -107,5 +107,90 @@ TEST(Scoring, LeavesOutShapesThatHadNoSolutionBefore) {
   EXPECT_EQ(again.scores[0].gain, before.scores[0].gain);
 }
 
+// A damper of viscosity and stiffness on a dynamometer, at two frequencies.
+std::vector<RunDatum> on_dynamometer() {
+  std::vector<RunDatum> data;
+  for (const double f : {1.0, 2.5}) {
+    RunDatum datum;
+    datum.name = "run";
+    datum.kind = Kind::imposed_motion;
+    datum.frequency_hz = f;
+    datum.driver = Eigen::VectorXd::Zero(15);
+    datum.driver[1] = 0.01;
+    datum.driver[4] = 0.002;
+    datum.response = Eigen::VectorXd::Zero(15);
+    datum.response[2] = -0.3 * f;
+    datum.response[3] = 0.2;
+    datum.error = Eigen::VectorXd::Constant(15, 1e-3);
+    datum.freedom = Eigen::VectorXd::Constant(15, 20.0);
+    data.push_back(std::move(datum));
+  }
+  return data;
+}
+
+Probe probe_of(const std::string& effect, const std::string& coefficient) {
+  Probe probe;
+  probe.line = estimator::testing::effect(effect);
+  probe.line.parameters[coefficient].start = 0.0;
+  probe.coefficients = {coefficient};
+  return probe;
+}
+
+// Along an imposed motion the forces of effects add up: what a probe changes is the same beside
+// each fit, and is computed once.
+TEST(Scoring, KnowsWhatAnEffectChangesAlongAnImposedMotion) {
+  const auto data = on_dynamometer();
+  const FitOptions options{128};
+  const HarmonicFit fit = fit_harmonics(oscillator(20.0), data, {}, nullptr, options);
+  ASSERT_TRUE(fit.converged) << fit.trouble;
+  for (const auto& [effect, coefficient] :
+       {std::pair("cubic_stiffness", "k3"), {"presliding_friction", "f_c"}}) {
+    const Probe probe = probe_of(effect, coefficient);
+    const Signatures found = signatures_of(fit, data, probe, options);
+    ASSERT_EQ(found.columns.cols(), 1) << effect << found.trouble;
+    // In the whole model, at the same points.
+    const Model whole(with_line(fit.spec, probe.line));
+    const int points = whole.coordinates() > 1 ? options.points / 2 : options.points;
+    Eigen::Index row = 0;
+    for (const RunDatum& datum : data) {
+      Prediction prediction(whole, datum, points);
+      ASSERT_TRUE(prediction.at(carried_over(whole, fit)));
+      const Eigen::VectorXd column =
+          whitened(datum, prediction.jacobian().rightCols(whole.parameter_count() - 2)).col(0);
+      EXPECT_LT((found.columns.col(0).segment(row, column.size()) - column).norm(),
+                1e-9 * column.norm())
+          << effect;
+      row += column.size();
+    }
+    // It is looked at no more: runs whose errors differ have the same change.
+    Probed known = found.probed;
+    ASSERT_EQ(known.changes.size(), data.size()) << effect;
+    known.changes[0].columns *= 2.0;
+    auto softened = data;
+    for (RunDatum& datum : softened)
+      datum.error *= 10.0;
+    const Signatures again = signatures_of(fit, softened, probe, options, &known);
+    const Eigen::VectorXd changed = 0.2 * found.columns.topRows(15);
+    EXPECT_LT((again.columns.topRows(15) - changed).norm(), 1e-12 * changed.norm()) << effect;
+    // Of another motion nothing is known.
+    softened[0].driver[1] = 0.02;
+    const Signatures other = signatures_of(fit, softened, probe, options, &known);
+    EXPECT_GT((other.columns.topRows(15) - changed).norm(), 0.1 * changed.norm()) << effect;
+  }
+}
+
+// Behind a play in the load path an effect sees another motion.
+TEST(Scoring, LooksAtAnEffectBehindAPlayBesideEachFit) {
+  const auto data = on_dynamometer();
+  auto model = oscillator(20.0);
+  model.effects.push_back(estimator::testing::effect("free_play"));
+  const FitOptions options{128};
+  const HarmonicFit fit = fit_harmonics(model, data, {}, nullptr, options);
+  ASSERT_TRUE(std::isfinite(fit.chi_squared)) << fit.trouble;
+  const auto found = signatures_of(fit, data, probe_of("cubic_stiffness", "k3"), options);
+  EXPECT_TRUE(found.trouble.empty()) << found.trouble;
+  EXPECT_TRUE(found.probed.changes.empty());
+}
+
 }  // namespace
 }  // namespace shaker::estimator::diagnosis

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/estimator/fixtures.hpp"
+
 namespace shaker::estimator::diagnosis {
 namespace {
 
@@ -48,6 +50,26 @@ TEST(ProbeStarts, AreTheProbesOwnWhereNothingSwitchesItOn) {
   const auto lines = starts_of(probe_of("gas_heat_transfer", {}));
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_THAT(lines[0].parameters, IsEmpty());
+}
+
+// A fit that ended at the lower bound of tau came by the lower of the two starts.
+TEST(ProbeStarts, AreNotTakenAgainWhereAFitCameBy) {
+  const Probe probe = probe_of("gas_heat_transfer", {});
+  config::ModelSpec spec = estimator::testing::oleo();
+  spec.effects.push_back(probe.line);
+  HarmonicFit fit;
+  fit.spec = spec;
+  fit.model = std::make_shared<const Model>(spec);
+  fit.theta = fit.model->start();
+  const auto lines = placed_apart(probe);
+  const auto passed = [&](double tau) {
+    fit.theta.back() = tau;
+    return std::vector{went_past(fit, lines[0]), went_past(fit, lines[1])};
+  };
+  ASSERT_EQ(fit.model->parameters().back().symbol, "tau");
+  EXPECT_THAT(passed(fit.model->parameters().back().lower), ElementsAre(true, false));
+  EXPECT_THAT(passed(fit.model->parameters().back().upper), ElementsAre(false, true));
+  EXPECT_THAT(passed(0.1), ElementsAre(false, false));  // it settled: that is another valley
 }
 
 }  // namespace
