@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -94,8 +95,11 @@ void take_line_out(config::ModelSpec& spec, std::vector<ModelNumber>& numbers) {
 }  // namespace
 
 std::optional<OwnForces> let_forces_differ(HarmonicFit& fit, double largest,
-                                           const std::vector<RunDatum>& data,
+                                           const std::vector<RunDatum>& stated,
                                            const FitOptions& options) {
+  std::vector<RunDatum> data = stated;
+  for (RunDatum& datum : data)
+    datum.budget = std::make_shared<EvaluationBudget>();  // a fixed amount of work
   if (data.front().by_force || !(largest > 0.0)) return std::nullopt;
   std::map<std::string, int> recordings;
   for (const RunDatum& datum : data)
