@@ -32,7 +32,7 @@ struct DiagnoseOptions {
   /// For periodic responses: points of solutions that are linearised, for six runs, and as much
   /// more for more runs. What is best where that ends is the answer, and a warning says so. The
   /// default is two seconds of one core. kThorough: as long as there is more to try.
-  double evaluation_budget = 12.5e6;
+  double evaluation_budget = 15e6;
   std::uint64_t seed = 1;                    ///< of the calibration's random numbers
   CalibrationCache* calibrations = nullptr;  ///< outlives the call; null: drawn anew each time
 };

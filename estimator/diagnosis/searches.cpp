@@ -19,7 +19,7 @@ namespace {
 // Shares of the budget that each search leaves for the later ones: the search with errors from
 // noise, from the best hypothesis, and by shares of the gap. A search does not begin with less than
 // kEnough above its share.
-constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.04, kEnough = 0.1;
+constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.2, kEnough = 0.1;
 
 // In words after `but`, and for predictions: a drop is one more run.
 void tell_constants(const std::string& but, const RunConstants& constants, const HarmonicFit& fit,
@@ -162,9 +162,13 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   } else if (softened) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), selection.fit);
     if (again.trouble.empty()) {
-      first.hypotheses.clear();  // with their solutions: they take memory
       SelectionOptions by_gap = after(first, selection, kLeftByGap);
       by_gap.by_gap = true;
+      // What the first search has found is not lost where this one is cut short.
+      std::optional<Hypothesis> known;
+      if (const auto answer = answer_of(first, data)) known = first.hypotheses[*answer];
+      by_gap.known = known ? &*known : nullptr;
+      first.hypotheses.clear();  // with their solutions: they take memory
       Selection second =
           select_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
       if (!second.hypotheses.empty())  // what a round corner leaves is not the noise's

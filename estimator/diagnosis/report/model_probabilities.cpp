@@ -157,7 +157,13 @@ double ModelProbabilities::probability_of_any(const std::vector<std::string>& ef
         found_.explained || found_.adequate ? 0.0 : own_part(h, effects, found_, choice_);
     sum += weight_[k] * (1.0 - unknown_ * (1.0 - beside_unknown));
   }
-  return found_.explained || found_.adequate ? sum : std::min(sum, kMostUnexplained);
+  if (found_.explained || found_.adequate) return sum;
+  double most = std::min(sum, kMostUnexplained);
+  // Which part of a hypothesis was fitted without them decides what they close; any of them is
+  // there at least as likely as each.
+  for (const std::string& effect : effects)
+    if (effects.size() > 1) most = std::max(most, probability_of(effect));
+  return most;
 }
 
 }  // namespace shaker::estimator::diagnosis

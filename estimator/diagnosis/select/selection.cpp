@@ -8,6 +8,7 @@
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/select/internal/candidate_set.hpp"
 #include "estimator/diagnosis/select/internal/nesting.hpp"
+#include "estimator/diagnosis/select/internal/pairs.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
 #include "estimator/diagnosis/select/internal/weights.hpp"
 #include "estimator/model/effects/turning.hpp"
@@ -15,7 +16,9 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr int kExchanges = 2;          // for each effect of the best
+constexpr int kExchanges = 2;        // for each effect of the best
+constexpr int kPairs = 3;            // of effects that only act together
+constexpr double kNearlyAll = 0.01;  // of chi-squared, left by one effect that closes the gap alone
 constexpr double kMinRefitGain = 5.0;  // of chi-squared: less is chance
 constexpr double kMaxNearRatio = 4.0;  // of chi-squared, times the best one's
 constexpr double kMaxRemainingShare =
@@ -94,6 +97,7 @@ class Search {
       if (!candidate_set_.goes_on()) break;
       progress_(0.4 + 0.2 * size);
       std::vector<std::size_t> next;
+      if (size == 2) begin_pairs(next);
       candidate_set_.sort_by_evidence(level);
       for (std::size_t i = 0; i < level.size() && i < 2U; ++i) {
         // A copy: extending the search makes the vector grow.
@@ -176,6 +180,26 @@ class Search {
     std::erase_if(
         made, [&](std::size_t h) { return !std::isfinite(found_.hypotheses[h].fit->chi_squared); });
     return made;
+  }
+
+  // The pairs that gain most of those that no single score announces.
+  void begin_pairs(std::vector<std::size_t>& made) {
+    if (candidate_set_.left_by_best() < kNearlyAll * found_.base.fit->chi_squared) return;
+    int tried = 0;
+    for (const PairScore& pair : joint_scores(found_.base_scoring, kMinRefitGain)) {
+      if (tried == kPairs || !candidate_set_.goes_on()) return;
+      const Score& first = found_.base_scoring.scores[pair.first];
+      const Score& second = found_.base_scoring.scores[pair.second];
+      const std::string &one = first.candidate->name(), &other = second.candidate->name();
+      if (candidate_set_.find({std::min(one, other), std::max(one, other)}) != nullptr) continue;
+      ++tried;
+      const Hypothesis* known = candidate_set_.find({one});
+      const Hypothesis alone =
+          known != nullptr ? *known
+                           : refits_.with(found_.base, first.candidate->probes[first.probe]);
+      if (std::isfinite(alone.fit->chi_squared))
+        candidate_set_.keep(refits_.with(alone, second.candidate->probes[second.probe]), made);
+    }
   }
 
   // A richer effect leaves no more than its special case. Where its fit does, that ended in another

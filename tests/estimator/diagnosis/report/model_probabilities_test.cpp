@@ -174,6 +174,15 @@ TEST(ModelProbabilities, CountTwoOfOneKindInOneHypothesisOnce) {
 }
 
 // By simulation: the remaining fractions are uniform on 0..1, one for each effect.
+// Without both only the base model was fitted, which takes three effects more; without one a pair.
+TEST(ModelProbabilities, AreForAnyOfAKindNoLessThanForOne) {
+  const Found both({leaving({"cavitation", "cubic_stiffness", "tyre"}, 1e5, -4e4),
+                    leaving({"cubic_stiffness", "tyre"}, 5e5, -2e5)},
+                   false, 0.0);
+  EXPECT_GT(both.probability_of("cavitation"), 0.3);
+  EXPECT_GE(both.probability_of_any({"cavitation", "tyre"}), both.probability_of("cavitation"));
+}
+
 TEST(ModelProbabilities, ImitateAsOftenAsEvenSharesMultiplyToThat) {
   std::mt19937_64 source(7);
   std::uniform_real_distribution<double> share(0.0, 1.0);
