@@ -19,7 +19,7 @@ namespace {
 // Shares of the budget that each search leaves for the later ones: the search with errors from
 // noise, from the best hypothesis, and by shares of the gap. A search does not begin with less than
 // kEnough above its share.
-constexpr double kLeftByNoise = 0.35, kLeftByOwn = 0.08, kLeftByGap = 0.2, kEnough = 0.1;
+constexpr double kLeftByNoise = 0.5, kLeftByOwn = 0.08, kLeftByGap = 0.1, kEnough = 0.1;
 
 // In words after `but`, and for predictions: a drop is one more run.
 void tell_constants(const std::string& but, const RunConstants& constants, const HarmonicFit& fit,

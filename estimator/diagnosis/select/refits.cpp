@@ -151,10 +151,11 @@ std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const Har
   if (!start.empty()) take(near, start);
   for (const config::EffectSpec& line : lines) {
     if (best->chi_squared <= parent.chi_squared) break;
-    if (went_past(*first, line)) continue;
+    const bool forces = along_motion(data_);  // of responses a way along a bound tells little
+    if (forces && went_past(*first, line)) continue;
     const auto apart = with_line(parent.spec, line);
     auto from = carried_over(Model(apart), parent);
-    if (along_motion(data_)) {
+    if (forces) {
       FitOptions quick = options_for(apart);
       quick.max_iterations = kQuickSteps;
       const HarmonicFit look = fit_harmonics(apart, data_, from, &parent, quick);
