@@ -19,6 +19,8 @@ std::span<const Effect* const> catalogue() {
       &presliding_friction(),
       &bouc_wen_hysteresis(),
       &viscous_damping(),
+      &one_sided_damping(),
+      &digressive_damping(),
       &laminar_orifice(),
       &rebound_damping(),
       &metering_pin(),
