@@ -8,16 +8,15 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/internal/fit_records.hpp"
 #include "estimator/diagnosis/internal/inputs.hpp"
 #include "estimator/diagnosis/internal/motion_range.hpp"
 #include "estimator/diagnosis/internal/searches.hpp"
 #include "estimator/diagnosis/noise/internal/above_noise.hpp"
 #include "estimator/diagnosis/noise/internal/agreement.hpp"
-#include "estimator/diagnosis/noise/internal/excitation_noise.hpp"
 #include "estimator/diagnosis/noise/internal/extra_channels.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/noise/internal/own_forces.hpp"
-#include "estimator/diagnosis/noise/internal/run_constants.hpp"
 #include "estimator/diagnosis/noise/internal/screening.hpp"
 #include "estimator/diagnosis/noise/internal/transient.hpp"
 #include "estimator/diagnosis/noise/internal/weighing.hpp"
@@ -34,7 +33,6 @@ namespace {
 constexpr double kMinRestartGain = 5.0;  // times what is left a datum: less is chance
 constexpr double kUsualRuns = 6.0;
 constexpr int kRecordSteps = 40;  // of a fit: each integrates every sample
-constexpr int kRecordStepsOfBase = 120;
 // For records. In units of the budget of periodic runs: the share of a search, and the number of
 // samples that adds one more. In points: the budget of one fit, and its increase for each sample.
 constexpr double kRecordBudget = 4.0, kSamplesOfBudget = 250.0;
@@ -43,16 +41,6 @@ constexpr int kRecordDraws = 1500;  // of noise: a record has many times as many
 
 Error invalid(std::string why) {
   return {ErrorKind::invalid, std::move(why)};
-}
-
-// Nothing can be compared without a fit of the base model.
-Error not_fitted(const HarmonicFit& fit) {
-  return {ErrorKind::not_converged,
-          fit.trouble +
-              "; nothing can be said of what is missing before the model itself is fitted: "
-              "give start values nearer to the damper's (shakerctl estimate tries several), "
-              "fix what these runs cannot determine, or look for a channel with coarse "
-              "steps or a wrong scale"};
 }
 
 Result<void> check(const Campaign& campaign, const DiagnoseOptions& options) {
@@ -262,64 +250,6 @@ FitOptions bounded(TransientRuns& runs, const DiagnoseOptions& options) {
   fitting.fit_budget = std::min(1.0, options.evaluation_budget / usual) *
                        (kFitBudget + kFitBudgetOfSample * samples);
   return fitting;
-}
-
-// Far from the data, a fit that still creeps along a valley serves as well as one that has ended.
-bool serves(const HarmonicFit& fit) {
-  if (!std::isfinite(fit.chi_squared) || fit.stopped || !fit.predicts_all) return false;
-  return fit.trouble.empty() || is_far_above_noise(fit);
-}
-
-struct FittedRecords {
-  HarmonicFit base;
-  std::optional<OwnForces> own_forces;
-};
-
-// Lets the records differ in their zeros and in a constant force, where they do. `largest`: force of
-// the motion. Returns false where no fit serves.
-bool let_records_differ(const std::string& unit, double largest, const FitOptions& options,
-                        TransientRuns& runs, FittedRecords& fitted) {
-  HarmonicFit& base = fitted.base;
-  const std::vector<RunDatum> alike = runs.data;
-  const auto let_zeros = [&](std::string& differ) {
-    differ = let_zeros_differ(base, unit, runs.data);
-    if (differ.empty()) return true;
-    const config::ModelSpec spec = base.spec;
-    base = fit_harmonics(spec, runs.data, base.theta, &base, options);
-    return serves(base);
-  };
-  std::string zeros;
-  if (!let_zeros(zeros)) return false;
-  fitted.own_forces = let_forces_differ(base, largest, runs.data, options);
-  if (fitted.own_forces) {
-    runs.warnings.push_back(fitted.own_forces->words);
-    runs.data = alike;  // a force moves the mean too
-    if (!let_zeros(zeros)) return false;
-  }
-  if (!zeros.empty()) runs.warnings.push_back(zeros);
-  return true;
-}
-
-// Fits the model to records, and completes their errors by what the fit shows.
-Result<FittedRecords> fit_records(const config::ModelSpec& model, const std::string& unit,
-                                  double largest, FitOptions options, TransientRuns& runs) {
-  options.max_iterations = kRecordStepsOfBase;  // from start values that may be far off
-  FittedRecords fitted{fit_transient(model, runs, options), {}};
-  HarmonicFit& base = fitted.base;
-  if (!serves(base)) return not_fitted(base);
-  if (auto good = use_repetitions(runs, base); !good) return good.error();
-  // Done twice, because the response to the excitation depends on the fit.
-  const std::vector<RunDatum> own = runs.data;
-  for (int round = 0; round < 2; ++round) {
-    const bool counted = count_excitation_noise(runs, own, base);
-    base = fit_harmonics(model, runs.data, base.theta, &base, options);
-    if (!serves(base)) return not_fitted(base);
-    if (!counted) break;
-  }
-  if (!let_records_differ(unit, largest, options, runs, fitted)) return not_fitted(base);
-  if (!base.trouble.empty())
-    runs.warnings.push_back(base.trouble + ": it is far from the data without what is missing");
-  return fitted;
 }
 
 // Diagnoses a campaign of runs without a period.

@@ -108,6 +108,14 @@ SelectionOptions after(const Selection& first, SelectionOptions selection, doubl
   return selection;
 }
 
+// What a search has found is not lost where the next one is cut short: its answer, unless that is a
+// single effect. These are all tried anyway.
+std::optional<Hypothesis> known_of(const Selection& found, const std::vector<RunDatum>& data) {
+  const auto answer = answer_of(found, data);
+  if (!answer || found.hypotheses[*answer].effects.size() < 2) return std::nullopt;
+  return found.hypotheses[*answer];
+}
+
 // Maps the progress of a search to the part from `from` to `to` of the whole.
 std::function<void(double)> naming_between(const Progress& progress, double from, double to) {
   return [&progress, from, to](double share) { progress("naming", from + (to - from) * share); };
@@ -162,11 +170,9 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   } else if (softened) {
     HarmonicFit again = fit_harmonics(spec, *softened, theta, first.base.fit.get(), selection.fit);
     if (again.trouble.empty()) {
+      const auto known = known_of(first, data);
       SelectionOptions by_gap = after(first, selection, kLeftByGap);
       by_gap.by_gap = true;
-      // What the first search has found is not lost where this one is cut short.
-      std::optional<Hypothesis> known;
-      if (const auto answer = answer_of(first, data)) known = first.hypotheses[*answer];
       by_gap.known = known ? &*known : nullptr;
       first.hypotheses.clear();  // with their solutions: they take memory
       Selection second =
