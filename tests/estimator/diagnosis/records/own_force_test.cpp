@@ -27,7 +27,7 @@ Campaign loaded(double friction, const std::vector<double>& forces, double unit 
     const auto force = [friction, own = forces[r]](double u, double v) {
       return 60.0 * u + kHardening * u * u * u + 0.4 * v + friction * std::tanh(v / 2e-5) - own;
     };
-    Recording run = testing::decay_of(force, {kLetGo[r], 10.0, 100.0, 2e-5, r + 1});
+    Recording run = testing::decay_of(force, {kLetGo[r], 6.0, 100.0, 2e-5, r + 1});
     run.name = "r" + std::to_string(r + 1);
     for (double& u : run.displacement)
       u *= unit;
