@@ -15,8 +15,9 @@ struct PairScore {
   double gain = 0.0;                  // of both, in chi-squared
 };
 
-// The pairs that gain more than either alone, by more than `chance`, with admissible signs. Of two kinds of effects the best pair, and the largest gain first. Special cases
-// stand for the richer effects that hold them.
+// The pairs that gain more than either alone, by more than `chance`, with admissible signs. Of two
+// kinds of effects the best pair, and the largest gain first. Special cases stand for the richer
+// effects that hold them.
 std::vector<PairScore> joint_scores(const Scoring& scoring, double chance);
 
 }  // namespace shaker::estimator::diagnosis
