@@ -18,9 +18,8 @@ import daemon  # noqa: E402
 import shakerd  # noqa: E402
 
 SHAKERCTL = os.environ["SHAKERCTL"]
-CAMPAIGN = {**daemon.CAMPAIGN, "ramp_s": 0.2,
-            "runs": [{"name": "slow", "frequency_hz": 5.0, "amplitude": 3.0, "cycles": 4},
-                     {"name": "fast", "frequency_hz": 7.0, "amplitude": 3.0, "cycles": 6}]}
+# At 2 and 3 Hz the stroke is long and its transient has died before the first cycle that counts.
+CAMPAIGN = {**daemon.CAMPAIGN, "ramp_s": 0.2}
 DOUBLE = 1e-9  # of the numbers in shakerctl's CSV, relative
 
 
@@ -57,7 +56,7 @@ class AgainstARig(unittest.TestCase):
             self.assertEqual(campaign.name, "two short runs")
             self.assertEqual(campaign.status, "success")
             self.assertEqual([(r.name, r.frequency_hz, r.cycles_wanted) for r in campaign.runs],
-                             [("slow", 5.0, 4), ("fast", 7.0, 6)])
+                             [("slow", 2.0, 4), ("fast", 3.0, 6)])
             self.assertEqual([d["seq"] for d in campaign.documents("estimate")], [d["seq"] for d in seen])
             self.assertEqual(campaign.estimate(), seen[-1])
             self.assertEqual(campaign.channels(), {"displacement": "m", "excitation": "m/s^2"})
