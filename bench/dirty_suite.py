@@ -19,7 +19,8 @@ import tempfile
 
 KINDS = ("periodic", "imposed", "sweep", "decay", "drop")
 SURE = 0.9
-ACTS_AS = {"bearing_tilt": "pinched_friction"}  # the effect that nearly describes an unknown: not a wrong name
+# The effect that nearly describes an unknown: not a wrong name.
+ACTS_AS = {"bearing_tilt": "pinched_friction", "appendage": "added_mass"}
 LIMIT_S = 300  # of processor time of a diagnosis
 
 

@@ -17,6 +17,7 @@
 #include "estimator/diagnosis/noise/internal/extra_channels.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/noise/internal/own_forces.hpp"
+#include "estimator/diagnosis/noise/internal/run_constants.hpp"
 #include "estimator/diagnosis/noise/internal/screening.hpp"
 #include "estimator/diagnosis/noise/internal/transient.hpp"
 #include "estimator/diagnosis/noise/internal/weighing.hpp"
@@ -153,8 +154,8 @@ Catalogue tried_by(const DiagnoseOptions& options, const config::ModelSpec& mode
   return candidates(model, range, campaign.runs.front().kind, warnings, inputs_of(campaign));
 }
 
-// Fits the model to the stroke. For periodic runs it appends the further channels to `data` and
-// fits again.
+// Fits the model to the stroke, and then again: with the further channels, which it appends to
+// `data`; with a zero of each run's own, where a motion is imposed and they differ.
 Result<HarmonicFit> fit_all_channels(const config::ModelSpec& model, Kind kind,
                                      const std::vector<SteadyRun>& runs,
                                      const std::vector<double>& start, const FitOptions& options,
@@ -162,7 +163,14 @@ Result<HarmonicFit> fit_all_channels(const config::ModelSpec& model, Kind kind,
                                      std::vector<std::string>& warnings) {
   HarmonicFit base = fit_harmonics(model, data, start, nullptr, options);
   if (!base.trouble.empty()) return not_fitted(base);
-  if (kind != Kind::periodic) return base;
+  if (kind != Kind::periodic) {
+    std::string differ = let_zeros_differ(base, model.length_unit + "/s^2", data);
+    if (differ.empty()) return base;
+    warnings.push_back(std::move(differ));
+    base = fit_harmonics(model, data, base.theta, &base, options);
+    if (!base.trouble.empty()) return not_fitted(base);
+    return base;
+  }
   if (auto good = check_agreement(data, base); !good) return good.error();
   auto more = extra_channels(runs, base, data, warnings);
   if (more.empty()) return base;

@@ -266,8 +266,9 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
   double expected = 0.0;  // variance of the means: noise, and what the model lacks
   for (std::size_t r = 0; r < data.size(); ++r) {
     const RunDatum& datum = data[r];
-    if (!datum.sampled || datum.whitening) return {};
-    of_force = of_force || datum.by_force;
+    const bool imposed = datum.kind == Kind::imposed_motion;
+    if (datum.sampled ? datum.whitening != nullptr : !imposed) return {};
+    of_force = of_force || datum.by_force || imposed;
     if (datum.role != Role::fit) continue;
     VectorXd missed = datum.response - fit.predictions[r].value();
     left.push_back(missed[0]);
@@ -297,7 +298,13 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
   std::vector<std::string> each;
   for (RunDatum& datum : data) {
     datum.own_zero = std::sqrt(variance);
+    MatrixXd covariance;
+    if (datum.whitening) covariance = covariance_of(datum);
     datum.error[0] = std::hypot(datum.error[0], datum.own_zero);
+    if (datum.whitening) {
+      covariance(0, 0) += variance;
+      set_covariance(datum, covariance);
+    }
     datum.freedom[0] = std::min(datum.freedom[0], freedom);
     if (datum.role == Role::fit)
       each.push_back(fmt::format("{} {:+.2g}", datum.name, left[each.size()]));
