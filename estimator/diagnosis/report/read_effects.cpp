@@ -88,14 +88,9 @@ void tell_before(const Look& look, Diagnosis& said) {
   said.parameters_before = describe(look.fit, look.weighed.data);
 }
 
-// The larger part of a gap is named first: what the search found closes `closed`, the effect moves
-// the response by `moves`, both root mean square. Of what explains a gap, the surer is first.
+// The larger part of the gap is named first: what the search found closes `closed`, the effect moves
+// the response by `moves`, both root mean square.
 void add(NamedEffect effect, double gain, double moves, double closed, Diagnosis& said) {
-  const auto behind_it = [&](const NamedEffect& e) {
-    return said.verdict == Verdict::unexplained ? moves > closed
-                                                : e.probability < effect.probability;
-  };
-  const auto place = std::find_if(said.effects.begin(), said.effects.end(), behind_it);
   Ranked ranked;
   ranked.name = effect.name;
   ranked.gain = gain;
@@ -105,7 +100,8 @@ void add(NamedEffect effect, double gain, double moves, double closed, Diagnosis
   });
   said.ranking.insert(behind, std::move(ranked));
   said.parameters_after.push_back(effect.parameters.front());
-  said.effects.insert(place, std::move(effect));
+  said.effects.insert(moves > closed ? said.effects.begin() : said.effects.end(),
+                      std::move(effect));
 }
 
 void name_drift(const Screening& first, const std::string& unit, double closed, Diagnosis& said) {

@@ -17,6 +17,7 @@ constexpr double kMaxImprovedRatio =
     4.0;                              // the same, of one that sharper corners do not bring nearer
 constexpr double kOtherValley = 2.0;  // of chi-squared, times that of what holds it
 constexpr std::size_t kMostRivals = 4;
+constexpr double kNearNoise = 4.0;   // of chi-squared a datum, left by the best
 constexpr double kNoChance = 100.0;  // of chi-squared a datum: draws say 0 to the last digit
 // Log evidence by which a simpler effect may be worse than a richer one: if the interval of the
 // richer one includes the special case, and otherwise.
@@ -222,11 +223,14 @@ void CandidateSet::keep(Hypothesis h, std::vector<std::size_t>& made) {
     *known = std::move(h);
 }
 
+// Student's t forgives a few large residuals. Where all are large, its evidence may prefer a fit that
+// leaves more than the base model does.
 void CandidateSet::sort_by_evidence(std::vector<std::size_t>& level) const {
   const Weights weights(found_, data_);
+  const bool far = found_.by_gap || left_by_best() > kNearNoise * found_.base.fit->observations;
   const auto weight = [&](std::size_t k) {
     const Hypothesis& h = found_.hypotheses[k];
-    return found_.by_gap ? weights.log_of(h) : h.log_evidence;
+    return far ? weights.log_of(h) : h.log_evidence;
   };
   std::stable_sort(level.begin(), level.end(),
                    [&](std::size_t a, std::size_t b) { return weight(a) > weight(b); });

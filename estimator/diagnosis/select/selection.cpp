@@ -203,8 +203,7 @@ class Search {
   }
 
   // A richer effect leaves no more than its special case. Where its fit does, that ended in another
-  // valley, and starts from the special case, if nothing of its size leaves less. The fit of a
-  // record is too expensive to be repeated.
+  // valley, and starts from the special case. The fit of a record is too expensive to be repeated.
   void begin_at_special_cases(const std::vector<std::size_t>& made) {
     if (on_samples(data_)) return;
     for (const std::size_t k : made) {
@@ -212,7 +211,8 @@ class Search {
       for (const std::string& effect : richer.effects) {
         if (!holds_all_of_simpler(effect) || reduces(*richer.fit, effect)) continue;
         const Hypothesis* special = candidate_set_.find(simplified(richer.effects, effect));
-        if (special == nullptr || richer.fit->stopped || !leaves_least_of_its_size(*special))
+        if (special == nullptr || richer.fit->stopped || !special->disqualified.empty() ||
+            rounded(*special).chi_squared >= rounded(richer).chi_squared)
           continue;
         const auto candidate = std::find_if(all_.begin(), all_.end(),
                                             [&](const Candidate& c) { return c.name() == effect; });
@@ -223,15 +223,6 @@ class Search {
               replaced);
       }
     }
-  }
-
-  bool leaves_least_of_its_size(const Hypothesis& h) const {
-    const auto left_by = [](const Hypothesis& one) { return rounded(one).chi_squared; };
-    return h.disqualified.empty() &&
-           std::none_of(found_.hypotheses.begin(), found_.hypotheses.end(), [&](const auto& other) {
-             return &other != &h && other.effects.size() == h.effects.size() &&
-                    other.disqualified.empty() && left_by(other) <= left_by(h);
-           });
   }
 
   // A fit that switched an effect off belongs to the smaller set. That set may have ended in a

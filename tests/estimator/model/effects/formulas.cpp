@@ -171,6 +171,10 @@ Formulas orifices() {
        {[](const Seen& s) { return E{0.5 * s.t[0] * (s.v + smooth(s.v, s.c[0]))}; },
         {-0.7},
         {0.02}}},
+      {"digressive_damping",
+       {[](const Seen& s) { return E{s.t[0] * s.v / std::sqrt(1.0 + std::pow(s.v / s.t[1], 2))}; },
+        {1.3, 0.08},
+        {}}},
       {"relief_valve",
        {[](const Seen& s) {
           return E{-(1.0 - s.t[1]) * ramp(orifice(s.t[2], s.v) - s.t[0], s.c[0])};

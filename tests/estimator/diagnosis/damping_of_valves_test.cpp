@@ -1,4 +1,4 @@
-// Damping of one direction: where it is the truth, and where not.
+// Damping of one direction, and damping that gives way: where they are the truth, and where not.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -24,7 +24,7 @@ double value_in(const Diagnosis& d, const std::string& symbol) {
   return std::nan("");
 }
 
-TEST(OneSidedDamping, IsNamed) {
+TEST(DampingOfValves, OfOneDirectionIsNamed) {
   const auto d = testing::diagnosis_of_decays(
       [](double u, double v) { return 80.0 * u + 0.9 * v - 0.5 * std::fmax(v, 0.0); });
   ASSERT_TRUE(d) << d.error().what;
@@ -33,14 +33,25 @@ TEST(OneSidedDamping, IsNamed) {
   EXPECT_NEAR(value_in(*d, "c_1"), -0.5, 0.01);
 }
 
-TEST(OneSidedDamping, IsNotNamedWhereThereIsNone) {
+TEST(DampingOfValves, ThatGivesWayIsNamed) {
+  const auto d = testing::diagnosis_of_decays([](double u, double v) {
+    return 80.0 * u + 0.2 * v + 1.2 * v / std::sqrt(1.0 + std::pow(v / 0.5, 2));
+  });
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_THAT(names_in(*d), ::testing::ElementsAre("digressive_damping"));
+  EXPECT_NEAR(value_in(*d, "c_d"), 1.2, 0.05);
+  EXPECT_NEAR(value_in(*d, "v_k"), 0.5, 0.03);
+}
+
+TEST(DampingOfValves, IsNotNamedWhereThereIsNone) {
   const auto d =
       testing::diagnosis_of_decays([](double u, double v) { return 80.0 * u + 0.9 * v; });
   ASSERT_TRUE(d) << d.error().what;
   EXPECT_EQ(d->verdict, Verdict::adequate);
 }
 
-TEST(OneSidedDamping, IsNotNamedInPlaceOfDryFriction) {
+TEST(DampingOfValves, IsNotNamedInPlaceOfDryFriction) {
   const auto d = testing::diagnosis_of_decays(
       [](double u, double v) { return 80.0 * u + 0.6 * v + 0.2 * std::tanh(v / 2e-3); });
   ASSERT_TRUE(d) << d.error().what;
