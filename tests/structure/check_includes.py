@@ -41,6 +41,9 @@ INNER_MAY_INCLUDE = {
     "diagnosis": {"math", "model", "solve", "fit"},
     "paper": {"math", "model", "solve", "fit"},
 }
+# Folders of a room from the ground up: they share its internal headers, and include only folders before them. A file
+# beside them is either shared by all or calls them: it may include any.
+FOLDERS = {"diagnosis": ("cycles", "records", "fit", "score", "noise", "select", "force", "report")}
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([a-z_]+)/([^"]+)"')
 
 
@@ -61,6 +64,17 @@ def written(inner: str) -> str:
     return "estimator/" if inner == ROOT else f"estimator/{inner}/"
 
 
+def folders_up(here: str, there: str) -> str | None:
+    """Why a file of the folder `here` of a room may not include one of `there`, or None: both below estimator/."""
+    for room, order in FOLDERS.items():
+        if not (covers(room, here) and covers(room, there)):
+            continue
+        own, other = ((name.split("/") + [""])[1] for name in (here, there))
+        if own in order and other in order and order.index(other) > order.index(own):
+            return f"{written(f'{room}/{own}')} may not include {written(f'{room}/{other}')}"
+    return None
+
+
 def refusal(relative: pathlib.PurePath, room: str, path: str) -> str | None:
     """Why the file `relative` may not include room/path, or None."""
     own = relative.parts[0]
@@ -75,6 +89,7 @@ def refusal(relative: pathlib.PurePath, room: str, path: str) -> str | None:
             return f"{written(here)} has no row in tests/structure/check_includes.py"
         if there != here and not any(covers(name, there) for name in INNER_MAY_INCLUDE[here]):
             return f"{written(here)} may not include {written(there)}"
+        return folders_up("/".join(relative.parts[1:-1]), path.rpartition("/")[0])
     return None
 
 

@@ -46,7 +46,15 @@ class Includes(unittest.TestCase):
                          (1, "cli/a.cpp:2: estimator/drop/internal/b.hpp is internal to its room\n"))
         self.assertEqual(self.said_of("estimator/drop/a.cpp", "estimator/fit/internal/b.hpp")[0], 1)
         self.assertEqual(self.said_of("estimator/fit/a.cpp", "estimator/fit/internal/b.hpp")[0], 0)
-        self.assertEqual(self.said_of("estimator/diagnosis/fit/a.cpp", "estimator/diagnosis/noise/internal/b.hpp")[0], 0)
+        self.assertEqual(self.said_of("estimator/diagnosis/noise/a.cpp", "estimator/diagnosis/fit/internal/b.hpp")[0], 0)
+
+    def test_up_between_the_folders_of_a_room_is_refused(self):
+        self.assertEqual(self.said_of("estimator/diagnosis/fit/a.cpp", "estimator/diagnosis/noise/internal/b.hpp"),
+                         (1, "estimator/diagnosis/fit/a.cpp:2: estimator/diagnosis/fit/ may not include "
+                             "estimator/diagnosis/noise/\n"))
+        for file, include in (("noise/a.cpp", "campaign.hpp"), ("a.cpp", "report/internal/b.hpp"),
+                              ("fit/a.cpp", "fit/internal/b.hpp")):
+            self.assertEqual(self.said_of(f"estimator/diagnosis/{file}", f"estimator/diagnosis/{include}")[0], 0, file)
 
     def test_a_new_inner_room_needs_a_row(self):
         status, text = self.said_of("estimator/new/a.cpp", "estimator/math/b.hpp")
