@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/estimation_impl.hpp"
+#include "estimator/fit/internal/estimation_impl.hpp"
 #include "estimator/math/damped_minimum.hpp"
 #include "estimator/math/lane_cholesky.hpp"
 

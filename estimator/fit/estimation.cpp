@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/estimation_impl.hpp"
 #include "estimator/fit/harmonic_data.hpp"
+#include "estimator/fit/internal/estimation_impl.hpp"
 
 namespace shaker::estimator {
 

@@ -21,6 +21,7 @@
 /// and allocates in its loop.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -74,6 +75,11 @@ struct RunData {
   /// \return the run's own model if it has one, otherwise `common`
   const Model& model_or(const Model& common) const { return model ? *model : common; }
 };
+
+/// Throws std::invalid_argument, with a sentence, unless a run is complete and consistent.
+/// \param run what is checked
+/// \param index of the run, from 0; named in the message
+void check_run(const RunData& run, std::size_t index);
 
 /// How the fit steps: see the top of this file.
 enum class Method { lifted, gauss_newton, levenberg_marquardt };

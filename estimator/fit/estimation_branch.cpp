@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/estimation_impl.hpp"
+#include "estimator/fit/internal/estimation_impl.hpp"
 #include "estimator/solve/periodic/continuation.hpp"
 #include "estimator/solve/periodic/floquet.hpp"
 #include "estimator/solve/periodic/multi_period.hpp"

@@ -1,7 +1,7 @@
 // An estimate with names, units, intervals and warnings.
 #include "estimator/fit/description.hpp"
 #include "estimator/fit/determination.hpp"
-#include "estimator/fit/estimation_impl.hpp"
+#include "estimator/fit/internal/estimation_impl.hpp"
 
 namespace shaker::estimator {
 

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/estimation_impl.hpp"
+#include "estimator/fit/internal/estimation_impl.hpp"
 
 namespace shaker::estimator {
 namespace {

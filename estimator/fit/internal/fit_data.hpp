@@ -9,9 +9,6 @@
 
 namespace shaker::estimator {
 
-// Throws std::invalid_argument for data that cannot be used; the message counts runs from 1.
-void check_run(const RunData& run, std::size_t index);
-
 inline constexpr double kFarFromData = 0.1;  // misfit above which another branch is considered
 
 struct RunState {

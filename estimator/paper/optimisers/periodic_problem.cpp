@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "estimator/fit/estimation_impl.hpp"
-
 namespace shaker::estimator::optimisers {
 
 PeriodicProblem::PeriodicProblem(const Model& model, std::vector<RunData> runs,
