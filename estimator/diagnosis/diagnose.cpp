@@ -275,7 +275,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (!fitted) return fitted.error();
   std::vector<double> motions;
   for (const RunDatum& datum : runs->data)
-    motions.push_back(motion_of(datum.response));
+    motions.push_back(motion_in(datum));
   if (auto good = above_noise(runs->data, motions, unit, runs->warnings); !good)
     return good.error();
   const auto catalogue = shown_by_transients(

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
+
 namespace shaker::estimator::diagnosis {
 namespace {
 
@@ -32,6 +34,13 @@ double motion_of(const Eigen::VectorXd& harmonics) {
   Eigen::VectorXd curve = harmonics;
   curve[0] = 0.0;
   return root_mean_square(curve);
+}
+
+double motion_in(const RunDatum& datum) {
+  const double compared = motion_of(datum.response);
+  if (!datum.by_force || datum.kind != Kind::transient) return compared;
+  const Eigen::VectorXd& inertia = datum.sampled->a;
+  return std::max(compared, std::sqrt((inertia.array() - inertia.mean()).square().mean()));
 }
 
 Result<void> above_noise(const std::vector<RunDatum>& data, const std::vector<double>& motions,

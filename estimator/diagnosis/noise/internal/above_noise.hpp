@@ -12,6 +12,10 @@ namespace shaker::estimator::diagnosis {
 
 // Root mean square of a curve about its mean, over the cycle or the record.
 double motion_of(const Eigen::VectorXd& harmonics);
+// The same of a run. Where a balance of forces is compared, an excitation may be in another unit, as
+// a voltage, which the model's gain turns into a force: the force of the inertia counts if it is
+// larger.
+double motion_in(const RunDatum& datum);
 
 // Returns an Error if no fitted run moves by more than its errors. Warns of a run whose errors are
 // more than a third of its motion, because a third of the motion could be missing there unseen.

@@ -1,9 +1,12 @@
 #include "estimator/diagnosis/noise/internal/above_noise.hpp"
 
 #include <cmath>
+#include <memory>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -40,6 +43,22 @@ TEST(AboveNoise, CountsNoMeanAsMotion) {
   Eigen::VectorXd harmonics(3);
   harmonics << 100.0, 3.0, 4.0;
   EXPECT_DOUBLE_EQ(motion_of(harmonics), 5.0 / std::sqrt(2.0));
+}
+
+// A voltage of 0.1 V may drive an acceleration of 3 m/s^2.
+TEST(AboveNoise, CountsTheForceOfTheInertiaBesideAnExcitationInAnotherUnit) {
+  RunDatum run = datum("a", 0.1);
+  run.response[1] = 0.1;
+  const double excitation = motion_of(run.response);
+  auto sampled = std::make_shared<SampledRun>();
+  sampled->a = Eigen::Vector4d(4.0, -2.0, 4.0, -2.0);  // 1 +- 3
+  run.sampled = sampled;
+  run.kind = Kind::transient;
+  EXPECT_DOUBLE_EQ(motion_in(run), excitation);  // a displacement is compared
+  run.by_force = true;
+  EXPECT_DOUBLE_EQ(motion_in(run), 3.0);
+  run.kind = Kind::imposed_motion;  // its force was measured
+  EXPECT_DOUBLE_EQ(motion_in(run), excitation);
 }
 
 }  // namespace
