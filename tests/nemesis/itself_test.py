@@ -60,6 +60,26 @@ class Freeze(unittest.TestCase):
             polling.join()
         self.assertEqual(set(polls), {None})
 
+    def test_a_program_that_another_thread_waits_for_has_ended(self):
+        program = Program([sys.executable, "-c", "raise SystemExit(3)"])
+        trouble, enough = [], threading.Event()
+
+        def poll():
+            while not enough.is_set():
+                try:
+                    program.poll()
+                except OSError as error:
+                    trouble.append(error)
+
+        polling = [threading.Thread(target=poll) for _ in range(4)]
+        for thread in polling:
+            thread.start()
+        status = program.wait()
+        enough.set()
+        for thread in polling:
+            thread.join()
+        self.assertEqual((status, trouble), (3, []))
+
 
 class Wire(unittest.TestCase):
     def test_a_frame_is_what_the_specification_prints(self):

@@ -166,7 +166,10 @@ class Program(subprocess.Popen):
 
     def poll(self):
         if self.returncode is None:
-            found = os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+            try:
+                found = os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+            except ChildProcessError:  # another thread has just waited for it, and keeps its status
+                return super().poll()
             if found is None or found.si_code not in (os.CLD_EXITED, os.CLD_KILLED, os.CLD_DUMPED):
                 return None
         return super().poll()
