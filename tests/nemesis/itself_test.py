@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 import unittest
+import unittest.mock
 
 import places  # noqa: F401  first: it says where the others are
 import freeze
@@ -79,6 +80,17 @@ class Freeze(unittest.TestCase):
         for thread in polling:
             thread.join()
         self.assertEqual((status, trouble), (3, []))
+
+
+class Death(unittest.TestCase):
+    def test_an_observer_that_has_died_vouches_for_nothing(self):
+        def others():
+            raise ChildProcessError
+
+        with unittest.mock.patch("threading.excepthook"):  # it prints
+            observer = Observer(1, others)  # nobody listens there
+            observer.join(5)
+        self.assertRaises(RuntimeError, observer.moving, 0.0)
 
 
 class Wire(unittest.TestCase):

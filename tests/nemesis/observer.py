@@ -60,8 +60,11 @@ class Queue:
 class Observer(threading.Thread):
     """`readings` only grows; a gap in it is a rig that did not answer, or a machine that was busy.
 
-    `others` gives the processes besides this one that must not be kept waiting.
+    `others` gives the processes besides this one that must not be kept waiting. An observer that has died has seen
+    nothing more: whoever asks it what moves gets its trouble.
     """
+
+    trouble = None
 
     def __init__(self, port, others=lambda: ()):
         super().__init__(daemon=True)
@@ -76,6 +79,13 @@ class Observer(threading.Thread):
         self.join(5)
 
     def run(self):
+        try:
+            self.observe()
+        except BaseException as trouble:
+            self.trouble = trouble
+            raise
+
+    def observe(self):
         wire = None
         due = look = time.monotonic()
         while not self.ended.is_set():
@@ -100,6 +110,8 @@ class Observer(threading.Thread):
 
     def moving(self, since, until=float("inf")):
         """The readings of a moving table in that span."""
+        if self.trouble:
+            raise RuntimeError("the observer has died") from self.trouble
         return [r for r in self.readings if since <= r.t <= until and r.moves]
 
     def last(self):
