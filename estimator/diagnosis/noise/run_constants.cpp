@@ -298,12 +298,12 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
   std::vector<std::string> each;
   for (RunDatum& datum : data) {
     datum.own_zero = std::sqrt(variance);
-    MatrixXd covariance;
-    if (datum.whitening) covariance = covariance_of(datum);
-    datum.error[0] = std::hypot(datum.error[0], datum.own_zero);
     if (datum.whitening) {
+      MatrixXd covariance = covariance_of(datum);
       covariance(0, 0) += variance;
       set_covariance(datum, covariance);
+    } else {
+      datum.error[0] = std::hypot(datum.error[0], datum.own_zero);
     }
     datum.freedom[0] = std::min(datum.freedom[0], freedom);
     if (datum.role == Role::fit)

@@ -50,13 +50,13 @@ std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
 std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vector<RunDatum>& with,
                                         const std::vector<RunDatum>& fitted);
 
-// For records and imposed motion: tests whether the means of the runs differ from those of `fit` by more than the
-// noise and by more than a tenth of the missed motion (a missing effect moves means too), as a
-// different zero or preload of each run does. Their scatter is then added to the error of the mean in `data` and
-// stored in own_zero. What all runs share remains visible. A single recording of a displacement may
-// have such a zero too, where the model makes no force at rest in its zero: where that lies is then
-// a choice of whoever recorded it. Returns a sentence with each run's own mean; empty if they do not differ.
-// `unit`: unit of the response.
+// For records and imposed motion: tests whether the means of the runs differ from those of `fit` by
+// more than the noise and by more than a tenth of the missed motion (a missing effect moves means
+// too), as a different zero or preload of each run does. Their scatter is then added to the error of
+// the mean in `data` and stored in own_zero. What all runs share remains visible. A single recording
+// of a displacement may have such a zero too, where the model makes no force at rest in its zero:
+// where that lies is then a choice of whoever recorded it. Returns a sentence with each run's own
+// mean; empty if they do not differ. `unit`: unit of the response.
 std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
                              std::vector<RunDatum>& data);
 
