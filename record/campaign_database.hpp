@@ -33,6 +33,12 @@ struct SampleRow {
   protocol::Channel channel = protocol::Channel::displacement;
   std::uint8_t quality = 0;
 };
+// From the first to the second, s. Times of a damaged file wrap around; they never overflow.
+inline double seconds_between(const SampleRow& first, const SampleRow& second) {
+  return 1e-9 *
+         static_cast<double>(static_cast<std::int64_t>(static_cast<std::uint64_t>(second.t_ns) -
+                                                       static_cast<std::uint64_t>(first.t_ns)));
+}
 struct CycleRow {
   int run = 0;
   std::int64_t index = 0;

@@ -135,13 +135,12 @@ Result<std::vector<SampleRow>> CampaignReader::last_samples(int run, double span
     SQLite::Statement row(*impl_->database,
                           "SELECT data FROM sample WHERE run = ? ORDER BY id DESC");
     row.bind(1, run);
-    const auto span = static_cast<std::int64_t>(1e9 * span_s);
     while (row.executeStep()) {
       Rows block;
       if (!unpack(bytes_of(row.getColumn(0)), block)) return impl_->damaged("a block of samples");
       if (block.empty()) continue;
       blocks.push_back(std::move(block));
-      if (blocks.back().front().t_ns < blocks.front().back().t_ns - span) break;
+      if (seconds_between(blocks.back().front(), blocks.front().back()) > span_s) break;
     }
     Rows rows;
     for (auto block = blocks.rbegin(); block != blocks.rend(); ++block)

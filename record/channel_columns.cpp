@@ -31,11 +31,11 @@ struct Raw {
   }
 };
 
-Raw pick(std::span<const SampleRow> samples, protocol::Channel channel, std::int64_t origin_ns) {
+Raw pick(std::span<const SampleRow> samples, protocol::Channel channel) {
   Raw raw;
   for (const SampleRow& sample : samples) {
     if (sample.channel != channel) continue;
-    const double t = 1e-9 * static_cast<double>(sample.t_ns - origin_ns);
+    const double t = seconds_between(samples.front(), sample);
     if (!raw.t.empty() && t <= raw.t.back()) continue;
     raw.t.push_back(t);
     raw.value.push_back(sample.value);
@@ -50,7 +50,7 @@ ChannelColumns channel_columns(std::span<const SampleRow> samples,
   if (samples.empty() || channels.empty()) return {};
   std::vector<Raw> raw;
   for (const protocol::Channel channel : channels) {
-    raw.push_back(pick(samples, channel, samples.front().t_ns));
+    raw.push_back(pick(samples, channel));
     if (raw.back().t.size() < kFewest) return {};
   }
   ChannelColumns out;

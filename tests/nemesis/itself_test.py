@@ -211,6 +211,14 @@ class Ledger(unittest.TestCase):
         self.assertEqual(ledger.essence('R"x(a" // b)x"; // c'), 'R"x(a" // b)x";')
         self.assertEqual(ledger.essence("'\"' /* \" */ '\\'' // '"), "'\"''\\''")
 
+    def test_code_that_was_judged_equal_counts_and_no_other(self):
+        def judged(room, newer, older):
+            return {"room": room, "code": newer, "equals": older, "why": ""}
+
+        present = {"daemon": "d1", "record": "r3"}
+        chain = [judged("record", "r2", "r1"), judged("daemon", "d9", "d0"), judged("record", "r3", "r2")]
+        self.assertEqual(ledger.equals(present, chain), {"daemon": ["d1"], "record": ["r3", "r2", "r1"]})
+
     def test_the_files_of_each_room_are_found(self):
         for room in ledger.ROOMS:
             self.assertGreater(len(ledger.committed(room)), 10, room)

@@ -106,12 +106,25 @@ class Page:
         return f"kept in docs/soak/{self.name}.jsonl"
 
 
+def lines(name):
+    file = FOLDER / f"{name}.jsonl"
+    return [json.loads(text) for text in file.read_text(encoding="utf-8").splitlines()] if file.exists() else []
+
+
+def equals(present, judged):
+    """{room: ids}: the present code, and earlier code that a person judged equal for the table and the record."""
+    ids = {room: [newest] for room, newest in present.items()}
+    for line in reversed(judged):
+        if line["code"] in ids[line["room"]]:
+            ids[line["room"]].append(line["equals"])
+    return ids
+
+
 def totals(name):
-    """(runs, {count: sum}) of the lines whose code is the present one."""
-    file, present, sums, runs = FOLDER / f"{name}.jsonl", code(), {}, 0
-    for text in file.read_text(encoding="utf-8").splitlines() if file.exists() else []:
-        line = json.loads(text)
-        if line.get("code") == present:
+    """(runs, {count: sum}) of the lines whose code is the present one, or judged equal to it."""
+    ids, sums, runs = equals(code(), lines("equal_code")), {}, 0
+    for line in lines(name):
+        if all(line.get("code", {}).get(room) in of_room for room, of_room in ids.items()):
             runs += 1
             for key, value in line.items():
                 if key != "seed" and isinstance(value, int):
@@ -131,6 +144,8 @@ def main():
         count, sums = totals(name)
         print(f"{name}: {count} runs on the present code: "
               + (", ".join(f"{value} {key}" for key, value in sums.items()) or "none"))
+    for line in lines("equal_code"):
+        print(f"{line['room']} {line['code']} counts as {line['equals']}: {line['why']}")
 
 
 if __name__ == "__main__":

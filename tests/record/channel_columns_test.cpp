@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -100,6 +102,25 @@ TEST(LastSamples, AreOfTheEndAndNoMoreThanABlockTooMany) {
   EXPECT_LE(last->size(), 2 * 5 * kRate + 2 * 4096);
   const auto tail = std::span(*all).last(last->size());
   EXPECT_TRUE(std::ranges::equal(*last, tail, {}, &SampleRow::t_ns, &SampleRow::t_ns));
+}
+
+TEST(LastSamples, AreAllOfThemWhereADamagedFileAsksForMoreThanTimeCanTell) {
+  const testing::Scratch scratch;
+  const auto reader = CampaignReader::open(written(scratch.path(), true));
+  ASSERT_TRUE(reader);
+  const auto all = reader->samples(0), last = reader->last_samples(0, 8e148);
+  ASSERT_TRUE(all && last);
+  EXPECT_EQ(last->size(), all->size());
+}
+
+TEST(ChannelColumns, TakeTimesThatLieFurtherApartThanTheyCanCount) {
+  constexpr auto kFar = std::numeric_limits<std::int64_t>::max();
+  std::vector<SampleRow> samples;
+  for (const std::int64_t t_ns : {-kFar, std::int64_t{0}, std::int64_t{1}, std::int64_t{2}, kFar})
+    samples.push_back({t_ns, 1.0, protocol::Channel::displacement});
+  const std::vector wanted = {protocol::Channel::displacement};
+  for (const double t : channel_columns(samples, wanted).t)
+    EXPECT_TRUE(std::isfinite(t));
 }
 
 TEST(AcceptedCycles, AreRawSamplesWhereOtherChannelsWereRecorded) {
