@@ -77,7 +77,8 @@ struct MotionScale {
   /// @{
   double length = 1.0, speed = 1.0, force = 1.0;
   /// @}
-  /// \return true if all three factors are equal
+  double inertia = 1.0;  ///< the same of the masses that the forces may carry
+  /// \return true if all factors are equal
   bool operator==(const MotionScale&) const = default;
 };
 

@@ -105,6 +105,18 @@ void check_channels(ObjectReader& reader, const RigConfig& rig) {
   }
 }
 
+// A sensor thread that waits for an answer advances no more.
+void check_answers(ObjectReader& reader, const RigConfig& rig) {
+  for (const SensorConfig& sensor : rig.sensors) {
+    const auto* modbus = std::get_if<ModbusSensor>(&sensor);
+    if (!modbus || modbus->link.response_timeout_s < rig.limits.acquisition_stall_s) continue;
+    reader.complain("sensors",
+                    fmt::format("response_timeout_s {} is not below acquisition_stall_s, which is "
+                                "{}: one missing answer would stop the exciter",
+                                modbus->link.response_timeout_s, rig.limits.acquisition_stall_s));
+  }
+}
+
 bool is_campaign_replay(const SensorConfig& sensor) {
   const auto* replay = std::get_if<ReplaySensor>(&sensor);
   return replay && replay->signals.empty() && replay->registers.empty();
@@ -302,6 +314,7 @@ Result<RigConfig> parse_rig(const std::string& text, const std::string& origin) 
   // Checks across several parts need valid parts.
   if (findings.empty() && sensors_good) {
     check_channels(reader, rig);
+    check_answers(reader, rig);
     check_auxiliary(reader, rig);
     convert_auxiliary(reader, rig);
     check_together(reader, rig);

@@ -50,6 +50,7 @@ void Engine::Impl::publish(const protocol::Document& document) {
 
 void Engine::Impl::acknowledge_alarms(const std::string& who) {
   standing_errors = standing_warnings = 0;
+  if (resting()) episode.clear();
   alarm("info", std::string(protocol::kAcknowledged), fmt::format("acknowledged by {}", who));
 }
 
@@ -70,8 +71,8 @@ void Engine::Impl::alarm(const std::string& severity, const std::string& code,
   raise(std::move(document));
 }
 
-// One incident gives one error. Until the rig is IDLE again, later errors name the first one as
-// their cause and become warnings, except those that the table may still move and the emergency
+// One incident gives one error. Until the rig is IDLE again, somebody acknowledges it or a campaign
+// begins, later errors name the first one as their cause and become warnings, except those that the table may still move and the emergency
 // stop.
 void Engine::Impl::raise(protocol::AlarmDocument document) {
   if (document.severity == "error") {

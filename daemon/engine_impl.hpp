@@ -7,6 +7,7 @@
 //   engine_trim.cpp       the correction of the ordered amplitude
 //   engine_deadman.cpp    the proof of the exciter's dead-man
 //   engine_watch.cpp      supervision in every state
+//   engine_periods.cpp    supervision of the motion, period by period
 //   engine_cycles.cpp     samples, cycles, the gate, estimates
 //   engine_documents.cpp  published documents
 #pragma once
@@ -24,6 +25,7 @@
 #include "daemon/engine.hpp"
 #include "daemon/safety/channel_monitor.hpp"
 #include "daemon/safety/detectors.hpp"
+#include "daemon/safety/frequency_watch.hpp"
 #include "daemon/safety/period_watch.hpp"
 #include "daemon/safety/rest_watch.hpp"
 #include "daemon/safety/self_check.hpp"
@@ -43,6 +45,7 @@ inline constexpr double kReadyGraceS = 1.0;      // from enabling to "ready"
 inline constexpr double kEstimateGiveUpS = 5.0;  // limit for the last estimates of a run
 inline constexpr double kStopAgainS = 0.5;       // a stop that is not confirmed is repeated
 inline constexpr double kClearS = 2.0;           // limit for the exciter to clear its fault
+inline constexpr double kUnknownRest = 0.01;     // of the largest excitation: noise before CHECK
 inline constexpr std::size_t kSaidMost = 64;
 inline constexpr double kSameAlarmS = 10.0;   // the same message of a device is published once
 inline constexpr double kGentlePart = 0.25;   // of the run's amplitude: level of the sign check
@@ -78,7 +81,13 @@ struct Engine::Impl {
         exciter(exciter_),
         estimator(estimator_),
         outlet(outlet_),
-        detectors(rig.limits) {}
+        detectors(rig.limits) {
+    // What a program before has left in motion its dead-man stops. What rest is, a CHECK shows; before
+    // the first one any large motion counts.
+    stop_ordered = clock.now() + from_seconds(rig.exciter.deadman_max_s);
+    if (!moves_nothing())
+      rest(protocol::Channel::excitation).learn(kUnknownRest * rig.limits.excitation_max_m_s2);
+  }
 
   // --- engine.cpp
   Result<void> may_start() const;
@@ -145,14 +154,17 @@ struct Engine::Impl {
   void watch_rest();
   void moves_unasked(const std::string& why, bool sure);
   void say_may_move(const std::string& why);
-  void begin_periods();
-  void watch_period(protocol::Channel channel, Nanoseconds t, double value);
-  void judge_command(const PeriodFigures& period);
-  bool judge_alone(const PeriodFigures& stroke, bool whole);
-  void judge_response(const PeriodFigures& period, std::complex<double> answer, bool vanished);
   void device_trouble(const std::string& code, const std::string& why);
   void watch_exciter();
   void compare_report();
+
+  // --- engine_periods.cpp
+  void begin_periods();
+  void watch_period(protocol::Channel channel, Nanoseconds t, double value);
+  void watch_frequency(Nanoseconds t, double value);
+  void judge_command(const PeriodFigures& period);
+  bool judge_alone(const PeriodFigures& stroke, bool whole);
+  void judge_response(const PeriodFigures& period, std::complex<double> answer, bool vanished);
 
   // --- engine_motion.cpp
   void command(double frequency_hz, double amplitude);
@@ -308,8 +320,13 @@ struct Engine::Impl {
   // periods since this run became steady.
   std::complex<double> last_answer;
   std::optional<std::complex<double>> response;
-  bool awaits_rest = false;   // a stop was ordered, and rest is not yet seen
-  double level_before = 0.0;  // stroke level one second ago
+  // The last period's answer to the present order, and the last one that was like the one before it.
+  std::optional<std::complex<double>> recent_answer, alike_answer;
+  int alike_age = 0;                // periods since then
+  FrequencyWatch frequency;         // of the table
+  Nanoseconds frequency_ordered{};  // time of the last order of another frequency
+  bool awaits_rest = false;         // a stop was ordered, and rest is not yet seen
+  double level_before = 0.0;        // stroke level one second ago
   Nanoseconds level_taken{}, may_move_said{};
   int may_move_told = 0;
   std::string episode;  // code of the first error of the current incident

@@ -59,6 +59,7 @@ void Engine::Impl::begin_check(const std::string& why) {
   rest_began = clock.now();
   for (ChannelMonitor& m : monitors)
     m.begin_rest();
+  episode.clear();
   enter(State::check, why);
 }
 

@@ -1,5 +1,5 @@
-// Supervision in every state: levels and ages of the channels, the table at rest, each period
-// of the setpoint, and the reports of the exciter.
+// Supervision in every state: levels and ages of the channels, the table at rest, and the reports of
+// the exciter.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,17 +17,12 @@ using protocol::Channel;
 constexpr int kInARow = 2;                       // periods or reports: one may be disturbed
 constexpr double kFrozenRising = 4.0;            // factor on the limit while the motion grows
 constexpr double kReportedFrequencyPart = 0.02;  // of the setpoint; registers are coarse
-constexpr double kFloorPart = 0.01;     // of the smallest amplitude: lower limit of the noise
+constexpr double kFloorPart = 1e-3;     // of the smallest amplitude: noise of a sensor without any
 constexpr double kLeastStroke = 1e-7;   // m; lower limit for a sensor without noise
 constexpr double kSeenS = 0.2;          // a channel with a younger sample is alive
 constexpr double kStopTakesS = 0.1;     // delay of a stop that is obeyed
 constexpr double kRingsS = 20.0;        // a damper may ring for this long
 constexpr double kRingsPart = 0.9;      // and its level falls below this part within a second
-constexpr double kFewestPart = 0.8;     // of a period's samples, required to judge it
-constexpr double kGapPart = 0.1;        // of a period may lack samples where it is compared
-constexpr double kGapSamples = 2.5;     // intervals between samples are no gap
-constexpr double kReferencePart = 0.2;  // weight of a new period in the reference response
-constexpr double kVanished = 3.0;       // times the amplitude that noise alone causes
 constexpr double kDriveReportsS = 0.5;  // a drive that answers reports within this time
 constexpr double kAgainS = 5.0, kAgainMostS = 60.0;  // between two warnings of possible motion
 
@@ -219,102 +214,6 @@ void Engine::Impl::say_may_move(const std::string& why) {
         config::Action::stop);
 }
 
-// --- each period of the setpoint
-
-void Engine::Impl::begin_periods() {
-  for (PeriodWatch& watch : periods)
-    watch.restart(setpoint.frequency_hz, clock.now());
-  table_period.reset();
-  unpaired = {};
-  command_errors = response_changes = 0;
-}
-
-void Engine::Impl::watch_period(Channel channel, Nanoseconds t, double value) {
-  const auto figures = periods[static_cast<std::size_t>(channel)].add(t, value);
-  if (!figures || !moving()) return;
-  const double rate = channel == Channel::excitation ? excitation_rate_hz : rate_hz;
-  if (figures->samples < kFewestPart * rate / setpoint.frequency_hz) return;
-  const bool whole =
-      figures->longest_gap_s <= std::max(kGapPart / setpoint.frequency_hz, kGapSamples / rate);
-  if (channel == Channel::excitation) {
-    table_period = figures;
-    judge_command(*figures);
-  } else if (judge_alone(*figures, whole)) {
-    return;
-  }
-  if (!whole) return;
-  // The two sensors may be late by different times. The table of another period would not do: its
-  // phase is another one where stamps or the table itself were late meanwhile.
-  const auto slot = static_cast<std::size_t>(figures->index) % unpaired[0].size();
-  unpaired[static_cast<std::size_t>(channel)][slot] = *figures;
-  PeriodFigures& stroke = unpaired[static_cast<std::size_t>(Channel::displacement)][slot];
-  PeriodFigures& table = unpaired[static_cast<std::size_t>(Channel::excitation)][slot];
-  if (stroke.samples == 0 || table.samples == 0 || stroke.index != table.index) return;
-  const PeriodFigures period = std::exchange(stroke, {});
-  const std::complex<double> moved = std::exchange(table, {}).fundamental;
-  if (std::abs(moved) > 0.0) judge_response(period, period.fundamental / moved, false);
-}
-
-// Excess amplitude is judged in every state; a deficit only in SETTLE and MEASURE, once the
-// ramp is over. A trimmed order is judged by what is asked for. Whether a ramp down ends at rest is
-// judged by tick_ramp_down: a table rings.
-void Engine::Impl::judge_command(const PeriodFigures& period) {
-  const Nanoseconds ramped = ordered + from_seconds(setpoint.ramp_s + kLagS);
-  const bool reached = period.begin >= ramped && state != State::ramp_down;
-  const double most = reached ? asked : std::max(ramp_from, asked);
-  const double still = std::numbers::sqrt2 * table_noise;
-  const double all = std::sqrt(std::max(0.0, period.all * period.all - still * still));
-  const double floor = kFloorPart * run().amplitude + 5.0 * still / std::sqrt(period.samples);
-  const double part = rig.limits.command_error_fraction;
-  const double amplitude = std::abs(period.fundamental);
-  const bool over = all > (1.0 + part) * most + floor;
-  const bool under = reached && cutting() && amplitude < (1.0 - part) * most - floor;
-  command_errors = over || under ? command_errors + 1 : 0;
-  detectors.report(Detector::command_error, {.tripped = command_errors >= kInARow,
-                                             .weak = !over,
-                                             .value = over ? all : amplitude,
-                                             .limit = asked,
-                                             .channel = Channel::excitation});
-  watch_levels();
-}
-
-// A stroke that has vanished is seen at once, whatever the table does and whatever samples are
-// missing. Returns false if the stroke must wait for the table's figures.
-bool Engine::Impl::judge_alone(const PeriodFigures& stroke, bool whole) {
-  const double still = stroke_noise * std::sqrt(2.0 / stroke.samples);
-  const bool vanished = std::abs(stroke.fundamental) <= kVanished * still;
-  if (!vanished && excitation_measured) return false;
-  if (vanished || whole) judge_response(stroke, stroke.fundamental, vanished);
-  return true;
-}
-
-// The response of the stroke, relative to the table's motion in the same period if that is
-// measured, must not jump from one period to the next. A slow change comes from the damper; a jump
-// is a fault. A period with a gap in its samples is not compared: it neither adds to the periods
-// in a row nor ends them.
-void Engine::Impl::judge_response(const PeriodFigures& period, std::complex<double> answer,
-                                  bool vanished) {
-  if (!cutting() || period.begin < ordered + from_seconds(setpoint.ramp_s + kLagS)) {
-    response_changes = 0;
-    return;
-  }
-  bool changed = vanished;
-  if (response && !vanished) {
-    changed =
-        std::abs(answer - *response) > rig.limits.response_change_fraction * std::abs(*response);
-  }
-  response_changes = changed ? response_changes + 1 : 0;
-  if (!vanished) last_answer = answer;
-  if (!changed && response) *response += kReferencePart * (answer - *response);
-  detectors.report(Detector::response_change,
-                   {.tripped = response_changes >= kInARow,
-                    .weak = vanished,
-                    .value = response && !vanished ? std::abs(answer / *response) : 0.0,
-                    .limit = rig.limits.response_change_fraction,
-                    .channel = Channel::displacement});
-  watch_levels();
-}
-
 // --- what the exciter says
 
 void Engine::Impl::device_trouble(const std::string& code, const std::string& why) {
@@ -361,21 +260,26 @@ void Engine::Impl::watch_exciter() {
 }
 
 // Compares the exciter's own report with its orders. Requires two deviations in a row, because
-// a status may be read while the setpoint is being written.
+// a status may be read while the setpoint is being written. On the way up only too large an
+// amplitude deviates.
 void Engine::Impl::compare_report() {
-  if (!cutting() || !status || !status->running || status->t < entered) {
+  const bool rises =
+      state == State::ramp && status && status->t >= frequency_ordered + from_seconds(kReadyGraceS);
+  if (!(cutting() || rises) || proving || !status || !status->running || status->t < entered) {
     other_reports = 0;
     return;
   }
+  const double part = rig.limits.command_error_fraction;
+  const double most = rises ? std::max(trimmed(ramp_from), setpoint.amplitude) : setpoint.amplitude;
   std::string what;
   if (status->frequency_hz && std::abs(*status->frequency_hz - setpoint.frequency_hz) >
                                   kReportedFrequencyPart * setpoint.frequency_hz) {
     what =
         fmt::format("{:.4g} Hz, asked for {:.4g} Hz", *status->frequency_hz, setpoint.frequency_hz);
-  } else if (status->amplitude && std::abs(*status->amplitude - order_on_the_way()) >
-                                      rig.limits.command_error_fraction * setpoint.amplitude) {
-    what =
-        fmt::format("{:.4g} m/s^2, asked for {:.4g} m/s^2", *status->amplitude, setpoint.amplitude);
+  } else if (status->amplitude &&
+             (rises ? *status->amplitude > (1.0 + part) * most
+                    : std::abs(*status->amplitude - order_on_the_way()) > part * most)) {
+    what = fmt::format("{:.4g} m/s^2, asked for {:.4g} m/s^2", *status->amplitude, most);
   }
   other_reports = what.empty() ? 0 : other_reports + 1;
   if (other_reports < kInARow) return;

@@ -94,6 +94,8 @@ void add_state(Page& page, const Json& state) {
     page.sample(word_at(state, "state") == name ? 1.0 : 0.0, {{"state", name}});
   page.one("shaker_controlled", "gauge", "1 while somebody is in control.",
            number_at(state, "controlled"));
+  page.one("shaker_unprotected", "gauge", "1 while no detector ends the motion.",
+           number_at(state, "unprotected"));
   page.one("shaker_campaign_progress_ratio", "gauge", "Done part of the campaign.",
            number_at(state, "progress"));
   page.one("shaker_setpoint_hertz", "gauge", "Commanded frequency.",

@@ -18,7 +18,7 @@ nlohmann::json entry_of(const ShownRig& rig) {
                           {"errors", rig.feed.alarms("error")},
                           {"warnings", rig.feed.alarms("warning")}};
   const nlohmann::json* state = rig.feed.last("state");
-  for (const char* key : {"state", "reason", "campaign", "run", "progress"}) {
+  for (const char* key : {"state", "reason", "campaign", "run", "progress", "unprotected"}) {
     if (state != nullptr && state->contains(key)) entry[key] = state->at(key);
   }
   return entry;

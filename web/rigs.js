@@ -28,7 +28,8 @@ function fill(card, rig) {
   say(".reason", live ? rig.reason ?? "" : rig.why);
   const share = rig.progress === undefined ? "" : `, ${Math.round(100 * rig.progress)} %`;
   say(".doing", live && rig.campaign ? `${rig.campaign}${rig.run ? `: ${rig.run}` : ""}${share}` : "");
-  const alarms = [counted(rig.errors, "error"), counted(rig.warnings, "warning")].filter(text => text);
+  const alarms = [rig.unprotected ? "UNPROTECTED" : "", counted(rig.errors, "error"), counted(rig.warnings, "warning")]
+    .filter(text => text);
   say(".alarms", live && alarms.length ? `⚠ ${alarms.join(", ")}` : "");
 }
 

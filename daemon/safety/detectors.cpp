@@ -28,12 +28,13 @@ constexpr std::array<DetectorRow, kDetectorCount> kTable{{
      "stale_s", &Limits::stale_action},
     {Detector::command_error, "command_error",
      "two periods in a row have a measured amplitude that far above the command, or, once it is "
-     "reached, that far below it at the commanded frequency",
+     "reached, that far below it at the commanded frequency; or the table moves at a frequency "
+     "that "
+     "is off by more than 2.5 %",
      "command_error_fraction", &Limits::command_error_action},
     {Detector::response_change, "response_change",
      "in SETTLE or MEASURE the stroke's answer has vanished, or has changed by this part of what "
-     "it "
-     "was, for two periods in a row",
+     "it was, for two periods in a row; on the way up, where it shrinks or turns",
      "response_change_fraction", &Limits::response_change_action},
     {Detector::under_peak, "under_peak",
      "two cycles in a row peak below this part of the command (of the run's largest stroke where "
@@ -141,6 +142,13 @@ std::string Detectors::text(Detector detector) const {
           "the {} sensor repeats one value for {:.3f} s while the table moves; check the sensor",
           channel, l.value);
     case Detector::command_error:
+      if (l.of_frequency) {
+        return fmt::format(
+            "the table moves at {} than the commanded {:.4g} Hz; check the exciter's setpoint and "
+            "its units",
+            l.value > 0.0 ? fmt::format("{:.4g} Hz rather", l.value) : "another frequency",
+            l.limit);
+      }
       return fmt::format(
           "measured amplitude {:.4g} m/s^2 differs from the commanded {:.4g} m/s^2 by "
           "more than {:g} %; check the exciter's tuning and the accelerometer's scale",

@@ -44,6 +44,7 @@ std::string_view name(config::Action action);
 struct Level {
   bool tripped = false;
   bool weak = false;  // tripped by less motion than there should be, or by a value that repeats
+  bool of_frequency = false;  // value and limit are frequencies, Hz; a value of 0: any other one
   double value = 0.0, limit = 0.0;
   protocol::Channel channel = protocol::Channel::displacement;
 };

@@ -1,5 +1,6 @@
 #include "daemon/safety/rest_watch.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace shaker::daemon {
@@ -20,14 +21,17 @@ void RestWatch::add(Nanoseconds t, double value) {
   }
   if (count_ == 0) {
     bin_begin_ = t;
-    sum_ = 0.0;
+    sum_ = square_ = 0.0;
   }
-  sum_ += value;
+  if (!origin_) origin_ = value;
+  const double v = value - *origin_;
+  sum_ += v;
+  square_ += v * v;
   ++count_;
 }
 
 void RestWatch::close_bin() {
-  bins_[next_] = sum_ / count_;
+  bins_[next_] = {sum_ / count_, square_ / count_};
   begins_[next_] = bin_begin_;
   next_ = (next_ + 1) % kBins;
   if (filled_ < kBins) ++filled_;
@@ -35,12 +39,12 @@ void RestWatch::close_bin() {
   oldest_ = begins_[filled_ < kBins ? 0 : next_];
   double mean = 0.0, square = 0.0;
   for (std::size_t i = 0; i < filled_; ++i)
-    mean += bins_[i] / static_cast<double>(filled_);
+    mean += bins_[i].mean / static_cast<double>(filled_);
   std::size_t far = 0;
   for (std::size_t i = 0; i < filled_; ++i) {
-    const double off = bins_[i] - mean;
-    square += off * off;
-    if (std::abs(off) > limit_) ++far;
+    const double off = bins_[i].square - mean * (2.0 * bins_[i].mean - mean);
+    square += std::max(0.0, off);
+    if (off > limit_ * limit_) ++far;
   }
   level_ = std::sqrt(square / static_cast<double>(filled_));
   moves_ = knows_rest() && far >= kMovingBins;

@@ -1,13 +1,14 @@
 // Detects motion of a channel that should rest.
 //
-// Averages samples over 10 ms and examines the last 0.4 s of these averages. The channel moves
-// if a fifth of them lies further from their mean than five times the noise at rest. A single
-// wrong sample is not a motion; a sinusoid of that size is. One thread; add() neither allocates
-// nor blocks.
+// Takes samples together over 10 ms and examines the last 0.4 s. The channel moves if in a fifth of
+// that time the samples lie further from the mean, by their root mean square, than five times the
+// noise at rest. A single wrong sample is not a motion; a sinusoid of that size is, however fast.
+// One thread; add() neither allocates nor blocks.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "base/clock.hpp"
 
@@ -35,10 +36,16 @@ class RestWatch {
 
   void close_bin();
 
-  double limit_ = 0.0, sum_ = 0.0, level_ = 0.0;
+  // About the first sample of all: a mean far from zero costs no digits.
+  struct Bin {
+    double mean = 0.0, square = 0.0;
+  };
+
+  double limit_ = 0.0, sum_ = 0.0, square_ = 0.0, level_ = 0.0;
   int count_ = 0;
   Nanoseconds bin_begin_{}, oldest_{};
-  std::array<double, kBins> bins_{};
+  std::optional<double> origin_;
+  std::array<Bin, kBins> bins_{};
   std::array<Nanoseconds, kBins> begins_{};
   std::size_t next_ = 0, filled_ = 0;
   bool moves_ = false;

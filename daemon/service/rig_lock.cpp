@@ -12,17 +12,20 @@
 namespace shaker::daemon {
 namespace {
 
-// Any user who may read the directory can lock it; for the service's directory this is the
-// group that commands the rig.
+// The lock is a file that only its owner may open: whoever may read the directory, as the group that
+// commands the rig may, could lock the directory itself and keep the service down.
 Result<UniqueFd> lock_directory(const std::filesystem::path& path) {
   std::error_code ignored;
   std::filesystem::create_directories(path, ignored);
-  UniqueFd fd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const auto file = path / ".lock";
+  UniqueFd fd(::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (!fd.valid()) {
     return Error{
         ErrorKind::io,
-        fmt::format("{}: cannot be opened ({}); check that it exists and that this user may.",
-                    path.string(), std::generic_category().message(errno))};
+        fmt::format(
+            "{}: cannot be opened ({}); check that the directory exists, and that this user "
+            "may write in it and made that file.",
+            file.string(), std::generic_category().message(errno))};
   }
   if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
     return Error{ErrorKind::refused,

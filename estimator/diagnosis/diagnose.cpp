@@ -149,9 +149,9 @@ SelectionOptions selection_for(const DiagnoseOptions& options, const FitOptions&
 // it is.
 Catalogue tried_by(const DiagnoseOptions& options, const config::ModelSpec& model,
                    const MotionRange& range, const Campaign& campaign,
-                   std::vector<std::string>& warnings) {
+                   const std::vector<RunDatum>& data, std::vector<std::string>& warnings) {
   if (options.most_effects == 0) return {};
-  return candidates(model, range, campaign.runs.front().kind, warnings, inputs_of(campaign));
+  return candidates(model, range, campaign.runs.front().kind, warnings, inputs_of(campaign, data));
 }
 
 // Fits the model to the stroke, and then again: with the further channels, which it appends to
@@ -213,7 +213,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   if (!fitted) return fitted.error();
   HarmonicFit& base = *fitted;
 
-  const auto catalogue = tried_by(options, model, range, campaign, warnings);
+  const auto catalogue = tried_by(options, model, range, campaign, weighed.data, warnings);
   const SelectionOptions selection = selection_for(options, fitting, campaign);
   progress("scoring the catalogue", 0.2);
   const std::vector<double> theta = base.theta;
@@ -279,7 +279,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (auto good = above_noise(runs->data, motions, unit, runs->warnings); !good)
     return good.error();
   const auto catalogue = shown_by_transients(
-      tried_by(options, model, range, campaign, runs->warnings), model, runs->by_force);
+      tried_by(options, model, range, campaign, runs->data, runs->warnings), model, runs->by_force);
   SelectionOptions selection = selection_for(options, fitting, campaign);
   selection.draws = std::min(options.draws, kRecordDraws);
   progress("scoring the catalogue", 0.2);

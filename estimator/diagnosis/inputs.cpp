@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
+
 namespace shaker::estimator::diagnosis {
 namespace {
 
@@ -24,13 +26,26 @@ bool all_state(const Campaign& campaign, const std::string& condition) {
                      [&](const Recording& run) { return states(run, condition); });
 }
 
-// Why the input cannot be used; sets its reference.
-std::string fault_of(const Campaign& campaign, DrivingInput& input) {
-  double least = std::numeric_limits<double>::infinity();
+// The runs of which something is compared: others were left out.
+std::vector<const Recording*> compared(const Campaign& campaign,
+                                       const std::vector<RunDatum>& data) {
+  std::vector<const Recording*> some;
   for (const Recording& run : campaign.runs) {
-    if (!states(run, input.name))
-      return fmt::format("run {} does not say its {}", run.name, input.name);
-    const double value = run.condition.values.at(input.name);
+    if (std::any_of(data.begin(), data.end(), [&](const RunDatum& datum) {
+          return run.name == (datum.sampled ? datum.sampled->record : datum.name);
+        }))
+      some.push_back(&run);
+  }
+  return some;
+}
+
+// Why the input cannot be used; sets its reference.
+std::string fault_of(const std::vector<const Recording*>& runs, DrivingInput& input) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Recording* run : runs) {
+    if (!states(*run, input.name))
+      return fmt::format("run {} does not say its {}", run->name, input.name);
+    const double value = run->condition.values.at(input.name);
     least = std::min(least, value);
     input.reference = std::max(input.reference, value);
   }
@@ -40,14 +55,14 @@ std::string fault_of(const Campaign& campaign, DrivingInput& input) {
   const double span = input.reference - least;
   if (!(span > kLeastSpan * input.reference))
     return fmt::format("{} is {:.4g} in all runs", input.name, input.reference);
-  for (const Recording& run : campaign.runs) {
-    const auto scatter = run.input_scatter.find(input.name);
-    if (scatter == run.input_scatter.end() || scatter->second <= kMostScatter * span) continue;
+  for (const Recording* run : runs) {
+    const auto scatter = run->input_scatter.find(input.name);
+    if (scatter == run->input_scatter.end() || scatter->second <= kMostScatter * span) continue;
     return fmt::format(
         "{0} varies within run {1}, by {2:.3g} about its mean of {3:.3g}, and the means of the "
         "runs differ by {4:.3g}: only the mean of a run counts; hold it still in a run, or state "
         "it under \"conditions\" if this is the sensor's noise",
-        input.name, run.name, scatter->second, run.condition.values.at(input.name), span);
+        input.name, run->name, scatter->second, run->condition.values.at(input.name), span);
   }
   return {};
 }
@@ -61,11 +76,12 @@ double mean_of(const Campaign& campaign, const std::string& condition) {
 
 }  // namespace
 
-std::vector<DrivingInput> inputs_of(const Campaign& campaign) {
+std::vector<DrivingInput> inputs_of(const Campaign& campaign, const std::vector<RunDatum>& data) {
+  const auto runs = compared(campaign, data);
   std::vector<DrivingInput> inputs;
   for (const std::string& name : campaign.inputs) {
     DrivingInput& input = inputs.emplace_back(DrivingInput{name, 0.0, {}});
-    input.unusable = fault_of(campaign, input);
+    input.unusable = fault_of(runs, input);
   }
   return inputs;
 }

@@ -63,6 +63,7 @@ MotionRange range_of(const std::vector<RunDatum>& data) {
   MotionRange range{1e300, -1e300, 0.0, 0.0};
   for (const RunDatum& datum : data) {
     if (datum.quantity != Quantity::displacement) continue;
+    range.imposed = datum.kind == Kind::imposed_motion;
     if (datum.sampled)
       widen(range, *datum.sampled);
     else

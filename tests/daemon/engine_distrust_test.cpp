@@ -89,6 +89,51 @@ TEST(EngineDistrust, SeesWithinHalfASecondThatTheTableMovesInIdle) {
   EXPECT_EQ(errors(bench), 1);
 }
 
+// After a crash, before any CHECK: the drive of another program, which says that it rests.
+TEST(EngineDistrust, SeesThatTheTableMovesInIdleBeforeTheFirstCheck) {
+  EngineBench bench;
+  bench.run(2.0);
+  ASSERT_EQ(bench.engine.state(), State::idle);
+  bench.exciter.claims_rest = true;
+  bench.exciter.set({3.0, 3.0, true, 0.0});
+  bench.run(0.6);
+  EXPECT_EQ(bench.engine.state(), State::fault);
+  EXPECT_EQ(bench.exciter.amplitude(), 0.0);
+  EXPECT_EQ(bench.outlet.alarms("table_moves"), 1);
+}
+
+// At the start a table still has the time of its dead-man.
+TEST(EngineDistrust, LeavesTheDeadmanItsTimeAtTheStart) {
+  EngineBench bench;
+  bench.exciter.claims_rest = true;
+  bench.exciter.set({3.0, 3.0, true, 0.0});
+  bench.run(0.4);
+  bench.exciter.stop();
+  bench.run(2.0);
+  EXPECT_EQ(errors(bench), 0);
+}
+
+// An incident ends where somebody acknowledges it, or where a campaign begins.
+TEST(EngineDistrust, GivesTheNextCampaignsFaultAnErrorOfItsOwn) {
+  for (const bool acknowledged : {true, false}) {
+    EngineBench bench;
+    ASSERT_TRUE(bench.idle_after_a_campaign());
+    bench.outlet.hung = true;
+    bench.run(0.5);
+    bench.outlet.hung = false;
+    ASSERT_EQ(bench.outlet.alarms("recording_failed"), 1);
+    if (acknowledged) {
+      ASSERT_TRUE(bench.engine.acknowledge("anna").ok());
+    }
+    ASSERT_TRUE(bench.measuring());
+    bench.run(2.0);
+    const int before = errors(bench);
+    bench.gain *= 2.0;
+    leaves_measure(bench);
+    EXPECT_EQ(errors(bench), before + 1);
+  }
+}
+
 // The fault is acknowledged before any sensor could show rest, and then another node moves the table.
 TEST(EngineDistrust, SeesThatTheTableMovesInIdleAlsoWhereRestWasNotYetSeen) {
   EngineBench bench;

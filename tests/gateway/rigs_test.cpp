@@ -39,6 +39,7 @@ TEST(Rigs, AreListedByNameWithWhatEachSaysOfItself) {
   EXPECT_EQ(list[1].at("state"), "MEASURE");
   EXPECT_EQ(list[1].at("errors"), 1);
   EXPECT_EQ(list[1].at("progress"), 0.25);
+  EXPECT_EQ(list[1].at("unprotected"), true);
 }
 
 TEST(Rigs, HaveEachItsPageAndTheRootItsList) {
@@ -57,6 +58,7 @@ TEST(Rigs, HaveEachItsPageAndTheRootItsList) {
   EXPECT_THAT(ask("/metrics").body, HasSubstr("shaker_up{rig=\"left\"} 0\n"
                                               "shaker_up{rig=\"right\"} 1\n"));
   EXPECT_THAT(ask("/rig/right/metrics").body, HasSubstr("\nshaker_up 1\n"));
+  EXPECT_THAT(ask("/rig/right/metrics").body, HasSubstr("\nshaker_unprotected 1\n"));
   for (const char* path : {"/rig/", "/rig/none/", "/rig/left/../right/", "/rig//", "/rig/left//"})
     EXPECT_EQ(ask(path).status, 404U) << path;
 }

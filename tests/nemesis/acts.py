@@ -78,7 +78,9 @@ def stop_with(rule, dead_man_works=True):
 def moves_otherwise(rule, register, value):
     """From now on the drive does something else than it was told; what it was told reads back."""
     def begin(stand):
-        remove = stand.exciter.add(rule())
+        made = rule()
+        made.told = made.back(value)
+        remove = stand.exciter.add(made)
         reading = stand.observer.last()
         if reading and reading.moves:
             lies_drive.write_past_the_daemon(stand.rig_port, register, value)
@@ -87,7 +89,10 @@ def moves_otherwise(rule, register, value):
 
 
 doubles = dict(register=modbus.AMPLITUDE, value=2 * AMPLITUDE)
-hurries = dict(register=modbus.FREQUENCY, value=1.8 * FREQUENCY_HZ)
+
+
+def hurries(times):
+    return dict(register=modbus.FREQUENCY, value=times * FREQUENCY_HZ)
 
 
 # --- the process

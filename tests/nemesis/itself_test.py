@@ -147,6 +147,22 @@ class Drive(unittest.TestCase):
             modbus.f32(drive.answer(status, answer(status, modbus.f32_words(6.0))).read_words()), 6.0)
 
 
+    def test_one_that_hides_says_what_it_was_told_on_the_way_too(self):
+        for drive, register, at, true, told in (
+                (lies_drive.other_frequency(1.1, hides=True), modbus.FREQUENCY, modbus.FREQUENCY_NOW, 4.1, 4.0),
+                (lies_drive.doubled_amplitude(hides=True), modbus.AMPLITUDE, modbus.AMPLITUDE_NOW, 3.2, 3.0)):
+            drive.request(write(register, modbus.f32_words(told)))
+            status = read(4, at, 2)
+            self.assertEqual(
+                modbus.f32(drive.answer(status, answer(status, modbus.f32_words(true))).read_words()), told)
+
+    def test_a_doubled_amplitude_that_hides_goes_down_with_the_table(self):
+        drive = lies_drive.doubled_amplitude(hides=True)
+        drive.request(write(modbus.AMPLITUDE, modbus.f32_words(0.0)))
+        status = read(4, modbus.AMPLITUDE_NOW, 2)
+        self.assertEqual(modbus.f32(drive.answer(status, answer(status, modbus.f32_words(2.0))).read_words()), 1.0)
+
+
 class Sensor(unittest.TestCase):
     def test_only_the_stroke_is_changed(self):
         rule = lies_sensor.Sensor(stroke=lambda u: u + 1.0)

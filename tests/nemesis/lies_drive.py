@@ -53,11 +53,13 @@ class IgnoresStop(Rule):
 
 
 class Rewrites(Rule):
-    """A 32-bit setpoint goes to the rig changed; `hides`: the rig's own word on it is changed back."""
+    """A 32-bit setpoint goes to the rig changed and reads back as written. `said`: what the drive says of itself
+    where it is `actual` and was `told`; None: it admits what it does."""
 
-    def __init__(self, register, actual, change, back, hides):
+    def __init__(self, register, actual, change, back, said):
         self.register, self.actual = register, actual
-        self.change, self.back, self.hides = change, back, hides
+        self.change, self.back, self.said = change, back, said
+        self.told = 0.0
 
     def request(self, request):
         if not request.is_write:
@@ -65,8 +67,8 @@ class Rewrites(Rule):
         words = request.written()
         if self.register not in words or self.register + 1 not in words:
             return request
-        pair = (words[self.register], words[self.register + 1])
-        changed = modbus.f32_words(self.change(modbus.f32(pair)))
+        self.told = modbus.f32((words[self.register], words[self.register + 1]))
+        changed = modbus.f32_words(self.change(self.told))
         words[self.register], words[self.register + 1] = changed
         return request.with_written(words)
 
@@ -75,22 +77,26 @@ class Rewrites(Rule):
             return answer
         first, count = request.read_range()
         holding = request.function == modbus.READ_HOLDING
-        if not holding and not (self.hides and request.unit == modbus.CONTROLLER):
+        if not holding and not (self.said and request.unit == modbus.CONTROLLER):
             return answer
         at = (self.register if holding else self.actual) - first
         if at < 0 or at + 2 > count:
             return answer
         words = answer.read_words()
-        words[at:at + 2] = modbus.f32_words(self.back(modbus.f32(words[at:at + 2])))
+        value = modbus.f32(words[at:at + 2])
+        words[at:at + 2] = modbus.f32_words(self.back(value) if holding else self.said(value, self.told))
         return answer.with_read_words(words)
 
 
 def doubled_amplitude(hides):
-    return Rewrites(modbus.AMPLITUDE, modbus.AMPLITUDE_NOW, lambda a: 2 * a, lambda a: a / 2, hides)
+    """The table takes a moment from one amplitude to the next. What hides that follows it on the way."""
+    return Rewrites(modbus.AMPLITUDE, modbus.AMPLITUDE_NOW, lambda a: 2 * a, lambda a: a / 2,
+                    (lambda a, told: max(a / 2, min(a, told))) if hides else None)
 
 
-def other_frequency(hides):
-    return Rewrites(modbus.FREQUENCY, modbus.FREQUENCY_NOW, lambda f: 1.8 * f, lambda f: f / 1.8, hides)
+def other_frequency(times, hides):
+    return Rewrites(modbus.FREQUENCY, modbus.FREQUENCY_NOW, lambda f: times * f, lambda f: f / times,
+                    (lambda f, told: told) if hides else None)
 
 
 class DeadManThatDoesNotWork(threading.Thread):

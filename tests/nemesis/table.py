@@ -18,8 +18,6 @@ ANY = "any"  # either, cleanly
 REFUSED = "refused"  # nothing ever moves
 STILL_MOVES = "still moves"  # nothing in software stops it: an alarm says so, again and again
 
-# What does not hold yet (issue 17).
-
 # What bounds are made of, s.
 ORDER = 0.3  # a turn of the exciter's thread, an exchange, a turn of the table's controller
 FROZEN_S = 4 * STALE_S  # RAMP is four times as patient
@@ -104,13 +102,14 @@ DRIVE = [
           moment="measure", alone=True),
     Fault("amplitude_doubled", STOPS, SEEN + DOWN, "the accelerometer shows it",
           acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=True), **acts.doubles), by_cycles=True),
-    Fault("frequency_changed", STOPS, SEEN + DOWN, "the accelerometer shows it",
-          acts.moves_otherwise(lambda: drive.other_frequency(hides=True), **acts.hurries), by_cycles=True),
+    *(Fault(f"frequency_{percent}_per_cent", STOPS, SEEN + DOWN, "the accelerometer shows it",
+            acts.moves_otherwise(lambda p=percent: drive.other_frequency(p / 100, hides=True),
+                                 **acts.hurries(percent / 100)), by_cycles=True) for percent in (50, 110, 180)),
     Fault("amplitude_doubled_unmeasured", STOPS, SEEN + DOWN, "the drive itself says so",
           acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=False), **acts.doubles),
           alone=True, stand={"measured": False}, by_cycles=True),
     Fault("frequency_changed_unmeasured", STOPS, SEEN + DOWN, "the drive itself says so",
-          acts.moves_otherwise(lambda: drive.other_frequency(hides=False), **acts.hurries),
+          acts.moves_otherwise(lambda: drive.other_frequency(1.8, hides=False), **acts.hurries(1.8)),
           alone=True, stand={"measured": False}, by_cycles=True),
     Fault("dead_man_off", REFUSED, 0, "the self check asks for one", lambda s: acts.nothing,
           moment="campaign", alone=True, stand={"dead_man_s": 0}),

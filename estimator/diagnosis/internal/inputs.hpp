@@ -8,6 +8,7 @@
 
 #include "config/model.hpp"
 #include "estimator/diagnosis/campaign.hpp"
+#include "estimator/diagnosis/internal/run_datum.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -17,8 +18,8 @@ struct DrivingInput {
   std::string unusable;    // why these runs cannot show what it drives; empty: they can
 };
 
-// The inputs that the campaign names.
-std::vector<DrivingInput> inputs_of(const Campaign& campaign);
+// The inputs that the campaign names, for those of its runs that are compared.
+std::vector<DrivingInput> inputs_of(const Campaign& campaign, const std::vector<RunDatum>& data);
 
 // The campaign without conditions that only some of its runs state; nothing where there are none.
 std::optional<Campaign> with_common_conditions(const Campaign& campaign);

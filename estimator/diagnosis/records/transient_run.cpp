@@ -32,15 +32,24 @@ bool imposed(const Recording& r) {
   return r.kind == Kind::imposed_motion;
 }
 
+// Of a record's median step: something that sticks at its extreme eases into it by less.
+constexpr double kEases = 0.05;
+
 // Stays on its extreme value in mid-motion: the curve comes in and leaves by steps that are large
 // against the smallest that it takes, which a crest does not.
 bool clipped(const std::vector<double>& y, bool top) {
   const double sign = top ? 1.0 : -1.0;
-  double extreme = sign * y.front(), smallest = 1e300;
+  double extreme = sign * y.front();
+  std::vector<double> steps;
   for (std::size_t i = 0; i < y.size(); ++i) {
     extreme = std::max(extreme, sign * y[i]);
-    if (i > 0 && y[i] != y[i - 1]) smallest = std::min(smallest, std::fabs(y[i] - y[i - 1]));
+    if (i > 0 && y[i] != y[i - 1]) steps.push_back(std::fabs(y[i] - y[i - 1]));
   }
+  if (steps.empty()) return false;
+  const double smallest = std::ranges::min(steps);
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::ranges::nth_element(steps, middle);
+  const double least = std::max(5.0 * smallest, kEases * *middle);
   std::size_t first = 0, length = 0;
   for (std::size_t i = 0; i < y.size(); ++i) {
     if (sign * y[i] == extreme) {
@@ -48,7 +57,7 @@ bool clipped(const std::vector<double>& y, bool top) {
       continue;
     }
     if (length >= 5 && first > 0 &&
-        std::min(extreme - sign * y[first - 1], extreme - sign * y[i]) > 5.0 * smallest)
+        std::min(extreme - sign * y[first - 1], extreme - sign * y[i]) > least)
       return true;
     length = 0;
   }

@@ -213,12 +213,12 @@ class Assembler {
         named.held_out_gain = 1.0 - *said_.gap.held_out_after / *said_.gap.held_out_before;
       said_.effects.push_back(std::move(named));
     }
-    // In the order of what each closes alone.
+    // In the order of what each closes alone, as far as it is likely.
     const auto alone = [&](const NamedEffect& e) {
       const auto& all = said_.ranking;
       const auto found = std::find_if(all.begin(), all.end(),
                                       [&](const Ranked& ranked) { return ranked.name == e.name; });
-      return found == all.end() ? 0.0 : found->gain_refitted.value_or(found->gain);
+      return found == all.end() ? 0.0 : e.probability * found->gain_refitted.value_or(found->gain);
     };
     std::stable_sort(said_.effects.begin(), said_.effects.end(),
                      [&](const auto& a, const auto& b) { return alone(a) > alone(b); });

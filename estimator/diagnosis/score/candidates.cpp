@@ -62,6 +62,9 @@ std::vector<double> grid(const ParameterInfo& p, const MotionRange& range, int c
 constexpr double kHalfStroke = 0.03;  // m
 constexpr double kSpeed = 0.55;       // m/s
 constexpr double kForce = 18.0;       // per unit mass, m/s^2
+// Of an imposed motion: the force of an added mass of 1, over the largest that is measured. A mass
+// begins at the catalogue's 0.02, and may be ten times what would carry the whole force.
+constexpr double kInertia = 50.0;
 
 std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   Probe plain;
@@ -251,7 +254,11 @@ Candidate driven_by(const DrivingInput& input, Candidate candidate) {
 config::MotionScale scale_of(const MotionRange& range) {
   const double length = 0.5 * (range.high - range.low);
   if (!(length > 0.0 && range.speed > 0.0 && range.force > 0.0)) return {};
-  return {length / kHalfStroke, range.speed / kSpeed, range.force / kForce};
+  const double acceleration = range.speed * range.speed / length;
+  return {.length = length / kHalfStroke,
+          .speed = range.speed / kSpeed,
+          .force = range.force / kForce,
+          .inertia = range.imposed ? kInertia * range.force / acceleration : 1.0};
 }
 
 Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Kind kind,

@@ -172,12 +172,18 @@ std::optional<Hypothesis> Refits::elsewhere(const Probe& probe, double most) con
   quick.points /= kQuickShare;
   quick.max_iterations = kQuickSteps;
   std::shared_ptr<const HarmonicFit> best;
-  for (const config::EffectSpec& line : starts_of(probe)) {
-    const auto spec = with_line(base_.spec, line);
-    auto fit = std::make_shared<HarmonicFit>(
-        fit_harmonics(spec, data_, carried_over(Model(spec), base_), &base_, quick));
+  const auto look = [&](const config::ModelSpec& spec, const std::vector<double>& start) {
+    auto fit = std::make_shared<HarmonicFit>(fit_harmonics(spec, data_, start, &base_, quick));
     if (fit->chi_squared < (best ? best->chi_squared : most)) best = std::move(fit);
+  };
+  const std::vector<config::EffectSpec> lines = starts_of(probe);
+  for (const config::EffectSpec& line : lines) {
+    const auto spec = with_line(base_.spec, line);
+    look(spec, carried_over(Model(spec), base_));
   }
+  const auto spec = with_line(base_.spec, lines.front());
+  const auto start = fitted_to_forces(spec, data_, carried_over(Model(spec), base_), options_);
+  if (!start.empty()) look(spec, start);
   if (!best) return std::nullopt;
   Hypothesis h;
   h.effects = {probe.line.effect};

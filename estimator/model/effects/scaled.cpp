@@ -31,7 +31,9 @@ double factor_of(std::string_view unit, bool coefficient, const MotionScale& s) 
 ParameterInfo scaled(const Effect& effect, const ParameterInfo& info, const MotionScale& scale) {
   // A delay of electronics is what it is, however fast the motion.
   if (scale == MotionScale{} || (info.unit == "s" && effect.group() != Group::damper)) return info;
-  const double factor = factor_of(info.unit, !std::isnan(info.absent), scale);
+  const double factor = &effect == &added_mass()
+                            ? scale.inertia
+                            : factor_of(info.unit, !std::isnan(info.absent), scale);
   ParameterInfo own = info;
   own.start *= factor;
   own.lower *= factor;

@@ -1,5 +1,8 @@
 #include "daemon/safety/rest_watch.hpp"
 
+#include <cmath>
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 namespace shaker::daemon {
@@ -24,6 +27,20 @@ TEST(RestWatch, SeesMotionAndRest) {
   EXPECT_NEAR(watch.level(), 1.0, 0.05);
   feed(watch, t, 1000, 0.005);
   EXPECT_FALSE(watch.moves());
+}
+
+// Five times the noise, whatever the frequency: averages over 10 ms would hide 100 Hz.
+TEST(RestWatch, SeesFastMotion) {
+  for (const double hz : {1.0, 20.0, 100.0, 230.0}) {
+    RestWatch watch;
+    watch.learn(0.01);
+    bool seen = false;
+    for (int i = 0; i < 1000; ++i) {
+      watch.add(i * 1ms, 9.81 + 0.1 * std::sin(2.0 * std::numbers::pi * hz * 1e-3 * i));
+      seen = seen || watch.moves();
+    }
+    EXPECT_TRUE(seen) << hz;
+  }
 }
 
 // What came before a gap counts no more, wherever the window stood.

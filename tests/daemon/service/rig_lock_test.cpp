@@ -2,9 +2,12 @@
 
 #include <optional>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include "base/unique_fd.hpp"
 #include "tests/record/scratch.hpp"
 
 namespace shaker::daemon {
@@ -57,6 +60,16 @@ TEST_F(RigLockTest, RefusesASecondDaemonOnTheSameData) {
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().kind, ErrorKind::refused);
   EXPECT_THAT(second.error().what, HasSubstr("records in this directory"));
+}
+
+// The group that commands the rig may read the directory, and so lock it.
+TEST_F(RigLockTest, IsNotKeptByWhoOnlyMayReadTheDirectory) {
+  ASSERT_TRUE(take(simulated, data));  // makes it
+  const UniqueFd reader(::open(data.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(::flock(reader.get(), LOCK_EX | LOCK_NB), 0);
+  EXPECT_TRUE(take(simulated, data));
+  EXPECT_EQ(std::filesystem::status(data / ".lock").permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
 }
 
 TEST_F(RigLockTest, EndsWithItsHolder) {

@@ -71,6 +71,12 @@ class FakeExciter final : public daemon::ExciterCommands {
                              seconds(clock_.now() - t0_) -
                          late_turns);
   }
+  // From now on this part of the frequency; the motion goes on without a jump.
+  void turn_at(double part) {
+    phase_ += 2.0 * std::numbers::pi * target_.frequency_hz * (frequency_part - part) *
+              (1.0 + 200e-6) * seconds(clock_.now() - t0_);
+    frequency_part = part;
+  }
   drivers::ExciterStatus status() const {
     const bool moves = target_.enable && (amplitude() > 0.0 || target_.amplitude > 0.0);
     return {.t = clock_.now(),
@@ -138,6 +144,10 @@ class FakeOutlet final : public daemon::Outlet {
     return result();
   }
   void close_campaign() override { ++closed; }
+  Result<void> healthy() override {
+    if (hung) return Error{ErrorKind::exhausted, "campaign.db: a write hangs"};
+    return {};
+  }
   Result<void> publish(const protocol::Document& d) override {
     if (const auto* cycle = std::get_if<protocol::CycleDocument>(&d)) {
       if (cycle->accepted) {
@@ -183,7 +193,7 @@ class FakeOutlet final : public daemon::Outlet {
   std::vector<long> recorded;
   std::size_t samples = 0;
   int opened = 0, closed = 0;
-  bool full = false, record_came_first = true;
+  bool full = false, hung = false, record_came_first = true;
 };
 
 inline config::RigConfig bench_rig() {

@@ -40,6 +40,7 @@ struct MotionRange {
   double low = 0.0, high = 0.0;  // of the stroke
   double speed = 0.0;            // largest
   double force = 0.0;            // largest, per unit mass
+  bool imposed = false;          // nobody knows the mass that moves along with the stroke
 };
 
 // By what the motion differs in size from that for which the catalogue's numbers are meant.
