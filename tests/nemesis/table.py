@@ -80,6 +80,11 @@ WIRES = [
     Fault("rig_killed", STOPS, ORDER, "the table is gone", acts.rig_dies, alone=True),
 ]
 
+def at_times(factor):
+    """A table at this part of the frequency, and a drive that says what it was told."""
+    return acts.moves_otherwise(lambda: drive.other_frequency(factor, hides=True), **acts.hurries(factor))
+
+
 DRIVE = [
     Fault("drive_trips", STOPS, ORDER, "the drive stops by itself", acts.rig_fault(modbus.EXCITER_TRIP)),
     Fault("drive_deaf", STOPS, SEEN + DOWN, "it stands still, and says that it runs: the accelerometer",
@@ -102,9 +107,9 @@ DRIVE = [
           moment="measure", alone=True),
     Fault("amplitude_doubled", STOPS, SEEN + DOWN, "the accelerometer shows it",
           acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=True), **acts.doubles), by_cycles=True),
-    *(Fault(f"frequency_{percent}_per_cent", STOPS, SEEN + DOWN, "the accelerometer shows it",
-            acts.moves_otherwise(lambda p=percent: drive.other_frequency(p / 100, hides=True),
-                                 **acts.hurries(percent / 100)), by_cycles=True) for percent in (50, 110, 180)),
+    Fault("frequency_changed", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(1.8), by_cycles=True),
+    Fault("frequency_halved", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(0.5), by_cycles=True),
+    Fault("frequency_a_tenth_off", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(1.1), by_cycles=True),
     Fault("amplitude_doubled_unmeasured", STOPS, SEEN + DOWN, "the drive itself says so",
           acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=False), **acts.doubles),
           alone=True, stand={"measured": False}, by_cycles=True),

@@ -312,6 +312,23 @@ TEST(Transient, LeavesOutARunThatNoModelCanExplainAndGoesOn) {
   refused(campaign, "no run can be used: run r1: the displacement stays on its highest value");
 }
 
+// A joint that sticks where it turns, on an even clock: between two encoder counts a resampled curve has
+// steps of any size.
+TEST(Transient, TakesARecordThatEasesIntoItsHighestValueAndRestsThere) {
+  std::vector<Recording> records = oscillator_sweeps({}, 1).runs;
+  std::vector<double>& u = records[0].displacement;
+  const double top = 1.1 * *std::max_element(u.begin(), u.end());
+  for (std::size_t i = 2000; i < 2400; ++i)
+    u[i] = i < 2100 ? top - 0.02 * std::exp(-0.1 * static_cast<double>(i - 2000)) : top;
+  u[2400] = top - 2e-6;
+  for (std::size_t i = 2401; i < 2500; ++i)
+    u[i] = top - 0.02 * (1.0 - std::exp(-0.05 * static_cast<double>(i - 2400)));
+  u[10] = u[9] + 1e-12;
+  const auto runs = sampled_runs(records);
+  ASSERT_TRUE(runs) << runs.error().what;
+  EXPECT_THAT(runs->left_out, ::testing::IsEmpty());
+}
+
 TEST(Transient, LeavesOutARecordWithAGapAndOneThatIsTooShort) {
   std::vector<Recording> records = oscillator_sweeps({}, 1).runs;
   const std::size_t good = records.size();

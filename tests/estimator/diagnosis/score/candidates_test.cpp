@@ -82,6 +82,23 @@ TEST(Candidates, NameThoseThatHaveNoPlaceAmongSeveralCoordinates) {
   EXPECT_THAT(notes, Contains(HasSubstr("no effect of a damper that sees")));
 }
 
+// On the table the mass was weighed. The load cell of a dynamometer may carry any: here the force is that
+// of a mass of 10 / (0.3^2 / 0.02).
+TEST(Candidates, MayBeAnyMassAlongAnImposedMotion) {
+  std::vector<std::string> notes;
+  const auto base = estimator::testing::oleo();
+  const auto most = [&](const MotionRange& range, Kind kind) {
+    const auto all = candidates(base, range, kind, notes).tried;
+    auto larger = base;
+    larger.effects.push_back(of(all, "added_mass")->probes.front().line);
+    return Model(larger).parameters().back().upper;
+  };
+  EXPECT_DOUBLE_EQ(most(kRange, Kind::periodic), 0.2);
+  MotionRange imposed = kRange;
+  imposed.imposed = true;
+  EXPECT_DOUBLE_EQ(most(imposed, Kind::imposed_motion), 10.0 * 10.0 / (0.3 * 0.3 / 0.02));
+}
+
 TEST(Candidates, HaveLoadsInProportionToAnInput) {
   std::vector<std::string> notes;
   const std::vector<DrivingInput> inputs = {{"current", 0.5, ""}, {"voltage", 2.0, "it is off"}};
