@@ -19,7 +19,7 @@ SOURCE = HERE.parents[1]
 CORPORA = HERE / "corpus"  # NAME.zip, minimised
 PAGE = SOURCE / "docs" / "soak" / "fuzz.jsonl"
 MOST_OCTETS = 500_000  # of one corpus: ten of them are below 5 MB
-LARGE = {"record": 65536, "candump_log": 16384}
+LARGE = {"record": 65536, "candump_log": 16384, "documents": 16384}
 MORE = {"formula": ["-detect_leaks=0"]}  # libcln, below GiNaC, keeps a block of a few bytes, and at the end too:
 LEAKS = f"suppressions={SOURCE / 'tests' / 'leaks.supp'}:print_suppressions=0"
 

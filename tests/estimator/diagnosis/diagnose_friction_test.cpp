@@ -157,5 +157,20 @@ TEST(Diagnose, NamesNothingWhereTheModelHoldsTheFriction) {
   EXPECT_LT(found->gap.after, 1.1 * found->gap.noise_floor);
 }
 
+// At rest nothing tells a stiff damper from a stuck one: the base model ends as a damper without a spring,
+// far from anything that friction could better by a little.
+TEST(Diagnose, NamesFrictionThatHoldsHalfOfTheRunsAtRest) {
+  const std::vector<testing::Setting> settings = {{0.9, 1.8}, {1.3, 2.6}, {1.6, 4.9},
+                                                  {2.0, 3.2}, {2.4, 4.6}, {3.7, 4.5}};
+  const auto found =
+      diagnose(testing::recorded({{"theta1", 2.2}, {"theta2", 96.0}, {"coulomb_friction", 3.4}},
+                                 settings, 5, "linear", 7e-5),
+               estimator::testing::linear_oscillator());
+  ASSERT_TRUE(found) << found.error().what;
+  ASSERT_FALSE(found->effects.empty());
+  EXPECT_EQ(found->effects[0].name, "coulomb_friction");
+  EXPECT_NEAR(found->effects[0].parameters.at(0).value, 3.4, 0.2);
+}
+
 }  // namespace
 }  // namespace shaker::estimator::diagnosis
