@@ -22,7 +22,8 @@ constexpr double kFewest = 0.8;      // of a period's samples
 void FrequencyWatch::restart(double frequency_hz, Nanoseconds t) {
   frequency_hz_ = frequency_hz;
   whole_.restart(frequency_hz, t);
-  halves_.restart(frequency_hz, t + from_seconds(0.5 / frequency_hz));
+  // A proof of the dead-man at rest has no frequency, and no periods.
+  halves_.restart(frequency_hz, frequency_hz > 0.0 ? t + from_seconds(0.5 / frequency_hz) : t);
   forget();
 }
 
