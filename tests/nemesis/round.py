@@ -174,13 +174,13 @@ class Round:
         return cut[0] if cut else None
 
     def deadline(self):
-        """When the table must be at rest: the first of the bounds, for each fault alone stops it."""
+        """The first of the bounds, for each fault alone stops it; not before that of one that orders a motion."""
         deaf = any(fault.name == "thread_main" for fault, _ in self.begun)
         ends = [since + fault.bound_s for fault, began in self.begun
                 if fault.effect == STOPS and not (fault.heard and deaf)
                 and not (fault.waited_for and self.in_check(began))
                 and (since := self.since(fault, began)) is not None]
-        return min(ends) + self.slack_s if ends else None
+        return self.slack_s + max([min(ends), *(t + f.bound_s for f, t in self.begun if f.orders)]) if ends else None
 
     def await_outcome(self):
         if any(fault.effect == STILL_MOVES for fault in self.faults):

@@ -44,6 +44,7 @@ class Fault:
     stand: dict = field(default_factory=dict)
     waited_for: bool = False  # CHECK waits for the device: the campaign may go on when it is back
     heard: bool = False  # the thread that hears clients and signals does it
+    orders: bool = False  # it orders another motion, in the midst of a ramp down too
     may_die: bool = False  # the daemon may end; then the dead-man stops the table
     open: str = ""  # what does not hold yet; the short form leaves it out
 
@@ -106,10 +107,14 @@ DRIVE = [
           acts.stop_with(lambda: drive.IgnoresStop(lies=True), dead_man_works=False),
           moment="measure", alone=True),
     Fault("amplitude_doubled", STOPS, SEEN + DOWN, "the accelerometer shows it",
-          acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=True), **acts.doubles), by_cycles=True),
-    Fault("frequency_changed", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(1.8), by_cycles=True),
-    Fault("frequency_halved", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(0.5), by_cycles=True),
-    Fault("frequency_a_tenth_off", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(1.1), by_cycles=True),
+          acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=True), **acts.doubles),
+          by_cycles=True, orders=True),
+    Fault("frequency_changed", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(1.8), by_cycles=True,
+          orders=True),
+    Fault("frequency_halved", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(0.5), by_cycles=True,
+          orders=True),
+    Fault("frequency_a_tenth_off", STOPS, SEEN + DOWN, "the accelerometer shows it", at_times(1.1), by_cycles=True,
+          orders=True),
     Fault("amplitude_doubled_unmeasured", STOPS, SEEN + DOWN, "the drive itself says so",
           acts.moves_otherwise(lambda: drive.doubled_amplitude(hides=False), **acts.doubles),
           alone=True, stand={"measured": False}, by_cycles=True),
