@@ -72,8 +72,8 @@ void Engine::Impl::alarm(const std::string& severity, const std::string& code,
 }
 
 // One incident gives one error. Until the rig is IDLE again, somebody acknowledges it or a campaign
-// begins, later errors name the first one as their cause and become warnings, except those that the table may still move and the emergency
-// stop.
+// begins, later errors name the first one as their cause and become warnings, except those that the
+// table may still move and the emergency stop.
 void Engine::Impl::raise(protocol::AlarmDocument document) {
   if (document.severity == "error") {
     if (episode.empty()) {

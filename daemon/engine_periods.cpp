@@ -11,17 +11,16 @@ namespace {
 
 using protocol::Channel;
 
-constexpr int kPeriodsInARow = 2;  // one may be disturbed
-constexpr double kAmplitudeFloor =
-    0.01;                               // of the run's amplitude: tolerance beside the relative one
-constexpr double kMovingPart = 0.02;    // of the run's amplitude: less does not tell a frequency
-constexpr double kFewestPart = 0.8;     // of a period's samples, required to judge it
-constexpr double kGapPart = 0.1;        // of a period may lack samples where it is compared
-constexpr double kGapSamples = 2.5;     // intervals between samples are no gap
-constexpr double kReferencePart = 0.2;  // weight of a new period in the reference response
-constexpr double kVanished = 3.0;       // times the amplitude that noise alone causes
-constexpr double kSlowPeriods = 10.0;   // a ramp of so many changes an answer little by little
-constexpr int kMixedPeriods = 1;        // a jump within a period shows half in it
+constexpr int kPeriodsInARow = 2;         // one may be disturbed
+constexpr double kAmplitudeFloor = 0.01;  // of the run's amplitude: the least tolerance
+constexpr double kMovingPart = 0.02;      // of the run's amplitude: less does not tell a frequency
+constexpr double kFewestPart = 0.8;       // of a period's samples, required to judge it
+constexpr double kGapPart = 0.1;          // of a period may lack samples where it is compared
+constexpr double kGapSamples = 2.5;       // intervals between samples are no gap
+constexpr double kReferencePart = 0.2;    // weight of a new period in the reference response
+constexpr double kVanished = 3.0;         // times the amplitude that noise alone causes
+constexpr double kSlowPeriods = 10.0;     // a ramp of so many changes an answer little by little
+constexpr int kMixedPeriods = 1;          // a jump within a period shows half in it
 // Of the change that is a jump: periods that are alike. A free oscillation changes the answer by equal
 // steps, so that three of them are no jump.
 constexpr double kAlikePart = 1.0 / 3.0;

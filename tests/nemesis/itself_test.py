@@ -146,7 +146,6 @@ class Drive(unittest.TestCase):
         self.assertEqual(
             modbus.f32(drive.answer(status, answer(status, modbus.f32_words(6.0))).read_words()), 6.0)
 
-
     def test_one_that_hides_says_what_it_was_told_on_the_way_too(self):
         for drive, register, at, true, told in (
                 (lies_drive.other_frequency(1.1, hides=True), modbus.FREQUENCY, modbus.FREQUENCY_NOW, 4.1, 4.0),

@@ -81,6 +81,7 @@ WIRES = [
     Fault("rig_killed", STOPS, ORDER, "the table is gone", acts.rig_dies, alone=True),
 ]
 
+
 def at_times(factor):
     """A table at this part of the frequency, and a drive that says what it was told."""
     return acts.moves_otherwise(lambda: drive.other_frequency(factor, hides=True), **acts.hurries(factor))
