@@ -14,9 +14,6 @@ using protocol::Channel;
 constexpr int kPeriodsInARow = 2;         // one may be disturbed
 constexpr double kAmplitudeFloor = 0.01;  // of the run's amplitude: the least tolerance
 constexpr double kMovingPart = 0.02;      // of the run's amplitude: less does not tell a frequency
-constexpr double kFewestPart = 0.8;       // of a period's samples, required to judge it
-constexpr double kGapPart = 0.1;          // of a period may lack samples where it is compared
-constexpr double kGapSamples = 2.5;       // intervals between samples are no gap
 constexpr double kReferencePart = 0.2;    // weight of a new period in the reference response
 constexpr double kVanished = 3.0;         // times the amplitude that noise alone causes
 constexpr double kSlowPeriods = 10.0;     // a ramp of so many changes an answer little by little
@@ -44,9 +41,8 @@ void Engine::Impl::watch_period(Channel channel, Nanoseconds t, double value) {
   const auto figures = periods[static_cast<std::size_t>(channel)].add(t, value);
   if (!figures || !moving()) return;
   const double rate = channel == Channel::excitation ? excitation_rate_hz : rate_hz;
-  if (figures->samples < kFewestPart * rate / setpoint.frequency_hz) return;
-  const bool whole =
-      figures->longest_gap_s <= std::max(kGapPart / setpoint.frequency_hz, kGapSamples / rate);
+  if (!figures->filled(rate)) return;
+  const bool whole = figures->whole(rate);
   if (channel == Channel::excitation) {
     table_period = figures;
     judge_command(*figures);

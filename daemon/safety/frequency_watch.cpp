@@ -13,9 +13,6 @@ constexpr double kSigmas = 5.0;   // of the noise of a phase
 constexpr double kEither = 0.2;   // turns beyond which a direction is ambiguous
 constexpr double kSmall = 0.5;    // fundamental over the whole motion: most lies elsewhere
 constexpr double kClear = 5.0;    // times the least amplitude: disturbances are small beside it
-constexpr double kGapPart = 0.1;  // of a period may lack samples
-constexpr double kGapSamples = 2.5;  // intervals between samples are no gap
-constexpr double kFewest = 0.8;      // of a period's samples
 
 }  // namespace
 
@@ -42,8 +39,7 @@ void FrequencyWatch::look(const PeriodFigures& figures, std::complex<double> fun
   const double still = sight.noise * std::sqrt(2.0 / figures.samples);
   const double all =
       std::sqrt(std::max(0.0, std::pow(figures.all, 2) - 2.0 * std::pow(sight.noise, 2)));
-  const double gap = std::max(kGapPart / frequency_hz_, kGapSamples / sight.rate_hz);
-  if (figures.samples < kFewest * sight.rate_hz / frequency_hz_ || figures.longest_gap_s > gap ||
+  if (!figures.filled(sight.rate_hz) || !figures.whole(sight.rate_hz) ||
       all < sight.least + kSigmas * still)
     return forget();
   const double amplitude = std::abs(fundamental);

@@ -8,8 +8,19 @@ namespace shaker::daemon {
 namespace {
 
 constexpr double kLeastSpread = 1e-3;  // of samples over the phases; 1/4 where they fill the period
+constexpr double kFewest = 0.8;        // of a period's samples, required to judge it
+constexpr double kGapPart = 0.1;       // of a period may lack samples where it is compared
+constexpr double kGapSamples = 2.5;    // intervals between samples are no gap
 
 }  // namespace
+
+bool PeriodFigures::filled(double rate_hz) const {
+  return samples >= kFewest * rate_hz * seconds(end - begin);
+}
+
+bool PeriodFigures::whole(double rate_hz) const {
+  return longest_gap_s <= std::max(kGapPart * seconds(end - begin), kGapSamples / rate_hz);
+}
 
 void PeriodWatch::restart(double frequency_hz, Nanoseconds t) {
   *this = {};

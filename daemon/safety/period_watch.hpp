@@ -20,6 +20,11 @@ struct PeriodFigures {
   double longest_gap_s = 0.0;        // within the period, between samples or to its ends
   std::complex<double> fundamental;  // at the commanded frequency, phase on the grid
   double all = 0.0;                  // sqrt(2) times the standard deviation
+
+  // Can the period be judged, of a channel with `rate_hz` samples a second?
+  bool filled(double rate_hz) const;
+  // Can it be compared with other periods? A gap falsifies the phase where stamps are late.
+  bool whole(double rate_hz) const;
 };
 
 class PeriodWatch {

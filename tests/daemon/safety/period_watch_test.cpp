@@ -54,5 +54,18 @@ TEST(PeriodWatchTest, SaysHowLongSamplesWereMissingInEachPeriod) {
   EXPECT_NEAR(two[3].longest_gap_s, 0.001, 1e-6);
 }
 
+TEST(PeriodWatchTest, SaysWhetherAPeriodIsFilledAndWithoutAGap) {
+  const auto one = [](double from, double to) { return figures(from, to)[1]; };
+  const PeriodFigures none = one(0.0, 0.0), short_gap = one(0.300, 0.320),
+                      long_gap = one(0.300, 0.340), half = one(0.270, 0.420);
+  EXPECT_TRUE(none.filled(kRate) && none.whole(kRate));
+  EXPECT_TRUE(short_gap.filled(kRate) && short_gap.whole(kRate));  // 8 % of the period
+  EXPECT_TRUE(long_gap.filled(kRate));                             // 16 %
+  EXPECT_FALSE(long_gap.whole(kRate));
+  EXPECT_FALSE(half.filled(kRate) || half.whole(kRate));
+  // Two samples in a period are no gap for a slow channel.
+  EXPECT_TRUE(long_gap.whole(50.0));
+}
+
 }  // namespace
 }  // namespace shaker::daemon

@@ -1,12 +1,14 @@
 // The loop of the process: its ticks, the watchdog, and what people who look on are shown.
 #include "daemon/service/service.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <optional>
+#include <ranges>
 #include <thread>
 
 #include "config/json_tree.hpp"
@@ -56,16 +58,26 @@ class Notified {
     ::unsetenv("WATCHDOG_USEC");
   }
   int pings() {
-    char text[256];
-    for (ssize_t got = 0; (got = ::recv(fd_.get(), text, sizeof text, 0)) > 0;) {
-      pings_ += std::string(text, static_cast<std::size_t>(got)) == "WATCHDOG=1" ? 1 : 0;
-    }
-    return pings_;
+    receive();
+    return static_cast<int>(std::ranges::count(messages_, "WATCHDOG=1"));
+  }
+  // What follows `key` in the last message that begins with it; empty without one.
+  std::string last(std::string_view key) {
+    receive();
+    for (const std::string& message : messages_ | std::views::reverse)
+      if (message.starts_with(key)) return message.substr(key.size());
+    return {};
   }
 
  private:
+  void receive() {
+    char text[256];
+    for (ssize_t got = 0; (got = ::recv(fd_.get(), text, sizeof text, 0)) > 0;)
+      messages_.emplace_back(text, static_cast<std::size_t>(got));
+  }
+
   UniqueFd fd_;
-  int pings_ = 0;
+  std::vector<std::string> messages_;
 };
 
 // A service on a virtual rig, with its loop on a thread.
@@ -90,11 +102,15 @@ class ServiceTest : public ::testing::Test {
     });
   }
   ~ServiceTest() override {
+    end();
+    service_.reset();
+    ::pthread_sigmask(SIG_SETMASK, &mask_, nullptr);
+  }
+  void end() {
+    if (!loop_.joinable()) return;
     ::kill(::getpid(), SIGTERM);
     loop_.join();
     EXPECT_EQ(status_, kGood);
-    service_.reset();
-    ::pthread_sigmask(SIG_SETMASK, &mask_, nullptr);
   }
 
   sigset_t mask_{};
@@ -111,6 +127,16 @@ TEST_F(ServiceTest, PingsTheWatchdogTwiceInItsTime) {
   const Nanoseconds began = clock_.now();
   EXPECT_TRUE(eventually([&] { return notified_.pings() >= 4; }));
   EXPECT_LE(notified_.pings(), 2 + (clock_.now() - began) / 200ms);
+}
+
+// A ramp may be longer than systemd waits for the end of a service.
+TEST_F(ServiceTest, AsksSystemdForTheTimeOfTheRampDown) {
+  EXPECT_TRUE(eventually([&] { return clock_.asked > 0; }));
+  end();
+  const std::string text = notified_.last("EXTEND_TIMEOUT_USEC=");
+  ASSERT_FALSE(text.empty());
+  const auto rig = config::parse_rig(*config::read_text(options_.rig), options_.rig.string());
+  EXPECT_GT(std::stod(text) * 1e-6, rig->exciter.ramp_s);
 }
 
 TEST_F(ServiceTest, SleepsBetweenItsTicks) {
