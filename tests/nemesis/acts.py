@@ -6,6 +6,7 @@ import pathlib
 import random
 import shutil
 import signal
+import socket
 import sqlite3
 import subprocess
 import threading
@@ -56,7 +57,17 @@ def rig_stands_still(stand):
 def rig_dies(stand):
     stand.observer.end()  # there is nothing to see, and nothing to wait for
     stand.rig.kill()
-    return nothing
+    stand.rig.wait()
+    return held(stand.rig_port).close
+
+
+def held(port):
+    """A socket that keeps a port from others without listening: the daemon that lost its rig goes on to stop what
+    answers there, which may not be the rig of another round."""
+    holder = socket.socket()
+    holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # its connections are being closed
+    holder.bind(("127.0.0.1", port))
+    return holder
 
 
 def stop_with(rule, dead_man_works=True):

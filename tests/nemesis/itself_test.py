@@ -12,6 +12,7 @@ import unittest
 import unittest.mock
 
 import places  # noqa: F401  first: it says where the others are
+import acts
 import freeze
 import ledger
 import lies_drive
@@ -115,6 +116,19 @@ class Connecting(unittest.TestCase):
             with self.assertRaises(OSError):
                 for _ in range(10):
                     links.enter_context(contextlib.closing(Client(path, patience=0.1)))
+
+
+class Ports(unittest.TestCase):
+    def test_the_port_of_a_killed_rig_is_given_to_no_other(self):
+        with socket.create_server(("127.0.0.1", 0)) as rig:
+            port = rig.getsockname()[1]
+            client = socket.create_connection(("127.0.0.1", port))
+            rig.accept()[0].close()
+        with contextlib.closing(client), contextlib.closing(acts.held(port)):
+            with self.assertRaises(OSError), socket.create_server(("127.0.0.1", port)):
+                pass
+            with self.assertRaises(ConnectionRefusedError):
+                socket.create_connection(("127.0.0.1", port))
 
 
 class Drive(unittest.TestCase):
