@@ -67,6 +67,7 @@ def held(port):
     holder = socket.socket()
     holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # its connections are being closed
     holder.bind(("127.0.0.1", port))
+    holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 0)  # nor may another bind beside it
     return holder
 
 
@@ -183,7 +184,7 @@ def out_of_memory(name, for_good, nth=None):
         stand.shim.starve(thread, drawn, for_good)
 
         def lift():
-            stand.starved = stand.starved or stand.shim.hits > 0
+            stand.reached = stand.reached or stand.shim.hits > 0
             stand.shim.lift()
         return lift
     return begin
@@ -195,6 +196,18 @@ def disk(mode, code=0, left=-1):
     def begin(stand):
         stand.shim.order(mode, code, left)
         return stand.shim.lift
+    return begin
+
+
+def call_fails(nth, for_good):
+    """The nth call on the daemon's files fails."""
+    def begin(stand):
+        stand.shim.fail_call(nth, for_good)
+
+        def lift():
+            stand.reached = stand.reached or stand.shim.hits > 0
+            stand.shim.lift()
+        return lift
     return begin
 
 

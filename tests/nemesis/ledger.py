@@ -140,7 +140,7 @@ def main():
     if options.copy_programs:
         print(copy_programs(options.copy_programs.resolve()))
         return
-    for name in ("kills", "nemesis", "memory"):
+    for name in ("kills", "nemesis", "sweeps"):
         count, sums = totals(name)
         print(f"{name}: {count} runs on the present code: "
               + (", ".join(f"{value} {key}" for key, value in sums.items()) or "none"))

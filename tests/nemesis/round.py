@@ -30,7 +30,7 @@ class Result:
     violations: list = field(default_factory=list)
     skipped: str = ""  # why it could not be tried
     undecided: str = ""  # why what was seen says nothing of the daemon
-    starved: bool = False  # an allocation failed
+    reached: bool = False  # the allocation or the call that had to fail
     died: bool = False  # the daemon ended by itself, as it may
     acknowledged: int = 0
     to_rest: dict = field(default_factory=dict)  # fault: s, of the first that stopped the table
@@ -287,7 +287,7 @@ class Round:
         if self.begun and not self.stand.left and self.under_way():
             self.stop_as_anyone()
         lifted = time.monotonic()
-        self.result.starved = self.stand.starved
+        self.result.reached = self.stand.reached
         self.at_rest_if_dead()
         self.stand.start_again()
         time.sleep(AFTERWARDS_S)

@@ -19,17 +19,17 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-enum { NOTHING, FLUSH_HANGS, MOUNT_HANGS, FLUSH_FAILS, WRITE_FAILS };
+enum { NOTHING, FLUSH_HANGS, MOUNT_HANGS, FLUSH_FAILS, WRITE_FAILS, CALL_FAILS };
 
 struct order {
   volatile int32_t mode;
   volatile int32_t code;    // errno of a call that fails
-  volatile int32_t left;    // so many calls fail yet; -1: all
+  volatile int32_t left;    // so many calls fail yet; -1: all. CALL_FAILS: calls until one fails
   volatile int32_t hits;    // calls that were touched
   volatile double clock_s;  // by which the wall clock is off
   volatile int32_t starved;  // the thread whose allocations are counted; 0: none
   volatile int32_t nth;      // allocations until one fails
-  volatile int32_t for_good; // all that follow fail too
+  volatile int32_t for_good; // all allocations or calls that follow fail too
 };
 
 static struct order none;
@@ -73,18 +73,33 @@ static int fails(void) {
   errno = order->code;
   return 1;
 }
+// Each call on the folder's files counts.
+static int nth_fails(void) {
+  const int left = __sync_sub_and_fetch(&order->left, 1);
+  if (left > 0 || (left < 0 && !order->for_good)) return 0;
+  __sync_fetch_and_add(&order->hits, 1);
+  errno = order->code;
+  return 1;
+}
 static int touch_flush(int fd) {
   if (order->mode == NOTHING || !ours(fd)) return 0;
+  if (order->mode == CALL_FAILS) return nth_fails();
   if (order->mode == FLUSH_HANGS || order->mode == MOUNT_HANGS) hang();
   return order->mode == FLUSH_FAILS && fails();
 }
 static int touch_write(int fd) {
   if (order->mode == NOTHING || !ours(fd)) return 0;
+  if (order->mode == CALL_FAILS) return nth_fails();
   if (order->mode == MOUNT_HANGS) hang();
   return order->mode == WRITE_FAILS && fails();
 }
-static void touch_path(const char* path) {
-  if (order->mode == MOUNT_HANGS && path && below(path)) hang();
+static int touch_read(int fd) {
+  return order->mode == CALL_FAILS && ours(fd) && nth_fails();
+}
+static int touch_path(const char* path) {
+  if (order->mode == NOTHING || !path || !below(path)) return 0;
+  if (order->mode == MOUNT_HANGS) hang();
+  return order->mode == CALL_FAILS && nth_fails();
 }
 
 #define NEXT(name)               \
@@ -111,6 +126,34 @@ ssize_t pwrite64(int fd, const void* data, size_t size, off64_t at) {
   NEXT(pwrite64);
   return touch_write(fd) ? -1 : next(fd, data, size, at);
 }
+ssize_t read(int fd, void* data, size_t size) {
+  NEXT(read);
+  return touch_read(fd) ? -1 : next(fd, data, size);
+}
+ssize_t pread(int fd, void* data, size_t size, off_t at) {
+  NEXT(pread);
+  return touch_read(fd) ? -1 : next(fd, data, size, at);
+}
+ssize_t pread64(int fd, void* data, size_t size, off64_t at) {
+  NEXT(pread64);
+  return touch_read(fd) ? -1 : next(fd, data, size, at);
+}
+void* mmap(void* where, size_t size, int protection, int flags, int fd, off_t at) {
+  NEXT(mmap);
+  return fd >= 0 && touch_read(fd) ? MAP_FAILED : next(where, size, protection, flags, fd, at);
+}
+void* mmap64(void* where, size_t size, int protection, int flags, int fd, off64_t at) {
+  NEXT(mmap64);
+  return fd >= 0 && touch_read(fd) ? MAP_FAILED : next(where, size, protection, flags, fd, at);
+}
+int unlink(const char* path) {
+  NEXT(unlink);
+  return touch_path(path) ? -1 : next(path);
+}
+int rename(const char* from, const char* to) {
+  NEXT(rename);
+  return touch_path(to) ? -1 : next(from, to);
+}
 int ftruncate(int fd, off_t size) {
   NEXT(ftruncate);
   return touch_write(fd) ? -1 : next(fd, size);
@@ -121,13 +164,11 @@ int ftruncate64(int fd, off64_t size) {
 }
 int statvfs(const char* path, struct statvfs* out) {
   NEXT(statvfs);
-  touch_path(path);
-  return next(path, out);
+  return touch_path(path) ? -1 : next(path, out);
 }
 int statvfs64(const char* path, struct statvfs64* out) {
   NEXT(statvfs64);
-  touch_path(path);
-  return next(path, out);
+  return touch_path(path) ? -1 : next(path, out);
 }
 int open(const char* path, int flags, ...) {
   NEXT(open);
@@ -135,8 +176,7 @@ int open(const char* path, int flags, ...) {
   va_start(rest, flags);
   const mode_t mode = va_arg(rest, mode_t);
   va_end(rest);
-  touch_path(path);
-  return next(path, flags, mode);
+  return touch_path(path) ? -1 : next(path, flags, mode);
 }
 int open64(const char* path, int flags, ...) {
   NEXT(open64);
@@ -144,8 +184,7 @@ int open64(const char* path, int flags, ...) {
   va_start(rest, flags);
   const mode_t mode = va_arg(rest, mode_t);
   va_end(rest);
-  touch_path(path);
-  return next(path, flags, mode);
+  return touch_path(path) ? -1 : next(path, flags, mode);
 }
 
 // operator new calls malloc.

@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 
 SIZE = 40  # of its struct order
-NOTHING, FLUSH_HANGS, MOUNT_HANGS, FLUSH_FAILS, WRITE_FAILS = range(5)
+NOTHING, FLUSH_HANGS, MOUNT_HANGS, FLUSH_FAILS, WRITE_FAILS, CALL_FAILS = range(6)
 CODES = {"EIO": errno.EIO, "ENOSPC": errno.ENOSPC, "EROFS": errno.EROFS, "EDQUOT": errno.EDQUOT}
 
 
@@ -40,6 +40,11 @@ class Shim:
         self.map[12:16] = bytes(4)
         self.map[28:36] = struct.pack("=ii", nth, for_good)
         self.map[24:28] = struct.pack("=i", thread)
+
+    def fail_call(self, nth, for_good):
+        """The nth call on the folder's files from now on fails, and all later ones if it is for good."""
+        self.map[32:36] = struct.pack("=i", for_good)
+        self.order(CALL_FAILS, errno.EIO, nth)
 
     @property
     def hits(self):

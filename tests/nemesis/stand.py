@@ -76,7 +76,7 @@ class Stand:
         self.excused = set()  # databases that a fault took away
         self.damaged_log = None  # the octets that a daemon found when it started again
         self.readable = None  # documents that SQLite itself could read then
-        self.starved = False  # an allocation has failed
+        self.reached = False  # the allocation or the call that had to fail
         self.witnesses = []
         with contextlib.ExitStack() as undo:
             self.daemon = ShimmedDaemon(tcp=0)
