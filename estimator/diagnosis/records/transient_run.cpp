@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/cycles/record_checks.hpp"
+#include "estimator/diagnosis/records/internal/record_parts.hpp"
 #include "estimator/diagnosis/records/internal/spectral_floor.hpp"
 #include "estimator/diagnosis/records/internal/telling_stretches.hpp"
 #include "estimator/diagnosis/records/internal/transient_cosines.hpp"
@@ -18,9 +19,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr Index kFewest = 32;        // samples
+constexpr std::size_t kFewest = 32;  // samples
 constexpr double kEven = 0.05;       // of a step: stamps are rounded
-constexpr double kGap = 8.0;         // steps that may lack samples
 constexpr double kSteps = 5.0;       // samples in the shortest period that is kept
 constexpr Index kEndSamples = 5;     // for a slope at an end
 constexpr int kPointsPerSample = 4;  // of the excitation's course
@@ -65,7 +65,7 @@ bool clipped(const std::vector<double>& y, bool top) {
 }
 
 Result<void> check(const Recording& r) {
-  if (r.t.size() < static_cast<std::size_t>(kFewest))
+  if (r.t.size() < kFewest)
     return unfit(
         r, fmt::format("{} samples are too few; at least {} are needed", r.t.size(), kFewest));
   if (auto good = check_times(r); !good) return good;
@@ -99,20 +99,8 @@ struct Even {
   bool interpolated = false;
 };
 
-Result<Even> on_even_clock(const Recording& r) {
+Even on_even_clock(const Recording& r) {
   const auto n = static_cast<Index>(r.t.size());
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < r.t.size(); ++i)
-    steps.push_back(r.t[i] - r.t[i - 1]);
-  std::nth_element(steps.begin(), steps.begin() + n / 2, steps.end());
-  const double usual = steps[static_cast<std::size_t>(n / 2)];
-  for (std::size_t i = 1; i < r.t.size(); ++i) {
-    if (r.t[i] - r.t[i - 1] > kGap * usual)
-      return unfit(r,
-                   fmt::format("samples are missing between t = {:.6g} and {:.6g} s: give what is "
-                               "before and after as two runs",
-                               r.t[i - 1], r.t[i]));
-  }
   Even even;
   even.dt = (r.t.back() - r.t.front()) / static_cast<double>(n - 1);
   double worst = 0.0;
@@ -246,7 +234,6 @@ using Sampled = std::shared_ptr<SampledRun>;
 Sampled sampled_run(const std::string& name, const Recording& r, Prepared p) {
   auto run = std::make_shared<SampledRun>();
   run->name = name;
-  run->record = r.name;
   run->kind = r.kind;
   run->role = r.role;
   run->conditions = r.condition.values;
@@ -289,25 +276,23 @@ Sampled sampled_run(const std::string& name, const Recording& r, Prepared p) {
   return run;
 }
 
-// A long record as several runs, one a stretch.
-Result<std::vector<Sampled>> sampled_stretches(const Recording& r, const SamplingOptions& options) {
-  if (auto good = check(r); !good) return good.error();
-  auto even = on_even_clock(r);
-  if (!even) return even.error();
-  const Index all = even->displacement.size();
-  Prepared whole = prepare(*even, {0, all});
+// A long part of a record as several runs, one a stretch.
+std::vector<Sampled> sampled_stretches(const Recording& r, const std::string& record,
+                                       Index most_samples) {
+  const Even even = on_even_clock(r);
+  const Index all = even.displacement.size();
+  Prepared whole = prepare(even, {0, all});
   const Index n = samples_for(whole);
-  if (n <= options.most_samples)
-    return std::vector<Sampled>{sampled_run(r.name, r, std::move(whole))};
-  const auto share = static_cast<double>(options.most_samples) / static_cast<double>(n);
+  if (n <= most_samples) return {sampled_run(r.name, r, std::move(whole))};
+  const auto share = static_cast<double>(most_samples) / static_cast<double>(n);
   std::vector<Sampled> runs;
   std::string used;
-  for (const Stretch& stretch : telling_stretches(even->displacement, share)) {
+  for (const Stretch& stretch : telling_stretches(even.displacement, share)) {
+    const auto at = [&](Index i) { return r.t.front() + even.dt * static_cast<double>(i); };
     const std::string span =
-        fmt::format("{:.4g} to {:.4g} s", even->dt * static_cast<double>(stretch.begin),
-                    even->dt * static_cast<double>(stretch.begin + stretch.length));
+        fmt::format("{:.4g} to {:.4g} s", at(stretch.begin), at(stretch.begin + stretch.length));
     used += (used.empty() ? "" : ", ") + span;
-    runs.push_back(sampled_run(fmt::format("{} ({})", r.name, span), r, prepare(*even, stretch)));
+    runs.push_back(sampled_run(fmt::format("{} ({})", record, span), r, prepare(even, stretch)));
   }
   runs.front()->notes.insert(
       runs.front()->notes.begin(),
@@ -315,6 +300,31 @@ Result<std::vector<Sampled>> sampled_stretches(const Recording& r, const Samplin
           "run {}: of its {:.4g} s these are used, where it moves much and little: {}; the whole "
           "would take long",
           r.name, r.t.back() - r.t[0], used));
+  return runs;
+}
+
+// A record as several runs where samples are missing in it, or where it is long.
+Result<std::vector<Sampled>> runs_of(const Recording& r, const SamplingOptions& options) {
+  if (auto good = check(r); !good) return good.error();
+  RecordParts found = parts_between_gaps(r, kFewest);
+  std::size_t samples = 0;
+  for (const Recording& part : found.parts)
+    samples += part.t.size();
+  if (samples == 0)
+    return unfit(
+        r,
+        fmt::format("samples are missing at so many places that no {} follow each other", kFewest));
+  std::vector<Sampled> runs;
+  for (const Recording& part : found.parts) {
+    const auto most =
+        static_cast<Index>(part.t.size() * std::size_t(options.most_samples) / samples);
+    for (Sampled& run : sampled_stretches(part, r.name, most))
+      runs.push_back(std::move(run));
+  }
+  for (const Sampled& run : runs)
+    run->record = r.name;
+  auto& notes = runs.front()->notes;
+  notes.insert(notes.begin(), found.notes.begin(), found.notes.end());
   return runs;
 }
 
@@ -326,7 +336,7 @@ Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
   std::string first_trouble;
   Index fitted = 0;
   for (const Recording& recording : runs) {
-    auto sampled = sampled_stretches(recording, options);
+    auto sampled = runs_of(recording, options);
     if (!sampled && sampled.error().kind == ErrorKind::invalid) return sampled.error();
     if (!sampled) {
       if (first_trouble.empty()) first_trouble = sampled.error().what;

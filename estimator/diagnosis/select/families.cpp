@@ -12,7 +12,7 @@ std::span<const EffectKind> effect_kinds() {
        {"coulomb_friction", "stribeck_friction", "pressure_friction", "pinched_friction",
         "presliding_friction", "bouc_wen_hysteresis"}},
       {"damping that follows the velocity",
-       {"viscous_damping", "one_sided_damping", "digressive_damping", "orifice_damping",
+       {"viscous_damping", "one_sided_damping", "stroke_damping", "digressive_damping", "orifice_damping",
         "laminar_orifice", "rebound_damping", "metering_pin", "tabulated_pin", "relief_valve",
         "cavitation"}},
       {"behaviour of the gas",

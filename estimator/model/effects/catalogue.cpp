@@ -20,6 +20,7 @@ std::span<const Effect* const> catalogue() {
       &bouc_wen_hysteresis(),
       &viscous_damping(),
       &one_sided_damping(),
+      &stroke_damping(),
       &digressive_damping(),
       &laminar_orifice(),
       &rebound_damping(),

@@ -31,6 +31,7 @@ const Effect& presliding_friction();
 const Effect& bouc_wen_hysteresis();
 const Effect& viscous_damping();
 const Effect& one_sided_damping();
+const Effect& stroke_damping();
 const Effect& digressive_damping();
 const Effect& laminar_orifice();
 const Effect& rebound_damping();

@@ -1,4 +1,7 @@
 // Records that are too long to be integrated whole, and records in another unit.
+#include <algorithm>
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/diagnose.hpp"
@@ -40,6 +43,31 @@ TEST(Records, FitsASensorsZeroInTheModelsOwnUnit) {
   ASSERT_TRUE(d) << d.error().what;
   EXPECT_EQ(d->verdict, Verdict::adequate);
   EXPECT_NEAR(d->parameters_after.back().value, 5.0, 0.02);
+}
+
+// What a recorder loses in the midst of a record.
+TEST(Records, NamesTheSameWhereSamplesAreMissing) {
+  Campaign campaign = oscillator_sweeps({{"cubic_stiffness", 800.0}}, 7);
+  for (Recording& run : campaign.runs) {
+    const auto lose = [&](double from, double to) {
+      for (auto* column : {&run.displacement, &run.excitation, &run.t}) {
+        const auto first = std::ranges::lower_bound(run.t, from) - run.t.begin();
+        const auto last = std::ranges::lower_bound(run.t, to) - run.t.begin();
+        column->erase(column->begin() + first, column->begin() + last);
+      }
+    };
+    lose(8.0, 8.3);
+    lose(3.1, 3.2);
+    lose(2.8, 2.9);  // what is left between is too short
+  }
+  const auto d = diagnose(campaign, drifting_oscillator());
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_EQ(d->effects.size(), 1U);
+  EXPECT_EQ(d->effects[0].name, "cubic_stiffness");
+  EXPECT_NEAR(d->effects[0].parameters.at(0).value, 800.0, 16.0);
+  EXPECT_THAT(d->warnings, ::testing::Contains(::testing::HasSubstr(
+                               "2.798 and 2.9 s; 3.098 and 3.2 s; 7.998 and 8.3 s: 3 of its 4")));
 }
 
 }  // namespace

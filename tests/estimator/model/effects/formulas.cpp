@@ -171,6 +171,8 @@ Formulas orifices() {
        {[](const Seen& s) { return E{0.5 * s.t[0] * (s.v + smooth(s.v, s.c[0]))}; },
         {-0.7},
         {0.02}}},
+      {"stroke_damping",
+       {[](const Seen& s) { return E{s.t[0] * (s.u - s.c[0]) * s.v}; }, {-3.0}, {0.07}}},
       {"digressive_damping",
        {[](const Seen& s) { return E{s.t[0] * s.v / std::sqrt(1.0 + std::pow(s.v / s.t[1], 2))}; },
         {1.3, 0.08},
