@@ -19,10 +19,19 @@ DIES_WITH_US = ("/usr/bin/setpriv", "--pdeathsig", "KILL")
 
 
 def connect(path, timeout=1.0):
-    link = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    link.settimeout(timeout)
-    link.connect(str(path))
-    return link
+    """A listener whose queue is full, as behind a crowd, refuses at once and not after the time: it is asked again."""
+    end = time.monotonic() + timeout
+    while True:
+        link = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        link.settimeout(timeout)
+        try:
+            link.connect(str(path))
+            return link
+        except BlockingIOError:
+            link.close()
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.01)
 
 
 def connect_tcp(port):

@@ -13,6 +13,7 @@ import unittest.mock
 
 import places  # noqa: F401  first: it says where the others are
 import acts
+import crowd
 import freeze
 import ledger
 import lies_drive
@@ -116,6 +117,22 @@ class Connecting(unittest.TestCase):
             with self.assertRaises(OSError):
                 for _ in range(10):
                     links.enter_context(contextlib.closing(Client(path, patience=0.1)))
+
+
+class Crowd(unittest.TestCase):
+    def test_who_finds_the_queue_full_asks_again(self):
+        with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX) as listener:
+            path = pathlib.Path(folder) / "s"
+            listener.bind(str(path))
+            listener.listen(0)
+            held = []
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    held.append(crowd.connect(path, 0.0))
+            threading.Timer(0.2, lambda: held.append(listener.accept()[0])).start()
+            held.append(crowd.connect(path))
+            for link in held:
+                link.close()
 
 
 class Ports(unittest.TestCase):
