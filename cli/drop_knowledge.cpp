@@ -128,7 +128,7 @@ void take_estimate(const KnownBefore& known, DropKnowledge& out) {
     return;
   }
   const estimator::Model model(known.spec);
-  const auto places = estimator::numbers_of(known.spec, model);
+  const auto places = estimator::numbers_of(model);
   const auto index_of = [&](const std::string& name) {
     for (std::size_t k = 0; k < places.size(); ++k) {
       if (model.parameters()[k].name == name) return static_cast<int>(k);

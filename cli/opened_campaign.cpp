@@ -65,8 +65,8 @@ std::string taken_as_one(config::ModelSpec model, const Campaign& campaign) {
     const config::Driven parts = config::driven(line.effect);
     if (all_state(campaign, std::string(parts.input))) line.effect = std::string(parts.effect);
     for (auto& [symbol, parameter] : line.parameters) {
-      if (!parameter.variation.over.empty() && all_state(campaign, parameter.variation.condition()))
-        parameter.variation = {};
+      const config::RunVariation& v = parameter.variation;
+      if (v.over.empty() || all_state(campaign, v.condition())) parameter.variation = {};
     }
   }
   return estimator::taken_as_one(model, "a diagnosis");

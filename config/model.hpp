@@ -21,12 +21,21 @@
 
 namespace shaker::config {
 
+/// A run or a group in which a parameter has a value of its own.
+struct RunValue {
+  std::string label;            ///< name of the run, or of the group
+  std::optional<double> start;  ///< empty: the parameter's own start
+};
+
 /// How a parameter differs from run to run. With `per` and `over` empty it is the same in all.
 struct RunVariation {
   std::string per;   ///< "run" or "group": a value of its own for each
   std::string over;  ///< a condition of the runs, as "gas_temperature": in proportion to it; or
                      ///< "1/mass": in inverse proportion
   std::optional<double> reference;  ///< condition at which the parameter is stated; empty: the mean
+  /// The values of `per`, in their order, once the runs are known. A model file does not have them.
+  /// With them a Model has a parameter for each.
+  std::vector<RunValue> values = {};
   /// \return true if the parameter is the same in all runs
   bool none() const { return per.empty() && over.empty(); }
   /// \return true if the parameter is in inverse proportion to the condition

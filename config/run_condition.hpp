@@ -19,6 +19,8 @@ struct RunCondition {
   std::string run;                       ///< the run's name
   std::string group;                     ///< empty: none is given
   std::map<std::string, double> values;  ///< by name; SI where the file gives a unit
+
+  bool operator==(const RunCondition&) const = default;
 };
 
 /// Reads "group" and "conditions" of a run. A condition is a number, or a text with a known unit.

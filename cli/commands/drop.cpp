@@ -135,7 +135,7 @@ estimator::DropUncertainty uncertainty_of(const estimator::DamperHypothesis& h,
   uncertainty.samples = samples;
   uncertainty.covariance = h.covariance;
   uncertainty.degrees_of_freedom = h.degrees_of_freedom;
-  const auto places = estimator::numbers_of(h.model, model);
+  const auto places = estimator::numbers_of(model);
   for (const estimator::ModelNumber& number : h.numbers) {
     const auto at = std::find_if(places.begin(), places.end(), [&](const auto& place) {
       return place.line == number.line && place.symbol == number.symbol;

@@ -37,7 +37,7 @@ struct Recording {
   std::vector<double> excitation;    ///< table's acceleration, m/s^2; empty for imposed motion
   std::vector<double> force;         ///< per reference mass, m/s^2; only for imposed motion
   std::vector<double> acceleration;  ///< of the displacement's coordinate, m/s^2; may be empty
-  /// For parameters that differ from run to run. The name in it is not used.
+  /// For parameters that differ from run to run. The name in it is not read.
   config::RunCondition condition = {};
   /// Of inputs that were measured in this run: the standard deviation about their mean.
   std::map<std::string, double> input_scatter = {};

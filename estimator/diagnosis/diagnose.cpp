@@ -321,9 +321,10 @@ bool periodic(const Recording& run) {
 Result<Diagnosis> diagnose(const Campaign& recorded, const config::ModelSpec& stated,
                            const DiagnoseOptions& options, const Progress& progress) {
   if (auto good = check(recorded, options); !good) return good.error();
-  const std::optional<Campaign> common = with_common_conditions(recorded);
-  const Campaign& campaign = common ? *common : recorded;
-  const config::ModelSpec model = with_references(stated, campaign);
+  const Campaign campaign = with_common_conditions(recorded, stated);
+  const auto known = with_run_values(with_references(stated, campaign), campaign);
+  if (!known) return known.error();
+  const config::ModelSpec& model = *known;
   const Progress report = progress ? progress : [](std::string_view, double) {};
   try {
     // If the file states that a friction reverses at once, the grids choose the width.

@@ -35,17 +35,19 @@ double condition_of(const Eigen::MatrixXd& covariance) {
 // Puts errors, intervals and covariance of the base model's hypothesis.
 void put_covariance(const DamperHypothesis& base, Estimate& estimate) {
   const Model model(base.model);
-  const std::vector<ModelNumber> places = numbers_of(base.model, model);
+  const std::vector<ModelNumber> places = numbers_of(model);
   std::vector<Eigen::Index> kept;
   const double quantile = student_t_quantile(kUpperTail, base.degrees_of_freedom);
   const auto size = static_cast<Eigen::Index>(base.numbers.size());
   const Eigen::Map<const Eigen::MatrixXd> whole(base.covariance.data(), size, size);
-  for (std::size_t k = 0; k < model.parameters().size(); ++k) {
+  for (ParameterEstimate& parameter : estimate.parameters) {
+    const auto named = std::ranges::find(model.parameters(), parameter.name, &ModelParameter::name);
+    if (named == model.parameters().end()) continue;  // a value of one run, which keeps its error
+    const auto& place = places[static_cast<std::size_t>(named - model.parameters().begin())];
     const auto at = std::find_if(base.numbers.begin(), base.numbers.end(),
-                                 [&](const ModelNumber& n) { return same(n, places[k]); });
-    if (at == base.numbers.end() || k >= estimate.parameters.size()) continue;
+                                 [&](const ModelNumber& n) { return same(n, place); });
+    if (at == base.numbers.end()) continue;
     const auto row = at - base.numbers.begin();
-    ParameterEstimate& parameter = estimate.parameters[k];
     parameter.standard_error = std::sqrt(whole(row, row));
     const double reach = quantile * parameter.standard_error;
     parameter.lower = parameter.value - reach;

@@ -67,6 +67,13 @@ std::string fault_of(const std::vector<const Recording*>& runs, DrivingInput& in
   return {};
 }
 
+bool has_values_per(const config::ModelSpec& model, std::string_view what) {
+  return std::ranges::any_of(model.effects, [&](const config::EffectSpec& line) {
+    return std::ranges::any_of(
+        line.parameters, [&](const auto& entry) { return entry.second.variation.per == what; });
+  });
+}
+
 double mean_of(const Campaign& campaign, const std::string& condition) {
   double sum = 0.0;
   for (const Recording& run : campaign.runs)
@@ -86,19 +93,53 @@ std::vector<DrivingInput> inputs_of(const Campaign& campaign, const std::vector<
   return inputs;
 }
 
-std::optional<Campaign> with_common_conditions(const Campaign& campaign) {
+Campaign with_common_conditions(const Campaign& campaign, const config::ModelSpec& model) {
+  Campaign common = campaign;
   std::set<std::string> partly;
   for (const Recording& run : campaign.runs) {
     for (const auto& [condition, value] : run.condition.values) {
       if (!all_state(campaign, condition)) partly.insert(condition);
     }
   }
-  if (partly.empty()) return std::nullopt;
-  Campaign common = campaign;
-  for (Recording& run : common.runs)
+  const bool per_run = has_values_per(model, "run"), per_group = has_values_per(model, "group");
+  for (Recording& run : common.runs) {
     std::erase_if(run.condition.values,
                   [&](const auto& stated) { return partly.contains(stated.first); });
+    run.condition.run = per_run ? run.name : "";
+    if (!per_group) run.condition.group = "";
+  }
+  for (Recording& run : common.runs) {
+    const bool alone = std::ranges::none_of(common.runs, [&](const Recording& other) {
+      return other.role == Role::fit && other.condition.run == run.condition.run &&
+             other.condition.group == run.condition.group;
+    });
+    if (run.role == Role::fit || !alone) continue;
+    run.role = Role::fit;
+    common.warnings.push_back(fmt::format(
+        "run {} is fitted and not held out: a parameter has a value of its own in it", run.name));
+  }
   return common;
+}
+
+Result<config::ModelSpec> with_run_values(config::ModelSpec model, const Campaign& campaign) {
+  for (config::EffectSpec& line : model.effects) {
+    for (auto& [symbol, parameter] : line.parameters) {
+      config::RunVariation& v = parameter.variation;
+      if (v.per.empty()) continue;
+      for (const Recording& run : campaign.runs) {
+        const std::string& label = v.per == "run" ? run.condition.run : run.condition.group;
+        if (label.empty())
+          return Error{
+              ErrorKind::invalid,
+              fmt::format("{} has a value per group, and run {} has no \"group\": give it one "
+                          "in the campaign's file",
+                          symbol, run.name)};
+        if (std::ranges::find(v.values, label, &config::RunValue::label) == v.values.end())
+          v.values.push_back({label, {}});
+      }
+    }
+  }
+  return model;
 }
 
 config::ModelSpec with_references(config::ModelSpec model, const Campaign& campaign) {

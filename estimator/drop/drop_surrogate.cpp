@@ -35,7 +35,7 @@ Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
     out.force_ = *force;
     out.force_t_ = *t;
   }
-  const auto places = numbers_of(damper.model, out.test_->model());
+  const auto places = numbers_of(out.test_->model());
   for (const ModelNumber& number : damper.numbers) {
     const auto at = std::find_if(places.begin(), places.end(), [&](const ModelNumber& p) {
       return !number.constant && p.line == number.line && p.symbol == number.symbol;

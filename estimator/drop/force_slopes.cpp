@@ -20,7 +20,7 @@ std::optional<Eigen::MatrixXd> force_slopes(const DamperHypothesis& damper,
       arrays.u[static_cast<std::size_t>(k)][i] = model.rest(k);
   }
   if (!arrays.evaluate(model, count, model.start().data())) return std::nullopt;
-  const auto places = numbers_of(damper.model, model);
+  const auto places = numbers_of(model);
   Eigen::MatrixXd slopes =
       Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(damper.numbers.size()));
   for (std::size_t k = 0; k < damper.numbers.size(); ++k) {

@@ -104,7 +104,7 @@ class DropFit {
     spec_.excitation.assign(std::max<std::size_t>(1, equations), 0.0);
     spec_.excitation[0] = 1.0;
     const Model model(spec_);
-    for (const ModelNumber& place : numbers_of(spec_, model))
+    for (const ModelNumber& place : numbers_of(model))
       spec_.effects[place.line].parameters[place.symbol].fixed = true;
     const std::size_t size = damper_.numbers.size();
     for (std::size_t k = 0; k < size; ++k) {
@@ -119,7 +119,7 @@ class DropFit {
 
   // The prior in the order of the free parameters.
   void order_as(const Model& model) {
-    const auto places = numbers_of(spec_, model);
+    const auto places = numbers_of(model);
     const std::size_t size = damper_.numbers.size();
     for (std::size_t k = 0; k < places.size(); ++k) {
       if (model.parameters()[k].fixed) continue;

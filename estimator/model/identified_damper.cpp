@@ -42,23 +42,10 @@ void condition_on(std::size_t k, double value, DamperHypothesis& h) {
 
 }  // namespace
 
-std::vector<ModelNumber> numbers_of(const config::ModelSpec& spec, const Model& model) {
+std::vector<ModelNumber> numbers_of(const Model& model) {
   std::vector<ModelNumber> numbers;
-  for (const ModelParameter& p : model.parameters()) {
-    ModelNumber number;
-    const std::string head = p.effect + "[";
-    const auto dot = p.name.rfind("].");
-    if (p.name.starts_with(head) && dot != std::string::npos) {
-      std::from_chars(p.name.data() + head.size(), p.name.data() + dot, number.line);
-      number.symbol = p.name.substr(dot + 2);
-    } else {
-      const auto line = std::find_if(spec.effects.begin(), spec.effects.end(),
-                                     [&](const auto& e) { return e.effect == p.effect; });
-      number.line = static_cast<std::size_t>(line - spec.effects.begin());
-      number.symbol = p.symbol;
-    }
-    numbers.push_back(std::move(number));
-  }
+  for (const ModelParameter& p : model.parameters())
+    numbers.push_back({p.line, p.symbol});
   return numbers;
 }
 
@@ -68,7 +55,7 @@ double value_of(const config::ModelSpec& spec, const ModelNumber& number) {
   const auto given = line.parameters.find(number.symbol);
   if (given != line.parameters.end() && given->second.start) return *given->second.start;
   const Model model(spec);
-  const auto places = numbers_of(spec, model);
+  const auto places = numbers_of(model);
   for (std::size_t k = 0; k < places.size(); ++k) {
     if (places[k].line == number.line && places[k].symbol == number.symbol)
       return model.parameters()[k].start;
@@ -87,7 +74,7 @@ void set_value(config::ModelSpec& spec, const ModelNumber& number, double value)
 std::optional<DamperHypothesis> held_at_bounds(const DamperHypothesis& hypothesis) {
   constexpr double kNearBound = 2.5;  // standard errors
   const Model model(hypothesis.model);
-  const auto places = numbers_of(hypothesis.model, model);
+  const auto places = numbers_of(model);
   const auto parameter_of = [&](const ModelNumber& number) -> const ModelParameter* {
     for (std::size_t k = 0; k < places.size() && !number.constant; ++k) {
       if (places[k].line == number.line && places[k].symbol == number.symbol)

@@ -82,11 +82,11 @@ struct IdentifiedDamper {
   RunSpread spread;  ///< a drop is one more run
 };
 
-/// The place of each parameter of `model` in `spec`, from which it was made.
-/// \param spec the model file's content
-/// \param model the model that was made from it
-/// \return one place for each parameter, in the order of theta
-std::vector<ModelNumber> numbers_of(const config::ModelSpec& spec, const Model& model);
+/// The place of each parameter in the model file from which the model was made.
+/// \param model the model
+/// \return one place for each parameter, in the order of theta; values of one parameter per run or
+///   group have one place
+std::vector<ModelNumber> numbers_of(const Model& model);
 
 /// The value of a number.
 /// \param spec the model file's content

@@ -4,11 +4,13 @@
 #include <cmath>
 
 #include "estimator/model/internal/model_builder.hpp"
+#include "estimator/model/run_models.hpp"
 
 namespace shaker::estimator {
 
 Model::Model(const config::ModelSpec& spec) {
   ModelBuilder(*this, spec).build();
+  if (has_run_values(spec)) *this = model_of_first_values(spec);
 }
 
 std::vector<double> Model::start() const {

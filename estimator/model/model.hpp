@@ -122,6 +122,8 @@ class Model {
   /// Throws std::invalid_argument for an unknown effect, parameter or constant, contradictory
   /// bounds or a start outside them. The message names the model file and the place.
   /// \param spec the content of a model file
+  /// Parameters with known values for runs or groups are spread over them (run_models.hpp), and the
+  /// model is that of the first.
   explicit Model(const config::ModelSpec& spec);
 
   /// \return the name of the model
@@ -241,6 +243,7 @@ class Model {
  private:
   friend class ModelBuilder;
   friend class RunModelMaker;
+  Model() = default;
   bool evaluate_plain(const ModelPoints& at, const double* theta, const ModelForces& out) const;
   bool evaluate_general(const ModelPoints& at, const double* theta, const ModelForces& out) const;
   void clear(const ModelPoints& at, const double* theta, const ModelForces& out) const;

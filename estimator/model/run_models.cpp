@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "estimator/model/internal/model_builder.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -54,8 +57,8 @@ double mean_condition(const std::string& name, const std::vector<RunCondition>& 
 
 double factor_in(const RunVariation& variation, const RunCondition& run,
                  const std::vector<RunCondition>& runs) {
-  if (variation.over.empty()) return 1.0;
   const std::string name = variation.condition();
+  if (name.empty() || !run.values.contains(name)) return 1.0;
   const double reference = variation.reference.value_or(mean_condition(name, runs));
   const double ratio = run.values.at(name) / reference;
   return variation.inverse() ? 1.0 / ratio : ratio;
@@ -67,7 +70,8 @@ double factor_in(const RunVariation& variation, const RunCondition& run,
 class RunModelMaker {
  public:
   RunModelMaker(const config::ModelSpec& spec, const std::vector<RunCondition>& runs)
-      : single_(spec), runs_(runs) {
+      : runs_(runs) {
+    ModelBuilder(single_, spec).build();
     for (const ModelParameter& p : single_.parameters())
       spread(p);
   }
@@ -91,17 +95,19 @@ class RunModelMaker {
     std::vector<double>& factor = factor_.emplace_back();
     std::vector<std::string> labels;  // of the values so far
     const auto first = static_cast<int>(joint_.size());
+    const auto add = [&](const std::string& label, std::optional<double> start) {
+      ModelParameter one = p;
+      if (!p.variation.per.empty()) one.name = fmt::format("{}[{}]", p.name, label);
+      one.start = start.value_or(p.start);
+      joint_.push_back(std::move(one));
+      labels.push_back(label);
+    };
+    for (const config::RunValue& value : p.variation.values)
+      add(value.label, value.start);
     for (const RunCondition& run : runs_) {
       const std::string label = p.variation.per.empty() ? "" : label_of(p.variation, run);
-      auto found = std::find(labels.begin(), labels.end(), label);
-      if (found == labels.end()) {
-        ModelParameter one = p;
-        if (!p.variation.per.empty()) one.name = fmt::format("{}[{}]", p.name, label);
-        joint_.push_back(std::move(one));
-        labels.push_back(label);
-        found = labels.end() - 1;
-      }
-      place.push_back(first + static_cast<int>(found - labels.begin()));
+      if (std::ranges::find(labels, label) == labels.end()) add(label, {});
+      place.push_back(first + static_cast<int>(std::ranges::find(labels, label) - labels.begin()));
       factor.push_back(factor_in(p.variation, run, runs_));
     }
   }
@@ -140,6 +146,25 @@ class RunModelMaker {
   std::vector<std::vector<double>> factor_;  // likewise
 };
 
+bool has_run_values(const config::ModelSpec& spec) {
+  return std::ranges::any_of(spec.effects, [](const config::EffectSpec& line) {
+    return std::ranges::any_of(
+        line.parameters, [](const auto& entry) { return !entry.second.variation.values.empty(); });
+  });
+}
+
+Model model_of_first_values(const config::ModelSpec& spec) {
+  RunCondition first;
+  for (const config::EffectSpec& line : spec.effects) {
+    for (const auto& [symbol, parameter] : line.parameters) {
+      const RunVariation& variation = parameter.variation;
+      if (variation.values.empty()) continue;
+      (variation.per == "run" ? first.run : first.group) = variation.values.front().label;
+    }
+  }
+  return *RunModelMaker(spec, {first}).make().of_run.front();
+}
+
 bool varies_by_run(const config::ModelSpec& spec) {
   return std::any_of(spec.effects.begin(), spec.effects.end(), [](const auto& effect) {
     return !config::driven(effect.effect).input.empty() ||
@@ -163,8 +188,8 @@ std::string taken_as_one(const config::ModelSpec& spec, const std::string& what)
 
 Result<RunModels> run_models(const config::ModelSpec& spec, const std::vector<RunCondition>& runs) {
   if (runs.empty()) return Error{ErrorKind::invalid, "there is no run to estimate from"};
-  const Model single(spec);
-  for (const ModelParameter& p : single.parameters()) {
+  const Model known(spec);
+  for (const ModelParameter& p : known.parameters()) {
     for (const RunCondition& run : runs) {
       if (auto why = lacks(p, run); !why.empty()) return Error{ErrorKind::invalid, std::move(why)};
     }

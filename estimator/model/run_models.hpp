@@ -1,7 +1,7 @@
 // Models of the single runs of an estimation whose parameters are not all the same in all runs.
 //
 // A parameter with "per": "run" or "group" becomes one parameter for each run or group, named
-// theta2[r01]. One with "over": "gas_temperature" stays one parameter: its value at the reference.
+// theta2[r01]. These are the values that the variation names, then those that runs add. One with "over": "gas_temperature" stays one parameter: its value at the reference.
 // In a run it is multiplied by the run's condition over the reference. All models have the same
 // parameters; each depends on those of its own run. RunData::model carries them to the estimator.
 #pragma once
@@ -33,6 +33,13 @@ struct RunModels {
 
 // True if a parameter differs from run to run.
 bool varies_by_run(const config::ModelSpec& spec);
+
+// True if the values of a parameter with "per" are known (config::RunVariation::values).
+bool has_run_values(const config::ModelSpec& spec);
+
+// The model of a run that has the first value of each such parameter. What goes with a condition is
+// at its reference. Throws as Model does.
+Model model_of_first_values(const config::ModelSpec& spec);
 
 // A sentence that names the parameters which differ from run to run in the file and which `what`
 // (as "diagnose") takes as the same in all runs; empty where there are none.

@@ -71,7 +71,7 @@ SteadyRun begun(const Recording& r, const SteadyOptions& options) {
   run.name = r.name;
   run.kind = r.kind;
   run.role = r.role;
-  run.conditions = r.condition.values;
+  run.condition = r.condition;
   run.driver_measured = !driver_of(r).empty();
   run.recorded_at = r.t.front();
   run.quantisation_step = quantisation_step_of(response_of(r));

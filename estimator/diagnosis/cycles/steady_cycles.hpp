@@ -29,7 +29,7 @@ struct SteadyRun {
   Kind kind = Kind::periodic;
   Role role = Role::fit;
   double frequency_hz = 0.0;                 // measured
-  std::map<std::string, double> conditions;  // as recorded
+  config::RunCondition condition;  // of the recording
   int harmonics = 0, driver_harmonics = 0;
   // A row a cycle. `response` is what is predicted (displacement, or the force of imposed motion);
   // `driver` is what is imposed (excitation, or displacement).

@@ -12,11 +12,12 @@ std::shared_ptr<const Model> model_of_run(const config::ModelSpec& spec, const R
   for (config::EffectSpec& line : own.effects) {
     for (auto& [symbol, parameter] : line.parameters) {
       const config::RunVariation& v = parameter.variation;
-      if (!v.per.empty() || !datum.conditions.contains(v.condition())) parameter.variation = {};
+      if (!v.over.empty() && !datum.condition.values.contains(v.condition()))
+        parameter.variation = {};
     }
   }
   if (!varies_by_run(own)) return std::make_shared<const Model>(own);
-  const auto models = run_models(own, {{datum.name, {}, datum.conditions}});
+  const auto models = run_models(own, {datum.condition});
   if (!models) throw std::invalid_argument(models.error().what);
   return models->of_run.front();
 }

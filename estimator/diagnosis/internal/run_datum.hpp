@@ -32,7 +32,9 @@ struct RunDatum {
   Kind kind = Kind::periodic;
   Role role = Role::fit;
   double frequency_hz = 0.0;
-  std::map<std::string, double> conditions;  // that all runs of the campaign state
+  // What all runs of the campaign state; run and group where the model has values of their own for
+  // them (inputs.hpp), otherwise empty.
+  config::RunCondition condition;
   Eigen::VectorXd driver;    // harmonics of what is imposed; empty for a sampled run
   Eigen::VectorXd response;  // mean harmonics of what is predicted
   Eigen::VectorXd error;     // standard error of each

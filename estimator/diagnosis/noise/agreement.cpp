@@ -14,7 +14,7 @@ Result<void> check_agreement(const std::vector<RunDatum>& data, HarmonicFit& fit
     for (std::size_t b = a + 1; b < data.size(); ++b) {
       const auto size = std::min(data[a].driver.size(), data[b].driver.size());
       const VectorXd drive = data[b].driver.head(size) - data[a].driver.head(size);
-      if (data[a].conditions != data[b].conditions ||
+      if (data[a].condition != data[b].condition ||
           std::fabs(data[a].frequency_hz / data[b].frequency_hz - 1.0) > 2e-3 ||
           drive.norm() > 0.02 * data[a].driver.norm())
         continue;

@@ -51,7 +51,7 @@ RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
   datum.name = response.name;
   datum.kind = Kind::imposed_motion;
   datum.role = response.role;
-  datum.conditions = response.conditions;
+  datum.condition = response.condition;
   datum.frequency_hz = f;
   datum.driver = response.response;
   VectorXd excitation = of_size(response.driver, response.response.size());

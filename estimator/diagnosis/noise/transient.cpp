@@ -77,7 +77,7 @@ RunDatum datum_of(const std::shared_ptr<SampledRun>& run) {
   datum.name = run->name;
   datum.kind = run->kind;
   datum.role = run->role;
-  datum.conditions = run->conditions;
+  datum.condition = run->condition;
   datum.by_force = run->kind == Kind::imposed_motion;
   datum.response = CosineTransform(run->samples()).analyse(run->response, run->keep);
   // At the upper end of what their own uncertainty allows: one level serves a whole run, and must
@@ -178,9 +178,8 @@ Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit) {
       const SampledRun& two = *b.sampled;
       const VectorXd& first = a.kind == Kind::imposed_motion ? one.u : one.excitation;
       const VectorXd& second = a.kind == Kind::imposed_motion ? two.u : two.excitation;
-      if (done.contains(i) || done.contains(j) || first.size() == 0 ||
-          a.conditions != b.conditions || first.size() != second.size() ||
-          std::fabs(one.dt / two.dt - 1.0) > 1e-6 ||
+      if (done.contains(i) || done.contains(j) || first.size() == 0 || a.condition != b.condition ||
+          first.size() != second.size() || std::fabs(one.dt / two.dt - 1.0) > 1e-6 ||
           (first - second).norm() > kRepeated * first.norm())
         continue;
       const Index keep = std::min(a.response.size(), b.response.size());

@@ -35,7 +35,7 @@ RunDatum datum_of(const SteadyRun& run, const VectorXd& mean, const RunNoise& no
   datum.name = run.name;
   datum.kind = run.kind;
   datum.role = run.role;
-  datum.conditions = run.conditions;
+  datum.condition = run.condition;
   datum.frequency_hz = run.frequency_hz;
   datum.driver = run.mean_driver();
   datum.response = mean;

@@ -236,7 +236,7 @@ Sampled sampled_run(const std::string& name, const Recording& r, Prepared p) {
   run->name = name;
   run->kind = r.kind;
   run->role = r.role;
-  run->conditions = r.condition.values;
+  run->condition = r.condition;
   if (p.even.interpolated)
     run->notes.push_back(fmt::format(
         "run {}: its samples are not evenly spaced and were put on an even clock of {:.4g} s", name,

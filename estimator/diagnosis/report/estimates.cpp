@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -69,8 +71,25 @@ std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vecto
 config::ModelSpec at_estimates(const HarmonicFit& fit) {
   config::ModelSpec spec = fit.spec;
   const auto& parameters = fit.model->parameters();
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    spec.effects[parameters[k].line].parameters[parameters[k].symbol].start = fit.theta[k];
+  // Those with a value for each run or group: the values in their order, and their mean.
+  std::map<std::pair<std::size_t, std::string>, std::size_t> met;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    config::ParameterSpec& p = spec.effects[parameters[k].line].parameters[parameters[k].symbol];
+    auto& values = p.variation.values;
+    const std::size_t before = met[{parameters[k].line, parameters[k].symbol}]++;
+    if (before < values.size()) values[before].start = fit.theta[k];
+    const double mean = before > 0 ? *p.start : 0.0;
+    p.start = mean + (fit.theta[k] - mean) / static_cast<double>(before + 1);
+  }
+  return spec;
+}
+
+config::ModelSpec with_mean_values(config::ModelSpec spec) {
+  for (config::EffectSpec& line : spec.effects) {
+    for (auto& [symbol, parameter] : line.parameters) {
+      if (!parameter.variation.per.empty()) parameter.variation = {};
+    }
+  }
   return spec;
 }
 

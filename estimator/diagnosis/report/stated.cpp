@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/report/internal/estimates.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -35,7 +36,7 @@ void state_again(const config::ModelSpec& model, Diagnosis& said) {
 void lead_hypotheses(const config::ModelSpec& model, Diagnosis& said) {
   if (said.damper.hypotheses.empty()) return;
   config::ModelSpec& best = said.damper.hypotheses.front().model;
-  const config::ModelSpec narrow = std::exchange(best, said.improved);
+  const config::ModelSpec narrow = std::exchange(best, with_mean_values(said.improved));
   for (std::size_t i = 0; i < std::min(narrow.effects.size(), best.effects.size()); ++i) {
     for (const auto& [symbol, value] : narrow.effects[i].constants) {
       if (i >= model.effects.size() || !model.effects[i].constants.contains(symbol))

@@ -63,7 +63,7 @@ std::vector<int> columns_of(const Model& model, const Probe& probe) {
 // The model of the fit with all parameters held: a signature needs no derivatives over them.
 config::ModelSpec held(const HarmonicFit& fit) {
   config::ModelSpec spec = fit.spec;
-  for (const ModelNumber& number : numbers_of(spec, *fit.model)) {
+  for (const ModelNumber& number : numbers_of(*fit.model)) {
     if (!number.constant) spec.effects[number.line].parameters[number.symbol].fixed = true;
   }
   return spec;

@@ -28,14 +28,14 @@ struct SampledRun {
   std::string record;  // name of the recording
   Kind kind = Kind::transient;
   Role role = Role::fit;
-  std::map<std::string, double> conditions;  // as recorded
-  double start = 0.0, dt = 0.0;              // s
-  Eigen::VectorXd response;      // what is compared: displacement, or the force of imposed motion
-  Eigen::VectorXd excitation;    // empty: none
-  Eigen::VectorXd u, v, a;       // the measured motion without what lies above its band
-  Eigen::Index keep = 0;         // cosines that are compared
-  Eigen::VectorXd variance;      // of the noise of each
-  Eigen::VectorXd motion_noise;  // variance of the displacement's own cosines
+  config::RunCondition condition;  // of the recording
+  double start = 0.0, dt = 0.0;    // s
+  Eigen::VectorXd response;        // what is compared: displacement, or the force of imposed motion
+  Eigen::VectorXd excitation;      // empty: none
+  Eigen::VectorXd u, v, a;         // the measured motion without what lies above its band
+  Eigen::Index keep = 0;           // cosines that are compared
+  Eigen::VectorXd variance;        // of the noise of each
+  Eigen::VectorXd motion_noise;    // variance of the displacement's own cosines
   // Variance of the noise of a sample of the displacement as it was recorded.
   double sample_noise = 0.0;
   Eigen::VectorXd freedom;  // behind those variances

@@ -15,8 +15,11 @@ namespace shaker::estimator::diagnosis {
 std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                                         const std::vector<FittedConstant>& places = {});
 
-// The model file that starts at the estimates.
+// The model file that starts at the estimates. A parameter with a value per run or group has each of
+// them, and starts at their mean.
 config::ModelSpec at_estimates(const HarmonicFit& fit);
+// The damper of one more run: such a parameter is one number.
+config::ModelSpec with_mean_values(config::ModelSpec spec);
 
 // Warns of each that ended at an end of its range, which may be what keeps the gap open. A coefficient that
 // ends at zero is absent.
