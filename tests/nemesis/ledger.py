@@ -127,7 +127,7 @@ def totals(name):
         if all(line.get("code", {}).get(room) in of_room for room, of_room in ids.items()):
             runs += 1
             for key, value in line.items():
-                if key != "seed" and isinstance(value, int):
+                if isinstance(value, int) and not isinstance(value, bool):
                     sums[key] = sums.get(key, 0) + value
     return runs, sums
 
