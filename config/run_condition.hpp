@@ -20,7 +20,7 @@ struct RunCondition {
   std::string group;                     ///< empty: none is given
   std::map<std::string, double> values;  ///< by name; SI where the file gives a unit
 
-  bool operator==(const RunCondition&) const = default;
+  bool operator==(const RunCondition&) const = default;  ///< \return true: all of it is the same
 };
 
 /// Reads "group" and "conditions" of a run. A condition is a number, or a text with a known unit.
