@@ -8,7 +8,6 @@
 #include <ctime>
 #include <fstream>
 #include <optional>
-#include <ranges>
 #include <thread>
 
 #include "config/json_tree.hpp"
@@ -64,9 +63,9 @@ class Notified {
   // What follows `key` in the last message that begins with it; empty without one.
   std::string last(std::string_view key) {
     receive();
-    for (const std::string& message : messages_ | std::views::reverse)
-      if (message.starts_with(key)) return message.substr(key.size());
-    return {};
+    const auto found = std::find_if(messages_.rbegin(), messages_.rend(),
+                                    [&](const std::string& m) { return m.starts_with(key); });
+    return found == messages_.rend() ? std::string() : found->substr(key.size());
   }
 
  private:
