@@ -146,11 +146,11 @@ class Input(Scratch):
         self.assertEqual(told["coulomb_friction over current"], "current is 0.7 in all runs")
 
     def test_the_current_of_a_run_that_is_left_out_tells_nothing(self):
-        self.campaign("t,displacement", ((current, said, [(t + 3 * (current < 1 and k >= 200), u)
+        self.campaign("t,displacement", ((current, said, [(t + 3 * (k // 20 if current < 1 else 0), u)
                                                           for k, (t, u) in enumerate(rows)])
                                          for current, said, rows in decays(lambda i: 0.03)), [VISCOUS, SPRING])
         said = self.answer()
-        self.assertEqual(len(said["runs"]), 1, "samples are missing from the other two")
+        self.assertEqual(len(said["runs"]), 1, "most samples of the other two are missing")
         told = {n["name"]: n["reason"] for n in said["not_tried"]}
         self.assertEqual(told["coulomb_friction over current"], "current is 1 in all runs")
 

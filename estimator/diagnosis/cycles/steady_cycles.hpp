@@ -28,7 +28,7 @@ struct SteadyRun {
   std::string name;
   Kind kind = Kind::periodic;
   Role role = Role::fit;
-  double frequency_hz = 0.0;                 // measured
+  double frequency_hz = 0.0;       // measured
   config::RunCondition condition;  // of the recording
   int harmonics = 0, driver_harmonics = 0;
   // A row a cycle. `response` is what is predicted (displacement, or the force of imposed motion);

@@ -12,7 +12,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kNewtonSteps = 12;   // for effects that are not linear in acceleration
+constexpr int kNewtonSteps = 24;   // an orifice near rest overshoots, then halves each step
 constexpr double kSolved = 1e-13;  // change of q, relative, at which Newton has converged
 constexpr int kProbes = 3;         // states at which derivatives_know_rates() evaluates
 

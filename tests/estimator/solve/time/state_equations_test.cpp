@@ -121,10 +121,11 @@ double left_by(const Model& model, const StateEquations& equations, std::mt19937
 }
 
 TEST(StateEquations, SolveTheModelsEquationsWithEachEffectOfTheCatalogue) {
-  std::mt19937_64 source(3);
   std::set<std::string> with_memory;
   for (const Effect* one : catalogue()) {
     const std::string name(one->name());
+    std::seed_seq of_its_own(name.begin(), name.end());
+    std::mt19937_64 source(of_its_own);
     if (one->instrument() != nullptr || one->parameters().empty()) continue;
     std::vector<config::EffectSpec> effects = {effect("linear_stiffness"),
                                                effect("viscous_damping"), effect("orifice_damping"),
