@@ -47,7 +47,8 @@ TEST(Records, FitsASensorsZeroInTheModelsOwnUnit) {
 
 // What a recorder loses in the midst of a record.
 TEST(Records, NamesTheSameWhereSamplesAreMissing) {
-  Campaign campaign = oscillator_sweeps({{"cubic_stiffness", 800.0}}, 7);
+  Campaign campaign =
+      campaign_of({sweep("linear", {{"cubic_stiffness", 800.0}}, 0.5, 4.0, 3.0, 12.0, 7)});
   for (Recording& run : campaign.runs) {
     const auto lose = [&](double from, double to) {
       for (auto* column : {&run.displacement, &run.excitation, &run.t}) {
