@@ -1,7 +1,6 @@
 #include "estimator/model/identified_damper.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <set>

@@ -121,9 +121,9 @@ class Model {
 
   /// Throws std::invalid_argument for an unknown effect, parameter or constant, contradictory
   /// bounds or a start outside them. The message names the model file and the place.
-  /// \param spec the content of a model file
   /// Parameters with known values for runs or groups are spread over them (run_models.hpp), and the
   /// model is that of the first.
+  /// \param spec the content of a model file
   explicit Model(const config::ModelSpec& spec);
 
   /// \return the name of the model

@@ -307,6 +307,16 @@ double clock_error(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
 
 namespace {
 
+// A value of a run or a group whose runs were all left out acts in none.
+bool acts_in_a_run(const ModelParameter& p, const std::vector<RunDatum>& data) {
+  const std::string& per = p.variation.per;
+  if (per.empty() || p.variation.values.empty()) return true;
+  return std::ranges::any_of(data, [&](const RunDatum& datum) {
+    const std::string& label = per == "run" ? datum.condition.run : datum.condition.group;
+    return is_fitted(datum) && p.name.ends_with("[" + label + "]");
+  });
+}
+
 HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
                              const std::vector<double>& start, const HarmonicFit* near,
                              const FitOptions& options) {
@@ -315,7 +325,8 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
   fit.model = std::make_shared<const Model>(spec);
   fit.theta = start.empty() ? fit.model->start() : start;
   for (int k = 0; k < fit.model->parameter_count(); ++k) {
-    if (!fit.model->parameters()[static_cast<std::size_t>(k)].fixed) fit.free.push_back(k);
+    const ModelParameter& p = fit.model->parameters()[static_cast<std::size_t>(k)];
+    if (!p.fixed && acts_in_a_run(p, data)) fit.free.push_back(k);
   }
   fit.rounded = options.sharp && has_smoothing(spec);
   const bool varies = varies_by_run(spec);

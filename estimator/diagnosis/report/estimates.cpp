@@ -25,6 +25,10 @@ double bent_error(const HarmonicFit& fit, int parameter,
   return error;
 }
 
+bool is_free(const HarmonicFit& fit, std::size_t parameter) {
+  return std::ranges::find(fit.free, static_cast<int>(parameter)) != fit.free.end();
+}
+
 }  // namespace
 
 std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vector<RunDatum>& data,
@@ -46,7 +50,8 @@ std::vector<ParameterEstimate> describe(const HarmonicFit& fit, const std::vecto
     p.fixed = parameters[k].fixed;
     p.at_bound = fit.at_bound(static_cast<int>(k));
     p.standard_error = bent_error(fit, static_cast<int>(k), places);
-    p.determined = p.fixed || p.standard_error < 1e3 * (std::fabs(p.value) + 1e-9);
+    p.determined =
+        p.fixed || (is_free(fit, k) && p.standard_error < 1e3 * (std::fabs(p.value) + 1e-9));
     p.lower = p.value - quantile * p.standard_error;
     p.upper = p.value + quantile * p.standard_error;
     all.push_back(std::move(p));
@@ -72,14 +77,24 @@ config::ModelSpec at_estimates(const HarmonicFit& fit) {
   config::ModelSpec spec = fit.spec;
   const auto& parameters = fit.model->parameters();
   // Those with a value for each run or group: the values in their order, and their mean.
-  std::map<std::pair<std::size_t, std::string>, std::size_t> met;
+  struct Met {
+    std::size_t next = 0;
+    int known = 0;
+    double sum = 0.0;
+  };
+  std::map<std::pair<std::size_t, std::string>, Met> met;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     config::ParameterSpec& p = spec.effects[parameters[k].line].parameters[parameters[k].symbol];
     auto& values = p.variation.values;
-    const std::size_t before = met[{parameters[k].line, parameters[k].symbol}]++;
-    if (before < values.size()) values[before].start = fit.theta[k];
-    const double mean = before > 0 ? *p.start : 0.0;
-    p.start = mean + (fit.theta[k] - mean) / static_cast<double>(before + 1);
+    if (values.empty()) {
+      p.start = fit.theta[k];
+      continue;
+    }
+    auto& [next, known, sum] = met[{parameters[k].line, parameters[k].symbol}];
+    values[next++].start = fit.theta[k];
+    if (!parameters[k].fixed && !is_free(fit, k)) continue;
+    sum += fit.theta[k];
+    p.start = sum / ++known;
   }
   return spec;
 }

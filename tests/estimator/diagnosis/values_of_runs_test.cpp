@@ -102,6 +102,25 @@ TEST(ValuesOfRuns, ARunThatNoOtherTellsOfIsFitted) {
   EXPECT_TRUE(of_group->gap.held_out_before);
 }
 
+TEST(ValuesOfRuns, OfARunThatIsLeftOutIsNotDetermined) {
+  Campaign campaign = charged_anew(0.0);
+  for (auto* column :
+       {&campaign.runs[3].t, &campaign.runs[3].displacement, &campaign.runs[3].excitation})
+    column->resize(40);
+  const auto d = diagnose(campaign, oleo_with_charge_per("run"));
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::adequate);
+  for (const ParameterEstimate& p : d->parameters_before)
+    EXPECT_EQ(p.determined, p.name != "theta2[r4]") << p.name;
+  ASSERT_FALSE(d->damper.hypotheses.empty());
+  const DamperHypothesis& h = d->damper.hypotheses[0];
+  for (const ModelNumber& number : h.numbers) {
+    if (number.symbol == "theta2") {
+      EXPECT_NEAR(value_of(h.model, number), 1.548, 0.002);
+    }
+  }
+}
+
 TEST(ValuesOfRuns, ARunWithoutAGroupIsNamed) {
   Campaign campaign = charged_anew(0.0);
   campaign.runs[2].condition.group = "";
