@@ -16,11 +16,11 @@ constexpr double kTurnRad = 2.0 * std::numbers::pi;
 
 // A table that changes its frequency, and its samples.
 struct Table {
-  double hz = kOrderedHz;  // from `from_s` on
-  double from_s = 1.0;     //
+  double hz = kOrderedHz;  // after the change
+  double from_s = 1.0;     // of the change
   double noise = 0.0;      // standard deviation of a sample
-  double late_s = 0.0;     // of the stamps, from `from_s` on
-  double gap_s = 0.0;      // without samples, from `from_s` on
+  double late_s = 0.0;     // of the stamps, after the change
+  double gap_s = 0.0;      // without samples, after the change
   double amplitude = kTableAmplitude;
   double rate_hz = kSampleHz;
 };
