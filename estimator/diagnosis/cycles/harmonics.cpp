@@ -5,6 +5,7 @@
 
 #include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/numbers.hpp"
+#include "estimator/math/simd_math.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -39,30 +40,46 @@ Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
   return table;
 }
 
-// Uses Clenshaw's recurrence. Each step needs the result of the last one, so eight points are
-// computed at a time.
+namespace {
+
+constexpr int kAbreast =
+    16;  // points that are computed at a time: each step needs the last one's result
+
+// Clenshaw's recurrence at angles of these cosines and sines.
+SHAKER_SIMD_CLONES void sum_harmonics(Eigen::Index size, const double* harmonics,
+                                      const double* __restrict cosine,
+                                      const double* __restrict sine, double* __restrict sum) {
+  double a[kAbreast] = {}, a_before[kAbreast] = {}, b[kAbreast] = {}, b_before[kAbreast] = {};
+  for (Eigen::Index c = size - 2; c > 0; c -= 2) {
+    for (int k = 0; k < kAbreast; ++k) {
+      const double a_next = harmonics[c] + 2.0 * cosine[k] * a[k] - a_before[k];
+      const double b_next = harmonics[c + 1] + 2.0 * cosine[k] * b[k] - b_before[k];
+      a_before[k] = a[k];
+      b_before[k] = b[k];
+      a[k] = a_next;
+      b[k] = b_next;
+    }
+  }
+  for (int k = 0; k < kAbreast; ++k)
+    sum[k] = harmonics[0] + cosine[k] * a[k] - a_before[k] + sine[k] * b[k];
+}
+
+}  // namespace
+
 Eigen::VectorXd synthesised(const Eigen::VectorXd& harmonics, int points) {
-  using Eight = Eigen::Array<double, 8, 1>;
+  using Some = Eigen::Array<double, kAbreast, 1>;
   const double step = kTwoPi / points;
-  const Eight turns = step * Eight::LinSpaced(0.0, 7.0);
-  const Eight turned_cosine = turns.cos(), turned_sine = turns.sin();
+  const Some turns = step * Some::LinSpaced(0.0, kAbreast - 1.0);
+  const Some turned_cosine = turns.cos(), turned_sine = turns.sin();
   Eigen::VectorXd curve(points);
-  for (Eigen::Index i = 0; i < points; i += 8) {
+  for (Eigen::Index i = 0; i < points; i += kAbreast) {
     const double c0 = std::cos(step * static_cast<double>(i));
     const double s0 = std::sin(step * static_cast<double>(i));
-    const Eight cosine = c0 * turned_cosine - s0 * turned_sine;
-    const Eight sine = s0 * turned_cosine + c0 * turned_sine;
-    Eight a = Eight::Zero(), a_before = a, b = a, b_before = a;
-    for (Eigen::Index c = harmonics.size() - 2; c > 0; c -= 2) {
-      const Eight a_next = harmonics[c] + 2.0 * cosine * a - a_before;
-      const Eight b_next = harmonics[c + 1] + 2.0 * cosine * b - b_before;
-      a_before = a;
-      b_before = b;
-      a = a_next;
-      b = b_next;
-    }
-    const Eight sum = harmonics[0] + cosine * a - a_before + sine * b;
-    const Eigen::Index count = std::min<Eigen::Index>(8, points - i);
+    const Some cosine = c0 * turned_cosine - s0 * turned_sine;
+    const Some sine = s0 * turned_cosine + c0 * turned_sine;
+    Some sum;
+    sum_harmonics(harmonics.size(), harmonics.data(), cosine.data(), sine.data(), sum.data());
+    const Eigen::Index count = std::min<Eigen::Index>(kAbreast, points - i);
     curve.segment(i, count) = sum.head(count).matrix();
   }
   return curve;

@@ -15,10 +15,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostNewton = 40;
-constexpr double kSolved = 1e-10;
+constexpr double kSolved = 1e-7;      // of a coordinate: a move after which its square is left
 constexpr int kMostCorrections = 12;  // of a block; step by step it costs about as much as 30
 constexpr int kLaps = 2;              // of a cycle: the first forgets how it began
-constexpr double kRepeated = 1e-10;   // of a coordinate, from cycle to cycle
+constexpr double kRepeated = 1e-9;    // of a coordinate, from cycle to cycle
 
 // The coordinate's name says so.
 bool in_series(const Model& model, int coordinate) {

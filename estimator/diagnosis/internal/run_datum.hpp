@@ -73,9 +73,9 @@ std::size_t first_of_response(const std::vector<RunDatum>& data, std::size_t k);
 // Sets error and whitening. Throws std::invalid_argument unless it is positive definite.
 void set_covariance(RunDatum& datum, const Eigen::MatrixXd& covariance);
 Eigen::MatrixXd covariance_of(const RunDatum& datum);
-// Columns in units of the noise, and the inverse for one column.
+// Columns in units of the noise, and the inverse.
 Eigen::MatrixXd whitened(const RunDatum& datum, const Eigen::MatrixXd& columns);
-Eigen::VectorXd coloured(const RunDatum& datum, const Eigen::VectorXd& white);
+Eigen::MatrixXd coloured(const RunDatum& datum, const Eigen::MatrixXd& white);
 // The covariance's inverse times `left`.
 Eigen::VectorXd over_covariance(const RunDatum& datum, const Eigen::VectorXd& left);
 // Half the logarithm of the covariance's determinant.

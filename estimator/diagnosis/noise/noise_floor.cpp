@@ -102,11 +102,12 @@ NoiseFloor noise_floor(const HarmonicFit& fit, const std::vector<RunDatum>& data
   NoiseFloor found;
   at = 0;
   for (std::size_t r = 0; r < shown; ++r) {
-    const MatrixXd left = noise.middleRows(at, data[r].response.size()) - columns[r] * step;
+    const MatrixXd left =
+        coloured(data[r], noise.middleRows(at, data[r].response.size()) - columns[r] * step);
     at += data[r].response.size();
     for (Index d = 0; d < draws; ++d) {
       const auto i = static_cast<std::size_t>(d);
-      own[i] = root_mean_square(without_own_zero(data[r], coloured(data[r], left.col(d))));
+      own[i] = root_mean_square(without_own_zero(data[r], left.col(d)));
       if (fitted(data[r])) all[i] += own[i] * own[i];
     }
     found.runs.push_back({root_mean_square(without_own_zero(data[r], data[r].error)), level(own)});

@@ -30,12 +30,9 @@ class HeldOut {
     }
     std::vector<LeftOutRun> left_out;
     if (!residuals_.empty() || !cross_validate(fit, data, &left_out)) return;
-    for (std::size_t r = 0; r < data.size(); ++r) {
-      MatrixXd uncertain = left_out[r].uncertain;
-      for (Index c = 0; c < uncertain.cols(); ++c)
-        uncertain.col(c) = coloured(data[r], left_out[r].uncertain.col(c));
-      add(data[r], coloured(data[r], left_out[r].residual), uncertain);
-    }
+    for (std::size_t r = 0; r < data.size(); ++r)
+      add(data[r], coloured(data[r], left_out[r].residual),
+          coloured(data[r], left_out[r].uncertain));
   }
 
   bool empty() const { return residuals_.empty(); }

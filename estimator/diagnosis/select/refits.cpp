@@ -157,6 +157,7 @@ std::shared_ptr<const HarmonicFit> Refits::begun_apart(std::shared_ptr<const Har
     auto from = carried_over(Model(apart), parent);
     if (forces) {
       FitOptions quick = options_for(apart);
+      quick.points = options_.points / kQuickShare;
       quick.max_iterations = kQuickSteps;
       const HarmonicFit look = fit_harmonics(apart, data_, from, &parent, quick);
       if (!(look.chi_squared < kNearBest * best->chi_squared)) continue;
