@@ -2,13 +2,42 @@
 // The model separates the stroke of the damper from that of the mass (Effect::in_series). This
 // effect is the load of the stops; it sees the difference y of the two strokes:
 //     k [sp_w(y - delta / 2) - sp_w(-y - delta / 2)]
+#include <cmath>
+
+#include "estimator/math/simd_math.hpp"
 #include "estimator/model/effects/catalogue.hpp"
-#include "estimator/model/effects/dual_effect.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-class FreePlay final : public DualEffect<FreePlay, kSeesU, 2> {
+constexpr double kFar = 690.0;  // widths beyond which a corner has no rounding at all
+
+// sp_w of dual.hpp, and its derivative.
+SHAKER_INLINE void smooth_ramp(double x, double w, double& ramp, double& step) {
+  const double widths = std::fabs(x) / w;
+  const double e = fast_exp(-(widths < kFar ? widths : kFar));
+  const double over = 1.0 / (1.0 + e);
+  ramp = (x > 0.0 ? x : 0.0) + w * fast_log(1.0 + e);
+  step = x > 0.0 ? over : e * over;
+}
+
+// With derivatives by hand, as a load path with play is stepped through in time.
+SHAKER_SIMD_CLONES void add(int points, double delta, double k, double w,
+                            const double* __restrict u, double* __restrict f,
+                            double* __restrict f_u, double* __restrict f_delta,
+                            double* __restrict f_k) {
+  for (int i = 0; i < points; ++i) {
+    double upper, lower, upper_step, lower_step;
+    smooth_ramp(u[i] - 0.5 * delta, w, upper, upper_step);
+    smooth_ramp(-u[i] - 0.5 * delta, w, lower, lower_step);
+    f[i] += k * (upper - lower);
+    f_u[i] += k * (upper_step + lower_step);
+    f_delta[i] = -0.5 * k * (upper_step - lower_step);
+    f_k[i] = upper - lower;
+  }
+}
+
+class FreePlay final : public Effect {
  public:
   static constexpr ParameterInfo kParameters[] = {
       {"delta", "m", 5e-4, 5e-5, 1e-2, "play between the stops"},
@@ -28,11 +57,10 @@ class FreePlay final : public DualEffect<FreePlay, kSeesU, 2> {
   std::span<const ConstantInfo> constants() const override { return kConstants; }
   bool in_series() const override { return true; }
 
-  template <class T>
-  static bool formula(const Local<T, 0>& at, const T* theta, const double* constants, T& f, T*) {
-    const T half = 0.5 * theta[0];
-    f = theta[1] *
-        (smooth_ramp(at.u - half, constants[0]) - smooth_ramp(-at.u - half, constants[0]));
+  bool evaluate(const Points& at, const double* theta, const double* constants,
+                const Forces& out) const override {
+    add(at.n, theta[0], theta[1], constants[0], at.u, out.f, out.f_u, out.f_theta[0],
+        out.f_theta[1]);
     return true;
   }
 };
