@@ -162,13 +162,13 @@ Result<HarmonicFit> fit_all_channels(const config::ModelSpec& model, Kind kind,
                                      std::vector<RunDatum>& data,
                                      std::vector<std::string>& warnings) {
   HarmonicFit base = fit_harmonics(model, data, start, nullptr, options);
-  if (!base.trouble.empty()) return not_fitted(base);
+  if (!serves(base)) return not_fitted(base);
   if (kind != Kind::periodic) {
     std::string differ = let_zeros_differ(base, model.length_unit + "/s^2", data);
     if (differ.empty()) return base;
     warnings.push_back(std::move(differ));
     base = fit_harmonics(model, data, base.theta, &base, options);
-    if (!base.trouble.empty()) return not_fitted(base);
+    if (!serves(base)) return not_fitted(base);
     return base;
   }
   if (auto good = check_agreement(data, base); !good) return good.error();
@@ -176,7 +176,7 @@ Result<HarmonicFit> fit_all_channels(const config::ModelSpec& model, Kind kind,
   if (more.empty()) return base;
   data.insert(data.end(), more.begin(), more.end());
   base = fit_harmonics(model, data, base.theta, nullptr, options);
-  if (!base.trouble.empty()) return not_fitted(base);
+  if (!serves(base)) return not_fitted(base);
   return base;
 }
 
@@ -212,6 +212,7 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
                                  weighed.data, warnings);
   if (!fitted) return fitted.error();
   HarmonicFit& base = *fitted;
+  warn_if_unsettled(base, warnings);
 
   const auto catalogue = tried_by(options, model, range, campaign, weighed.data, warnings);
   const SelectionOptions selection = selection_for(options, fitting, campaign);

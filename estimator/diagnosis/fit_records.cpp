@@ -1,6 +1,5 @@
 #include "estimator/diagnosis/internal/fit_records.hpp"
 
-#include <cmath>
 #include <vector>
 
 #include "estimator/diagnosis/noise/internal/excitation_noise.hpp"
@@ -11,12 +10,6 @@ namespace shaker::estimator::diagnosis {
 namespace {
 
 constexpr int kRecordStepsOfBase = 120;
-
-// Far from the data, a fit that still creeps along a valley serves as well as one that has ended.
-bool serves(const HarmonicFit& fit) {
-  if (!std::isfinite(fit.chi_squared) || fit.stopped || !fit.predicts_all) return false;
-  return fit.trouble.empty() || is_far_above_noise(fit);
-}
 
 // Lets the records differ in their zeros and in a constant force, where they do. `largest`: force of
 // the motion. Returns false where no fit serves.
@@ -61,8 +54,7 @@ Result<FittedRecords> fit_records(const config::ModelSpec& model, const std::str
     if (!counted) break;
   }
   if (!let_records_differ(unit, largest, options, runs, fitted)) return not_fitted(base);
-  if (!base.trouble.empty())
-    runs.warnings.push_back(base.trouble + ": it is far from the data without what is missing");
+  warn_if_unsettled(base, runs.warnings);
   return fitted;
 }
 

@@ -61,6 +61,13 @@ class Campaigns(unittest.TestCase):
             x = dirty_suite.one(BUILD, pathlib.Path(folder), 57, 110, False)
         self.assertEqual(x["names"][0]["name"], "presliding_friction", x)
 
+    def test_a_model_that_comes_to_rest_nowhere_without_what_is_missing_is_diagnosed(self):
+        # Strong dry friction takes the spring's place, and a model without a spring has no mean.
+        with tempfile.TemporaryDirectory() as folder:
+            x = dirty_suite.one(BUILD, pathlib.Path(folder), 43, 130, False)
+        self.assertEqual(x["verdict"], "unexplained", x)
+        self.assertEqual(x["names"][0]["name"], "coulomb_friction", x)
+
     def test_steps_of_a_third_of_the_motion_are_not_noise(self):
         with tempfile.TemporaryDirectory() as folder:
             x = dirty_suite.one(BUILD, pathlib.Path(folder), 41, 47, False)

@@ -36,6 +36,16 @@ bool is_far_above_noise(const HarmonicFit& fit) {
   return !(fit.chi_squared < kFarAboveNoise * fit.observations);
 }
 
+bool serves(const HarmonicFit& fit) {
+  if (!std::isfinite(fit.chi_squared) || fit.stopped || !fit.predicts_all) return false;
+  return fit.trouble.empty() || is_far_above_noise(fit);
+}
+
+void warn_if_unsettled(const HarmonicFit& base, std::vector<std::string>& warnings) {
+  if (!base.trouble.empty())
+    warnings.push_back(base.trouble + ": it is far from the data without what is missing");
+}
+
 bool is_near_noise(const HarmonicFit& fit) {
   return fit.trouble.empty() && !is_far_above_noise(fit);
 }

@@ -66,7 +66,7 @@ void place_zeros(const config::ModelSpec& model, const FitOptions& options, doub
 }  // namespace
 
 bool Look::fitted() const {
-  return fit.trouble.empty() && std::isfinite(fit.chi_squared);
+  return serves(fit);
 }
 
 Result<Screening> screen_campaign(const Campaign& campaign, const config::ModelSpec& model,

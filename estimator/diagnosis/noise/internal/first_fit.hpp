@@ -1,6 +1,7 @@
 // The first fit of the model, from start values that may be far off.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "config/model.hpp"
@@ -22,6 +23,12 @@ std::vector<double> fitted_to_forces(const config::ModelSpec& model,
 
 // True from some four times the chi-squared on that noise alone would make.
 bool is_far_above_noise(const HarmonicFit& fit);
+
+// True if what is missing can be looked for beside this fit of the model. Far from the data, a fit
+// that still creeps along a valley, or stands where its response is not determined, serves as well
+// as one that has ended. The other adds a warning that says so.
+bool serves(const HarmonicFit& fit);
+void warn_if_unsettled(const HarmonicFit& base, std::vector<std::string>& warnings);
 
 // Compare two fits from different start values. Near noise: another start could not improve it.
 // Better: the difference is larger than that of two fits which end in the same valley.
