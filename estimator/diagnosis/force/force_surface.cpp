@@ -233,7 +233,7 @@ SeenPriors ForceSurface::seen_by(const MatrixXd& reach) const {
                      seen_jump = product(jump, prior.bottomRightCorner(kAcross, kAcross));
       const Tridiagonal seen(product(seen_even, even.transpose()) +
                              product(seen_jump, jump.transpose()));
-      of.priors.push_back({along_stroke, along_velocity, largest_of(seen), seen});
+      of.priors.push_back({along_stroke, along_velocity, largest_of(seen), seen, {}, {}, {}});
     }
   }
   return of;
@@ -265,23 +265,27 @@ SurfaceFit ForceSurface::fit(const SurfaceData& data, double least_noise, SeenPr
                 rest.transpose() * rest,
                 static_cast<double>(rest.rows()),
                 static_cast<double>(columns.rows() - rank)};
-  const SeenPrior* smooth = &known.priors.front();
+  SeenPrior* smooth = &known.priors.front();
   Likeliest best;
-  for (const SeenPrior& prior : known.priors) {
+  for (SeenPrior& prior : known.priors) {
     beside.rotated = prior.seen.rotated(reached);
     const Likeliest found = likeliest(prior, beside, least_noise);
     if (found.evidence <= best.evidence) continue;
     best = found;
     smooth = &prior;
   }
+  if (smooth->root.size() == 0) {
+    smooth->root = Cholesky(covariance(smooth->along_stroke, smooth->along_velocity)).root();
+    smooth->through = product(known.inside, smooth->root);
+    smooth->gram = product_with_own(smooth->through.transpose());
+  }
   // Posterior over the coefficients: their prior is root root'.
-  const MatrixXd root =
-      Cholesky(best.size * covariance(smooth->along_stroke, smooth->along_velocity)).root();
-  const MatrixXd through = product(known.inside, root);
+  const double deviation = std::sqrt(best.size);
+  const MatrixXd root = deviation * smooth->root, through = deviation * smooth->through;
   const MatrixXd imitated = reached.leftCols(rank).transpose() * through;
   const MatrixXd precision =
       MatrixXd::Identity(size(), size()) +
-      (product_with_own(through.transpose()) - product_with_own(imitated.transpose())) / best.noise;
+      (best.size * smooth->gram - product_with_own(imitated.transpose())) / best.noise;
   const Cholesky factor(precision);
   SurfaceFit fit;
   const VectorXd moved =

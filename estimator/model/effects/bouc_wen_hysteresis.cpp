@@ -8,6 +8,7 @@
 // over a stroke of length u, because unloading is always steeper than loading. |s| is smoothed
 // at 0 with the width r. Y. K. Wen, J. Eng. Mech. Div. ASCE 102 (1976) 249-263. The benchmark
 // of J. P. Noel and M. Schoukens has gamma = -1.375.
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/math/simd_math.hpp"
@@ -16,32 +17,19 @@
 namespace shaker::estimator {
 namespace {
 
+struct Loop {
+  double f_h, z0, gamma, n, e, r;
+};
+
 // With derivatives by hand: by dual numbers they take three times as long, and a diagnosis of
 // hysteresis spends much of its time here.
-SHAKER_SIMD_CLONES void add(int points, const double* theta, const double* widths,
-                            const double* __restrict v, const double* __restrict s,
-                            const double* __restrict rate, const Forces& out) {
-  const double f_h = theta[0], z0 = theta[1], gamma = theta[2], sharper = theta[3] - 1.0;
-  const double e2 = widths[0] * widths[0], r2 = widths[1] * widths[1];
-  double* __restrict f = out.f;
-  double* __restrict f_s = out.f_w[0];
-  double* __restrict f_rate = out.f_w_dot[0];
-  double* __restrict f_second = out.f_w_ddot[0];
-  double* __restrict f_f_h = out.f_theta[0];
-  double* __restrict f_z0 = out.f_theta[1];
-  double* __restrict f_gamma = out.f_theta[2];
-  double* __restrict f_n = out.f_theta[3];
-  double* __restrict h = out.h[0];
-  double* __restrict h_u = out.h_u[0];
-  double* __restrict h_v = out.h_v[0];
-  double* __restrict h_a = out.h_a[0];
-  double* __restrict h_s = out.h_w[0];
-  double* __restrict h_rate = out.h_w_dot[0];
-  double* __restrict h_second = out.h_w_ddot[0];
-  double* __restrict h_f_h = out.h_theta[0];
-  double* __restrict h_z0 = out.h_theta[1];
-  double* __restrict h_gamma = out.h_theta[2];
-  double* __restrict h_n = out.h_theta[3];
+SHAKER_SIMD_CLONES void add(int points, const Loop& loop, const double* __restrict v,
+                            const double* __restrict s, const double* __restrict rate,
+                            double* __restrict f, double* __restrict h, double* __restrict h_v,
+                            double* __restrict h_s, double* __restrict h_gamma,
+                            double* __restrict h_n) {
+  const double f_h = loop.f_h, z0 = loop.z0, gamma = loop.gamma, sharper = loop.n - 1.0;
+  const double e2 = loop.e * loop.e, r2 = loop.r * loop.r;
   for (int i = 0; i < points; ++i) {
     const double size2 = s[i] * s[i] + r2;
     const double size = std::sqrt(size2), speed = std::sqrt(v[i] * v[i] + e2);
@@ -49,18 +37,21 @@ SHAKER_SIMD_CLONES void add(int points, const double* theta, const double* width
     const double power = fast_exp(sharper * logarithm);
     const double bracket = speed * s[i] + gamma * v[i] * size;
     f[i] += f_h * s[i];
-    f_s[i] = f_h;
-    f_f_h[i] = s[i];
     h[i] = z0 * rate[i] - v[i] + power * bracket;
     h_v[i] = power * (v[i] / speed * s[i] + gamma * size) - 1.0;
     h_s[i] = power * (speed + (gamma * v[i] * size + sharper * bracket) * s[i] / size2);
-    h_rate[i] = z0;
-    h_z0[i] = rate[i];
     h_gamma[i] = power * v[i] * size;
     h_n[i] = power * logarithm * bracket;
-    f_rate[i] = f_second[i] = f_z0[i] = f_gamma[i] = f_n[i] = 0.0;
-    h_u[i] = h_a[i] = h_second[i] = h_f_h[i] = 0.0;
   }
+}
+
+void copy(int points, const double* from, double* to) {
+  if (points == 1) *to = *from;  // in a march through time; a call would be dear
+  if (points > 1) std::copy_n(from, points, to);
+}
+void fill(int points, double value, double* to) {
+  if (points == 1) *to = value;
+  if (points > 1) std::fill_n(to, points, value);
 }
 
 class BoucWenHysteresis final : public Effect {
@@ -92,7 +83,17 @@ class BoucWenHysteresis final : public Effect {
 
   bool evaluate(const Points& at, const double* theta, const double* constants,
                 const Forces& out) const override {
-    add(at.n, theta, constants, at.v, at.w[0], at.w_dot[0], out);
+    const Loop loop{theta[0], theta[1], theta[2], theta[3], constants[0], constants[1]};
+    add(at.n, loop, at.v, at.w[0], at.w_dot[0], out.f, out.h[0], out.h_v[0], out.h_w[0],
+        out.h_theta[2], out.h_theta[3]);
+    copy(at.n, at.w[0], out.f_theta[0]);
+    copy(at.n, at.w_dot[0], out.h_theta[1]);
+    fill(at.n, theta[0], out.f_w[0]);
+    fill(at.n, theta[1], out.h_w_dot[0]);
+    for (double* nothing :
+         {out.f_w_dot[0], out.f_w_ddot[0], out.f_theta[1], out.f_theta[2], out.f_theta[3],
+          out.h_u[0], out.h_a[0], out.h_w_ddot[0], out.h_theta[0]})
+      fill(at.n, 0.0, nothing);
     return true;
   }
 };

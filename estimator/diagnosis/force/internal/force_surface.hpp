@@ -28,6 +28,9 @@ struct SeenPrior {
   double along_stroke = 0.0, along_velocity = 0.0;
   double largest = 1.0;
   Tridiagonal seen;
+  // Of a prior that was once the likeliest: l of its covariance l l', what the data see of it, and
+  // the products of that. Empty: not yet.
+  Eigen::MatrixXd root, through, gram;
 };
 
 // What the priors of all smoothness make of a reach, kept for the next fit with the same one.
