@@ -17,7 +17,7 @@ SHAKER_INLINE void smooth_ramp(double x, double w, double& ramp, double& step) {
   const double widths = std::fabs(x) / w;
   const double e = fast_exp(-(widths < kFar ? widths : kFar));
   const double over = 1.0 / (1.0 + e);
-  ramp = (x > 0.0 ? x : 0.0) + w * fast_log(1.0 + e);
+  ramp = (x > 0.0 ? x : 0.0 * x) + w * fast_log(1.0 + e);  // of no number it is none
   step = x > 0.0 ? over : e * over;
 }
 

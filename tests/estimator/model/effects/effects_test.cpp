@@ -206,6 +206,29 @@ TEST_P(EveryEffect, HasTheEquationsAndTheExactDerivativesOfItsFormula) {
   }
 }
 
+// A search that runs away must not come home with a number.
+TEST_P(EveryEffect, IsNoNumberWhereItsFormulaIsNone) {
+  const Effect& effect = *GetParam();
+  const Formula& formula = testing::formulas().at(std::string(effect.name()));
+  const std::size_t k = effect.internals().size();
+  const Inputs inputs(k);
+  for (const std::size_t input : {0, 1, 2})
+    inputs.in.at[input][0] = std::nan("");
+  for (std::size_t m = 7; m < inputs.in.at.size(); ++m)
+    inputs.in.at[m][0] = std::nan("");
+  const Points points = inputs.points();
+  Outputs outputs(k, formula.theta.size());
+  const bool sees_x = effect.sees_excitation() && effect.group() != Group::exciter;
+  if (!effect.evaluate(points, formula.theta.data(), formula.constants.data(),
+                       outputs.forces(sees_x)))
+    return;
+  const auto value = formula.equations(seen_at(points, k, 0, formula));
+  for (std::size_t r = 0; r < value.size(); ++r) {
+    if (!std::isnan(value[r].real())) continue;
+    EXPECT_TRUE(std::isnan(outputs.out[r].at[0][0])) << "equation " << r;
+  }
+}
+
 std::vector<const Effect*> those(bool instruments) {
   std::vector<const Effect*> list;
   for (const Effect* effect : catalogue()) {
