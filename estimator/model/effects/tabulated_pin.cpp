@@ -45,7 +45,7 @@ class Shape {
   // Value and slope over the stroke; the derivatives over r2.. of the value.
   void at(double u, Shaped& value, double& slope) const {
     const int last = n_ - 1;
-    if (u <= knots_.front() || u >= knots_.back()) {
+    if (!(u > knots_.front() && u < knots_.back())) {  // also of what is no number
       const int end = u <= knots_.front() ? 0 : last;
       slope = slope_[end].value;
       blend({1.0, u - knots_[end], 0.0, 0.0}, end, end, value);
