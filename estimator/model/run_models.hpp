@@ -2,8 +2,9 @@
 //
 // A parameter with "per": "run" or "group" becomes one parameter for each run or group, named
 // theta2[r01]: those that the variation names, then those that runs add. One with "over":
-// "gas_temperature" stays one parameter: its value at the reference. In a run it is multiplied by the
-// run's condition over the reference. All models have the same parameters; each depends on its own. RunData::model carries them to the estimator.
+// "gas_temperature" stays one parameter: its value at the reference. In a run it is multiplied by
+// the run's condition over the reference. All models have the same parameters; each depends on
+// those of its own run. RunData::model carries them to the estimator.
 #pragma once
 
 #include <memory>

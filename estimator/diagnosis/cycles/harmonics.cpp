@@ -42,8 +42,8 @@ Eigen::MatrixXd synthesis_matrix(int harmonics, int points) {
 
 namespace {
 
-constexpr int kAbreast =
-    16;  // points that are computed at a time: each step needs the last one's result
+// Points that are computed at a time, as each step needs the result of the last one.
+constexpr int kAbreast = 16;
 
 // Clenshaw's recurrence at angles of these cosines and sines.
 SHAKER_SIMD_CLONES void sum_harmonics(Eigen::Index size, const double* harmonics,

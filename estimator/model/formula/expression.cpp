@@ -42,6 +42,7 @@ unsigned shaker_sign_SERIAL::serial = GiNaC::function::register_new(
     GiNaC::function_options("shaker_sign", 1).derivative_func(sign_slope));
 
 constexpr std::size_t kLongest = 2000;
+constexpr double kLargestExponent = 1e9;  // of a variable: GiNaC throws for larger ones, and leaks
 constexpr int kDeepest = 60;
 
 std::mutex& the_mutex() {
@@ -141,8 +142,16 @@ class Parser {
       throw FormulaError(fmt::format("column {}: powers are nested too deep", at_ + 1));
     const GiNaC::ex exponent = signed_power();
     --depth_;
-    if (!GiNaC::is_a<GiNaC::numeric>(base) || !GiNaC::is_a<GiNaC::numeric>(exponent))
+    if (!GiNaC::is_a<GiNaC::numeric>(exponent)) {
+      if (base.is_zero())
+        throw FormulaError(fmt::format("column {}: this is a power of zero", column));
       return GiNaC::pow(base, exponent);
+    }
+    if (!GiNaC::is_a<GiNaC::numeric>(base)) {
+      if (!(std::fabs(GiNaC::ex_to<GiNaC::numeric>(exponent).to_double()) < kLargestExponent))
+        throw FormulaError(fmt::format("column {}: the exponent is too large", column));
+      return GiNaC::pow(base, exponent);
+    }
     const double number = std::pow(GiNaC::ex_to<GiNaC::numeric>(base).to_double(),
                                    GiNaC::ex_to<GiNaC::numeric>(exponent).to_double());
     if (!std::isfinite(number))
