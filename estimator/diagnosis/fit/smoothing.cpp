@@ -25,9 +25,12 @@ constexpr double kOnTheWay = 0.5;         // of chi-squared: tolerance of the co
 constexpr double kNeeded = 0.5;           // of what is needed: the parameters follow
 constexpr double kZeroWidthBudget = 2.0;  // of one fit's: three to records, and limits
 
-// The next finer grid changes the prediction by a share of what is left that could matter.
+// The next finer grid, of a record the narrowest of its widths, changes the prediction by a share of
+// what is left that could matter. On a record, where a motion dies away, each halving may change as
+// much as the last one.
 bool worth_zero_width(const HarmonicFit& first, const std::vector<RunDatum>& data, int points,
                       double touched) {
+  points *= on_samples(data) ? 1 << (kLevelsOfRecord - 1) : 2;
   // What half the width changes by d, no width changes by 2 d: enough to come down to noise?
   const double noise = std::sqrt(first.observations / std::max(first.chi_squared, 1e-300));
   touched = std::max(touched, kNeeded * std::pow(0.5 * std::max(1.0 - noise, 0.0), 2));
@@ -245,7 +248,7 @@ std::optional<ZeroWidthFit> to_zero_width(const HarmonicFit& first,
   const Task task(data.front().budget, kZeroWidthBudget * options.fit_budget);
   // Far from noise the long way to a solution on fine grids is not worth its time.
   options.from_near = first.chi_squared > kHopeless * first.observations;
-  if (!worth_zero_width(first, data, 2 * options.points, worth.touched)) return std::nullopt;
+  if (!worth_zero_width(first, data, options.points, worth.touched)) return std::nullopt;
   const bool record = on_samples(data);
   std::vector<std::shared_ptr<HarmonicFit>> fits;
   int points = options.points;
