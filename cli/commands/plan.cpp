@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.hpp"
@@ -176,6 +177,22 @@ Result<est::PlanOptions> options_of(const PlanCommand& command, std::string& rig
   return options;
 }
 
+// What varies from run to run, and how the plan takes it.
+void print_variation(config::ModelSpec spec) {
+  std::vector<std::string> own;
+  for (config::EffectSpec& line : spec.effects) {
+    for (auto& [symbol, parameter] : line.parameters) {
+      if (parameter.variation.per != "run") continue;
+      own.push_back(symbol);
+      parameter.variation = {};
+    }
+  }
+  if (!own.empty())
+    fmt::print("Each run has its own value of {}: what is planned is the mean of the values.\n",
+               fmt::join(own, ", "));
+  if (const auto why = est::taken_as_one(spec, "a plan"); !why.empty()) fmt::print("{}\n", why);
+}
+
 }  // namespace
 
 int plan(const Common& common, const PlanCommand& command) {
@@ -215,8 +232,7 @@ int plan(const Common& common, const PlanCommand& command) {
       print(model, *options, *made);
       print_aim(*made, *aim, options->prior.size());
       if (!lost.empty()) fmt::print("{}\n", lost);
-      if (const auto why = est::taken_as_one(*spec, "a plan"); !why.empty())
-        fmt::print("{}\n", why);
+      print_variation(*spec);
     }
     if (!command.write.empty()) {
       const auto written = write_planned_campaign(command.write, *spec, *made, *options);

@@ -13,6 +13,9 @@
 // dampers that the prior allows: the logarithm of its standard error at each. With a given rig time
 // the runs of a set share it, and each gives up `settle_cycles` of its own. With an aim they share it
 // as serves it best, and further candidates are tried about the runs of the best sets.
+//
+// A parameter that varies per run has a value of its own in each run of a set. Its errors are those
+// of the mean of these values. One that varies per group, or over a condition, is a joint parameter.
 #pragma once
 
 #include <string>

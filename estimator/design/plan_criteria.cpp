@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "estimator/design/internal/plan_candidates.hpp"
@@ -18,6 +19,43 @@ constexpr double kWeakPrior = 1e-6;
 // parameter open.
 constexpr double kShareOfVolume = 0.05;
 
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+// The information on the joint parameters, and on the means over the runs of those that have a
+// value in each run. `own`: indices of the latter; `prior`: of the joint parameters, and of each of
+// those values.
+MatrixXd with_means(const std::vector<MatrixXd>& runs, const MatrixXd& prior,
+                    const std::vector<Index>& own) {
+  std::vector<Index> joint;
+  for (Index k = 0; k < prior.rows(); ++k) {
+    if (std::find(own.begin(), own.end(), k) == own.end()) joint.push_back(k);
+  }
+  const auto size = static_cast<Index>(own.size());
+  const MatrixXd unit = MatrixXd::Identity(size, size);
+  MatrixXd marginal = prior(joint, joint), spread = MatrixXd::Zero(size, size);
+  MatrixXd bends = MatrixXd::Zero(size, static_cast<Index>(joint.size()));
+  for (const MatrixXd& run : runs) {
+    const MatrixXd across = run(own, joint);
+    const MatrixXd inverse =
+        Cholesky(run(own, own) + prior(own, own) + kWeakPrior * unit).solve(unit);
+    marginal += run(joint, joint) - across.transpose() * inverse * across;
+    spread += inverse;
+    bends += inverse * across;
+  }
+  // Given the joint parameters, the mean of the values has the covariance spread / runs^2, and
+  // follows them by -bends / runs.
+  const auto count = static_cast<double>(runs.size());
+  const MatrixXd of_mean = count * count * Cholesky(spread).solve(unit);
+  bends /= count;
+  MatrixXd all(prior.rows(), prior.cols());
+  all(joint, joint) = marginal + bends.transpose() * of_mean * bends;
+  all(own, joint) = of_mean * bends;
+  all(joint, own) = MatrixXd(all(own, joint)).transpose();
+  all(own, own) = of_mean;
+  return all;
+}
+
 }  // namespace
 
 RunShares equally(std::vector<std::size_t> runs) {
@@ -29,6 +67,10 @@ PlanCriteria::PlanCriteria(const Model& model, const PlanOptions& options,
                            const std::vector<PlanCandidate>& candidates,
                            const std::vector<int>& free)
     : options_(options), candidates_(candidates), free_(free) {
+  for (std::size_t k = 0; k < free_.size(); ++k) {
+    const auto at = static_cast<std::size_t>(free_[k]);
+    if (model.parameters()[at].variation.per == "run") own_.push_back(static_cast<Index>(k));
+  }
   at_.push_back(at(model, point_of(model, options), options.aim, -1));
   for (std::size_t i = 0; i < options.prior.size(); ++i)
     at_.push_back(at(model, options.prior[i].theta, options.prior[i].aim, static_cast<int>(i)));
@@ -56,15 +98,17 @@ double PlanCriteria::cycles(const RunShares& set, std::size_t i) const {
 
 Eigen::MatrixXd PlanCriteria::information(const RunShares& set, const At& at) const {
   const auto q = static_cast<Eigen::Index>(free_.size());
-  Eigen::MatrixXd sum = at.prior;
+  std::vector<MatrixXd> runs;
   for (std::size_t i = 0; i < set.runs.size(); ++i) {
     const PlanCandidate& c = candidates_[set.runs[i]];
     const std::vector<double>& values =
         at.which < 0 ? c.information : c.over_prior[static_cast<std::size_t>(at.which)];
     const Eigen::Map<const Eigen::MatrixXd> own(values.data(), q, q);
-    sum += cycles(set, i) / options_.cycles * (at.scale.asDiagonal() * own * at.scale.asDiagonal());
+    runs.emplace_back(cycles(set, i) / options_.cycles *
+                      (at.scale.asDiagonal() * own * at.scale.asDiagonal()));
   }
-  return sum;
+  return own_.empty() ? std::accumulate(runs.begin(), runs.end(), at.prior)
+                      : with_means(runs, at.prior, own_);
 }
 
 Eigen::MatrixXd PlanCriteria::with_weak_prior(const RunShares& set, const At& at) const {

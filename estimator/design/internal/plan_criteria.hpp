@@ -19,7 +19,8 @@ struct RunShares {
 // Equal shares.
 RunShares equally(std::vector<std::size_t> runs);
 
-// Evaluates sets by their information in relative parameters, including the model's priors. Keeps
+// Evaluates sets by their information in relative parameters, including the model's priors. Where a
+// parameter has a value in each run, the information is that on the mean of the values. Keeps
 // references to its arguments.
 class PlanCriteria {
  public:
@@ -62,6 +63,7 @@ class PlanCriteria {
   const PlanOptions& options_;
   const std::vector<PlanCandidate>& candidates_;
   const std::vector<int>& free_;
+  std::vector<Eigen::Index> own_;  // in free_: those that have a value in each run
   std::vector<At> at_;  // the point of linearisation first
 };
 

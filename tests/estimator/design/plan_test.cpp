@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "estimator/inference/monte_carlo.hpp"
+#include "estimator/model/run_models.hpp"
 #include "tests/estimator/fixtures.hpp"
 
 namespace shaker::estimator {
@@ -56,6 +57,48 @@ TEST(Plan, PromisesTheErrorsThatAnEstimateThenStates) {
   const Fit& fit = estimator.fit(testing::kOleoFeet);
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(three->error[k] / fit.standard_error[k], 1.0, 1e-5);
+}
+
+// Where two parameters have a value in each run, the joint ones and the means of the values get the
+// errors that an estimate with all values states.
+TEST(Plan, GivesEachRunItsOwnValuesOfWhatVariesPerRun) {
+  config::ModelSpec spec = testing::oleo(32.178);
+  spec.effects[1].parameters["theta2"].variation.per = "run";
+  spec.effects[1].parameters["theta4"].variation.per = "run";
+  const Model model(spec);
+  const auto plan = make_plan(model, feet());
+  ASSERT_TRUE(plan) << plan.error().what;
+  const auto three = std::ranges::find_if(
+      plan->sets, [](const PlanSet& set) { return set.runs.size() == 3 && set.determined; });
+  ASSERT_NE(three, plan->sets.end());
+  std::vector<RunDesign> design;
+  std::vector<config::RunCondition> conditions;
+  for (const std::size_t r : three->runs) {
+    design.push_back({plan->candidates[r].frequency_hz, plan->candidates[r].amplitude, 40, 1.0});
+    conditions.push_back({"r" + std::to_string(conditions.size()), {}, {}});
+  }
+  const auto models = run_models(spec, conditions);
+  ASSERT_TRUE(models) << models.error().what;
+  auto data = *exact_data(Model(testing::oleo(32.178)), design, testing::kOleoFeet);
+  for (std::size_t r = 0; r < data.size(); ++r)
+    data[r].model = models->of_run[r];
+  const std::vector<double>& t = testing::kOleoFeet;
+  const std::vector<double> truth = {t[0], t[1], t[1], t[1], t[2], t[3], t[3], t[3]};
+  EstimationOptions options;
+  options.noise = feet().noise;
+  Estimator estimator(models->joint(), data, options);
+  const Fit& fit = estimator.fit(truth);
+  ASSERT_EQ(fit.status, FitStatus::converged);
+  const auto of_mean = [&](std::vector<std::size_t> values) {
+    double sum = 0.0;
+    for (const std::size_t k : values)
+      for (const std::size_t l : values)
+        sum += fit.covariance[k * truth.size() + l];
+    return std::sqrt(sum) / static_cast<double>(values.size());
+  };
+  const double wanted[] = {of_mean({0}), of_mean({1, 2, 3}), of_mean({4}), of_mean({5, 6, 7})};
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_NEAR(three->error[k] / wanted[k], 1.0, 1e-5) << k;
 }
 
 TEST(Plan, FindsTheSetThatTryingAllOfThemFinds) {
