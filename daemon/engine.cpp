@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "daemon/engine_impl.hpp"
-#include "estimator/model/run_models.hpp"
+#include "daemon/estimator_options.hpp"
 
 namespace shaker::daemon {
 
@@ -222,12 +222,6 @@ void Engine::trust_deadman(const DeadmanSeen& seen) {
   impl_->deadman_proved_in_motion = seen.in_motion;
 }
 
-std::string remark(const config::CampaignSpec& campaign) {
-  const std::string one = estimator::taken_as_one(campaign.model, "the daemon");
-  if (one.empty()) return {};
-  return one + "; `shakerctl estimate` of the campaign's database tells them apart";
-}
-
 Result<void> Engine::start(const config::CampaignSpec& wanted) {
   Impl& e = *impl_;
   if (auto ok = e.admit(wanted); !ok) return ok;
@@ -249,10 +243,7 @@ Result<void> Engine::start(const config::CampaignSpec& wanted) {
   if (e.proves_deadman) return {};  // it measures no cycles
   if (const std::string text = remark(wanted); !text.empty())
     e.alarm("warning", "parameters_taken_as_one", text, config::Action::none);
-  estimator::OnlineOptions options;
-  options.forgetting = wanted.forgetting;
-  options.false_alarms_per_cycle = wanted.false_alarms_per_cycle();
-  e.estimator.begin(wanted.model, options);
+  e.estimator.begin(wanted.model, estimator_options(wanted));
   return {};
 }
 

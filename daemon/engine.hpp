@@ -58,9 +58,6 @@ struct EstimateOutcome {
   Result<estimator::Estimate> estimate = Error{};
 };
 
-// What an operator should know before the estimates of the campaign; empty if there is nothing.
-std::string remark(const config::CampaignSpec& campaign);
-
 class Engine {
  public:
   Engine(const config::RigConfig& rig, Clock& clock, ExciterCommands& exciter,

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "config/campaign.hpp"
+#include "daemon/estimator_options.hpp"
 #include "estimator/online/online_estimator.hpp"
 
 namespace shaker::daemon {

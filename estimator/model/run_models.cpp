@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -21,13 +22,12 @@ std::string label_of(const RunVariation& variation, const RunCondition& run) {
 }
 
 // Why a parameter has no value in a run; empty: it has one.
-std::string lacks(const ModelParameter& p, const RunCondition& run) {
-  const RunVariation& variation = p.variation;
+std::string lacks(std::string_view name, const RunVariation& variation, const RunCondition& run) {
   if (variation.per == "group" && run.group.empty())
     return fmt::format(
         "{} has a value per group, and run {} has no \"group\": give it one in the "
         "campaign's file",
-        p.name, run.run);
+        name, run.run);
   if (variation.over.empty()) return {};
   const std::string wanted = variation.condition();
   const auto found = run.values.find(wanted);
@@ -35,7 +35,7 @@ std::string lacks(const ModelParameter& p, const RunCondition& run) {
     return fmt::format(
         "{} goes with {}, and run {} does not say its {}: give it in the campaign's "
         "file, \"conditions\": {{\"{}\": 300}}",
-        p.name, variation.over, run.run, wanted, wanted);
+        name, variation.over, run.run, wanted, wanted);
   // In proportion to a coil's current that is off: 0.
   const bool possible =
       variation.inverse() || !variation.reference ? found->second > 0.0 : found->second >= 0.0;
@@ -44,7 +44,7 @@ std::string lacks(const ModelParameter& p, const RunCondition& run) {
         "{} goes in proportion to {}, and that of run {} is {:g}: it must be above "
         "0 (a temperature in K, or with its unit, as \"20 degC\"; 0 is possible beside a "
         "\"reference\")",
-        p.name, wanted, run.run, found->second);
+        name, wanted, run.run, found->second);
   return {};
 }
 
@@ -186,14 +186,27 @@ std::string taken_as_one(const config::ModelSpec& spec, const std::string& what)
                      fmt::join(names, ", "), names.size() == 1 ? "it" : "them");
 }
 
-Result<RunModels> run_models(const config::ModelSpec& spec, const std::vector<RunCondition>& runs) {
-  if (runs.empty()) return Error{ErrorKind::invalid, "there is no run to estimate from"};
-  const Model known(spec);
-  for (const ModelParameter& p : known.parameters()) {
-    for (const RunCondition& run : runs) {
-      if (auto why = lacks(p, run); !why.empty()) return Error{ErrorKind::invalid, std::move(why)};
+std::string lacking_condition(const config::ModelSpec& spec,
+                              const std::vector<RunCondition>& runs) {
+  for (const RunCondition& run : runs) {
+    for (const config::EffectSpec& line : spec.effects) {
+      const std::string input(config::driven(line.effect).input);
+      if (!input.empty()) {
+        if (auto why = lacks(line.effect, {"", input, line.reference}, run); !why.empty())
+          return why;
+      }
+      for (const auto& [symbol, parameter] : line.parameters) {
+        if (auto why = lacks(symbol, parameter.variation, run); !why.empty()) return why;
+      }
     }
   }
+  return {};
+}
+
+Result<RunModels> run_models(const config::ModelSpec& spec, const std::vector<RunCondition>& runs) {
+  if (runs.empty()) return Error{ErrorKind::invalid, "there is no run to estimate from"};
+  if (auto why = lacking_condition(spec, runs); !why.empty())
+    return Error{ErrorKind::invalid, std::move(why)};
   return RunModelMaker(spec, runs).make();
 }
 

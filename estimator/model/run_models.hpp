@@ -46,6 +46,11 @@ Model model_of_first_values(const config::ModelSpec& spec);
 // (as "diagnose") takes as the same in all runs; empty where there are none.
 std::string taken_as_one(const config::ModelSpec& spec, const std::string& what);
 
+// A sentence on the first run that lacks a group or a condition which the model needs, or has one
+// that is not above 0; empty: there is none. Builds no model.
+std::string lacking_condition(const config::ModelSpec& spec,
+                              const std::vector<config::RunCondition>& runs);
+
 // The models of the runs, at least one. An Error names the run that lacks a group or a condition,
 // or has one that is not above 0. Throws as Model does.
 Result<RunModels> run_models(const config::ModelSpec& spec,

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "estimator/fit/estimation.hpp"
 #include "estimator/online/change_watch.hpp"
 #include "estimator/online/internal/bias_watch.hpp"
+#include "estimator/online/internal/run_view.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -72,7 +74,8 @@ static RunMean first_of(const MeasuredCycle& cycle) {
 using online::RunMean;
 
 struct OnlineEstimator::State {
-  State(const config::ModelSpec& spec, OnlineOptions opt) : model(spec) {
+  State(const config::ModelSpec& stated, OnlineOptions opt)
+      : spec(stated), model(spec), conditions(std::move(opt.runs)) {
     options.grid = {Scheme::order6, opt.grid_points, true};
     options.max_iterations = opt.max_iterations;
     forgetting = opt.forgetting;
@@ -82,6 +85,7 @@ struct OnlineEstimator::State {
     if (opt.false_alarms_per_cycle > 0.0)
       watch =
           std::make_unique<online::ChangeWatch>(model, opt.grid_points, opt.false_alarms_per_cycle);
+    if (!varies_by_run(spec)) conditions.clear();
     theta = model.start();
   }
 
@@ -89,15 +93,7 @@ struct OnlineEstimator::State {
   // exception), all runs stay as they were.
   void take(const MeasuredCycle& cycle, std::size_t r) {
     if (r == runs.size()) {
-      std::vector<RunData> data;
-      for (const RunMean& run : runs)
-        data.push_back(run.data);
-      RunMean fresh = online::first_of(cycle);
-      data.push_back(fresh.data);
-      estimator = std::make_unique<Estimator>(model, std::move(data), options);
-      runs.push_back(std::move(fresh));
-      warm = false;
-      bias.reset();
+      begin_run(cycle);
     } else {
       RunMean run = runs[r];
       run.forget(forgetting);
@@ -106,6 +102,66 @@ struct OnlineEstimator::State {
       runs[r] = std::move(run);
     }
     forget_except(r);
+  }
+  void begin_run(const MeasuredCycle& cycle) {
+    std::vector<RunMean> all = runs;
+    all.push_back(online::first_of(cycle));
+    RunModels own;
+    std::vector<double> start = theta;
+    if (!conditions.empty()) {
+      own = models_of(all);
+      start = carried_to(own);
+      for (std::size_t k = 0; k < all.size(); ++k)
+        all[k].data.model = own.of_run[k];
+    }
+    std::vector<RunData> data;
+    for (const RunMean& run : all)
+      data.push_back(run.data);
+    estimator = std::make_unique<Estimator>(own.of_run.empty() ? model : own.joint(),
+                                            std::move(data), options);
+    runs = std::move(all);
+    models = std::move(own);
+    theta = std::move(start);
+    warm = false;
+    bias.reset();
+  }
+  // Throws std::invalid_argument for a run that the campaign does not have, or that lacks a
+  // condition.
+  RunModels models_of(const std::vector<RunMean>& measured) const {
+    std::vector<config::RunCondition> known;
+    for (const RunMean& run : measured) {
+      if (run.run < 0 || static_cast<std::size_t>(run.run) >= conditions.size())
+        throw std::invalid_argument(
+            fmt::format("run {} is not one of the campaign's {}", run.run + 1, conditions.size()));
+      known.push_back(conditions[static_cast<std::size_t>(run.run)]);
+    }
+    auto made = run_models(spec, known);
+    if (!made) throw std::invalid_argument(made.error().what);
+    return std::move(*made);
+  }
+  // The joint parameters for the start of a new run: the present ones, and for values that only the
+  // new run has those of the run before.
+  std::vector<double> carried_to(const RunModels& own) const {
+    std::vector<double> start = own.joint().start();
+    if (models.of_run.empty()) return start;
+    const auto& known = models.joint().parameters();
+    const auto& wanted = own.joint().parameters();
+    const auto before = online::places_in(models, model, runs.size() - 1);
+    for (const RunParameter& place : online::places_in(own, model, runs.size())) {
+      const auto same = std::ranges::find(before, place.name, &RunParameter::name);
+      start[static_cast<std::size_t>(place.index)] = theta[static_cast<std::size_t>(same->index)];
+    }
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      const auto found = std::ranges::find(known, wanted[k].name, &ModelParameter::name);
+      if (found != known.end()) start[k] = theta[static_cast<std::size_t>(found - known.begin())];
+    }
+    return start;
+  }
+  const Model& joint() const { return models.of_run.empty() ? model : models.joint(); }
+  // The model file's parameters in a run.
+  std::vector<double> theta_in(std::size_t run) const {
+    if (models.of_run.empty()) return theta;
+    return online::values_in(online::places_in(models, model, run), theta);
   }
   // Applies the forgetting factor to the cycles of the other runs.
   void forget_except(std::size_t added) {
@@ -117,17 +173,21 @@ struct OnlineEstimator::State {
     }
   }
 
-  Model model;
+  config::ModelSpec spec;
+  Model model;                                   // of the file
+  std::vector<config::RunCondition> conditions;  // of all runs; empty: no parameter differs
+  RunModels models;                              // of the measured runs; empty: `model`
   EstimationOptions options;
   double forgetting = 1.0;
   std::vector<RunMean> runs;
   std::unique_ptr<Estimator> estimator;
   std::unique_ptr<online::ChangeWatch> watch;  // null: no test for changes
   online::BiasWatch bias;
-  std::vector<std::string> seen;  // sentences on changes, repeated in all later estimates
-  std::vector<double> theta;      // last good one: start of the next fit
-  std::vector<double> response;   // of the run of the last cycle at theta; empty: no estimate
-  bool warm = false;              // true: the periodic solutions of all runs belong to theta
+  std::vector<std::string> seen;     // sentences on changes, repeated in all later estimates
+  std::vector<double> theta;         // last good one, joint: start of the next fit
+  std::vector<double> theta_in_run;  // of the model file, in the run of the last cycle
+  std::vector<double> response;      // of the run of the last cycle at theta; empty: no estimate
+  bool warm = false;                 // true: the periodic solutions of all runs belong to theta
 };
 
 OnlineEstimator::OnlineEstimator(const config::ModelSpec& model, OnlineOptions options)
@@ -139,6 +199,7 @@ OnlineEstimator& OnlineEstimator::operator=(OnlineEstimator&&) noexcept = defaul
 void OnlineEstimator::reset() {
   state_->runs.clear();
   state_->estimator.reset();
+  state_->models = {};
   state_->theta = state_->model.start();
   state_->response.clear();
   state_->warm = false;
@@ -178,9 +239,14 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
   s.theta = fit.theta;
   s.response = s.estimator->predicted(run);  // before the bias moves the solutions
   Estimate estimate = s.estimator->describe();
-  s.warm = s.bias.take_off(estimate, *s.estimator, s.model);
+  s.warm = s.bias.take_off(estimate, *s.estimator, s.joint());
+  s.theta_in_run = s.theta_in(run);
+  if (!s.models.of_run.empty())
+    estimate =
+        online::seen_in(online::places_in(s.models, s.model, run), estimate, s.models.varying[run],
+                        s.conditions[static_cast<std::size_t>(cycle.run)].run);
   if (s.watch) {
-    estimate.changes = s.watch->add(cycle, s.theta);
+    estimate.changes = s.watch->add(cycle, s.theta_in_run);
     if (!estimate.changes.empty()) s.seen.push_back(online::sentence(estimate.changes));
     estimate.warnings.insert(estimate.warnings.end(), s.seen.begin(), s.seen.end());
   }
@@ -190,7 +256,7 @@ Result<Estimate> OnlineEstimator::add(const MeasuredCycle& cycle) {
 CyclePicture OnlineEstimator::picture(const MeasuredCycle& cycle) const {
   const State& s = *state_;
   if (s.response.empty()) return {};
-  return {s.response, online::missing_force(s.model, s.theta, cycle)};
+  return {s.response, online::missing_force(s.model, s.theta_in_run, cycle)};
 }
 
 }  // namespace shaker::estimator

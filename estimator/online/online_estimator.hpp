@@ -10,9 +10,11 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "base/result.hpp"
 #include "config/model.hpp"
+#include "config/run_condition.hpp"
 #include "estimator/fit/estimate.hpp"
 #include "estimator/online/cycle_picture.hpp"
 #include "estimator/online/measured_cycle.hpp"
@@ -26,6 +28,10 @@ struct OnlineOptions {
   double forgetting = 1.0;  ///< factor on a cycle's weight for every later cycle, in (0, 1]
   /// False-alarm rate of the test for changes, per cycle; 0: no test.
   double false_alarms_per_cycle = 0.0;
+  /// Name, group and conditions of all runs of the campaign, in their order: parameters that the
+  /// model lets differ between runs then do, and an estimate has their values in the run of the
+  /// last cycle. Empty: one value for all runs.
+  std::vector<config::RunCondition> runs = {};
 };
 
 /// One thread at a time may use it. `add` allocates. The estimates are corrected for second-order

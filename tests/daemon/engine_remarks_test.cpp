@@ -3,8 +3,10 @@
 #include <cstdio>
 #include <string>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "daemon/estimator_options.hpp"
 #include "support/engine_bench.hpp"
 
 namespace shaker::daemon {
@@ -53,7 +55,7 @@ TEST(Engine, SaysThatTheEstimatorSkippedASingleCycle) {
   EXPECT_TRUE(told(1));
 }
 
-TEST(Engine, SaysThatItTakesParametersOfSingleRunsAsOne) {
+TEST(Engine, SaysWhichRunLacksWhatItsParametersGoWith) {
   EngineBench bench;
   bench.run(0.3);
   auto campaign = bench_campaign(1, 3);
@@ -66,13 +68,22 @@ TEST(Engine, SaysThatItTakesParametersOfSingleRunsAsOne) {
   orifice.parameters["theta1"].variation.per = "run";
   campaign.model.effects = {orifice};
   ASSERT_TRUE(bench.engine.start(campaign).ok());
+  ASSERT_EQ(bench.estimator.begun_with.runs.size(), campaign.runs.size());
+  EXPECT_EQ(bench.estimator.begun_with.runs[0].run, campaign.runs[0].name);
+  EXPECT_EQ(bench.outlet.alarms("parameters_taken_as_one"), 0);
+  ASSERT_TRUE(bench.run_until(State::measure) && bench.run_until(State::idle));
+
+  campaign.model.effects[0].parameters["theta1"].variation.per = "group";
+  ASSERT_TRUE(bench.engine.start(campaign).ok());
+  EXPECT_TRUE(bench.estimator.begun_with.runs.empty());
   ASSERT_EQ(bench.outlet.alarms("parameters_taken_as_one"), 1);
   for (const auto& alarm : bench.outlet.all<protocol::AlarmDocument>()) {
     if (alarm.code != "parameters_taken_as_one") continue;
     EXPECT_EQ(alarm.severity, "warning");
-    EXPECT_EQ(alarm.text,
-              "the daemon takes theta1 as the same in all runs, although the model lets it differ; "
-              "`shakerctl estimate` of the campaign's database tells them apart");
+    EXPECT_EQ(alarm.text, remark(campaign));
+    EXPECT_THAT(alarm.text, ::testing::StartsWith(
+                                "the daemon takes theta1 as the same in all runs, although the "
+                                "model lets it differ: theta1 has a value per group, and run "));
   }
 }
 

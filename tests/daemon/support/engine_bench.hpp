@@ -116,13 +116,17 @@ class FakeExciter final : public daemon::ExciterCommands {
 
 class FakeEstimator final : public daemon::EstimatorCommands {
  public:
-  void begin(const config::ModelSpec&, const estimator::OnlineOptions&) override { ++begun; }
+  void begin(const config::ModelSpec&, const estimator::OnlineOptions& options) override {
+    ++begun;
+    begun_with = options;
+  }
   void add(const estimator::MeasuredCycle& cycle, Nanoseconds last_sample) override {
     asked.push_back({.run = cycle.run, .cycle = cycle.index, .last_sample = last_sample});
     cycles.push_back(cycle);
   }
   std::deque<daemon::EstimateOutcome> asked;
   std::vector<estimator::MeasuredCycle> cycles;
+  estimator::OnlineOptions begun_with;
   int begun = 0;
   bool answers = true, fails = false;
 };
