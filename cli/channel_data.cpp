@@ -112,6 +112,7 @@ Result<ChannelInput> from_csv(const InputOptions& options, const std::vector<std
   run.amplitude = as_one->amplitude;
   run.excitation = as_one->excitation;
   run.excitation_error = as_one->excitation_error;
+  run.condition.run = "1";
   run.tau = as_one->tau;
   if (run.tau.empty())
     fold(series, as_one->displacement.size(), run);
@@ -170,6 +171,7 @@ Result<ChannelRun> from_samples(const estimator::RunData& mean,
   run.amplitude = mean.amplitude;
   run.excitation = mean.excitation;
   run.excitation_error = mean.excitation_error;
+  run.condition = mean.condition;
   fold(series, n, run);
   return run;
 }

@@ -19,8 +19,9 @@ struct TimeRange {
   double first = 0.0, last = 0.0;
 };
 
-// The begin of the last `count` periods within `range` that are in phase with the cycle `mean`, by
-// their fundamental. The periods reach beyond the range where it is too short for them.
+// The begin of the last `count` periods within `range` that are like the cycle `mean`, and in phase
+// with it by their fundamental: what a record holds after them, as a ramp to rest, is passed over.
+// `range.last` where the range does not hold so many.
 double begin_in_phase(const TimeSeries& series, const std::vector<double>& mean,
                       const TimeRange& range, double period, int count);
 

@@ -88,7 +88,7 @@ void ChannelProblem::add_system(std::size_t r, std::span<const Quantity> quantit
   const auto count = static_cast<int>(run.channels.front().size());
   GridOptions grid = options_.grid;
   if (run.tau.empty()) grid.points = count * ((grid.points + count - 1) / count);
-  PeriodicSystem& system = systems_.emplace_back(model_, grid);
+  PeriodicSystem& system = systems_.emplace_back(run.model ? *run.model : model_, grid);
   system.set_channels(quantities);
   if (run.excitation.empty())
     system.set_excitation(run.frequency_hz, run.amplitude);

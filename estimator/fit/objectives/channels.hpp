@@ -22,6 +22,7 @@
 // The periodic solutions converge at every theta (nested). Use it from one thread; it allocates.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,6 +45,9 @@ struct ChannelRun {
   // Standard error of the cosine and sine parts of the measured excitation's harmonics, as in
   // RunData. It changes all channels together and widens theta's covariance. 0: known exactly.
   double excitation_error = 0.0;
+  // As in RunData: what differs from run to run, and the run's own model. Null: the model of all.
+  config::RunCondition condition = {};
+  std::shared_ptr<const Model> model = {};
 };
 
 enum class NoiseModel { known, independent, joint };

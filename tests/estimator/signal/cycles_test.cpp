@@ -1,5 +1,6 @@
 #include "estimator/signal/cycles.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -74,6 +75,22 @@ TEST(TimeSeries, ItsLastPeriodsAreFoundInPhaseWithACycle) {
   ASSERT_EQ(periods.size(), 128U);
   for (std::size_t i = 0; i < periods.size(); ++i)
     EXPECT_NEAR(periods[i], mean[i % 32], 1e-3);
+}
+
+TEST(TimeSeries, ItsLastPeriodsAreThoseBeforeItsRampToRest) {
+  std::vector<double> mean;
+  for (int i = 0; i < 32; ++i)
+    mean.push_back(0.2 + std::cos(kPerTurn * i / 32.0));
+  TimeSeries series;
+  for (int i = 0; i < 8000; ++i) {
+    const double t = i / 1000.0;
+    const double size = std::clamp((6.4 - t) / 1.0, 0.0, 1.0);  // from 5.4 s on
+    series.t.push_back(t);
+    series.value.push_back(0.2 + size * std::cos(kPerTurn * 2.0 * t) + 1e-3 * std::sin(917.0 * i));
+  }
+  const double begin = begin_in_phase(series, mean, {0.0, 7.9}, 0.5, 4);
+  EXPECT_NEAR(begin, 3.0, 1e-3);
+  EXPECT_EQ(begin_in_phase(series, mean, {0.0, 1.9}, 0.5, 4), 1.9);  // too short
 }
 
 TEST(HarmonicCurve, FitsSamplesAtAnyPhases) {

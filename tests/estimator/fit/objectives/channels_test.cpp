@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "estimator/model/run_models.hpp"
 #include "tests/estimator/fixtures.hpp"
 #include "tests/sanitized.hpp"
 
@@ -124,6 +125,44 @@ TEST(Channels, OfOneDisplacementAreLeastSquares) {
     EXPECT_NEAR(found.fit.standard_error[k] / squares.standard_error[k], 1.0, 1e-5);
   }
   EXPECT_NEAR(found.fit.noise / squares.noise, 1.0, 1e-6);  // (3.28)
+}
+
+TEST(Channels, HaveTheirOwnValuesInTheirRuns) {
+  config::ModelSpec spec = testing::oleo();
+  spec.effects[1].parameters["theta2"].variation.per = "run";
+  const std::vector<config::RunCondition> conditions = {{"a", "", {}}, {"b", "", {}}};
+  const auto models = run_models(spec, conditions);
+  ASSERT_TRUE(models) << models.error().what;
+  const Model single(testing::oleo());
+  const double preloads[] = {1.5, 1.7};
+  std::vector<ChannelRun> runs;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0.0, 2e-5);
+  std::vector<double> theta = testing::kOleoSi;
+  for (std::size_t r = 0; r < 2; ++r) {
+    theta[1] = preloads[r];
+    PeriodicSystem system(single, {Scheme::fourier, 320, false});
+    const double f = r == 0 ? 2.0 : 1.0;
+    system.set_excitation(f, 3.048);
+    ASSERT_EQ(system.solve_from_rest(theta).status, SolveStatus::converged);
+    ChannelRun run;
+    run.frequency_hz = f;
+    run.amplitude = 3.048;
+    run.channels.emplace_back();
+    for (int i = 0; i < 64; ++i)
+      run.channels[0].push_back(system.value(5 * i, 0) + noise(random));
+    run.model = models->of_run[r];
+    runs.push_back(std::move(run));
+  }
+  const Quantity one[] = {Quantity::displacement};
+  const std::vector<double> start = models->joint().start();
+  const ChannelFit found = fit_channels(models->joint(), one, std::move(runs), start);
+  ASSERT_EQ(found.fit.status, FitStatus::converged) << found.fit.trouble;
+  for (const std::size_t k : {1U, 2U}) {
+    const double error = found.fit.standard_error[k];
+    EXPECT_NEAR(found.fit.theta[k], preloads[k - 1], 4.0 * error);
+    EXPECT_LT(error, 0.03);
+  }
 }
 
 // Two identical dampers: the error of the spring equals that with one damper.
