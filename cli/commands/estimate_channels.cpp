@@ -87,15 +87,19 @@ std::string contradiction_of_channels(const EstimateOptions& options) {
 }
 
 // Gives each run its own model where parameters differ from run to run. Returns the model with all
-// parameters.
-Result<std::shared_ptr<const estimator::Model>> give_models(
-    const config::ModelSpec& spec, std::vector<estimator::ChannelRun>& runs) {
-  if (!estimator::varies_by_run(spec)) return std::make_shared<const estimator::Model>(spec);
+// parameters. Where a run lacks what that needs, there is one model for all, and `warning` says so.
+std::shared_ptr<const estimator::Model> give_models(const config::ModelSpec& spec,
+                                                    std::vector<estimator::ChannelRun>& runs,
+                                                    std::string& warning) {
   std::vector<config::RunCondition> conditions;
   for (const estimator::ChannelRun& run : runs)
     conditions.push_back(run.condition);
+  const std::string lacks = estimator::lacking_condition(spec, conditions);
+  if (!lacks.empty())
+    warning = estimator::taken_as_one(spec, "an estimate of channels") + ": " + lacks;
+  if (!lacks.empty() || !estimator::varies_by_run(spec))
+    return std::make_shared<const estimator::Model>(spec);
   const auto models = estimator::run_models(spec, conditions);
-  if (!models) return models.error();
   for (std::size_t r = 0; r < runs.size(); ++r)
     runs[r].model = models->of_run[r];
   return models->of_run.front();
@@ -113,9 +117,9 @@ int estimate_channels(const Common& common, const EstimateOptions& options) {
       for (auto& [name, parameter] : effect.parameters)
         parameter.prior_mean = parameter.prior_standard_deviation = std::nullopt;
     }
-    const auto of_runs = give_models(input->model, input->runs);
-    if (!of_runs) return fail(common, kBadInput, of_runs.error().what);
-    const estimator::Model& model = **of_runs;
+    std::string as_one;
+    const auto of_runs = give_models(input->model, input->runs, as_one);
+    const estimator::Model& model = *of_runs;
     estimator::ChannelOptions how;
     how.stagewise = options.stagewise;
     how.noise = options.objective == "weighted"           ? estimator::NoiseModel::known
@@ -133,6 +137,7 @@ int estimate_channels(const Common& common, const EstimateOptions& options) {
     estimator::Estimate estimate = estimator::describe(model, found.fit);
     estimate.runs = static_cast<int>(runs);
     estimate.cycles = std::lround(cycles);
+    if (!as_one.empty()) estimate.warnings.push_back(std::move(as_one));
     protocol::EstimateDocument document = report::to_document(estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";

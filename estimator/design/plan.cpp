@@ -23,6 +23,8 @@ namespace {
 // Least ratio of an eigenvalue of the unit-diagonal information to the largest one; below it the
 // eigenvalue is rounding.
 constexpr double kMinEigenvalueShare = 1e-12;
+// Relative standard error of the mean of runs' own values from which on only their weak prior speaks.
+constexpr double kBlind = 10.0;
 // A run that is worth its settling.
 constexpr double kFewestCycles = 0.9;
 constexpr double kTooFewCycles = std::numeric_limits<double>::infinity();
@@ -83,6 +85,14 @@ RunShares in_order(std::vector<std::size_t> runs, std::vector<double> share) {
   return set;
 }
 
+void add_times(const PlanCriteria& criteria, const RunShares& parts, const Plan& plan,
+               PlanSet& set) {
+  for (std::size_t i = 0; i < set.runs.size(); ++i) {
+    set.cycles.push_back(criteria.cycles(parts, i));
+    set.seconds += set.cycles.back() / plan.candidates[set.runs[i]].frequency_hz;
+  }
+}
+
 }  // namespace
 
 PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
@@ -94,10 +104,7 @@ PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
   const RunShares parts = in_order(std::move(runs), std::move(share));
   set.runs = parts.runs;
   if (options.minutes > 0.0) set.share = parts.share;
-  for (std::size_t i = 0; i < set.runs.size(); ++i) {
-    set.cycles.push_back(criteria.cycles(parts, i));
-    set.seconds += set.cycles.back() / plan.candidates[set.runs[i]].frequency_hz;
-  }
+  add_times(criteria, parts, plan, set);
   if (criteria.aims()) {
     set.aim_error = criteria.aim_error(parts);
     set.aim_over_prior = criteria.aim_over_prior(parts);
@@ -128,6 +135,13 @@ PlanSet judge(const Model& model, const PlanOptions& options, const Plan& plan,
       fit.determined[at] = 0;
     }
     fit.lost.push_back(std::move(lost));
+  }
+  for (Eigen::Index k = 0; criteria.varies() && k < q; ++k) {
+    if (inverse(k, k) < kBlind * kBlind) continue;
+    const auto at = static_cast<std::size_t>(plan.free[static_cast<std::size_t>(k)]);
+    set.determined = false;
+    fit.determined[at] = 0;
+    fit.lost.emplace_back(theta.size(), 0.0)[at] = criteria.scale()[k];
   }
   for (Eigen::Index k = 0; k < q; ++k) {
     const auto at = static_cast<std::size_t>(plan.free[static_cast<std::size_t>(k)]);

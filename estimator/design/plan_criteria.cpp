@@ -15,6 +15,8 @@ namespace {
 // Weak prior for ranking sets that do not determine all parameters: a relative standard
 // deviation of 1000 for every parameter.
 constexpr double kWeakPrior = 1e-6;
+// The same of 100 for a value of a single run: its run may not determine it.
+constexpr double kWeakPriorOfRun = 1e-4;
 // A plan with an aim weighs the logarithm of the volume by this, so that the set leaves no other
 // parameter open.
 constexpr double kShareOfVolume = 0.05;
@@ -38,7 +40,7 @@ MatrixXd with_means(const std::vector<MatrixXd>& runs, const MatrixXd& prior,
   for (const MatrixXd& run : runs) {
     const MatrixXd across = run(own, joint);
     const MatrixXd inverse =
-        Cholesky(run(own, own) + prior(own, own) + kWeakPrior * unit).solve(unit);
+        Cholesky(run(own, own) + prior(own, own) + kWeakPriorOfRun * unit).solve(unit);
     marginal += run(joint, joint) - across.transpose() * inverse * across;
     spread += inverse;
     bends += inverse * across;

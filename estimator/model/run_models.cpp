@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/internal/model_builder.hpp"
 
 namespace shaker::estimator {
@@ -46,6 +47,15 @@ std::string lacks(std::string_view name, const RunVariation& variation, const Ru
         "\"reference\")",
         name, wanted, run.run, found->second);
   return {};
+}
+
+// Coefficients of a driven effect go with its input, whatever else the file lets them differ by.
+bool goes_with_input(std::string_view effect, std::string_view symbol) {
+  const Effect* known = find_effect(effect);
+  if (known == nullptr) return false;
+  const auto all = known->parameters();
+  return std::any_of(all.begin(), all.end(),
+                     [&](const ParameterInfo& p) { return p.symbol == symbol && p.absent == 0.0; });
 }
 
 double mean_condition(const std::string& name, const std::vector<RunCondition>& runs) {
@@ -190,12 +200,14 @@ std::string lacking_condition(const config::ModelSpec& spec,
                               const std::vector<RunCondition>& runs) {
   for (const RunCondition& run : runs) {
     for (const config::EffectSpec& line : spec.effects) {
-      const std::string input(config::driven(line.effect).input);
-      if (!input.empty()) {
-        if (auto why = lacks(line.effect, {"", input, line.reference}, run); !why.empty())
+      const config::Driven parts = config::driven(line.effect);
+      if (!parts.input.empty()) {
+        if (auto why = lacks(line.effect, {"", std::string(parts.input), line.reference}, run);
+            !why.empty())
           return why;
       }
       for (const auto& [symbol, parameter] : line.parameters) {
+        if (!parts.input.empty() && goes_with_input(parts.effect, symbol)) continue;
         if (auto why = lacks(symbol, parameter.variation, run); !why.empty()) return why;
       }
     }

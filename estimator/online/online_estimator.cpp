@@ -140,20 +140,27 @@ struct OnlineEstimator::State {
     return std::move(*made);
   }
   // The joint parameters for the start of a new run: the present ones, and for values that only the
-  // new run has those of the run before.
+  // new run has those of the run before. The reference of a condition may move with a new run.
   std::vector<double> carried_to(const RunModels& own) const {
     std::vector<double> start = own.joint().start();
     if (models.of_run.empty()) return start;
     const auto& known = models.joint().parameters();
     const auto& wanted = own.joint().parameters();
-    const auto before = online::places_in(models, model, runs.size() - 1);
-    for (const RunParameter& place : online::places_in(own, model, runs.size())) {
-      const auto same = std::ranges::find(before, place.name, &RunParameter::name);
-      start[static_cast<std::size_t>(place.index)] = theta[static_cast<std::size_t>(same->index)];
-    }
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       const auto found = std::ranges::find(known, wanted[k].name, &ModelParameter::name);
       if (found != known.end()) start[k] = theta[static_cast<std::size_t>(found - known.begin())];
+    }
+    const std::size_t last = runs.size() - 1;
+    const auto before = online::places_in(models, model, last);
+    const auto now = online::places_in(own, model, last);
+    const auto fresh = online::places_in(own, model, last + 1);
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      const double value = before[k].factor * theta[static_cast<std::size_t>(before[k].index)];
+      if (now[k].factor != 0.0)
+        start[static_cast<std::size_t>(now[k].index)] = value / now[k].factor;
+      const auto at = static_cast<std::size_t>(fresh[k].index);
+      if (std::ranges::find(known, wanted[at].name, &ModelParameter::name) == known.end())
+        start[at] = value;
     }
     return start;
   }

@@ -43,7 +43,8 @@ Estimate seen_in(const std::vector<RunParameter>& places, const Estimate& joint,
   for (const RunParameter& place : places) {
     ParameterEstimate p = joint.parameters[static_cast<std::size_t>(place.index)];
     const auto row = std::ranges::find(order, p.name);
-    if (row != order.end()) {
+    p.fixed = p.fixed || place.factor == 0.0;  // the effect is off in this run
+    if (row != order.end() && !p.fixed) {
       rows.push_back(static_cast<std::size_t>(row - order.begin()));
       factors.push_back(place.factor);
       seen.covariance_order.push_back(place.name);

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <complex>
 #include <numbers>
-#include <numeric>
 
 #include "estimator/math/harmonic_basis.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-// Of the squares by which the best periods differ from a cycle: noise varies less, a table that
-// ramps down differs by far more.
+// Of the squares by which the worst of the best periods differs from a cycle: noise varies less, a
+// table that ramps down differs by far more.
 constexpr double kAlike = 2.0;
 
 }  // namespace
@@ -34,31 +33,29 @@ std::vector<double> TimeSeries::periods(double begin, double period, int count,
 double begin_in_phase(const TimeSeries& series, const std::vector<double>& mean,
                       const TimeRange& range, double period, int count) {
   const std::complex<double> phase = fourier_sum(mean, 1);
-  // The k-th period from the end. Either side keeps half a period for the phase.
-  const auto begin_of = [&](std::size_t k) {
-    const double begin = range.last - (1.5 + static_cast<double>(k)) * period;
-    const double turn =
-        std::arg(phase / fourier_sum(series.periods(begin, period, 1, mean.size()), 1));
-    return begin + turn / (2.0 * std::numbers::pi) * period;
+  const auto in_phase = [&](double begin) {
+    const auto y = series.periods(begin, period, 1, mean.size());
+    return begin + std::arg(phase / fourier_sum(y, 1)) / (2.0 * std::numbers::pi) * period;
   };
-  const double length = (range.last - range.first) / period;
-  const auto wanted = static_cast<std::size_t>(count);
-  std::vector<double> squares;  // by which each period differs from the cycle
-  for (std::size_t k = 0; static_cast<double>(k) + 2.0 <= length; ++k) {
-    const std::vector<double> y = series.periods(begin_of(k), period, 1, mean.size());
+  double begin = in_phase(range.last - 1.5 * period);
+  while (begin + period > range.last)
+    begin -= period;
+  std::vector<double> begins, squares;  // of each period, the last first; how it differs
+  for (; begin >= range.first + 0.5 * period; begin = begins.back() - period) {
+    begins.push_back(std::min(in_phase(begin), range.last - period));
+    const auto y = series.periods(begins.back(), period, 1, mean.size());
     squares.push_back(0.0);
     for (std::size_t i = 0; i < y.size(); ++i)
       squares.back() += (y[i] - mean[i]) * (y[i] - mean[i]);
   }
-  std::vector<double> differ;  // the same of `count` periods
-  for (std::size_t k = 0; k + wanted <= squares.size(); ++k)
-    differ.push_back(std::accumulate(squares.begin() + static_cast<std::ptrdiff_t>(k),
-                                     squares.begin() + static_cast<std::ptrdiff_t>(k + wanted),
-                                     0.0));
-  if (differ.empty()) return range.last;
-  const double most = kAlike * *std::ranges::min_element(differ);
-  const auto last = std::ranges::find_if(differ, [&](double d) { return d <= most; });
-  return begin_of(static_cast<std::size_t>(last - differ.begin()) + wanted - 1);
+  const auto wanted = static_cast<std::ptrdiff_t>(count);
+  std::vector<double> worst;  // of `count` periods
+  for (auto first = squares.begin(); squares.end() - first >= wanted; ++first)
+    worst.push_back(*std::max_element(first, first + wanted));
+  if (worst.empty()) return range.last;
+  const double most = kAlike * *std::ranges::min_element(worst);
+  const auto last = std::ranges::find_if(worst, [&](double d) { return d <= most; });
+  return begins[static_cast<std::size_t>(last - worst.begin() + wanted - 1)];
 }
 
 }  // namespace shaker::estimator

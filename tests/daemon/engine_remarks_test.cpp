@@ -87,5 +87,24 @@ TEST(Engine, SaysWhichRunLacksWhatItsParametersGoWith) {
   }
 }
 
+// The work of a fit is bounded, however many runs a campaign has.
+TEST(EstimatorOptions, LetSoManyValuesDifferAsTheEstimatorsThreadCanFit) {
+  auto campaign = bench_campaign(12, 3);
+  config::EffectSpec orifice;
+  orifice.effect = "orifice_damping";
+  orifice.parameters["theta1"].variation.per = "run";
+  campaign.model.effects = {orifice};
+  EXPECT_EQ(estimator_options(campaign).runs.size(), 12U);
+  EXPECT_EQ(remark(campaign), "");
+  campaign.forgetting = 0.95;
+  EXPECT_TRUE(estimator_options(campaign).runs.empty());
+  EXPECT_THAT(remark(campaign), ::testing::HasSubstr("the campaign forgets earlier runs"));
+  campaign = bench_campaign(13, 3);
+  campaign.model.effects = {orifice};
+  EXPECT_TRUE(estimator_options(campaign).runs.empty());
+  EXPECT_THAT(remark(campaign),
+              ::testing::HasSubstr("13 values differ between the runs, and it fits 12 at most"));
+}
+
 }  // namespace
 }  // namespace shaker::daemon

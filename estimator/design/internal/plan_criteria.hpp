@@ -34,6 +34,8 @@ class PlanCriteria {
   double volume(const RunShares& set) const;
   double error_of(const RunShares& set, Eigen::Index k) const;
 
+  // True if a parameter has a value in each run.
+  bool varies() const { return !own_.empty(); }
   bool aims() const { return !options_.aim.empty(); }
   // The standard error of what is aimed at, at the point of linearisation, and its median over the
   // prior.
@@ -64,7 +66,7 @@ class PlanCriteria {
   const std::vector<PlanCandidate>& candidates_;
   const std::vector<int>& free_;
   std::vector<Eigen::Index> own_;  // in free_: those that have a value in each run
-  std::vector<At> at_;  // the point of linearisation first
+  std::vector<At> at_;             // the point of linearisation first
 };
 
 }  // namespace shaker::estimator

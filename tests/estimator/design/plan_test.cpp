@@ -101,6 +101,25 @@ TEST(Plan, GivesEachRunItsOwnValuesOfWhatVariesPerRun) {
     EXPECT_NEAR(three->error[k] / wanted[k], 1.0, 1e-5) << k;
 }
 
+// Two stiffnesses of one line cannot both have a value in each run.
+TEST(Plan, SaysThatTheRunsDoNotDetermineTheirOwnValues) {
+  config::ModelSpec spec = testing::linear_oscillator();
+  spec.effects.push_back(spec.effects[1]);
+  for (const std::size_t line : {1U, 2U})
+    spec.effects[line].parameters["k"].variation.per = "run";
+  PlanOptions options;
+  options.frequencies_hz = {0.7, 1.5};
+  options.amplitudes = {1.0};
+  options.noise = 1e-3;
+  const auto plan = make_plan(Model(spec), options);
+  ASSERT_TRUE(plan) << plan.error().what;
+  for (const PlanSet& set : plan->sets) {
+    EXPECT_FALSE(set.determined);
+    EXPECT_TRUE(std::isfinite(set.error[0]));  // the damping is joint
+    EXPECT_TRUE(std::isnan(set.error[1]) && std::isnan(set.error[2]));
+  }
+}
+
 TEST(Plan, FindsTheSetThatTryingAllOfThemFinds) {
   const Model model(testing::oleo(32.178));
   PlanOptions options = feet();
