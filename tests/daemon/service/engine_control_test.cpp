@@ -179,7 +179,7 @@ TEST_F(EngineControlTest, ProvesTheDeadmanWithAGentleCampaignOfThatName) {
   EXPECT_EQ(control.last_campaign()->runs.at(0).amplitude, 5.0);
 }
 
-TEST_F(EngineControlTest, RemarksThatParametersOfSingleRunsAreTakenAsOne) {
+TEST_F(EngineControlTest, RemarksThatParametersOfGroupsAreTakenAsOne) {
   EXPECT_EQ(control.remark(), "");
   ASSERT_TRUE(start().ok());
   EXPECT_EQ(control.remark(), "");
@@ -187,7 +187,7 @@ TEST_F(EngineControlTest, RemarksThatParametersOfSingleRunsAreTakenAsOne) {
   std::string by_run = kCampaign;
   const std::string damping = R"("orifice_damping")";
   by_run.insert(by_run.find(damping) + damping.size(),
-                R"(, "parameters": {"theta1": {"start": 13.3, "per": "run"}})");
+                R"(, "parameters": {"theta1": {"start": 13.3, "per": "group"}})");
   ASSERT_TRUE(start(by_run).ok());
   EXPECT_THAT(control.remark(), HasSubstr("takes theta1 as the same in all runs"));
 }
