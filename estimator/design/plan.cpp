@@ -23,7 +23,7 @@ namespace {
 // Least ratio of an eigenvalue of the unit-diagonal information to the largest one; below it the
 // eigenvalue is rounding.
 constexpr double kMinEigenvalueShare = 1e-12;
-// Relative standard error of the mean of runs' own values from which on only their weak prior speaks.
+// Relative standard error of the mean of the runs' values. Above it only their weak prior counts.
 constexpr double kBlind = 10.0;
 // A run that is worth its settling.
 constexpr double kFewestCycles = 0.9;

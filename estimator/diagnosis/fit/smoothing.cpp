@@ -25,14 +25,14 @@ constexpr double kOnTheWay = 0.5;         // of chi-squared: tolerance of the co
 constexpr double kNeeded = 0.5;           // of what is needed: the parameters follow
 constexpr double kZeroWidthBudget = 2.0;  // of one fit's: three to records, and limits
 
-// The next finer grid, of a record the narrowest of its widths, changes the prediction by a share of
-// what is left that could matter.
+// True if the next finer grid (on a record: the narrowest of its widths) changes the prediction by a
+// share of the residual that could matter.
 bool worth_zero_width(const HarmonicFit& first, const std::vector<RunDatum>& data, int points,
                       double touched) {
   points *= on_samples(data) ? 1 << (kLevelsOfRecord - 1) : 2;
-  // What half the width changes by d, no width changes by 2 d: enough to come down to noise? On a
-  // record whose motion dies away each halving may change as much as the last one: two are looked
-  // at, and may be half of it.
+  // If half the width changes the prediction by d, no width changes it by 2 d: is that enough to come
+  // down to noise? On a record whose motion dies away, each halving may change as much as the one
+  // before. The change of two halvings is therefore taken as d.
   const double noise = std::sqrt(first.observations / std::max(first.chi_squared, 1e-300));
   touched = std::max(touched, kNeeded * std::pow(0.5 * std::max(1.0 - noise, 0.0), 2));
   std::vector<std::shared_ptr<const Model>> models;
