@@ -177,8 +177,8 @@ Result<est::PlanOptions> options_of(const PlanCommand& command, std::string& rig
   return options;
 }
 
-// What varies from run to run, and how the plan takes it.
-void print_variation(config::ModelSpec spec) {
+// Sentences on what varies from run to run, and how the plan takes it.
+std::vector<std::string> variation_of(config::ModelSpec spec) {
   std::vector<std::string> own;
   for (config::EffectSpec& line : spec.effects) {
     for (auto& [symbol, parameter] : line.parameters) {
@@ -187,10 +187,12 @@ void print_variation(config::ModelSpec spec) {
       parameter.variation = {};
     }
   }
+  std::vector<std::string> said;
   if (!own.empty())
-    fmt::print("Each run has its own value of {}: what is planned is the mean of the values.\n",
-               fmt::join(own, ", "));
-  if (const auto why = est::taken_as_one(spec, "a plan"); !why.empty()) fmt::print("{}\n", why);
+    said.push_back(fmt::format("each run has its own value of {}: the errors are those of the mean",
+                               fmt::join(own, ", ")));
+  if (auto why = est::taken_as_one(spec, "a plan"); !why.empty()) said.push_back(std::move(why));
+  return said;
 }
 
 }  // namespace
@@ -227,12 +229,14 @@ int plan(const Common& common, const PlanCommand& command) {
       auto json = to_json(model, *options, *made);
       add_aim(*made, *aim, json);
       if (!lost.empty()) json["aim"]["warning"] = lost;
+      json["warnings"] = variation_of(*spec);
       fmt::print("{}\n", json.dump());
     } else {
       print(model, *options, *made);
       print_aim(*made, *aim, options->prior.size());
       if (!lost.empty()) fmt::print("{}\n", lost);
-      print_variation(*spec);
+      for (const std::string& sentence : variation_of(*spec))
+        fmt::print("{}\n", sentence);
     }
     if (!command.write.empty()) {
       const auto written = write_planned_campaign(command.write, *spec, *made, *options);
