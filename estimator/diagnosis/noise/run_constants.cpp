@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -30,6 +32,7 @@ constexpr double kByChance = 0.01;       // that noise alone makes such a scatte
 constexpr double kMeanOfMissed = 0.1;    // of a missed motion, by which what is missing moves means
 constexpr double kMostDifference = 0.1;  // of what it moves, over the response
 constexpr double kLeastDifference = 1e-6;          // the same
+constexpr double kLeastWayBack = 0.1;              // of all the way that a run goes
 constexpr int kComponents = 4;                     // zero, force, gas pressure, damping
 constexpr double kSteps[] = {4.0, 2.0, 1.4, 1.2};  // ratios of the grid, one after the other
 
@@ -126,6 +129,21 @@ bool rests_at_zero(const HarmonicFit& fit) {
   return true;
 }
 
+// True if each recording goes back a part of its way. A motion that a period brings back does.
+bool goes_both_ways(const std::vector<RunDatum>& data) {
+  std::map<std::string, std::pair<double, double>> ways;  // of a recording: all, and forth
+  for (const RunDatum& datum : data) {
+    if (!datum.sampled) continue;
+    auto& [all, forth] = ways[datum.sampled->record];
+    all += datum.sampled->v.cwiseAbs().sum();
+    forth += datum.sampled->v.cwiseMax(0.0).sum();
+  }
+  return std::all_of(ways.begin(), ways.end(), [](const auto& recording) {
+    const auto [all, forth] = recording.second;
+    return std::min(forth, all - forth) > kLeastWayBack * all;
+  });
+}
+
 // Index of an effect's parameter; -1: the model does not hold it.
 int parameter_of(const Model& model, const std::string& effect, const std::string& symbol) {
   for (int k = 0; k < model.parameter_count(); ++k) {
@@ -200,6 +218,42 @@ Sizes likeliest(const Likelihood& likelihood, const Sizes& largest) {
   return best;
 }
 
+// What a fit leaves of the means of the fitted runs.
+struct Means {
+  std::vector<double> left;
+  double expected = 0.0;  // variance of all together: noise, and what the model lacks
+  bool of_force = false;
+};
+// None where the runs are neither records nor imposed motions.
+std::optional<Means> means_of(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
+  Means means;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const RunDatum& datum = data[r];
+    const bool imposed = datum.kind == Kind::imposed_motion;
+    if (datum.sampled ? datum.whitening != nullptr : !imposed) return std::nullopt;
+    means.of_force = means.of_force || datum.by_force || imposed;
+    if (datum.role != Role::fit) continue;
+    VectorXd missed = datum.response - fit.predictions[r].value();
+    means.left.push_back(missed[0]);
+    missed[0] = 0.0;
+    means.expected +=
+        std::pow(datum.error[0], 2) + std::pow(kMeanOfMissed * root_mean_square(missed), 2);
+  }
+  return means;
+}
+
+void let_mean_vary(RunDatum& datum, double variance, double freedom) {
+  datum.own_zero = std::sqrt(variance);
+  if (datum.whitening) {
+    MatrixXd covariance = covariance_of(datum);
+    covariance(0, 0) += variance;
+    set_covariance(datum, covariance);
+  } else {
+    datum.error[0] = std::hypot(datum.error[0], datum.own_zero);
+  }
+  datum.freedom[0] = std::min(datum.freedom[0], freedom);
+}
+
 }  // namespace
 
 std::string RunConstants::words(const std::string& response_unit,
@@ -261,63 +315,43 @@ std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vecto
 
 std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
                              std::vector<RunDatum>& data) {
-  std::vector<double> left;
-  bool of_force = false;
-  double expected = 0.0;  // variance of the means: noise, and what the model lacks
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    const RunDatum& datum = data[r];
-    const bool imposed = datum.kind == Kind::imposed_motion;
-    if (datum.sampled ? datum.whitening != nullptr : !imposed) return {};
-    of_force = of_force || datum.by_force || imposed;
-    if (datum.role != Role::fit) continue;
-    VectorXd missed = datum.response - fit.predictions[r].value();
-    left.push_back(missed[0]);
-    missed[0] = 0.0;
-    expected += std::pow(datum.error[0], 2) + std::pow(kMeanOfMissed * root_mean_square(missed), 2);
-  }
+  const auto found = means_of(fit, data);
+  if (!found) return {};
+  const auto runs = static_cast<double>(found->left.size());
   const bool several = recordings_in(data) > 1;
-  // A force along a motion to one side has friction in its mean.
-  if (!several && (of_force || !rests_at_zero(fit))) return {};
-  const auto runs = static_cast<double>(left.size());
-  const double mean = std::accumulate(left.begin(), left.end(), 0.0) / runs;
-  double scatter = 0.0;
-  for (double& x : left) {
-    x -= mean;
-    scatter += x * x;
-  }
   const double freedom = std::max(runs - 1.0, 1.0);
-  double variance = scatter / freedom;
-  if (several) {
-    if (chi_squared_above(scatter / (expected / runs), freedom) > kByChance) return {};
-  } else {
-    // One zero for all stretches.
-    const double of_mean = std::max(expected / runs, variance) / runs;
-    if (chi_squared_above(mean * mean / of_mean, 1.0) > kByChance) return {};
-    variance = mean * mean;
-  }
+  const double mean = std::accumulate(found->left.begin(), found->left.end(), 0.0) / runs;
+  double scatter = 0.0;
+  for (const double x : found->left)
+    scatter += std::pow(x - mean, 2);
+  const double expected = found->expected / runs;
+  const bool differ = several && chi_squared_above(scatter / expected, freedom) <= kByChance;
+  const double of_mean = std::max(expected, scatter / freedom) / runs;
+  // A zero of the displacement that several recordings share is the sensor's: sensor_offset. What
+  // friction makes along a motion to one side is a mean too.
+  const bool common = (found->of_force ? goes_both_ways(data) : !several) && rests_at_zero(fit) &&
+                      chi_squared_above(mean * mean / of_mean, 1.0) <= kByChance;
+  if (!differ && !common) return {};
+  const double variance = (differ ? scatter / freedom : 0.0) + (common ? mean * mean : 0.0);
   std::vector<std::string> each;
   for (RunDatum& datum : data) {
-    datum.own_zero = std::sqrt(variance);
-    if (datum.whitening) {
-      MatrixXd covariance = covariance_of(datum);
-      covariance(0, 0) += variance;
-      set_covariance(datum, covariance);
-    } else {
-      datum.error[0] = std::hypot(datum.error[0], datum.own_zero);
-    }
-    datum.freedom[0] = std::min(datum.freedom[0], freedom);
+    let_mean_vary(datum, variance, freedom);
     if (datum.role == Role::fit)
-      each.push_back(fmt::format("{} {:+.2g}", datum.name, left[each.size()]));
+      each.push_back(
+          fmt::format("{} {:+.2g}", datum.name, found->left[each.size()] - (common ? 0.0 : mean)));
   }
-  if (!several)
+  if (!common)
     return fmt::format(
-        "the record has a zero of its own, or a preload, of {:+.2g} {}: the errors include this, "
-        "the gap does not count it, and the improved model does not hold it",
-        mean, unit);
-  return fmt::format(
-      "the runs differ in their zero or preload by {:.2g} {} (standard deviation; {}): "
-      "the errors include this, and the gap does not count it",
-      std::sqrt(variance), unit, fmt::join(each, ", "));
+        "the runs differ in their zero or preload by {:.2g} {} (standard deviation; {}): "
+        "the errors include this, and the gap does not count it",
+        std::sqrt(variance), unit, fmt::join(each, ", "));
+  return (several ? fmt::format("the runs have zeros of their own, or preloads, about {:+.2g} {} "
+                                "({})",
+                                mean, unit, fmt::join(each, ", "))
+                  : fmt::format("the record has a zero of its own, or a preload, of {:+.2g} {}",
+                                mean, unit)) +
+         ": the errors include this, the gap does not count it, and the improved model does not "
+         "hold it";
 }
 
 }  // namespace shaker::estimator::diagnosis

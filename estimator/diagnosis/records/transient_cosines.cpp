@@ -44,24 +44,26 @@ CosineTransform::~CosineTransform() = default;
 CosineTransform::CosineTransform(CosineTransform&&) noexcept = default;
 CosineTransform& CosineTransform::operator=(CosineTransform&&) noexcept = default;
 
-// Two columns at once, as real and imaginary part of one record that is continued as in a mirror.
+// Two columns at once, as real and imaginary part of one record: the even samples forth, the odd ones
+// back (Makhoul, IEEE Transactions on Acoustics, Speech, and Signal Processing 28 (1980) 27-34).
 MatrixXd CosineTransform::analyse(const MatrixXd& columns, Index keep) const {
   MatrixXd series(keep, columns.cols());
+  const auto n = static_cast<std::size_t>(n_);
   for (Index c = 0; c < columns.cols(); c += 2) {
     const bool two = c + 1 < columns.cols();
     for (Index i = 0; i < n_; ++i) {
-      const Complex value(columns(i, c), two ? columns(i, c + 1) : 0.0);
-      plan_->in[static_cast<std::size_t>(i)] = value;
-      plan_->in[static_cast<std::size_t>(2 * n_ - 1 - i)] = value;
+      const auto at = static_cast<std::size_t>(i / 2);
+      plan_->in[i % 2 == 0 ? at : n - 1 - at] =
+          Complex(columns(i, c), two ? columns(i, c + 1) : 0.0);
     }
-    plan_->fft.fwd(plan_->out.data(), plan_->in.data(), 2 * n_);
+    plan_->fft.fwd(plan_->out.data(), plan_->in.data(), n_);
     for (Index k = 0; k < keep; ++k) {
-      // The spectrum of either part is real after the turn by half a sample.
-      const Complex value = plan_->out[static_cast<std::size_t>(k)] *
-                            std::conj(plan_->turn[static_cast<std::size_t>(k)]) /
-                            ((k == 0 ? 2.0 : 1.0) * static_cast<double>(n_));
-      series(k, c) = value.real();
-      if (two) series(k, c + 1) = value.imag();
+      const auto at = static_cast<std::size_t>(k);
+      const Complex forth = plan_->out[at], back = std::conj(plan_->out[k == 0 ? 0 : n - at]);
+      const Complex turn = std::conj(plan_->turn[at]);
+      const double scale = (k == 0 ? 0.5 : 1.0) / static_cast<double>(n_);
+      series(k, c) = scale * (turn * (forth + back)).real();
+      if (two) series(k, c + 1) = scale * (turn * (forth - back)).imag();
     }
   }
   return series;

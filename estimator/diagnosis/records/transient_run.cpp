@@ -304,7 +304,8 @@ std::vector<Sampled> sampled_stretches(const Recording& r, const std::string& re
 }
 
 // A record as several runs where samples are missing in it, or where it is long.
-Result<std::vector<Sampled>> runs_of(const Recording& r, const SamplingOptions& options) {
+// `of_run`: most samples of it.
+Result<std::vector<Sampled>> runs_of(const Recording& r, Index of_run) {
   if (auto good = check(r); !good) return good.error();
   RecordParts found = parts_between_gaps(r, kFewest);
   std::size_t samples = 0;
@@ -316,8 +317,7 @@ Result<std::vector<Sampled>> runs_of(const Recording& r, const SamplingOptions& 
         fmt::format("samples are missing at so many places that no {} follow each other", kFewest));
   std::vector<Sampled> runs;
   for (const Recording& part : found.parts) {
-    const auto most =
-        static_cast<Index>(part.t.size() * std::size_t(options.most_samples) / samples);
+    const auto most = static_cast<Index>(part.t.size() * std::size_t(of_run) / samples);
     for (Sampled& run : sampled_stretches(part, r.name, most))
       runs.push_back(std::move(run));
   }
@@ -335,8 +335,11 @@ Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
   SampledRuns all;
   std::string first_trouble;
   Index fitted = 0;
+  const Index along_motion = options.most_along_motion / static_cast<Index>(runs.size());
   for (const Recording& recording : runs) {
-    auto sampled = runs_of(recording, options);
+    auto sampled = runs_of(recording, recording.kind == Kind::imposed_motion
+                                          ? std::max(options.most_samples, along_motion)
+                                          : options.most_samples);
     if (!sampled && sampled.error().kind == ErrorKind::invalid) return sampled.error();
     if (!sampled) {
       if (first_trouble.empty()) first_trouble = sampled.error().what;

@@ -52,11 +52,14 @@ std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vecto
 
 // For records and imposed motion: tests whether the means of the runs differ from those of `fit` by
 // more than the noise and by more than a tenth of the missed motion (a missing effect moves means
-// too), as a different zero or preload of each run does. Their scatter is then added to the error of
-// the mean in `data` and stored in own_zero. What all runs share remains visible. A single recording
-// of a displacement may have such a zero too, where the model makes no force at rest in its zero:
-// where that lies is then a choice of whoever recorded it. Returns a sentence with each run's own
-// mean; empty if they do not differ. `unit`: unit of the response.
+// too). Two things are added to the error of the mean in `data`, and stored in own_zero:
+//  - The scatter of the means of several recordings, as of another zero or preload of each.
+//  - The mean of all, where the model makes no force at rest in its zero: of forces, which a preload
+//    or the load cell's zero moves, and of a single recording of a displacement, whose zero is a
+//    choice of whoever recorded it. Of forces along a motion to one side it stays visible: friction
+//    makes it too.
+// Returns a sentence with each run's own mean; empty if neither is there. `unit`: unit of the
+// response.
 std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
                              std::vector<RunDatum>& data);
 
