@@ -7,6 +7,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
+#include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -17,6 +18,7 @@ using Eigen::VectorXd;
 constexpr double kFarAboveNoise = 4.0;  // chi-squared a datum
 constexpr double kOtherValley = 0.95;   // of chi-squared: closer is the same end, not as exact
 constexpr double kForceFloor = 1e-3;    // of the force: what the excitation is known to
+constexpr double kUnknownMean = 1e3;    // of the inertia: a mean that says nothing
 
 VectorXd of_size(const VectorXd& harmonics, Index size) {
   VectorXd same = VectorXd::Zero(size);
@@ -55,6 +57,21 @@ bool is_better(const HarmonicFit& other, const HarmonicFit& fit) {
   return !fit.trouble.empty() || other.chi_squared < kOtherValley * fit.chi_squared;
 }
 
+bool rests_at_zero(const Model& model, const std::vector<double>& theta) {
+  ModelArrays arrays;
+  arrays.shape(model, 1);
+  for (int k = model.mechanical(); k < model.coordinates(); ++k)
+    arrays.u[static_cast<std::size_t>(k)][0] = model.rest(k);
+  if (!arrays.evaluate(model, 1, theta.data())) return false;
+  for (int k = 0; k < model.mechanical(); ++k)
+    if (arrays.g[static_cast<std::size_t>(k)][0] != 0.0) return false;
+  return true;
+}
+
+void forget_mean(RunDatum& forces, const Model& model, double inertia) {
+  if (rests_at_zero(model, model.start())) forces.error[0] = kUnknownMean * inertia;
+}
+
 RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
   const double f = response.frequency_hz;
   RunDatum datum;
@@ -74,6 +91,7 @@ RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
     const double omega = 2.0 * std::numbers::pi * harmonic_order(k) * f;
     datum.error[k] = std::hypot(model.mass(0, 0) * omega * omega * response.error[k], floor);
   }
+  forget_mean(datum, model, root_mean_square(acceleration));
   datum.freedom = response.freedom;
   return datum;
 }

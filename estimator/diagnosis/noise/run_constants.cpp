@@ -12,11 +12,11 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
 #include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/math/dense.hpp"
 #include "estimator/math/statistics.hpp"
-#include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -113,20 +113,6 @@ MatrixXd to_constant_force(const HarmonicFit& fit, const std::vector<RunDatum>& 
   } catch (const std::invalid_argument&) {
     return {};  // a motion cannot be imposed on this model
   }
-}
-
-// True if the model makes no force at rest in its zero. Where a record has its zero is then nothing
-// that the model says.
-bool rests_at_zero(const HarmonicFit& fit) {
-  const Model& model = *fit.model;
-  ModelArrays arrays;
-  arrays.shape(model, 1);
-  for (int k = model.mechanical(); k < model.coordinates(); ++k)
-    arrays.u[static_cast<std::size_t>(k)][0] = model.rest(k);
-  if (!arrays.evaluate(model, 1, fit.theta.data())) return false;
-  for (int k = 0; k < model.mechanical(); ++k)
-    if (arrays.g[static_cast<std::size_t>(k)][0] != 0.0) return false;
-  return true;
 }
 
 // True if each recording goes back a part of its way. A motion that a period brings back does.
@@ -329,7 +315,8 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
   const double of_mean = std::max(expected, scatter / freedom) / runs;
   // A zero of the displacement that several recordings share is the sensor's: sensor_offset. What
   // friction makes along a motion to one side is a mean too.
-  const bool common = (found->of_force ? goes_both_ways(data) : !several) && rests_at_zero(fit) &&
+  const bool common = (found->of_force ? goes_both_ways(data) : !several) &&
+                      rests_at_zero(*fit.model, fit.theta) &&
                       chi_squared_above(mean * mean / of_mean, 1.0) <= kByChance;
   if (!differ && !common) return {};
   const double variance = (differ ? scatter / freedom : 0.0) + (common ? mean * mean : 0.0);

@@ -141,6 +141,8 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
           "no force of the model depends on the stroke, so that a simulation would drift: the "
           "forces along the measured motion are compared instead of the motion");
     }
+    for (RunDatum& forces : runs.forces)  // they only start the fit
+      forget_mean(forces, model, std::sqrt(forces.sampled->a.array().square().mean()));
   } else {
     if (auto good = takes_in_energy(sampled->runs); !good) return good.error();
     runs.by_force = true;

@@ -90,7 +90,7 @@ TEST(NotTried, AnswersTheSameInAnyUnit) {
 
 // What could not be computed is not ranked as if it had been.
 TEST(NotTried, NamesWhatCouldNotBeComputed) {
-  const Diagnosis d = of_decay(0.3, 1.0, 5.0);
+  const Diagnosis d = of_decay(1.0, 1.0, 5.0);
   expect_whole_catalogue(d);
   const auto found = std::find_if(d.not_tried.begin(), d.not_tried.end(), [](const NotTried& n) {
     return n.name == "sensor_quantisation";

@@ -36,10 +36,10 @@ Campaign let_go(double friction, const std::vector<double>& zeros) {
   return campaign;
 }
 
-Diagnosis diagnosed(const Campaign& campaign) {
+Diagnosis diagnosed(const Campaign& campaign, double stiffness = 50.0) {
   auto model = estimator::testing::linear_oscillator();
   model.effects[0].parameters["c"].start = 0.6;
-  model.effects[1].parameters["k"].start = 50.0;
+  model.effects[1].parameters["k"].start = stiffness;
   const auto d = diagnose(campaign, model);
   EXPECT_TRUE(d) << d.error().what;
   return d ? *d : Diagnosis{};
@@ -78,6 +78,16 @@ TEST(OwnZero, OfTheOnlyRecordIsToldAndIsNoMissingEffect) {
   ASSERT_EQ(friction.effects.size(), 1U);
   EXPECT_THAT(friction.effects[0].name, ::testing::EndsWith("_friction"));
   EXPECT_THAT(friction.warnings, Contains(HasSubstr("the record has a zero of its own")));
+}
+
+// Forces along the measured motion would need a spring that vanishes where the zero is off.
+TEST(OwnZero, DoesNotMisleadAStartThatIsFarOff) {
+  for (const double stiffness : {6.0, 600.0}) {
+    const Diagnosis d = diagnosed(let_go(0.05, {2e-2}), stiffness);
+    EXPECT_NEAR(d.parameters_before.at(1).value, 60.0, 0.3);
+    ASSERT_FALSE(d.effects.empty());
+    EXPECT_THAT(d.effects[0].name, ::testing::EndsWith("_friction"));
+  }
 }
 
 }  // namespace
