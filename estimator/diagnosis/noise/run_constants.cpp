@@ -337,6 +337,7 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
                                 mean, unit, fmt::join(each, ", "))
                   : fmt::format("the record has a zero of its own, or a preload, of {:+.2g} {}",
                                 mean, unit)) +
+         (found->of_force ? ", of which what is missing may make a part" : "") +
          ": the errors include this, the gap does not count it, and the improved model does not "
          "hold it";
 }
