@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <memory>
-#include <string>
 #include <utility>
 
 namespace shaker::estimator::diagnosis {
@@ -32,12 +30,6 @@ class EvaluationBudget {
   // True if less than `share` of the limit is left.
   bool leaves_less_than(double share) const { return spent_ > (1.0 - share) * limit_; }
   bool task_is_over() const { return spent_ > task_ends_; }
-  // Fits with an effect that ended at their limit, and came to nothing.
-  void note_stopped(const std::string& effect) { ++stopped_[effect]; }
-  int stopped(const std::string& effect) const {
-    const auto found = stopped_.find(effect);
-    return found == stopped_.end() ? 0 : found->second;
-  }
 
  private:
   friend class Task;
@@ -46,7 +38,6 @@ class EvaluationBudget {
   double limit_;
   double spent_ = 0.0;
   double task_ends_ = std::numeric_limits<double>::infinity();
-  std::map<std::string, int> stopped_;
 };
 
 // Limits a part of the work to `most` points, and to what the enclosing task has left. The limit

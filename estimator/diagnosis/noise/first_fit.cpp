@@ -18,7 +18,6 @@ using Eigen::VectorXd;
 constexpr double kFarAboveNoise = 4.0;  // chi-squared a datum
 constexpr double kOtherValley = 0.95;   // of chi-squared: closer is the same end, not as exact
 constexpr double kForceFloor = 1e-3;    // of the force: what the excitation is known to
-constexpr double kUnknownMean = 1e3;    // of the inertia: a mean that says nothing
 
 VectorXd of_size(const VectorXd& harmonics, Index size) {
   VectorXd same = VectorXd::Zero(size);
@@ -68,10 +67,6 @@ bool rests_at_zero(const Model& model, const std::vector<double>& theta) {
   return true;
 }
 
-void forget_mean(RunDatum& forces, const Model& model, double inertia) {
-  if (rests_at_zero(model, model.start())) forces.error[0] = kUnknownMean * inertia;
-}
-
 RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
   const double f = response.frequency_hz;
   RunDatum datum;
@@ -91,7 +86,6 @@ RunDatum forces_along_motion(const RunDatum& response, const Model& model) {
     const double omega = 2.0 * std::numbers::pi * harmonic_order(k) * f;
     datum.error[k] = std::hypot(model.mass(0, 0) * omega * omega * response.error[k], floor);
   }
-  forget_mean(datum, model, root_mean_square(acceleration));
   datum.freedom = response.freedom;
   return datum;
 }

@@ -332,10 +332,10 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
         "the runs differ in their zero or preload by {:.2g} {} (standard deviation; {}): "
         "the errors include this, and the gap does not count it",
         std::sqrt(variance), unit, fmt::join(each, ", "));
-  return (several ? fmt::format("the runs have zeros of their own, or preloads, about {:+.2g} {} "
+  return (several ? fmt::format("the runs have zeros of their own, or preloads, about {:+.3g} {} "
                                 "({})",
                                 mean, unit, fmt::join(each, ", "))
-                  : fmt::format("the record has a zero of its own, or a preload, of {:+.2g} {}",
+                  : fmt::format("the record has a zero of its own, or a preload, of {:+.3g} {}",
                                 mean, unit)) +
          (found->of_force ? ", of which what is missing may make a part" : "") +
          ": the errors include this, the gap does not count it, and the improved model does not "

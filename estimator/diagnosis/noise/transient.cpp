@@ -24,6 +24,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr std::size_t kMostProbes = 3;
+constexpr double kUnknownMean = 1e3;    // of the inertia's root mean square: the error of a mean
 constexpr double kRepeated = 0.02;      // of an excitation, that two runs of it may differ by
 constexpr double kContradiction = 0.1;  // of a response
 
@@ -141,8 +142,12 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
           "no force of the model depends on the stroke, so that a simulation would drift: the "
           "forces along the measured motion are compared instead of the motion");
     }
-    for (RunDatum& forces : runs.forces)  // they only start the fit
-      forget_mean(forces, model, std::sqrt(forces.sampled->a.array().square().mean()));
+    if (rests_at_zero(model, model.start())) {
+      // These forces only start the fit. Their mean is left out: nothing balances the force of a
+      // spring at a sensor's wrong zero, so that the spring would have to vanish.
+      for (RunDatum& forces : runs.forces)
+        forces.error[0] = kUnknownMean * std::sqrt(forces.sampled->a.array().square().mean());
+    }
   } else {
     if (auto good = takes_in_energy(sampled->runs); !good) return good.error();
     runs.by_force = true;

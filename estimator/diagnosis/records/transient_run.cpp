@@ -335,7 +335,8 @@ Result<SampledRuns> sampled_runs(const std::vector<Recording>& runs,
   SampledRuns all;
   std::string first_trouble;
   Index fitted = 0;
-  const Index along_motion = options.most_along_motion / static_cast<Index>(runs.size());
+  const Index along_motion =
+      options.most_along_motion / std::max<Index>(1, static_cast<Index>(runs.size()));
   for (const Recording& recording : runs) {
     auto sampled = runs_of(recording, recording.kind == Kind::imposed_motion
                                           ? std::max(options.most_samples, along_motion)

@@ -282,11 +282,7 @@ void Refits::describe(Hypothesis& h) const {
 std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spec,
                                                     const std::vector<double>& start,
                                                     const HarmonicFit* near) const {
-  FitOptions fine = options_for(spec);
-  // Each fit with an effect that used up its budget leaves half of it to the next one.
-  const auto& budget = data_.front().budget;
-  const std::string& added = spec.effects.back().effect;
-  if (budget) fine.fit_budget /= std::exp2(budget->stopped(added));
+  const FitOptions fine = options_for(spec);
   const auto fitted = [&](const std::vector<double>& from, const HarmonicFit* of,
                           const FitOptions& options) {
     return std::make_shared<const HarmonicFit>(fit_harmonics(spec, data_, from, of, options));
@@ -303,7 +299,6 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
     if (fit && (fit->converged || fit->iterations >= fine.max_iterations)) return fit;
   }
   auto direct = fitted(start, near, fine);
-  if (budget && direct->stopped) budget->note_stopped(added);
   return fit && fit->chi_squared < direct->chi_squared ? fit : direct;
 }
 

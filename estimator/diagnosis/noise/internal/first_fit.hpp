@@ -14,10 +14,6 @@ namespace shaker::estimator::diagnosis {
 // that the model says.
 bool rests_at_zero(const Model& model, const std::vector<double>& theta);
 
-// The forces of such a model along a measured motion do not tell their mean: a spring would have to
-// vanish where the sensor's zero is off. `inertia`: of the motion, in the unit of the forces.
-void forget_mean(RunDatum& forces, const Model& model, double inertia);
-
 // Turns a periodic response into forces along its measured motion: the measured excitation minus
 // the inertia, as the force of an imposed motion. For a model with one mechanical coordinate.
 RunDatum forces_along_motion(const RunDatum& response, const Model& model);

@@ -50,8 +50,8 @@ struct SampledRun {
 
 struct SamplingOptions {
   Eigen::Index most_samples = 3072;  // of a run that are integrated
-  // Of all runs together along whose motion forces are evaluated, which costs less. Each may have
-  // most_samples.
+  // Of all imposed motions together: to evaluate forces along a motion costs less than to integrate.
+  // Each of them may have `most_samples`.
   Eigen::Index most_along_motion = 12288;
   Eigen::Index most_cosines = 1200;  // of all runs that are fitted together
 };
